@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "proto/scene.hpp"
+#include "proto/volume.hpp"
+
+namespace fanlight {
+
+/// The stages whose time each picture carries, in the order in which they run.
+enum class Stage : std::uint8_t { kUpload, kCast, kFilter, kLight, kFinish, kReadBack };
+inline constexpr std::array<std::string_view, 6> kStageNames = {"upload", "cast",   "filter",
+                                                                "light",  "finish", "read_back"};
+inline constexpr std::size_t kStages = kStageNames.size();
+
+/// Identity and time of one picture.
+struct PictureStamp {
+  std::uint64_t picture_id = 0;      ///< counts the pictures of a renderer from 1
+  std::uint64_t scene_revision = 0;  ///< of the scene that it shows
+  std::uint64_t pass1_runs = 0;      ///< of the renderer when this picture was submitted
+  std::uint64_t pass2_runs = 0;
+  VolumeStamp volume;
+  std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
+  std::int64_t finished_time_ns = 0;       ///< fanlight::now_ns
+};
+
+/// One finished picture. `rgba`: height x width x 4 bytes, row major, top row first, sRGB values, alpha 255.
+struct Picture {
+  PictureStamp stamp;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+
+/// A scene and the number under which the server accepted it.
+struct NumberedScene {
+  std::uint64_t revision = 0;
+  Scene scene;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "proto/fan_geometry.hpp"
+#include "proto/frame.hpp"
+
+namespace fanlight {
+
+/// Identity and time of one volume, small enough to travel with each picture made from it.
+struct VolumeStamp {
+  std::uint64_t volume_id = 0;            ///< counts the volumes a ring has published, from 1
+  std::uint64_t source_volume_index = 0;  ///< the source's own number for the sweep
+  std::uint64_t first_frame_sequence = 0;
+  std::uint64_t last_frame_sequence = 0;
+  std::uint32_t frames = 0;
+  SweepDirection direction = SweepDirection::kForward;
+  std::int64_t first_capture_time_ns = 0;
+  std::int64_t last_capture_time_ns = 0;
+};
+
+/// One sweep: up to `frame_capacity` frames of a fan geometry in one block of memory, in order of arrival.
+/// All memory is allocated by the constructor; filling and reading allocate nothing. Not thread safe: the
+/// ring sees to it that one thread at a time holds a volume.
+class Volume {
+ public:
+  Volume(const FanGeometry& geometry, std::uint32_t frame_capacity)
+      : geometry_(geometry),
+        frame_capacity_(frame_capacity),
+        // No make_unique: it would write every page before the first sweep.
+        pixels_(new std::uint8_t[geometry.frame_bytes() * frame_capacity]),
+        angles_rad_(frame_capacity),
+        by_angle_(frame_capacity) {}
+
+  const FanGeometry& geometry() const { return geometry_; }
+  std::uint32_t frame_capacity() const { return frame_capacity_; }
+  const VolumeStamp& stamp() const { return stamp_; }
+  VolumeStamp& stamp() { return stamp_; }
+
+  void clear() { stamp_ = {}; }
+  bool full() const { return stamp_.frames == frame_capacity_; }
+
+  /// Memory for the next frame's pixels: rows x columns bytes, row major. Precondition: not full().
+  std::span<std::uint8_t> next_frame_pixels() {
+    return {pixels_.get() + geometry_.frame_bytes() * stamp_.frames, geometry_.frame_bytes()};
+  }
+
+  /// Counts the frame just written to next_frame_pixels() as part of this volume.
+  void add_frame(const FrameStamp& frame) {
+    if (stamp_.frames == 0) {
+      stamp_.source_volume_index = frame.volume_index;
+      stamp_.direction = frame.direction;
+      stamp_.first_frame_sequence = frame.sequence;
+      stamp_.first_capture_time_ns = frame.capture_time_ns;
+    }
+    stamp_.last_frame_sequence = frame.sequence;
+    stamp_.last_capture_time_ns = frame.capture_time_ns;
+    angles_rad_[stamp_.frames++] = frame.angle_rad;
+  }
+
+  /// Orders the frames by angle; call once, after the last frame. A backward sweep, and a hand that
+  /// wavered, then read like a forward one: the renderer walks by_angle().
+  void sort_by_angle() {
+    const auto order = std::span(by_angle_).first(stamp_.frames);
+    std::iota(order.begin(), order.end(), std::uint32_t{0});
+    // Ties fall to the earlier frame, which makes the order total without std::stable_sort's allocation.
+    std::sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
+      return angles_rad_[a] != angles_rad_[b] ? angles_rad_[a] < angles_rad_[b] : a < b;
+    });
+  }
+
+  /// Frame numbers (order of arrival) in ascending order of their angle.
+  std::span<const std::uint32_t> by_angle() const { return std::span(by_angle_).first(stamp_.frames); }
+
+  /// Motor angle of each frame, in order of arrival.
+  std::span<const double> angles_rad() const { return std::span(angles_rad_).first(stamp_.frames); }
+
+  /// Pixels of frame `index` (order of arrival): rows x columns bytes, row major, row 0 nearest the probe.
+  std::span<const std::uint8_t> frame_pixels(std::uint32_t index) const {
+    return {pixels_.get() + geometry_.frame_bytes() * index, geometry_.frame_bytes()};
+  }
+
+  std::uint64_t capacity_bytes() const { return geometry_.frame_bytes() * frame_capacity_; }
+
+ private:
+  FanGeometry geometry_;
+  std::uint32_t frame_capacity_;
+  std::unique_ptr<std::uint8_t[]> pixels_;
+  std::vector<double> angles_rad_;
+  std::vector<std::uint32_t> by_angle_;
+  VolumeStamp stamp_;
+};
+
+}  // namespace fanlight
