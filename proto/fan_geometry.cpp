@@ -24,6 +24,9 @@ Result<void> check(const FanGeometry& geometry) {
       {"face_column", geometry.face_column, -100'000, 100'000},
       {"face_row", geometry.face_row, -100'000, 100'000},
       {"motor_radius_mm", geometry.motor_radius_mm, 0.001, 1000},
+      {"sector.probe_radius_mm", geometry.sector.probe_radius_mm, 0, 1000},
+      {"sector.half_angle_deg", geometry.sector.half_angle_deg, 0, 89},
+      {"sector.reach_mm", geometry.sector.reach_mm, 0, 10'000},
   };
   for (const Bound& bound : bounds) {
     // Written so that a NaN fails too.

@@ -42,6 +42,16 @@ struct FanGeometry {
   double face_row = 0;           ///< row of the centre of the probe face, may be fractional or negative
   double motor_radius_mm = 0;    ///< distance of the sweep axis behind the probe face, above 0 to 1000
 
+  /// The part of a frame that a convex probe scans, where it is known; pixels outside it hold no echo, so
+  /// that their border with tissue is no surface. The apex lies probe_radius_mm behind the probe face.
+  struct Sector {
+    double probe_radius_mm = 0;  ///< 0 to 1000; the scanned part begins at this distance from the apex
+    double half_angle_deg = 0;   ///< to either side, up to 89; 0: every pixel of the frame was scanned
+    double reach_mm = 0;         ///< distance of the last sample from the apex; 0: down to the last row
+
+    bool operator==(const Sector&) const = default;
+  } sector;
+
   bool operator==(const FanGeometry&) const = default;
 
   std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }

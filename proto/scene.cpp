@@ -148,6 +148,13 @@ Result<void> check(const Scene& scene) {
                  fmt::format("rays.start_mm is {} and rays.end_mm is {}, expected the start before the end",
                              scene.rays.start_mm, scene.rays.end_mm)};
   }
+  // A bound on what one picture can cost.
+  constexpr double kMostSamples = 8192;
+  if (scene.rays.step_mm > 0 && scene.rays.step_mm * kMostSamples < scene.rays.end_mm - scene.rays.start_mm) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("rays.step_mm is {}, expected 0 or at most {} samples between start and end",
+                             scene.rays.step_mm, kMostSamples)};
+  }
   if (scene.transfer.transparent >= scene.transfer.opaque) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("transfer.transparent is {} and transfer.opaque is {}, expected a rising ramp",
@@ -162,6 +169,14 @@ FirstPass first_pass_changed(const Scene& from, const Scene& to) {
     if (field.get(from) != field.get(to)) first = std::min(first, field.first_pass);
   }
   return first;
+}
+
+Scene relit(const Scene& cast, const Scene& newest) {
+  Scene scene = cast;
+  for (const SceneField& field : kFields) {
+    if (field.first_pass == FirstPass::kLight) field.set(scene, field.get(newest));
+  }
+  return scene;
 }
 
 Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad) {

@@ -102,12 +102,16 @@ Result<void> set_field(Scene& scene, const SceneField& field, double value);
 /// The same from text: a number, or the name of a choice.
 Result<void> set_field(Scene& scene, const SceneField& field, std::string_view text);
 
-/// What the table cannot say because it concerns two fields: rays must start before they end, and the
-/// transfer ramp must rise.
+/// What the table cannot say because it concerns several fields: rays must start before they end and take
+/// at most 8192 samples, and the transfer ramp must rise.
 Result<void> check(const Scene& scene);
 
 /// The earliest pass that has to run again to get from one scene's picture to the other's.
 FirstPass first_pass_changed(const Scene& from, const Scene& to);
+
+/// `cast` with the fields of `newest` that passes 2 and 3 alone read: what can be shown of a new scene with the
+/// depth map of an old one.
+Scene relit(const Scene& cast, const Scene& newest);
 
 /// A scene that shows the whole fan from the probe: the view plane in the probe face, rays down to the last
 /// row, the sweep's middle in the middle, the light up and to the left.

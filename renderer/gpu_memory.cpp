@@ -1,0 +1,96 @@
+#include "renderer/gpu_memory.hpp"
+
+#include "renderer/vulkan_result.hpp"
+
+namespace fanlight {
+
+namespace {
+
+Result<MemoryHandle> allocate(const Gpu& gpu, const VkMemoryRequirements& needs, VkMemoryPropertyFlags wanted,
+                              VkMemoryPropertyFlags preferred) {
+  const auto type = gpu.memory_type(needs.memoryTypeBits, wanted, preferred);
+  if (!type) return type.error();
+  const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                  .allocationSize = needs.size,
+                                  .memoryTypeIndex = *type};
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  const VkResult result = vkAllocateMemory(gpu.device(), &info, nullptr, &memory);
+  if (result != VK_SUCCESS) return vulkan_error("vkAllocateMemory", result);
+  return MemoryHandle(gpu.device(), memory);
+}
+
+}  // namespace
+
+Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, std::uint64_t bytes, VkBufferUsageFlags usage,
+                                    BufferPlace place) {
+  GpuBuffer made;
+  made.bytes_ = bytes;
+  const VkBufferCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
+  VkBuffer buffer = VK_NULL_HANDLE;
+  VkResult result = vkCreateBuffer(gpu.device(), &info, nullptr, &buffer);
+  if (result != VK_SUCCESS) return vulkan_error("vkCreateBuffer", result);
+  made.buffer_ = BufferHandle(gpu.device(), buffer);
+
+  constexpr VkMemoryPropertyFlags kMapped =
+      VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+  VkMemoryRequirements needs{};
+  vkGetBufferMemoryRequirements(gpu.device(), buffer, &needs);
+  auto memory = place == BufferPlace::kDevice ? allocate(gpu, needs, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT)
+                : place == BufferPlace::kToGpu ? allocate(gpu, needs, kMapped, 0)
+                                               : allocate(gpu, needs, kMapped, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+  if (!memory) return memory.error();
+  made.memory_ = std::move(*memory);
+  result = vkBindBufferMemory(gpu.device(), buffer, made.memory_.get(), 0);
+  if (result != VK_SUCCESS) return vulkan_error("vkBindBufferMemory", result);
+
+  if (place != BufferPlace::kDevice) {
+    void* mapped = nullptr;
+    result = vkMapMemory(gpu.device(), made.memory_.get(), 0, VK_WHOLE_SIZE, 0, &mapped);
+    if (result != VK_SUCCESS) return vulkan_error("vkMapMemory", result);
+    made.mapped_ = static_cast<std::uint8_t*>(mapped);
+  }
+  return made;
+}
+
+Result<GpuImage> GpuImage::create(const Gpu& gpu, VkFormat format, VkExtent3D extent) {
+  GpuImage made;
+  made.extent_ = extent;
+  const bool flat = extent.depth == 1;
+  const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
+                               .imageType = flat ? VK_IMAGE_TYPE_2D : VK_IMAGE_TYPE_3D,
+                               .format = format,
+                               .extent = extent,
+                               .mipLevels = 1,
+                               .arrayLayers = 1,
+                               .samples = VK_SAMPLE_COUNT_1_BIT,
+                               .tiling = VK_IMAGE_TILING_OPTIMAL,
+                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
+  VkImage image = VK_NULL_HANDLE;
+  VkResult result = vkCreateImage(gpu.device(), &info, nullptr, &image);
+  if (result != VK_SUCCESS) return vulkan_error("vkCreateImage", result);
+  made.image_ = ImageHandle(gpu.device(), image);
+
+  VkMemoryRequirements needs{};
+  vkGetImageMemoryRequirements(gpu.device(), image, &needs);
+  auto memory = allocate(gpu, needs, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+  if (!memory) return memory.error();
+  made.memory_ = std::move(*memory);
+  result = vkBindImageMemory(gpu.device(), image, made.memory_.get(), 0);
+  if (result != VK_SUCCESS) return vulkan_error("vkBindImageMemory", result);
+
+  const VkImageViewCreateInfo view_info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+                                        .image = image,
+                                        .viewType = flat ? VK_IMAGE_VIEW_TYPE_2D : VK_IMAGE_VIEW_TYPE_3D,
+                                        .format = format,
+                                        .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT,
+                                                             .levelCount = 1,
+                                                             .layerCount = 1}};
+  VkImageView view = VK_NULL_HANDLE;
+  result = vkCreateImageView(gpu.device(), &view_info, nullptr, &view);
+  if (result != VK_SUCCESS) return vulkan_error("vkCreateImageView", result);
+  made.view_ = ImageViewHandle(gpu.device(), view);
+  return made;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <thread>
+
+#include "proto/doorbell.hpp"
+#include "proto/mailbox.hpp"
+#include "proto/picture.hpp"
+#include "proto/volume_ring.hpp"
+#include "renderer/renderer.hpp"
+
+namespace fanlight {
+
+/// The thread that owns the renderer: takes volumes from the ring and scenes from a mailbox, leaves pictures
+/// in another. Sleeps on its bell while there is nothing to do. Starts when made, ends when destroyed.
+class RenderThread {
+ public:
+  /// All must outlive the thread. `bell` is the one that the ring and the scene mailbox ring for a reader.
+  struct Dependencies {
+    VolumeRing& ring;
+    Mailbox<NumberedScene>& scenes;
+    Mailbox<Picture>& pictures;
+    RenderCounters& counters;
+    Doorbell& bell;
+    /// Left here once if the renderer can't go on (the GPU was lost); the thread has then ended.
+    Mailbox<Error>& failures;
+  };
+
+  RenderThread(std::unique_ptr<Renderer> renderer, const Dependencies& dependencies);
+  ~RenderThread();
+
+ private:
+  void run(const std::stop_token& stop);
+  Result<void> step();
+
+  std::unique_ptr<Renderer> renderer_;
+  Dependencies to_;
+  std::jthread thread_;  // last: it uses the others
+};
+
+}  // namespace fanlight

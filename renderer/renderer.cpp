@@ -1,0 +1,183 @@
+#include "renderer/renderer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "proto/clock.hpp"
+#include "renderer/vulkan_result.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// Submissions of pass 1 that may wait on the GPU at once: two keep it busy, more would make a moved light
+// queue behind them.
+constexpr std::uint64_t kBandsAhead = 2;
+
+Result<void> check_limits(const Renderer::Config& config, const VkPhysicalDeviceLimits& limits) {
+  const std::uint32_t largest =
+      std::max({config.geometry.columns, config.geometry.rows, config.frame_capacity});
+  if (largest > limits.maxImageDimension3D) {
+    return Error{ErrorCode::kUnsupported,
+                 fmt::format("a volume of {} x {} x {} is too large for this GPU, expected at most {} each way",
+                             config.geometry.columns, config.geometry.rows, config.frame_capacity,
+                             limits.maxImageDimension3D)};
+  }
+  const std::uint32_t most_pixels = limits.maxStorageBufferRange / sizeof(glm::vec2);
+  const std::uint64_t pixels = std::uint64_t{config.size.width} * config.size.height;
+  if (pixels == 0 || pixels > most_pixels) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("a picture of {} x {} does not fit this GPU, expected 1 to {} pixels",
+                             config.size.width, config.size.height, most_pixels)};
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const Dependencies& dependencies,
+                                                   const NumberedScene& scene) {
+  const Gpu& gpu = dependencies.gpu;
+  if (auto fits = check_limits(config, gpu.limits()); !fits) return fits.error();
+  std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene));
+  auto passes = Passes::create(gpu);
+  if (!passes) return passes.error();
+  made->passes_ = std::move(*passes);
+  if (auto pass1 = made->passes_->cast(scene.scene.detector.window, scene.scene.mode); !pass1) return pass1.error();
+
+  const bool one_queue = gpu.cast_queue() == gpu.light_queue();
+  for (auto& flight : made->flights_) {
+    auto slot = RenderSlot::create(gpu, *made->passes_,
+                                   {.size = config.size,
+                                    .geometry = config.geometry,
+                                    .first_angle_rad = config.first_angle_rad,
+                                    .last_angle_rad = config.last_angle_rad,
+                                    .frame_capacity = config.frame_capacity,
+                                    // A queue of its own lets a moved light overtake; else it goes between bands.
+                                    .bands = one_queue ? RenderSlot::kMostBands : 1});
+    if (!slot) return slot.error();
+    flight.reset(new Flight{.slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}});
+  }
+  return made;
+}
+
+Renderer::~Renderer() { vkDeviceWaitIdle(gpu_.device()); }
+
+bool Renderer::wants_volume() const {
+  const bool casting = std::ranges::any_of(
+      flights_, [](const auto& flight) { return flight->phase == Phase::kCasting; });
+  return !casting && flights_[1 - newest_]->phase == Phase::kIdle;
+}
+
+Result<void> Renderer::load(const Volume& volume) {
+  newest_ = 1 - newest_;
+  flights_[newest_]->slot.load(volume);
+  return begin_cast(*flights_[newest_]);
+}
+
+Result<void> Renderer::begin_cast(Flight& flight) {
+  auto pass1 = passes_->cast(scene_.scene.detector.window, scene_.scene.mode);
+  if (!pass1) return pass1.error();
+  flight.slot.begin_cast(gpu_, *pass1, scene_.scene);
+  flight.cast_scene = scene_;
+  flight.phase = Phase::kCasting;
+  counters_.pass1_runs.add();
+  return {};
+}
+
+bool Renderer::view_changed(const Flight& flight) const {
+  return first_pass_changed(flight.cast_scene.scene, scene_.scene) == FirstPass::kCast;
+}
+
+bool Renderer::light_changed(const Flight& flight) const {
+  const Scene possible = relit(flight.cast_scene.scene, scene_.scene);
+  return first_pass_changed(flight.lit_scene.scene, possible) != FirstPass::kNone;
+}
+
+Result<void> Renderer::light(Flight& flight) {
+  flight.lit_scene = {.revision = view_changed(flight) ? flight.cast_scene.revision : scene_.revision,
+                      .scene = relit(flight.cast_scene.scene, scene_.scene)};
+  if (auto submitted = flight.slot.light(gpu_, *passes_, flight.lit_scene.scene); !submitted) return submitted;
+  flight.phase = Phase::kLighting;
+  counters_.pass2_runs.add();
+  flight.stamp = {.scene_revision = flight.lit_scene.revision,
+                  .pass1_runs = counters_.pass1_runs.value(),
+                  .pass2_runs = counters_.pass2_runs.value(),
+                  .volume = flight.slot.volume()};
+  return {};
+}
+
+Result<void> Renderer::advance() {
+  Flight& newest = *flights_[newest_];
+  if (newest.phase == Phase::kIdle && newest.slot.loaded() && view_changed(newest)) {
+    if (auto begun = begin_cast(newest); !begun) return begun;
+  }
+  // Before the next band, so that a moved light does not wait for it.
+  Flight& shown = *flights_[shown_];
+  if (shown.phase == Phase::kIdle && shown.slot.loaded() && light_changed(shown)) {
+    if (auto submitted = light(shown); !submitted) return submitted;
+  }
+  if (newest.phase == Phase::kCasting) {
+    while (newest.slot.bands_left() > 0 && newest.slot.outstanding(gpu_) < kBandsAhead) {
+      if (auto submitted = newest.slot.cast_next_band(gpu_, *passes_); !submitted) return submitted;
+    }
+    if (newest.slot.bands_left() == 0) return light(newest);
+  }
+  return {};
+}
+
+bool Renderer::collect(Picture& picture) {
+  for (std::size_t index = 0; index < flights_.size(); ++index) {
+    Flight& flight = *flights_[index];
+    if (flight.phase != Phase::kLighting || flight.slot.outstanding(gpu_) > 0) continue;
+    flight.phase = Phase::kIdle;
+    if (flight.stamp.volume.volume_id < shown_volume_id_) {
+      counters_.pictures_outdated.add();
+      continue;
+    }
+    shown_ = index;
+    shown_volume_id_ = flight.stamp.volume.volume_id;
+    flight.stamp.picture_id = ++pictures_;
+    flight.stamp.stage_ms = flight.slot.stage_ms(gpu_);
+    flight.stamp.finished_time_ns = now_ns();
+    counters_.pictures_finished.add();
+    picture.stamp = flight.stamp;
+    picture.width = config_.size.width;
+    picture.height = config_.size.height;
+    const auto rgba = flight.slot.picture();
+    picture.rgba.assign(rgba.begin(), rgba.end());
+    return true;
+  }
+  return false;
+}
+
+bool Renderer::busy() const {
+  return std::ranges::any_of(flights_, [](const auto& flight) { return flight->phase != Phase::kIdle; });
+}
+
+Result<void> Renderer::wait(std::int64_t timeout_ns) {
+  std::array<VkSemaphore, 2> timelines{};
+  std::array<std::uint64_t, 2> values{};
+  std::uint32_t count = 0;
+  for (const auto& flight : flights_) {
+    const std::uint64_t outstanding = flight->slot.outstanding(gpu_);
+    if (outstanding == 0) continue;
+    timelines[count] = flight->slot.timeline();
+    values[count] = flight->slot.submissions() - outstanding + 1;
+    ++count;
+  }
+  if (count == 0) return {};
+  const VkSemaphoreWaitInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
+                                 .flags = VK_SEMAPHORE_WAIT_ANY_BIT,
+                                 .semaphoreCount = count,
+                                 .pSemaphores = timelines.data(),
+                                 .pValues = values.data()};
+  const VkResult result = vkWaitSemaphores(gpu_.device(), &info, static_cast<std::uint64_t>(timeout_ns));
+  if (result != VK_SUCCESS && result != VK_TIMEOUT) return vulkan_error("vkWaitSemaphores", result);
+  return {};
+}
+
+Result<DepthMaps> Renderer::read_depth() { return flights_[shown_]->slot.read_depth(gpu_); }
+
+}  // namespace fanlight

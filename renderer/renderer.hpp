@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "proto/counter.hpp"
+#include "proto/picture.hpp"
+#include "proto/volume.hpp"
+#include "renderer/gpu.hpp"
+#include "renderer/passes.hpp"
+#include "renderer/render_slot.hpp"
+
+namespace fanlight {
+
+/// Turns volumes and scenes into pictures, with two volumes in flight: pass 1 of the next runs while passes 2
+/// and 3 of the last do. A changed light re-runs passes 2 and 3 of the volume on show, a changed view also
+/// pass 1; whichever, the newest scene wins.
+///
+/// One thread, which calls show() and load() as they come, then advance(), collect() and wait() in turn.
+class Renderer {
+ public:
+  struct Config {
+    PictureSize size;
+    FanGeometry geometry;
+    double first_angle_rad = 0;  ///< smallest and largest motor angle of the volumes to come
+    double last_angle_rad = 0;
+    std::uint32_t frame_capacity = 0;
+  };
+  /// Both must outlive the renderer.
+  struct Dependencies {
+    const Gpu& gpu;
+    RenderCounters& counters;
+  };
+
+  /// Allocates all memory and builds the pipelines for `scene`. Errors: no memory on the GPU; a geometry,
+  /// a volume or a picture beyond the GPU's limits.
+  static Result<std::unique_ptr<Renderer>> create(const Config& config, const Dependencies& dependencies,
+                                                  const NumberedScene& scene);
+  ~Renderer();
+
+  /// The scene that pictures from now on show.
+  void show(const NumberedScene& scene) { scene_ = scene; }
+
+  /// Whether load() would be taken: no pass 1 is under way and a slot is free.
+  bool wants_volume() const;
+
+  /// Takes a copy of the volume and casts it with the next advance(). Precondition: wants_volume().
+  Result<void> load(const Volume& volume);
+
+  /// Submits whatever is due and can go now. Never waits for the GPU.
+  Result<void> advance();
+
+  /// True where a picture was done and has been copied to `picture`, whose buffer is reused.
+  bool collect(Picture& picture);
+
+  /// Whether anything is under way on the GPU.
+  bool busy() const;
+
+  /// Waits until the GPU has done something more, timeout_ns at most.
+  Result<void> wait(std::int64_t timeout_ns);
+
+  /// The depth maps of the picture collected last. Precondition: !busy(). For tests and one-shot rendering.
+  Result<DepthMaps> read_depth();
+
+  const Config& config() const { return config_; }
+
+ private:
+  /// idle -> casting (pass 1's bands are being submitted) -> lighting (passes 2 and 3 were) -> idle.
+  enum class Phase : std::uint8_t { kIdle, kCasting, kLighting };
+  struct Flight {
+    RenderSlot slot;
+    Phase phase = Phase::kIdle;
+    NumberedScene cast_scene;  // of the depth map in the slot
+    NumberedScene lit_scene;   // of the picture in the slot
+    PictureStamp stamp;
+  };
+
+  Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene)
+      : config_(config), gpu_(dependencies.gpu), counters_(dependencies.counters), scene_(scene) {}
+  Result<void> begin_cast(Flight& flight);
+  Result<void> light(Flight& flight);
+  bool view_changed(const Flight& flight) const;
+  bool light_changed(const Flight& flight) const;
+
+  Config config_;
+  const Gpu& gpu_;
+  RenderCounters& counters_;
+  std::unique_ptr<Passes> passes_;
+  std::array<std::unique_ptr<Flight>, 2> flights_;
+  std::size_t newest_ = 0;  // the flight loaded last; the other one takes the next volume
+  std::size_t shown_ = 0;   // the flight whose picture was collected last
+  std::uint64_t shown_volume_id_ = 0;
+  NumberedScene scene_;
+  std::uint64_t pictures_ = 0;
+};
+
+}  // namespace fanlight

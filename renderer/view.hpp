@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "proto/fan_geometry.hpp"
+#include "proto/scene.hpp"
+#include "renderer/fan_table.hpp"
+#include "shaders/cast_parameters.h"
+#include "shaders/light_parameters.h"
+
+namespace fanlight {
+
+/// Size of a picture in pixels.
+struct PictureSize {
+  std::uint32_t width = 512;
+  std::uint32_t height = 512;
+};
+
+/// The view frame of a camera in the transducer frame (mm): the centre of the picture in the view plane, and
+/// three unit vectors. right x forward = up.
+struct ViewFrame {
+  glm::dvec3 centre;
+  glm::dvec3 right;
+  glm::dvec3 up;
+  glm::dvec3 forward;
+};
+
+ViewFrame view_frame(const Scene::Camera& camera);
+
+/// Side of a picture's pixel in the body: the field is the picture's height.
+double pixel_mm(const Scene::Camera& camera, PictureSize size);
+
+/// What pass 1 needs to cast this scene through a volume of `frames` frames, held in a texture of
+/// `frame_capacity` slices. Rays are cut to the part that can meet the fan's box; where none can, they have
+/// no samples.
+shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
+                                        const FanTable& table, std::uint32_t frames,
+                                        std::uint32_t frame_capacity);
+
+/// What passes 2 and 3 need.
+shaders::LightParameters light_parameters(const Scene& scene, PictureSize size);
+
+}  // namespace fanlight
