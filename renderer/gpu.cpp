@@ -49,7 +49,8 @@ Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::strin
                                        .queueCount = std::min(chosen->queues, 2U),
                                        .pQueuePriorities = kPriorities.data()};
   VkPhysicalDeviceVulkan13Features features13{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
-                                              .synchronization2 = VK_TRUE};
+                                              .synchronization2 = VK_TRUE,
+                                              .maintenance4 = VK_TRUE};  // work group sizes as SPIR-V 1.6 has them
   VkPhysicalDeviceVulkan12Features features12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
                                               .pNext = &features13,
                                               .scalarBlockLayout = VK_TRUE,

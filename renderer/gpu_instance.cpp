@@ -80,7 +80,8 @@ void refuse_for_features(GpuCandidate& candidate) {
   const std::pair<VkBool32, const char*> wanted[] = {{features12.timelineSemaphore, "timelineSemaphore"},
                                                      {features12.scalarBlockLayout, "scalarBlockLayout"},
                                                      {features12.hostQueryReset, "hostQueryReset"},
-                                                     {features13.synchronization2, "synchronization2"}};
+                                                     {features13.synchronization2, "synchronization2"},
+                                                     {features13.maintenance4, "maintenance4"}};
   for (const auto& [present, name] : wanted) {
     if (present == VK_FALSE) candidate.refusals.push_back(fmt::format("it lacks the feature {}", name));
   }

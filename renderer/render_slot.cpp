@@ -236,6 +236,9 @@ void RenderSlot::load(const Volume& volume) {
     table_staged_ = true;
   }
   volume_ = volume.stamp();
+  extent_ = {.first_angle_rad = volume.angles_rad()[volume.by_angle().front()],
+             .last_angle_rad = volume.angles_rad()[volume.by_angle().back()],
+             .frame_capacity = config_.frame_capacity};
   frames_staged_ = true;
 }
 
@@ -252,7 +255,7 @@ void RenderSlot::record_upload(VkCommandBuffer commands) {
 
 void RenderSlot::begin_cast(const Gpu& gpu, VkPipeline pass1, const Scene& scene) {
   cast_parameters_.mapped_as<shaders::CastParameters>() = cast_parameters(
-      scene, config_.size, config_.geometry, table_, volume_.frames, config_.frame_capacity);
+      scene, config_.size, config_.geometry, table_, extent_);
   vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
   pass1_ = pass1;
   bands_left_ = groups(tiles_down(), band_tiles());

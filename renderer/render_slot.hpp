@@ -93,6 +93,7 @@ class RenderSlot {
   Config config_;
   FanTable table_;
   VolumeStamp volume_;
+  VolumeExtent extent_;
   bool frames_staged_ = false;  // loaded, but not yet part of a submitted upload
   bool table_staged_ = false;
   VkPipeline pass1_ = VK_NULL_HANDLE;  // of the cast under way

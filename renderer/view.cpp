@@ -46,22 +46,33 @@ void set_samples(shaders::CastParameters& to, const Scene::Rays& rays, double fi
   to.steps = length_mm < 0 ? 0U : static_cast<std::uint32_t>(length_mm / step_mm) + 1;
 }
 
+void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const VolumeExtent& volume) {
+  to.column_scale = static_cast<float>(1 / geometry.pixel_width_mm);
+  to.column_offset = static_cast<float>(geometry.face_column);
+  to.row_scale = static_cast<float>(1 / geometry.pixel_height_mm);
+  to.row_offset = static_cast<float>(geometry.face_row);
+  to.last_row = static_cast<float>(geometry.rows - 1);
+  to.voxel_scale = 1.0F / glm::vec3(geometry.columns, geometry.rows, volume.frame_capacity);
+  to.left = static_cast<float>(geometry.left_mm());
+  to.right = static_cast<float>(geometry.right_mm());
+  to.first_frame = {std::cos(volume.first_angle_rad), std::sin(volume.first_angle_rad)};
+  to.last_frame = {std::cos(volume.last_angle_rad), std::sin(volume.last_angle_rad)};
+  to.motor_radius = static_cast<float>(geometry.motor_radius_mm);
+  to.farthest = static_cast<float>(geometry.motor_radius_mm + geometry.depth_mm());
+}
+
 void set_sector(shaders::CastParameters& to, const FanGeometry& geometry) {
   const FanGeometry::Sector& sector = geometry.sector;
-  // Without a sector every comparison holds: an apex so far back that its cone is wider than any frame.
-  constexpr float kFar = 1e4F;
-  to.sector_radius = kFar;
-  to.sector_tangent = kFar;
-  to.sector_margin = 0;
-  to.sector_near = 0;
-  to.sector_far = 10 * kFar;
-  if (sector.half_angle_deg == 0) return;
   const double margin_mm = std::max(geometry.pixel_width_mm, geometry.pixel_height_mm);
-  to.sector_radius = static_cast<float>(sector.probe_radius_mm);
-  to.sector_tangent = static_cast<float>(std::tan(radians(sector.half_angle_deg)));
-  to.sector_margin = static_cast<float>(margin_mm);
-  to.sector_near = static_cast<float>(sector.probe_radius_mm + margin_mm);
-  if (sector.reach_mm > 0) to.sector_far = static_cast<float>(sector.reach_mm - margin_mm);
+  const auto squared = [](double value) { return static_cast<float>(value * value); };
+  // Without a sector every comparison holds: an apex so far back that its cone is wider than any frame.
+  constexpr double kFarMm = 1e4;
+  const bool known = sector.half_angle_deg > 0;
+  to.sector_radius = static_cast<float>(known ? sector.probe_radius_mm : kFarMm);
+  to.sector_tangent = static_cast<float>(known ? std::tan(radians(sector.half_angle_deg)) : kFarMm);
+  to.sector_margin = static_cast<float>(known ? margin_mm : 0);
+  to.sector_near_squared = known ? squared(sector.probe_radius_mm + margin_mm) : 0;
+  to.sector_far_squared = squared(known && sector.reach_mm > 0 ? sector.reach_mm - margin_mm : 10 * kFarMm);
 }
 
 }  // namespace
@@ -83,8 +94,7 @@ ViewFrame view_frame(const Scene::Camera& camera) {
 double pixel_mm(const Scene::Camera& camera, PictureSize size) { return camera.field_mm / size.height; }
 
 shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
-                                        const FanTable& table, std::uint32_t frames,
-                                        std::uint32_t frame_capacity) {
+                                        const FanTable& table, const VolumeExtent& volume) {
   const ViewFrame view = view_frame(scene.camera);
   const double pixel = pixel_mm(scene.camera, size);
   const double left_pixels = 0.5 * (size.width - 1.0);
@@ -102,12 +112,7 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
 
   to.table_scale = {table.z_axis().scale, table.y_axis().scale};
   to.table_offset = {table.z_axis().offset, table.y_axis().offset};
-  to.column_scale = static_cast<float>(1 / geometry.pixel_width_mm);
-  to.column_offset = static_cast<float>(geometry.face_column);
-  to.row_scale = static_cast<float>(1 / geometry.pixel_height_mm);
-  to.row_offset = static_cast<float>(geometry.face_row);
-  to.last_voxel = glm::vec3(geometry.columns - 1, geometry.rows - 1, frames - 1);
-  to.voxel_scale = 1.0F / glm::vec3(geometry.columns, geometry.rows, frame_capacity);
+  set_frames(to, geometry, volume);
   set_sector(to, geometry);
 
   to.threshold = static_cast<float>(scene.detector.threshold / kGreyLevels);

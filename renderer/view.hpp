@@ -31,12 +31,17 @@ ViewFrame view_frame(const Scene::Camera& camera);
 /// Side of a picture's pixel in the body: the field is the picture's height.
 double pixel_mm(const Scene::Camera& camera, PictureSize size);
 
-/// What pass 1 needs to cast this scene through a volume of `frames` frames, held in a texture of
-/// `frame_capacity` slices. Rays are cut to the part that can meet the fan's box; where none can, they have
-/// no samples.
+/// What a volume adds to the geometry of its source.
+struct VolumeExtent {
+  double first_angle_rad = 0;  ///< smallest and largest angle of its frames
+  double last_angle_rad = 0;
+  std::uint32_t frame_capacity = 0;  ///< slices of the texture that holds it
+};
+
+/// What pass 1 needs to cast this scene through a volume. Samples lie at rays.start_mm + k * step below the
+/// view plane; only those k are taken that can meet the fan's box, none where no ray can.
 shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
-                                        const FanTable& table, std::uint32_t frames,
-                                        std::uint32_t frame_capacity);
+                                        const FanTable& table, const VolumeExtent& volume);
 
 /// What passes 2 and 3 need.
 shaders::LightParameters light_parameters(const Scene& scene, PictureSize size);

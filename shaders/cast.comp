@@ -22,18 +22,54 @@ layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colour
 // An opacity from which nothing behind is seen any more.
 const float kOpaque = 0.98;
 
-// The echo at a point, 0 to 1, or -1 where nothing was scanned.
+// The echo at a point of the fan, 0 to 1, or negative where nothing was scanned: above the probe face or
+// beside the sector. The ray has been cut to the frames already.
 float echo(vec3 at) {
   vec2 in_fan = textureLod(fan_table, at.zy * rays.table_scale + rays.table_offset, 0.0).xy;
-  float from_apex = in_fan.x + rays.sector_radius;
   vec3 voxel = vec3(at.x * rays.column_scale + rays.column_offset,
                     in_fan.x * rays.row_scale + rays.row_offset, in_fan.y);
-  float reach = at.x * at.x + from_apex * from_apex;
-  bool scanned = all(greaterThanEqual(voxel, vec3(0.0))) && all(lessThanEqual(voxel, rays.last_voxel)) &&
-                 abs(at.x) + rays.sector_margin <= from_apex * rays.sector_tangent &&
-                 reach >= rays.sector_near * rays.sector_near && reach <= rays.sector_far * rays.sector_far;
   float value = textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x;
-  return scanned ? value : -1.0;
+
+  // Each distance is positive on the scanned side: the smallest decides, without a branch.
+  float from_apex = in_fan.x + rays.sector_radius;
+  float reach = at.x * at.x + from_apex * from_apex;
+  float beside = from_apex * rays.sector_tangent - abs(at.x) - rays.sector_margin;
+  float within = min(reach - rays.sector_near_squared, rays.sector_far_squared - reach);
+  return min(min(beside, within), min(voxel.y, rays.last_row - voxel.y)) >= 0.0 ? value : -1.0;
+}
+
+// The part of a ray, from + t * forward, that satisfies a + b t >= 0, as a narrower (first, last).
+vec2 cut(vec2 part, float a, float b) {
+  float at = -a / b;
+  return b > 0.0   ? vec2(max(part.x, at), part.y)
+         : b < 0.0 ? vec2(part.x, min(part.y, at))
+         : a < 0.0 ? vec2(1.0, 0.0)
+                   : part;
+}
+
+// The part of a ray between the first and last column, the first and last frame, and within the last row:
+// a convex body, so one stretch. Empty where its end lies before its start.
+vec2 stretch_in_frames(vec3 from) {
+  vec2 part = vec2(0.0, 1e6);
+  part = cut(part, from.x - rays.left, rays.forward.x);
+  part = cut(part, rays.right - from.x, -rays.forward.x);
+
+  // About the sweep axis: y' = y + motor radius. A frame's angle is its half plane.
+  vec2 about_axis = vec2(from.y + rays.motor_radius, from.z);
+  vec2 forward = rays.forward.yz;
+  vec2 first = vec2(-rays.first_frame.y, rays.first_frame.x);
+  vec2 last = vec2(rays.last_frame.y, -rays.last_frame.x);
+  part = cut(part, dot(about_axis, first), dot(forward, first));
+  part = cut(part, dot(about_axis, last), dot(forward, last));
+
+  // |about_axis + t * forward| <= farthest
+  float a = dot(forward, forward);
+  float half_b = dot(about_axis, forward);
+  float c = dot(about_axis, about_axis) - rays.farthest * rays.farthest;
+  float root = half_b * half_b - a * c;
+  vec2 disc = a > 1e-12 ? (vec2(-half_b) + vec2(-1.0, 1.0) * sqrt(max(root, 0.0))) / a : vec2(0.0, 1e6);
+  bool misses = a > 1e-12 ? root < 0.0 : c > 0.0;
+  return misses ? vec2(1.0, 0.0) : vec2(max(part.x, disc.x), min(part.y, disc.y));
 }
 
 // Colour of an echo in the composited volume: dark red to bone.
@@ -46,6 +82,10 @@ void main() {
   vec3 from = rays.origin + float(pixel.x) * rays.right_step + float(pixel.y) * rays.down_step +
               rays.start * rays.forward;
   vec3 along = rays.step * rays.forward;
+  // Whole samples only, so that cutting a ray never moves one.
+  vec2 stretch = stretch_in_frames(from) / rays.step;
+  uint sample_index = uint(clamp(ceil(stretch.x), 0.0, float(rays.steps)));
+  uint end = uint(clamp(floor(stretch.y) + 1.0, 0.0, float(rays.steps)));
 
   float window[kWindow];
   for (int slot = 0; slot < kWindow; ++slot) window[slot] = 0.0;
@@ -58,9 +98,8 @@ void main() {
   const float level = rays.threshold * float(kWindow / 2);
 
   // The circular buffer is the inner loop: slot is a constant once it is unrolled.
-  uint sample_index = 0;
   bool done = false;
-  while (sample_index < rays.steps && !done) {
+  while (sample_index < end && !done) {
     for (int slot = 0; slot < kWindow; ++slot) {
       float value = echo(from + float(sample_index) * along);
       scanned_in_a_row = value < 0.0 ? 0 : scanned_in_a_row + 1;
@@ -73,7 +112,7 @@ void main() {
       difference += value - 2.0 * middle + oldest;
 
       float edge = rays.edge_sign == 0 ? abs(difference) : float(rays.edge_sign) * difference;
-      bool crossed = surface < 0.0 && scanned_in_a_row >= kWindow && edge > level && sample_index < rays.steps;
+      bool crossed = surface < 0.0 && scanned_in_a_row >= kWindow && edge > level && sample_index < end;
       // The edge lies between the two halves; the crossing of the level lies between this step and the last.
       float last_edge = scanned_in_a_row > kWindow ? last_difference : edge;
       float beyond = edge > last_edge ? clamp((edge - level) / (edge - last_edge), 0.0, 1.0) : 0.0;

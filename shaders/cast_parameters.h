@@ -19,22 +19,32 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   vec2 table_scale;
   vec2 table_offset;
 
-  // x * column_scale + column_offset is the column, and so on; all in pixels, centres at whole numbers.
+  // x * column_scale + column_offset is the column, rho * row_scale + row_offset the row, in pixels whose
+  // centres lie at whole numbers.
   float column_scale;
   float column_offset;
   float row_scale;
   float row_offset;
-  vec3 last_voxel;   // the last column, row and frame that hold data
+  float last_row;
   vec3 voxel_scale;  // 1 / (size of the volume texture)
 
+  // What the frames cover: x from left to right, angles from the first frame's to the last's, given as
+  // (cos, sin), and distances from the sweep axis (motor_radius behind the probe face) up to farthest.
+  float left;
+  float right;
+  vec2 first_frame;
+  vec2 last_frame;
+  float motor_radius;
+  float farthest;
+
   // The scanned sector of a frame: |x| + sector_margin <= (rho + sector_radius) * sector_tangent, and the
-  // distance of (x, rho) from the sector's apex lies between near and far. The margin, a pixel, keeps the
-  // samples clear of pixels that were not scanned.
+  // squared distance of (x, rho) from the sector's apex lies between near and far. The margin, a pixel,
+  // keeps the samples clear of pixels that were not scanned.
   float sector_radius;
   float sector_tangent;
   float sector_margin;
-  float sector_near;
-  float sector_far;
+  float sector_near_squared;
+  float sector_far_squared;
 
   float threshold;  // of the detector, 0 to 1
   int edge_sign;    // +1 dark to bright, -1 bright to dark, 0 either
