@@ -14,10 +14,10 @@ namespace fanlight {
 
 /// What is known of a source before its first frame.
 struct SourceDescription {
-  std::string name;                    ///< for a person: "phantom:", "replay:liver.igs.mha"
+  std::string name;  ///< for a person: "phantom:", "replay:liver.igs.mha"
   FanGeometry geometry;
-  std::uint32_t frames_per_volume = 0; ///< the most frames a sweep can have
-  double first_angle_rad = 0;          ///< smallest and largest motor angle of a sweep
+  std::uint32_t frames_per_volume = 0;  ///< the most frames a sweep can have
+  double first_angle_rad = 0;           ///< smallest and largest motor angle of a sweep
   double last_angle_rad = 0;
 };
 

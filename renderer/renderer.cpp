@@ -91,6 +91,9 @@ bool Renderer::view_changed(const Flight& flight) const {
 }
 
 bool Renderer::light_changed(const Flight& flight) const {
+  // With the view unchanged every new revision gets its picture, even one that went back to what is shown:
+  // whoever asked for it waits for its number.
+  if (!view_changed(flight)) return flight.lit_scene.revision != scene_.revision;
   const Scene possible = relit(flight.cast_scene.scene, scene_.scene);
   return first_pass_changed(flight.lit_scene.scene, possible) != FirstPass::kNone;
 }

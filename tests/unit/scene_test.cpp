@@ -85,8 +85,14 @@ TEST(Scene, RefusesFieldsThatContradictEachOther) {
 }
 
 TEST(Scene, FramesTheFanFromTheProbe) {
-  const FanGeometry geometry{.columns = 512, .rows = 512, .pixel_width_mm = 0.3125, .pixel_height_mm = 0.3125,
-                             .face_column = 255.5, .face_row = 0, .motor_radius_mm = 30};
+  const FanGeometry geometry{.columns = 512,
+                             .rows = 512,
+                             .pixel_width_mm = 0.3125,
+                             .pixel_height_mm = 0.3125,
+                             .face_column = 255.5,
+                             .face_row = 0,
+                             .motor_radius_mm = 30,
+                             .sector = {}};
   const Scene scene = scene_for(geometry, radians(-35), radians(35));
   EXPECT_TRUE(check(scene));
   EXPECT_NEAR(scene.camera.target.x_mm, 0, 1e-9);

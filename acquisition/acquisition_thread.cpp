@@ -1,0 +1,50 @@
+#include "acquisition/acquisition_thread.hpp"
+
+#include <pthread.h>
+
+#include <optional>
+
+namespace fanlight {
+
+AcquisitionThread::AcquisitionThread(const Dependencies& dependencies) noexcept
+    : dependencies_(dependencies),
+      assembler_({.ring = dependencies.ring,
+                  .writer_bell = dependencies.writer_bell,
+                  .counters = dependencies.counters}),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+void AcquisitionThread::run(const std::stop_token& stop) {
+  pthread_setname_np(pthread_self(), "acquisition");
+  const State state = pull_frames(stop);
+  if (state == State::kStopped) {
+    assembler_.abandon();
+  } else {
+    assembler_.end_of_source();
+  }
+  state_.store(state, std::memory_order_release);
+  dependencies_.ended_bell.ring();
+}
+
+AcquisitionThread::State AcquisitionThread::pull_frames(const std::stop_token& stop) {
+  FrameSource& source = dependencies_.source;
+  while (!stop.stop_requested()) {
+    Result<std::optional<FrameStamp>> next = source.next_frame(stop);
+    if (!next) {
+      error_ = next.error();
+      return State::kFailed;
+    }
+    const std::optional<FrameStamp>& frame = *next;
+    if (!frame) break;
+    if (source.frame_invalid()) {
+      assembler_.reject(*frame);
+      continue;
+    }
+    const std::span<std::uint8_t> pixels = assembler_.place(*frame, stop);
+    if (pixels.empty()) continue;
+    source.read_pixels(pixels);
+    assembler_.commit();
+  }
+  return stop.stop_requested() ? State::kStopped : State::kEnded;
+}
+
+}  // namespace fanlight

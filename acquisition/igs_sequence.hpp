@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "proto/frame.hpp"
+#include "proto/result.hpp"
+
+namespace fanlight {
+
+/// What the header of a sequence says of one frame, where it says it.
+struct IgsFrame {
+  std::optional<double> timestamp_s;
+  std::optional<double> motor_angle_deg;
+  std::optional<std::uint32_t> volume_index;
+  std::optional<std::uint32_t> frame_index;
+  std::optional<SweepDirection> direction;
+  bool valid = true;  ///< its ImageStatus is not INVALID
+};
+
+/// A PLUS/IGSIO sequence file (.igs.mha, .mha): a MetaImage whose last axis is time, with fields
+/// Seq_Frame0000_Name for each frame. Read are 8 bit Cartesian B-mode frames in the orientation MF or MFA
+/// (first column at the marked side, first row near the probe), plain or compressed by zlib.
+/// Fields used: Timestamp (s), MotorAngleDeg, VolumeIndex, FrameIndex, ImageStatus, ImageToReferenceTransform
+/// (mm), and SweepDirection (FORWARD or BACKWARD), which is Fanlight's own.
+struct IgsSequence {
+  struct PixelSize {
+    double width_mm;
+    double height_mm;
+  };
+
+  std::uint32_t columns = 0;
+  std::uint32_t rows = 0;
+  bool compressed = false;
+  std::vector<IgsFrame> frames;
+  std::optional<PixelSize> pixel_size;  ///< from the first ImageToReferenceTransform
+  std::map<std::string, std::string, std::less<>> fanlight_fields;  ///< header fields named Fanlight...
+  std::unique_ptr<std::uint8_t[]> pixels;                           ///< frames x rows x columns
+
+  std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }
+  std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {
+    return {pixels.get() + frame_bytes() * frame, frame_bytes()};
+  }
+};
+
+/// The sequence in the file, all of it in memory; at most max_bytes of pixels. The file is not trusted.
+/// kNotFound where there is none, kUnsupported for other forms of image, kUnavailable where the memory is not
+/// to be had, else kBadInput; the sentence names the file.
+Result<IgsSequence> read_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes);
+
+}  // namespace fanlight

@@ -1,0 +1,45 @@
+#include "acquisition/open_source.hpp"
+
+#include <utility>
+
+#include "acquisition/phantom_source.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::string_view kPhantom = "phantom:";
+constexpr std::string_view kReplay = "replay:";
+
+Result<std::unique_ptr<FrameSource>> open_phantom(std::string_view text, const SourceOptions& options) {
+  PhantomSource::Config config;
+  if (options.as_fast_as_taken) config.pace = PhantomSource::Pace::kUnpaced;
+  const auto parsed = PhantomSource::parse(text, config);
+  if (!parsed) return parsed.error();
+  auto source = PhantomSource::create(*parsed);
+  if (!source) return source.error();
+  return std::unique_ptr<FrameSource>(*std::move(source));
+}
+
+Result<std::unique_ptr<FrameSource>> open_recording(std::string_view path, const SourceOptions& options) {
+  auto source = ReplaySource::create(
+      {.recording = {.path = path, .geometry_path = options.geometry_path},
+       .pace = options.as_fast_as_taken ? ReplaySource::Pace::kAsFastAsTaken : ReplaySource::Pace::kRecorded,
+       .speed = options.speed,
+       .ending = options.ending});
+  if (!source) return source.error();
+  return std::unique_ptr<FrameSource>(*std::move(source));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const SourceOptions& options) {
+  if (text.empty()) {
+    return Error{ErrorCode::kInvalidArgument, "the source is empty, expected phantom: or replay:PATH"};
+  }
+  if (text.starts_with(kPhantom)) return open_phantom(text.substr(kPhantom.size()), options);
+  if (text.starts_with(kReplay)) text.remove_prefix(kReplay.size());
+  return open_recording(text, options);
+}
+
+}  // namespace fanlight

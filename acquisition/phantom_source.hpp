@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "acquisition/frame_source.hpp"
+#include "acquisition/pacer.hpp"
+#include "acquisition/phantom_scene.hpp"
+#include "acquisition/speckle_tile.hpp"
+
+namespace fanlight {
+
+/// A simulated probe: a motor sweeps to and fro at a constant frame rate over a moving PhantomScene, and
+/// each frame shows the scene at its own capture time. Needs no hardware and no file, and never ends.
+class PhantomSource final : public FrameSource {
+ public:
+  enum class Pace : std::uint8_t {
+    /// Frames come when their time has come. Like a probe, it does not wait: frames whose time passed while
+    /// nobody asked are lost, and show as a gap in the sequence.
+    kRealTime,
+    /// Frames come as fast as they are taken and none is lost; capture times advance by the frame period
+    /// from kSimulatedStartNs, so that every run is the same.
+    kUnpaced,
+  };
+  enum class Speckle : std::uint8_t { kOn, kOff };
+
+  struct Config {
+    double frame_rate_hz = 75;             ///< 0.1 to 1000; 35 frames then take 466 ms, as in the paper
+    std::uint32_t frames_per_volume = 35;  ///< 2 to 1024
+    std::uint32_t columns = 512;           ///< 16 to 4096, of a field of 160 mm
+    std::uint32_t rows = 512;              ///< 16 to 4096, of a depth of 160 mm
+    double sweep_deg = 70;                 ///< 1 to 170, half of it to either side
+    std::uint64_t seed = 1;                ///< of the speckle
+    Speckle speckle = Speckle::kOn;
+    PhantomScene::Motion motion = PhantomScene::Motion::kMoving;
+    Pace pace = Pace::kRealTime;
+  };
+
+  /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied, or
+  /// kInvalidArgument and what was allowed. Also: columns, rows, sweep. Empty changes nothing.
+  static Result<Config> parse(std::string_view options, Config base);
+
+  /// kInvalidArgument where a value is out of its range. Takes some 20 ms, most of it for the speckle.
+  static Result<std::unique_ptr<PhantomSource>> create(const Config& config);
+
+  const SourceDescription& description() const override { return description_; }
+  Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
+  void read_pixels(std::span<std::uint8_t> pixels) override;
+
+  const PhantomScene& scene() const { return scene_; }
+
+  /// The scene's time at a frame's capture time.
+  double scene_time_s(const FrameStamp& frame) const;
+
+ private:
+  explicit PhantomSource(const Config& config);
+
+  /// The columns of a row that the probe's sector covers; the rest stays black.
+  struct Extent {
+    std::uint32_t first;
+    std::uint32_t end;
+  };
+
+  std::int64_t capture_time_ns(std::uint64_t sequence) const;
+  FrameStamp stamp(std::uint64_t sequence) const;
+  void draw_row(std::uint32_t row, const PhantomScene::Pose& pose, std::uint64_t speckle_roll,
+                std::span<std::uint8_t> pixels);
+
+  Config config_;
+  SourceDescription description_;
+  PhantomScene scene_;
+  SpeckleTile speckle_;
+  Pacer pacer_;
+  std::vector<Extent> sector_;            // of each row
+  std::vector<std::uint8_t> echo_;        // mean grey level by depth below the surface
+  std::vector<float> surface_depths_mm_;  // of the row being drawn
+  std::int64_t start_ns_ = kSimulatedStartNs;
+  std::uint64_t next_sequence_ = 0;
+  FrameStamp current_;
+};
+
+}  // namespace fanlight

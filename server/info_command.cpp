@@ -1,0 +1,65 @@
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+
+#include "acquisition/recording.hpp"
+#include "renderer/gpu.hpp"
+#include "server/commands.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct InfoOptions {
+  std::string file;
+  std::string geometry_path;
+};
+
+Result<void> tell_of_gpus() {
+  const auto instance = GpuInstance::create({});
+  if (!instance) return instance.error();
+  const auto& candidates = (*instance)->candidates();
+  if (candidates.empty()) fmt::print("No GPU was found, expected one with Vulkan 1.3 or the package mesa-vulkan-drivers.\n");
+  bool chosen = false;
+  for (const GpuCandidate& candidate : candidates) {
+    fmt::print("{} ({}, {})\n", candidate.name, candidate.kind, candidate.driver);
+    if (!candidate.refusals.empty()) {
+      fmt::print("  would not serve: {}\n", fmt::join(candidate.refusals, "; "));
+    } else {
+      fmt::print("  would serve{}; compute queues: {}\n", chosen ? "" : " and is the one that is taken", candidate.queues);
+      chosen = true;
+    }
+  }
+  return {};
+}
+
+Result<void> tell_of_recording(const InfoOptions& options) {
+  const auto recording = Recording::open({.path = options.file, .geometry_path = options.geometry_path});
+  if (!recording) return recording.error();
+  const RecordingSummary& summary = recording->summary();
+  fmt::print("{}\n", summary.name);
+  fmt::print("  frames      {} of {} x {}, 8 bit{}\n", summary.frames, summary.columns, summary.rows,
+             summary.compressed ? ", compressed" : "");
+  fmt::print("  invalid     {}, lost while recording {}\n", summary.frames_invalid, summary.frames_lost);
+  fmt::print("  sweeps      {}, the longest of {} frames\n", summary.sweeps, summary.frames_in_longest_sweep);
+  fmt::print("  angles      {:.2f} to {:.2f} deg\n", summary.smallest_angle_deg, summary.largest_angle_deg);
+  fmt::print("  time        {:.2f} s, {:.1f} frames a second\n", summary.duration_s, summary.frame_rate_hz);
+  for (const RecordingGeometry::Value& value : summary.geometry_values) {
+    fmt::print("  {:<23} {} (from {})\n", value.key, value.value, value.origin);
+  }
+  return {};
+}
+
+}  // namespace
+
+Command add_info_command(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("info", "Tells of a recording, or of the GPUs of this machine");
+  const auto options = std::make_shared<InfoOptions>();
+  command->add_option("FILE", options->file, "A recording (.igs.mha); without it, the GPUs");
+  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry");
+  return [options]() { return options->file.empty() ? tell_of_gpus() : tell_of_recording(*options); };
+}
+
+}  // namespace fanlight

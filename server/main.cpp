@@ -1,0 +1,45 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <vector>
+
+#include "server/commands.hpp"
+
+namespace {
+
+constexpr int kUsageError = 2;
+
+int run(int argc, char** argv) {
+  CLI::App program("Fanlight renders the surface in 4D ultrasound and streams it to displays.", "fanlight");
+  program.set_version_flag("--version", FANLIGHT_VERSION);
+  program.require_subcommand(1);
+  const std::vector<std::pair<std::string, fanlight::Command>> commands = {
+      {"serve", fanlight::add_serve_command(program)},
+      {"render", fanlight::add_render_command(program)},
+      {"info", fanlight::add_info_command(program)}};
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return program.exit(error) == 0 ? 0 : kUsageError;
+  }
+  for (const auto& [name, command] : commands) {
+    if (!program.got_subcommand(name)) continue;
+    if (const auto done = command(); !done) {
+      std::fprintf(stderr, "fanlight %s: %s\n", name.c_str(), done.error().message.c_str());
+      return 1;
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    // A library's, where no call of ours expected one: most likely out of memory.
+    std::fprintf(stderr, "fanlight: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,171 @@
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/acquisition_thread.hpp"
+#include "acquisition/open_source.hpp"
+#include "renderer/renderer.hpp"
+#include "server/commands.hpp"
+#include "server/picture_file.hpp"
+#include "server/scene_options.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct RenderOptions {
+  std::string input;
+  std::string geometry_path;
+  std::string out;
+  std::string depth;
+  std::uint64_t volume = 0;
+  std::string size = "512x512";
+  std::string gpu;
+  bool json = false;
+  SceneOptions scene;
+};
+
+/// A source played to the volume that is wanted.
+class VolumePicker {
+ public:
+  explicit VolumePicker(FrameSource& source)
+      : ring_({.geometry = source.description().geometry,
+               .frame_capacity = source.description().frames_per_volume,
+               .slots = 3,
+               .policy = RingPolicy::kProcessAll},
+              {.reader_bell = bell_, .writer_bell = writer_bell_}),
+        acquisition_({.source = source, .ring = ring_, .writer_bell = writer_bell_, .counters = counters_, .ended_bell = bell_}) {}
+
+  /// The volume of that number, from 0; it stays valid as long as this does.
+  Result<VolumeRing::Lease> pick(std::uint64_t wanted) {
+    for (std::uint64_t seen = 0;;) {
+      // The state goes first: what was published before the end is then sure to be seen.
+      const auto state = acquisition_.state();
+      if (auto volume = ring_.take()) {
+        if (seen++ == wanted) return volume;
+        continue;
+      }
+      if (state == AcquisitionThread::State::kFailed) return acquisition_.error();
+      if (state != AcquisitionThread::State::kRunning) {
+        return Error{ErrorCode::kNotFound,
+                     fmt::format("volume {} was asked for, but the source has {} that can be rendered, counted from 0",
+                                 wanted, seen)};
+      }
+      bell_.wait(-1);
+    }
+  }
+
+ private:
+  Doorbell bell_;
+  Doorbell writer_bell_;
+  AcquisitionCounters counters_;
+  VolumeRing ring_;
+  AcquisitionThread acquisition_;
+};
+
+Result<Picture> render_once(Renderer& renderer, const Volume& volume) {
+  if (auto loaded = renderer.load(volume); !loaded) return loaded.error();
+  Picture picture;
+  for (;;) {
+    if (auto advanced = renderer.advance(); !advanced) return advanced.error();
+    if (renderer.collect(picture)) return picture;
+    constexpr std::int64_t kSecondNs = 1'000'000'000;
+    if (auto waited = renderer.wait(kSecondNs); !waited) return waited.error();
+  }
+}
+
+void print_report(const RenderOptions& options, const Picture& picture, const DepthMaps& depths,
+                  const std::string& device) {
+  const auto surfaces = std::ranges::count_if(depths.smooth_mm, [](float depth) { return depth >= 0; });
+  const double share = static_cast<double>(surfaces) / static_cast<double>(depths.smooth_mm.size());
+  double total_ms = 0;
+  for (const double stage_ms : picture.stamp.stage_ms) total_ms += stage_ms;
+
+  if (options.json) {
+    nlohmann::ordered_json stages;
+    for (std::size_t stage = 0; stage < kStages; ++stage) {
+      stages[std::string(kStageNames[stage])] = picture.stamp.stage_ms[stage];
+    }
+    const nlohmann::ordered_json report = {{"input", options.input},
+                                        {"volume", options.volume},
+                                        {"frames", picture.stamp.volume.frames},
+                                        {"device", device},
+                                        {"width", picture.width},
+                                        {"height", picture.height},
+                                        {"surface_share", share},
+                                        {"stage_ms", stages},
+                                        {"total_ms", total_ms}};
+    fmt::print("{}\n", report.dump());
+    return;
+  }
+  fmt::print("volume {} of {}: {} frames, {} x {} pixels on {}, a surface in {:.1f} % of them\n", options.volume,
+             options.input, picture.stamp.volume.frames, picture.width, picture.height, device, 100 * share);
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    fmt::print("  {:<10} {:8.2f} ms\n", kStageNames[stage], picture.stamp.stage_ms[stage]);
+  }
+  fmt::print("  {:<10} {:8.2f} ms\n", "together", total_ms);
+}
+
+Result<void> render(const RenderOptions& options) {
+  const auto size = parse_picture_size(options.size);
+  if (!size) return size.error();
+  auto source = open_source(options.input, {.geometry_path = options.geometry_path, .as_fast_as_taken = true});
+  if (!source) return source.error();
+  const SourceDescription& description = (*source)->description();
+  const auto scene = options.scene.applied_to(
+      scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad));
+  if (!scene) return scene.error();
+
+  const auto instance = GpuInstance::create({});
+  if (!instance) return instance.error();
+  const auto gpu = Gpu::create(**instance, options.gpu);
+  if (!gpu) return gpu.error();
+  RenderCounters counters;
+  const auto renderer = Renderer::create({.size = *size,
+                                          .geometry = description.geometry,
+                                          .first_angle_rad = description.first_angle_rad,
+                                          .last_angle_rad = description.last_angle_rad,
+                                          .frame_capacity = description.frames_per_volume},
+                                         {.gpu = **gpu, .counters = counters}, {.revision = 1, .scene = *scene});
+  if (!renderer) return renderer.error();
+
+  VolumePicker picker(**source);
+  const auto volume = picker.pick(options.volume);
+  if (!volume) return volume.error();
+  const auto picture = render_once(**renderer, **volume);
+  if (!picture) return picture.error();
+  const auto depths = (*renderer)->read_depth();
+  if (!depths) return depths.error();
+
+  if (auto written = write_picture(options.out, *picture); !written) return written;
+  if (!options.depth.empty()) {
+    const double pixel = pixel_mm(scene->camera, *size);
+    if (auto written = write_depth(options.depth, depths->smooth_mm, size->width, size->height, pixel); !written) {
+      return written;
+    }
+  }
+  print_report(options, *picture, *depths, (*gpu)->candidate().name);
+  return {};
+}
+
+}  // namespace
+
+Command add_render_command(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("render", "Renders one volume to a picture file");
+  const auto options = std::make_shared<RenderOptions>();
+  command->add_option("INPUT", options->input, "A recording (.igs.mha), or phantom: for the simulated probe")->required();
+  command->add_option("--out", options->out, "The picture to write, such as x.png")->required()->type_name("FILE");
+  command->add_option("--depth", options->depth, "The filtered depth map to write, mm, such as z.exr")->type_name("FILE");
+  command->add_option("--volume", options->volume, "Which volume of the source, from 0")->type_name("N");
+  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")->type_name("FILE");
+  command->add_option("--size", options->size, "Of the picture, pixels")->capture_default_str()->type_name("WxH");
+  command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command->add_flag("--json", options->json, "Print the report as JSON");
+  options->scene.add_to(*command);
+  return [options]() { return render(*options); };
+}
+
+}  // namespace fanlight

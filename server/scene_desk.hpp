@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+
+#include "proto/fanlight.pb.h"
+#include "proto/mailbox.hpp"
+#include "proto/picture.hpp"
+#include "proto/result.hpp"
+
+namespace fanlight {
+
+/// Where the scene in force is kept, and where changes of it are checked, numbered and handed to the render
+/// thread. Server thread only.
+class SceneDesk {
+ public:
+  /// `initial` is what the renderer was made with; `scenes` must outlive the desk.
+  SceneDesk(const NumberedScene& initial, Mailbox<NumberedScene>& scenes)
+      : default_(initial.scene), in_force_(initial), scenes_(scenes) {}
+
+  const NumberedScene& in_force() const { return in_force_; }
+  const Scene& default_scene() const { return default_; }
+
+  /// Takes all of the change or, with an Error, none of it. True where the scene is another one now; a change
+  /// that changes nothing keeps the revision.
+  Result<bool> apply(const v1::Scene& change);
+
+ private:
+  Scene default_;
+  NumberedScene in_force_;
+  Mailbox<NumberedScene>& scenes_;
+};
+
+/// The scene in force as a message.
+v1::SceneState scene_state(const NumberedScene& scene);
+
+}  // namespace fanlight

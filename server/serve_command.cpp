@@ -1,0 +1,204 @@
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <map>
+#include <memory>
+
+#include "acquisition/acquisition_thread.hpp"
+#include "acquisition/open_source.hpp"
+#include "renderer/render_thread.hpp"
+#include "server/commands.hpp"
+#include "server/listen_address.hpp"
+#include "server/scene_options.hpp"
+#include "server/stream_server.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct ServeOptions {
+  std::string source = "phantom:";
+  SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
+  std::string geometry_path;
+  std::string listen = "127.0.0.1:8080";
+  bool open_network = false;
+  std::string size = "512x512";
+  std::string gpu;
+  int jpeg_quality = 85;
+  std::uint32_t ring_slots = 4;
+  SceneOptions scene;
+};
+
+Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& options) {
+  auto endpoint = parse_listen_address(options.listen);
+  if (endpoint && !endpoint->address().is_loopback() && !options.open_network) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("listening on {} would let everyone on its network watch and control, without encryption; "
+                             "expected a loopback address such as 127.0.0.1:8080, or --open-network to allow it",
+                             options.listen)};
+  }
+  return endpoint;
+}
+
+void log_start(const SourceDescription& description, const GpuInstance& instance, const Gpu& gpu, const VolumeRing& ring) {
+  spdlog::info("fanlight {}", FANLIGHT_VERSION);
+  for (const GpuCandidate& candidate : instance.candidates()) {
+    if (!candidate.refusals.empty()) spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
+  }
+  spdlog::info("renders on {} ({}, {})", gpu.candidate().name, gpu.candidate().kind, gpu.candidate().driver);
+  const FanGeometry& geometry = description.geometry;
+  spdlog::info("source {}: {} frames a volume of {} x {} pixels of {:.4f} x {:.4f} mm, {:.1f} to {:.1f} deg about an axis {:.1f} mm "
+               "behind the probe face",
+               description.name, description.frames_per_volume, geometry.columns, geometry.rows, geometry.pixel_width_mm,
+               geometry.pixel_height_mm, degrees(description.first_angle_rad), degrees(description.last_angle_rad),
+               geometry.motor_radius_mm);
+  spdlog::info("the ring of volumes takes {:.0f} MB", static_cast<double>(ring.capacity_bytes()) / 1e6);
+}
+
+void log_end(const HouseCounters& house, const ServerCounters& server) {
+  spdlog::info("frames: {} received, {} assembled, {} missing, {} invalid", house.acquisition.frames_received.value(),
+               house.acquisition.frames_assembled.value(), house.acquisition.frames_missing.value(),
+               house.acquisition.frames_invalid.value());
+  spdlog::info("volumes: {} published, {} rendered, {} dropped", house.ring.volumes_published.value(),
+               house.ring.volumes_taken.value(), house.ring.volumes_dropped.value());
+  spdlog::info("pass 1 ran {} times, passes 2 and 3 {} times, {} pictures", house.render.pass1_runs.value(),
+               house.render.pass2_runs.value(), house.render.pictures_finished.value());
+  spdlog::info("sessions: {}; pictures offered {}, sent {}, skipped {}", server.sessions_opened.value(),
+               server.pictures_offered.value(), server.pictures_sent.value(), server.pictures_skipped.value());
+}
+
+std::string state_text(const AcquisitionThread& acquisition) {
+  switch (acquisition.state()) {
+    case AcquisitionThread::State::kRunning: return "running";
+    case AcquisitionThread::State::kFailed: return acquisition.error().message;
+    default: return "ended";
+  }
+}
+
+Result<void> serve(const ServeOptions& options) {
+  const auto size = parse_picture_size(options.size);
+  if (!size) return size.error();
+  const auto endpoint = listen_endpoint(options);
+  if (!endpoint) return endpoint.error();
+  SourceOptions playing = options.playing;
+  playing.geometry_path = options.geometry_path;
+  const auto source = open_source(options.source, playing);
+  if (!source) return source.error();
+  const SourceDescription& description = (*source)->description();
+  const auto scene = options.scene.applied_to(
+      scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad));
+  if (!scene) return scene.error();
+  const NumberedScene initial{.revision = 1, .scene = *scene};
+
+  const auto instance = GpuInstance::create({});
+  if (!instance) return instance.error();
+  const auto gpu = Gpu::create(**instance, options.gpu);
+  if (!gpu) return gpu.error();
+
+  // Who meets whom where: the three threads share these and nothing else.
+  Doorbell acquisition_bell;
+  Doorbell render_bell;
+  Doorbell server_bell;
+  AcquisitionCounters acquisition_counters;
+  RenderCounters render_counters;
+  ServerCounters server_counters;
+  VolumeRing ring({.geometry = description.geometry,
+                   .frame_capacity = description.frames_per_volume,
+                   .slots = options.ring_slots,
+                   .policy = playing.as_fast_as_taken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins},
+                  {.reader_bell = render_bell, .writer_bell = acquisition_bell});
+  Mailbox<NumberedScene> scenes(render_bell);
+  Picture blank;
+  blank.rgba.resize(std::size_t{size->width} * size->height * 4);
+  Mailbox<Picture> pictures(server_bell, blank);
+  Mailbox<Error> failures(server_bell);
+
+  auto renderer = Renderer::create({.size = *size,
+                                    .geometry = description.geometry,
+                                    .first_angle_rad = description.first_angle_rad,
+                                    .last_angle_rad = description.last_angle_rad,
+                                    .frame_capacity = description.frames_per_volume},
+                                   {.gpu = **gpu, .counters = render_counters}, initial);
+  if (!renderer) return renderer.error();
+
+  const HouseCounters house{acquisition_counters, ring.counters(), render_counters};
+  const AcquisitionThread* acquisition = nullptr;
+  const auto server = StreamServer::create({.endpoint = *endpoint,
+                                            .facts = {.source = description.name,
+                                                      .device = (*gpu)->candidate().name,
+                                                      .picture_width = size->width,
+                                                      .picture_height = size->height},
+                                            .initial_scene = initial,
+                                            .jpeg_quality = options.jpeg_quality},
+                                           {.bell = server_bell,
+                                            .pictures = pictures,
+                                            .scenes = scenes,
+                                            .failures = failures,
+                                            .house = house,
+                                            .counters = server_counters,
+                                            .source_state = [&acquisition] { return state_text(*acquisition); }});
+  if (!server) return server.error();
+
+  log_start(description, **instance, **gpu, ring);
+  Result<void> served;
+  {
+    const RenderThread render_thread(std::move(*renderer), {.ring = ring,
+                                                            .scenes = scenes,
+                                                            .pictures = pictures,
+                                                            .counters = render_counters,
+                                                            .bell = render_bell,
+                                                            .failures = failures});
+    const AcquisitionThread acquisition_thread({.source = **source,
+                                                .ring = ring,
+                                                .writer_bell = acquisition_bell,
+                                                .counters = acquisition_counters,
+                                                .ended_bell = server_bell});
+    acquisition = &acquisition_thread;
+    fmt::print("Fanlight shows {} on {}\n", description.name, page_url((*server)->endpoint()));
+    std::fflush(stdout);
+    served = (*server)->run();
+  }
+  log_end(house, server_counters);
+  return served;
+}
+
+}  // namespace
+
+Command add_serve_command(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("serve", "Renders a source as it comes and streams it to displays");
+  const auto options = std::make_shared<ServeOptions>();
+  command->add_option("--source", options->source, "phantom: (the simulated probe) or replay:PATH (a recording)")
+      ->capture_default_str()
+      ->type_name("SOURCE");
+  command->add_option("--listen", options->listen, "Address and port; port 0 takes a free one")
+      ->capture_default_str()
+      ->type_name("ADDR:PORT");
+  command->add_flag("--open-network", options->open_network, "Allow an address that others can reach, without encryption");
+  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")->type_name("FILE");
+  const std::map<std::string, ReplaySource::Ending> endings = {{"once", ReplaySource::Ending::kOnce},
+                                                               {"loop", ReplaySource::Ending::kLoop},
+                                                               {"to-and-fro", ReplaySource::Ending::kToAndFro}};
+  command->add_option("--ending", options->playing.ending, "After the recording's last frame: once, loop or to-and-fro (the default)")
+      ->transform(CLI::CheckedTransformer(endings, CLI::ignore_case).description(""))
+      ->type_name("NAME");
+  command->add_option("--speed", options->playing.speed, "Of the recording: 1 as recorded, 0.01 to 1000")->type_name("FACTOR");
+  command->add_flag("--fast", options->playing.as_fast_as_taken, "Play as fast as volumes are rendered, and render them all");
+  command->add_option("--size", options->size, "Of the picture, pixels")->capture_default_str()->type_name("WxH");
+  command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command->add_option("--jpeg-quality", options->jpeg_quality, "1 to 100")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100))
+      ->type_name("N");
+  command->add_option("--ring", options->ring_slots, "Volumes that the ring holds, 3 to 64")
+      ->capture_default_str()
+      ->check(CLI::Range(3, 64))
+      ->type_name("N");
+  options->scene.add_to(*command);
+  return [options]() { return serve(*options); };
+}
+
+}  // namespace fanlight

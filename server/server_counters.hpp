@@ -1,0 +1,30 @@
+#pragma once
+
+#include "proto/counter.hpp"
+
+namespace fanlight {
+
+/// Raised by the server thread. pictures_offered = pictures_sent + pictures_skipped + those waiting or under
+/// way, over all sessions.
+struct ServerCounters {
+  Counter sessions_opened;
+  Counter sessions_closed;
+  Counter connections_refused;  ///< beyond the limit
+  Counter requests_refused;     ///< HTTP that was malformed, too long or for something that is not there
+  Counter messages_refused;     ///< malformed, oversized or unexpected WebSocket messages
+  Counter scene_changes;
+  Counter scene_refusals;       ///< changes with a value that is not allowed
+  Counter pictures_encoded;
+  Counter pictures_offered;
+  Counter pictures_sent;
+  Counter pictures_skipped;  ///< replaced unsent by a newer one, or unsent when the session ended
+};
+
+/// All counters of the house, for the metrics and the statistics.
+struct HouseCounters {
+  const AcquisitionCounters& acquisition;
+  const RingCounters& ring;
+  const RenderCounters& render;
+};
+
+}  // namespace fanlight

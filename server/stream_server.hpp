@@ -1,0 +1,80 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "proto/doorbell.hpp"
+#include "proto/mailbox.hpp"
+#include "server/stream_context.hpp"
+
+namespace fanlight {
+
+/// The one port: HTTP and WebSocket, in one loop on the thread that calls run(). Reads pictures from a
+/// mailbox, leaves scenes in another.
+class StreamServer {
+ public:
+  struct Config {
+    boost::asio::ip::tcp::endpoint endpoint;
+    HouseFacts facts;
+    NumberedScene initial_scene;  ///< what the renderer was made with
+    int jpeg_quality = 85;
+    std::size_t most_connections = 256;
+  };
+  /// All must outlive the server. `bell` is the one that the mailboxes ring for their reader, and whoever
+  /// changes what source_state() says.
+  struct Dependencies {
+    Doorbell& bell;
+    Mailbox<Picture>& pictures;
+    Mailbox<NumberedScene>& scenes;
+    Mailbox<Error>& failures;
+    HouseCounters house;
+    ServerCounters& counters;
+    std::function<std::string()> source_state;
+  };
+
+  /// Listens; connections wait until run(). kUnavailable where the address is in use or not ours.
+  static Result<std::unique_ptr<StreamServer>> create(const Config& config, const Dependencies& dependencies);
+
+  /// Where it listens, with the port that was chosen.
+  boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
+
+  /// Serves until SIGINT or SIGTERM or stop(), or until something is broken.
+  Result<void> run();
+
+  /// Any thread: ends run().
+  void stop() { loop_.stop(); }
+
+ private:
+  StreamServer(const Config& config, const Dependencies& dependencies);
+  Result<void> listen();
+  void accept();
+  void accepted(boost::system::error_code failure, boost::asio::ip::tcp::socket socket);
+  void watch_bell();
+  void bell_rang();
+  void count_seconds();
+  void fail(const Error& error);
+
+  Config config_;
+  Dependencies from_;
+  // The loop goes last: destroying it ends the sessions, which leave the hub.
+  SceneDesk desk_;
+  PictureHub hub_;
+  StreamContext context_;
+  std::size_t connections_ = 0;
+  boost::asio::io_context loop_{1};
+  boost::asio::ip::tcp::acceptor acceptor_{loop_};
+  boost::asio::posix::stream_descriptor bell_{loop_};
+  boost::asio::steady_timer second_{loop_};
+  boost::asio::steady_timer accept_pause_{loop_};
+  boost::asio::signal_set signals_{loop_};
+  std::optional<Error> failure_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,81 @@
+// node build.mjs [--outdir DIR] [--tests] [--proto FILE]
+//   --outdir  writes the page's files there
+//   --tests   writes the unit tests to generated/tests.mjs, for node --test
+// Before either, the messages are generated from the schema and everything is type checked.
+import { execFileSync } from "node:child_process";
+import { copyFileSync, mkdirSync, readdirSync } from "node:fs";
+import { dirname, join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+import { parseArgs } from "node:util";
+import { build } from "esbuild";
+
+const home = dirname(fileURLToPath(import.meta.url));
+const { values } = parseArgs({
+  options: {
+    outdir: { type: "string" },
+    proto: { type: "string", default: join(home, "../../proto/fanlight.proto") },
+    tests: { type: "boolean", default: false },
+  },
+});
+if (!values.outdir && !values.tests) {
+  console.error("build.mjs: expected --outdir DIR, --tests, or both");
+  process.exit(2);
+}
+
+const run = (command, ...args) => {
+  try {
+    execFileSync(command, args, { cwd: home, stdio: "inherit" });
+  } catch (failure) {
+    console.error(`build.mjs: ${command} ${args.join(" ")}: ${failure.message}`);
+    process.exit(1);
+  }
+};
+
+const proto = resolve(values.proto);
+mkdirSync(join(home, "generated"), { recursive: true });
+run(
+  "protoc",
+  `--plugin=${join(home, "node_modules/.bin/protoc-gen-es")}`,
+  "--es_out=generated",
+  "--es_opt=target=js+dts",
+  `-I${dirname(proto)}`,
+  proto,
+);
+run(process.execPath, join(home, "node_modules/typescript/bin/tsc"), "--project", home);
+
+if (values.tests) {
+  const tests = readdirSync(join(home, "test"))
+    .map((name) => `import "./${name}";`)
+    .join("\n");
+  await build({
+    stdin: { contents: tests, resolveDir: join(home, "test") },
+    outfile: join(home, "generated/tests.mjs"),
+    bundle: true,
+    platform: "node",
+    format: "esm",
+    target: "node18",
+    logLevel: "warning",
+  });
+}
+
+if (values.outdir) {
+  await build({
+    entryPoints: { viewer: join(home, "src/main.ts") },
+    outdir: resolve(values.outdir),
+    bundle: true,
+    minify: true,
+    format: "iife",
+    target: ["chrome100", "firefox100", "safari15.4"],
+    logLevel: "warning",
+  });
+  await build({
+    entryPoints: { viewer: join(home, "page/viewer.css") },
+    outdir: resolve(values.outdir),
+    minify: true,
+    target: ["chrome105", "firefox110", "safari16"],
+    logLevel: "warning",
+  });
+  for (const name of ["index.html", "favicon.svg"]) {
+    copyFileSync(join(home, "page", name), join(resolve(values.outdir), name));
+  }
+}

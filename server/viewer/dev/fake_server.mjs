@@ -1,0 +1,201 @@
+#!/usr/bin/env node
+// Stands in for Fanlight while working on the page: serves dist/ and speaks the protocol.
+//   fake_server.mjs serve [--source phantom:] [--listen 127.0.0.1:8080]
+// A source with "volumes=1", or a replay, gives one volume; every other gives one each 200 ms.
+import { readFileSync } from "node:fs";
+import { createServer } from "node:http";
+import { fileURLToPath } from "node:url";
+import { parseArgs } from "node:util";
+import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
+import { WebSocketServer } from "ws";
+import { ClientMessageSchema, SceneSchema, ServerMessageSchema } from "../generated/fanlight_pb.js";
+import { defaults, fields } from "./fields.mjs";
+import { fakePicture } from "./fake_picture.mjs";
+
+const { values: options } = parseArgs({
+  allowPositionals: true,
+  options: {
+    source: { type: "string", default: "phantom:" },
+    listen: { type: "string", default: "127.0.0.1:8080" },
+  },
+});
+const standsStill = /volumes=1\b|^replay:/.test(options.source);
+const kFramesPerVolume = 35n;
+
+const scene = { ...defaults };
+let revision = 1n;
+let volumeId = 0n;
+let captureTime_ns = 0n;
+let pass1Runs = 0n;
+let pass2Runs = 0n;
+let pictureId = 0n;
+let newestPicture;
+let stale = false;
+
+const pages = {
+  "/": ["index.html", "text/html; charset=utf-8"],
+  "/viewer.js": ["viewer.js", "text/javascript; charset=utf-8"],
+  "/viewer.css": ["viewer.css", "text/css; charset=utf-8"],
+  "/favicon.svg": ["favicon.svg", "image/svg+xml"],
+};
+const headers = {
+  "Content-Security-Policy":
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; " +
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+  "X-Content-Type-Options": "nosniff",
+  "Cache-Control": "no-cache",
+};
+const http = createServer((request, response) => {
+  const [name, type] = pages[request.url] ?? [];
+  if (!name) return response.writeHead(404).end();
+  const file = fileURLToPath(new URL(`../dist/${name}`, import.meta.url));
+  response.writeHead(200, { ...headers, "Content-Type": type }).end(readFileSync(file));
+});
+const streams = new WebSocketServer({ server: http, path: "/stream" });
+const sessions = new Map(); // socket -> { offered, sent }
+
+streams.on("connection", (socket) => {
+  sessions.set(socket, { offered: 0n, sent: 0n });
+  socket.on("close", () => sessions.delete(socket));
+  socket.on("message", (bytes) => answer(socket, fromBinary(ClientMessageSchema, bytes).body));
+  tell(socket, "hello", {
+    protocolVersion: 1,
+    serverVersion: "fake",
+    source: options.source,
+    device: "no GPU: synthetic pictures",
+    pictureWidth: 320,
+    pictureHeight: 320,
+    fields,
+    scene: { revision, scene: message(scene) },
+    defaultScene: message(defaults),
+  });
+  if (newestPicture) offer(socket, newestPicture);
+});
+
+function answer(socket, { case: kind, value }) {
+  if (kind === "clockRequest") {
+    tell(socket, "clockReply", { clientTimeMs: value.clientTimeMs, serverTimeNs: process.hrtime.bigint() });
+    return;
+  }
+  const changed = changesOf(value.scene);
+  const refusal = refusalOf({ ...scene, ...changed });
+  if (refusal) {
+    tell(socket, "sceneReply", {
+      requestId: value.requestId,
+      outcome: { case: "refused", value: { message: refusal } },
+    });
+    return;
+  }
+  const casts = fields.some(({ name, castsRays }) => castsRays && name in changed && changed[name] !== scene[name]);
+  Object.assign(scene, changed);
+  revision += 1n;
+  if (casts) pass1Runs += 1n;
+  stale = true;
+  const state = { revision, scene: message(scene) };
+  tell(socket, "sceneReply", { requestId: value.requestId, outcome: { case: "inForce", value: state } });
+  for (const other of sessions.keys()) tell(other, "scene", state);
+}
+
+function refusalOf(candidate) {
+  for (const { name, minimum, maximum, step, unit } of fields) {
+    const value = candidate[name];
+    if (value >= minimum && value <= maximum && (step === 0 || (value - minimum) % step === 0)) continue;
+    return `${name} is ${value}, expected a number from ${minimum} to ${maximum} ${unit}`;
+  }
+  if (candidate["rays.start_mm"] < candidate["rays.end_mm"]) return undefined;
+  return `rays.start_mm is ${candidate["rays.start_mm"]} and rays.end_mm is ${candidate["rays.end_mm"]}, expected the start before the end`;
+}
+
+function takeVolume() {
+  volumeId += 1n;
+  captureTime_ns = process.hrtime.bigint();
+  pass1Runs += 1n;
+  stale = true;
+}
+
+function render() {
+  if (!stale || volumeId === 0n) return;
+  stale = false;
+  pass2Runs += 1n;
+  pictureId += 1n;
+  const before_ms = performance.now();
+  const picture = fakePicture(scene, standsStill ? 0 : Number(volumeId) / 10);
+  newestPicture = {
+    pictureId,
+    volumeId,
+    captureTimeNs: captureTime_ns,
+    finishedTimeNs: process.hrtime.bigint(),
+    sceneRevision: revision,
+    firstFrameSequence: (volumeId - 1n) * kFramesPerVolume,
+    lastFrameSequence: volumeId * kFramesPerVolume - 1n,
+    pass1Runs,
+    pass2Runs,
+    ...picture,
+    stages: ["upload", "cast", "filter", "light", "finish", "read_back"].map((name) => ({
+      name,
+      milliseconds: name === "light" ? performance.now() - before_ms : 0,
+    })),
+  };
+  for (const socket of sessions.keys()) offer(socket, newestPicture);
+}
+
+function offer(socket, picture) {
+  const session = sessions.get(socket);
+  session.offered += 1n;
+  if (socket.bufferedAmount > 0) return;
+  session.sent += 1n;
+  tell(socket, "picture", picture);
+}
+
+function tellStatistics() {
+  for (const [socket, { offered, sent }] of sessions) {
+    tell(socket, "statistics", {
+      serverTimeNs: process.hrtime.bigint(),
+      framesReceived: volumeId * kFramesPerVolume,
+      volumesAssembled: volumeId,
+      pass1Runs,
+      pass2Runs,
+      picturesRendered: pictureId,
+      picturesOffered: offered,
+      picturesSent: sent,
+      picturesSkipped: offered - sent,
+      sessions: sessions.size,
+    });
+  }
+}
+
+function tell(socket, kind, value) {
+  socket.send(toBinary(ServerMessageSchema, create(ServerMessageSchema, { body: { case: kind, value } })));
+}
+
+function message(values) {
+  const nested = {};
+  for (const [name, value] of Object.entries(values)) {
+    const [group, part] = name.split(".");
+    if (part) (nested[group] ??= {})[camel(part)] = value;
+    else nested[group] = value;
+  }
+  return create(SceneSchema, nested);
+}
+
+function changesOf(whole) {
+  const changed = {};
+  for (const { name } of fields) {
+    const [group, part] = name.split(".");
+    const holder = part ? whole[group] : whole;
+    const value = holder?.[camel(part ?? group)];
+    if (value !== undefined) changed[name] = value;
+  }
+  return changed;
+}
+
+function camel(name) {
+  return name.replace(/_(.)/g, (_, letter) => letter.toUpperCase());
+}
+
+setTimeout(takeVolume, 300);
+if (!standsStill) setInterval(takeVolume, 200);
+setInterval(render, 20);
+setInterval(tellStatistics, 1000);
+const [host, port] = options.listen.split(":");
+http.listen(Number(port), host, () => console.log(`listening on http://${host}:${http.address().port}/`));

@@ -1,0 +1,82 @@
+// The WebSocket to the server, opened again whenever it is lost.
+import { create, fromBinary, toBinary, type MessageInitShape } from "@bufbuild/protobuf";
+import { ClientMessageSchema, ServerMessageSchema, type ServerMessage } from "../generated/fanlight_pb.js";
+
+const kFirstRetryMs = 500;
+const kLongestRetryMs = 4000;
+// The server sends statistics once a second; a session this silent is dead even if TCP has not noticed.
+const kSilenceMs = 5000;
+
+export interface ConnectionEvents {
+  connecting(): void;
+  message(message: ServerMessage): void;
+  lost(sentence: string): void;
+}
+
+export class Connection {
+  private socket: WebSocket | undefined;
+  private retryMs = kFirstRetryMs;
+  private heardMs = 0;
+
+  constructor(
+    private readonly url: string,
+    private readonly events: ConnectionEvents,
+  ) {
+    window.setInterval(() => this.closeWhenSilent(), 1000);
+  }
+
+  open(): void {
+    this.events.connecting();
+    const socket = new WebSocket(this.url);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    this.heardMs = performance.now();
+    let heard = false;
+    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
+      heard = true;
+      this.retryMs = kFirstRetryMs;
+      this.heardMs = performance.now();
+      this.events.message(fromBinary(ServerMessageSchema, new Uint8Array(event.data)));
+    };
+    socket.onclose = (event) => this.retry(lossSentence(event, heard));
+  }
+
+  /** Nothing is sent, or kept for later, while the connection is down. */
+  send(body: MessageInitShape<typeof ClientMessageSchema>["body"]): void {
+    if (this.socket?.readyState !== WebSocket.OPEN || !body) return;
+    this.socket.send(toBinary(ClientMessageSchema, create(ClientMessageSchema, { body })));
+  }
+
+  /** Closes for good. */
+  end(): void {
+    if (this.socket) this.drop(this.socket);
+    this.socket = undefined;
+  }
+
+  private closeWhenSilent(): void {
+    const socket = this.socket;
+    if (!socket || performance.now() - this.heardMs < kSilenceMs) return;
+    this.drop(socket);
+    this.retry("The server has gone silent.");
+  }
+
+  /** Does not wait for the closing handshake, which takes its time with a dead peer. */
+  private drop(socket: WebSocket): void {
+    socket.onclose = null;
+    socket.onmessage = null;
+    socket.close();
+  }
+
+  private retry(sentence: string): void {
+    this.socket = undefined;
+    this.events.lost(sentence);
+    window.setTimeout(() => this.open(), this.retryMs);
+    this.retryMs = Math.min(kLongestRetryMs, this.retryMs * 2);
+  }
+}
+
+function lossSentence(event: CloseEvent, heard: boolean): string {
+  if (event.reason) return `The server closed the session: ${event.reason}`;
+  if (event.wasClean) return "The server closed the session.";
+  return heard ? "The connection broke." : "The server does not answer.";
+}

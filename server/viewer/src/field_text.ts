@@ -1,0 +1,51 @@
+// What a person reads about a scene field.
+import type { SceneField } from "../generated/fanlight_pb.js";
+
+const kUnitSuffix = /_(mm|deg|per_mm)$/;
+
+/** "light.right_mm" is in group "light"; a name without a dot in "". */
+export function groupOf(name: string): string {
+  return name.includes(".") ? name.slice(0, name.indexOf(".")) : "";
+}
+
+/** "Right" for light.right_mm. */
+export function labelOf(name: string): string {
+  const words = name
+    .slice(name.indexOf(".") + 1)
+    .replace(kUnitSuffix, "")
+    .replace(/_/g, " ");
+  return words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+/** As few digits as name the value to a hundredth, or a thousandth below one. */
+export function numberText(value: number): string {
+  if (Number.isNaN(value)) return "";
+  return String(Number(value.toFixed(Math.abs(value) < 1 ? 3 : 2)));
+}
+
+export function valueText(field: SceneField, value: number): string {
+  return field.choices[value] ?? numberText(value);
+}
+
+/** "step in the echo that makes a surface; 0 to 255 grey levels, default 40" */
+export function hintOf(field: SceneField, defaultValue: number): string {
+  const range =
+    field.choices.length > 0
+      ? ""
+      : `${numberText(field.minimum)} to ${numberText(field.maximum)}${field.unit && ` ${field.unit}`}, `;
+  return `${field.help}; ${range}default ${valueText(field, defaultValue)}`;
+}
+
+/**
+ * The part of a field's range that a slider covers. Lengths are allowed up to metres; within twice the
+ * default picture's height a slider can still be aimed, and the number box takes the rest.
+ */
+export function sliderRange(field: SceneField, pictureHeightMm: number): { low: number; high: number; step: number } {
+  const reach = field.unit === "mm" ? 2 * pictureHeightMm : Infinity;
+  const low = Math.max(field.minimum, -reach);
+  const high = Math.min(field.maximum, reach);
+  if (field.step > 0) return { low, high, step: field.step };
+  const step = 10 ** Math.floor(Math.log10((high - low) / 100));
+  const decimals = Math.max(0, -Math.log10(step));
+  return { low: Number((Math.ceil(low / step) * step).toFixed(decimals)), high, step };
+}

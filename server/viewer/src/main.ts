@@ -1,0 +1,198 @@
+// The page: a connection, a scene editor, and what shows and moves them.
+import { create, equals } from "@bufbuild/protobuf";
+import {
+  HelloSchema,
+  type Hello,
+  type Picture,
+  type SceneReply,
+  type ServerMessage,
+} from "../generated/fanlight_pb.js";
+import { Connection } from "./connection";
+import { Controls } from "./controls";
+import { LightHandle } from "./light_handle";
+import { FrameWatch, noticeFor, type Condition } from "./notice";
+import { Orbit } from "./orbit";
+import { PictureInput, type Tool } from "./picture_input";
+import { PictureView } from "./picture_view";
+import { sceneOf, valuesOf } from "./scene";
+import { SceneEditor } from "./scene_editor";
+import { ServerClock } from "./server_clock";
+import { StatisticsView } from "./statistics";
+
+const kProtocolVersion = 1;
+const kClockMs = 500;
+
+const page = {
+  canvas: find("#picture", HTMLCanvasElement),
+  frame: find("#frame", HTMLElement),
+  light: find("#light", SVGSVGElement),
+  tools: find("#tools", HTMLFieldSetElement),
+  resetView: find("#reset-view", HTMLButtonElement),
+  connection: find("#connection", HTMLElement),
+  source: find("#source", HTMLElement),
+  notice: find("#notice", HTMLElement),
+  refusal: find("#refusal", HTMLElement),
+  form: find("#controls", HTMLFormElement),
+};
+
+const condition: Condition = {
+  connection: { state: "connecting" },
+  serverError: undefined,
+  silentSeconds: undefined,
+  source: "",
+  pictureShown: false,
+};
+let hello: Hello | undefined;
+let controls: Controls | undefined;
+let shown: Picture | undefined;
+
+const clock = new ServerClock();
+const frames = new FrameWatch();
+const statistics = new StatisticsView(document, clock);
+const connection = new Connection(streamUrl(), {
+  connecting: () => showCondition({ connection: { state: "connecting" } }),
+  message: receive,
+  lost: (sentence) => {
+    editor.stop();
+    page.refusal.hidden = true;
+    showCondition({
+      connection: { state: "lost", sentence, retrying: true },
+      serverError: undefined,
+      silentSeconds: undefined,
+    });
+  },
+});
+const editor = new SceneEditor({
+  send: (requestId, values) => connection.send({ case: "sceneChange", value: { requestId, scene: sceneOf(values) } }),
+  changed: showScene,
+  refused: (sentence) => {
+    page.refusal.textContent = sentence;
+    page.refusal.hidden = false;
+  },
+  accepted: () => {
+    page.refusal.hidden = true;
+  },
+});
+const light = new LightHandle(editor, page.canvas, page.light);
+const orbit = new Orbit(editor, page.canvas);
+const view = new PictureView(page.canvas, page.frame, pictureShown, (sentence) =>
+  showCondition({ serverError: sentence }),
+);
+
+new PictureInput(page.canvas, tool, light, orbit);
+page.resetView.onclick = () => orbit.reset();
+page.tools.onchange = () => {
+  page.canvas.dataset.tool = tool();
+};
+page.canvas.dataset.tool = tool();
+window.setInterval(askClock, kClockMs);
+window.setInterval(() => showCondition({ silentSeconds: frames.silentSeconds(performance.now()) }), 1000);
+connection.open();
+
+function receive({ body }: ServerMessage): void {
+  switch (body.case) {
+    case "hello":
+      return begin(body.value);
+    case "picture":
+      return view.show(body.value);
+    case "statistics":
+      frames.count(body.value.framesReceived, performance.now());
+      return statistics.counters(body.value);
+    case "scene":
+      return body.value.scene && editor.adopt(body.value.revision, valuesOf(body.value.scene));
+    case "sceneReply":
+      return settle(body.value);
+    case "clockReply":
+      return clock.add(body.value.clientTimeMs, body.value.serverTimeNs, performance.now());
+    case "error":
+      return showCondition({ serverError: body.value.message });
+  }
+}
+
+function begin(newHello: Hello): void {
+  if (newHello.protocolVersion !== kProtocolVersion) {
+    connection.end();
+    const versions = `The server speaks protocol ${newHello.protocolVersion}, this page ${kProtocolVersion}`;
+    const sentence = `${versions}: reload the page.`;
+    showCondition({ connection: { state: "lost", sentence, retrying: false } });
+    return;
+  }
+  clock.reset();
+  frames.reset();
+  askClock();
+  statistics.start(newHello);
+  const defaults = newHello.defaultScene ? valuesOf(newHello.defaultScene) : new Map<string, number>();
+  orbit.start(newHello.fields, defaults);
+  // A new session offers the same settings as a rule; then the reader's place in them is kept.
+  if (!hello || !sameSettings(hello, newHello)) controls = new Controls(page.form, editor, newHello.fields, defaults);
+  hello = newHello;
+  page.source.textContent = hello.source;
+  if (hello.scene?.scene) editor.start(hello.scene.revision, valuesOf(hello.scene.scene));
+  showCondition({ connection: { state: "open" }, source: hello.source, pictureShown: false });
+}
+
+function settle({ requestId, outcome }: SceneReply): void {
+  if (outcome.case === "inForce" && outcome.value.scene) {
+    editor.acceptedReply(requestId, outcome.value.revision, valuesOf(outcome.value.scene));
+  } else if (outcome.case === "refused") {
+    editor.refusedReply(requestId, outcome.value.message);
+  }
+}
+
+function pictureShown(picture: Picture): void {
+  const news = picture.volumeId !== shown?.volumeId || !condition.pictureShown;
+  shown = picture;
+  statistics.picture(picture);
+  showScene();
+  if (news) showCondition({ pictureShown: true, serverError: undefined });
+}
+
+/** The canvas is busy until it shows the scene as last asked for. */
+function showScene(): void {
+  controls?.refresh();
+  light.placeMarker();
+  page.canvas.ariaBusy = String(!shown || !editor.isShownBy(shown.sceneRevision));
+}
+
+function showCondition(change: Partial<Condition>): void {
+  Object.assign(condition, change);
+  const state = condition.connection.state;
+  document.documentElement.dataset.connection = state;
+  page.connection.textContent = { connecting: "Connecting", open: "Connected", lost: "Connection lost" }[state];
+  page.form.inert = page.resetView.disabled = state !== "open";
+  const notice = noticeFor(condition);
+  page.notice.hidden = !notice;
+  page.notice.dataset.kind = notice?.kind ?? "";
+  page.notice.classList.toggle("over-picture", condition.pictureShown);
+  page.frame.classList.toggle("stale", state !== "open" || !condition.pictureShown);
+  const [title, detail] = page.notice.children;
+  title!.textContent = notice?.title ?? "";
+  detail!.textContent = notice?.detail ?? "";
+}
+
+function askClock(): void {
+  connection.send({ case: "clockRequest", value: { clientTimeMs: performance.now() } });
+}
+
+function sameSettings(a: Hello, b: Hello): boolean {
+  const settings = ({ fields, defaultScene }: Hello) =>
+    create(HelloSchema, { fields, ...(defaultScene && { defaultScene }) });
+  return equals(HelloSchema, settings(a), settings(b));
+}
+
+function tool(): Tool {
+  return page.tools.querySelector<HTMLInputElement>("input:checked")?.value === "orbit" ? "orbit" : "light";
+}
+
+/** Beside the page, so that it works under a prefix of a reverse proxy too. */
+function streamUrl(): string {
+  const url = new URL("stream", document.baseURI);
+  url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+  return url.href;
+}
+
+function find<Kind extends Element>(selector: string, kind: new () => Kind): Kind {
+  const found = document.querySelector(selector);
+  if (!(found instanceof kind)) throw new Error(`The page has no ${selector}.`);
+  return found;
+}

@@ -1,0 +1,41 @@
+// The hand that turns the camera about its target and sets the height of its picture.
+import type { SceneField } from "../generated/fanlight_pb.js";
+import { allowed, type Values } from "./scene";
+import type { SceneEditor } from "./scene_editor";
+import { orbited, tidy, type PagePoint } from "./view_geometry";
+
+export class Orbit {
+  private field: SceneField | undefined;
+  private defaults: Values = new Map();
+
+  constructor(
+    private readonly editor: SceneEditor,
+    private readonly canvas: HTMLCanvasElement,
+  ) {}
+
+  start(fields: SceneField[], defaults: Values): void {
+    this.field = fields.find((field) => field.name === "camera.field_mm");
+    this.defaults = new Map([...defaults].filter(([name]) => name.startsWith("camera.")));
+  }
+
+  /** By pixels of the page. */
+  drag(moved: PagePoint): void {
+    const angles = { yawDeg: this.editor.get("camera.yaw_deg"), pitchDeg: this.editor.get("camera.pitch_deg") };
+    const { yawDeg, pitchDeg } = orbited(angles, moved, this.canvas.clientHeight);
+    this.editor.set([
+      ["camera.yaw_deg", yawDeg],
+      ["camera.pitch_deg", pitchDeg],
+    ]);
+  }
+
+  /** Above 1 shows more of the body. */
+  zoom(factor: number): void {
+    if (!this.field) return;
+    const heightMm = tidy(this.editor.get("camera.field_mm") * factor);
+    this.editor.set([["camera.field_mm", allowed(this.field, heightMm)]]);
+  }
+
+  reset(): void {
+    this.editor.set(this.defaults);
+  }
+}

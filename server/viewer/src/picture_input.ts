@@ -1,0 +1,118 @@
+// Mouse, pen, touch and keys over the picture: what each of them means to the light and the camera.
+import type { LightHandle } from "./light_handle";
+import type { Orbit } from "./orbit";
+import type { PagePoint } from "./view_geometry";
+
+const kDragStartPixels = 3; // a click, or half a double click, is no drag
+const kZoomPerNotch = 1.1;
+const kNotchPixels = 100;
+const kKeyOrbitPixels = 12;
+
+export type Tool = "light" | "orbit";
+
+export class PictureInput {
+  private readonly pointers = new Map<number, PagePoint>();
+  private dragged: { tool: Tool; from: PagePoint; begun: boolean } | undefined;
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly tool: () => Tool,
+    private readonly light: LightHandle,
+    private readonly orbit: Orbit,
+  ) {
+    canvas.addEventListener("pointerdown", (event) => this.pressed(event));
+    canvas.addEventListener("pointermove", (event) => this.moved(event));
+    canvas.addEventListener("pointerup", (event) => this.released(event));
+    canvas.addEventListener("pointercancel", (event) => this.released(event));
+    canvas.addEventListener("wheel", (event) => this.rolled(event), { passive: false });
+    canvas.addEventListener("dblclick", () => this.orbit.reset());
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("keydown", (event) => this.typed(event));
+  }
+
+  private pressed(event: PointerEvent): void {
+    this.canvas.focus({ preventScroll: true });
+    this.canvas.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, pointOf(event));
+    const turns = event.button === 2 || event.altKey || this.tool() === "orbit";
+    this.dragged =
+      this.pointers.size > 1 ? undefined : { tool: turns ? "orbit" : "light", from: pointOf(event), begun: false };
+    event.preventDefault();
+  }
+
+  private moved(event: PointerEvent): void {
+    const before = this.pointers.get(event.pointerId);
+    if (!before) return;
+    const now = pointOf(event);
+    if (this.pointers.size > 1) {
+      this.pinched(event.pointerId, before, now);
+    } else if (this.dragged) {
+      this.dragged.begun ||= distance(this.dragged.from, now) >= kDragStartPixels;
+      if (!this.dragged.begun) return;
+      if (this.dragged.tool === "light") this.light.moveTo(now);
+      else this.orbit.drag(difference(now, before));
+    }
+    this.pointers.set(event.pointerId, now);
+  }
+
+  private released(event: PointerEvent): void {
+    this.pointers.delete(event.pointerId);
+    if (this.pointers.size === 0) this.dragged = undefined;
+  }
+
+  /** Each of two fingers carries half of the turn; their distance zooms. */
+  private pinched(id: number, before: PagePoint, now: PagePoint): void {
+    const other = [...this.pointers].find(([candidate]) => candidate !== id)?.[1];
+    if (!other) return;
+    const step = difference(now, before);
+    this.orbit.drag({ x: step.x / 2, y: step.y / 2 });
+    const apart = distance(now, other);
+    if (apart > 0) this.orbit.zoom(distance(before, other) / apart);
+  }
+
+  private rolled(event: WheelEvent): void {
+    event.preventDefault();
+    // With Shift held, browsers report a vertical wheel as a horizontal one.
+    const pixels = (event.deltaY || event.deltaX) * (event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? 1 : 33);
+    const notches = pixels / kNotchPixels;
+    if (event.shiftKey) this.light.deepen(notches);
+    else this.orbit.zoom(kZoomPerNotch ** notches);
+  }
+
+  private typed(event: KeyboardEvent): void {
+    const act = this.keys()[event.key];
+    if (!act || event.ctrlKey || event.metaKey) return;
+    act();
+    event.preventDefault();
+  }
+
+  private keys(): Record<string, () => void> {
+    const step = (right: number, up: number) => () =>
+      this.tool() === "light"
+        ? this.light.nudge(right, up)
+        : this.orbit.drag({ x: right * kKeyOrbitPixels, y: -up * kKeyOrbitPixels });
+    return {
+      ArrowLeft: step(-1, 0),
+      ArrowRight: step(1, 0),
+      ArrowUp: step(0, 1),
+      ArrowDown: step(0, -1),
+      PageUp: () => this.light.deepen(-1),
+      PageDown: () => this.light.deepen(1),
+      "+": () => this.orbit.zoom(1 / kZoomPerNotch),
+      "-": () => this.orbit.zoom(kZoomPerNotch),
+      Home: () => this.orbit.reset(),
+    };
+  }
+}
+
+function pointOf(event: PointerEvent): PagePoint {
+  return { x: event.clientX, y: event.clientY };
+}
+
+function difference(a: PagePoint, b: PagePoint): PagePoint {
+  return { x: a.x - b.x, y: a.y - b.y };
+}
+
+function distance(a: PagePoint, b: PagePoint): number {
+  return Math.hypot(a.x - b.x, a.y - b.y);
+}

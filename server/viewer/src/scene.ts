@@ -1,0 +1,45 @@
+// A scene as the page holds it: values by dotted name, the names of Hello.fields.
+import { create } from "@bufbuild/protobuf";
+import { reflect, type ReflectMessage } from "@bufbuild/protobuf/reflect";
+import { SceneSchema, type Scene, type SceneField } from "../generated/fanlight_pb.js";
+
+export type Values = Map<string, number>;
+
+export function valuesOf(scene: Scene): Values {
+  const values: Values = new Map();
+  collect(reflect(SceneSchema, scene), "", values);
+  return values;
+}
+
+/** The message with these fields and no others. Names that the schema lacks are left out. */
+export function sceneOf(values: Values): Scene {
+  const scene = create(SceneSchema);
+  for (const [name, value] of values) place(reflect(SceneSchema, scene), name.split("."), value);
+  return scene;
+}
+
+/** The nearest value that the field allows. */
+export function allowed(field: SceneField, value: number): number {
+  const stepped =
+    field.step > 0 ? field.minimum + Math.round((value - field.minimum) / field.step) * field.step : value;
+  return Math.min(field.maximum, Math.max(field.minimum, stepped));
+}
+
+function collect(message: ReflectMessage, prefix: string, values: Values): void {
+  for (const field of message.fields) {
+    if (!message.isSet(field)) continue;
+    if (field.fieldKind === "message") collect(message.get(field), `${prefix}${field.name}.`, values);
+    else values.set(prefix + field.name, Number(message.get(field)));
+  }
+}
+
+function place(message: ReflectMessage, path: string[], value: number): void {
+  const field = message.fields.find((candidate) => candidate.name === path[0]);
+  if (field?.fieldKind === "message") {
+    const part = message.get(field);
+    place(part, path.slice(1), value);
+    message.set(field, part);
+  } else if (field) {
+    message.set(field, value);
+  }
+}

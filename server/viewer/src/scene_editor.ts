@@ -1,0 +1,102 @@
+// The scene in force, and this page's changes on their way to become it.
+import type { Values } from "./scene";
+
+export interface SceneEditorEvents {
+  /** Hands a change to the server, which answers with the same id. */
+  send(requestId: bigint, values: Values): void;
+  /** Some shown value is another one now. */
+  changed(): void;
+  refused(sentence: string): void;
+  accepted(): void;
+}
+
+/**
+ * A change is shown at once and sent when the one before it was answered; meanwhile newer values replace
+ * waiting ones, so that a slow server gets the newest of a drag and not all of it.
+ */
+export class SceneEditor {
+  private inForce: Values = new Map();
+  private revision = 0n;
+  private sent: { id: bigint; values: Values } | undefined;
+  private waiting: Values = new Map();
+  private lastId = 0n;
+  private running = false;
+
+  constructor(private readonly events: SceneEditorEvents) {}
+
+  /** A session begins: nothing of an earlier one counts, not even its revision. */
+  start(revision: bigint, values: Values): void {
+    this.forget();
+    this.running = true;
+    this.revision = revision;
+    this.inForce = values;
+    this.events.changed();
+  }
+
+  /** The session ended: what was not answered is taken back. */
+  stop(): void {
+    this.forget();
+    this.running = false;
+    this.events.changed();
+  }
+
+  /** The value to show, or NaN before the first session and for a name the server does not have. */
+  get(name: string): number {
+    return this.waiting.get(name) ?? this.sent?.values.get(name) ?? this.inForce.get(name) ?? NaN;
+  }
+
+  /** Whether a picture of that revision shows everything that was asked for. */
+  isShownBy(revision: bigint): boolean {
+    return !this.sent && this.waiting.size === 0 && revision >= this.revision;
+  }
+
+  set(values: Iterable<readonly [string, number]>): void {
+    if (!this.running) return;
+    for (const [name, value] of values) {
+      if (this.get(name) !== value) this.waiting.set(name, value);
+    }
+    this.sendWaiting();
+    this.events.changed();
+  }
+
+  /** The server says which scene is in force. */
+  adopt(revision: bigint, values: Values): void {
+    if (revision < this.revision) return;
+    this.revision = revision;
+    this.inForce = values;
+    this.events.changed();
+  }
+
+  acceptedReply(requestId: bigint, revision: bigint, values: Values): void {
+    if (!this.answered(requestId)) return;
+    this.events.accepted();
+    this.adopt(revision, values);
+    this.sendWaiting();
+  }
+
+  refusedReply(requestId: bigint, sentence: string): void {
+    if (!this.answered(requestId)) return;
+    this.events.refused(sentence);
+    this.sendWaiting();
+    this.events.changed();
+  }
+
+  private answered(requestId: bigint): boolean {
+    if (this.sent?.id !== requestId) return false;
+    this.sent = undefined;
+    return true;
+  }
+
+  private sendWaiting(): void {
+    if (this.sent || this.waiting.size === 0) return;
+    this.lastId += 1n;
+    this.sent = { id: this.lastId, values: this.waiting };
+    this.waiting = new Map();
+    this.events.send(this.sent.id, this.sent.values);
+  }
+
+  private forget(): void {
+    this.sent = undefined;
+    this.waiting.clear();
+  }
+}

@@ -1,0 +1,75 @@
+// The status line.
+import type { Hello, Picture, Statistics } from "../generated/fanlight_pb.js";
+import { PicturePace } from "./picture_pace";
+import type { ServerClock } from "./server_clock";
+
+const kRefreshMs = 250; // numbers that change faster cannot be read
+
+export class StatisticsView {
+  private readonly pace: PicturePace;
+
+  constructor(
+    private readonly page: ParentNode,
+    clock: ServerClock,
+  ) {
+    this.pace = new PicturePace((pageMs) => clock.at(pageMs));
+    window.setInterval(() => this.refreshPace(), kRefreshMs);
+  }
+
+  start(hello: Hello): void {
+    this.pace.reset();
+    this.write("device", hello.device);
+    this.write("server-version", hello.serverVersion);
+  }
+
+  picture(picture: Picture): void {
+    this.pace.add(performance.now(), Number(picture.captureTimeNs) / 1e6);
+    this.write("picture-id", picture.pictureId);
+    this.write("volume-id", picture.volumeId);
+    this.write("scene-revision", picture.sceneRevision);
+    this.write("pass1-runs", picture.pass1Runs);
+    this.write("pass2-runs", picture.pass2Runs);
+    this.writeStages(picture);
+  }
+
+  counters(statistics: Statistics): void {
+    this.write("frames-lost", statistics.framesLost);
+    this.write("pictures-skipped", statistics.picturesSkipped);
+    this.write("sessions", statistics.sessions);
+  }
+
+  private refreshPace(): void {
+    const nowMs = performance.now();
+    const ageMs = this.pace.ageMs(nowMs);
+    this.write("pictures-per-second", this.pace.perSecond(nowMs).toFixed(1));
+    this.write("picture-age-ms", ageMs === undefined ? "–" : Math.round(ageMs));
+  }
+
+  private writeStages(picture: Picture): void {
+    const list = this.find("stages");
+    while (list.childElementCount > picture.stages.length) list.lastElementChild?.remove();
+    picture.stages.forEach((stage, index) => {
+      const item = list.children[index] ?? list.appendChild(stageItem());
+      item.children[0]!.textContent = stage.name.replace(/_/g, " ");
+      item.children[1]!.textContent = `${stage.milliseconds.toFixed(1)} ms`;
+    });
+  }
+
+  private write(name: string, value: string | number | bigint): void {
+    const text = String(value);
+    const place = this.find(name);
+    if (place.textContent !== text) place.textContent = text;
+  }
+
+  private find(name: string): Element {
+    const place = this.page.querySelector(`[data-stat="${name}"]`);
+    if (!place) throw new Error(`The page has no place for ${name}.`);
+    return place;
+  }
+}
+
+function stageItem(): HTMLElement {
+  const item = document.createElement("div");
+  item.append(document.createElement("dt"), document.createElement("dd"));
+  return item;
+}

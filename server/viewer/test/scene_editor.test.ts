@@ -1,0 +1,126 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import type { Values } from "../src/scene";
+import { SceneEditor } from "../src/scene_editor";
+
+function started(): { editor: SceneEditor; sent: [bigint, [string, number][]][]; refusals: string[] } {
+  const sent: [bigint, [string, number][]][] = [];
+  const refusals: string[] = [];
+  const editor = new SceneEditor({
+    send: (id, values) => sent.push([id, [...values]]),
+    changed: () => {},
+    refused: (sentence) => refusals.push(sentence),
+    accepted: () => {},
+  });
+  editor.start(7n, scene(1, 10));
+  return { editor, sent, refusals };
+}
+
+function scene(a: number, b: number): Values {
+  return new Map([
+    ["a", a],
+    ["b", b],
+  ]);
+}
+
+test("a drag sends its first value, then only its newest once that was answered", () => {
+  const { editor, sent } = started();
+  for (let value = 2; value <= 9; ++value) editor.set([["a", value]]);
+  assert.deepEqual(sent, [[1n, [["a", 2]]]]);
+  assert.equal(editor.get("a"), 9);
+  editor.acceptedReply(1n, 8n, scene(2, 10));
+  assert.deepEqual(sent.at(-1), [2n, [["a", 9]]]);
+  assert.equal(editor.get("a"), 9);
+  editor.acceptedReply(2n, 9n, scene(9, 10));
+  assert.equal(sent.length, 2);
+  assert.equal(editor.get("a"), 9);
+});
+
+test("values of several fields wait together", () => {
+  const { editor, sent } = started();
+  editor.set([["a", 2]]);
+  editor.set([["a", 3]]);
+  editor.set([["b", 11]]);
+  editor.acceptedReply(1n, 8n, scene(2, 10));
+  assert.deepEqual(sent.at(-1), [
+    2n,
+    [
+      ["a", 3],
+      ["b", 11],
+    ],
+  ]);
+});
+
+test("what is in force already is not sent", () => {
+  const { editor, sent } = started();
+  editor.set([["a", 1]]);
+  assert.equal(sent.length, 0);
+});
+
+test("a drag back to the value in force is sent after the change it undoes", () => {
+  const { editor, sent } = started();
+  editor.set([["a", 2]]);
+  editor.set([["a", 1]]);
+  assert.equal(editor.get("a"), 1);
+  editor.acceptedReply(1n, 8n, scene(2, 10));
+  assert.deepEqual(sent.at(-1), [2n, [["a", 1]]]);
+});
+
+test("a picture is the asked one when nothing is under way and its revision is the newest", () => {
+  const { editor } = started();
+  assert.equal(editor.isShownBy(7n), true);
+  editor.set([["a", 2]]);
+  assert.equal(editor.isShownBy(7n), false);
+  editor.acceptedReply(1n, 8n, scene(2, 10));
+  assert.equal(editor.isShownBy(7n), false);
+  assert.equal(editor.isShownBy(8n), true);
+});
+
+test("a refusal is told and restores the value in force", () => {
+  const { editor, refusals } = started();
+  editor.set([["a", 999]]);
+  editor.refusedReply(1n, "a is 999, expected at most 100");
+  assert.deepEqual(refusals, ["a is 999, expected at most 100"]);
+  assert.equal(editor.get("a"), 1);
+});
+
+test("a refusal does not hold up what waits", () => {
+  const { editor, sent } = started();
+  editor.set([["a", 999]]);
+  editor.set([["a", 50]]);
+  editor.refusedReply(1n, "too much");
+  assert.deepEqual(sent.at(-1), [2n, [["a", 50]]]);
+  assert.equal(editor.get("a"), 50);
+});
+
+test("a reply to another request changes nothing", () => {
+  const { editor, sent } = started();
+  editor.set([["a", 2]]);
+  editor.set([["a", 3]]);
+  editor.acceptedReply(99n, 8n, scene(5, 5));
+  assert.equal(sent.length, 1);
+  assert.equal(editor.get("b"), 10);
+});
+
+test("another display's change is shown, unless it is older or this page has a newer value", () => {
+  const { editor } = started();
+  editor.set([["a", 2]]);
+  editor.adopt(9n, scene(5, 50));
+  assert.deepEqual([editor.get("a"), editor.get("b")], [2, 50]);
+  editor.adopt(8n, scene(6, 60));
+  assert.equal(editor.get("b"), 50);
+});
+
+test("a lost connection takes back what was not answered; a new session starts over", () => {
+  const { editor, sent } = started();
+  editor.set([["a", 2]]);
+  editor.set([["a", 3]]);
+  editor.stop();
+  assert.equal(editor.get("a"), 1);
+  editor.set([["a", 4]]);
+  assert.equal(sent.length, 1);
+  editor.start(1n, scene(70, 80));
+  assert.equal(editor.get("a"), 70);
+  editor.acceptedReply(1n, 8n, scene(2, 10));
+  assert.equal(editor.get("a"), 70);
+});

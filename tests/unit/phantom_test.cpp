@@ -1,0 +1,328 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "acquisition/phantom_source.hpp"
+
+namespace fanlight {
+namespace {
+
+constexpr PhantomSource::Config kStill = {.speckle = PhantomSource::Speckle::kOff,
+                                          .motion = PhantomScene::Motion::kStill,
+                                          .pace = PhantomSource::Pace::kUnpaced};
+constexpr PhantomSource::Config kPlain = {.speckle = PhantomSource::Speckle::kOff,
+                                          .pace = PhantomSource::Pace::kUnpaced};
+constexpr PhantomSource::Config kSpeckled = {.pace = PhantomSource::Pace::kUnpaced};
+
+struct Frame {
+  FrameStamp stamp;
+  std::vector<std::uint8_t> pixels;
+};
+
+std::unique_ptr<PhantomSource> make(const PhantomSource::Config& config) {
+  auto source = PhantomSource::create(config);
+  if (!source) {
+    ADD_FAILURE() << source.error().message;
+    return nullptr;
+  }
+  return *std::move(source);
+}
+
+FrameStamp next_stamp(PhantomSource& source) {
+  const auto frame = source.next_frame({});
+  return frame.value().value();
+}
+
+Frame next(PhantomSource& source) {
+  Frame frame{.stamp = next_stamp(source),
+              .pixels = std::vector<std::uint8_t>(source.description().geometry.frame_bytes())};
+  source.read_pixels(frame.pixels);
+  return frame;
+}
+
+/// Depths at which the true surface crosses the column of a frame, found by a fine search of the scene.
+std::optional<double> true_depth_mm(const PhantomSource& source, const FrameStamp& stamp, double x_mm) {
+  const FanGeometry& geometry = source.description().geometry;
+  const double time_s = source.scene_time_s(stamp);
+  constexpr double kStepMm = 0.005;
+  for (double depth_mm = 40; depth_mm < geometry.depth_mm(); depth_mm += kStepMm) {
+    const Point point = geometry.point(x_mm, {.angle_rad = stamp.angle_rad, .depth_mm = depth_mm});
+    if (point.y_mm >= source.scene().surface_depth_mm(x_mm, point.z_mm, time_s)) return depth_mm;
+  }
+  return std::nullopt;
+}
+
+/// Depth of the first rise through the middle between fluid and skin, between two pixels.
+std::optional<double> seen_depth_mm(const FanGeometry& geometry, const Frame& frame, std::uint32_t column) {
+  constexpr double kMiddle = 93;
+  const auto grey = [&](std::uint32_t row) {
+    return double{1} * frame.pixels[row * geometry.columns + column];
+  };
+  for (std::uint32_t row = 1; row < geometry.rows; ++row) {
+    if (grey(row) < kMiddle) continue;
+    const double share = (kMiddle - grey(row - 1)) / (grey(row) - grey(row - 1));
+    return (row - 1 + share) * geometry.pixel_height_mm;
+  }
+  return std::nullopt;
+}
+
+// The surface that tests elsewhere take for the truth is the one in the frames: at many angles, in both
+// directions, at different times of the moving scene.
+TEST(Phantom, TheTrueSurfaceIsWhereTheFramesStepUp) {
+  const auto source = make(kPlain);
+  ASSERT_NE(source, nullptr);
+  const FanGeometry& geometry = source->description().geometry;
+  int compared = 0;
+  std::set<std::pair<SweepDirection, double>> angles;
+  for (int i = 0; i < 160; ++i) {
+    if (i % 6 != 0) {
+      next_stamp(*source);
+      continue;
+    }
+    const Frame frame = next(*source);
+    for (std::uint32_t column = 100; column <= 410; column += 31) {
+      const double x_mm = (column - geometry.face_column) * geometry.pixel_width_mm;
+      const auto truth = true_depth_mm(*source, frame.stamp, x_mm);
+      const auto seen = seen_depth_mm(geometry, frame, column);
+      // Where the column only grazes the head, "the first pixel inside" has no depth of its own.
+      const auto beside = true_depth_mm(*source, frame.stamp, x_mm * 1.02);
+      if (!truth || !beside || std::abs(*truth - *beside) > 3) continue;
+      ASSERT_TRUE(seen) << "column " << column << " of frame " << frame.stamp.sequence;
+      EXPECT_NEAR(*seen, *truth, geometry.pixel_height_mm)
+          << "column " << column << " of frame " << frame.stamp.sequence;
+      ++compared;
+      angles.emplace(frame.stamp.direction, frame.stamp.angle_rad);
+    }
+  }
+  EXPECT_GT(compared, 120);
+  EXPECT_GT(angles.size(), 15U);
+}
+
+TEST(Phantom, AFrameSeesTheFaceExactlyWhereTheSceneHasIt) {
+  const auto source = make(kStill);
+  ASSERT_NE(source, nullptr);
+  const FanGeometry& geometry = source->description().geometry;
+  for (int i = 0; i < 35; ++i) {
+    const Frame frame = next(*source);
+    const auto truth =
+        true_depth_mm(*source, frame.stamp, (255 - geometry.face_column) * geometry.pixel_width_mm);
+    EXPECT_EQ(truth.has_value(), seen_depth_mm(geometry, frame, 255).has_value()) << "frame " << i;
+  }
+}
+
+TEST(Phantom, TheFaceFillsTheViewAndLooksAtTheProbe) {
+  const PhantomScene scene(PhantomScene::Motion::kStill);
+  const auto depth = [&](double x_mm, double z_mm) { return scene.surface_depth_mm(x_mm, z_mm, 0); };
+  const double nose = depth(0, -8);
+  EXPECT_NEAR(nose, 76, 3);
+  for (const double x : {-50.0, 50.0}) EXPECT_LT(depth(x, 0), 130);
+  for (const double z : {-55.0, 55.0}) EXPECT_LT(depth(0, z), 130);
+  EXPECT_LT(nose, depth(9, 3)) << "the nose stands out of the cheeks";
+  EXPECT_GT(depth(18, 9), depth(17, 15)) << "the sockets lie behind the brow";
+  EXPECT_LT(depth(0, -30), depth(0, -36)) << "the lower lip stands out over the chin";
+  EXPECT_EQ(depth(63, 0), PhantomScene::kNoSurfaceMm);
+  EXPECT_EQ(depth(0, 500), PhantomScene::kNoSurfaceMm);
+  EXPECT_GT(nose, scene.nearest_depth_mm());
+}
+
+TEST(Phantom, NothingIsNearerThanItSays) {
+  const PhantomScene scene(PhantomScene::Motion::kMoving);
+  for (double time_s = 0; time_s < 60; time_s += 0.37) {
+    for (double x_mm = -60; x_mm <= 60; x_mm += 3) {
+      for (double z_mm = -60; z_mm <= 60; z_mm += 3) {
+        ASSERT_GE(scene.surface_depth_mm(x_mm, z_mm, time_s), scene.nearest_depth_mm());
+      }
+    }
+  }
+}
+
+TEST(Phantom, TheSceneMovesUnlessItIsHeldStill) {
+  const PhantomScene moving(PhantomScene::Motion::kMoving);
+  EXPECT_GT(std::abs(moving.surface_depth_mm(20, 20, 0) - moving.surface_depth_mm(20, 20, 1)), 0.5);
+  EXPECT_LT(std::abs(moving.surface_depth_mm(20, 20, 0) - moving.surface_depth_mm(20, 20, 0.013)), 0.3);
+  const PhantomScene still(PhantomScene::Motion::kStill);
+  EXPECT_EQ(still.surface_depth_mm(20, 20, 0), still.surface_depth_mm(20, 20, 1));
+}
+
+TEST(Phantom, SweepsToAndFro) {
+  const auto source = make(kSpeckled);
+  ASSERT_NE(source, nullptr);
+  const SourceDescription& description = source->description();
+  EXPECT_TRUE(check(description.geometry));
+  EXPECT_DOUBLE_EQ(description.geometry.pixel_width_mm, 0.3125);
+  EXPECT_DOUBLE_EQ(description.geometry.face_column, 255.5);
+  EXPECT_EQ(description.frames_per_volume, 35U);
+  for (std::uint64_t i = 0; i < 4 * 35; ++i) {
+    const FrameStamp stamp = next_stamp(*source);
+    EXPECT_EQ(stamp.sequence, i);
+    EXPECT_EQ(stamp.volume_index, i / 35);
+    EXPECT_EQ(stamp.frame_index, i % 35);
+    EXPECT_EQ(stamp.frames_in_sweep, 35U);
+    EXPECT_EQ(stamp.direction, i / 35 % 2 == 0 ? SweepDirection::kForward : SweepDirection::kBackward);
+    const double from_start_deg = 70.0 * static_cast<double>(i % 35) / 34;
+    const bool forward = stamp.direction == SweepDirection::kForward;
+    EXPECT_NEAR(degrees(stamp.angle_rad), forward ? from_start_deg - 35 : 35 - from_start_deg, 1e-9);
+    EXPECT_NEAR(static_cast<double>(stamp.capture_time_ns - kSimulatedStartNs),
+                1e9 / 75 * static_cast<double>(i), 1);
+  }
+}
+
+TEST(Phantom, EqualSeedsGiveEqualFramesAndSkippingChangesNothing) {
+  const auto first = make(kSpeckled);
+  const auto second = make(kSpeckled);
+  auto other_config = kSpeckled;
+  other_config.seed = 2;
+  const auto other = make(other_config);
+  for (int i = 0; i < 20; ++i) {
+    const Frame frame = next(*first);
+    if (i % 5 != 0) {
+      next_stamp(*second);
+      next_stamp(*other);
+      continue;
+    }
+    EXPECT_EQ(frame.pixels, next(*second).pixels);
+    EXPECT_NE(frame.pixels, next(*other).pixels);
+  }
+}
+
+TEST(Phantom, IsBlackOutsideTheSectorAndDarkInTheFluid) {
+  const auto source = make(kSpeckled);
+  ASSERT_NE(source, nullptr);
+  const FanGeometry& geometry = source->description().geometry;
+  const FanGeometry::Sector& sector = geometry.sector;
+  const Frame frame = next(*source);
+  double fluid_sum = 0;
+  int fluid_pixels = 0;
+  for (std::uint32_t row = 0; row < geometry.rows; ++row) {
+    for (std::uint32_t column = 0; column < geometry.columns; ++column) {
+      const double x_mm = (column - geometry.face_column) * geometry.pixel_width_mm;
+      const double down_mm = row * geometry.pixel_height_mm + sector.probe_radius_mm;
+      const bool inside = std::abs(std::atan2(x_mm, down_mm)) <= radians(sector.half_angle_deg) &&
+                          std::hypot(x_mm, down_mm) <= sector.reach_mm;
+      const std::uint8_t grey = frame.pixels[row * geometry.columns + column];
+      if (!inside) {
+        ASSERT_EQ(grey, 0) << row << ' ' << column;
+      } else if (row < 150) {
+        fluid_sum += grey;
+        ++fluid_pixels;
+      }
+    }
+  }
+  EXPECT_NEAR(fluid_sum / fluid_pixels, 6, 0.5);
+}
+
+// Fully developed speckle: mean over standard deviation of a Rayleigh distribution is 1.91. Its correlation
+// falls to a half 1 pixel along the beam and 1.5 across it: a speckle is 2 pixels by 3.
+TEST(Phantom, TheSpeckleIsRayleighAndCorrelated) {
+  const SpeckleTile tile(1);
+  constexpr std::uint32_t kSide = SpeckleTile::kSide;
+  double sum = 0;
+  double squares = 0;
+  for (std::uint32_t row = 0; row < kSide; ++row) {
+    for (std::uint32_t column = 0; column < kSide; ++column) {
+      const double factor = double{1} * tile.row(row)[column] / SpeckleTile::kOne;
+      sum += factor;
+      squares += factor * factor;
+    }
+  }
+  const double mean = sum / (kSide * kSide);
+  const double variance = squares / (kSide * kSide) - mean * mean;
+  EXPECT_NEAR(mean, 1, 0.01);
+  EXPECT_NEAR(mean / std::sqrt(variance), 1.91, 0.05);
+
+  const auto correlation = [&](std::uint32_t down, std::uint32_t across) {
+    double product = 0;
+    for (std::uint32_t row = 0; row < kSide; ++row) {
+      for (std::uint32_t column = 0; column < kSide; ++column) {
+        product += double{1} * tile.row(row)[column] * tile.row(row + down)[(column + across) % kSide];
+      }
+    }
+    product /= double{1} * kSide * kSide * SpeckleTile::kOne * SpeckleTile::kOne;
+    return (product - mean * mean) / variance;
+  };
+  EXPECT_NEAR(correlation(1, 0), 0.5, 0.05);
+  EXPECT_GT(correlation(0, 1), 0.6);
+  EXPECT_LT(correlation(0, 2), 0.4);
+  EXPECT_LT(correlation(4, 0), 0.05);
+  EXPECT_LT(correlation(0, 6), 0.05);
+}
+
+TEST(Phantom, TakesOtherSizesOfTheSameField) {
+  auto config = kPlain;
+  config.columns = 64;
+  config.rows = 128;
+  config.frames_per_volume = 5;
+  const auto source = make(config);
+  ASSERT_NE(source, nullptr);
+  EXPECT_DOUBLE_EQ(source->description().geometry.pixel_width_mm, 2.5);
+  EXPECT_DOUBLE_EQ(source->description().geometry.pixel_height_mm, 1.25);
+  const Frame frame = next(*source);
+  EXPECT_GT(*std::ranges::max_element(frame.pixels), 5);
+}
+
+TEST(Phantom, InRealTimeItLosesWhatNobodyTook) {
+  PhantomSource::Config config{.frame_rate_hz = 1000, .pace = PhantomSource::Pace::kRealTime};
+  const auto source = make(config);
+  ASSERT_NE(source, nullptr);
+  FrameStamp last = next_stamp(*source);
+  for (int i = 0; i < 20; ++i) {
+    Frame frame = next(*source);  // a frame takes about as long to draw as to come
+    EXPECT_GT(frame.stamp.sequence, last.sequence);
+    const auto frames = static_cast<double>(frame.stamp.sequence - last.sequence);
+    EXPECT_NEAR(static_cast<double>(frame.stamp.capture_time_ns - last.capture_time_ns), 1e6 * frames, 1);
+    last = frame.stamp;
+  }
+}
+
+TEST(Phantom, AStoppedSourceGivesNoFrame) {
+  for (const auto pace : {PhantomSource::Pace::kRealTime, PhantomSource::Pace::kUnpaced}) {
+    const auto source = make({.frame_rate_hz = 0.1, .pace = pace});
+    std::stop_source stop;
+    stop.request_stop();
+    EXPECT_FALSE(source->next_frame(stop.get_token()).value().has_value());
+  }
+}
+
+TEST(PhantomOptions, AreRead) {
+  const auto config = PhantomSource::parse(
+      "rate=20,frames=9,columns=64,rows=32,sweep=60.5,seed=7,speckle=off,moving=off", {});
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(config->frame_rate_hz, 20);
+  EXPECT_EQ(config->frames_per_volume, 9U);
+  EXPECT_EQ(config->columns, 64U);
+  EXPECT_EQ(config->rows, 32U);
+  EXPECT_EQ(config->sweep_deg, 60.5);
+  EXPECT_EQ(config->seed, 7U);
+  EXPECT_EQ(config->speckle, PhantomSource::Speckle::kOff);
+  EXPECT_EQ(config->motion, PhantomScene::Motion::kStill);
+  EXPECT_TRUE(PhantomSource::parse("", {}));
+  EXPECT_EQ(PhantomSource::parse("speckle=on", kStill)->speckle, PhantomSource::Speckle::kOn);
+}
+
+TEST(PhantomOptions, AreRefusedInOneSentence) {
+  const auto refusal = [](std::string_view text) {
+    const auto config = PhantomSource::parse(text, {});
+    return config ? std::string("taken") : config.error().message;
+  };
+  EXPECT_EQ(refusal("speed=2"),
+            "the phantom has no option \"speed\", expected rate, frames, columns, rows, sweep, seed, "
+            "speckle, moving");
+  EXPECT_EQ(refusal("rate=fast"), "the phantom's rate is \"fast\", expected 0.1 to 1000 frames a second");
+  EXPECT_EQ(refusal("rate=0"), "the phantom's rate is 0, expected 0.1 to 1000 frames a second");
+  EXPECT_EQ(refusal("rate=nan"), "the phantom's rate is \"nan\", expected 0.1 to 1000 frames a second");
+  EXPECT_EQ(refusal("frames=1"), "the phantom's frames is 1, expected 2 to 1024 a volume");
+  EXPECT_EQ(refusal("frames=-5"), "the phantom's frames is \"-5\", expected 2 to 1024 a volume");
+  EXPECT_EQ(refusal("sweep=180"), "the phantom's sweep is 180, expected 1 to 170 deg");
+  EXPECT_EQ(refusal("speckle=maybe"), "the phantom's speckle is \"maybe\", expected on or off");
+  EXPECT_EQ(refusal("moving"), "the phantom's moving is \"\", expected on or off");
+  EXPECT_NE(refusal("rate=20,,frames=4"), "taken");
+  EXPECT_NE(refusal("rate=20 "), "taken");
+}
+
+}  // namespace
+}  // namespace fanlight

@@ -1,0 +1,500 @@
+#include "acquisition/recording.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "tests/support/data_folder.hpp"
+#include "tests/support/igs_file.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace fanlight {
+namespace {
+
+using test::IgsFile;
+using test::write_file;
+
+class RecordingTest : public testing::Test {
+ protected:
+  Result<Recording> open(std::string_view bytes) {
+    write_file(path_, bytes);
+    return Recording::open({.path = path_, .geometry_path = {}});
+  }
+
+  Recording open_whole(const IgsFile& file) {
+    auto recording = open(file.bytes());
+    if (!recording) {
+      ADD_FAILURE() << recording.error().message;
+      std::abort();
+    }
+    return *std::move(recording);
+  }
+
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "sweep.igs.mha";
+};
+
+TEST_F(RecordingTest, ReadsPlainAndCompressedFilesAlike) {
+  for (const bool compressed : {false, true}) {
+    IgsFile file = test::fan_recording(5, 2, 20);
+    file.compressed = compressed;
+    const Recording recording = open_whole(file);
+    const RecordingSummary& summary = recording.summary();
+    EXPECT_EQ(summary.compressed, compressed);
+    EXPECT_EQ(summary.frames, 10U);
+    EXPECT_EQ(summary.columns, 8U);
+    EXPECT_EQ(summary.rows, 6U);
+    EXPECT_EQ(summary.sweeps, 2U);
+    EXPECT_EQ(summary.frames_in_longest_sweep, 5U);
+    EXPECT_EQ(summary.frames_invalid, 0U);
+    EXPECT_EQ(summary.frames_lost, 0U);
+    EXPECT_NEAR(summary.smallest_angle_deg, -20, 1e-9);
+    EXPECT_NEAR(summary.largest_angle_deg, 20, 1e-9);
+    EXPECT_NEAR(summary.duration_s, 0.9, 1e-6);
+    EXPECT_NEAR(summary.frame_rate_hz, 10, 1e-3);
+    EXPECT_EQ(summary.geometry.motor_radius_mm, 28);
+    for (std::size_t i = 0; i < 10; ++i) {
+      EXPECT_TRUE(
+          std::ranges::all_of(recording.frame_pixels(i), [i](std::uint8_t grey) { return grey == i + 1; }));
+    }
+  }
+}
+
+TEST_F(RecordingTest, DirectionsFollowTheAngles) {
+  const Recording recording = open_whole(test::fan_recording(5, 3, 20));
+  ASSERT_EQ(recording.sweeps().size(), 3U);
+  EXPECT_EQ(recording.sweeps()[0].direction, SweepDirection::kForward);
+  EXPECT_EQ(recording.sweeps()[1].direction, SweepDirection::kBackward);
+  EXPECT_EQ(recording.sweeps()[2].direction, SweepDirection::kForward);
+}
+
+TEST_F(RecordingTest, AStatedDirectionWins) {
+  IgsFile file = test::fan_recording(5, 2, 20);
+  file.set_all("SweepDirection", "BACKWARD");
+  const Recording recording = open_whole(file);
+  for (const auto& sweep : recording.sweeps()) EXPECT_EQ(sweep.direction, SweepDirection::kBackward);
+}
+
+TEST_F(RecordingTest, WithoutVolumeIndexSweepsEndWhereTheAngleTurns) {
+  IgsFile file = test::fan_recording(9, 4, 20);
+  file.remove_all("VolumeIndex");
+  const Recording recording = open_whole(file);
+  ASSERT_EQ(recording.sweeps().size(), 4U);
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(recording.sweeps()[i].first_frame, 9 * i);
+    EXPECT_EQ(recording.sweeps()[i].frames, 9U);
+    EXPECT_EQ(recording.sweeps()[i].volume_index, i);
+    EXPECT_EQ(recording.sweeps()[i].direction,
+              i % 2 == 0 ? SweepDirection::kForward : SweepDirection::kBackward);
+  }
+}
+
+TEST_F(RecordingTest, AHandThatWaversMakesNoTurningPoint) {
+  IgsFile file = test::fan_recording(9, 1, 20);
+  file.remove_all("VolumeIndex");
+  const double angles_deg[] = {-20, -20, -19, -19.6, -10, -10.9, 0, 5, 20};
+  for (std::size_t i = 0; i < 9; ++i)
+    IgsFile::set(file.frames[i], "MotorAngleDeg", fmt::format("{}", angles_deg[i]));
+  EXPECT_EQ(open_whole(file).sweeps().size(), 1U);
+}
+
+TEST_F(RecordingTest, CountsWhatWasLostWhenItWasMade) {
+  IgsFile file = test::fan_recording(5, 2, 20);
+  IgsFile::set(file.frames[4], "FrameIndex", "7");
+  const Recording recording = open_whole(file);
+  EXPECT_EQ(recording.summary().frames_lost, 3U);
+  EXPECT_EQ(recording.frames()[4].lost_before, 3U);
+  EXPECT_EQ(recording.frames()[5].lost_before, 0U) << "another sweep counts anew";
+}
+
+TEST_F(RecordingTest, InvalidFramesNeedNoAngle) {
+  IgsFile file = test::fan_recording(5, 1, 20);
+  IgsFile::set(file.frames[2], "ImageStatus", "INVALID");
+  IgsFile::remove(file.frames[2], "MotorAngleDeg");
+  const Recording recording = open_whole(file);
+  EXPECT_EQ(recording.summary().frames_invalid, 1U);
+  EXPECT_FALSE(recording.frames()[2].valid);
+}
+
+TEST_F(RecordingTest, SpreadsTheAnglesOfARecordingWithoutThem) {
+  IgsFile file = test::fan_recording(5, 2, 20);
+  file.remove_all("MotorAngleDeg");
+  file.header.emplace_back("FanlightFirstAngleDeg", "-30");
+  file.header.emplace_back("FanlightLastAngleDeg", "30");
+  for (std::size_t i = 5; i < 10; ++i) IgsFile::set(file.frames[i], "SweepDirection", "BACKWARD");
+  const Recording recording = open_whole(file);
+  for (std::size_t i = 0; i < 10; ++i) {
+    const double expected_deg =
+        i < 5 ? -30 + 15.0 * static_cast<double>(i) : 30 - 15.0 * static_cast<double>(i - 5);
+    EXPECT_NEAR(degrees(recording.frames()[i].angle_rad), expected_deg, 1e-9);
+  }
+  EXPECT_EQ(recording.sweeps()[1].direction, SweepDirection::kBackward);
+}
+
+TEST_F(RecordingTest, TakesEachGeometryValueFromTheFirstPlaceThatHasIt) {
+  IgsFile file = test::fan_recording(5, 1, 20);
+  IgsFile::remove(file.header, "FanlightPixelWidthMm");
+  IgsFile::remove(file.header, "FanlightPixelHeightMm");
+  file.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
+  write_file(folder_ / "sweep.igs.mha.toml", "motor_radius_mm = 31\npixel_height_mm = 0.25 # finer\n");
+  const Recording recording = open_whole(file);
+  const FanGeometry& geometry = recording.summary().geometry;
+  EXPECT_DOUBLE_EQ(geometry.motor_radius_mm, 31);
+  EXPECT_DOUBLE_EQ(geometry.pixel_height_mm, 0.25);
+  EXPECT_DOUBLE_EQ(geometry.pixel_width_mm, 0.3);
+  EXPECT_DOUBLE_EQ(geometry.face_column, 3.5);
+
+  const auto origin = [&](std::string_view key) {
+    const auto& values = recording.summary().geometry_values;
+    return std::ranges::find(values, key, &RecordingGeometry::Value::key)->origin;
+  };
+  EXPECT_EQ(origin("motor_radius_mm"), path_.string() + ".toml");
+  EXPECT_EQ(origin("pixel_width_mm"), "its ImageToReferenceTransform");
+  EXPECT_EQ(origin("face_row"), "the header");
+}
+
+TEST_F(RecordingTest, AGeometryFileStandsInForTheOneBesideTheRecording) {
+  write_file(path_, test::fan_recording(5, 1, 20).bytes());
+  write_file(folder_ / "sweep.igs.mha.toml", "motor_radius_mm = 31\n");
+  write_file(folder_ / "other.toml", "face_row = -2.5\nprobe_radius_mm = 50\nsector_half_angle_deg = 30\n");
+  const auto recording = Recording::open({.path = path_, .geometry_path = folder_ / "other.toml"});
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_EQ(recording->summary().geometry.motor_radius_mm, 28);
+  EXPECT_EQ(recording->summary().geometry.face_row, -2.5);
+  EXPECT_EQ(recording->summary().geometry.sector.probe_radius_mm, 50);
+  EXPECT_EQ(recording->summary().geometry.sector.half_angle_deg, 30);
+}
+
+TEST_F(RecordingTest, NamesTheGeometryThatIsMissing) {
+  IgsFile file = test::fan_recording(5, 1, 20);
+  IgsFile::remove(file.header, "FanlightMotorRadiusMm");
+  IgsFile::remove(file.header, "FanlightFaceRow");
+  const auto refused = open(file.bytes());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message,
+            path_.string() +
+                ": the fan geometry lacks face_row, motor_radius_mm, expected a value for each in "
+                "sweep.igs.mha.toml, in a file given by --geometry, or in the header as FanlightFaceRow, "
+                "FanlightMotorRadiusMm");
+}
+
+TEST_F(RecordingTest, RefusesGeometryFilesThatAreNone) {
+  write_file(path_, test::fan_recording(5, 1, 20).bytes());
+  const auto geometry = folder_ / "geometry.toml";
+  const auto refusal = [&] {
+    const auto recording = Recording::open({.path = path_, .geometry_path = geometry});
+    return recording ? std::string("taken") : recording.error().message.substr(geometry.string().size() + 2);
+  };
+  EXPECT_EQ(refusal(), "there is no such file, expected a fan geometry in TOML");
+  write_file(geometry, "motor_radius_mm = 31\nface_row = = 3\n");
+  EXPECT_EQ(refusal(), "line 2 is not TOML, expected lines such as motor_radius_mm = 28.0");
+  write_file(geometry, "motor_radius = 31\n");
+  EXPECT_TRUE(refusal().starts_with("there is a key \"motor_radius\", expected pixel_width_mm, "))
+      << refusal();
+  write_file(geometry, "motor_radius_mm = \"31\"\n");
+  EXPECT_EQ(refusal(), "motor_radius_mm is no number, expected a number");
+  write_file(geometry, "motor_radius_mm = inf\n");
+  EXPECT_EQ(refusal(), "motor_radius_mm is no number, expected a number");
+  write_file(geometry, "a = " + std::string(4000, '['));
+  EXPECT_EQ(refusal(), "the file is full of brackets, expected lines such as motor_radius_mm = 28.0");
+  std::string dotted = "a";
+  while (dotted.size() < 4000) dotted += ".a";
+  write_file(geometry, dotted + " = 1\n");
+  EXPECT_TRUE(refusal().starts_with("there is a key \"a\"")) << refusal();
+  write_file(geometry, std::string(5000, '#'));
+  EXPECT_EQ(refusal(), "the file is longer than 4096 bytes, expected lines such as motor_radius_mm = 28.0");
+  write_file(geometry, std::string("\x00\xff\x01", 3));
+  EXPECT_NE(refusal(), "taken");
+}
+
+TEST_F(RecordingTest, RefusesMoreThanTheLimit) {
+  write_file(path_, test::fan_recording(5, 1, 20).bytes());
+  const auto refused = Recording::open({.path = path_, .geometry_path = {}, .max_bytes = 5 * 48 - 1});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("expected at most 239 bytes of pixels"), std::string::npos);
+}
+
+// --- What may be wrong with a file ---------------------------------------------------------------------
+
+struct Damage {
+  const char* name;
+  ErrorCode code;
+  const char* sentence;  ///< a part of it
+  std::function<std::string(IgsFile&)> bytes;
+};
+
+Damage header_damage(const char* name, ErrorCode code, const char* sentence, std::string_view field,
+                     const std::string& value) {
+  return {name, code, sentence, [field, value](IgsFile& file) {
+            IgsFile::set(file.header, field, value);
+            return file.bytes();
+          }};
+}
+
+Damage frame_damage(const char* name, const char* sentence, std::size_t frame, std::string_view field,
+                    const std::string& value) {
+  return {name, ErrorCode::kBadInput, sentence, [frame, field, value](IgsFile& file) {
+            IgsFile::set(file.frames[frame], field, value);
+            return file.bytes();
+          }};
+}
+
+const std::vector<Damage>& damages() {
+  using enum ErrorCode;
+  static const std::vector<Damage> kDamages = {
+      {"Empty", kBadInput, "the file is empty", [](IgsFile&) { return std::string(); }},
+      {"NoHeader", kBadInput, "the header ends too early",
+       [](IgsFile&) { return std::string("NDims = 3\n"); }},
+      {"Binary", kBadInput, "line 1 of the header holds byte 0x00",
+       [](IgsFile&) { return std::string(100, '\0'); }},
+      {"TruncatedHeader", kBadInput, "the header ends too early",
+       [](IgsFile& file) { return file.bytes().substr(0, 300); }},
+      {"NulInALine", kBadInput, "holds byte 0x00",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "Comment", std::string("a\0b", 3));
+         return file.bytes();
+       }},
+      {"OverlongLine", kBadInput, "is longer than 65536 bytes",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "Comment", std::string(70'000, 'x'));
+         return file.bytes();
+       }},
+      {"EndlessLine", kBadInput, "is longer than 65536 bytes",
+       [](IgsFile&) { return std::string(200'000, 'x'); }},
+      {"NoEquals", kBadInput, "is \"hello\", expected Name = value",
+       [](IgsFile&) { return std::string("hello\n"); }},
+      {"RawBytesInAValue", kUnsupported, "is \"M???F\"",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "UltrasoundImageOrientation",
+                      "M\xff\xc3\xa8"
+                      "F");
+         return file.bytes();
+       }},
+      {"TruncatedPixels", kBadInput, "bytes of compressed pixels follow the header",
+       [](IgsFile& file) {
+         std::string bytes = file.bytes();
+         bytes.resize(bytes.size() - 5);
+         return bytes;
+       }},
+      {"TruncatedPlainPixels", kBadInput, "239 bytes of pixels follow the header, expected 240",
+       [](IgsFile& file) {
+         file.compressed = false;
+         std::string bytes = file.bytes();
+         bytes.pop_back();
+         return bytes;
+       }},
+      {"TruncatedStream", kBadInput, "its compressed pixels are damaged or cut off",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "CompressedDataSize", "20");
+         return file.bytes();
+       }},
+      {"DamagedStream", kBadInput, "its compressed pixels are damaged or cut off",
+       [](IgsFile& file) {
+         std::string bytes = file.bytes();
+         bytes[bytes.size() - 2] ^= 0x55;  // the check sum
+         return bytes;
+       }},
+      {"FewerPixelsThanStated", kBadInput, "its compressed pixels are 192 bytes, expected 240",
+       [](IgsFile& file) {
+         file.pixels.resize(4 * 48);
+         return file.bytes();
+       }},
+      {"MorePixelsThanStated", kBadInput, "its compressed pixels are more than its DimSize",
+       [](IgsFile& file) {
+         file.pixels.resize(6 * 48);
+         return file.bytes();
+       }},
+      header_damage("CompressedSizeBeyondTheFile", kBadInput,
+                    "expected the 99999999 of its CompressedDataSize", "CompressedDataSize", "99999999"),
+      header_damage("CompressedSizeNoNumber", kBadInput, "expected a number of bytes", "CompressedDataSize",
+                    "-1"),
+      {"SizeThatTheStreamCannotHold", kBadInput, "compressed bytes cannot hold its DimSize",
+       [](IgsFile& file) {
+         // Small enough for the file with its header, too large for its few compressed bytes.
+         IgsFile::set(file.header, "CompressedDataSize", "10");
+         IgsFile::set(file.header, "DimSize", "100 200 5");
+         return file.bytes();
+       }},
+      header_damage("SizeThatTheFileCannotHold", kBadInput, "expected a size that a file of", "DimSize",
+                    "4096 4096 100"),
+      header_damage("SizeBeyondTheLimit", kBadInput, "bytes of pixels", "DimSize", "4096 4096 1000000"),
+      header_damage("SizeOverflows", kBadInput, "expected three numbers", "DimSize", "99999999999 6 5"),
+      header_damage("ZeroFrames", kBadInput, "expected three numbers", "DimSize", "8 6 0"),
+      header_damage("ZeroColumns", kBadInput, "expected three numbers", "DimSize", "0 6 5"),
+      header_damage("NegativeSize", kBadInput, "expected three numbers", "DimSize", "8 -6 5"),
+      header_damage("TwoSizes", kBadInput, "expected three numbers", "DimSize", "8 6"),
+      header_damage("FourSizes", kBadInput, "expected three numbers", "DimSize", "8 6 5 1"),
+      header_damage("SizeNoNumber", kBadInput, "expected three numbers", "DimSize", "8 six 5"),
+      header_damage("FewerFramesThanDescribed", kBadInput,
+                    "the header describes frame 4, expected the 4 frames", "DimSize", "8 6 4"),
+      header_damage("FourDimensions", kUnsupported, "expected 3 (columns, rows, frames)", "NDims", "4"),
+      header_damage("SixteenBit", kUnsupported, "expected MET_UCHAR", "ElementType", "MET_USHORT"),
+      header_damage("Colour", kUnsupported, "expected 1", "ElementNumberOfChannels", "3"),
+      header_damage("Text", kUnsupported, "expected True", "BinaryData", "False"),
+      header_damage("ScanLines", kUnsupported, "is \"FM\", expected MF or MFA", "UltrasoundImageOrientation",
+                    "FM"),
+      header_damage("Mirrored", kUnsupported, "is \"UF\", expected MF or MFA", "UltrasoundImageOrientation",
+                    "UF"),
+      header_damage("RadioFrequency", kUnsupported, "expected BRIGHTNESS", "UltrasoundImageType", "RF_REAL"),
+      header_damage("NoTimeAxis", kUnsupported, "the last axis is time", "Kinds", "domain domain domain"),
+      header_damage("NoImage", kUnsupported, "expected Image", "ObjectType", "Tube"),
+      header_damage("CompressionNeitherTrueNorFalse", kBadInput, "expected True or False", "CompressedData",
+                    "Maybe"),
+      header_damage("GeometryNoNumber", kBadInput, "FanlightFaceRow is \"top\", expected a number",
+                    "FanlightFaceRow", "top"),
+      header_damage("GeometryOutOfRange", kBadInput, "motor_radius_mm is -3", "FanlightMotorRadiusMm", "-3"),
+      {"OtherFile", kUnsupported, "\"ElementDataFile\" is \"sweep.zraw\", expected LOCAL",
+       [](IgsFile&) { return std::string("ElementDataFile = sweep.zraw\n"); }},
+      {"NoOrientation", kUnsupported, "no UltrasoundImageOrientation, expected MF or MFA",
+       [](IgsFile& file) {
+         IgsFile::remove(file.header, "UltrasoundImageOrientation");
+         return file.bytes();
+       }},
+      {"NoElementType", kBadInput, "no ElementType",
+       [](IgsFile& file) {
+         IgsFile::remove(file.header, "ElementType");
+         return file.bytes();
+       }},
+      {"NoSize", kBadInput, "no DimSize",
+       [](IgsFile&) { return std::string("ElementType = MET_UCHAR\nElementDataFile = LOCAL\n"); }},
+      {"FramesBeforeTheSize", kBadInput, "before it gives a DimSize",
+       [](IgsFile&) { return std::string("Seq_Frame0000_Timestamp = 1\n"); }},
+      {"FrameWithoutNumber", kBadInput, "expected Seq_Frame0000_Name",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "Seq_Frame_Timestamp", "1");
+         return file.bytes();
+       }},
+      {"TooManyOwnFields", kBadInput, "more than 64 Fanlight fields",
+       [](IgsFile& file) {
+         for (int i = 0; i < 70; ++i) IgsFile::set(file.header, fmt::format("Fanlight{}", i), "1");
+         return file.bytes();
+       }},
+      frame_damage("AngleNoNumber", "\"Seq_Frame0002_MotorAngleDeg\" is \"12deg\", expected degrees", 2,
+                   "MotorAngleDeg", "12deg"),
+      frame_damage("AngleNotFinite", "expected degrees", 2, "MotorAngleDeg", "nan"),
+      frame_damage("TimeNoNumber", "expected seconds", 2, "Timestamp", ""),
+      frame_damage("TimeGoesBack", "out of order", 3, "Timestamp", "12.55"),
+      frame_damage("TimeJumps", "out of order", 4, "Timestamp", "1e300"),
+      frame_damage("VolumeNoNumber", "expected a whole number from 0", 2, "VolumeIndex", "-1"),
+      frame_damage("VolumeGoesBack", "the VolumeIndex of frame 3 goes back from 5 to 0", 2, "VolumeIndex",
+                   "5"),
+      frame_damage("StatusUnknown", "expected OK or INVALID", 2, "ImageStatus", "FINE"),
+      frame_damage("DirectionUnknown", "expected FORWARD or BACKWARD", 2, "SweepDirection", "LEFT"),
+      frame_damage("TransformTooShort", "expected a matrix of 16 numbers", 2, "ImageToReferenceTransform",
+                   "1 0 0"),
+      {"AngleMissingOnOneFrame", kBadInput, "frame 3 has no MotorAngleDeg",
+       [](IgsFile& file) {
+         IgsFile::remove(file.frames[3], "MotorAngleDeg");
+         return file.bytes();
+       }},
+      {"NoAngles", kBadInput, "no frame has a MotorAngleDeg",
+       [](IgsFile& file) {
+         file.remove_all("MotorAngleDeg");
+         return file.bytes();
+       }},
+      {"TimeMissingOnOneFrame", kBadInput, "frame 3 has no Timestamp",
+       [](IgsFile& file) {
+         IgsFile::remove(file.frames[3], "Timestamp");
+         return file.bytes();
+       }},
+      {"VolumeMissingOnOneFrame", kBadInput, "frame 3 has no VolumeIndex",
+       [](IgsFile& file) {
+         IgsFile::remove(file.frames[3], "VolumeIndex");
+         return file.bytes();
+       }},
+      {"TimeStandsStill", kBadInput, "all frames have the same Timestamp",
+       [](IgsFile& file) {
+         file.set_all("Timestamp", "3");
+         return file.bytes();
+       }},
+      {"AngleStandsStill", kBadInput, "the motor angle stays at 5 deg, expected a sweep",
+       [](IgsFile& file) {
+         file.set_all("MotorAngleDeg", "5");
+         return file.bytes();
+       }},
+      {"AllInvalid", kBadInput, "no frame is usable",
+       [](IgsFile& file) {
+         file.set_all("ImageStatus", "INVALID");
+         return file.bytes();
+       }},
+      {"OneFrame", kBadInput, "there is a single frame",
+       [](IgsFile& file) {
+         file.frames.resize(1);
+         file.pixels.resize(48);
+         return file.bytes();
+       }},
+  };
+  return kDamages;
+}
+
+class DamagedRecordingTest : public RecordingTest, public testing::WithParamInterface<std::size_t> {};
+
+TEST_P(DamagedRecordingTest, IsRefusedInOneSentence) {
+  const Damage& damage = damages()[GetParam()];
+  IgsFile file = test::fan_recording(5, 1, 20);
+  const auto refused = open(damage.bytes(file));
+  ASSERT_FALSE(refused);
+  const std::string& message = refused.error().message;
+  EXPECT_EQ(refused.error().code, damage.code) << message;
+  EXPECT_TRUE(message.starts_with(path_.string() + ": ")) << message;
+  EXPECT_NE(message.find(damage.sentence), std::string::npos) << message;
+  EXPECT_NE(message.find("expected"), std::string::npos) << message;
+  EXPECT_LT(message.size(), 400U);
+  EXPECT_TRUE(std::ranges::all_of(message, [](char c) { return c >= ' ' && c <= '~'; })) << message;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DamagedRecordingTest, testing::Range(std::size_t{0}, damages().size()),
+                         [](const auto& tested) { return std::string(damages()[tested.param].name); });
+
+// Whatever is cut off or changed: an answer, no crash. The sanitizers watch.
+TEST_F(RecordingTest, AnswersForEveryPrefixAndEveryChangedByte) {
+  const std::string whole = test::fan_recording(3, 2, 20).bytes();
+  for (std::size_t size = 0; size < whole.size(); size += 7)
+    EXPECT_FALSE(open(std::string_view(whole).substr(0, size)));
+  for (std::size_t at = 0; at < whole.size(); at += 3) {
+    std::string changed = whole;
+    changed[at] = static_cast<char>(changed[at] ^ (1 << (at % 7)));
+    (void)open(changed);
+  }
+}
+
+TEST_F(RecordingTest, RefusesWhatIsNoFile) {
+  EXPECT_EQ(Recording::open({.path = folder_ / "none.mha", .geometry_path = {}}).error().code,
+            ErrorCode::kNotFound);
+  const auto directory = Recording::open({.path = folder_.path(), .geometry_path = {}});
+  ASSERT_FALSE(directory);
+  EXPECT_NE(directory.error().message.find("this is no regular file"), std::string::npos);
+  EXPECT_FALSE(Recording::open({.path = "/dev/zero", .geometry_path = {}}));
+}
+
+// --- The real one --------------------------------------------------------------------------------------
+
+TEST_F(RecordingTest, ReadsTheLiverSweep) {
+  const auto path = test::data_folder() / "liver_fan_sweep.igs.mha";
+  if (!std::filesystem::exists(path))
+    GTEST_SKIP() << path << " is not there; set FANLIGHT_DATA to its folder";
+
+  write_file(folder_ / "liver.toml", "face_column = 369\nface_row = 22.0\nmotor_radius_mm = 28\n");
+  const auto recording = Recording::open({.path = path, .geometry_path = folder_ / "liver.toml"});
+  ASSERT_TRUE(recording) << recording.error().message;
+  const RecordingSummary& summary = recording->summary();
+  EXPECT_EQ(summary.frames, 140U);
+  EXPECT_EQ(summary.columns, 739U);
+  EXPECT_EQ(summary.rows, 593U);
+  EXPECT_EQ(summary.sweeps, 1U);
+  EXPECT_TRUE(summary.compressed);
+  EXPECT_NEAR(summary.largest_angle_deg - summary.smallest_angle_deg, 40.9, 0.05);
+  EXPECT_NEAR(summary.frame_rate_hz, 22.8, 0.1);
+  EXPECT_NEAR(summary.geometry.pixel_width_mm, 0.3148178, 1e-6);
+  EXPECT_NEAR(summary.geometry.pixel_height_mm, 0.3148178, 1e-6);
+  EXPECT_GT(*std::ranges::max_element(recording->frame_pixels(70)), 200);
+
+  const auto without = Recording::open({.path = path, .geometry_path = {}});
+  ASSERT_FALSE(without);
+  EXPECT_NE(without.error().message.find("lacks face_column, face_row, motor_radius_mm"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace fanlight
