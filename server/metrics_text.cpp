@@ -41,6 +41,8 @@ std::string metrics_text(const StreamContext& context) {
        acquisition.frames_over_capacity},
       {"fanlight_frames_in_short_volumes_total", "Frames of sweeps whose angle did not move",
        acquisition.frames_in_short_volumes},
+      {"fanlight_frames_abandoned_total", "Frames of the sweep under way when the source was stopped",
+       acquisition.frames_abandoned},
       {"fanlight_volumes_short_total", "Sweeps dropped because their angle did not move", acquisition.volumes_short},
       {"fanlight_volumes_published_total", "Volumes put into the ring", ring.volumes_published},
       {"fanlight_volumes_taken_total", "Volumes that the renderer took", ring.volumes_taken},

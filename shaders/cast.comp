@@ -19,8 +19,8 @@ layout(binding = FANLIGHT_BINDING_FAN_TABLE) uniform sampler2D fan_table;
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) writeonly buffer DepthMap { float depth[]; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours { uint volume_colour[]; };
 
-// An opacity from which nothing behind is seen any more.
-const float kOpaque = 0.98;
+// An opacity from which nothing behind changes the picture by a level of 255.
+const float kOpaque = 0.997;
 
 // The echo at a point of the fan, 0 to 1, or negative where nothing was scanned: above the probe face or
 // beside the sector. The ray has been cut to the frames already.
@@ -121,7 +121,8 @@ void main() {
       last_difference = edge;
 
       if (kComposite) {
-        float share = clamp((value - rays.transparent) * rays.ramp_scale, 0.0, 1.0) * rays.step_opacity;
+        // The window's last round may go beyond the ray's end.
+        float share = float(sample_index < end) * clamp((value - rays.transparent) * rays.ramp_scale, 0.0, 1.0) * rays.step_opacity;
         colour += (1.0 - opacity) * share * tissue_colour(value);
         opacity += (1.0 - opacity) * share;
       }

@@ -1,0 +1,219 @@
+// What the renderer promises as a whole: which passes run for which change, order, geometry, truth.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "acquisition/phantom_source.hpp"
+#include "tests/support/gpu_rig.hpp"
+#include "tests/support/made_volume.hpp"
+
+namespace fanlight::test {
+namespace {
+
+const FanGeometry kGeometry{.columns = 96, .rows = 96, .pixel_width_mm = 1, .pixel_height_mm = 1, .face_column = 47.5,
+                            .face_row = 0, .motor_radius_mm = 30};
+
+std::vector<double> even_angles(int frames, double half_deg) {
+  std::vector<double> angles_rad;
+  for (int frame = 0; frame < frames; ++frame) {
+    angles_rad.push_back(radians(half_deg * (2.0 * frame / (frames - 1) - 1)));
+  }
+  return angles_rad;
+}
+
+double plate(const Point& at) { return at.y_mm > 50 ? 150 : 5; }
+
+class RendererTest : public GpuTest {
+ protected:
+  const std::vector<double> angles_rad_ = even_angles(21, 30);
+  const Scene scene_ = scene_for(kGeometry, angles_rad_.front(), angles_rad_.back());
+  RenderCounters counters_;
+  std::unique_ptr<Renderer> renderer_ = made_renderer(kGeometry, angles_rad_, {64, 64}, scene_, counters_);
+
+  Picture changed(std::uint64_t revision, const Scene& scene) {
+    renderer_->show({.revision = revision, .scene = scene});
+    return next_picture(*renderer_);
+  }
+  void load(const Volume& volume) { ASSERT_TRUE(renderer_->load(volume)); }
+};
+
+TEST_F(RendererTest, RunsEachPassOnlyForAChangeThatNeedsIt) {
+  load(made_volume(kGeometry, angles_rad_, plate));
+  next_picture(*renderer_);
+  std::uint64_t revision = 1;
+  for (const SceneField& field : scene_fields()) {
+    Scene scene = scene_;
+    const double now = field.get(scene);
+    // Somewhere else in its range that leaves the scene allowed and something to see.
+    const double other = field.step > 0 ? (now > field.minimum ? now - field.step : now + field.step)
+                                        : std::clamp(now * 0.9 + 0.05, field.minimum, field.maximum);
+    ASSERT_TRUE(set_field(scene, field, other)) << field.name;
+
+    const auto pass1_runs = counters_.pass1_runs.value();
+    const Picture picture = changed(++revision, scene);
+    EXPECT_EQ(counters_.pass1_runs.value() - pass1_runs, field.first_pass == FirstPass::kCast ? 1U : 0U) << field.name;
+    EXPECT_EQ(picture.stamp.scene_revision, revision) << field.name;
+    EXPECT_EQ(picture.stamp.pass1_runs, counters_.pass1_runs.value()) << field.name;
+    changed(++revision, scene_);
+  }
+}
+
+TEST_F(RendererTest, MovesNothingButTheLightWhenTheLightMoves) {
+  load(made_volume(kGeometry, angles_rad_, plate));
+  const Picture before = next_picture(*renderer_);
+  const auto depths_before = renderer_->read_depth();
+  Scene moved = scene_;
+  moved.light.right_mm = 60;
+  const Picture after = changed(2, moved);
+  EXPECT_NE(before.rgba, after.rgba);
+  EXPECT_EQ(before.stamp.pass1_runs, after.stamp.pass1_runs);
+  EXPECT_EQ(after.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
+  const auto depths_after = renderer_->read_depth();
+  EXPECT_EQ(depths_before->cast_mm, depths_after->cast_mm);
+}
+
+TEST_F(RendererTest, GivesARevisionItsPictureEvenWhereNothingChanged) {
+  load(made_volume(kGeometry, angles_rad_, plate));
+  next_picture(*renderer_);
+  EXPECT_EQ(changed(7, scene_).stamp.scene_revision, 7U);
+  EXPECT_EQ(counters_.pass1_runs.value(), 1U);
+}
+
+TEST_F(RendererTest, HasTwoVolumesInFlightAndKeepsTheirOrder) {
+  std::uint64_t shown = 0;
+  std::uint64_t loaded = 0;
+  bool overlapped = false;
+  Picture picture;
+  while (shown < 6) {
+    if (loaded < 6 && renderer_->wants_volume()) {
+      overlapped |= renderer_->busy();  // the one before it is still being lit
+      Volume volume = made_volume(kGeometry, angles_rad_, plate);
+      volume.stamp().volume_id = ++loaded;
+      load(volume);
+    }
+    ASSERT_TRUE(renderer_->advance());
+    if (renderer_->collect(picture)) {
+      EXPECT_EQ(picture.stamp.volume.volume_id, shown + 1);
+      shown = picture.stamp.volume.volume_id;
+    }
+  }
+  EXPECT_TRUE(overlapped);
+  EXPECT_EQ(counters_.pass1_runs.value(), 6U);
+  EXPECT_EQ(counters_.pictures_finished.value(), 6U);
+}
+
+TEST_F(RendererTest, ReadsAForwardAndABackwardSweepAlike) {
+  load(made_volume(kGeometry, angles_rad_, plate));
+  const Picture forward = next_picture(*renderer_);
+  std::vector<double> backward_rad = angles_rad_;
+  std::ranges::reverse(backward_rad);
+  load(made_volume(kGeometry, backward_rad, plate));
+  EXPECT_EQ(next_picture(*renderer_).rgba, forward.rgba);
+}
+
+/// Where a ball shows in the picture, as shares of its width and height from the top left.
+struct Place {
+  double across;
+  double down;
+};
+
+TEST_F(RendererTest, ShowsEachAxisOnItsOwnSide) {
+  struct Aim {
+    const char* what;
+    Point ball;
+    double yaw_deg;
+    double pitch_deg;
+    double roll_deg;
+    Place expected;
+  };
+  // From behind the probe: the marked side (+x) is right, elevation (+z) is up. A viewer who goes towards the
+  // marked side (yaw) sees what is deeper move to the right; one who goes up sees it move up. A camera that
+  // turns clockwise turns the picture the other way.
+  const Aim aims[] = {{"+x is right", {25, 50, 0}, 0, 0, 0, {0.75, 0.5}},
+                      {"-x is left", {-25, 50, 0}, 0, 0, 0, {0.25, 0.5}},
+                      {"+z is up", {0, 50, 25}, 0, 0, 0, {0.5, 0.25}},
+                      {"-z is down", {0, 50, -25}, 0, 0, 0, {0.5, 0.75}},
+                      {"yaw shows depth to the right", {0, 75, 0}, 30, 0, 0, {0.625, 0.5}},
+                      {"pitch shows depth above", {0, 75, 0}, 0, 30, 0, {0.5, 0.375}},
+                      {"a clockwise camera turns +x up", {25, 50, 0}, 0, 0, 90, {0.5, 0.25}}};
+  for (const Aim& aim : aims) {
+    Scene scene = scene_;
+    scene.camera = {.target = {0, 50, 0}, .yaw_deg = aim.yaw_deg, .pitch_deg = aim.pitch_deg, .roll_deg = aim.roll_deg,
+                    .distance_mm = 50, .field_mm = 100};
+    scene.rays.end_mm = 150;
+    const auto renderer = made_renderer(kGeometry, angles_rad_, {64, 64}, scene, counters_);
+    ASSERT_TRUE(renderer->load(made_volume(kGeometry, angles_rad_, [&](const Point& at) {
+      const double from_mm = std::hypot(at.x_mm - aim.ball.x_mm, at.y_mm - aim.ball.y_mm, at.z_mm - aim.ball.z_mm);
+      return from_mm < 7 ? 200 : 0;
+    })));
+    const Picture picture = next_picture(*renderer);
+    double across = 0;
+    double down = 0;
+    double lit = 0;
+    for (std::uint32_t row = 0; row < picture.height; ++row) {
+      for (std::uint32_t column = 0; column < picture.width; ++column) {
+        if (picture.rgba[4 * (row * picture.width + column)] == 0) continue;
+        across += column;
+        down += row;
+        lit += 1;
+      }
+    }
+    ASSERT_GT(lit, 20) << aim.what << ": the ball is not in the picture";
+    EXPECT_NEAR(across / lit / picture.width, aim.expected.across, 0.05) << aim.what;
+    EXPECT_NEAR(down / lit / picture.height, aim.expected.down, 0.05) << aim.what;
+  }
+}
+
+TEST_F(RendererTest, CastsShadowsAwayFromTheLight) {
+  // A post on a plate throws its shadow to the side away from the light.
+  load(made_volume(kGeometry, angles_rad_, [](const Point& at) {
+    return plate(at) + (std::hypot(at.x_mm, at.z_mm) < 4 && at.y_mm > 30 ? 150 : 0);
+  }));
+  Scene scene = scene_;
+  scene.camera.field_mm = 60;
+  scene.filter.size = 1;
+  scene.shadow.coefficient = 0;
+  scene.finish = Finish::kNone;
+  scene.light = {.right_mm = -60, .up_mm = 0, .depth_mm = 0, .ambient = 0.5, .diffuse = 0.5, .specular = 0};
+  const Picture picture = changed(2, scene);
+  const auto brightness = [&](int right_mm) {
+    const std::size_t column = static_cast<std::size_t>((right_mm / 60.0 + 0.5) * picture.width);
+    return picture.rgba[4 * (picture.height / 2 * picture.width + column)];
+  };
+  EXPECT_GT(brightness(-12), 60);
+  EXPECT_EQ(brightness(12), 0);
+}
+
+TEST_F(RendererTest, HasNoSurfaceAtTheEdgeOfTheFan) {
+  // Bright tissue everywhere: nothing steps from dark to bright but the border of what was scanned.
+  load(made_volume(kGeometry, angles_rad_, [](const Point&) { return 180; }));
+  next_picture(*renderer_);
+  for (const double yaw_deg : {0.0, 50.0}) {
+    Scene scene = scene_;
+    scene.camera.yaw_deg = yaw_deg;
+    changed(static_cast<std::uint64_t>(yaw_deg) + 2, scene);
+    const auto depths = renderer_->read_depth();
+    EXPECT_TRUE(std::ranges::all_of(depths->cast_mm, [](float depth) { return depth < 0; })) << "yaw " << yaw_deg;
+  }
+}
+
+TEST_F(RendererTest, TakesAViewThatMissesTheFan) {
+  load(made_volume(kGeometry, angles_rad_, plate));
+  next_picture(*renderer_);
+  Scene scene = scene_;
+  scene.camera.target = {900, 900, 900};
+  const Picture picture = changed(2, scene);
+  EXPECT_TRUE(std::ranges::none_of(picture.rgba, [](std::uint8_t value) { return value != 0 && value != 255; }));
+}
+
+TEST_F(RendererTest, RefusesAPictureThatIsTooLarge) {
+  const auto refused = Renderer::create({.size = {100'000, 100'000}, .geometry = kGeometry, .first_angle_rad = -0.5,
+                                         .last_angle_rad = 0.5, .frame_capacity = 4},
+                                        {.gpu = gpu(), .counters = counters_}, {.revision = 1, .scene = scene_});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("expected"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace fanlight::test

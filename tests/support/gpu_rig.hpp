@@ -1,0 +1,61 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "renderer/renderer.hpp"
+
+namespace fanlight::test {
+
+/// A GPU with the validation layers on; a test that gets a message from them fails. One for the process.
+class GpuTest : public testing::Test {
+ protected:
+  static const Gpu& gpu() { return *rig().gpu; }
+
+  void TearDown() override {
+    EXPECT_EQ(rig().instance->validation_messages(), 0U) << "the validation layers complained, see above";
+  }
+
+  static std::unique_ptr<Renderer> made_renderer(const FanGeometry& geometry, std::span<const double> angles_rad,
+                                                 PictureSize size, const Scene& scene, RenderCounters& counters) {
+    const auto [first, last] = std::ranges::minmax(angles_rad);
+    auto renderer = Renderer::create({.size = size,
+                                      .geometry = geometry,
+                                      .first_angle_rad = first,
+                                      .last_angle_rad = last,
+                                      .frame_capacity = static_cast<std::uint32_t>(angles_rad.size())},
+                                     {.gpu = gpu(), .counters = counters}, {.revision = 1, .scene = scene});
+    if (!renderer) throw std::runtime_error(renderer.error().message);
+    return std::move(*renderer);
+  }
+
+  /// Runs the renderer until it has a picture.
+  static Picture next_picture(Renderer& renderer) {
+    Picture picture;
+    for (;;) {
+      if (auto advanced = renderer.advance(); !advanced) throw std::runtime_error(advanced.error().message);
+      if (renderer.collect(picture)) return picture;
+      if (!renderer.busy()) throw std::runtime_error("nothing is under way, so no picture will come");
+      if (auto waited = renderer.wait(1'000'000'000); !waited) throw std::runtime_error(waited.error().message);
+    }
+  }
+
+ private:
+  struct Rig {
+    std::unique_ptr<GpuInstance> instance;
+    std::unique_ptr<Gpu> gpu;
+  };
+  static const Rig& rig() {
+    static const Rig made = [] {
+      auto instance = GpuInstance::create({.validation = true});
+      if (!instance) throw std::runtime_error(instance.error().message);
+      auto found = Gpu::create(**instance, "");
+      if (!found) throw std::runtime_error(found.error().message);
+      return Rig{std::move(*instance), std::move(*found)};
+    }();
+    return made;
+  }
+};
+
+}  // namespace fanlight::test

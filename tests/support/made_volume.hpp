@@ -1,0 +1,34 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <span>
+
+#include "proto/volume.hpp"
+
+namespace fanlight::test {
+
+/// A volume of frames at these angles, in this order of arrival, that sample grey(point), 0 to 255.
+inline Volume made_volume(const FanGeometry& geometry, std::span<const double> angles_rad,
+                          const std::function<double(const Point&)>& grey) {
+  Volume volume(geometry, static_cast<std::uint32_t>(angles_rad.size()));
+  for (std::uint32_t frame = 0; frame < angles_rad.size(); ++frame) {
+    const auto pixels = volume.next_frame_pixels();
+    for (std::uint32_t row = 0; row < geometry.rows; ++row) {
+      for (std::uint32_t column = 0; column < geometry.columns; ++column) {
+        const double x_mm = (column - geometry.face_column) * geometry.pixel_width_mm;
+        const double depth_mm = (row - geometry.face_row) * geometry.pixel_height_mm;
+        const Point at = geometry.point(x_mm, {.angle_rad = angles_rad[frame], .depth_mm = depth_mm});
+        pixels[row * geometry.columns + column] =
+            static_cast<std::uint8_t>(std::lround(std::clamp(grey(at), 0.0, 255.0)));
+      }
+    }
+    volume.add_frame({.sequence = frame, .frame_index = frame, .angle_rad = angles_rad[frame]});
+  }
+  volume.sort_by_angle();
+  volume.stamp().volume_id = 1;
+  return volume;
+}
+
+}  // namespace fanlight::test
