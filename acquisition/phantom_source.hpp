@@ -13,12 +13,12 @@
 namespace fanlight {
 
 /// A simulated probe: a motor sweeps to and fro at a constant frame rate over a moving PhantomScene, and
-/// each frame shows the scene at its own capture time. Needs no hardware and no file, and never ends.
+/// each frame shows the scene at its own capture time. Needs no hardware and no file.
 class PhantomSource final : public FrameSource {
  public:
   enum class Pace : std::uint8_t {
-    /// Frames come when their time has come. Like a probe, it does not wait: frames whose time passed while
-    /// nobody asked are lost, and show as a gap in the sequence.
+    /// Frames come when their time has come. Like a probe, it keeps a few and does not wait: older ones that
+    /// nobody asked for are lost, and show as a gap in the sequence.
     kRealTime,
     /// Frames come as fast as they are taken and none is lost; capture times advance by the frame period
     /// from kSimulatedStartNs, so that every run is the same.
@@ -33,13 +33,17 @@ class PhantomSource final : public FrameSource {
     std::uint32_t rows = 512;              ///< 16 to 4096, of a depth of 160 mm
     double sweep_deg = 70;                 ///< 1 to 170, half of it to either side
     std::uint64_t seed = 1;                ///< of the speckle
+    std::uint64_t volumes = 0;             ///< after which the source ends; 0: never
+    /// Thickness of the beam across the frame (elevation), full width at half maximum, 0 to 8. About the distance of
+    /// frames, as of a real array: a thinner one leaves steps between the frames of a slanted surface.
+    double beam_mm = 5;
     Speckle speckle = Speckle::kOn;
     PhantomScene::Motion motion = PhantomScene::Motion::kMoving;
     Pace pace = Pace::kRealTime;
   };
 
   /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied, or
-  /// kInvalidArgument and what was allowed. Also: columns, rows, sweep. Empty changes nothing.
+  /// kInvalidArgument and what was allowed. Also: columns, rows, sweep, volumes, beam. Empty changes nothing.
   static Result<Config> parse(std::string_view options, Config base);
 
   /// kInvalidArgument where a value is out of its range. Takes some 20 ms, most of it for the speckle.
@@ -74,8 +78,10 @@ class PhantomSource final : public FrameSource {
   SpeckleTile speckle_;
   Pacer pacer_;
   std::vector<Extent> sector_;            // of each row
-  std::vector<std::uint8_t> echo_;        // mean grey level by depth below the surface
+  std::vector<std::uint8_t> echo_;  // mean grey level by blur and depth below the surface
   std::vector<float> surface_depths_mm_;  // of the row being drawn
+  std::vector<float> depths_below_mm_;    // the same a little below and above it in elevation
+  std::vector<float> depths_above_mm_;
   std::int64_t start_ns_ = kSimulatedStartNs;
   std::uint64_t next_sequence_ = 0;
   FrameStamp current_;

@@ -40,8 +40,8 @@ struct Scene {
   } rays;
 
   struct Detector {
-    double threshold = 40;  ///< grey levels of 255
-    int window = 8;         ///< samples, even
+    double threshold = 25;  ///< grey levels of 255
+    int window = 20;        ///< samples, even
     EdgeSign sign = EdgeSign::kDarkToBright;
   } detector;
 
@@ -53,21 +53,21 @@ struct Scene {
   } transfer;
 
   struct Filter {
-    int size = 7;  ///< side of the moving average over the depth map, pixels, odd
+    int size = 13;  ///< side of the moving average over the depth map, pixels, odd
   } filter;
 
   struct Light {
-    double right_mm = -60;
-    double up_mm = 60;
-    double depth_mm = -40;
-    double ambient = 0.15;
+    double right_mm = -90;
+    double up_mm = 90;
+    double depth_mm = -80;
+    double ambient = 0.2;
     double diffuse = 0.75;
     double specular = 0.25;
     double shininess = 24;
   } light;
 
   struct Shadow {
-    double coefficient = 0.45;  ///< brightness left in a shadow; 1 casts none
+    double coefficient = 0.6;  ///< brightness left in a shadow; 1 casts none
   } shadow;
 
   Mode mode = Mode::kSurface;

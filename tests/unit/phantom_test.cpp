@@ -12,10 +12,13 @@
 namespace fanlight {
 namespace {
 
-constexpr PhantomSource::Config kStill = {.speckle = PhantomSource::Speckle::kOff,
+// Through a beam without thickness, so that a slanted surface is as sharp as a flat one.
+constexpr PhantomSource::Config kStill = {.beam_mm = 0,
+                                          .speckle = PhantomSource::Speckle::kOff,
                                           .motion = PhantomScene::Motion::kStill,
                                           .pace = PhantomSource::Pace::kUnpaced};
-constexpr PhantomSource::Config kPlain = {.speckle = PhantomSource::Speckle::kOff,
+constexpr PhantomSource::Config kPlain = {.beam_mm = 0,
+                                          .speckle = PhantomSource::Speckle::kOff,
                                           .pace = PhantomSource::Pace::kUnpaced};
 constexpr PhantomSource::Config kSpeckled = {.pace = PhantomSource::Pace::kUnpaced};
 
@@ -288,9 +291,43 @@ TEST(Phantom, AStoppedSourceGivesNoFrame) {
   }
 }
 
+TEST(Phantom, EndsAfterTheVolumesAskedFor) {
+  const auto source = make({.frames_per_volume = 3, .volumes = 2, .pace = PhantomSource::Pace::kUnpaced});
+  ASSERT_NE(source, nullptr);
+  for (int i = 0; i < 6; ++i) next_stamp(*source);
+  EXPECT_FALSE(source->next_frame({}).value().has_value());
+}
+
+// Each elevation of a slanted surface within the beam lies at another depth, so the step in a frame is less steep
+// the thicker the beam is.
+TEST(Phantom, AThickBeamBlursWhatIsSlanted) {
+  auto config = kStill;
+  const auto thin = make(config);
+  config.beam_mm = 5;
+  const auto thick = make(config);
+  ASSERT_NE(thin, nullptr);
+  ASSERT_NE(thick, nullptr);
+  const auto steepest = [](const PhantomSource& source, const Frame& frame) {
+    int step = 0;
+    for (std::uint32_t row = 1; row < source.description().geometry.rows; ++row) {
+      const std::size_t at = row * source.description().geometry.columns + 255;
+      step = std::max(step, frame.pixels[at] - frame.pixels[at - source.description().geometry.columns]);
+    }
+    return step;
+  };
+  for (int i = 0; i < 35; ++i) {
+    const Frame sharp = next(*thin);
+    const Frame blurred = next(*thick);
+    if (i != 8) continue;  // below the chin, where the head turns away
+    const double share = static_cast<double>(steepest(*thick, blurred)) / steepest(*thin, sharp);
+    EXPECT_LT(share, 0.6);
+  }
+}
+
 TEST(PhantomOptions, AreRead) {
   const auto config = PhantomSource::parse(
-      "rate=20,frames=9,columns=64,rows=32,sweep=60.5,seed=7,speckle=off,moving=off", {});
+      "rate=20,frames=9,columns=64,rows=32,sweep=60.5,seed=7,speckle=off,moving=off,volumes=3,beam=2.5",
+                                           {});
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->frame_rate_hz, 20);
   EXPECT_EQ(config->frames_per_volume, 9U);
@@ -298,6 +335,8 @@ TEST(PhantomOptions, AreRead) {
   EXPECT_EQ(config->rows, 32U);
   EXPECT_EQ(config->sweep_deg, 60.5);
   EXPECT_EQ(config->seed, 7U);
+  EXPECT_EQ(config->volumes, 3U);
+  EXPECT_EQ(config->beam_mm, 2.5);
   EXPECT_EQ(config->speckle, PhantomSource::Speckle::kOff);
   EXPECT_EQ(config->motion, PhantomScene::Motion::kStill);
   EXPECT_TRUE(PhantomSource::parse("", {}));
@@ -311,7 +350,7 @@ TEST(PhantomOptions, AreRefusedInOneSentence) {
   };
   EXPECT_EQ(refusal("speed=2"),
             "the phantom has no option \"speed\", expected rate, frames, columns, rows, sweep, seed, "
-            "speckle, moving");
+            "volumes, beam, speckle, moving");
   EXPECT_EQ(refusal("rate=fast"), "the phantom's rate is \"fast\", expected 0.1 to 1000 frames a second");
   EXPECT_EQ(refusal("rate=0"), "the phantom's rate is 0, expected 0.1 to 1000 frames a second");
   EXPECT_EQ(refusal("rate=nan"), "the phantom's rate is \"nan\", expected 0.1 to 1000 frames a second");

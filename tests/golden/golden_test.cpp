@@ -1,0 +1,111 @@
+// A few small pictures of the simulated probe against those kept here. `tests/golden/update` makes them anew and
+// shows both side by side.
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "acquisition/phantom_source.hpp"
+#include "server/picture_file.hpp"
+#include "tests/support/gpu_rig.hpp"
+
+namespace fanlight::test {
+namespace {
+
+/// What a picture may differ by: GPUs round, and filter textures, each in their own way.
+struct Golden {
+  std::string name;
+  std::string phantom;
+  std::function<void(Scene&)> set_up;
+  double mean_levels;    ///< mean absolute difference, of 255
+  double share_of_more;  ///< share of the values that may differ by more than 24
+};
+
+const Golden kGoldens[] = {
+    {"face", "columns=256,rows=256", [](Scene&) {}, 1.0, 0.01},
+    {"face_from_the_side", "columns=256,rows=256",
+     [](Scene& scene) {
+       scene.camera.yaw_deg = 35;
+       scene.camera.pitch_deg = 10;
+       scene.camera.roll_deg = -15;
+     },
+     1.0, 0.01},
+    {"smooth_face_with_hard_shadows", "columns=256,rows=256,speckle=off,frames=70,moving=off",
+     [](Scene& scene) {
+       scene.light.right_mm = 120;
+       scene.light.up_mm = 20;
+       scene.light.depth_mm = 40;
+       scene.shadow.coefficient = 0.2;
+       scene.finish = Finish::kNone;
+     },
+     1.0, 0.01},
+    {"volume", "columns=256,rows=256,speckle=off,moving=off", [](Scene& scene) { scene.mode = Mode::kVolume; }, 1.0, 0.01},
+};
+
+std::string golden_path(const Golden& golden) {
+  return fmt::format("{}/{}.png", FANLIGHT_GOLDEN_FOLDER, golden.name);
+}
+
+/// The picture's RGB values, or nothing where the file is not there.
+std::vector<std::uint8_t> read_rgb(const std::string& path) {
+  const auto file = OIIO::ImageInput::open(path);
+  if (!file) return {};
+  const OIIO::ImageSpec& spec = file->spec();
+  std::vector<std::uint8_t> rgb(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) * 3);
+  if (spec.nchannels != 3 || !file->read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, rgb.data())) return {};
+  return rgb;
+}
+
+class GoldenTest : public GpuTest, public testing::WithParamInterface<Golden> {
+ protected:
+  static Picture render(const Golden& golden) {
+    const auto config = PhantomSource::parse(golden.phantom, {.pace = PhantomSource::Pace::kUnpaced});
+    const auto source = PhantomSource::create(config.value());
+    const SourceDescription& description = (*source)->description();
+    Volume volume(description.geometry, description.frames_per_volume);
+    std::vector<double> angles_rad;
+    while (!volume.full()) {
+      const auto frame = (*source)->next_frame({});
+      (*source)->read_pixels(volume.next_frame_pixels());
+      volume.add_frame(**frame);
+      angles_rad.push_back((*frame)->angle_rad);
+    }
+    volume.sort_by_angle();
+    volume.stamp().volume_id = 1;
+
+    Scene scene = scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
+    golden.set_up(scene);
+    RenderCounters counters;
+    const auto renderer = made_renderer(description.geometry, angles_rad, {200, 200}, scene, counters);
+    if (auto loaded = renderer->load(volume); !loaded) throw std::runtime_error(loaded.error().message);
+    return next_picture(*renderer);
+  }
+};
+
+TEST_P(GoldenTest, LooksAsItDid) {
+  const Golden& golden = GetParam();
+  const Picture picture = render(golden);
+  if (const char* folder = std::getenv("FANLIGHT_GOLDEN_NEW")) {
+    ASSERT_TRUE(write_picture(fmt::format("{}/{}.png", folder, golden.name), picture));
+    return;
+  }
+  const auto kept = read_rgb(golden_path(golden));
+  ASSERT_EQ(kept.size(), picture.rgba.size() / 4 * 3) << golden_path(golden) << " is missing or of another size";
+  double sum = 0;
+  std::size_t more = 0;
+  for (std::size_t value = 0; value < kept.size(); ++value) {
+    const int difference = std::abs(picture.rgba[value / 3 * 4 + value % 3] - kept[value]);
+    sum += difference;
+    more += difference > 24 ? 1 : 0;
+  }
+  EXPECT_LE(sum / static_cast<double>(kept.size()), golden.mean_levels);
+  EXPECT_LE(static_cast<double>(more) / static_cast<double>(kept.size()), golden.share_of_more);
+}
+
+INSTANTIATE_TEST_SUITE_P(Phantom, GoldenTest, testing::ValuesIn(kGoldens),
+                         [](const auto& given) { return given.param.name; });
+
+}  // namespace
+}  // namespace fanlight::test
