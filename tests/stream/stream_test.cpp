@@ -1,0 +1,288 @@
+// The server and its sessions, over real sockets on loopback, with the test in the renderer's place.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "server/scene_message.hpp"
+#include "tests/support/fake_house.hpp"
+#include "tests/support/stream_client.hpp"
+
+namespace fanlight::test {
+namespace {
+
+using Body = v1::ServerMessage;
+using boost::system::system_error;
+
+v1::Scene threshold(double value) {
+  v1::Scene scene;
+  scene.mutable_detector()->set_threshold(value);
+  return scene;
+}
+
+TEST(SceneMessage, CarriesEveryFieldThereAndBack) {
+  Scene scene;
+  for (const SceneField& field : scene_fields()) field.set(scene, field.maximum);
+  scene.rays.start_mm = 1;
+  scene.transfer.transparent = 1;
+  const auto back = changed_scene(Scene{}, scene_message(scene));
+  ASSERT_TRUE(back) << back.error().message;
+  for (const SceneField& field : scene_fields()) EXPECT_EQ(field.get(*back), field.get(scene)) << field.name;
+}
+
+TEST(SceneMessage, HasAFieldForEachRowOfTheTableAndNoOther) {
+  std::size_t values = 0;
+  const auto* scene = v1::Scene::descriptor();
+  for (int index = 0; index < scene->field_count(); ++index) {
+    const auto* group = scene->field(index)->message_type();
+    values += group == nullptr ? 1U : static_cast<std::size_t>(group->field_count());
+  }
+  EXPECT_EQ(values, scene_fields().size());
+}
+
+TEST(SceneMessage, LeavesAbsentFieldsAlone) {
+  Scene scene;
+  scene.light.up_mm = 17;
+  const auto changed = changed_scene(scene, threshold(99));
+  ASSERT_TRUE(changed);
+  EXPECT_EQ(changed->detector.threshold, 99);
+  EXPECT_EQ(changed->light.up_mm, 17);
+}
+
+TEST(Stream, GreetsWithTheSceneAndItsFields) {
+  FakeHouse house;
+  StreamClient client(house.endpoint());
+  const auto message = client.next();
+  ASSERT_EQ(message.body_case(), Body::kHello);
+  const v1::Hello& hello = message.hello();
+  EXPECT_EQ(hello.protocol_version(), 1U);
+  EXPECT_EQ(hello.source(), "fake:");
+  EXPECT_EQ(hello.picture_width(), FakeHouse::kWidth);
+  ASSERT_EQ(static_cast<std::size_t>(hello.fields_size()), scene_fields().size());
+  EXPECT_EQ(hello.scene().revision(), 1U);
+  EXPECT_TRUE(changed_scene(Scene{}, hello.scene().scene()));
+  EXPECT_TRUE(changed_scene(Scene{}, hello.default_scene()));
+}
+
+TEST(Stream, ShowsThePictureOnShowToWhoComesLater) {
+  FakeHouse house;
+  StreamClient first(house.endpoint());
+  first.next(Body::kHello);
+  house.show(5, 128);
+  EXPECT_EQ(first.next(Body::kPicture).picture().picture_id(), 5U);
+  StreamClient second(house.endpoint());
+  const auto picture = second.next(Body::kPicture).picture();
+  EXPECT_EQ(picture.picture_id(), 5U);
+  EXPECT_EQ(picture.width(), FakeHouse::kWidth);
+  ASSERT_GT(picture.jpeg().size(), 4U);
+  EXPECT_EQ(picture.jpeg().substr(0, 2), "\xFF\xD8");
+}
+
+TEST(Stream, EncodesOnceForManyAndNotAtAllForNobody) {
+  FakeHouse house;
+  house.show(1, 10);
+  std::vector<std::unique_ptr<StreamClient>> clients;
+  for (int count = 0; count < 20; ++count) {
+    clients.push_back(std::make_unique<StreamClient>(house.endpoint()));
+    clients.back()->next(Body::kPicture);
+  }
+  const auto before = house.counters().pictures_encoded.value();
+  EXPECT_EQ(before, 1U);
+  house.show(2, 20);
+  for (const auto& client : clients) EXPECT_EQ(client->next(Body::kPicture).picture().picture_id(), 2U);
+  EXPECT_EQ(house.counters().pictures_encoded.value(), before + 1);
+}
+
+TEST(Stream, TakesAChangeAndTellsTheOthers) {
+  FakeHouse house;
+  StreamClient changer(house.endpoint());
+  StreamClient watcher(house.endpoint());
+  watcher.next(Body::kHello);
+  const auto reply = changer.change(threshold(77), 42);
+  EXPECT_EQ(reply.request_id(), 42U);
+  ASSERT_TRUE(reply.has_in_force());
+  EXPECT_EQ(reply.in_force().revision(), 2U);
+  EXPECT_EQ(reply.in_force().scene().detector().threshold(), 77);
+  EXPECT_EQ(house.next_scene().scene.detector.threshold, 77);
+  EXPECT_EQ(watcher.next(Body::kScene).scene().revision(), 2U);
+}
+
+TEST(Stream, KeepsTheRevisionWhereNothingChanges) {
+  FakeHouse house;
+  StreamClient client(house.endpoint());
+  EXPECT_EQ(client.change(threshold(Scene{}.detector.threshold)).in_force().revision(), 1U);
+  EXPECT_FALSE(house.has_scene());
+}
+
+TEST(Stream, RefusesWhatIsNotAllowedAndGoesOn) {
+  FakeHouse house;
+  StreamClient client(house.endpoint());
+  for (const double value : {-1.0, 256.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    const auto reply = client.change(threshold(value));
+    ASSERT_TRUE(reply.has_refused()) << value;
+    EXPECT_NE(reply.refused().message().find("expected a number from 0 to 255"), std::string::npos) << reply.refused().message();
+  }
+  v1::Scene half_good = threshold(50);
+  half_good.mutable_filter()->set_size(4);
+  EXPECT_TRUE(client.change(half_good).has_refused());
+  EXPECT_FALSE(house.has_scene()) << "a part of a refused change was taken";
+  EXPECT_TRUE(client.change(threshold(50)).has_in_force());
+  EXPECT_EQ(house.counters().scene_refusals.value(), 5U);
+}
+
+TEST(Stream, RefusesMessagesThatAreNoneAndGoesOn) {
+  FakeHouse house;
+  StreamClient client(house.endpoint());
+  StreamClient bystander(house.endpoint());
+  bystander.next(Body::kHello);
+  for (const std::string& bytes : {std::string("\xFF\xFF\xFF\xFF"), std::string("\x0A"), std::string(300, '\x07'), std::string()}) {
+    client.send_bytes(bytes);
+    EXPECT_NE(client.next(Body::kError).error().message().find("expected"), std::string::npos);
+  }
+  client.send_bytes("hello", false);
+  EXPECT_NE(client.next(Body::kError).error().message().find("binary"), std::string::npos);
+  EXPECT_TRUE(client.change(threshold(50)).has_in_force());
+  EXPECT_EQ(house.counters().messages_refused.value(), 5U);
+  EXPECT_EQ(bystander.next(Body::kScene).scene().revision(), 2U);
+}
+
+TEST(Stream, TellsAndClosesWhoSendsTooMuch) {
+  FakeHouse house;
+  StreamClient bystander(house.endpoint());
+  bystander.next(Body::kHello);
+  StreamClient client(house.endpoint());
+  client.send_bytes(std::string(100'000, 'x'));
+  EXPECT_NE(client.next(Body::kError).error().message().find("expected at most 65536"), std::string::npos);
+  EXPECT_THROW(for (;;) client.next(), system_error);
+  EXPECT_EQ(client.socket().reason().code, boost::beast::websocket::close_code::too_big);
+
+  StreamClient flooder(house.endpoint());
+  EXPECT_THROW(
+      {
+        flooder.send_bytes(std::string(8 << 20, 'x'));
+        for (;;) flooder.next();
+      },
+      system_error);
+  house.show(3, 90);
+  EXPECT_EQ(bystander.next(Body::kPicture).picture().picture_id(), 3U);
+}
+
+TEST(Stream, ASlowDisplayCostsItselfPicturesAndNobodyElse) {
+  FakeHouse house;
+  StreamClient slow(house.endpoint());
+  slow.next(Body::kHello);
+  StreamClient quick(house.endpoint());
+  quick.next(Body::kHello);
+  // More bytes than two sockets hold between a sender and a reader that does not read.
+  constexpr std::uint64_t kPictures = 6000;
+  for (std::uint64_t id = 1; id <= kPictures; ++id) {
+    house.show(id, static_cast<std::uint8_t>(id));
+    while (quick.next(Body::kPicture).picture().picture_id() < id) {
+    }
+  }
+  EXPECT_GT(house.counters().pictures_skipped.value(), 0U) << "the slow display never fell behind: show more pictures";
+
+  // Once it reads again it gets what was under way and then the newest.
+  std::uint64_t last = 0;
+  std::uint64_t received = 0;
+  while (last < kPictures) {
+    const auto id = slow.next(Body::kPicture).picture().picture_id();
+    EXPECT_GT(id, last);
+    last = id;
+    ++received;
+  }
+  const auto statistics = slow.next(Body::kStatistics).statistics();
+  EXPECT_EQ(statistics.pictures_offered(), kPictures);
+  EXPECT_EQ(statistics.pictures_sent(), received);
+  EXPECT_EQ(statistics.pictures_offered(), statistics.pictures_sent() + statistics.pictures_skipped());
+}
+
+TEST(Stream, AnswersTheClock) {
+  FakeHouse house;
+  StreamClient client(house.endpoint());
+  v1::ClientMessage request;
+  request.mutable_clock_request()->set_client_time_ms(1234.5);
+  const std::int64_t before_ns = now_ns();
+  client.send(request);
+  const auto reply = client.next(Body::kClockReply).clock_reply();
+  EXPECT_EQ(reply.client_time_ms(), 1234.5);
+  EXPECT_GE(reply.server_time_ns(), before_ns);
+  EXPECT_LE(reply.server_time_ns(), now_ns());
+}
+
+TEST(Stream, SurvivesDisplaysThatVanish) {
+  FakeHouse house;
+  for (std::uint64_t round = 1; round <= 50; ++round) {
+    StreamClient client(house.endpoint());
+    client.next(Body::kHello);
+    house.show(round, 1);
+    client.socket().next_layer().close();
+  }
+  StreamClient last(house.endpoint());
+  house.show(1000, 1);
+  while (last.next(Body::kPicture).picture().picture_id() != 1000) {
+  }
+  while (last.next(Body::kStatistics).statistics().sessions() > 1) {
+  }
+  const ServerCounters& counters = house.counters();
+  EXPECT_EQ(counters.sessions_opened.value(), 51U);
+  EXPECT_EQ(counters.sessions_closed.value(), 50U);
+  EXPECT_EQ(counters.pictures_sent.value() + counters.pictures_skipped.value(), counters.pictures_offered.value());
+}
+
+TEST(Stream, RefusesAPageOfAnotherSite) {
+  FakeHouse house;
+  const std::string own = "http://127.0.0.1:" + std::to_string(house.endpoint().port());
+  EXPECT_NO_THROW(StreamClient(house.endpoint(), own));
+  EXPECT_THROW(StreamClient(house.endpoint(), "http://elsewhere.example"), system_error);
+}
+
+TEST(Stream, ClosesConnectionsBeyondTheLimit) {
+  FakeHouse house(2);
+  StreamClient first(house.endpoint());
+  {
+    StreamClient second(house.endpoint());
+    second.next(Body::kHello);
+    EXPECT_THROW(StreamClient(house.endpoint()), system_error);
+    second.socket().close(boost::beast::websocket::close_code::normal);
+  }
+  // The place is free again as soon as the server has seen the close.
+  for (bool open = false; !open;) {
+    try {
+      StreamClient third(house.endpoint());
+      open = third.next().has_hello();
+    } catch (const system_error&) {
+    }
+  }
+  EXPECT_GE(house.counters().connections_refused.value(), 1U);
+}
+
+TEST(Stream, EndsWithTheReasonWhenTheRendererFails) {
+  FakeHouse house;
+  house.fail({ErrorCode::kBroken, "the GPU is gone"});
+  const auto end = house.wait_for_end();
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().message, "the GPU is gone");
+}
+
+TEST(Stream, SaysWhyItCannotListen) {
+  FakeHouse house;
+  Doorbell bell;
+  Mailbox<Picture> pictures(bell);
+  Mailbox<NumberedScene> scenes(bell);
+  Mailbox<Error> failures(bell);
+  const AcquisitionCounters acquisition;
+  const RingCounters ring;
+  const RenderCounters render;
+  ServerCounters counters;
+  const auto second = StreamServer::create({.endpoint = house.endpoint(), .facts = {}, .initial_scene = {}},
+                                           {.bell = bell, .pictures = pictures, .scenes = scenes, .failures = failures,
+                                            .house = {acquisition, ring, render}, .counters = counters, .source_state = {}});
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, ErrorCode::kUnavailable);
+  EXPECT_NE(second.error().message.find("in use"), std::string::npos) << second.error().message;
+}
+
+}  // namespace
+}  // namespace fanlight::test

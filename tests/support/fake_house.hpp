@@ -1,0 +1,90 @@
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "proto/clock.hpp"
+#include "server/stream_server.hpp"
+
+namespace fanlight::test {
+
+/// A stream server on a free loopback port in a thread of its own, and in place of the renderer the test itself,
+/// which shows pictures and reads scenes. Test thread only.
+class FakeHouse {
+ public:
+  static constexpr std::uint32_t kWidth = 64;
+  static constexpr std::uint32_t kHeight = 48;
+
+  explicit FakeHouse(std::size_t most_connections = 64) {
+    auto made = StreamServer::create({.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0},
+                                      .facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight},
+                                      .initial_scene = {.revision = 1, .scene = {}},
+                                      .most_connections = most_connections},
+                                     {.bell = bell_,
+                                      .pictures = pictures_,
+                                      .scenes = scenes_,
+                                      .failures = failures_,
+                                      .house = {acquisition_, ring_, render_},
+                                      .counters = counters_,
+                                      .source_state = [] { return std::string("running"); }});
+    if (!made) throw std::runtime_error(made.error().message);
+    server_ = std::move(*made);
+    endpoint_ = server_->endpoint();
+    thread_ = std::jthread([this] { result_ = server_->run(); });
+  }
+  ~FakeHouse() {
+    server_->stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  boost::asio::ip::tcp::endpoint endpoint() const { return endpoint_; }
+  const ServerCounters& counters() const { return counters_; }
+
+  /// Shows a picture of one grey level, with this id.
+  void show(std::uint64_t picture_id, std::uint8_t grey) {
+    Picture& picture = pictures_.draft();
+    picture.stamp = {.picture_id = picture_id, .scene_revision = 1, .finished_time_ns = now_ns()};
+    picture.width = kWidth;
+    picture.height = kHeight;
+    picture.rgba.assign(std::size_t{kWidth} * kHeight * 4, grey);
+    pictures_.publish();
+  }
+
+  /// The newest scene that came out, waiting for it.
+  NumberedScene next_scene() {
+    for (;;) {
+      if (const NumberedScene* scene = scenes_.newest()) return *scene;
+      scene_bell_.wait(-1);
+    }
+  }
+  bool has_scene() { return scenes_.newest() != nullptr; }
+
+  void fail(const Error& error) {
+    failures_.draft() = error;
+    failures_.publish();
+  }
+  /// What the server's run() returned, once it did.
+  Result<void> wait_for_end() {
+    thread_.join();
+    return result_;
+  }
+
+ private:
+  Doorbell bell_;
+  Doorbell scene_bell_;
+  Mailbox<Picture> pictures_{bell_};
+  Mailbox<NumberedScene> scenes_{scene_bell_};
+  Mailbox<Error> failures_{bell_};
+  AcquisitionCounters acquisition_;
+  RingCounters ring_;
+  RenderCounters render_;
+  ServerCounters counters_;
+  std::unique_ptr<StreamServer> server_;
+  boost::asio::ip::tcp::endpoint endpoint_;
+  Result<void> result_;
+  std::jthread thread_;
+};
+
+}  // namespace fanlight::test
