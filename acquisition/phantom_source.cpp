@@ -33,8 +33,8 @@ constexpr double kInterfaceMm = 0.25;  // half width of the step at the surface,
 constexpr double kEchoBeforeMm = 14;   // where the table begins, before the surface
 constexpr double kEchoStepMm = 1.0 / 16;
 
-// Over the thickness of the beam a slanted surface lies at different depths. Its echo is that of a flat one, blurred
-// by a Gaussian along depth; the table holds it for each of these standard deviations.
+// Over the thickness of the beam a slanted surface lies at different depths. Its echo is that of a flat one,
+// blurred by a Gaussian along depth; the table holds it for each of these standard deviations.
 constexpr std::uint32_t kBlurs = 14;
 constexpr double kBlurStepMm = 0.4;
 constexpr double kSlopeReachMm = 0.75;  // the slope is taken over this much to either side
@@ -255,7 +255,8 @@ Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop
     if (next_sequence_ == 0) start_ns_ = now_ns();
     const double late_ns = static_cast<double>(now_ns() - capture_time_ns(next_sequence_));
     const double late_frames = std::floor(late_ns * config_.frame_rate_hz / kNsPerS);
-    if (late_frames > kBufferedFrames) next_sequence_ += static_cast<std::uint64_t>(late_frames - kBufferedFrames);
+    if (late_frames > kBufferedFrames)
+      next_sequence_ += static_cast<std::uint64_t>(late_frames - kBufferedFrames);
     if (!pacer_.wait_until(capture_time_ns(next_sequence_), stop)) return std::optional<FrameStamp>{};
   }
   const bool ended = config_.volumes > 0 && next_sequence_ / config_.frames_per_volume >= config_.volumes;
@@ -296,11 +297,12 @@ void PhantomSource::draw_row(std::uint32_t row, const PhantomScene::Pose& pose, 
     scene_.surface_row_mm(pose, at.z_mm + kSlopeReachMm, at.x_mm, geometry.pixel_width_mm, above_mm);
   }
 
-  // A step of e out of the frame's plane goes (-sin, cos) in y and z, and so e (sin + cos dS/dz) deeper or less deep
-  // below the surface.
+  // A step of e out of the frame's plane goes (-sin, cos) in y and z, and so e (sin + cos dS/dz) deeper or
+  // less deep below the surface.
   const double blurs_per_slope = config_.beam_mm / kFullWidths / kBlurStepMm;
   const auto level = static_cast<float>(blurs_per_slope * std::sin(current_.angle_rad));
-  const auto per_mm = static_cast<float>(blurs_per_slope * std::cos(current_.angle_rad) / (2 * kSlopeReachMm));
+  const auto per_mm =
+      static_cast<float>(blurs_per_slope * std::cos(current_.angle_rad) / (2 * kSlopeReachMm));
   const std::uint8_t* const factors = speckle_.row(row + static_cast<std::uint32_t>(speckle_roll >> 32));
   const auto rolled = static_cast<std::uint32_t>(speckle_roll);
   constexpr auto kPerMm = static_cast<float>(1 / kEchoStepMm);

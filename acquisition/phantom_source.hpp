@@ -34,8 +34,9 @@ class PhantomSource final : public FrameSource {
     double sweep_deg = 70;                 ///< 1 to 170, half of it to either side
     std::uint64_t seed = 1;                ///< of the speckle
     std::uint64_t volumes = 0;             ///< after which the source ends; 0: never
-    /// Thickness of the beam across the frame (elevation), full width at half maximum, 0 to 8. About the distance of
-    /// frames, as of a real array: a thinner one leaves steps between the frames of a slanted surface.
+    /// Thickness of the beam across the frame (elevation), full width at half maximum, 0 to 8. About the
+    /// distance of frames, as of a real array: a thinner one leaves steps between the frames of a slanted
+    /// surface.
     double beam_mm = 5;
     Speckle speckle = Speckle::kOn;
     PhantomScene::Motion motion = PhantomScene::Motion::kMoving;
@@ -78,7 +79,7 @@ class PhantomSource final : public FrameSource {
   SpeckleTile speckle_;
   Pacer pacer_;
   std::vector<Extent> sector_;            // of each row
-  std::vector<std::uint8_t> echo_;  // mean grey level by blur and depth below the surface
+  std::vector<std::uint8_t> echo_;        // mean grey level by blur and depth below the surface
   std::vector<float> surface_depths_mm_;  // of the row being drawn
   std::vector<float> depths_below_mm_;    // the same a little below and above it in elevation
   std::vector<float> depths_above_mm_;

@@ -39,8 +39,8 @@ struct RingCounters {
 /// Raised by the render thread. pass2_runs = pictures_finished + pictures_outdated + those in flight;
 /// pictures_finished = read + pictures_replaced + the one still unread.
 struct RenderCounters {
-  Counter pass1_runs;         ///< ray casts: a moved light never raises this
-  Counter pass2_runs;         ///< filter, light and finish
+  Counter pass1_runs;  ///< ray casts: a moved light never raises this
+  Counter pass2_runs;  ///< filter, light and finish
   Counter pictures_finished;
   Counter pictures_outdated;  ///< done after a picture of a newer volume, and so not shown
   Counter pictures_replaced;  ///< replaced unread in the picture mailbox by a newer one

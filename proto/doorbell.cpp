@@ -18,7 +18,9 @@ Doorbell::Doorbell() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   }
 }
 
-Doorbell::~Doorbell() { close(fd_); }
+Doorbell::~Doorbell() {
+  close(fd_);
+}
 
 void Doorbell::ring() {
   const std::uint64_t one = 1;

@@ -9,8 +9,12 @@
 namespace fanlight {
 
 inline constexpr double kPi = 3.14159265358979323846;
-constexpr double radians(double degrees) { return degrees * (kPi / 180.0); }
-constexpr double degrees(double radians) { return radians * (180.0 / kPi); }
+constexpr double radians(double degrees) {
+  return degrees * (kPi / 180.0);
+}
+constexpr double degrees(double radians) {
+  return radians * (180.0 / kPi);
+}
 
 /// A point in the transducer frame, mm: origin at the centre of the probe face, x lateral (marked side
 /// positive), y into the body, z = x cross y (elevation). Right-handed.
@@ -34,13 +38,13 @@ struct FanCoordinate {
 ///   x   = (column - face_column) * pixel_width_mm
 ///   rho = (row - face_row) * pixel_height_mm     (in-plane depth below the probe face)
 struct FanGeometry {
-  std::uint32_t columns = 0;     ///< pixels across a frame (lateral), 2 to 4096
-  std::uint32_t rows = 0;        ///< pixels down a frame (depth), 2 to 4096
-  double pixel_width_mm = 0;     ///< 0.001 to 10
-  double pixel_height_mm = 0;    ///< 0.001 to 10
-  double face_column = 0;        ///< column of the centre of the probe face, may be fractional
-  double face_row = 0;           ///< row of the centre of the probe face, may be fractional or negative
-  double motor_radius_mm = 0;    ///< distance of the sweep axis behind the probe face, above 0 to 1000
+  std::uint32_t columns = 0;   ///< pixels across a frame (lateral), 2 to 4096
+  std::uint32_t rows = 0;      ///< pixels down a frame (depth), 2 to 4096
+  double pixel_width_mm = 0;   ///< 0.001 to 10
+  double pixel_height_mm = 0;  ///< 0.001 to 10
+  double face_column = 0;      ///< column of the centre of the probe face, may be fractional
+  double face_row = 0;         ///< row of the centre of the probe face, may be fractional or negative
+  double motor_radius_mm = 0;  ///< distance of the sweep axis behind the probe face, above 0 to 1000
 
   /// The part of a frame that a convex probe scans, where it is known; pixels outside it hold no echo, so
   /// that their border with tissue is no surface. The apex lies probe_radius_mm behind the probe face.

@@ -25,7 +25,7 @@ enum class Finish : std::uint8_t { kNone, kMean };
 /// is +x (lateral), up is +z (elevation), depth is +y.
 struct Scene {
   struct Camera {
-    Point target;           ///< the point that the orbit keeps in the middle
+    Point target;  ///< the point that the orbit keeps in the middle
     double yaw_deg = 0;
     double pitch_deg = 0;
     double roll_deg = 0;
@@ -36,7 +36,7 @@ struct Scene {
   struct Rays {
     double start_mm = 0;  ///< depth at which sampling begins
     double end_mm = 160;
-    double step_mm = 0;   ///< 0: the finer of the frame's two pixel sizes
+    double step_mm = 0;  ///< 0: the finer of the frame's two pixel sizes
   } rays;
 
   struct Detector {
@@ -109,8 +109,8 @@ Result<void> check(const Scene& scene);
 /// The earliest pass that has to run again to get from one scene's picture to the other's.
 FirstPass first_pass_changed(const Scene& from, const Scene& to);
 
-/// `cast` with the fields of `newest` that passes 2 and 3 alone read: what can be shown of a new scene with the
-/// depth map of an old one.
+/// `cast` with the fields of `newest` that passes 2 and 3 alone read: what can be shown of a new scene with
+/// the depth map of an old one.
 Scene relit(const Scene& cast, const Scene& newest);
 
 /// A scene that shows the whole fan from the probe: the view plane in the probe face, rays down to the last

@@ -14,7 +14,8 @@ constexpr int kMarginTexels = 2;
 
 FanTable::Box box_of(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad) {
   // The axis is the end of the fan: rows behind it show nothing.
-  const double nearest_mm = std::max(-geometry.face_row * geometry.pixel_height_mm, -geometry.motor_radius_mm);
+  const double nearest_mm =
+      std::max(-geometry.face_row * geometry.pixel_height_mm, -geometry.motor_radius_mm);
   const double straight_rad = std::clamp(0.0, first_angle_rad, last_angle_rad);
   FanTable::Box box{.lowest = {geometry.left_mm(), HUGE_VAL, HUGE_VAL},
                     .highest = {geometry.right_mm(), -HUGE_VAL, -HUGE_VAL}};

@@ -24,9 +24,9 @@ class FanTable {
   FanTable(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad,
            std::uint32_t frame_capacity);
 
-  /// Fills in the frame coordinates of a volume whose angles lie where the constructor was told. Precondition:
-  /// sorted by angle, at least two different angles. Allocates nothing. False where the angles are those of
-  /// the last call, so that nothing changed.
+  /// Fills in the frame coordinates of a volume whose angles lie where the constructor was told.
+  /// Precondition: sorted by angle, at least two different angles. Allocates nothing. False where the angles
+  /// are those of the last call, so that nothing changed.
   bool place(const Volume& volume);
 
   std::uint32_t width() const { return width_; }

@@ -22,8 +22,10 @@ Error none_serves(const std::vector<GpuCandidate>& candidates, std::string_view 
                                      : fmt::format("no GPU whose name contains \"{}\" serves", name);
   if (candidates.empty()) message += "; none was found";
   for (const GpuCandidate& candidate : candidates) {
-    message += fmt::format("; {}: {}", candidate.name,
-                           candidate.refusals.empty() ? "it would serve" : fmt::format("{}", fmt::join(candidate.refusals, ", ")));
+    message +=
+        fmt::format("; {}: {}", candidate.name,
+                    candidate.refusals.empty() ? "it would serve"
+                                               : fmt::format("{}", fmt::join(candidate.refusals, ", ")));
   }
   return {ErrorCode::kNotFound, message};
 }
@@ -48,9 +50,10 @@ Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::strin
                                        .queueFamilyIndex = chosen->queue_family,
                                        .queueCount = std::min(chosen->queues, 2U),
                                        .pQueuePriorities = kPriorities.data()};
-  VkPhysicalDeviceVulkan13Features features13{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
-                                              .synchronization2 = VK_TRUE,
-                                              .maintenance4 = VK_TRUE};  // work group sizes as SPIR-V 1.6 has them
+  VkPhysicalDeviceVulkan13Features features13{
+      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
+      .synchronization2 = VK_TRUE,
+      .maintenance4 = VK_TRUE};  // work group sizes as SPIR-V 1.6 has them
   VkPhysicalDeviceVulkan12Features features12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
                                               .pNext = &features13,
                                               .scalarBlockLayout = VK_TRUE,

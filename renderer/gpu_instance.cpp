@@ -17,7 +17,8 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
 VKAPI_ATTR VkBool32 VKAPI_CALL count_message(VkDebugUtilsMessageSeverityFlagBitsEXT /*severity*/,
                                              VkDebugUtilsMessageTypeFlagsEXT /*types*/,
-                                             const VkDebugUtilsMessengerCallbackDataEXT* message, void* counter) {
+                                             const VkDebugUtilsMessengerCallbackDataEXT* message,
+                                             void* counter) {
   static_cast<Counter*>(counter)->add();
   std::fprintf(stderr, "vulkan validation: %s\n", message->pMessage);
   return VK_FALSE;
@@ -25,8 +26,8 @@ VKAPI_ATTR VkBool32 VKAPI_CALL count_message(VkDebugUtilsMessageSeverityFlagBits
 
 VkDebugUtilsMessengerCreateInfoEXT messenger_info(Counter& counter) {
   return {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-          .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                             VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+          .messageSeverity =
+              VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
           .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
                          VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT,
           .pfnUserCallback = count_message,
@@ -38,23 +39,30 @@ bool has_validation_layer() {
   vkEnumerateInstanceLayerProperties(&count, nullptr);
   std::vector<VkLayerProperties> layers(count);
   vkEnumerateInstanceLayerProperties(&count, layers.data());
-  return std::ranges::any_of(
-      layers, [](const VkLayerProperties& layer) { return std::string_view(layer.layerName) == kValidationLayer; });
+  return std::ranges::any_of(layers, [](const VkLayerProperties& layer) {
+    return std::string_view(layer.layerName) == kValidationLayer;
+  });
 }
 
 std::string_view kind_name(VkPhysicalDeviceType type) {
   switch (type) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return "discrete GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return "integrated GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return "virtual GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_CPU: return "processor";
-    default: return "other device";
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return "discrete GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return "integrated GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return "virtual GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return "processor";
+    default:
+      return "other device";
   }
 }
 
 /// Smaller is better.
 int rank(std::string_view kind) {
-  constexpr std::array kOrder = {"discrete GPU", "integrated GPU", "virtual GPU", "other device", "processor"};
+  constexpr std::array kOrder = {"discrete GPU", "integrated GPU", "virtual GPU", "other device",
+                                 "processor"};
   return static_cast<int>(std::ranges::find(kOrder, kind) - kOrder.begin());
 }
 
@@ -75,7 +83,8 @@ void refuse_for_features(GpuCandidate& candidate) {
   VkPhysicalDeviceVulkan13Features features13{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
   VkPhysicalDeviceVulkan12Features features12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
                                               .pNext = &features13};
-  VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &features12};
+  VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                     .pNext = &features12};
   vkGetPhysicalDeviceFeatures2(candidate.physical, &features);
   const std::pair<VkBool32, const char*> wanted[] = {{features12.timelineSemaphore, "timelineSemaphore"},
                                                      {features12.scalarBlockLayout, "scalarBlockLayout"},
@@ -101,7 +110,8 @@ void refuse_for_formats(GpuCandidate& candidate) {
 
 GpuCandidate examine(VkPhysicalDevice physical) {
   VkPhysicalDeviceDriverProperties driver{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
-  VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
+  VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                         .pNext = &driver};
   vkGetPhysicalDeviceProperties2(physical, &properties);
   const VkPhysicalDeviceProperties& core = properties.properties;
 
@@ -123,7 +133,8 @@ GpuCandidate examine(VkPhysicalDevice physical) {
   if (const auto family = compute_family(families)) {
     candidate.queue_family = *family;
     candidate.queues = families[*family].queueCount;
-    if (families[*family].timestampValidBits == 0) candidate.refusals.push_back("its queue has no timestamps");
+    if (families[*family].timestampValidBits == 0)
+      candidate.refusals.push_back("its queue has no timestamps");
   } else {
     candidate.refusals.push_back("it has no compute queue");
   }
@@ -137,8 +148,9 @@ GpuCandidate examine(VkPhysicalDevice physical) {
 Result<std::unique_ptr<GpuInstance>> GpuInstance::create(const Config& config) {
   std::unique_ptr<GpuInstance> made(new GpuInstance());
   if (config.validation && !has_validation_layer()) {
-    return Error{ErrorCode::kNotFound, "the Vulkan validation layer is not installed, expected the package "
-                                       "vulkan-validationlayers"};
+    return Error{ErrorCode::kNotFound,
+                 "the Vulkan validation layer is not installed, expected the package "
+                 "vulkan-validationlayers"};
   }
 
   const VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
@@ -151,8 +163,10 @@ Result<std::unique_ptr<GpuInstance>> GpuInstance::create(const Config& config) {
                                          .pNext = &messenger,
                                          .enabledValidationFeatureCount = 1,
                                          .pEnabledValidationFeatures = &kSynchronisation};
-  const std::array extensions = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
-  VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, .pApplicationInfo = &application};
+  const std::array extensions = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
+                                 VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+  VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+                            .pApplicationInfo = &application};
   if (config.validation) {
     info.pNext = &features;
     info.enabledLayerCount = 1;
@@ -162,8 +176,9 @@ Result<std::unique_ptr<GpuInstance>> GpuInstance::create(const Config& config) {
   }
   const VkResult result = vkCreateInstance(&info, nullptr, &made->instance_);
   if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
-    return Error{ErrorCode::kNotFound, "no Vulkan driver was found, expected a GPU's driver or the package "
-                                       "mesa-vulkan-drivers"};
+    return Error{ErrorCode::kNotFound,
+                 "no Vulkan driver was found, expected a GPU's driver or the package "
+                 "mesa-vulkan-drivers"};
   }
   if (result != VK_SUCCESS) return vulkan_error("vkCreateInstance", result);
 

@@ -25,8 +25,7 @@ Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, std::uint64_t bytes, VkBuffe
                                     BufferPlace place) {
   GpuBuffer made;
   made.bytes_ = bytes;
-  const VkBufferCreateInfo info{
-      .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
   VkBuffer buffer = VK_NULL_HANDLE;
   VkResult result = vkCreateBuffer(gpu.device(), &info, nullptr, &buffer);
   if (result != VK_SUCCESS) return vulkan_error("vkCreateBuffer", result);
@@ -37,8 +36,9 @@ Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, std::uint64_t bytes, VkBuffe
   VkMemoryRequirements needs{};
   vkGetBufferMemoryRequirements(gpu.device(), buffer, &needs);
   auto memory = place == BufferPlace::kDevice ? allocate(gpu, needs, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT)
-                : place == BufferPlace::kToGpu ? allocate(gpu, needs, kMapped, 0)
-                                               : allocate(gpu, needs, kMapped, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+                : place == BufferPlace::kToGpu
+                    ? allocate(gpu, needs, kMapped, 0)
+                    : allocate(gpu, needs, kMapped, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);
   result = vkBindBufferMemory(gpu.device(), buffer, made.memory_.get(), 0);
@@ -79,13 +79,12 @@ Result<GpuImage> GpuImage::create(const Gpu& gpu, VkFormat format, VkExtent3D ex
   result = vkBindImageMemory(gpu.device(), image, made.memory_.get(), 0);
   if (result != VK_SUCCESS) return vulkan_error("vkBindImageMemory", result);
 
-  const VkImageViewCreateInfo view_info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
-                                        .image = image,
-                                        .viewType = flat ? VK_IMAGE_VIEW_TYPE_2D : VK_IMAGE_VIEW_TYPE_3D,
-                                        .format = format,
-                                        .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT,
-                                                             .levelCount = 1,
-                                                             .layerCount = 1}};
+  const VkImageViewCreateInfo view_info{
+      .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+      .image = image,
+      .viewType = flat ? VK_IMAGE_VIEW_TYPE_2D : VK_IMAGE_VIEW_TYPE_3D,
+      .format = format,
+      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = 1, .layerCount = 1}};
   VkImageView view = VK_NULL_HANDLE;
   result = vkCreateImageView(gpu.device(), &view_info, nullptr, &view);
   if (result != VK_SUCCESS) return vulkan_error("vkCreateImageView", result);

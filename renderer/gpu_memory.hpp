@@ -19,7 +19,8 @@ enum class BufferPlace : std::uint8_t {
 class GpuBuffer {
  public:
   GpuBuffer() = default;
-  static Result<GpuBuffer> create(const Gpu& gpu, std::uint64_t bytes, VkBufferUsageFlags usage, BufferPlace place);
+  static Result<GpuBuffer> create(const Gpu& gpu, std::uint64_t bytes, VkBufferUsageFlags usage,
+                                  BufferPlace place);
 
   VkBuffer get() const { return buffer_.get(); }
   std::uint64_t bytes() const { return bytes_; }

@@ -13,10 +13,13 @@ namespace {
 VkDescriptorType type_of(std::uint32_t binding) {
   switch (binding) {
     case FANLIGHT_BINDING_CAST_PARAMETERS:
-    case FANLIGHT_BINDING_LIGHT_PARAMETERS: return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+    case FANLIGHT_BINDING_LIGHT_PARAMETERS:
+      return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     case FANLIGHT_BINDING_VOLUME:
-    case FANLIGHT_BINDING_FAN_TABLE: return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-    default: return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    case FANLIGHT_BINDING_FAN_TABLE:
+      return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+    default:
+      return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
   }
 }
 
@@ -93,14 +96,15 @@ Result<PipelineHandle> Passes::pipeline(std::span<const std::uint32_t> spirv,
   if (result != VK_SUCCESS) return vulkan_error("vkCreateShaderModule", result);
   const ShaderModuleHandle owner(gpu_.device(), module);
 
-  const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                         .flags = VK_PIPELINE_CREATE_DISPATCH_BASE_BIT,  // pass 1 goes in bands
-                                         .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                                   .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                                                   .module = module,
-                                                   .pName = "main",
-                                                   .pSpecializationInfo = constants},
-                                         .layout = layout_.get()};
+  const VkComputePipelineCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+      .flags = VK_PIPELINE_CREATE_DISPATCH_BASE_BIT,  // pass 1 goes in bands
+      .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                .module = module,
+                .pName = "main",
+                .pSpecializationInfo = constants},
+      .layout = layout_.get()};
   VkPipeline pipeline = VK_NULL_HANDLE;
   result = vkCreateComputePipelines(gpu_.device(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
   if (result != VK_SUCCESS) return vulkan_error("vkCreateComputePipelines", result);
@@ -116,10 +120,13 @@ Result<VkPipeline> Passes::cast(int window, Mode mode) {
     VkBool32 composite;
   };
   const Constants values{window, mode == Mode::kVolume ? VK_TRUE : VK_FALSE};
-  const std::array<VkSpecializationMapEntry, 2> entries = {{{0, offsetof(Constants, window), sizeof values.window},
-                                                            {1, offsetof(Constants, composite), sizeof values.composite}}};
-  const VkSpecializationInfo constants{
-      .mapEntryCount = entries.size(), .pMapEntries = entries.data(), .dataSize = sizeof values, .pData = &values};
+  const std::array<VkSpecializationMapEntry, 2> entries = {
+      {{0, offsetof(Constants, window), sizeof values.window},
+       {1, offsetof(Constants, composite), sizeof values.composite}}};
+  const VkSpecializationInfo constants{.mapEntryCount = entries.size(),
+                                       .pMapEntries = entries.data(),
+                                       .dataSize = sizeof values,
+                                       .pData = &values};
   auto built = pipeline(shaders::cast_spirv, &constants);
   if (!built) return built.error();
   return cast_.emplace(key, std::move(*built)).first->second.get();

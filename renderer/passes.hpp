@@ -34,7 +34,8 @@ class Passes {
  private:
   explicit Passes(const Gpu& gpu) : gpu_(gpu) {}
   Result<void> create_layouts();
-  Result<PipelineHandle> pipeline(std::span<const std::uint32_t> spirv, const VkSpecializationInfo* constants);
+  Result<PipelineHandle> pipeline(std::span<const std::uint32_t> spirv,
+                                  const VkSpecializationInfo* constants);
 
   const Gpu& gpu_;
   SamplerHandle sampler_;  // part of the set layout for as long as that lives

@@ -24,7 +24,9 @@ enum Query : std::uint32_t {
   kQueries
 };
 
-constexpr std::uint32_t groups(std::uint32_t items, std::uint32_t of) { return (items + of - 1) / of; }
+constexpr std::uint32_t groups(std::uint32_t items, std::uint32_t of) {
+  return (items + of - 1) / of;
+}
 
 void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stage, VkAccessFlags2 from_access,
              VkPipelineStageFlags2 to_stage, VkAccessFlags2 to_access) {
@@ -52,21 +54,23 @@ void image_barrier(VkCommandBuffer commands, VkImage image, bool before_copy) {
       .dstAccessMask = before_copy ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
       // The copy replaces all that is read afterwards, so what was there may go.
       .oldLayout = before_copy ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-      .newLayout = before_copy ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+      .newLayout =
+          before_copy ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
       .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .image = image,
       .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = 1, .layerCount = 1}};
-  const VkDependencyInfo dependency{
-      .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &change};
+  const VkDependencyInfo dependency{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
+                                    .imageMemoryBarrierCount = 1,
+                                    .pImageMemoryBarriers = &change};
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
-void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuImage& to, std::uint32_t slices) {
+void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuImage& to,
+                   std::uint32_t slices) {
   image_barrier(commands, to.get(), true);
-  const VkBufferImageCopy all{
-      .imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
-      .imageExtent = {to.extent().width, to.extent().height, slices}};
+  const VkBufferImageCopy all{.imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
+                              .imageExtent = {to.extent().width, to.extent().height, slices}};
   vkCmdCopyBufferToImage(commands, from.get(), to.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &all);
   image_barrier(commands, to.get(), false);
 }
@@ -92,7 +96,8 @@ Result<RenderSlot> RenderSlot::create(const Gpu& gpu, const Passes& passes, cons
 Result<void> RenderSlot::create_memory(const Gpu& gpu) {
   const FanGeometry& geometry = config_.geometry;
   const std::uint64_t pixels = std::uint64_t{config_.size.width} * config_.size.height;
-  constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+  constexpr VkBufferUsageFlags kStorage =
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
 
   struct Wanted {
     GpuBuffer* buffer;
@@ -101,8 +106,10 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
     BufferPlace place;
   };
   const Wanted buffers[] = {
-      {&cast_parameters_, sizeof(shaders::CastParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
-      {&light_parameters_, sizeof(shaders::LightParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
+      {&cast_parameters_, sizeof(shaders::CastParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
+       BufferPlace::kToGpu},
+      {&light_parameters_, sizeof(shaders::LightParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
+       BufferPlace::kToGpu},
       {&staged_frames_, geometry.frame_bytes() * config_.frame_capacity, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
        BufferPlace::kToGpu},
       {&staged_table_, table_.texels().size_bytes(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
@@ -159,7 +166,8 @@ Result<void> RenderSlot::create_commands(const Gpu& gpu) {
 
   const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
                                        .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
-  const VkSemaphoreCreateInfo semaphore_info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, .pNext = &type};
+  const VkSemaphoreCreateInfo semaphore_info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
+                                             .pNext = &type};
   VkSemaphore timeline = VK_NULL_HANDLE;
   result = vkCreateSemaphore(gpu.device(), &semaphore_info, nullptr, &timeline);
   if (result != VK_SUCCESS) return vulkan_error("vkCreateSemaphore", result);
@@ -254,8 +262,8 @@ void RenderSlot::record_upload(VkCommandBuffer commands) {
 }
 
 void RenderSlot::begin_cast(const Gpu& gpu, VkPipeline pass1, const Scene& scene) {
-  cast_parameters_.mapped_as<shaders::CastParameters>() = cast_parameters(
-      scene, config_.size, config_.geometry, table_, extent_);
+  cast_parameters_.mapped_as<shaders::CastParameters>() =
+      cast_parameters(scene, config_.size, config_.geometry, table_, extent_);
   vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
   pass1_ = pass1;
   bands_left_ = groups(tiles_down(), band_tiles());
@@ -271,9 +279,11 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
     record_upload(commands);
     stamp_time(commands, kUploadEnd);
   }
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_, 0, nullptr);
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_, 0,
+                          nullptr);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass1_);
-  vkCmdDispatchBase(commands, 0, first_tile, 0, tiles_across(), std::min(band_tiles(), tiles_down() - first_tile), 1);
+  vkCmdDispatchBase(commands, 0, first_tile, 0, tiles_across(),
+                    std::min(band_tiles(), tiles_down() - first_tile), 1);
   if (bands_left_ == 0) stamp_time(commands, kCastEnd);
   return submit(gpu.cast_queue(), commands);
 }
@@ -286,7 +296,8 @@ Result<void> RenderSlot::light(const Gpu& gpu, const Passes& passes, const Scene
 
   const VkCommandBuffer commands = light_commands_;
   if (auto begun = begin(commands); !begun) return begun;
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_, 0, nullptr);
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_, 0,
+                          nullptr);
   stamp_time(commands, kLightBegin);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.filter_rows());
   vkCmdDispatch(commands, groups(config_.size.height, 8), 1, 1);
@@ -306,8 +317,8 @@ Result<void> RenderSlot::light(const Gpu& gpu, const Passes& passes, const Scene
   stamp_time(commands, kFinishEnd);
   const VkBufferCopy all{.size = read_back_.bytes()};
   vkCmdCopyBuffer(commands, finished_.get(), read_back_.get(), 1, &all);
-  barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
-          VK_ACCESS_2_HOST_READ_BIT);
+  barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   stamp_time(commands, kReadBackEnd);
   return submit(gpu.light_queue(), commands);
 }
@@ -345,15 +356,16 @@ std::uint64_t RenderSlot::outstanding(const Gpu& gpu) const {
 }
 
 Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
-  auto copy = GpuBuffer::create(gpu, 2 * depth_.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu);
+  auto copy =
+      GpuBuffer::create(gpu, 2 * depth_.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu);
   if (!copy) return copy.error();
   if (auto begun = begin(light_commands_); !begun) return begun.error();
   const VkBufferCopy first{.size = depth_.bytes()};
   const VkBufferCopy second{.dstOffset = depth_.bytes(), .size = depth_.bytes()};
   vkCmdCopyBuffer(light_commands_, depth_.get(), copy->get(), 1, &first);
   vkCmdCopyBuffer(light_commands_, smooth_depth_.get(), copy->get(), 1, &second);
-  barrier(light_commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
-          VK_ACCESS_2_HOST_READ_BIT);
+  barrier(light_commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   if (auto submitted = submit(gpu.light_queue(), light_commands_); !submitted) return submitted.error();
   const VkSemaphore timeline = timeline_.get();
   const VkSemaphoreWaitInfo wait{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
@@ -371,8 +383,9 @@ Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
 std::array<double, kStages> RenderSlot::stage_ms(const Gpu& gpu) const {
   std::array<std::uint64_t, kQueries> ticks{};
   const std::uint32_t first = timed_cast_ ? kCastBegin : kLightBegin;
-  vkGetQueryPoolResults(gpu.device(), times_.get(), first, kQueries - first, sizeof(std::uint64_t) * (kQueries - first),
-                        &ticks[first], sizeof(std::uint64_t), VK_QUERY_RESULT_64_BIT);
+  vkGetQueryPoolResults(gpu.device(), times_.get(), first, kQueries - first,
+                        sizeof(std::uint64_t) * (kQueries - first), &ticks[first], sizeof(std::uint64_t),
+                        VK_QUERY_RESULT_64_BIT);
   const double ms_per_tick = gpu.limits().timestampPeriod / 1e6;
   const auto between = [&](Query from, Query to) {
     return ticks[to] > ticks[from] ? static_cast<double>(ticks[to] - ticks[from]) * ms_per_tick : 0.0;

@@ -10,7 +10,9 @@ constexpr std::int64_t kLookNs = 2'000'000;
 }  // namespace
 
 RenderThread::RenderThread(std::unique_ptr<Renderer> renderer, const Dependencies& dependencies)
-    : renderer_(std::move(renderer)), to_(dependencies), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+    : renderer_(std::move(renderer)),
+      to_(dependencies),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 RenderThread::~RenderThread() {
   thread_.request_stop();

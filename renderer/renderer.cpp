@@ -19,10 +19,11 @@ Result<void> check_limits(const Renderer::Config& config, const VkPhysicalDevice
   const std::uint32_t largest =
       std::max({config.geometry.columns, config.geometry.rows, config.frame_capacity});
   if (largest > limits.maxImageDimension3D) {
-    return Error{ErrorCode::kUnsupported,
-                 fmt::format("a volume of {} x {} x {} is too large for this GPU, expected at most {} each way",
-                             config.geometry.columns, config.geometry.rows, config.frame_capacity,
-                             limits.maxImageDimension3D)};
+    return Error{
+        ErrorCode::kUnsupported,
+        fmt::format("a volume of {} x {} x {} is too large for this GPU, expected at most {} each way",
+                    config.geometry.columns, config.geometry.rows, config.frame_capacity,
+                    limits.maxImageDimension3D)};
   }
   const std::uint32_t most_pixels = limits.maxStorageBufferRange / sizeof(glm::vec2);
   const std::uint64_t pixels = std::uint64_t{config.size.width} * config.size.height;
@@ -44,29 +45,33 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   auto passes = Passes::create(gpu);
   if (!passes) return passes.error();
   made->passes_ = std::move(*passes);
-  if (auto pass1 = made->passes_->cast(scene.scene.detector.window, scene.scene.mode); !pass1) return pass1.error();
+  if (auto pass1 = made->passes_->cast(scene.scene.detector.window, scene.scene.mode); !pass1)
+    return pass1.error();
 
   const bool one_queue = gpu.cast_queue() == gpu.light_queue();
   for (auto& flight : made->flights_) {
-    auto slot = RenderSlot::create(gpu, *made->passes_,
-                                   {.size = config.size,
-                                    .geometry = config.geometry,
-                                    .first_angle_rad = config.first_angle_rad,
-                                    .last_angle_rad = config.last_angle_rad,
-                                    .frame_capacity = config.frame_capacity,
-                                    // A queue of its own lets a moved light overtake; else it goes between bands.
-                                    .bands = one_queue ? RenderSlot::kMostBands : 1});
+    auto slot =
+        RenderSlot::create(gpu, *made->passes_,
+                           {.size = config.size,
+                            .geometry = config.geometry,
+                            .first_angle_rad = config.first_angle_rad,
+                            .last_angle_rad = config.last_angle_rad,
+                            .frame_capacity = config.frame_capacity,
+                            // A queue of its own lets a moved light overtake; else it goes between bands.
+                            .bands = one_queue ? RenderSlot::kMostBands : 1});
     if (!slot) return slot.error();
     flight.reset(new Flight{.slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}});
   }
   return made;
 }
 
-Renderer::~Renderer() { vkDeviceWaitIdle(gpu_.device()); }
+Renderer::~Renderer() {
+  vkDeviceWaitIdle(gpu_.device());
+}
 
 bool Renderer::wants_volume() const {
-  const bool casting = std::ranges::any_of(
-      flights_, [](const auto& flight) { return flight->phase == Phase::kCasting; });
+  const bool casting =
+      std::ranges::any_of(flights_, [](const auto& flight) { return flight->phase == Phase::kCasting; });
   return !casting && flights_[1 - newest_]->phase == Phase::kIdle;
 }
 
@@ -101,7 +106,8 @@ bool Renderer::light_changed(const Flight& flight) const {
 Result<void> Renderer::light(Flight& flight) {
   flight.lit_scene = {.revision = view_changed(flight) ? flight.cast_scene.revision : scene_.revision,
                       .scene = relit(flight.cast_scene.scene, scene_.scene)};
-  if (auto submitted = flight.slot.light(gpu_, *passes_, flight.lit_scene.scene); !submitted) return submitted;
+  if (auto submitted = flight.slot.light(gpu_, *passes_, flight.lit_scene.scene); !submitted)
+    return submitted;
   flight.phase = Phase::kLighting;
   counters_.pass2_runs.add();
   flight.stamp = {.scene_revision = flight.lit_scene.revision,
@@ -181,6 +187,8 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
   return {};
 }
 
-Result<DepthMaps> Renderer::read_depth() { return flights_[shown_]->slot.read_depth(gpu_); }
+Result<DepthMaps> Renderer::read_depth() {
+  return flights_[shown_]->slot.read_depth(gpu_);
+}
 
 }  // namespace fanlight

@@ -12,7 +12,9 @@ namespace {
 constexpr double kMostSamples = 8192;
 constexpr double kGreyLevels = 255;
 
-glm::dvec3 vector(const Point& point) { return {point.x_mm, point.y_mm, point.z_mm}; }
+glm::dvec3 vector(const Point& point) {
+  return {point.x_mm, point.y_mm, point.z_mm};
+}
 
 struct DepthRange {
   double nearest_mm;
@@ -81,7 +83,8 @@ ViewFrame view_frame(const Scene::Camera& camera) {
   const double yaw = radians(camera.yaw_deg);
   const double pitch = radians(camera.pitch_deg);
   const double roll = radians(camera.roll_deg);
-  const glm::dvec3 forward(-std::sin(yaw) * std::cos(pitch), std::cos(yaw) * std::cos(pitch), -std::sin(pitch));
+  const glm::dvec3 forward(-std::sin(yaw) * std::cos(pitch), std::cos(yaw) * std::cos(pitch),
+                           -std::sin(pitch));
   const glm::dvec3 level(std::cos(yaw), std::sin(yaw), 0);
   const glm::dvec3 upright = glm::cross(level, forward);
   // A camera that turns clockwise dips its right side.
@@ -91,7 +94,9 @@ ViewFrame view_frame(const Scene::Camera& camera) {
           .forward = forward};
 }
 
-double pixel_mm(const Scene::Camera& camera, PictureSize size) { return camera.field_mm / size.height; }
+double pixel_mm(const Scene::Camera& camera, PictureSize size) {
+  return camera.field_mm / size.height;
+}
 
 shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
                                         const FanTable& table, const VolumeExtent& volume) {

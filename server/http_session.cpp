@@ -59,16 +59,21 @@ void HttpSession::read() {
   parser_->body_limit(0);
   stream_.expires_after(kRequestTime);
   http::async_read(stream_, incoming_, *parser_,
-                   [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) { self->received(failure); });
+                   [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                     self->received(failure);
+                   });
 }
 
 void HttpSession::received(beast::error_code failure) {
-  if (failure == http::error::end_of_stream || failure == beast::error::timeout) return;  // closed with the socket
+  if (failure == http::error::end_of_stream || failure == beast::error::timeout)
+    return;  // closed with the socket
   if (failure) {
     // Only what HTTP itself finds wrong can be answered; a broken connection cannot.
     if (failure.category() != make_error_code(http::error::bad_method).category()) return;
-    Response response = refusal(http::status::bad_request, fmt::format("the request could not be read ({}), expected a GET without a body and at most {} bytes of header",
-                                                                       failure.message(), kLargestHeaderBytes));
+    Response response =
+        refusal(http::status::bad_request, fmt::format("the request could not be read ({}), expected a GET "
+                                                       "without a body and at most {} bytes of header",
+                                                       failure.message(), kLargestHeaderBytes));
     response.keep_alive(false);
     send(std::move(response));
     return;
@@ -76,7 +81,8 @@ void HttpSession::received(beast::error_code failure) {
   const Request request = parser_->release();
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     if (from_elsewhere(request)) {
-      send(refusal(http::status::forbidden, "the stream was asked for by a page of another site, expected our own"));
+      send(refusal(http::status::forbidden,
+                   "the stream was asked for by a page of another site, expected our own"));
       return;
     }
     std::make_shared<StreamSession>(std::move(stream_), std::move(place_), context_)->start(request);
@@ -95,15 +101,19 @@ HttpSession::Response HttpSession::respond(const Request& request) {
   }
   const std::string_view path = std::string_view(request.target()).substr(0, request.target().find('?'));
   if (path == "/healthz") {
-    return response_with(http::status::ok, "text/plain; charset=utf-8", fmt::format("ok; source {}\n", context_.source_state()));
+    return response_with(http::status::ok, "text/plain; charset=utf-8",
+                         fmt::format("ok; source {}\n", context_.source_state()));
   }
   if (path == "/metrics") {
-    return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8", metrics_text(context_));
+    return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
+                         metrics_text(context_));
   }
-  const std::string_view name = path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
+  const std::string_view name =
+      path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   const auto file = std::ranges::find(page_files(), name, &PageFile::name);
   if (file == page_files().end()) {
-    return refusal(http::status::not_found, "there is nothing here, expected /, /stream, /healthz or /metrics");
+    return refusal(http::status::not_found,
+                   "there is nothing here, expected /, /stream, /healthz or /metrics");
   }
   return response_with(http::status::ok, content_type(name), std::string(file->bytes));
 }
@@ -117,15 +127,16 @@ void HttpSession::send(Response response) {
   if (!response.has_content_length()) response.prepare_payload();
   response_ = std::move(response);
   stream_.expires_after(kRequestTime);
-  http::async_write(stream_, *response_, [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
-    if (failure) return;
-    if (self->response_->keep_alive()) {
-      self->read();
-    } else {
-      beast::error_code ignored;
-      self->stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
-    }
-  });
+  http::async_write(stream_, *response_,
+                    [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                      if (failure) return;
+                      if (self->response_->keep_alive()) {
+                        self->read();
+                      } else {
+                        beast::error_code ignored;
+                        self->stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+                      }
+                    });
 }
 
 }  // namespace fanlight

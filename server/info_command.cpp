@@ -1,6 +1,6 @@
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include <memory>
 
@@ -21,14 +21,16 @@ Result<void> tell_of_gpus() {
   const auto instance = GpuInstance::create({});
   if (!instance) return instance.error();
   const auto& candidates = (*instance)->candidates();
-  if (candidates.empty()) fmt::print("No GPU was found, expected one with Vulkan 1.3 or the package mesa-vulkan-drivers.\n");
+  if (candidates.empty())
+    fmt::print("No GPU was found, expected one with Vulkan 1.3 or the package mesa-vulkan-drivers.\n");
   bool chosen = false;
   for (const GpuCandidate& candidate : candidates) {
     fmt::print("{} ({}, {})\n", candidate.name, candidate.kind, candidate.driver);
     if (!candidate.refusals.empty()) {
       fmt::print("  would not serve: {}\n", fmt::join(candidate.refusals, "; "));
     } else {
-      fmt::print("  would serve{}; compute queues: {}\n", chosen ? "" : " and is the one that is taken", candidate.queues);
+      fmt::print("  would serve{}; compute queues: {}\n", chosen ? "" : " and is the one that is taken",
+                 candidate.queues);
       chosen = true;
     }
   }

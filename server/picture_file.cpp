@@ -9,13 +9,14 @@ namespace {
 
 Error unwritable(const std::string& path, std::string reason) {
   while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.')) reason.pop_back();
-  return {ErrorCode::kUnavailable, fmt::format("{} could not be written ({}), expected a folder that is there "
-                                               "and a name that ends in a picture format such as .png or .exr",
-                                               path, reason)};
+  return {ErrorCode::kUnavailable,
+          fmt::format("{} could not be written ({}), expected a folder that is there "
+                      "and a name that ends in a picture format such as .png or .exr",
+                      path, reason)};
 }
 
-Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels,
-                   OIIO::stride_t pixel_stride) {
+Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+                   const void* pixels, OIIO::stride_t pixel_stride) {
   const auto output = OIIO::ImageOutput::create(path);
   if (!output) return unwritable(path, OIIO::geterror());
   if (!output->open(path, spec) || !output->write_image(type, pixels, pixel_stride) || !output->close()) {
@@ -27,7 +28,8 @@ Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::T
 }  // namespace
 
 Result<void> write_picture(const std::string& path, const Picture& picture) {
-  OIIO::ImageSpec spec(static_cast<int>(picture.width), static_cast<int>(picture.height), 3, OIIO::TypeDesc::UINT8);
+  OIIO::ImageSpec spec(static_cast<int>(picture.width), static_cast<int>(picture.height), 3,
+                       OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
   return write(path, spec, OIIO::TypeDesc::UINT8, picture.rgba.data(), 4);
 }

@@ -23,7 +23,8 @@ class PictureHub {
     int jpeg_quality = 85;
   };
 
-  PictureHub(const Config& config, ServerCounters& counters) : encoder_(config.jpeg_quality), counters_(counters) {}
+  PictureHub(const Config& config, ServerCounters& counters)
+      : encoder_(config.jpeg_quality), counters_(counters) {}
 
   /// Offers the picture, which must stay as it is until the next call, to all sessions.
   Result<void> show(const Picture& picture);

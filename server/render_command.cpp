@@ -1,5 +1,5 @@
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <memory>
@@ -37,7 +37,11 @@ class VolumePicker {
                .slots = 3,
                .policy = RingPolicy::kProcessAll},
               {.reader_bell = bell_, .writer_bell = writer_bell_}),
-        acquisition_({.source = source, .ring = ring_, .writer_bell = writer_bell_, .counters = counters_, .ended_bell = bell_}) {}
+        acquisition_({.source = source,
+                      .ring = ring_,
+                      .writer_bell = writer_bell_,
+                      .counters = counters_,
+                      .ended_bell = bell_}) {}
 
   /// The volume of that number, from 0; it stays valid as long as this does.
   Result<VolumeRing::Lease> pick(std::uint64_t wanted) {
@@ -50,9 +54,10 @@ class VolumePicker {
       }
       if (state == AcquisitionThread::State::kFailed) return acquisition_.error();
       if (state != AcquisitionThread::State::kRunning) {
-        return Error{ErrorCode::kNotFound,
-                     fmt::format("volume {} was asked for, but the source has {} that can be rendered, counted from 0",
-                                 wanted, seen)};
+        return Error{
+            ErrorCode::kNotFound,
+            fmt::format("volume {} was asked for, but the source has {} that can be rendered, counted from 0",
+                        wanted, seen)};
       }
       bell_.wait(-1);
     }
@@ -89,20 +94,16 @@ void print_report(const RenderOptions& options, const Picture& picture, const De
     for (std::size_t stage = 0; stage < kStages; ++stage) {
       stages[std::string(kStageNames[stage])] = picture.stamp.stage_ms[stage];
     }
-    const nlohmann::ordered_json report = {{"input", options.input},
-                                        {"volume", options.volume},
-                                        {"frames", picture.stamp.volume.frames},
-                                        {"device", device},
-                                        {"width", picture.width},
-                                        {"height", picture.height},
-                                        {"surface_share", share},
-                                        {"stage_ms", stages},
-                                        {"total_ms", total_ms}};
+    const nlohmann::ordered_json report = {
+        {"input", options.input}, {"volume", options.volume}, {"frames", picture.stamp.volume.frames},
+        {"device", device},       {"width", picture.width},   {"height", picture.height},
+        {"surface_share", share}, {"stage_ms", stages},       {"total_ms", total_ms}};
     fmt::print("{}\n", report.dump());
     return;
   }
-  fmt::print("volume {} of {}: {} frames, {} x {} pixels on {}, a surface in {:.1f} % of them\n", options.volume,
-             options.input, picture.stamp.volume.frames, picture.width, picture.height, device, 100 * share);
+  fmt::print("volume {} of {}: {} frames, {} x {} pixels on {}, a surface in {:.1f} % of them\n",
+             options.volume, options.input, picture.stamp.volume.frames, picture.width, picture.height,
+             device, 100 * share);
   for (std::size_t stage = 0; stage < kStages; ++stage) {
     fmt::print("  {:<10} {:8.2f} ms\n", kStageNames[stage], picture.stamp.stage_ms[stage]);
   }
@@ -112,7 +113,8 @@ void print_report(const RenderOptions& options, const Picture& picture, const De
 Result<void> render(const RenderOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
-  auto source = open_source(options.input, {.geometry_path = options.geometry_path, .as_fast_as_taken = true});
+  auto source =
+      open_source(options.input, {.geometry_path = options.geometry_path, .as_fast_as_taken = true});
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
   const auto scene = options.scene.applied_to(
@@ -124,12 +126,13 @@ Result<void> render(const RenderOptions& options) {
   const auto gpu = Gpu::create(**instance, options.gpu);
   if (!gpu) return gpu.error();
   RenderCounters counters;
-  const auto renderer = Renderer::create({.size = *size,
-                                          .geometry = description.geometry,
-                                          .first_angle_rad = description.first_angle_rad,
-                                          .last_angle_rad = description.last_angle_rad,
-                                          .frame_capacity = description.frames_per_volume},
-                                         {.gpu = **gpu, .counters = counters}, {.revision = 1, .scene = *scene});
+  const auto renderer =
+      Renderer::create({.size = *size,
+                        .geometry = description.geometry,
+                        .first_angle_rad = description.first_angle_rad,
+                        .last_angle_rad = description.last_angle_rad,
+                        .frame_capacity = description.frames_per_volume},
+                       {.gpu = **gpu, .counters = counters}, {.revision = 1, .scene = *scene});
   if (!renderer) return renderer.error();
 
   VolumePicker picker(**source);
@@ -143,7 +146,8 @@ Result<void> render(const RenderOptions& options) {
   if (auto written = write_picture(options.out, *picture); !written) return written;
   if (!options.depth.empty()) {
     const double pixel = pixel_mm(scene->camera, *size);
-    if (auto written = write_depth(options.depth, depths->smooth_mm, size->width, size->height, pixel); !written) {
+    if (auto written = write_depth(options.depth, depths->smooth_mm, size->width, size->height, pixel);
+        !written) {
       return written;
     }
   }
@@ -156,12 +160,19 @@ Result<void> render(const RenderOptions& options) {
 Command add_render_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("render", "Renders one volume to a picture file");
   const auto options = std::make_shared<RenderOptions>();
-  command->add_option("INPUT", options->input, "A recording (.igs.mha), or phantom: for the simulated probe")->required();
-  command->add_option("--out", options->out, "The picture to write, such as x.png")->required()->type_name("FILE");
-  command->add_option("--depth", options->depth, "The filtered depth map to write, mm, such as z.exr")->type_name("FILE");
+  command->add_option("INPUT", options->input, "A recording (.igs.mha), or phantom: for the simulated probe")
+      ->required();
+  command->add_option("--out", options->out, "The picture to write, such as x.png")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--depth", options->depth, "The filtered depth map to write, mm, such as z.exr")
+      ->type_name("FILE");
   command->add_option("--volume", options->volume, "Which volume of the source, from 0")->type_name("N");
-  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")->type_name("FILE");
-  command->add_option("--size", options->size, "Of the picture, pixels")->capture_default_str()->type_name("WxH");
+  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
+      ->type_name("FILE");
+  command->add_option("--size", options->size, "Of the picture, pixels")
+      ->capture_default_str()
+      ->type_name("WxH");
   command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
   command->add_flag("--json", options->json, "Print the report as JSON");
   options->scene.add_to(*command);

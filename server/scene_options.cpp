@@ -1,8 +1,8 @@
 #include "server/scene_options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include <charconv>
 
@@ -11,9 +11,10 @@ namespace fanlight {
 namespace {
 
 std::string help_of(const SceneField& field) {
-  const std::string allowed =
-      field.choices.empty() ? fmt::format("{} to {}{}{}", field.minimum, field.maximum, field.unit.empty() ? "" : " ", field.unit)
-                            : fmt::format("{}", fmt::join(field.choices, ", "));
+  const std::string allowed = field.choices.empty()
+                                  ? fmt::format("{} to {}{}{}", field.minimum, field.maximum,
+                                                field.unit.empty() ? "" : " ", field.unit)
+                                  : fmt::format("{}", fmt::join(field.choices, ", "));
   return fmt::format("{} ({})", field.help, allowed);
 }
 
@@ -47,9 +48,10 @@ Result<PictureSize> parse_picture_size(const std::string& text) {
   const auto height = cross ? std::from_chars(width.ptr + 1, end, size.height) : width;
   const auto fits = [](std::uint32_t side) { return side >= kSmallest && side <= kLargest; };
   if (!cross || height.ec != std::errc{} || height.ptr != end || !fits(size.width) || !fits(size.height)) {
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the picture size is \"{}\", expected WIDTHxHEIGHT such as 512x512, {} to {} each", text,
-                             kSmallest, kLargest)};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("the picture size is \"{}\", expected WIDTHxHEIGHT such as 512x512, {} to {} each", text,
+                    kSmallest, kLargest)};
   }
   return size;
 }

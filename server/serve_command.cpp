@@ -1,8 +1,8 @@
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <map>
@@ -36,46 +36,56 @@ struct ServeOptions {
 Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& options) {
   auto endpoint = parse_listen_address(options.listen);
   if (endpoint && !endpoint->address().is_loopback() && !options.open_network) {
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("listening on {} would let everyone on its network watch and control, without encryption; "
-                             "expected a loopback address such as 127.0.0.1:8080, or --open-network to allow it",
-                             options.listen)};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format(
+            "listening on {} would let everyone on its network watch and control, without encryption; "
+            "expected a loopback address such as 127.0.0.1:8080, or --open-network to allow it",
+            options.listen)};
   }
   return endpoint;
 }
 
-void log_start(const SourceDescription& description, const GpuInstance& instance, const Gpu& gpu, const VolumeRing& ring) {
+void log_start(const SourceDescription& description, const GpuInstance& instance, const Gpu& gpu,
+               const VolumeRing& ring) {
   spdlog::info("fanlight {}", FANLIGHT_VERSION);
   for (const GpuCandidate& candidate : instance.candidates()) {
-    if (!candidate.refusals.empty()) spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
+    if (!candidate.refusals.empty())
+      spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
   }
   spdlog::info("renders on {} ({}, {})", gpu.candidate().name, gpu.candidate().kind, gpu.candidate().driver);
   const FanGeometry& geometry = description.geometry;
-  spdlog::info("source {}: {} frames a volume of {} x {} pixels of {:.4f} x {:.4f} mm, {:.1f} to {:.1f} deg about an axis {:.1f} mm "
-               "behind the probe face",
-               description.name, description.frames_per_volume, geometry.columns, geometry.rows, geometry.pixel_width_mm,
-               geometry.pixel_height_mm, degrees(description.first_angle_rad), degrees(description.last_angle_rad),
-               geometry.motor_radius_mm);
+  spdlog::info(
+      "source {}: {} frames a volume of {} x {} pixels of {:.4f} x {:.4f} mm, {:.1f} to {:.1f} deg about an "
+      "axis {:.1f} mm "
+      "behind the probe face",
+      description.name, description.frames_per_volume, geometry.columns, geometry.rows,
+      geometry.pixel_width_mm, geometry.pixel_height_mm, degrees(description.first_angle_rad),
+      degrees(description.last_angle_rad), geometry.motor_radius_mm);
   spdlog::info("the ring of volumes takes {:.0f} MB", static_cast<double>(ring.capacity_bytes()) / 1e6);
 }
 
 void log_end(const HouseCounters& house, const ServerCounters& server) {
-  spdlog::info("frames: {} received, {} assembled, {} missing, {} invalid", house.acquisition.frames_received.value(),
-               house.acquisition.frames_assembled.value(), house.acquisition.frames_missing.value(),
-               house.acquisition.frames_invalid.value());
+  spdlog::info("frames: {} received, {} assembled, {} missing, {} invalid",
+               house.acquisition.frames_received.value(), house.acquisition.frames_assembled.value(),
+               house.acquisition.frames_missing.value(), house.acquisition.frames_invalid.value());
   spdlog::info("volumes: {} published, {} rendered, {} dropped", house.ring.volumes_published.value(),
                house.ring.volumes_taken.value(), house.ring.volumes_dropped.value());
   spdlog::info("pass 1 ran {} times, passes 2 and 3 {} times, {} pictures", house.render.pass1_runs.value(),
                house.render.pass2_runs.value(), house.render.pictures_finished.value());
   spdlog::info("sessions: {}; pictures offered {}, sent {}, skipped {}", server.sessions_opened.value(),
-               server.pictures_offered.value(), server.pictures_sent.value(), server.pictures_skipped.value());
+               server.pictures_offered.value(), server.pictures_sent.value(),
+               server.pictures_skipped.value());
 }
 
 std::string state_text(const AcquisitionThread& acquisition) {
   switch (acquisition.state()) {
-    case AcquisitionThread::State::kRunning: return "running";
-    case AcquisitionThread::State::kFailed: return acquisition.error().message;
-    default: return "ended";
+    case AcquisitionThread::State::kRunning:
+      return "running";
+    case AcquisitionThread::State::kFailed:
+      return acquisition.error().message;
+    default:
+      return "ended";
   }
 }
 
@@ -127,22 +137,25 @@ Result<void> serve(const ServeOptions& options) {
 
   const HouseCounters house{acquisition_counters, ring.counters(), render_counters};
   const AcquisitionThread* acquisition = nullptr;
-  const auto server = StreamServer::create({.endpoint = *endpoint,
-                                            .facts = {.source = description.name,
-                                                      .device = (*gpu)->candidate().name,
-                                                      .picture_width = size->width,
-                                                      .picture_height = size->height},
-                                            .initial_scene = initial,
-                                            .jpeg_quality = options.jpeg_quality},
-                                           {.bell = server_bell,
-                                            .pictures = pictures,
-                                            .scenes = scenes,
-                                            .failures = failures,
-                                            .house = house,
-                                            .counters = server_counters,
-                                            .source_state = [&acquisition] { return state_text(*acquisition); }});
+  const auto server =
+      StreamServer::create({.endpoint = *endpoint,
+                            .facts = {.source = description.name,
+                                      .device = (*gpu)->candidate().name,
+                                      .picture_width = size->width,
+                                      .picture_height = size->height},
+                            .initial_scene = initial,
+                            .jpeg_quality = options.jpeg_quality},
+                           {.bell = server_bell,
+                            .pictures = pictures,
+                            .scenes = scenes,
+                            .failures = failures,
+                            .house = house,
+                            .counters = server_counters,
+                            .source_state = [&acquisition] { return state_text(*acquisition); }});
   if (!server) return server.error();
 
+  // stdout is for the address alone, so that a script can read it.
+  spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
   log_start(description, **instance, **gpu, ring);
   Result<void> served;
   {
@@ -169,25 +182,36 @@ Result<void> serve(const ServeOptions& options) {
 }  // namespace
 
 Command add_serve_command(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("serve", "Renders a source as it comes and streams it to displays");
+  CLI::App* command =
+      program.add_subcommand("serve", "Renders a source as it comes and streams it to displays");
   const auto options = std::make_shared<ServeOptions>();
-  command->add_option("--source", options->source, "phantom: (the simulated probe) or replay:PATH (a recording)")
+  command
+      ->add_option("--source", options->source, "phantom: (the simulated probe) or replay:PATH (a recording)")
       ->capture_default_str()
       ->type_name("SOURCE");
   command->add_option("--listen", options->listen, "Address and port; port 0 takes a free one")
       ->capture_default_str()
       ->type_name("ADDR:PORT");
-  command->add_flag("--open-network", options->open_network, "Allow an address that others can reach, without encryption");
-  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")->type_name("FILE");
-  const std::map<std::string, ReplaySource::Ending> endings = {{"once", ReplaySource::Ending::kOnce},
-                                                               {"loop", ReplaySource::Ending::kLoop},
-                                                               {"to-and-fro", ReplaySource::Ending::kToAndFro}};
-  command->add_option("--ending", options->playing.ending, "After the recording's last frame: once, loop or to-and-fro (the default)")
+  command->add_flag("--open-network", options->open_network,
+                    "Allow an address that others can reach, without encryption");
+  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
+      ->type_name("FILE");
+  const std::map<std::string, ReplaySource::Ending> endings = {
+      {"once", ReplaySource::Ending::kOnce},
+      {"loop", ReplaySource::Ending::kLoop},
+      {"to-and-fro", ReplaySource::Ending::kToAndFro}};
+  command
+      ->add_option("--ending", options->playing.ending,
+                   "After the recording's last frame: once, loop or to-and-fro (the default)")
       ->transform(CLI::CheckedTransformer(endings, CLI::ignore_case).description(""))
       ->type_name("NAME");
-  command->add_option("--speed", options->playing.speed, "Of the recording: 1 as recorded, 0.01 to 1000")->type_name("FACTOR");
-  command->add_flag("--fast", options->playing.as_fast_as_taken, "Play as fast as volumes are rendered, and render them all");
-  command->add_option("--size", options->size, "Of the picture, pixels")->capture_default_str()->type_name("WxH");
+  command->add_option("--speed", options->playing.speed, "Of the recording: 1 as recorded, 0.01 to 1000")
+      ->type_name("FACTOR");
+  command->add_flag("--fast", options->playing.as_fast_as_taken,
+                    "Play as fast as volumes are rendered, and render them all");
+  command->add_option("--size", options->size, "Of the picture, pixels")
+      ->capture_default_str()
+      ->type_name("WxH");
   command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
   command->add_option("--jpeg-quality", options->jpeg_quality, "1 to 100")
       ->capture_default_str()

@@ -13,7 +13,7 @@ struct ServerCounters {
   Counter requests_refused;     ///< HTTP that was malformed, too long or for something that is not there
   Counter messages_refused;     ///< malformed, oversized or unexpected WebSocket messages
   Counter scene_changes;
-  Counter scene_refusals;       ///< changes with a value that is not allowed
+  Counter scene_refusals;  ///< changes with a value that is not allowed
   Counter pictures_encoded;
   Counter pictures_offered;
   Counter pictures_sent;

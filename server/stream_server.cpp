@@ -21,7 +21,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       hub_({.jpeg_quality = config.jpeg_quality}, dependencies.counters),
       context_{config_.facts, from_.house, from_.source_state, from_.counters, desk_, hub_} {}
 
-Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& config, const Dependencies& dependencies) {
+Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& config,
+                                                           const Dependencies& dependencies) {
   std::unique_ptr<StreamServer> made(new StreamServer(config, dependencies));
   if (auto listening = made->listen(); !listening) return listening.error();
   // The descriptor closes what it watches, and the bell is not ours.
@@ -36,9 +37,10 @@ Result<void> StreamServer::listen() {
   if (!failure) acceptor_.bind(config_.endpoint, failure);
   if (!failure) acceptor_.listen(asio::socket_base::max_listen_connections, failure);
   if (failure) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("listening on {} failed ({}), expected an address of this machine and a free port",
-                             page_url(config_.endpoint), failure.message())};
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("listening on {} failed ({}), expected an address of this machine and a free port",
+                    page_url(config_.endpoint), failure.message())};
   }
   return {};
 }

@@ -30,7 +30,9 @@ SharedMessage serialised(const v1::ServerMessage& message) {
 
 }  // namespace
 
-StreamSession::~StreamSession() { leave(); }
+StreamSession::~StreamSession() {
+  leave();
+}
 
 void StreamSession::start(const beast::http::request<beast::http::empty_body>& request) {
   // The WebSocket keeps its own time from here on.
@@ -118,7 +120,8 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
   } else if (!socket_.got_binary()) {
     refuse("a message is text, expected a binary fanlight.v1.ClientMessage");
   } else if (!message.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
-    refuse(fmt::format("a message of {} bytes could not be read, expected a fanlight.v1.ClientMessage", bytes));
+    refuse(
+        fmt::format("a message of {} bytes could not be read, expected a fanlight.v1.ClientMessage", bytes));
   } else {
     handle(message);
   }
@@ -129,7 +132,9 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
 
 void StreamSession::handle(const v1::ClientMessage& message) {
   switch (message.body_case()) {
-    case v1::ClientMessage::kSceneChange: change_scene(message.scene_change()); break;
+    case v1::ClientMessage::kSceneChange:
+      change_scene(message.scene_change());
+      break;
     case v1::ClientMessage::kClockRequest: {
       v1::ServerMessage reply;
       reply.mutable_clock_reply()->set_client_time_ms(message.clock_request().client_time_ms());
@@ -169,7 +174,9 @@ void StreamSession::refuse(const std::string& sentence) {
   answer(message);
 }
 
-void StreamSession::answer(const v1::ServerMessage& message) { answers_.push_back(serialised(message)); }
+void StreamSession::answer(const v1::ServerMessage& message) {
+  answers_.push_back(serialised(message));
+}
 
 void StreamSession::pump() {
   if (!open_ || under_way_ != nullptr || close_sent_) return;
@@ -179,7 +186,8 @@ void StreamSession::pump() {
     write(next);
   } else if (closing_) {
     close_sent_ = true;
-    socket_.async_close(*closing_, [self = shared_from_this()](beast::error_code /*gone either way*/) { self->leave(); });
+    socket_.async_close(
+        *closing_, [self = shared_from_this()](beast::error_code /*gone either way*/) { self->leave(); });
   } else if (std::exchange(scene_due_, false)) {
     v1::ServerMessage message;
     *message.mutable_scene() = scene_state(context_.desk.in_force());
@@ -195,7 +203,9 @@ void StreamSession::pump() {
 void StreamSession::write(const SharedMessage& message) {
   under_way_ = message;
   socket_.async_write(boost::asio::buffer(*under_way_),
-                      [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) { self->written(failure); });
+                      [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                        self->written(failure);
+                      });
 }
 
 void StreamSession::written(beast::error_code failure) {

@@ -9,7 +9,7 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   vec3 down_step;   // from a pixel to the one below
   vec3 forward;     // direction of the rays, length 1
 
-  uint width;   // of the picture
+  uint width;  // of the picture
   uint height;
   uint steps;   // samples on a ray
   float start;  // depth of the first sample below the view plane
@@ -49,9 +49,9 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float threshold;  // of the detector, 0 to 1
   int edge_sign;    // +1 dark to bright, -1 bright to dark, 0 either
 
-  float transparent;    // of the transfer ramp, 0 to 1
-  float ramp_scale;     // 1 / (opaque - transparent)
-  float step_opacity;   // of one sample at the top of the ramp
+  float transparent;   // of the transfer ramp, 0 to 1
+  float ramp_scale;    // 1 / (opaque - transparent)
+  float step_opacity;  // of one sample at the top of the ramp
 }
 FANLIGHT_SHADER_STRUCT_END
 

@@ -12,8 +12,12 @@ using glm::vec2;
 using glm::vec3;
 using uint = std::uint32_t;
 }  // namespace fanlight::shaders
-#define FANLIGHT_SHADER_STRUCT(name) namespace fanlight::shaders { struct name
-#define FANLIGHT_SHADER_STRUCT_END ; }
+#define FANLIGHT_SHADER_STRUCT(name) \
+  namespace fanlight::shaders {      \
+  struct name
+#define FANLIGHT_SHADER_STRUCT_END \
+  ;                                \
+  }
 #else
 #define FANLIGHT_SHADER_STRUCT(name) struct name
 #define FANLIGHT_SHADER_STRUCT_END ;

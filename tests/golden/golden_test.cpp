@@ -1,5 +1,5 @@
-// A few small pictures of the simulated probe against those kept here. `tests/golden/update` makes them anew and
-// shows both side by side.
+// A few small pictures of the simulated probe against those kept here. `tests/golden/update` makes them anew
+// and shows both side by side.
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
@@ -41,7 +41,8 @@ const Golden kGoldens[] = {
        scene.finish = Finish::kNone;
      },
      1.0, 0.01},
-    {"volume", "columns=256,rows=256,speckle=off,moving=off", [](Scene& scene) { scene.mode = Mode::kVolume; }, 1.0, 0.01},
+    {"volume", "columns=256,rows=256,speckle=off,moving=off",
+     [](Scene& scene) { scene.mode = Mode::kVolume; }, 1.0, 0.01},
 };
 
 std::string golden_path(const Golden& golden) {
@@ -53,7 +54,8 @@ std::vector<std::uint8_t> read_rgb(const std::string& path) {
   const auto file = OIIO::ImageInput::open(path);
   if (!file) return {};
   const OIIO::ImageSpec& spec = file->spec();
-  std::vector<std::uint8_t> rgb(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) * 3);
+  std::vector<std::uint8_t> rgb(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) *
+                                3);
   if (spec.nchannels != 3 || !file->read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, rgb.data())) return {};
   return rgb;
 }
@@ -92,7 +94,8 @@ TEST_P(GoldenTest, LooksAsItDid) {
     return;
   }
   const auto kept = read_rgb(golden_path(golden));
-  ASSERT_EQ(kept.size(), picture.rgba.size() / 4 * 3) << golden_path(golden) << " is missing or of another size";
+  ASSERT_EQ(kept.size(), picture.rgba.size() / 4 * 3)
+      << golden_path(golden) << " is missing or of another size";
   double sum = 0;
   std::size_t more = 0;
   for (std::size_t value = 0; value < kept.size(); ++value) {

@@ -11,8 +11,13 @@
 namespace fanlight::test {
 namespace {
 
-const FanGeometry kGeometry{.columns = 96, .rows = 96, .pixel_width_mm = 1, .pixel_height_mm = 1, .face_column = 47.5,
-                            .face_row = 0, .motor_radius_mm = 30};
+const FanGeometry kGeometry{.columns = 96,
+                            .rows = 96,
+                            .pixel_width_mm = 1,
+                            .pixel_height_mm = 1,
+                            .face_column = 47.5,
+                            .face_row = 0,
+                            .motor_radius_mm = 30};
 
 std::vector<double> even_angles(int frames, double half_deg) {
   std::vector<double> angles_rad;
@@ -22,7 +27,9 @@ std::vector<double> even_angles(int frames, double half_deg) {
   return angles_rad;
 }
 
-double plate(const Point& at) { return at.y_mm > 50 ? 150 : 5; }
+double plate(const Point& at) {
+  return at.y_mm > 50 ? 150 : 5;
+}
 
 class RendererTest : public GpuTest {
  protected:
@@ -52,7 +59,8 @@ TEST_F(RendererTest, RunsEachPassOnlyForAChangeThatNeedsIt) {
 
     const auto pass1_runs = counters_.pass1_runs.value();
     const Picture picture = changed(++revision, scene);
-    EXPECT_EQ(counters_.pass1_runs.value() - pass1_runs, field.first_pass == FirstPass::kCast ? 1U : 0U) << field.name;
+    EXPECT_EQ(counters_.pass1_runs.value() - pass1_runs, field.first_pass == FirstPass::kCast ? 1U : 0U)
+        << field.name;
     EXPECT_EQ(picture.stamp.scene_revision, revision) << field.name;
     EXPECT_EQ(picture.stamp.pass1_runs, counters_.pass1_runs.value()) << field.name;
     changed(++revision, scene_);
@@ -139,12 +147,17 @@ TEST_F(RendererTest, ShowsEachAxisOnItsOwnSide) {
                       {"a clockwise camera turns +x up", {25, 50, 0}, 0, 0, 90, {0.5, 0.25}}};
   for (const Aim& aim : aims) {
     Scene scene = scene_;
-    scene.camera = {.target = {0, 50, 0}, .yaw_deg = aim.yaw_deg, .pitch_deg = aim.pitch_deg, .roll_deg = aim.roll_deg,
-                    .distance_mm = 50, .field_mm = 100};
+    scene.camera = {.target = {0, 50, 0},
+                    .yaw_deg = aim.yaw_deg,
+                    .pitch_deg = aim.pitch_deg,
+                    .roll_deg = aim.roll_deg,
+                    .distance_mm = 50,
+                    .field_mm = 100};
     scene.rays.end_mm = 150;
     const auto renderer = made_renderer(kGeometry, angles_rad_, {64, 64}, scene, counters_);
     ASSERT_TRUE(renderer->load(made_volume(kGeometry, angles_rad_, [&](const Point& at) {
-      const double from_mm = std::hypot(at.x_mm - aim.ball.x_mm, at.y_mm - aim.ball.y_mm, at.z_mm - aim.ball.z_mm);
+      const double from_mm =
+          std::hypot(at.x_mm - aim.ball.x_mm, at.y_mm - aim.ball.y_mm, at.z_mm - aim.ball.z_mm);
       return from_mm < 7 ? 200 : 0;
     })));
     const Picture picture = next_picture(*renderer);
@@ -194,7 +207,8 @@ TEST_F(RendererTest, HasNoSurfaceAtTheEdgeOfTheFan) {
     scene.camera.yaw_deg = yaw_deg;
     changed(static_cast<std::uint64_t>(yaw_deg) + 2, scene);
     const auto depths = renderer_->read_depth();
-    EXPECT_TRUE(std::ranges::all_of(depths->cast_mm, [](float depth) { return depth < 0; })) << "yaw " << yaw_deg;
+    EXPECT_TRUE(std::ranges::all_of(depths->cast_mm, [](float depth) { return depth < 0; }))
+        << "yaw " << yaw_deg;
   }
 }
 
@@ -204,13 +218,18 @@ TEST_F(RendererTest, TakesAViewThatMissesTheFan) {
   Scene scene = scene_;
   scene.camera.target = {900, 900, 900};
   const Picture picture = changed(2, scene);
-  EXPECT_TRUE(std::ranges::none_of(picture.rgba, [](std::uint8_t value) { return value != 0 && value != 255; }));
+  EXPECT_TRUE(
+      std::ranges::none_of(picture.rgba, [](std::uint8_t value) { return value != 0 && value != 255; }));
 }
 
 TEST_F(RendererTest, RefusesAPictureThatIsTooLarge) {
-  const auto refused = Renderer::create({.size = {100'000, 100'000}, .geometry = kGeometry, .first_angle_rad = -0.5,
-                                         .last_angle_rad = 0.5, .frame_capacity = 4},
-                                        {.gpu = gpu(), .counters = counters_}, {.revision = 1, .scene = scene_});
+  const auto refused =
+      Renderer::create({.size = {100'000, 100'000},
+                        .geometry = kGeometry,
+                        .first_angle_rad = -0.5,
+                        .last_angle_rad = 0.5,
+                        .frame_capacity = 4},
+                       {.gpu = gpu(), .counters = counters_}, {.revision = 1, .scene = scene_});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("expected"), std::string::npos);
 }

@@ -23,12 +23,20 @@ struct Case {
 /// A small fan with frames at uneven angles in either order, smooth bodies in fluid, and a view of them.
 Case seeded_case(std::uint32_t seed) {
   std::mt19937 random(seed);
-  const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+  };
 
   Case made;
-  made.geometry = {.columns = 72, .rows = 88, .pixel_width_mm = between(0.4, 0.9), .pixel_height_mm = between(0.4, 0.9),
-                   .face_column = between(28, 44), .face_row = between(-2, 5), .motor_radius_mm = between(10, 40)};
-  if (seed % 3 == 0) made.geometry.sector = {.probe_radius_mm = between(15, 40), .half_angle_deg = between(25, 40)};
+  made.geometry = {.columns = 72,
+                   .rows = 88,
+                   .pixel_width_mm = between(0.4, 0.9),
+                   .pixel_height_mm = between(0.4, 0.9),
+                   .face_column = between(28, 44),
+                   .face_row = between(-2, 5),
+                   .motor_radius_mm = between(10, 40)};
+  if (seed % 3 == 0)
+    made.geometry.sector = {.probe_radius_mm = between(15, 40), .half_angle_deg = between(25, 40)};
   double angle_rad = radians(between(-40, -25));
   for (int frame = 0; frame < 24; ++frame) {
     made.angles_rad.push_back(angle_rad);
@@ -45,7 +53,8 @@ Case seeded_case(std::uint32_t seed) {
   };
 
   Scene& scene = made.scene;
-  scene = scene_for(made.geometry, *std::ranges::min_element(made.angles_rad), *std::ranges::max_element(made.angles_rad));
+  scene = scene_for(made.geometry, *std::ranges::min_element(made.angles_rad),
+                    *std::ranges::max_element(made.angles_rad));
   scene.camera.yaw_deg += between(-25, 25);
   scene.camera.pitch_deg += between(-25, 25);
   scene.camera.roll_deg = between(-180, 180);
@@ -57,8 +66,13 @@ Case seeded_case(std::uint32_t seed) {
   scene.detector.threshold = between(10, 30) * std::min(1.0, scene.detector.window / 8.0);
   scene.detector.sign = static_cast<EdgeSign>(seed % 3 == 1 ? 2 : 0);
   scene.filter.size = 2 * std::uniform_int_distribution(0, 15)(random) + 1;
-  scene.light = {.right_mm = between(-60, 60), .up_mm = between(-60, 60), .depth_mm = between(-50, 10),
-                 .ambient = between(0, 0.3), .diffuse = between(0.4, 1), .specular = between(0, 0.6), .shininess = between(1, 60)};
+  scene.light = {.right_mm = between(-60, 60),
+                 .up_mm = between(-60, 60),
+                 .depth_mm = between(-50, 10),
+                 .ambient = between(0, 0.3),
+                 .diffuse = between(0.4, 1),
+                 .specular = between(0, 0.6),
+                 .shininess = between(1, 60)};
   scene.shadow.coefficient = seed % 4 == 3 ? 1 : between(0, 0.9);
   scene.mode = seed % 5 == 4 ? Mode::kVolume : Mode::kSurface;
   scene.finish = Finish::kNone;
@@ -71,7 +85,9 @@ struct Rendered {
   DepthMaps depths;
 };
 
-std::vector<double> as_double(const std::vector<float>& values) { return {values.begin(), values.end()}; }
+std::vector<double> as_double(const std::vector<float>& values) {
+  return {values.begin(), values.end()};
+}
 
 /// Share of the picture's values that lie within `levels` of 255 of the twin's.
 double share_within(const Picture& picture, const std::vector<Rgb>& twin, double levels) {
@@ -145,7 +161,7 @@ TEST_P(TwinTest, EachPassIsWhatTheTwinSays) {
   const auto lit = given.scene.mode == Mode::kVolume
                        ? cast.colour
                        : twin_light(as_double(gpu.depths.smooth_mm), kSize, given.scene);
-    EXPECT_GE(share_within(gpu.raw, lit, 2), 0.999);
+  EXPECT_GE(share_within(gpu.raw, lit, 2), 0.999);
   EXPECT_EQ(share_within(gpu.finished, twin_finish(as_rgb(gpu.raw), kSize, Finish::kMean), 1), 1.0);
 }
 

@@ -43,8 +43,9 @@ TEST(Http, TellsHealthAndMetrics) {
   FakeHouse house;
   EXPECT_NE(get(house, "/healthz").find("ok; source running"), std::string::npos);
   const std::string metrics = get(house, "/metrics");
-  for (const char* name : {"fanlight_frames_received_total 0", "fanlight_pass1_runs_total 0", "fanlight_volumes_dropped_total 0",
-                           "fanlight_pictures_skipped_total 0", "fanlight_sessions 0"}) {
+  for (const char* name :
+       {"fanlight_frames_received_total 0", "fanlight_pass1_runs_total 0", "fanlight_volumes_dropped_total 0",
+        "fanlight_pictures_skipped_total 0", "fanlight_sessions 0"}) {
     EXPECT_NE(metrics.find(name), std::string::npos) << name;
   }
 }
@@ -61,8 +62,10 @@ TEST(Http, RefusesWhatIsNotThereOrNotAllowed) {
   for (const char* target : {"/nothing", "/../etc/passwd", "/index.html/", "//", "*"}) {
     EXPECT_NE(get(house, target).find("404"), std::string::npos) << target;
   }
-  EXPECT_NE(talk(house, "DELETE / HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").find("405"), std::string::npos);
-  EXPECT_NE(talk(house, "GET /stream HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").find("404"), std::string::npos);
+  EXPECT_NE(talk(house, "DELETE / HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").find("405"),
+            std::string::npos);
+  EXPECT_NE(talk(house, "GET /stream HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").find("404"),
+            std::string::npos);
   EXPECT_GE(house.counters().requests_refused.value(), 7U);
 }
 
@@ -70,7 +73,8 @@ TEST(Http, RefusesWhatIsNoRequest) {
   FakeHouse house;
   for (const std::string& request :
        {std::string("nonsense\r\n\r\n"), std::string("GET / HTTP/1.1\r\nContent-Length: 5\r\n\r\nhello"),
-        "GET / HTTP/1.1\r\nX: " + std::string(20'000, 'x') + "\r\n\r\n", std::string("GET / HTTP/9.9\r\n\r\n")}) {
+        "GET / HTTP/1.1\r\nX: " + std::string(20'000, 'x') + "\r\n\r\n",
+        std::string("GET / HTTP/9.9\r\n\r\n")}) {
     const std::string answer = talk(house, request);
     EXPECT_NE(answer.find("400"), std::string::npos) << request.substr(0, 40);
     EXPECT_NE(answer.find("expected"), std::string::npos) << request.substr(0, 40);
@@ -81,8 +85,8 @@ TEST(Http, RefusesWhatIsNoRequest) {
 TEST(ListenAddress, IsReadOrRefused) {
   EXPECT_EQ(page_url(parse_listen_address("127.0.0.1:8080").value()), "http://127.0.0.1:8080/");
   EXPECT_EQ(page_url(parse_listen_address("[::1]:80").value()), "http://[::1]:80/");
-  for (const char* text : {"", ":", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", "localhost:80",
-                           "127.0.0.1:80x", "300.0.0.1:80", "[::1:80"}) {
+  for (const char* text : {"", ":", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1",
+                           "localhost:80", "127.0.0.1:80x", "300.0.0.1:80", "[::1:80"}) {
     const auto refused = parse_listen_address(text);
     ASSERT_FALSE(refused) << text;
     EXPECT_NE(refused.error().message.find("expected"), std::string::npos);

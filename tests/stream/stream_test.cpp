@@ -118,10 +118,12 @@ TEST(Stream, KeepsTheRevisionWhereNothingChanges) {
 TEST(Stream, RefusesWhatIsNotAllowedAndGoesOn) {
   FakeHouse house;
   StreamClient client(house.endpoint());
-  for (const double value : {-1.0, 256.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double value :
+       {-1.0, 256.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     const auto reply = client.change(threshold(value));
     ASSERT_TRUE(reply.has_refused()) << value;
-    EXPECT_NE(reply.refused().message().find("expected a number from 0 to 255"), std::string::npos) << reply.refused().message();
+    EXPECT_NE(reply.refused().message().find("expected a number from 0 to 255"), std::string::npos)
+        << reply.refused().message();
   }
   v1::Scene half_good = threshold(50);
   half_good.mutable_filter()->set_size(4);
@@ -136,7 +138,8 @@ TEST(Stream, RefusesMessagesThatAreNoneAndGoesOn) {
   StreamClient client(house.endpoint());
   StreamClient bystander(house.endpoint());
   bystander.next(Body::kHello);
-  for (const std::string& bytes : {std::string("\xFF\xFF\xFF\xFF"), std::string("\x0A"), std::string(300, '\x07'), std::string()}) {
+  for (const std::string& bytes :
+       {std::string("\xFF\xFF\xFF\xFF"), std::string("\x0A"), std::string(300, '\x07'), std::string()}) {
     client.send_bytes(bytes);
     EXPECT_NE(client.next(Body::kError).error().message().find("expected"), std::string::npos);
   }
@@ -181,7 +184,8 @@ TEST(Stream, ASlowDisplayCostsItselfPicturesAndNobodyElse) {
     while (quick.next(Body::kPicture).picture().picture_id() < id) {
     }
   }
-  EXPECT_GT(house.counters().pictures_skipped.value(), 0U) << "the slow display never fell behind: show more pictures";
+  EXPECT_GT(house.counters().pictures_skipped.value(), 0U)
+      << "the slow display never fell behind: show more pictures";
 
   // Once it reads again it gets what was under way and then the newest.
   std::uint64_t last = 0;
@@ -228,7 +232,8 @@ TEST(Stream, SurvivesDisplaysThatVanish) {
   const ServerCounters& counters = house.counters();
   EXPECT_EQ(counters.sessions_opened.value(), 51U);
   EXPECT_EQ(counters.sessions_closed.value(), 50U);
-  EXPECT_EQ(counters.pictures_sent.value() + counters.pictures_skipped.value(), counters.pictures_offered.value());
+  EXPECT_EQ(counters.pictures_sent.value() + counters.pictures_skipped.value(),
+            counters.pictures_offered.value());
 }
 
 TEST(Stream, RefusesAPageOfAnotherSite) {
@@ -277,8 +282,13 @@ TEST(Stream, SaysWhyItCannotListen) {
   const RenderCounters render;
   ServerCounters counters;
   const auto second = StreamServer::create({.endpoint = house.endpoint(), .facts = {}, .initial_scene = {}},
-                                           {.bell = bell, .pictures = pictures, .scenes = scenes, .failures = failures,
-                                            .house = {acquisition, ring, render}, .counters = counters, .source_state = {}});
+                                           {.bell = bell,
+                                            .pictures = pictures,
+                                            .scenes = scenes,
+                                            .failures = failures,
+                                            .house = {acquisition, ring, render},
+                                            .counters = counters,
+                                            .source_state = {}});
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::kUnavailable);
   EXPECT_NE(second.error().message.find("in use"), std::string::npos) << second.error().message;

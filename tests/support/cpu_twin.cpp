@@ -103,7 +103,8 @@ TwinRay twin_ray(const Scene& scene, const Volume& volume, const dvec3& on_plane
     if (static_cast<int>(samples.size()) >= window && ray.depth_mm < 0) {
       double difference = 0;
       for (int back = 0; back < window; ++back) {
-        difference += (back < window / 2 ? 1 : -1) * samples[samples.size() - 1 - static_cast<std::size_t>(back)];
+        difference +=
+            (back < window / 2 ? 1 : -1) * samples[samples.size() - 1 - static_cast<std::size_t>(back)];
       }
       difference *= 2.0 / window;
       const double edge = scene.detector.sign == EdgeSign::kEither         ? std::abs(difference)
@@ -111,14 +112,16 @@ TwinRay twin_ray(const Scene& scene, const Volume& volume, const dvec3& on_plane
                                                                            : -difference;
       if (edge > threshold) {
         const bool first = static_cast<int>(samples.size()) == window;
-        const double beyond = first || edge <= last_edge ? 0 : std::clamp((edge - threshold) / (edge - last_edge), 0.0, 1.0);
+        const double beyond =
+            first || edge <= last_edge ? 0 : std::clamp((edge - threshold) / (edge - last_edge), 0.0, 1.0);
         ray.depth_mm = scene.rays.start_mm + (index - window / 2 + 0.5 - beyond) * step_mm;
         if (!composite) return ray;
       }
       last_edge = edge;
     }
     if (composite) {
-      const double ramp = (*value * 255 - scene.transfer.transparent) / (scene.transfer.opaque - scene.transfer.transparent);
+      const double ramp =
+          (*value * 255 - scene.transfer.transparent) / (scene.transfer.opaque - scene.transfer.transparent);
       const double share = std::clamp(ramp, 0.0, 1.0) * step_opacity;
       ray.colour += (1 - opacity) * share * tissue_colour(*value);
       opacity += (1 - opacity) * share;
@@ -137,7 +140,8 @@ TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& volume) {
     for (std::uint32_t column = 0; column < size.width; ++column) {
       const double right_mm = (column - 0.5 * (size.width - 1.0)) * pixel;
       const double up_mm = (0.5 * (size.height - 1.0) - row) * pixel;
-      const TwinRay ray = twin_ray(scene, volume, view.centre + right_mm * view.right + up_mm * view.up, view.forward);
+      const TwinRay ray =
+          twin_ray(scene, volume, view.centre + right_mm * view.right + up_mm * view.up, view.forward);
       cast.depth_mm.push_back(ray.depth_mm);
       cast.colour.push_back({ray.colour.x, ray.colour.y, ray.colour.z});
     }
@@ -175,16 +179,22 @@ namespace {
 class HeightMap {
  public:
   HeightMap(const std::vector<double>& depth_mm, PictureSize size, double pixel)
-      : depth_mm_(depth_mm), width_(static_cast<int>(size.width)), height_(static_cast<int>(size.height)), pixel_(pixel) {}
+      : depth_mm_(depth_mm),
+        width_(static_cast<int>(size.width)),
+        height_(static_cast<int>(size.height)),
+        pixel_(pixel) {}
 
   bool inside(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
-  double depth(int x, int y) const { return inside(x, y) ? depth_mm_[static_cast<std::size_t>(y * width_ + x)] : kNoSurface; }
+  double depth(int x, int y) const {
+    return inside(x, y) ? depth_mm_[static_cast<std::size_t>(y * width_ + x)] : kNoSurface;
+  }
 
   dvec3 place(int x, int y) const {
     return {(x - 0.5 * (width_ - 1)) * pixel_, (0.5 * (height_ - 1) - y) * pixel_, -depth(x, y)};
   }
 
-  /// Of the depth, per mm, from three neighbouring pixels: the next one where it has a surface, else the last.
+  /// Of the depth, per mm, from three neighbouring pixels: the next one where it has a surface, else the
+  /// last.
   double slope(int x, int y, int dx, int dy) const {
     if (depth(x + dx, y + dy) >= 0) return (depth(x + dx, y + dy) - depth(x, y)) / pixel_;
     if (depth(x - dx, y - dy) >= 0) return (depth(x, y) - depth(x - dx, y - dy)) / pixel_;
@@ -235,11 +245,15 @@ std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, PictureSize si
       const dvec3 to_light = glm::normalize(light - map.place(x, y));
       const dvec3 halfway = glm::normalize(to_light + dvec3(0, 0, 1));
       const double facing = std::max(glm::dot(normal, to_light), 0.0);
-      const double gleam = facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), scene.light.shininess) : 0;
-      const bool hidden = facing > 0 && scene.shadow.coefficient < 1 && map.shadowed(x, y, light, -scene.rays.start_mm);
-      const dvec3 colour = (hidden ? scene.shadow.coefficient : 1.0) *
-                           (skin * (scene.light.ambient + scene.light.diffuse * facing) + dvec3(scene.light.specular * gleam));
-      lit[static_cast<std::size_t>(y) * size.width + static_cast<std::size_t>(x)] = {encoded(colour.x), encoded(colour.y), encoded(colour.z)};
+      const double gleam =
+          facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), scene.light.shininess) : 0;
+      const bool hidden =
+          facing > 0 && scene.shadow.coefficient < 1 && map.shadowed(x, y, light, -scene.rays.start_mm);
+      const dvec3 colour =
+          (hidden ? scene.shadow.coefficient : 1.0) *
+          (skin * (scene.light.ambient + scene.light.diffuse * facing) + dvec3(scene.light.specular * gleam));
+      lit[static_cast<std::size_t>(y) * size.width + static_cast<std::size_t>(x)] = {
+          encoded(colour.x), encoded(colour.y), encoded(colour.z)};
     }
   }
   return lit;

@@ -24,7 +24,8 @@ struct TwinCast {
 /// Pass 1.
 TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& volume);
 
-/// Pass 2, the moving average: each pixel with a surface becomes the mean over those in its window that have one.
+/// Pass 2, the moving average: each pixel with a surface becomes the mean over those in its window that have
+/// one.
 std::vector<double> twin_filter(const std::vector<double>& depth_mm, PictureSize size, int filter_size);
 
 /// Pass 2, normals, light and shadow: sRGB values.

@@ -10,25 +10,26 @@
 
 namespace fanlight::test {
 
-/// A stream server on a free loopback port in a thread of its own, and in place of the renderer the test itself,
-/// which shows pictures and reads scenes. Test thread only.
+/// A stream server on a free loopback port in a thread of its own, and in place of the renderer the test
+/// itself, which shows pictures and reads scenes. Test thread only.
 class FakeHouse {
  public:
   static constexpr std::uint32_t kWidth = 64;
   static constexpr std::uint32_t kHeight = 48;
 
   explicit FakeHouse(std::size_t most_connections = 64) {
-    auto made = StreamServer::create({.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0},
-                                      .facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight},
-                                      .initial_scene = {.revision = 1, .scene = {}},
-                                      .most_connections = most_connections},
-                                     {.bell = bell_,
-                                      .pictures = pictures_,
-                                      .scenes = scenes_,
-                                      .failures = failures_,
-                                      .house = {acquisition_, ring_, render_},
-                                      .counters = counters_,
-                                      .source_state = [] { return std::string("running"); }});
+    auto made = StreamServer::create(
+        {.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0},
+         .facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight},
+         .initial_scene = {.revision = 1, .scene = {}},
+         .most_connections = most_connections},
+        {.bell = bell_,
+         .pictures = pictures_,
+         .scenes = scenes_,
+         .failures = failures_,
+         .house = {acquisition_, ring_, render_},
+         .counters = counters_,
+         .source_state = [] { return std::string("running"); }});
     if (!made) throw std::runtime_error(made.error().message);
     server_ = std::move(*made);
     endpoint_ = server_->endpoint();

@@ -17,8 +17,9 @@ class GpuTest : public testing::Test {
     EXPECT_EQ(rig().instance->validation_messages(), 0U) << "the validation layers complained, see above";
   }
 
-  static std::unique_ptr<Renderer> made_renderer(const FanGeometry& geometry, std::span<const double> angles_rad,
-                                                 PictureSize size, const Scene& scene, RenderCounters& counters) {
+  static std::unique_ptr<Renderer> made_renderer(const FanGeometry& geometry,
+                                                 std::span<const double> angles_rad, PictureSize size,
+                                                 const Scene& scene, RenderCounters& counters) {
     const auto [first, last] = std::ranges::minmax(angles_rad);
     auto renderer = Renderer::create({.size = size,
                                       .geometry = geometry,
@@ -37,7 +38,8 @@ class GpuTest : public testing::Test {
       if (auto advanced = renderer.advance(); !advanced) throw std::runtime_error(advanced.error().message);
       if (renderer.collect(picture)) return picture;
       if (!renderer.busy()) throw std::runtime_error("nothing is under way, so no picture will come");
-      if (auto waited = renderer.wait(1'000'000'000); !waited) throw std::runtime_error(waited.error().message);
+      if (auto waited = renderer.wait(1'000'000'000); !waited)
+        throw std::runtime_error(waited.error().message);
     }
   }
 

@@ -19,9 +19,10 @@ class StreamClient {
  public:
   explicit StreamClient(const boost::asio::ip::tcp::endpoint& endpoint, const std::string& origin = "") {
     socket_.next_layer().connect(endpoint);
-    socket_.set_option(boost::beast::websocket::stream_base::decorator([&origin](boost::beast::websocket::request_type& request) {
-      if (!origin.empty()) request.set(boost::beast::http::field::origin, origin);
-    }));
+    socket_.set_option(boost::beast::websocket::stream_base::decorator(
+        [&origin](boost::beast::websocket::request_type& request) {
+          if (!origin.empty()) request.set(boost::beast::http::field::origin, origin);
+        }));
     socket_.read_message_max(64 << 20);
     socket_.binary(true);
     socket_.handshake("127.0.0.1:" + std::to_string(endpoint.port()), "/stream");

@@ -17,9 +17,8 @@ constexpr PhantomSource::Config kStill = {.beam_mm = 0,
                                           .speckle = PhantomSource::Speckle::kOff,
                                           .motion = PhantomScene::Motion::kStill,
                                           .pace = PhantomSource::Pace::kUnpaced};
-constexpr PhantomSource::Config kPlain = {.beam_mm = 0,
-                                          .speckle = PhantomSource::Speckle::kOff,
-                                          .pace = PhantomSource::Pace::kUnpaced};
+constexpr PhantomSource::Config kPlain = {
+    .beam_mm = 0, .speckle = PhantomSource::Speckle::kOff, .pace = PhantomSource::Pace::kUnpaced};
 constexpr PhantomSource::Config kSpeckled = {.pace = PhantomSource::Pace::kUnpaced};
 
 struct Frame {
@@ -298,8 +297,8 @@ TEST(Phantom, EndsAfterTheVolumesAskedFor) {
   EXPECT_FALSE(source->next_frame({}).value().has_value());
 }
 
-// Each elevation of a slanted surface within the beam lies at another depth, so the step in a frame is less steep
-// the thicker the beam is.
+// Each elevation of a slanted surface within the beam lies at another depth, so the step in a frame is less
+// steep the thicker the beam is.
 TEST(Phantom, AThickBeamBlursWhatIsSlanted) {
   auto config = kStill;
   const auto thin = make(config);
@@ -326,8 +325,7 @@ TEST(Phantom, AThickBeamBlursWhatIsSlanted) {
 
 TEST(PhantomOptions, AreRead) {
   const auto config = PhantomSource::parse(
-      "rate=20,frames=9,columns=64,rows=32,sweep=60.5,seed=7,speckle=off,moving=off,volumes=3,beam=2.5",
-                                           {});
+      "rate=20,frames=9,columns=64,rows=32,sweep=60.5,seed=7,speckle=off,moving=off,volumes=3,beam=2.5", {});
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->frame_rate_hz, 20);
   EXPECT_EQ(config->frames_per_volume, 9U);

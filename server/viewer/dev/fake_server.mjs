@@ -160,6 +160,7 @@ function tellStatistics() {
       picturesSent: sent,
       picturesSkipped: offered - sent,
       sessions: sessions.size,
+      sourceState: "running",
     });
   }
 }

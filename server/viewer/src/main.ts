@@ -40,6 +40,7 @@ const condition: Condition = {
   serverError: undefined,
   silentSeconds: undefined,
   source: "",
+  sourceState: "running",
   pictureShown: false,
 };
 let hello: Hello | undefined;
@@ -97,6 +98,7 @@ function receive({ body }: ServerMessage): void {
       return view.show(body.value);
     case "statistics":
       frames.count(body.value.framesReceived, performance.now());
+      showCondition({ sourceState: body.value.sourceState });
       return statistics.counters(body.value);
     case "scene":
       return body.value.scene && editor.adopt(body.value.revision, valuesOf(body.value.scene));
@@ -128,7 +130,12 @@ function begin(newHello: Hello): void {
   hello = newHello;
   page.source.textContent = hello.source;
   if (hello.scene?.scene) editor.start(hello.scene.revision, valuesOf(hello.scene.scene));
-  showCondition({ connection: { state: "open" }, source: hello.source, pictureShown: false });
+  showCondition({
+    connection: { state: "open" },
+    source: hello.source,
+    sourceState: "running",
+    pictureShown: false,
+  });
 }
 
 function settle({ requestId, outcome }: SceneReply): void {

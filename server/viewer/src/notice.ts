@@ -9,6 +9,8 @@ export interface Condition {
   /** Seconds since the last frame came in, where that is worth saying. */
   silentSeconds: number | undefined;
   source: string;
+  /** "running", "ended", or the sentence on why it failed. */
+  sourceState: string;
   pictureShown: boolean;
 }
 
@@ -19,7 +21,7 @@ export interface NoticeText {
 }
 
 export function noticeFor(condition: Condition): NoticeText | undefined {
-  const { connection, serverError, silentSeconds, source, pictureShown } = condition;
+  const { connection, serverError, silentSeconds, source, sourceState, pictureShown } = condition;
   if (connection.state === "lost") {
     const stale = pictureShown ? " The picture is not live." : "";
     const next = connection.retrying ? " Trying again." : "";
@@ -27,8 +29,12 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
   }
   if (connection.state === "connecting") return { kind: "connecting", title: "Connecting", detail: "" };
   if (serverError) return { kind: "error", title: "The server reports", detail: serverError };
+  const still = pictureShown ? " The last volume stays on display." : "";
+  if (sourceState === "ended") {
+    return { kind: "silent", title: "The source has ended", detail: `${source} has no more frames.${still}` };
+  }
+  if (sourceState !== "running") return { kind: "error", title: "The source has failed", detail: sourceState };
   if (silentSeconds !== undefined) {
-    const still = pictureShown ? " The last volume stays on display." : "";
     return {
       kind: "silent",
       title: "No new frames",

@@ -7,6 +7,7 @@ const living: Condition = {
   serverError: undefined,
   silentSeconds: undefined,
   source: "phantom:",
+  sourceState: "running",
   pictureShown: true,
 };
 
@@ -20,6 +21,13 @@ test("what is worse hides what is less", () => {
   assert.equal(noticeFor(bad)?.kind, "error");
   assert.equal(noticeFor({ ...bad, serverError: undefined })?.kind, "silent");
   assert.equal(noticeFor({ ...living, pictureShown: false })?.kind, "waiting");
+});
+
+test("a source that is over says so, whether it ended or failed", () => {
+  const silent: Condition = { ...living, silentSeconds: 4 };
+  assert.equal(noticeFor({ ...silent, sourceState: "ended" })?.title, "The source has ended");
+  const failed = noticeFor({ ...silent, sourceState: "the probe is gone" });
+  assert.deepEqual([failed?.kind, failed?.detail], ["error", "the probe is gone"]);
 });
 
 test("frames that stop coming are noticed, and their return too", () => {
