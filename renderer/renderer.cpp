@@ -137,7 +137,8 @@ Result<void> Renderer::advance() {
 }
 
 bool Renderer::collect(Picture& picture) {
-  for (std::size_t index = 0; index < flights_.size(); ++index) {
+  // The older volume first, so that its picture is shown where both are done.
+  for (const std::size_t index : {1 - newest_, newest_}) {
     Flight& flight = *flights_[index];
     if (flight.phase != Phase::kLighting || flight.slot.outstanding(gpu_) > 0) continue;
     flight.phase = Phase::kIdle;

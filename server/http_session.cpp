@@ -101,8 +101,11 @@ HttpSession::Response HttpSession::respond(const Request& request) {
   }
   const std::string_view path = std::string_view(request.target()).substr(0, request.target().find('?'));
   if (path == "/healthz") {
-    return response_with(http::status::ok, "text/plain; charset=utf-8",
-                         fmt::format("ok; source {}\n", context_.source_state()));
+    const std::string state = context_.source_state();
+    const bool healthy = state == "running" || state == "ended";
+    return response_with(healthy ? http::status::ok : http::status::service_unavailable,
+                         "text/plain; charset=utf-8",
+                         fmt::format("{}; source {}\n", healthy ? "ok" : "failing", state));
   }
   if (path == "/metrics") {
     return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",

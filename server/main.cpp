@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <vector>
 
 #include "server/commands.hpp"
@@ -37,8 +38,12 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr,
+                 "fanlight: there is not enough memory for this source, expected smaller or fewer volumes\n");
+    return 1;
   } catch (const std::exception& error) {
-    // A library's, where no call of ours expected one: most likely out of memory.
+    // A library's, where no call of ours expected one.
     std::fprintf(stderr, "fanlight: %s\n", error.what());
     return 1;
   }

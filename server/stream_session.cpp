@@ -24,6 +24,11 @@ constexpr std::size_t kLargestMessageBytes = 64 << 10;
 constexpr std::size_t kLargestReadBytes = 1 << 20;
 constexpr std::size_t kMostAnswers = 16;
 
+std::uint64_t frames_lost(const AcquisitionCounters& frames) {
+  return frames.frames_missing.value() + frames.frames_invalid.value() + frames.frames_over_capacity.value() +
+         frames.frames_in_short_volumes.value() + frames.frames_abandoned.value();
+}
+
 SharedMessage serialised(const v1::ServerMessage& message) {
   return std::make_shared<const std::string>(message.SerializeAsString());
 }
@@ -243,8 +248,7 @@ SharedMessage StreamSession::statistics() const {
   v1::Statistics& to = *message.mutable_statistics();
   to.set_server_time_ns(now_ns());
   to.set_frames_received(house.acquisition.frames_received.value());
-  to.set_frames_lost(house.acquisition.frames_missing.value() + house.acquisition.frames_received.value() -
-                     house.acquisition.frames_assembled.value());
+  to.set_frames_lost(frames_lost(house.acquisition));
   to.set_volumes_assembled(house.ring.volumes_published.value());
   to.set_volumes_dropped(house.ring.volumes_dropped.value());
   to.set_pass1_runs(house.render.pass1_runs.value());

@@ -112,7 +112,8 @@ void main() {
       difference += value - 2.0 * middle + oldest;
 
       float edge = rays.edge_sign == 0 ? abs(difference) : float(rays.edge_sign) * difference;
-      bool crossed = surface < 0.0 && scanned_in_a_row >= kWindow && edge > level && sample_index < end;
+      bool within = scanned_in_a_row >= kWindow && sample_index < end;
+      bool crossed = within && surface < 0.0 && edge > level;
       // The edge lies between the two halves; the crossing of the level lies between this step and the last.
       float last_edge = scanned_in_a_row > kWindow ? last_difference : edge;
       float beyond = edge > last_edge ? clamp((edge - level) / (edge - last_edge), 0.0, 1.0) : 0.0;

@@ -20,6 +20,7 @@ void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= lighting.width || pixel.y >= lighting.height) return;
   vec4 here = lit_at(pixel);
-  vec4 mean = 0.25 * (here + lit_at(pixel + uvec2(1, 0)) + lit_at(pixel + uvec2(0, 1)) + lit_at(pixel + uvec2(1, 1)));
+  vec4 others = lit_at(pixel + uvec2(1, 0)) + lit_at(pixel + uvec2(0, 1)) + lit_at(pixel + uvec2(1, 1));
+  vec4 mean = 0.25 * (here + others);
   finished[pixel.y * lighting.width + pixel.x] = packUnorm4x8(lighting.mean != 0 ? mean : here);
 }

@@ -73,12 +73,14 @@ vec3 shade(ivec2 pixel, float depth) {
   float gleam = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
   float direct = facing > 0.0 && shadowed(vec2(pixel), at, light) ? lighting.shadow : 1.0;
   // The paper scales the whole pixel by the shadow coefficient, ambient light included.
-  return direct * (lighting.skin * (lighting.ambient + lighting.diffuse * facing) + vec3(lighting.specular * gleam));
+  vec3 matt = lighting.skin * (lighting.ambient + lighting.diffuse * facing);
+  return direct * (matt + vec3(lighting.specular * gleam));
 }
 
 vec3 encoded(vec3 linear) {
   vec3 bounded = clamp(linear, 0.0, 1.0);
-  return mix(1.055 * pow(bounded, vec3(1.0 / 2.4)) - 0.055, 12.92 * bounded, lessThan(bounded, vec3(0.0031308)));
+  vec3 curve = 1.055 * pow(bounded, vec3(1.0 / 2.4)) - 0.055;
+  return mix(curve, 12.92 * bounded, lessThan(bounded, vec3(0.0031308)));
 }
 
 void main() {

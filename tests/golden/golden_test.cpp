@@ -5,7 +5,8 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
+#include <functional>
+#include <ostream>
 
 #include "acquisition/phantom_source.hpp"
 #include "server/picture_file.hpp"
@@ -22,6 +23,8 @@ struct Golden {
   double mean_levels;    ///< mean absolute difference, of 255
   double share_of_more;  ///< share of the values that may differ by more than 24
 };
+
+void PrintTo(const Golden& golden, std::ostream* out) { *out << golden.name; }
 
 const Golden kGoldens[] = {
     {"face", "columns=256,rows=256", [](Scene&) {}, 1.0, 0.01},

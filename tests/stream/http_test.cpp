@@ -50,6 +50,13 @@ TEST(Http, TellsHealthAndMetrics) {
   }
 }
 
+TEST(Http, IsUnwellWhereTheSourceFailed) {
+  FakeHouse house(64, "the probe is gone");
+  const std::string answer = get(house, "/healthz");
+  EXPECT_NE(answer.find("HTTP/1.1 503"), std::string::npos);
+  EXPECT_NE(answer.find("failing; source the probe is gone"), std::string::npos);
+}
+
 TEST(Http, AnswersAHeadWithoutABody) {
   FakeHouse house;
   const std::string answer = talk(house, "HEAD / HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n");

@@ -17,7 +17,8 @@ class FakeHouse {
   static constexpr std::uint32_t kWidth = 64;
   static constexpr std::uint32_t kHeight = 48;
 
-  explicit FakeHouse(std::size_t most_connections = 64) {
+  explicit FakeHouse(std::size_t most_connections = 64, std::string source_state = "running")
+      : source_state_(std::move(source_state)) {
     auto made = StreamServer::create(
         {.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0},
          .facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight},
@@ -29,7 +30,7 @@ class FakeHouse {
          .failures = failures_,
          .house = {acquisition_, ring_, render_},
          .counters = counters_,
-         .source_state = [] { return std::string("running"); }});
+         .source_state = [this] { return source_state_; }});
     if (!made) throw std::runtime_error(made.error().message);
     server_ = std::move(*made);
     endpoint_ = server_->endpoint();
@@ -73,6 +74,7 @@ class FakeHouse {
   }
 
  private:
+  const std::string source_state_;
   Doorbell bell_;
   Doorbell scene_bell_;
   Mailbox<Picture> pictures_{bell_};

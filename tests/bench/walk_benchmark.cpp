@@ -1,0 +1,83 @@
+// The processor's part of a volume's walk, piece by piece: from the frame to the picture's bytes.
+#include <benchmark/benchmark.h>
+
+#include "acquisition/phantom_source.hpp"
+#include "proto/volume_ring.hpp"
+#include "renderer/fan_table.hpp"
+#include "server/picture_encoder.hpp"
+
+namespace fanlight {
+namespace {
+
+std::unique_ptr<PhantomSource> phantom() {
+  auto source = PhantomSource::create({.pace = PhantomSource::Pace::kUnpaced});
+  if (!source) std::abort();
+  return std::move(*source);
+}
+
+/// The first sweep of the phantom: R1's volume.
+Volume first_volume() {
+  const auto source = phantom();
+  Volume volume(source->description().geometry, source->description().frames_per_volume);
+  while (!volume.full()) {
+    const auto frame = source->next_frame({});
+    source->read_pixels(volume.next_frame_pixels());
+    volume.add_frame(**frame);
+  }
+  volume.sort_by_angle();
+  return volume;
+}
+
+void simulated_frame(benchmark::State& state) {
+  const auto source = phantom();
+  std::vector<std::uint8_t> pixels(source->description().geometry.frame_bytes());
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(source->next_frame({}));
+    source->read_pixels(pixels);
+  }
+}
+BENCHMARK(simulated_frame)->Unit(benchmark::kMillisecond);
+
+void volume_through_the_ring(benchmark::State& state) {
+  Doorbell reader;
+  Doorbell writer;
+  VolumeRing ring({.geometry = {.columns = 8, .rows = 8}, .frame_capacity = 2},
+                  {.reader_bell = reader, .writer_bell = writer});
+  for (auto _ : state) {
+    ring.begin();
+    ring.publish();
+    benchmark::DoNotOptimize(ring.take());
+  }
+}
+BENCHMARK(volume_through_the_ring);
+
+void fan_table_of_new_angles(benchmark::State& state) {
+  const Volume volume = first_volume();
+  Volume other(volume.geometry(), volume.frame_capacity());
+  for (const double angle_rad : volume.angles_rad()) other.add_frame({.angle_rad = 0.99 * angle_rad});
+  other.sort_by_angle();
+  FanTable table(volume.geometry(), volume.angles_rad().front(), volume.angles_rad().back(),
+                 volume.frame_capacity());
+  for (auto _ : state) {
+    table.place(other);
+    table.place(volume);
+  }
+  state.SetItemsProcessed(2 * state.iterations());
+}
+BENCHMARK(fan_table_of_new_angles)->Unit(benchmark::kMillisecond);
+
+void picture_to_jpeg(benchmark::State& state) {
+  const Volume volume = first_volume();
+  Picture picture{.stamp = {}, .width = 512, .height = 512, .rgba = {}};
+  const auto frame = volume.frame_pixels(volume.stamp().frames / 2);
+  for (std::size_t value = 0; value < std::size_t{4} * 512 * 512; ++value)
+    picture.rgba.push_back(frame[value / 4]);
+  PictureEncoder encoder(85);
+  for (auto _ : state) benchmark::DoNotOptimize(encoder.encode(picture));
+}
+BENCHMARK(picture_to_jpeg)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace fanlight
+
+BENCHMARK_MAIN();
