@@ -34,7 +34,8 @@ Offsets offsets_in(std::span<const std::uint32_t> spirv, const std::string& name
   for (std::size_t at = kHeaderWords; at < spirv.size(); at += spirv[at] >> 16) {
     const std::uint32_t operation = spirv[at] & 0xFFFFU;
     if (operation == kOpName && text(at + 2) == name) wanted = spirv[at + 1];
-    if (wanted == 0 || spirv[at + 1] != wanted) continue;
+    if (operation != kOpMemberName && operation != kOpMemberDecorate) continue;
+    if (spirv[at + 1] != wanted) continue;
     if (operation == kOpMemberName) members[spirv[at + 2]] = text(at + 3);
     if (operation == kOpMemberDecorate && spirv[at + 3] == kDecorationOffset)
       offsets[spirv[at + 2]] = spirv[at + 4];

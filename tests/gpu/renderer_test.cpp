@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/phantom_source.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
