@@ -206,9 +206,9 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
   scene.camera.distance_mm = depth_mm / 2;
   scene.camera.field_mm = std::max(width_mm, height_mm);
   scene.rays.end_mm = depth_mm;
-  scene.light.right_mm = -0.55 * scene.camera.field_mm;
-  scene.light.up_mm = 0.55 * scene.camera.field_mm;
-  scene.light.depth_mm = -0.5 * scene.camera.field_mm;
+  scene.light.right_mm = -0.42 * scene.camera.field_mm;
+  scene.light.up_mm = 0.42 * scene.camera.field_mm;
+  scene.light.depth_mm = -0.4 * scene.camera.field_mm;
   return scene;
 }
 

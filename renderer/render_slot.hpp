@@ -35,7 +35,7 @@ class RenderSlot {
     std::uint32_t frame_capacity = 0;
     std::uint32_t bands = 1;  ///< submissions that pass 1 is cut into, 1 to kMostBands
   };
-  static constexpr std::uint32_t kMostBands = 8;
+  static constexpr std::uint32_t kMostBands = 16;
 
   static Result<RenderSlot> create(const Gpu& gpu, const Passes& passes, const Config& config);
 

@@ -11,10 +11,6 @@ namespace fanlight {
 
 namespace {
 
-// Submissions of pass 1 that may wait on the GPU at once: two keep it busy, more would make a moved light
-// queue behind them.
-constexpr std::uint64_t kBandsAhead = 2;
-
 Result<void> check_limits(const Renderer::Config& config, const VkPhysicalDeviceLimits& limits) {
   const std::uint32_t largest =
       std::max({config.geometry.columns, config.geometry.rows, config.frame_capacity});
@@ -127,13 +123,16 @@ Result<void> Renderer::advance() {
   if (shown.phase == Phase::kIdle && shown.slot.loaded() && light_changed(shown)) {
     if (auto submitted = light(shown); !submitted) return submitted;
   }
-  if (newest.phase == Phase::kCasting) {
-    while (newest.slot.bands_left() > 0 && newest.slot.outstanding(gpu_) < kBandsAhead) {
-      if (auto submitted = newest.slot.cast_next_band(gpu_, *passes_); !submitted) return submitted;
-    }
-    if (newest.slot.bands_left() == 0) return light(newest);
+  if (newest.phase != Phase::kCasting) return {};
+  // On one queue a band waits for the one before it to be done, and the light for the last: what is submitted
+  // early stands in the way of a moved light, or shows an old one.
+  const bool in_turn = gpu_.cast_queue() == gpu_.light_queue();
+  while (newest.slot.bands_left() > 0) {
+    if (in_turn && newest.slot.outstanding(gpu_) > 0) return {};
+    if (auto submitted = newest.slot.cast_next_band(gpu_, *passes_); !submitted) return submitted;
   }
-  return {};
+  if (in_turn && newest.slot.outstanding(gpu_) > 0) return {};
+  return light(newest);
 }
 
 bool Renderer::collect(Picture& picture) {
