@@ -66,16 +66,11 @@ void log_start(const SourceDescription& description, const GpuInstance& instance
 }
 
 void log_end(const HouseCounters& house, const ServerCounters& server) {
-  spdlog::info("frames: {} received, {} assembled, {} missing, {} invalid",
-               house.acquisition.frames_received.value(), house.acquisition.frames_assembled.value(),
-               house.acquisition.frames_missing.value(), house.acquisition.frames_invalid.value());
-  spdlog::info("volumes: {} published, {} rendered, {} dropped", house.ring.volumes_published.value(),
-               house.ring.volumes_taken.value(), house.ring.volumes_dropped.value());
-  spdlog::info("pass 1 ran {} times, passes 2 and 3 {} times, {} pictures", house.render.pass1_runs.value(),
-               house.render.pass2_runs.value(), house.render.pictures_finished.value());
-  spdlog::info("sessions: {}; pictures offered {}, sent {}, skipped {}", server.sessions_opened.value(),
-               server.pictures_offered.value(), server.pictures_sent.value(),
-               server.pictures_skipped.value());
+  std::string counts;
+  for (const NamedCount& count : named_counts(house, server)) {
+    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count.name, count.value);
+  }
+  spdlog::info("ended: {}", counts);
 }
 
 std::string state_text(const AcquisitionThread& acquisition) {

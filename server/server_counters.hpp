@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "proto/counter.hpp"
 
 namespace fanlight {
@@ -26,5 +29,15 @@ struct HouseCounters {
   const RingCounters& ring;
   const RenderCounters& render;
 };
+
+/// One count as a person reads it, in the metrics and when the server ends.
+struct NamedCount {
+  const char* name;  ///< as in fanlight_NAME_total
+  const char* help;
+  std::uint64_t value;
+};
+
+/// Every count of the house, in the order of a volume's walk.
+std::vector<NamedCount> named_counts(const HouseCounters& house, const ServerCounters& server);
 
 }  // namespace fanlight
