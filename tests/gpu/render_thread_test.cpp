@@ -1,0 +1,115 @@
+// The render thread among its ring and mailboxes, with the test as the acquisition and the server thread.
+#include "renderer/render_thread.hpp"
+
+#include <cmath>
+
+#include "tests/support/gpu_rig.hpp"
+#include "tests/support/made_volume.hpp"
+
+namespace fanlight::test {
+namespace {
+
+constexpr FanGeometry kGeometry{.columns = 48,
+                                .rows = 48,
+                                .pixel_width_mm = 2,
+                                .pixel_height_mm = 2,
+                                .face_column = 23.5,
+                                .face_row = 0,
+                                .motor_radius_mm = 30};
+constexpr PictureSize kSize{.width = 64, .height = 64};
+
+class RenderThreadTest : public GpuTest {
+ protected:
+  void SetUp() override {
+    auto renderer = made_renderer(kGeometry, angles_rad_, kSize, scene_, counters_);
+    thread_ = std::make_unique<RenderThread>(std::move(renderer),
+                                             RenderThread::Dependencies{.ring = ring_,
+                                                                        .scenes = scenes_,
+                                                                        .pictures = pictures_,
+                                                                        .counters = counters_,
+                                                                        .bell = render_bell_,
+                                                                        .failures = failures_});
+  }
+
+  /// Puts a plate at this depth into the ring.
+  void publish_plate(double depth_mm) {
+    const Volume plate =
+        made_volume(kGeometry, angles_rad_, [=](const Point& at) { return at.y_mm > depth_mm ? 150 : 5; });
+    Volume* volume = ring_.begin();
+    for (std::uint32_t frame = 0; frame < angles_rad_.size(); ++frame) {
+      std::ranges::copy(plate.frame_pixels(frame), volume->next_frame_pixels().begin());
+      volume->add_frame({.sequence = frame, .angle_rad = angles_rad_[frame]});
+    }
+    volume->sort_by_angle();
+    ring_.publish();
+  }
+
+  const Picture& next_picture() {
+    for (;;) {
+      if (const Picture* picture = pictures_.newest()) return *picture;
+      server_bell_.wait(-1);
+    }
+  }
+
+  const std::vector<double> angles_rad_ = {-0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 0.4};
+  const Scene scene_ = scene_for(kGeometry, angles_rad_.front(), angles_rad_.back());
+  Doorbell render_bell_;
+  Doorbell server_bell_;
+  Doorbell writer_bell_;
+  VolumeRing ring_{{.geometry = kGeometry, .frame_capacity = 9},
+                   {.reader_bell = render_bell_, .writer_bell = writer_bell_}};
+  Mailbox<NumberedScene> scenes_{render_bell_};
+  Mailbox<Picture> pictures_{server_bell_};
+  Mailbox<Error> failures_{server_bell_};
+  RenderCounters counters_;
+  std::unique_ptr<RenderThread> thread_;  // last: it uses the others
+};
+
+TEST_F(RenderThreadTest, MakesAPictureOfAVolumeAndAnotherOfAMovedLight) {
+  publish_plate(40);
+  const Picture first = next_picture();
+  EXPECT_EQ(first.stamp.volume.volume_id, 1U);
+  EXPECT_EQ(first.width, kSize.width);
+  EXPECT_EQ(first.rgba.size(), std::size_t{4} * kSize.width * kSize.height);
+  EXPECT_GT(first.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
+
+  NumberedScene moved{.revision = 2, .scene = scene_};
+  moved.scene.light.right_mm = 60;
+  scenes_.draft() = moved;
+  scenes_.publish();
+  const Picture second = next_picture();
+  EXPECT_EQ(second.stamp.scene_revision, 2U);
+  EXPECT_EQ(second.stamp.volume.volume_id, 1U);
+  EXPECT_EQ(second.stamp.pass1_runs, first.stamp.pass1_runs);
+  EXPECT_NE(second.rgba, first.rgba);
+}
+
+TEST_F(RenderThreadTest, EndsUpAtTheNewestVolumeAndScene) {
+  constexpr std::uint64_t kVolumes = 30;
+  for (std::uint64_t volume = 1; volume <= kVolumes; ++volume) {
+    publish_plate(30 + static_cast<double>(volume));
+    scenes_.draft() = {.revision = volume + 1, .scene = scene_};
+    scenes_.draft().scene.camera.yaw_deg = static_cast<double>(volume);
+    scenes_.publish();
+  }
+  std::uint64_t shown = 0;
+  while (true) {
+    const PictureStamp stamp = next_picture().stamp;
+    EXPECT_GE(stamp.volume.volume_id, shown) << "an older volume came after a newer one";
+    shown = stamp.volume.volume_id;
+    if (shown == kVolumes && stamp.scene_revision == kVolumes + 1) break;
+  }
+  thread_.reset();
+  EXPECT_EQ(ring_.counters().volumes_published.value(), kVolumes);
+  EXPECT_EQ(ring_.counters().volumes_taken.value() + ring_.counters().volumes_dropped.value(), kVolumes);
+  EXPECT_EQ(failures_.newest(), nullptr);
+}
+
+TEST_F(RenderThreadTest, EndsInTheMiddleOfItsWork) {
+  publish_plate(40);
+  publish_plate(41);
+  thread_.reset();  // returns, whatever is in flight
+}
+
+}  // namespace
+}  // namespace fanlight::test
