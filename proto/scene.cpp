@@ -160,12 +160,11 @@ Result<void> check(const Scene& scene) {
                  fmt::format("rays.start_mm is {} and rays.end_mm is {}, expected the start before the end",
                              scene.rays.start_mm, scene.rays.end_mm)};
   }
-  // A bound on what one picture can cost.
-  constexpr double kMostSamples = 8192;
-  if (scene.rays.step_mm > 0 && scene.rays.step_mm * kMostSamples < scene.rays.end_mm - scene.rays.start_mm) {
+  if (scene.rays.step_mm > 0 &&
+      scene.rays.step_mm * kMostSamplesOnARay < scene.rays.end_mm - scene.rays.start_mm) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("rays.step_mm is {}, expected 0 or at most {} samples between start and end",
-                             scene.rays.step_mm, kMostSamples)};
+                             scene.rays.step_mm, kMostSamplesOnARay)};
   }
   if (scene.transfer.transparent >= scene.transfer.opaque) {
     return Error{ErrorCode::kInvalidArgument,
@@ -209,6 +208,10 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
   scene.light.right_mm = -0.42 * scene.camera.field_mm;
   scene.light.up_mm = 0.42 * scene.camera.field_mm;
   scene.light.depth_mm = -0.4 * scene.camera.field_mm;
+  // A fan may be larger than any picture of it may be.
+  for (const SceneField& field : kFields) {
+    field.set(scene, std::clamp(field.get(scene), field.minimum, field.maximum));
+  }
   return scene;
 }
 

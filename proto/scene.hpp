@@ -102,8 +102,11 @@ Result<void> set_field(Scene& scene, const SceneField& field, double value);
 /// The same from text: a number, or the name of a choice.
 Result<void> set_field(Scene& scene, const SceneField& field, std::string_view text);
 
+/// A bound on what one ray can cost.
+inline constexpr double kMostSamplesOnARay = 8192;
+
 /// What the table cannot say because it concerns several fields: rays must start before they end and take
-/// at most 8192 samples, and the transfer ramp must rise.
+/// at most kMostSamplesOnARay samples, and the transfer ramp must rise.
 Result<void> check(const Scene& scene);
 
 /// The earliest pass that has to run again to get from one scene's picture to the other's.
@@ -114,7 +117,7 @@ FirstPass first_pass_changed(const Scene& from, const Scene& to);
 Scene relit(const Scene& cast, const Scene& newest);
 
 /// A scene that shows the whole fan from the probe: the view plane in the probe face, rays down to the last
-/// row, the sweep's middle in the middle, the light up and to the left.
+/// row, the sweep's middle in the middle, the light up and to the left; every field within the table's range.
 Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad);
 
 }  // namespace fanlight

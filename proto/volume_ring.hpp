@@ -22,8 +22,7 @@ enum class RingPolicy : std::uint8_t {
 /// allocated by the constructor; afterwards no call locks, allocates or waits.
 ///
 /// Life of a slot: free -> writing -> published -> reading -> free; under newest-wins also
-/// published -> writing (the writer takes back the oldest unread) and published -> free (the reader passes
-/// over it).
+/// published -> free, where the writer needs the oldest unread one or the reader passes over it.
 class VolumeRing {
  public:
   struct Config {

@@ -13,6 +13,9 @@
 
 namespace fanlight {
 
+/// The kind of a candidate that renders on the processor (lavapipe).
+inline constexpr std::string_view kProcessorKind = "processor";
+
 /// A GPU of this machine, and why it would not serve.
 struct GpuCandidate {
   VkPhysicalDevice physical = VK_NULL_HANDLE;

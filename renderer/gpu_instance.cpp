@@ -53,7 +53,7 @@ std::string_view kind_name(VkPhysicalDeviceType type) {
     case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
       return "virtual GPU";
     case VK_PHYSICAL_DEVICE_TYPE_CPU:
-      return "processor";
+      return kProcessorKind;
     default:
       return "other device";
   }
@@ -61,18 +61,18 @@ std::string_view kind_name(VkPhysicalDeviceType type) {
 
 /// Smaller is better.
 int rank(std::string_view kind) {
-  constexpr std::array kOrder = {"discrete GPU", "integrated GPU", "virtual GPU", "other device",
-                                 "processor"};
+  constexpr std::array<std::string_view, 5> kOrder = {"discrete GPU", "integrated GPU", "virtual GPU",
+                                                      "other device", kProcessorKind};
   return static_cast<int>(std::ranges::find(kOrder, kind) - kOrder.begin());
 }
 
-/// The compute family to use: one without graphics where there is one, since its queues run beside the
-/// display's work.
+/// The compute family to use, with timestamps: one without graphics where there is one, since its queues run
+/// beside the display's work.
 std::optional<std::uint32_t> compute_family(const std::vector<VkQueueFamilyProperties>& families) {
   std::optional<std::uint32_t> chosen;
   for (std::uint32_t index = 0; index < families.size(); ++index) {
     const VkQueueFlags flags = families[index].queueFlags;
-    if ((flags & VK_QUEUE_COMPUTE_BIT) == 0 || families[index].queueCount == 0) continue;
+    if ((flags & VK_QUEUE_COMPUTE_BIT) == 0 || families[index].timestampValidBits == 0) continue;
     const bool apart = (flags & VK_QUEUE_GRAPHICS_BIT) == 0;
     if (!chosen || (apart && families[index].queueCount > 1)) chosen = index;
   }
@@ -133,10 +133,14 @@ GpuCandidate examine(VkPhysicalDevice physical) {
   if (const auto family = compute_family(families)) {
     candidate.queue_family = *family;
     candidate.queues = families[*family].queueCount;
-    if (families[*family].timestampValidBits == 0)
-      candidate.refusals.push_back("its queue has no timestamps");
   } else {
-    candidate.refusals.push_back("it has no compute queue");
+    candidate.refusals.push_back("it has no compute queue with timestamps");
+  }
+  constexpr std::uint32_t kStorageBuffers = 6;  // shaders/bindings.h
+  if (core.limits.maxPerStageDescriptorStorageBuffers < kStorageBuffers) {
+    candidate.refusals.push_back(fmt::format("it takes {} storage buffers a shader, expected {}",
+                                             core.limits.maxPerStageDescriptorStorageBuffers,
+                                             kStorageBuffers));
   }
   refuse_for_features(candidate);
   refuse_for_formats(candidate);

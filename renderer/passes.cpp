@@ -76,9 +76,13 @@ Result<void> Passes::create_layouts() {
   if (result != VK_SUCCESS) return vulkan_error("vkCreateDescriptorSetLayout", result);
   set_layout_ = DescriptorSetLayoutHandle(gpu_.device(), set_layout);
 
+  // Which tile pass 1 begins with.
+  const VkPushConstantRange band{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = sizeof(std::uint32_t)};
   const VkPipelineLayoutCreateInfo layout_info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
                                                .setLayoutCount = 1,
-                                               .pSetLayouts = &set_layout};
+                                               .pSetLayouts = &set_layout,
+                                               .pushConstantRangeCount = 1,
+                                               .pPushConstantRanges = &band};
   VkPipelineLayout layout = VK_NULL_HANDLE;
   result = vkCreatePipelineLayout(gpu_.device(), &layout_info, nullptr, &layout);
   if (result != VK_SUCCESS) return vulkan_error("vkCreatePipelineLayout", result);
@@ -98,7 +102,6 @@ Result<PipelineHandle> Passes::pipeline(std::span<const std::uint32_t> spirv,
 
   const VkComputePipelineCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-      .flags = VK_PIPELINE_CREATE_DISPATCH_BASE_BIT,  // pass 1 goes in bands
       .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
                 .stage = VK_SHADER_STAGE_COMPUTE_BIT,
                 .module = module,

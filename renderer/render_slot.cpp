@@ -115,7 +115,7 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
       {&staged_table_, table_.texels().size_bytes(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
       {&depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&volume_colour_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
-      {&row_sums_, pixels * sizeof(glm::vec2), kStorage, BufferPlace::kDevice},
+      {&row_sums_, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
       {&smooth_depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&lit_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&finished_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
@@ -146,15 +146,15 @@ Result<void> RenderSlot::create_commands(const Gpu& gpu) {
   if (result != VK_SUCCESS) return vulkan_error("vkCreateCommandPool", result);
   command_pool_ = CommandPoolHandle(gpu.device(), pool);
 
-  std::array<VkCommandBuffer, kMostBands + 1> buffers{};
+  std::array<VkCommandBuffer, 2> buffers{};
   const VkCommandBufferAllocateInfo buffer_info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
                                                 .commandPool = pool,
                                                 .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
                                                 .commandBufferCount = buffers.size()};
   result = vkAllocateCommandBuffers(gpu.device(), &buffer_info, buffers.data());
   if (result != VK_SUCCESS) return vulkan_error("vkAllocateCommandBuffers", result);
-  std::copy_n(buffers.begin(), kMostBands, band_commands_.begin());
-  light_commands_ = buffers[kMostBands];
+  cast_commands_ = buffers[0];
+  light_commands_ = buffers[1];
 
   const VkQueryPoolCreateInfo query_info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
                                          .queryType = VK_QUERY_TYPE_TIMESTAMP,
@@ -246,6 +246,7 @@ void RenderSlot::load(const Volume& volume) {
   volume_ = volume.stamp();
   extent_ = {.first_angle_rad = volume.angles_rad()[volume.by_angle().front()],
              .last_angle_rad = volume.angles_rad()[volume.by_angle().back()],
+             .frames = volume_.frames,
              .frame_capacity = config_.frame_capacity};
   frames_staged_ = true;
 }
@@ -266,15 +267,20 @@ void RenderSlot::begin_cast(const Gpu& gpu, VkPipeline pass1, const Scene& scene
       cast_parameters(scene, config_.size, config_.geometry, table_, extent_);
   vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
   pass1_ = pass1;
-  bands_left_ = groups(tiles_down(), band_tiles());
+  const auto& parameters = cast_parameters_.mapped_as<shaders::CastParameters>();
+  const std::uint64_t tile_samples = std::uint64_t{64} * std::max(parameters.steps, 1U);
+  const std::uint64_t most_tiles =
+      std::min(tiles_across() * tiles_down(), gpu.limits().maxComputeWorkGroupCount[0]);
+  band_tiles_ = static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
+  next_tile_ = 0;
   cast_since_light_ = true;
 }
 
 Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
-  const std::uint32_t first_tile = (groups(tiles_down(), band_tiles()) - bands_left_) * band_tiles();
-  const VkCommandBuffer commands = band_commands_[--bands_left_];
+  const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
-  if (first_tile == 0) {
+  if (next_tile_ == 0) {
     stamp_time(commands, kCastBegin);
     record_upload(commands);
     stamp_time(commands, kUploadEnd);
@@ -282,9 +288,12 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_, 0,
                           nullptr);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass1_);
-  vkCmdDispatchBase(commands, 0, first_tile, 0, tiles_across(),
-                    std::min(band_tiles(), tiles_down() - first_tile), 1);
-  if (bands_left_ == 0) stamp_time(commands, kCastEnd);
+  vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof next_tile_,
+                     &next_tile_);
+  const std::uint32_t tiles = std::min(band_tiles_, tiles_across() * tiles_down() - next_tile_);
+  vkCmdDispatch(commands, tiles, 1, 1);
+  next_tile_ += tiles;
+  if (cast_submitted()) stamp_time(commands, kCastEnd);
   return submit(gpu.cast_queue(), commands);
 }
 

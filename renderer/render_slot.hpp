@@ -22,7 +22,7 @@ struct DepthMaps {
 /// picture, and the commands that make one from the other. Slots share nothing, so that two may be in flight.
 /// Render thread only.
 ///
-/// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until bands_left() is 0 ->
+/// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done() -> and again from light() (a moved light), begin_cast() (a moved camera) or load()
 /// (the next volume).
 class RenderSlot {
@@ -33,9 +33,8 @@ class RenderSlot {
     double first_angle_rad = 0;
     double last_angle_rad = 0;
     std::uint32_t frame_capacity = 0;
-    std::uint32_t bands = 1;  ///< submissions that pass 1 is cut into, 1 to kMostBands
+    std::uint64_t band_samples = 0;  ///< about the most samples that one submission of pass 1 may take
   };
-  static constexpr std::uint32_t kMostBands = 16;
 
   static Result<RenderSlot> create(const Gpu& gpu, const Passes& passes, const Config& config);
 
@@ -46,9 +45,10 @@ class RenderSlot {
   /// Sets pass 1 up; nothing is submitted yet. Precondition: done().
   void begin_cast(const Gpu& gpu, VkPipeline pass1, const Scene& scene);
 
-  /// Submits the next band of picture rows of pass 1, the first together with the upload.
+  /// Submits the next band of pass 1, some tiles of the picture, the first together with the upload.
+  /// Precondition: nothing is outstanding.
   Result<void> cast_next_band(const Gpu& gpu, const Passes& passes);
-  std::uint32_t bands_left() const { return bands_left_; }
+  bool cast_submitted() const { return next_tile_ == tiles_across() * tiles_down(); }
 
   /// Submits passes 2 and 3 and the read-back, after the bands of pass 1 submitted before.
   Result<void> light(const Gpu& gpu, const Passes& passes, const Scene& scene);
@@ -83,10 +83,9 @@ class RenderSlot {
   Result<void> create_commands(const Gpu& gpu);
   Result<void> create_descriptors(const Gpu& gpu, const Passes& passes);
   void record_upload(VkCommandBuffer commands);
-  // Pass 1 works on tiles of 8 x 8 pixels; a band is some rows of tiles.
+  // Pass 1 works on tiles of 8 x 8 pixels, numbered along the rows of tiles.
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }
   std::uint32_t tiles_down() const { return (config_.size.height + 7) / 8; }
-  std::uint32_t band_tiles() const { return (tiles_down() + config_.bands - 1) / config_.bands; }
   Result<void> submit(VkQueue queue, VkCommandBuffer commands);
   void stamp_time(VkCommandBuffer commands, std::uint32_t query) const;
 
@@ -97,7 +96,8 @@ class RenderSlot {
   bool frames_staged_ = false;  // loaded, but not yet part of a submitted upload
   bool table_staged_ = false;
   VkPipeline pass1_ = VK_NULL_HANDLE;  // of the cast under way
-  std::uint32_t bands_left_ = 0;
+  std::uint32_t band_tiles_ = 0;       // of each band of that cast
+  std::uint32_t next_tile_ = 0;        // the first of the next band
   bool cast_since_light_ = false;
   bool timed_cast_ = false;  // whether the last times are those of a pass 1 too
 
@@ -118,7 +118,7 @@ class RenderSlot {
   DescriptorPoolHandle descriptor_pool_;
   VkDescriptorSet descriptors_ = VK_NULL_HANDLE;  // the pool's
   CommandPoolHandle command_pool_;
-  std::array<VkCommandBuffer, kMostBands> band_commands_{};  // the pool's, as is the next
+  VkCommandBuffer cast_commands_ = VK_NULL_HANDLE;  // the pool's, as is the next
   VkCommandBuffer light_commands_ = VK_NULL_HANDLE;
   QueryPoolHandle times_;
   SemaphoreHandle timeline_;

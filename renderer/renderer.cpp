@@ -11,6 +11,11 @@ namespace fanlight {
 
 namespace {
 
+// Samples in a band of pass 1: some 30 ms of work on lavapipe, and well under that on a GPU. A moved light,
+// and the end of the process, wait for a band.
+constexpr std::uint64_t kProcessorBand = 8'000'000;
+constexpr std::uint64_t kGpuBand = 500'000'000;
+
 Result<void> check_limits(const Renderer::Config& config, const VkPhysicalDeviceLimits& limits) {
   const std::uint32_t largest =
       std::max({config.geometry.columns, config.geometry.rows, config.frame_capacity});
@@ -21,7 +26,7 @@ Result<void> check_limits(const Renderer::Config& config, const VkPhysicalDevice
                     config.geometry.columns, config.geometry.rows, config.frame_capacity,
                     limits.maxImageDimension3D)};
   }
-  const std::uint32_t most_pixels = limits.maxStorageBufferRange / sizeof(glm::vec2);
+  const std::uint32_t most_pixels = limits.maxStorageBufferRange / sizeof(glm::uvec2);
   const std::uint64_t pixels = std::uint64_t{config.size.width} * config.size.height;
   if (pixels == 0 || pixels > most_pixels) {
     return Error{ErrorCode::kInvalidArgument,
@@ -29,6 +34,16 @@ Result<void> check_limits(const Renderer::Config& config, const VkPhysicalDevice
                              config.size.width, config.size.height, most_pixels)};
   }
   return {};
+}
+
+/// Where memory ran out, what would have been needed.
+Error too_large(const Renderer::Config& config, const Gpu& gpu, const Error& error) {
+  if (error.code != ErrorCode::kUnavailable) return error;
+  const double volume_gb = static_cast<double>(config.geometry.frame_bytes() * config.frame_capacity) / 1e9;
+  return {error.code,
+          fmt::format("{} has no memory for two volumes of {:.2f} GB, each there and on its way ({}), "
+                      "expected smaller ones",
+                      gpu.candidate().name, volume_gb, error.message)};
 }
 
 }  // namespace
@@ -44,18 +59,16 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   if (auto pass1 = made->passes_->cast(scene.scene.detector.window, scene.scene.mode); !pass1)
     return pass1.error();
 
-  const bool one_queue = gpu.cast_queue() == gpu.light_queue();
   for (auto& flight : made->flights_) {
-    auto slot =
-        RenderSlot::create(gpu, *made->passes_,
-                           {.size = config.size,
-                            .geometry = config.geometry,
-                            .first_angle_rad = config.first_angle_rad,
-                            .last_angle_rad = config.last_angle_rad,
-                            .frame_capacity = config.frame_capacity,
-                            // A queue of its own lets a moved light overtake; else it goes between bands.
-                            .bands = one_queue ? RenderSlot::kMostBands : 1});
-    if (!slot) return slot.error();
+    auto slot = RenderSlot::create(
+        gpu, *made->passes_,
+        {.size = config.size,
+         .geometry = config.geometry,
+         .first_angle_rad = config.first_angle_rad,
+         .last_angle_rad = config.last_angle_rad,
+         .frame_capacity = config.frame_capacity,
+         .band_samples = gpu.candidate().kind == kProcessorKind ? kProcessorBand : kGpuBand});
+    if (!slot) return too_large(config, gpu, slot.error());
     flight.reset(new Flight{.slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}});
   }
   return made;
@@ -123,16 +136,10 @@ Result<void> Renderer::advance() {
   if (shown.phase == Phase::kIdle && shown.slot.loaded() && light_changed(shown)) {
     if (auto submitted = light(shown); !submitted) return submitted;
   }
-  if (newest.phase != Phase::kCasting) return {};
-  // On one queue a band waits for the one before it to be done, and the light for the last: what is submitted
-  // early stands in the way of a moved light, or shows an old one.
-  const bool in_turn = gpu_.cast_queue() == gpu_.light_queue();
-  while (newest.slot.bands_left() > 0) {
-    if (in_turn && newest.slot.outstanding(gpu_) > 0) return {};
-    if (auto submitted = newest.slot.cast_next_band(gpu_, *passes_); !submitted) return submitted;
-  }
-  if (in_turn && newest.slot.outstanding(gpu_) > 0) return {};
-  return light(newest);
+  // A band waits for the one before it to be done, and the light for the last: what is submitted early stands
+  // in the way of a moved light, or shows an old one.
+  if (newest.phase != Phase::kCasting || newest.slot.outstanding(gpu_) > 0) return {};
+  return newest.slot.cast_submitted() ? light(newest) : newest.slot.cast_next_band(gpu_, *passes_);
 }
 
 bool Renderer::collect(Picture& picture) {

@@ -8,8 +8,6 @@ namespace fanlight {
 
 namespace {
 
-// As in the check of a scene: a bound on what one ray can cost.
-constexpr double kMostSamples = 8192;
 constexpr double kGreyLevels = 255;
 
 glm::dvec3 vector(const Point& point) {
@@ -38,14 +36,15 @@ DepthRange depths_of(const FanTable::Box& box, const ViewFrame& view) {
 /// The samples of every ray: start + k * step for whole k, as far as they can lie in the fan's box. Cutting
 /// keeps k whole, so that it never moves a sample.
 void set_samples(shaders::CastParameters& to, const Scene::Rays& rays, double finest_mm, DepthRange box) {
-  double step_mm = rays.step_mm > 0 ? rays.step_mm : finest_mm;
+  const double end_mm = std::min(rays.end_mm, box.farthest_mm);
+  const double step_mm = rays.step_mm > 0
+                             ? rays.step_mm
+                             : std::max(finest_mm, (end_mm - rays.start_mm) / (kMostSamplesOnARay - 1));
   const double before = std::max(0.0, std::floor((box.nearest_mm - rays.start_mm) / step_mm));
   const double start_mm = rays.start_mm + before * step_mm;
-  const double length_mm = std::min(rays.end_mm, box.farthest_mm) - start_mm;
-  if (rays.step_mm == 0) step_mm = std::max(step_mm, length_mm / (kMostSamples - 1));
   to.start = static_cast<float>(start_mm);
   to.step = static_cast<float>(step_mm);
-  to.steps = length_mm < 0 ? 0U : static_cast<std::uint32_t>(length_mm / step_mm) + 1;
+  to.steps = end_mm < start_mm ? 0U : static_cast<std::uint32_t>((end_mm - start_mm) / step_mm) + 1;
 }
 
 void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const VolumeExtent& volume) {
@@ -54,11 +53,12 @@ void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const 
   to.row_scale = static_cast<float>(1 / geometry.pixel_height_mm);
   to.row_offset = static_cast<float>(geometry.face_row);
   to.last_row = static_cast<float>(geometry.rows - 1);
+  to.last_frame = static_cast<float>(volume.frames - 1);
   to.voxel_scale = 1.0F / glm::vec3(geometry.columns, geometry.rows, volume.frame_capacity);
   to.left = static_cast<float>(geometry.left_mm());
   to.right = static_cast<float>(geometry.right_mm());
-  to.first_frame = {std::cos(volume.first_angle_rad), std::sin(volume.first_angle_rad)};
-  to.last_frame = {std::cos(volume.last_angle_rad), std::sin(volume.last_angle_rad)};
+  to.first_angle = {std::cos(volume.first_angle_rad), std::sin(volume.first_angle_rad)};
+  to.last_angle = {std::cos(volume.last_angle_rad), std::sin(volume.last_angle_rad)};
   to.motor_radius = static_cast<float>(geometry.motor_radius_mm);
   to.farthest = static_cast<float>(geometry.motor_radius_mm + geometry.depth_mm());
 }

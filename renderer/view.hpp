@@ -35,6 +35,7 @@ double pixel_mm(const Scene::Camera& camera, PictureSize size);
 struct VolumeExtent {
   double first_angle_rad = 0;  ///< smallest and largest angle of its frames
   double last_angle_rad = 0;
+  std::uint32_t frames = 0;
   std::uint32_t frame_capacity = 0;  ///< slices of the texture that holds it
 };
 

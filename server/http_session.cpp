@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/asio/ip/address.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
@@ -51,6 +52,19 @@ bool from_elsewhere(const HttpSession::Request& request) {
   return scheme_end == std::string_view::npos || origin.substr(scheme_end + 3) != request[http::field::host];
 }
 
+/// A name that leads to this machine's loopback, whatever its port. A page elsewhere can have a name of its
+/// own lead here as well; then the browser takes that page and us for one site, but the Host still is that
+/// name.
+bool is_loopback_host(std::string_view host) {
+  if (const std::size_t colon = host.rfind(':'); colon != std::string_view::npos && !host.ends_with(']')) {
+    host = host.substr(0, colon);
+  }
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  beast::error_code wrong;
+  const auto address = boost::asio::ip::make_address(std::string(host), wrong);
+  return host == "localhost" || (!wrong && address.is_loopback());
+}
+
 }  // namespace
 
 void HttpSession::read() {
@@ -79,6 +93,12 @@ void HttpSession::received(beast::error_code failure) {
     return;
   }
   const Request request = parser_->release();
+  const std::string_view host = request[http::field::host];
+  if (context_.loopback_only && !host.empty() && !is_loopback_host(host)) {
+    send(refusal(http::status::misdirected_request,
+                 "the request names another host, expected localhost or a loopback address"));
+    return;
+  }
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     if (from_elsewhere(request)) {
       send(refusal(http::status::forbidden,

@@ -34,11 +34,13 @@ Result<void> write_picture(const std::string& path, const Picture& picture) {
   return write(path, spec, OIIO::TypeDesc::UINT8, picture.rgba.data(), 4);
 }
 
+Result<void> check_depth_path(const std::string& path) {
+  if (path.empty() || path.ends_with(".exr")) return {};
+  return unwritable(path, "depth needs 32 bit floats, which only .exr is asked to hold");
+}
+
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,
                          std::uint32_t height, double mm_per_pixel) {
-  if (!path.ends_with(".exr")) {
-    return unwritable(path, "depth needs 32 bit floats, which only .exr is asked to hold");
-  }
   OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 1, OIIO::TypeDesc::FLOAT);
   spec.channelnames = {"Z"};
   spec.z_channel = 0;

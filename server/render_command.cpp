@@ -21,7 +21,7 @@ struct RenderOptions {
   std::string geometry_path;
   std::string out;
   std::string depth;
-  std::uint64_t volume = 0;
+  std::int64_t volume = 0;
   std::string size = "512x512";
   std::string gpu;
   bool json = false;
@@ -44,8 +44,8 @@ class VolumePicker {
                       .ended_bell = bell_}) {}
 
   /// The volume of that number, from 0; it stays valid as long as this does.
-  Result<VolumeRing::Lease> pick(std::uint64_t wanted) {
-    for (std::uint64_t seen = 0;;) {
+  Result<VolumeRing::Lease> pick(std::int64_t wanted) {
+    for (std::int64_t seen = 0;;) {
       // The state goes first: what was published before the end is then sure to be seen.
       const auto state = acquisition_.state();
       if (auto volume = ring_.take()) {
@@ -113,6 +113,7 @@ void print_report(const RenderOptions& options, const Picture& picture, const De
 Result<void> render(const RenderOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
+  if (auto named = check_depth_path(options.depth); !named) return named;
   auto source =
       open_source(options.input, {.geometry_path = options.geometry_path, .as_fast_as_taken = true});
   if (!source) return source.error();
@@ -167,7 +168,9 @@ Command add_render_command(CLI::App& program) {
       ->type_name("FILE");
   command->add_option("--depth", options->depth, "The filtered depth map to write, mm, such as z.exr")
       ->type_name("FILE");
-  command->add_option("--volume", options->volume, "Which volume of the source, from 0")->type_name("N");
+  command->add_option("--volume", options->volume, "Which volume of the source, from 0")
+      ->check(CLI::Range(0, 9999))  // the phantom has one for every number, and makes all those before it
+      ->type_name("N");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
       ->type_name("FILE");
   command->add_option("--size", options->size, "Of the picture, pixels")

@@ -40,6 +40,7 @@ struct StreamContext {
   const HouseCounters& house;
   const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
   ServerCounters& counters;
+  bool loopback_only;  ///< the listener's address: then requests must name it too
   SceneDesk& desk;
   PictureHub& hub;
 };

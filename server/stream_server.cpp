@@ -19,7 +19,13 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       from_(dependencies),
       desk_(config.initial_scene, dependencies.scenes),
       hub_({.jpeg_quality = config.jpeg_quality}, dependencies.counters),
-      context_{config_.facts, from_.house, from_.source_state, from_.counters, desk_, hub_} {}
+      context_{config_.facts,
+               from_.house,
+               from_.source_state,
+               from_.counters,
+               config.endpoint.address().is_loopback(),
+               desk_,
+               hub_} {}
 
 Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& config,
                                                            const Dependencies& dependencies) {

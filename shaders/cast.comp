@@ -5,7 +5,7 @@
 #include "bindings.h"
 #include "cast_parameters.h"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8) in;  // a tile
 
 // Samples that the detector compares, even. A constant, so that the loop over the window unrolls and the
 // window lives in registers: indexed at run time it would live in memory.
@@ -13,6 +13,8 @@ layout(constant_id = 0) const int kWindow = 8;
 // Off: the ray ends at the surface and no colour is kept.
 layout(constant_id = 1) const bool kComposite = false;
 
+// Tiles are numbered along the rows of tiles; a work group takes the one of its own number after this.
+layout(push_constant, scalar) uniform Band { uint first_tile; };
 layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters rays; };
 layout(binding = FANLIGHT_BINDING_VOLUME) uniform sampler3D volume;
 layout(binding = FANLIGHT_BINDING_FAN_TABLE) uniform sampler2D fan_table;
@@ -26,8 +28,10 @@ const float kOpaque = 0.997;
 // beside the sector. The ray has been cut to the frames already.
 float echo(vec3 at) {
   vec2 in_fan = textureLod(fan_table, at.zy * rays.table_scale + rays.table_offset, 0.0).xy;
-  vec3 voxel = vec3(at.x * rays.column_scale + rays.column_offset,
-                    in_fan.x * rays.row_scale + rays.row_offset, in_fan.y);
+  // The table is interpolated across the first and last frame, beyond which it goes on: a sample just inside could
+  // else reach for a frame that is not there.
+  float frame = clamp(in_fan.y, 0.0, rays.last_frame);
+  vec3 voxel = vec3(at.x * rays.column_scale + rays.column_offset, in_fan.x * rays.row_scale + rays.row_offset, frame);
   float value = textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x;
 
   // Each distance is positive on the scanned side: the smallest decides, without a branch.
@@ -57,8 +61,8 @@ vec2 stretch_in_frames(vec3 from) {
   // About the sweep axis: y' = y + motor radius. A frame's angle is its half plane.
   vec2 about_axis = vec2(from.y + rays.motor_radius, from.z);
   vec2 forward = rays.forward.yz;
-  vec2 first = vec2(-rays.first_frame.y, rays.first_frame.x);
-  vec2 last = vec2(rays.last_frame.y, -rays.last_frame.x);
+  vec2 first = vec2(-rays.first_angle.y, rays.first_angle.x);
+  vec2 last = vec2(rays.last_angle.y, -rays.last_angle.x);
   part = cut(part, dot(about_axis, first), dot(forward, first));
   part = cut(part, dot(about_axis, last), dot(forward, last));
 
@@ -76,7 +80,9 @@ vec2 stretch_in_frames(vec3 from) {
 vec3 tissue_colour(float value) { return mix(vec3(0.35, 0.12, 0.08), vec3(1.0, 0.92, 0.82), value); }
 
 void main() {
-  uvec2 pixel = gl_GlobalInvocationID.xy;
+  uint tile = first_tile + gl_WorkGroupID.x;
+  uint tiles_across = (rays.width + 7u) / 8u;
+  uvec2 pixel = 8u * uvec2(tile % tiles_across, tile / tiles_across) + gl_LocalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
 
   vec3 from = rays.origin + float(pixel.x) * rays.right_step + float(pixel.y) * rays.down_step +

@@ -26,14 +26,15 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float row_scale;
   float row_offset;
   float last_row;
+  float last_frame;  // its number, by ascending angle
   vec3 voxel_scale;  // 1 / (size of the volume texture)
 
   // What the frames cover: x from left to right, angles from the first frame's to the last's, given as
   // (cos, sin), and distances from the sweep axis (motor_radius behind the probe face) up to farthest.
   float left;
   float right;
-  vec2 first_frame;
-  vec2 last_frame;
+  vec2 first_angle;
+  vec2 last_angle;
   float motor_radius;
   float farthest;
 

@@ -10,13 +10,13 @@ layout(local_size_x = 8) in;
 
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
-layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) readonly buffer RowSums { vec2 row_sums[]; };
+layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) readonly buffer RowSums { uvec2 row_sums[]; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) writeonly buffer Smooth { float smooth_depth[]; };
 
-vec2 row_sum_at(uint x, int y) {
+uvec2 row_sum_at(uint x, int y) {
   bool inside = y >= 0 && y < int(lighting.height);
-  vec2 sum = row_sums[uint(clamp(y, 0, int(lighting.height) - 1)) * lighting.width + x];
-  return inside ? sum : vec2(0.0);
+  uvec2 sum = row_sums[uint(clamp(y, 0, int(lighting.height) - 1)) * lighting.width + x];
+  return inside ? sum : uvec2(0u);
 }
 
 void main() {
@@ -24,13 +24,13 @@ void main() {
   if (x >= lighting.width) return;
   int radius = lighting.filter_radius;
 
-  vec2 sum = vec2(0.0);
+  uvec2 sum = uvec2(0u);
   for (int y = 0; y < radius; ++y) sum += row_sum_at(x, y);
   for (int y = 0; y < int(lighting.height); ++y) {
     sum += row_sum_at(x, y + radius);
     uint index = uint(y) * lighting.width + x;
     // The pixel's own depth is part of the sum wherever it has one, so the number is not 0 there.
-    smooth_depth[index] = depth[index] >= 0.0 ? sum.x / max(sum.y, 1.0) : FANLIGHT_NO_SURFACE;
+    smooth_depth[index] = depth[index] >= 0.0 ? float(sum.x) / (FANLIGHT_SUM_UNITS_PER_MM * float(max(sum.y, 1u))) : FANLIGHT_NO_SURFACE;
     sum -= row_sum_at(x, y - radius);
   }
 }

@@ -67,7 +67,8 @@ vec3 shade(ivec2 pixel, float depth) {
   vec3 light = vec3(lighting.light.xy, -lighting.light.z);
   // Height is -depth and rows run downwards: (-d height/d right, -d height/d up, 1).
   vec3 normal = normalize(vec3(slope(pixel, ivec2(1, 0), depth), -slope(pixel, ivec2(0, 1), depth), 1.0));
-  vec3 to_light = normalize(light - at);
+  vec3 toward = light - at;
+  vec3 to_light = toward / max(length(toward), 1e-6);  // a light may lie on the surface
   vec3 halfway = normalize(to_light + vec3(0.0, 0.0, 1.0));  // parallel rays: the viewer is at infinity
   float facing = max(dot(normal, to_light), 0.0);
   float gleam = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;

@@ -217,8 +217,28 @@ TEST_F(RendererTest, TakesAViewThatMissesTheFan) {
   Scene scene = scene_;
   scene.camera.target = {900, 900, 900};
   const Picture picture = changed(2, scene);
-  EXPECT_TRUE(
-      std::ranges::none_of(picture.rgba, [](std::uint8_t value) { return value != 0 && value != 255; }));
+  for (std::size_t value = 0; value < picture.rgba.size(); ++value) {
+    ASSERT_EQ(picture.rgba[value], value % 4 == 3 ? 255 : 0) << "at " << value;
+  }
+}
+
+TEST_F(RendererTest, SeesNothingOfAnOlderAndLongerSweep) {
+  // Bright frames fill the texture; a sweep of fewer, dark ones must not read those left behind it.
+  load(made_volume(kGeometry, angles_rad_, [](const Point&) { return 255; }));
+  next_picture(*renderer_);
+  load(made_volume(kGeometry, angles_rad_, [](const Point&) { return 255; }));
+  next_picture(*renderer_);
+  Scene volume_scene = scene_;
+  volume_scene.mode = Mode::kVolume;
+  volume_scene.transfer = {.transparent = 0, .opaque = 1, .opacity_per_mm = 0.5};
+  renderer_->show({.revision = 2, .scene = volume_scene});
+  const std::vector<double> fewer_rad(angles_rad_.begin(), angles_rad_.begin() + 11);
+  load(made_volume(kGeometry, fewer_rad, [](const Point&) { return 0; }));
+  Picture picture = next_picture(*renderer_);
+  while (picture.stamp.volume.frames != fewer_rad.size()) picture = next_picture(*renderer_);
+  for (std::size_t value = 0; value < picture.rgba.size(); ++value) {
+    ASSERT_EQ(picture.rgba[value], value % 4 == 3 ? 255 : 0) << "at " << value;
+  }
 }
 
 TEST_F(RendererTest, RefusesAPictureThatIsTooLarge) {

@@ -24,7 +24,7 @@ std::string talk(const FakeHouse& house, const std::string& request) {
 }
 
 std::string get(const FakeHouse& house, const std::string& target) {
-  return talk(house, "GET " + target + " HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n");
+  return talk(house, "GET " + target + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
 }
 
 TEST(Http, ServesThePage) {
@@ -59,7 +59,7 @@ TEST(Http, IsUnwellWhereTheSourceFailed) {
 
 TEST(Http, AnswersAHeadWithoutABody) {
   FakeHouse house;
-  const std::string answer = talk(house, "HEAD / HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n");
+  const std::string answer = talk(house, "HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
   EXPECT_NE(answer.find("200"), std::string::npos);
   EXPECT_EQ(answer.substr(answer.size() - 4), "\r\n\r\n");
 }
@@ -69,11 +69,26 @@ TEST(Http, RefusesWhatIsNotThereOrNotAllowed) {
   for (const char* target : {"/nothing", "/../etc/passwd", "/index.html/", "//", "*"}) {
     EXPECT_NE(get(house, target).find("404"), std::string::npos) << target;
   }
-  EXPECT_NE(talk(house, "DELETE / HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").find("405"),
+  EXPECT_NE(talk(house, "DELETE / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("405"),
             std::string::npos);
-  EXPECT_NE(talk(house, "GET /stream HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").find("404"),
+  EXPECT_NE(talk(house, "GET /stream HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("404"),
             std::string::npos);
   EXPECT_GE(house.counters().requests_refused.value(), 7U);
+}
+
+TEST(Http, RefusesANameThatIsNotLoopback) {
+  FakeHouse house;
+  const auto named = [&](const std::string& host) {
+    return talk(house, "GET /healthz HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n");
+  };
+  for (const char* host :
+       {"localhost", "localhost:8080", "127.0.0.1:1", "127.1.2.3", "[::1]", "[::1]:8080"}) {
+    EXPECT_NE(named(host).find("200"), std::string::npos) << host;
+  }
+  for (const char* host :
+       {"elsewhere.example", "elsewhere.example:8080", "10.0.0.1", "localhost.example", "[::2]:80", "::"}) {
+    EXPECT_NE(named(host).find("421"), std::string::npos) << host;
+  }
 }
 
 TEST(Http, RefusesWhatIsNoRequest) {

@@ -46,12 +46,16 @@ class FakeHouse {
 
   /// Shows a picture of one grey level, with this id.
   void show(std::uint64_t picture_id, std::uint8_t grey) {
-    Picture& picture = pictures_.draft();
-    picture.stamp = {.picture_id = picture_id, .scene_revision = 1, .finished_time_ns = now_ns()};
-    picture.width = kWidth;
-    picture.height = kHeight;
-    picture.rgba.assign(std::size_t{kWidth} * kHeight * 4, grey);
-    pictures_.publish();
+    show(picture_id, kWidth, kHeight, [grey](std::size_t /*value*/) { return grey; });
+  }
+
+  /// Shows a picture that no codec makes small: about half a megabyte as JPEG.
+  void show_noise(std::uint64_t picture_id) {
+    std::uint32_t state = static_cast<std::uint32_t>(picture_id);
+    show(picture_id, 640, 480, [&state](std::size_t /*value*/) {
+      state = 1'664'525 * state + 1'013'904'223;  // Numerical Recipes' quick generator
+      return static_cast<std::uint8_t>(state >> 24);
+    });
   }
 
   /// The newest scene that came out, waiting for it.
@@ -74,6 +78,17 @@ class FakeHouse {
   }
 
  private:
+  template <typename Value>
+  void show(std::uint64_t picture_id, std::uint32_t width, std::uint32_t height, Value value) {
+    Picture& picture = pictures_.draft();
+    picture.stamp = {.picture_id = picture_id, .scene_revision = 1, .finished_time_ns = now_ns()};
+    picture.width = width;
+    picture.height = height;
+    picture.rgba.resize(std::size_t{4} * width * height);
+    for (std::size_t at = 0; at < picture.rgba.size(); ++at) picture.rgba[at] = value(at);
+    pictures_.publish();
+  }
+
   const std::string source_state_;
   Doorbell bell_;
   Doorbell scene_bell_;

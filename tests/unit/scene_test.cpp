@@ -101,5 +101,21 @@ TEST(Scene, FramesTheFanFromTheProbe) {
   EXPECT_GE(scene.camera.field_mm, geometry.right_mm() - geometry.left_mm());
 }
 
+TEST(Scene, FramesAFanThatIsLargerThanAnyPicture) {
+  const FanGeometry geometry{.columns = 4096,
+                             .rows = 4096,
+                             .pixel_width_mm = 10,
+                             .pixel_height_mm = 10,
+                             .face_column = 0,
+                             .face_row = 0,
+                             .motor_radius_mm = 1000,
+                             .sector = {}};
+  Scene scene = scene_for(geometry, radians(-80), radians(80));
+  EXPECT_TRUE(check(scene));
+  for (const SceneField& field : scene_fields()) {
+    EXPECT_TRUE(set_field(scene, field, field.get(scene))) << field.name;
+  }
+}
+
 }  // namespace
 }  // namespace fanlight

@@ -132,6 +132,11 @@ export class Controls {
       if (Number.isFinite(input.valueAsNumber)) this.editor.set([[field.name, input.valueAsNumber]]);
       else show();
     };
+    // Typed and taken back is no change, but the box is free again.
+    input.onblur = () => {
+      typing = false;
+      show();
+    };
     this.refreshers.push(show);
     return input;
   }
