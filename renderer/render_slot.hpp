@@ -23,8 +23,8 @@ struct DepthMaps {
 /// Render thread only.
 ///
 /// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
-/// light(scene) -> done() -> and again from light() (a moved light), begin_cast() (a moved camera) or load()
-/// (the next volume).
+/// light(scene) -> done, when nothing is outstanding -> and again from light() (a moved light), begin_cast()
+/// (a moved camera) or load() (the next volume).
 class RenderSlot {
  public:
   struct Config {
@@ -39,10 +39,10 @@ class RenderSlot {
   static Result<RenderSlot> create(const Gpu& gpu, const Passes& passes, const Config& config);
 
   /// Copies the volume's frames, in ascending order of angle, to where the GPU can fetch them; the volume may
-  /// go when this returns. Precondition: done().
+  /// go when this returns. Precondition: nothing is outstanding.
   void load(const Volume& volume);
 
-  /// Sets pass 1 up; nothing is submitted yet. Precondition: done().
+  /// Sets pass 1 up; nothing is submitted yet. Precondition: nothing is outstanding.
   void begin_cast(const Gpu& gpu, VkPipeline pass1, const Scene& scene);
 
   /// Submits the next band of pass 1, some tiles of the picture, the first together with the upload.

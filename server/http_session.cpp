@@ -95,20 +95,22 @@ void HttpSession::received(beast::error_code failure) {
   const Request request = parser_->release();
   const std::string_view host = request[http::field::host];
   if (context_.loopback_only && !host.empty() && !is_loopback_host(host)) {
-    send(refusal(http::status::misdirected_request,
-                 "the request names another host, expected localhost or a loopback address"));
-    return;
+    return reply(request,
+                 refusal(http::status::misdirected_request,
+                         "the request names another host, expected localhost or a loopback address"));
   }
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     if (from_elsewhere(request)) {
-      send(refusal(http::status::forbidden,
-                   "the stream was asked for by a page of another site, expected our own"));
-      return;
+      return reply(request, refusal(http::status::forbidden,
+                                    "the stream was asked for by a page of another site, expected our own"));
     }
     std::make_shared<StreamSession>(std::move(stream_), std::move(place_), context_)->start(request);
     return;
   }
-  Response response = respond(request);
+  reply(request, respond(request));
+}
+
+void HttpSession::reply(const Request& request, Response response) {
   response.keep_alive(request.keep_alive());
   response.prepare_payload();
   if (request.method() == http::verb::head) response.body().clear();

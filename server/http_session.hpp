@@ -28,6 +28,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
  private:
   void received(boost::beast::error_code failure);
   Response respond(const Request& request);
+  void reply(const Request& request, Response response);
   Response refusal(boost::beast::http::status status, const std::string& sentence);
   void send(Response response);
 

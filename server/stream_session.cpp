@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <boost/asio/buffer.hpp>
-#include <boost/beast/core/buffers_to_string.hpp>
 
 #include "proto/clock.hpp"
 #include "server/scene_message.hpp"
