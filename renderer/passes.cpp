@@ -51,7 +51,7 @@ Result<void> Passes::create_layouts() {
                                          // No sample lies beyond the first or last frame, so this mode
                                          // changes no result. But it keeps llvmpipe, which filters 8 bit
                                          // textures in 8 bit arithmetic where all modes are simple ones,
-                                         // to floats: exact to 0.02 mm, and a tenth faster.
+                                         // to floats: closer to the truth, and faster (renderer/README.md).
                                          .addressModeW = VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT};
   VkSampler sampler = VK_NULL_HANDLE;
   VkResult result = vkCreateSampler(gpu_.device(), &sampler_info, nullptr, &sampler);

@@ -22,7 +22,7 @@ class Passes {
   VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
   VkPipelineLayout layout() const { return layout_.get(); }
 
-  /// Pass 1 for a detector window and a mode. Built when first asked for (some 10 ms) and kept.
+  /// Pass 1 for a detector window and a mode. Built when first asked for, and kept.
   Result<VkPipeline> cast(int window, Mode mode);
 
   /// Pass 2: the moving average's two halves, then light; pass 3.

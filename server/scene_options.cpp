@@ -40,7 +40,7 @@ Result<Scene> SceneOptions::applied_to(Scene scene) const {
 
 Result<PictureSize> parse_picture_size(const std::string& text) {
   constexpr std::uint32_t kSmallest = 16;
-  constexpr std::uint32_t kLargest = 4096;
+  constexpr std::uint32_t kLargest = 2048;  // on a processor the lights of one larger take seconds
   PictureSize size{};
   const char* const end = text.data() + text.size();
   const auto width = std::from_chars(text.data(), end, size.width);

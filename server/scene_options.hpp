@@ -25,7 +25,7 @@ class SceneOptions {
   std::deque<std::pair<const SceneField*, std::string>> given_;  // a deque: its elements do not move
 };
 
-/// "512x512": width and height in pixels, 16 to 4096 each.
+/// "512x512": width and height in pixels, 16 to 2048 each.
 Result<PictureSize> parse_picture_size(const std::string& text);
 
 }  // namespace fanlight
