@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "acquisition/image_orientation.hpp"
 #include "acquisition/text.hpp"
 
 namespace fanlight {
@@ -24,6 +25,7 @@ constexpr std::size_t kMostFanlightFields = 64;
 constexpr std::size_t kChunkBytes = 262'144;
 // Deflate's best: a byte of input stands for no more than this many bytes of output.
 constexpr std::uint64_t kMostInflation = 1032;
+constexpr std::string_view kOrientations = "MF, MN, UF, UN, FM, FU, NM or NU, with or without A or D behind";
 
 struct FileCloser {
   void operator()(std::FILE* file) const { std::fclose(file); }
@@ -43,6 +45,7 @@ class SequenceReader {
     if (const auto done = check_header(); !done) return done.error();
     if (const auto done = allocate_pixels(); !done) return done.error();
     if (const auto done = sequence_.compressed ? read_compressed() : read_plain(); !done) return done.error();
+    if (const auto done = arrange_frames(); !done) return done.error();
     return std::move(sequence_);
   }
 
@@ -115,8 +118,8 @@ class SequenceReader {
       typed_ = true;
     }
     if (key == "UltrasoundImageOrientation") {
-      if (value != "MF" && value != "MFA") return refused(line, "MF or MFA", ErrorCode::kUnsupported);
-      oriented_ = true;
+      orientation_ = ImageOrientation::from_letters(value);
+      if (!orientation_) return refused(line, kOrientations, ErrorCode::kUnsupported);
     }
     if (key == "UltrasoundImageType" && value != "BRIGHTNESS") {
       return refused(line, "BRIGHTNESS", ErrorCode::kUnsupported);
@@ -209,7 +212,7 @@ class SequenceReader {
     return {};
   }
 
-  /// The lengths of the matrix's first two columns: mm for a pixel across and for one down.
+  /// The lengths of the matrix's first two columns: mm along the image's x and y axes.
   Result<void> take_transform(const Line& line) {
     std::array<double, 16> matrix{};  // row order
     std::string_view rest = line.value;
@@ -229,7 +232,7 @@ class SequenceReader {
     if (sequence_.frames.empty()) return bad("the header has no DimSize", "columns, rows and frames");
     if (!typed_) return bad("the header has no ElementType", "MET_UCHAR");
     // A guess could show a mirror image of the body.
-    if (!oriented_) return unsupported("the header has no UltrasoundImageOrientation", "MF or MFA");
+    if (!orientation_) return unsupported("the header has no UltrasoundImageOrientation", kOrientations);
     const std::uint64_t there = file_bytes_ - header_bytes_;
     const std::uint64_t pixels = sequence_.frame_bytes() * sequence_.frames.size();
     if (!sequence_.compressed) {
@@ -249,13 +252,19 @@ class SequenceReader {
   }
 
   Result<void> allocate_pixels() {
-    const std::uint64_t bytes = sequence_.frame_bytes() * sequence_.frames.size();
-    sequence_.pixels.reset(new (std::nothrow) std::uint8_t[bytes]);
-    if (sequence_.pixels == nullptr) {
+    auto memory = allocate(sequence_.frame_bytes() * sequence_.frames.size());
+    if (!memory) return memory.error();
+    sequence_.pixels = *std::move(memory);
+    return {};
+  }
+
+  Result<std::unique_ptr<std::uint8_t[]>> allocate(std::uint64_t bytes) const {
+    std::unique_ptr<std::uint8_t[]> memory(new (std::nothrow) std::uint8_t[bytes]);
+    if (memory == nullptr) {
       return bad(fmt::format("its pixels need {} bytes", bytes), "as much free memory",
                  ErrorCode::kUnavailable);
     }
-    return {};
+    return memory;
   }
 
   Result<void> read_plain() {
@@ -307,6 +316,24 @@ class SequenceReader {
     return bad(fmt::format("its compressed pixels are {} bytes", written), fmt::format("{}", bytes));
   }
 
+  /// From the order of the file to that of our frames, one frame after the other.
+  Result<void> arrange_frames() {
+    if (*orientation_ == ImageOrientation{}) return {};
+    if (orientation_->lines_in_rows) {
+      std::swap(sequence_.columns, sequence_.rows);
+      if (sequence_.pixel_size) std::swap(sequence_.pixel_size->width_mm, sequence_.pixel_size->height_mm);
+    }
+    const std::uint64_t bytes = sequence_.frame_bytes();
+    const auto image = allocate(bytes);
+    if (!image) return image.error();
+    for (std::size_t i = 0; i < sequence_.frames.size(); ++i) {
+      const std::span frame(sequence_.pixels.get() + i * bytes, bytes);
+      std::ranges::copy(frame, image->get());
+      arrange_frame({image->get(), bytes}, *orientation_, {sequence_.columns, sequence_.rows}, frame);
+    }
+    return {};
+  }
+
   static constexpr std::string_view kFramePrefix = "Seq_Frame";
 
   std::string name_;
@@ -319,7 +346,7 @@ class SequenceReader {
   std::uint64_t header_bytes_ = 0;
   std::optional<std::uint64_t> compressed_bytes_;
   bool typed_ = false;
-  bool oriented_ = false;
+  std::optional<ImageOrientation> orientation_;
 };
 
 }  // namespace

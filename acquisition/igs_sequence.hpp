@@ -26,14 +26,15 @@ struct IgsFrame {
 };
 
 /// A PLUS/IGSIO sequence file (.igs.mha, .mha): a MetaImage whose last axis is time, with fields
-/// Seq_Frame0000_Name for each frame. Read are 8 bit Cartesian B-mode frames in the orientation MF or MFA
-/// (first column at the marked side, first row near the probe), plain or compressed by zlib.
+/// Seq_Frame0000_Name for each frame. Read are 8 bit B-mode frames, scan converted or as scan lines, in each
+/// of the orientations of ImageOrientation, plain or compressed by zlib. Here they have all been brought into
+/// one order: columns, or scan lines, grow towards the marked side, rows, or samples, away from the probe.
 /// Fields used: Timestamp (s), MotorAngleDeg, VolumeIndex, FrameIndex, ImageStatus, ImageToReferenceTransform
 /// (mm), and SweepDirection (FORWARD or BACKWARD), which is Fanlight's own.
 struct IgsSequence {
   struct PixelSize {
-    double width_mm;
-    double height_mm;
+    double width_mm;   ///< from column to column
+    double height_mm;  ///< from row to row
   };
 
   std::uint32_t columns = 0;

@@ -114,23 +114,33 @@ PhantomScene::Pose PhantomScene::pose_at(double time_s) const {
 }
 
 double PhantomScene::surface_depth_mm(double x_mm, double z_mm, double time_s) const {
+  constexpr float kAcross[] = {1};
+  constexpr float kAhead[] = {0};
   float depth_mm = 0;
-  surface_row_mm(pose_at(time_s), z_mm, x_mm, 0, {&depth_mm, 1});
+  surface_row_mm(pose_at(time_s), {.across = kAcross, .ahead = kAhead, .x_mm = x_mm, .z_mm = z_mm},
+                 {&depth_mm, 1});
   return depth_mm;
 }
 
-void PhantomScene::surface_row_mm(const Pose& pose, double z_mm, double first_x_mm, double step_mm,
-                                  std::span<float> depths_mm) const {
-  // Everything is linear along the row, except the grid. The face's own axes: u to its left, v up.
-  const auto linear = [&](double at_x, double at_z, double offset) {
-    const double first = at_x * (first_x_mm - pose.shift_x_mm) + at_z * (z_mm - pose.shift_z_mm) + offset;
-    return std::pair{static_cast<float>(first), static_cast<float>(at_x * step_mm)};
+void PhantomScene::surface_row_mm(const Pose& pose, const Row& points, std::span<float> depths_mm) const {
+  // Everything is linear in across and ahead, except the grid.
+  struct Linear {
+    float offset;
+    float per_across;
+    float per_ahead;
+    float at(float across, float ahead) const { return offset + across * per_across + ahead * per_ahead; }
   };
+  const auto linear = [&](double per_x_mm, double per_z_mm, double offset) {
+    const double from_pose = offset - per_x_mm * pose.shift_x_mm + per_z_mm * (points.z_mm - pose.shift_z_mm);
+    return Linear{static_cast<float>(from_pose), static_cast<float>(per_x_mm * points.x_mm),
+                  static_cast<float>(per_z_mm * points.ahead_z_mm)};
+  };
+  // The face's own axes: u to its left, v up.
   const double grid_cosine = kNodesPerMm * pose.roll_cosine;
   const double grid_sine = kNodesPerMm * pose.roll_sine;
-  const auto [first_u, step_u] = linear(grid_cosine, grid_sine, kReachMm * kNodesPerMm);
-  const auto [first_v, step_v] = linear(-grid_sine, grid_cosine, kReachMm * kNodesPerMm);
-  const auto [first_plane, step_plane] =
+  const Linear to_u = linear(grid_cosine, grid_sine, kReachMm * kNodesPerMm);
+  const Linear to_v = linear(-grid_sine, grid_cosine, kReachMm * kNodesPerMm);
+  const Linear to_plane =
       linear(pose.turn_mm_per_mm * pose.roll_cosine - pose.nod_mm_per_mm * pose.roll_sine,
              pose.turn_mm_per_mm * pose.roll_sine + pose.nod_mm_per_mm * pose.roll_cosine, pose.shift_y_mm);
   const auto mouth = static_cast<float>(pose.mouth);
@@ -138,9 +148,10 @@ void PhantomScene::surface_row_mm(const Pose& pose, double z_mm, double first_x_
   constexpr float kLast = kNodes - 1.001F;  // the last cell still has a node on its far side
   const Node* const nodes = nodes_.data();
   for (std::size_t i = 0; i < depths_mm.size(); ++i) {
-    const auto along = static_cast<float>(i);
-    const float u = std::clamp(first_u + along * step_u, 0.0F, kLast);
-    const float v = std::clamp(first_v + along * step_v, 0.0F, kLast);
+    const float across = points.across[i];
+    const float ahead = points.ahead[i];
+    const float u = std::clamp(to_u.at(across, ahead), 0.0F, kLast);
+    const float v = std::clamp(to_v.at(across, ahead), 0.0F, kLast);
     const int column = static_cast<int>(u);
     const int row = static_cast<int>(v);
     const float right = u - static_cast<float>(column);
@@ -149,7 +160,7 @@ void PhantomScene::surface_row_mm(const Pose& pose, double z_mm, double first_x_
     const Node* const cell = &nodes[row * kNodes + column];
     const float below = depth(cell[0]) + right * (depth(cell[1]) - depth(cell[0]));
     const float above = depth(cell[kNodes]) + right * (depth(cell[kNodes + 1]) - depth(cell[kNodes]));
-    depths_mm[i] = below + up * (above - below) + first_plane + along * step_plane;
+    depths_mm[i] = below + up * (above - below) + to_plane.at(across, ahead);
   }
 }
 

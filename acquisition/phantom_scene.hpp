@@ -31,6 +31,16 @@ class PhantomScene {
     double mouth = 0;           ///< 0 closed to 1 open
   };
 
+  /// The points of a row of pixels: point i lies at x = x_mm * across[i], z = z_mm + ahead_z_mm * ahead[i].
+  /// A straight row has ahead 0 everywhere; an arc has the sines and cosines of its scan lines' angles.
+  struct Row {
+    std::span<const float> across;
+    std::span<const float> ahead;
+    double x_mm = 0;
+    double z_mm = 0;
+    double ahead_z_mm = 0;
+  };
+
   explicit PhantomScene(Motion motion);
 
   Pose pose_at(double time_s) const;
@@ -38,9 +48,8 @@ class PhantomScene {
   /// Depth y of the surface at (x, z); kNoSurfaceMm, or an unreachable depth near it, beside the head.
   double surface_depth_mm(double x_mm, double z_mm, double time_s) const;
 
-  /// The same along a row of points (first_x_mm + i * step_mm, z_mm), one float per point. Allocates nothing.
-  void surface_row_mm(const Pose& pose, double z_mm, double first_x_mm, double step_mm,
-                      std::span<float> depths_mm) const;
+  /// The same for each point of a row, as many as depths_mm has room for. Allocates nothing.
+  void surface_row_mm(const Pose& pose, const Row& row, std::span<float> depths_mm) const;
 
   /// No surface lies nearer to the probe than this, whatever the time.
   double nearest_depth_mm() const { return nearest_depth_mm_; }

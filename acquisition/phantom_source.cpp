@@ -84,16 +84,23 @@ std::vector<std::uint8_t> echo_table() {
 }
 
 FanGeometry geometry_of(const Config& config) {
-  return {.columns = config.columns,
-          .rows = config.rows,
-          .pixel_width_mm = kFieldMm / config.columns,
-          .pixel_height_mm = kFieldMm / config.rows,
-          .face_column = (config.columns - 1) / 2.0,
-          .face_row = 0,
-          .motor_radius_mm = kMotorRadiusMm,
-          .sector = {.probe_radius_mm = kProbeRadiusMm,
-                     .half_angle_deg = kSectorHalfAngleDeg,
-                     .reach_mm = kProbeRadiusMm + kFieldMm}};
+  FanGeometry geometry{.kind = config.scan,
+                       .columns = config.columns,
+                       .rows = config.rows,
+                       .pixel_height_mm = kFieldMm / config.rows,
+                       .face_column = (config.columns - 1) / 2.0,
+                       .face_row = 0,
+                       .motor_radius_mm = kMotorRadiusMm};
+  if (config.scan == FrameKind::kConvexLines) {
+    geometry.line_pitch_deg = 2 * kSectorHalfAngleDeg / (config.columns - 1);
+  } else {
+    geometry.pixel_width_mm = kFieldMm / config.columns;
+  }
+  if (config.scan != FrameKind::kLinearLines) geometry.probe_radius_mm = kProbeRadiusMm;
+  if (config.scan == FrameKind::kCartesian) {
+    geometry.sector = {.half_angle_deg = kSectorHalfAngleDeg, .reach_mm = kProbeRadiusMm + kFieldMm};
+  }
+  return geometry;
 }
 
 struct Bound {
@@ -136,6 +143,14 @@ bool read_switch(std::string_view text, T& choice, T on, T off) {
   return text == "on" || text == "off";
 }
 
+bool read_scan(std::string_view text, FrameKind& scan) {
+  constexpr std::string_view kNames[] = {"cartesian", "convex", "linear"};
+  const auto* const found = std::ranges::find(kNames, text);
+  if (found == std::end(kNames)) return false;
+  scan = static_cast<FrameKind>(found - kNames);
+  return true;
+}
+
 struct Option {
   std::string_view name;
   std::string_view expected;
@@ -168,6 +183,8 @@ constexpr Option kOptions[] = {
      [](std::string_view text, Config& config) {
        return read_switch(text, config.motion, PhantomScene::Motion::kMoving, PhantomScene::Motion::kStill);
      }},
+    {"scan", "cartesian, convex or linear",
+     [](std::string_view text, Config& config) { return read_scan(text, config.scan); }},
 };
 
 }  // namespace
@@ -214,16 +231,32 @@ PhantomSource::PhantomSource(const Config& config)
       depths_below_mm_(config.columns),
       depths_above_mm_(config.columns) {
   const FanGeometry& geometry = description_.geometry;
-  const FanGeometry::Sector& sector = geometry.sector;
-  for (std::uint32_t row = 0; row < geometry.rows; ++row) {
-    const double from_apex_mm = row * geometry.pixel_height_mm + sector.probe_radius_mm;
-    const double half_width_mm =
-        std::min({from_apex_mm * std::tan(radians(sector.half_angle_deg)), -geometry.left_mm(),
-                  std::sqrt(sector.reach_mm * sector.reach_mm - from_apex_mm * from_apex_mm)});
-    const double half_columns = half_width_mm / geometry.pixel_width_mm;
-    const auto first = static_cast<std::uint32_t>(std::ceil(geometry.face_column - half_columns));
-    sector_.push_back({first, geometry.columns - first});
+  for (std::uint32_t column = 0; column < geometry.columns; ++column) {
+    const double angle_rad = geometry.line_angle_rad(column);
+    across_.push_back(
+        static_cast<float>(geometry.polar() ? std::sin(angle_rad) : column - geometry.face_column));
+    ahead_.push_back(geometry.polar() ? static_cast<float>(std::cos(angle_rad)) : 0.0F);
   }
+  for (std::uint32_t row = 0; row < geometry.rows; ++row) rows_.push_back(row_of(row));
+}
+
+PhantomSource::Row PhantomSource::row_of(std::uint32_t row) const {
+  const FanGeometry& geometry = description_.geometry;
+  const double depth_mm = row * geometry.pixel_height_mm;
+  const double from_apex_mm = depth_mm + geometry.probe_radius_mm;
+  if (geometry.polar()) {
+    return {.scale_mm = from_apex_mm, .depth_mm = -geometry.probe_radius_mm, .end = geometry.columns};
+  }
+  Row straight{.scale_mm = geometry.pixel_width_mm, .depth_mm = depth_mm, .end = geometry.columns};
+  const FanGeometry::Sector& sector = geometry.sector;
+  if (sector.half_angle_deg == 0) return straight;
+  const double half_width_mm =
+      std::min({from_apex_mm * std::tan(radians(sector.half_angle_deg)), -geometry.left_mm(),
+                std::sqrt(sector.reach_mm * sector.reach_mm - from_apex_mm * from_apex_mm)});
+  const double half_columns = half_width_mm / geometry.pixel_width_mm;
+  straight.first = static_cast<std::uint32_t>(std::ceil(geometry.face_column - half_columns));
+  straight.end = geometry.columns - straight.first;
+  return straight;
 }
 
 double PhantomSource::scene_time_s(const FrameStamp& frame) const {
@@ -266,56 +299,76 @@ Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop
 }
 
 void PhantomSource::read_pixels(std::span<std::uint8_t> pixels) {
-  const FanGeometry& geometry = description_.geometry;
-  const PhantomScene::Pose pose = scene_.pose_at(scene_time_s(current_));
   const std::uint64_t speckle_roll = mixed_bits(config_.seed + mixed_bits(current_.sequence + 1));
-  for (std::uint32_t row = 0; row < geometry.rows; ++row) {
-    draw_row(row, pose, speckle_roll, pixels.subspan(std::size_t{row} * geometry.columns, geometry.columns));
+  const Exposure exposure{.pose = scene_.pose_at(scene_time_s(current_)),
+                          .sine = std::sin(current_.angle_rad),
+                          .cosine = std::cos(current_.angle_rad),
+                          .speckle_row = static_cast<std::uint32_t>(speckle_roll >> 32),
+                          .speckle_column = static_cast<std::uint32_t>(speckle_roll)};
+  const std::uint32_t columns = description_.geometry.columns;
+  for (std::uint32_t row = 0; row < rows_.size(); ++row) {
+    draw_row(row, exposure, pixels.subspan(std::size_t{row} * columns, columns));
   }
 }
 
-void PhantomSource::draw_row(std::uint32_t row, const PhantomScene::Pose& pose, std::uint64_t speckle_roll,
-                             std::span<std::uint8_t> pixels) {
-  const FanGeometry& geometry = description_.geometry;
-  const auto [first, end] = sector_[row];
-  std::fill_n(pixels.begin(), first, std::uint8_t{0});
-  std::fill(pixels.begin() + end, pixels.end(), std::uint8_t{0});
-
-  const Point at =
-      geometry.point(geometry.left_mm() + first * geometry.pixel_width_mm,
-                     {.angle_rad = current_.angle_rad, .depth_mm = row * geometry.pixel_height_mm});
-  const auto surface_mm = std::span(surface_depths_mm_).first(end - first);
-  const auto below_mm = std::span(depths_below_mm_).first(end - first);
-  const auto above_mm = std::span(depths_above_mm_).first(end - first);
-  if (at.y_mm < scene_.nearest_depth_mm() - kEchoBeforeMm) {
-    for (const auto depths_mm : {surface_mm, below_mm, above_mm}) {
-      std::ranges::fill(depths_mm, PhantomScene::kNoSurfaceMm);
+void PhantomSource::find_surface(const Row& row, const Point& base, const Exposure& exposure) {
+  const std::uint32_t count = row.end - row.first;
+  // No pixel is further ahead than 1.
+  const double deepest_mm = base.y_mm + row.scale_mm * exposure.cosine;
+  if (deepest_mm < scene_.nearest_depth_mm() - kEchoBeforeMm) {
+    for (auto* const depths_mm : {&surface_depths_mm_, &depths_below_mm_, &depths_above_mm_}) {
+      std::fill_n(depths_mm->begin() + row.first, count, PhantomScene::kNoSurfaceMm);
     }
-  } else {
-    scene_.surface_row_mm(pose, at.z_mm, at.x_mm, geometry.pixel_width_mm, surface_mm);
-    scene_.surface_row_mm(pose, at.z_mm - kSlopeReachMm, at.x_mm, geometry.pixel_width_mm, below_mm);
-    scene_.surface_row_mm(pose, at.z_mm + kSlopeReachMm, at.x_mm, geometry.pixel_width_mm, above_mm);
+    return;
   }
+  const auto find = [&](double beside_mm, std::vector<float>& depths_mm) {
+    scene_.surface_row_mm(exposure.pose,
+                          {.across = std::span(across_).subspan(row.first, count),
+                           .ahead = std::span(ahead_).subspan(row.first, count),
+                           .x_mm = row.scale_mm,
+                           .z_mm = base.z_mm + beside_mm,
+                           .ahead_z_mm = row.scale_mm * exposure.sine},
+                          std::span(depths_mm).subspan(row.first, count));
+  };
+  find(0, surface_depths_mm_);
+  find(-kSlopeReachMm, depths_below_mm_);
+  find(kSlopeReachMm, depths_above_mm_);
+}
+
+void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
+                             std::span<std::uint8_t> pixels) {
+  const Row& row = rows_[row_index];
+  std::fill_n(pixels.begin(), row.first, std::uint8_t{0});
+  std::fill(pixels.begin() + row.end, pixels.end(), std::uint8_t{0});
+  const Point base =
+      description_.geometry.point(0, {.angle_rad = current_.angle_rad, .depth_mm = row.depth_mm});
+  find_surface(row, base, exposure);
 
   // A step of e out of the frame's plane goes (-sin, cos) in y and z, and so e (sin + cos dS/dz) deeper or
   // less deep below the surface.
   const double blurs_per_slope = config_.beam_mm / kFullWidths / kBlurStepMm;
-  const auto level = static_cast<float>(blurs_per_slope * std::sin(current_.angle_rad));
-  const auto per_mm =
-      static_cast<float>(blurs_per_slope * std::cos(current_.angle_rad) / (2 * kSlopeReachMm));
-  const std::uint8_t* const factors = speckle_.row(row + static_cast<std::uint32_t>(speckle_roll >> 32));
-  const auto rolled = static_cast<std::uint32_t>(speckle_roll);
+  const auto level = static_cast<float>(blurs_per_slope * exposure.sine);
+  const auto per_mm = static_cast<float>(blurs_per_slope * exposure.cosine / (2 * kSlopeReachMm));
+  const std::uint8_t* const factors = speckle_.row(row_index + exposure.speckle_row);
   constexpr auto kPerMm = static_cast<float>(1 / kEchoStepMm);
-  const auto offset = static_cast<float>((at.y_mm + kEchoBeforeMm) / kEchoStepMm);
+  const auto offset = static_cast<float>((base.y_mm + kEchoBeforeMm) / kEchoStepMm);
+  const auto per_ahead = static_cast<float>(row.scale_mm * exposure.cosine / kEchoStepMm);
   constexpr auto kLast = static_cast<float>(kEchoEntries - 1);
-  for (std::uint32_t i = 0; i < surface_mm.size(); ++i) {
-    const float entry = std::clamp(offset - surface_mm[i] * kPerMm, 0.0F, kLast);
-    const float slant = std::abs(level + per_mm * (above_mm[i] - below_mm[i]));
+  // Local, since for all the compiler knows a pixel written could be part of the members.
+  const std::span<const float> ahead = ahead_;
+  const std::span<const float> surface_mm = surface_depths_mm_;
+  const std::span<const float> below_mm = depths_below_mm_;
+  const std::span<const float> above_mm = depths_above_mm_;
+  const std::span<const std::uint8_t> echo = echo_;
+  for (std::uint32_t column = row.first, end = row.end; column < end; ++column) {
+    const float depth = offset + per_ahead * ahead[column];
+    const float entry = std::clamp(depth - surface_mm[column] * kPerMm, 0.0F, kLast);
+    const float slant = std::abs(level + per_mm * (above_mm[column] - below_mm[column]));
     const auto blur = static_cast<std::uint32_t>(std::min(slant + 0.5F, kBlurs - 0.5F));
-    const std::uint32_t mean = echo_[blur * kEchoEntries + static_cast<std::uint32_t>(entry)];
-    const std::uint32_t factor = factors[(rolled + first + i) % SpeckleTile::kSide];
+    const std::uint32_t mean = echo[blur * kEchoEntries + static_cast<std::uint32_t>(entry)];
+    const std::uint32_t factor = factors[(exposure.speckle_column + column) % SpeckleTile::kSide];
     const std::uint32_t grey = (mean * factor + SpeckleTile::kOne / 2) / SpeckleTile::kOne;
-    pixels[first + i] = static_cast<std::uint8_t>(std::min(grey, 255U));
+    pixels[column] = static_cast<std::uint8_t>(std::min(grey, 255U));
   }
 }
 

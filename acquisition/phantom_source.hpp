@@ -29,11 +29,12 @@ class PhantomSource final : public FrameSource {
   struct Config {
     double frame_rate_hz = 75;             ///< 0.1 to 1000; 35 frames then take 466 ms, as in the paper
     std::uint32_t frames_per_volume = 35;  ///< 2 to 1024
-    std::uint32_t columns = 512;           ///< 16 to 4096, of a field of 160 mm
-    std::uint32_t rows = 512;              ///< 16 to 4096, of a depth of 160 mm
-    double sweep_deg = 70;                 ///< 1 to 170, half of it to either side
-    std::uint64_t seed = 1;                ///< of the speckle
-    std::uint64_t volumes = 0;             ///< after which the source ends; 0: never
+    FrameKind scan = FrameKind::kCartesian;
+    std::uint32_t columns = 512;  ///< 16 to 4096, pixels or lines, over 160 mm; convex lines over 70 deg
+    std::uint32_t rows = 512;     ///< 16 to 4096, over 160 mm, in depth or along each line
+    double sweep_deg = 70;        ///< 1 to 170, half of it to either side
+    std::uint64_t seed = 1;       ///< of the speckle
+    std::uint64_t volumes = 0;    ///< after which the source ends; 0: never
     /// Thickness of the beam across the frame (elevation), full width at half maximum, 0 to 8. About the
     /// distance of frames, as of a real array: a thinner one leaves steps between the frames of a slanted
     /// surface.
@@ -44,7 +45,8 @@ class PhantomSource final : public FrameSource {
   };
 
   /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied, or
-  /// kInvalidArgument and what was allowed. Also: columns, rows, sweep, volumes, beam. Empty changes nothing.
+  /// kInvalidArgument and what was allowed. Also: columns, rows, sweep, volumes, beam, and scan=cartesian,
+  /// scan=convex or scan=linear. Empty changes nothing.
   static Result<Config> parse(std::string_view options, Config base);
 
   /// kInvalidArgument where a value is out of its range. Takes some 20 ms, most of it for the speckle.
@@ -62,23 +64,37 @@ class PhantomSource final : public FrameSource {
  private:
   explicit PhantomSource(const Config& config);
 
-  /// The columns of a row that the probe's sector covers; the rest stays black.
-  struct Extent {
-    std::uint32_t first;
-    std::uint32_t end;
+  /// Where the pixels of a row lie in the plane of a frame: pixel i at x = scale_mm * across_[i], and in
+  /// depth at depth_mm + scale_mm * ahead_[i].
+  struct Row {
+    double scale_mm = 0;
+    double depth_mm = 0;
+    std::uint32_t first = 0;  ///< of the columns that the probe scans, up to end; the rest stays black
+    std::uint32_t end = 0;
+  };
+  /// What all pixels of a frame share.
+  struct Exposure {
+    PhantomScene::Pose pose;
+    double sine;  ///< of the motor angle
+    double cosine;
+    std::uint32_t speckle_row;
+    std::uint32_t speckle_column;
   };
 
+  Row row_of(std::uint32_t row) const;
   std::int64_t capture_time_ns(std::uint64_t sequence) const;
   FrameStamp stamp(std::uint64_t sequence) const;
-  void draw_row(std::uint32_t row, const PhantomScene::Pose& pose, std::uint64_t speckle_roll,
-                std::span<std::uint8_t> pixels);
+  void draw_row(std::uint32_t row, const Exposure& exposure, std::span<std::uint8_t> pixels);
+  void find_surface(const Row& row, const Point& base, const Exposure& exposure);
 
   Config config_;
   SourceDescription description_;
   PhantomScene scene_;
   SpeckleTile speckle_;
   Pacer pacer_;
-  std::vector<Extent> sector_;            // of each row
+  std::vector<float> across_;  // of each column: how far to the side it lies, see Row
+  std::vector<float> ahead_;   // and how far ahead, at most 1
+  std::vector<Row> rows_;
   std::vector<std::uint8_t> echo_;        // mean grey level by blur and depth below the surface
   std::vector<float> surface_depths_mm_;  // of the row being drawn
   std::vector<float> depths_below_mm_;    // the same a little below and above it in elevation

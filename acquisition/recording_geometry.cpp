@@ -1,12 +1,14 @@
 #include "acquisition/recording_geometry.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <exception>
 #include <fstream>
+#include <span>
 #include <sstream>
 #include <toml.hpp>
 
@@ -16,36 +18,88 @@ namespace fanlight {
 
 namespace {
 
+/// What a value is to a kind of frame.
+enum class Use : std::uint8_t {
+  kRequired,
+  kOptional,
+  kUnread,   ///< such frames have no such thing
+  kRefused,  ///< it says that they are of another kind
+};
+using Uses = std::array<Use, 3>;  ///< by FrameKind
+constexpr Uses kEveryKind = {Use::kRequired, Use::kRequired, Use::kRequired};
+constexpr Uses kIfGiven = {Use::kOptional, Use::kOptional, Use::kOptional};
+constexpr Uses kParallelColumns = {Use::kRequired, Use::kUnread, Use::kRequired};
+constexpr Uses kCurvedArrays = {Use::kOptional, Use::kRequired, Use::kUnread};
+constexpr Uses kConvexLinesAlone = {Use::kRefused, Use::kRequired, Use::kRefused};
+constexpr Uses kSectors = {Use::kOptional, Use::kUnread, Use::kUnread};
+
+constexpr std::array<std::string_view, 3> kFrameKinds = {"cartesian", "convex-lines", "linear-lines"};
+
 struct Key {
   std::string_view name;
   std::string_view header_field;
-  bool required;
+  Uses uses;
   void (*set)(RecordingGeometry& into, double value);
+  std::span<const std::string_view> choices = {};  ///< the value is the index of one; empty: a number
 };
 
 constexpr Key kKeys[] = {
-    {"pixel_width_mm", "FanlightPixelWidthMm", true,
+    {"pixel_width_mm", "FanlightPixelWidthMm", kParallelColumns,
      [](RecordingGeometry& into, double value) { into.geometry.pixel_width_mm = value; }},
-    {"pixel_height_mm", "FanlightPixelHeightMm", true,
+    {"pixel_height_mm", "FanlightPixelHeightMm", kEveryKind,
      [](RecordingGeometry& into, double value) { into.geometry.pixel_height_mm = value; }},
-    {"face_column", "FanlightFaceColumn", true,
+    {"face_column", "FanlightFaceColumn", kEveryKind,
      [](RecordingGeometry& into, double value) { into.geometry.face_column = value; }},
-    {"face_row", "FanlightFaceRow", true,
+    {"face_row", "FanlightFaceRow", kEveryKind,
      [](RecordingGeometry& into, double value) { into.geometry.face_row = value; }},
-    {"motor_radius_mm", "FanlightMotorRadiusMm", true,
+    {"motor_radius_mm", "FanlightMotorRadiusMm", kEveryKind,
      [](RecordingGeometry& into, double value) { into.geometry.motor_radius_mm = value; }},
-    {"probe_radius_mm", "FanlightProbeRadiusMm", false,
-     [](RecordingGeometry& into, double value) { into.geometry.sector.probe_radius_mm = value; }},
-    {"sector_half_angle_deg", "FanlightSectorHalfAngleDeg", false,
+    {"frame_kind", "FanlightFrameKind", kEveryKind,
+     [](RecordingGeometry& into, double value) {
+       into.geometry.kind = static_cast<FrameKind>(static_cast<int>(value));
+     },
+     kFrameKinds},
+    {"probe_radius_mm", "FanlightProbeRadiusMm", kCurvedArrays,
+     [](RecordingGeometry& into, double value) { into.geometry.probe_radius_mm = value; }},
+    {"line_pitch_deg", "FanlightLinePitchDeg", kConvexLinesAlone,
+     [](RecordingGeometry& into, double value) { into.geometry.line_pitch_deg = value; }},
+    {"sector_half_angle_deg", "FanlightSectorHalfAngleDeg", kSectors,
      [](RecordingGeometry& into, double value) { into.geometry.sector.half_angle_deg = value; }},
-    {"sector_reach_mm", "FanlightSectorReachMm", false,
+    {"sector_reach_mm", "FanlightSectorReachMm", kSectors,
      [](RecordingGeometry& into, double value) { into.geometry.sector.reach_mm = value; }},
-    {"first_angle_deg", "FanlightFirstAngleDeg", false,
+    {"first_angle_deg", "FanlightFirstAngleDeg", kIfGiven,
      [](RecordingGeometry& into, double value) { into.first_angle_deg = value; }},
-    {"last_angle_deg", "FanlightLastAngleDeg", false,
+    {"last_angle_deg", "FanlightLastAngleDeg", kIfGiven,
      [](RecordingGeometry& into, double value) { into.last_angle_deg = value; }},
 };
 constexpr std::size_t kKeyCount = std::size(kKeys);
+
+constexpr std::size_t key_index(std::string_view name) {
+  return std::ranges::find(kKeys, name, &Key::name) - kKeys;
+}
+constexpr std::size_t kPixelWidth = key_index("pixel_width_mm");
+constexpr std::size_t kPixelHeight = key_index("pixel_height_mm");
+constexpr std::size_t kFrameKind = key_index("frame_kind");
+static_assert(kPixelWidth < kKeyCount && kPixelHeight < kKeyCount && kFrameKind < kKeyCount);
+
+/// The number that a text says, or the index of the choice that it names.
+std::optional<double> value_in(const Key& key, std::string_view text) {
+  if (key.choices.empty()) return number_in<double>(text);
+  const auto choice = std::ranges::find(key.choices, text);
+  if (choice == key.choices.end()) return std::nullopt;
+  return static_cast<double>(choice - key.choices.begin());
+}
+
+std::string shown_value(const Key& key, double value) {
+  if (key.choices.empty()) return fmt::format("{}", value);
+  return std::string(key.choices[static_cast<std::size_t>(value)]);
+}
+
+std::string expected_value(const Key& key) {
+  if (key.choices.empty()) return "a number";
+  const auto last = key.choices.size() - 1;
+  return fmt::format("{} or {}", fmt::join(key.choices.first(last), ", "), key.choices[last]);
+}
 
 /// What one place has to say: a value per key of kKeys, or none.
 struct Layer {
@@ -53,10 +107,22 @@ struct Layer {
   std::array<std::optional<double>, kKeyCount> values{};
 };
 
+/// The first layer that has a value for the key, or null.
+const Layer* first_with(std::span<const Layer> layers, std::size_t key) {
+  const auto found =
+      std::ranges::find_if(layers, [key](const Layer& each) { return each.values[key].has_value(); });
+  return found == layers.end() ? nullptr : &*found;
+}
+
 std::string key_names() {
   std::string names;
   for (const Key& key : kKeys) names += fmt::format("{}{}", names.empty() ? "" : ", ", key.name);
   return names;
+}
+
+std::filesystem::path sidecar(std::filesystem::path recording_path) {
+  recording_path += ".toml";
+  return recording_path;
 }
 
 Error bad(const std::filesystem::path& path, std::string_view wrong, std::string_view expected) {
@@ -87,6 +153,16 @@ Result<toml::value> parse(const std::filesystem::path& path) {
   }
 }
 
+std::optional<double> value_of(const Key& key, const toml::value& value) {
+  if (!key.choices.empty()) {
+    return value.is_string() ? value_in(key, value.as_string(std::nothrow).str) : std::nullopt;
+  }
+  double number = std::nan("");
+  if (value.is_floating()) number = value.as_floating(std::nothrow);
+  if (value.is_integer()) number = static_cast<double>(value.as_integer(std::nothrow));
+  return std::isfinite(number) ? std::optional(number) : std::nullopt;
+}
+
 Result<Layer> read_geometry_file(const std::filesystem::path& path) {
   const auto parsed = parse(path);
   if (!parsed) return parsed.error();
@@ -96,11 +172,12 @@ Result<Layer> read_geometry_file(const std::filesystem::path& path) {
     if (key == std::end(kKeys)) {
       return bad(path, fmt::format("there is a key {}", in_quotes(name)), key_names());
     }
-    double number = std::nan("");
-    if (value.is_floating()) number = value.as_floating(std::nothrow);
-    if (value.is_integer()) number = static_cast<double>(value.as_integer(std::nothrow));
-    if (!std::isfinite(number)) return bad(path, fmt::format("{} is no number", name), "a number");
-    layer.values[key - kKeys] = number;
+    const auto read = value_of(*key, value);
+    if (!read) {
+      const std::string_view wrong = key->choices.empty() ? "no number" : "none of its choices";
+      return bad(path, fmt::format("{} is {}", name, wrong), expected_value(*key));
+    }
+    layer.values[key - kKeys] = read;
   }
   return layer;
 }
@@ -110,9 +187,10 @@ Result<Layer> read_header(const std::filesystem::path& path, const IgsSequence& 
   for (std::size_t i = 0; i < kKeyCount; ++i) {
     const auto found = sequence.fanlight_fields.find(kKeys[i].header_field);
     if (found == sequence.fanlight_fields.end()) continue;
-    layer.values[i] = number_in<double>(found->second);
+    layer.values[i] = value_in(kKeys[i], found->second);
     if (!layer.values[i]) {
-      return bad(path, fmt::format("{} is {}", kKeys[i].header_field, in_quotes(found->second)), "a number");
+      return bad(path, fmt::format("{} is {}", kKeys[i].header_field, in_quotes(found->second)),
+                 expected_value(kKeys[i]));
     }
   }
   return layer;
@@ -120,23 +198,24 @@ Result<Layer> read_header(const std::filesystem::path& path, const IgsSequence& 
 
 Layer read_transform(const IgsSequence& sequence) {
   Layer layer{.origin = "its ImageToReferenceTransform"};
-  static_assert(kKeys[0].name == "pixel_width_mm" && kKeys[1].name == "pixel_height_mm");
   if (sequence.pixel_size) {
-    layer.values[0] = sequence.pixel_size->width_mm;
-    layer.values[1] = sequence.pixel_size->height_mm;
+    layer.values[kPixelWidth] = sequence.pixel_size->width_mm;
+    layer.values[kPixelHeight] = sequence.pixel_size->height_mm;
   }
   return layer;
 }
 
-}  // namespace
+Layer defaults() {
+  Layer layer{.origin = "the default"};
+  layer.values[kFrameKind] = static_cast<double>(FrameKind::kCartesian);
+  return layer;
+}
 
-Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_path,
-                                        const IgsSequence& sequence,
-                                        const std::filesystem::path& geometry_path) {
-  auto sidecar = recording_path;
-  sidecar += ".toml";
-  const auto& file = geometry_path.empty() ? sidecar : geometry_path;
-
+/// Every place that has something to say of the recording, the one that counts most first.
+Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_path,
+                                       const IgsSequence& sequence,
+                                       const std::filesystem::path& geometry_path) {
+  const auto file = geometry_path.empty() ? sidecar(recording_path) : geometry_path;
   std::vector<Layer> layers;
   std::error_code failure;
   if (std::filesystem::is_regular_file(file, failure)) {
@@ -151,29 +230,47 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
   auto header = read_header(recording_path, sequence);
   if (!header) return header.error();
   layers.push_back(*std::move(header));
-  layers.push_back(read_transform(sequence));
+  layers.push_back(defaults());
+  // Lines that spread have no pixel size that a matrix could hold.
+  const auto kind = *first_with(layers, kFrameKind)->values[kFrameKind];
+  if (kind != static_cast<double>(FrameKind::kConvexLines)) layers.push_back(read_transform(sequence));
+  return layers;
+}
+
+}  // namespace
+
+Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_path,
+                                        const IgsSequence& sequence,
+                                        const std::filesystem::path& geometry_path) {
+  const auto layers = read_layers(recording_path, sequence, geometry_path);
+  if (!layers) return layers.error();
+  const auto kind = static_cast<std::size_t>(*first_with(*layers, kFrameKind)->values[kFrameKind]);
 
   RecordingGeometry found;
   found.geometry.columns = sequence.columns;
   found.geometry.rows = sequence.rows;
-  std::string missing;
-  std::string missing_fields;
+  std::vector<std::string_view> missing;
+  std::vector<std::string_view> missing_fields;
   for (std::size_t i = 0; i < kKeyCount; ++i) {
-    const auto layer =
-        std::ranges::find_if(layers, [i](const Layer& each) { return each.values[i].has_value(); });
-    if (layer != layers.end()) {
-      kKeys[i].set(found, *layer->values[i]);
-      found.values.push_back({kKeys[i].name, *layer->values[i], layer->origin});
-    } else if (kKeys[i].required) {
-      const std::string_view separator = missing.empty() ? "" : ", ";
-      missing += fmt::format("{}{}", separator, kKeys[i].name);
-      missing_fields += fmt::format("{}{}", separator, kKeys[i].header_field);
+    const Key& key = kKeys[i];
+    const Layer* const layer = first_with(*layers, i);
+    if (layer == nullptr) {
+      if (key.uses[kind] != Use::kRequired) continue;
+      missing.push_back(key.name);
+      missing_fields.push_back(key.header_field);
+    } else if (key.uses[kind] == Use::kRefused) {
+      return bad(recording_path,
+                 fmt::format("{} gives a {} for {} frames", layer->origin, key.name, kFrameKinds[kind]),
+                 fmt::format("another frame_kind, or no {}", key.name));
+    } else if (key.uses[kind] != Use::kUnread) {
+      key.set(found, *layer->values[i]);
+      found.values.push_back({key.name, shown_value(key, *layer->values[i]), layer->origin});
     }
   }
   if (!missing.empty()) {
-    return bad(recording_path, fmt::format("the fan geometry lacks {}", missing),
+    return bad(recording_path, fmt::format("the fan geometry lacks {}", fmt::join(missing, ", ")),
                fmt::format("a value for each in {}, in a file given by --geometry, or in the header as {}",
-                           shown(sidecar.filename()), missing_fields));
+                           shown(sidecar(recording_path).filename()), fmt::join(missing_fields, ", ")));
   }
   if (const auto checked = check(found.geometry); !checked) {
     return Error{ErrorCode::kBadInput, fmt::format("{}: {}", shown(recording_path), checked.error().message)};

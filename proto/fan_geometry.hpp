@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -31,27 +32,52 @@ struct FanCoordinate {
   double depth_mm = 0;
 };
 
-/// How the pixels of a Cartesian (scan converted) frame and the angles of the motor lie in space.
+/// What the pixels of a frame are.
+enum class FrameKind : std::uint8_t {
+  kCartesian,    ///< scan converted by the scanner: columns lateral, rows in depth
+  kConvexLines,  ///< a column is a scan line of a curved array, a row a sample along it (polar)
+  kLinearLines,  ///< a column is a scan line of a flat array; the lines are parallel
+};
+
+/// A place in a frame, in columns and rows; pixel centres lie at whole numbers.
+struct FramePlace {
+  double column = 0;
+  double row = 0;
+};
+
+/// A place in the plane of a frame, mm: lateral, and in depth below the centre of the probe face.
+struct PlanePoint {
+  double x_mm = 0;
+  double depth_mm = 0;
+};
+
+/// How the pixels of a frame and the angles of the motor lie in space (design, section 3).
 ///
 /// The sweep axis is parallel to x at y = -motor_radius_mm; a frame at motor angle phi is the half plane
-/// through that axis (design, section 3). Pixel (column, row) has its centre at
-///   x   = (column - face_column) * pixel_width_mm
-///   rho = (row - face_row) * pixel_height_mm     (in-plane depth below the probe face)
+/// through that axis. In it, with rho the depth below the centre of the probe face:
+///   Cartesian and linear lines   x = (column - face_column) * pixel_width_mm
+///                                rho = (row - face_row) * pixel_height_mm
+///   convex lines                 theta = (column - face_column) * line_pitch_deg
+///                                r = probe_radius_mm + (row - face_row) * pixel_height_mm
+///                                x = r sin theta, rho = r cos theta - probe_radius_mm
 struct FanGeometry {
-  std::uint32_t columns = 0;   ///< pixels across a frame (lateral), 2 to 4096
-  std::uint32_t rows = 0;      ///< pixels down a frame (depth), 2 to 4096
-  double pixel_width_mm = 0;   ///< 0.001 to 10
-  double pixel_height_mm = 0;  ///< 0.001 to 10
+  FrameKind kind = FrameKind::kCartesian;
+  std::uint32_t columns =
+      0;  ///< pixels across a frame, or scan lines; they grow towards the marked side; 2 to 4096
+  std::uint32_t rows = 0;      ///< pixels down a frame, or samples along a line, 2 to 4096
+  double pixel_width_mm = 0;   ///< distance of columns, 0.001 to 10; not read for convex lines
+  double pixel_height_mm = 0;  ///< distance of rows, or of the samples along a line, 0.001 to 10
   double face_column = 0;      ///< column of the centre of the probe face, may be fractional
-  double face_row = 0;         ///< row of the centre of the probe face, may be fractional or negative
+  double face_row = 0;         ///< row of the probe face, may be fractional or negative
   double motor_radius_mm = 0;  ///< distance of the sweep axis behind the probe face, above 0 to 1000
+  double probe_radius_mm = 0;  ///< curvature of the array: its apex lies this far behind the face; 0 to 1000
+  double line_pitch_deg = 0;   ///< convex lines only: angle between neighbours, 0.001 to 10
 
-  /// The part of a frame that a convex probe scans, where it is known; pixels outside it hold no echo, so
-  /// that their border with tissue is no surface. The apex lies probe_radius_mm behind the probe face.
+  /// The part of a Cartesian frame that a convex probe scans, where it is known; pixels outside it hold no
+  /// echo, so that their border with tissue is no surface. It begins at probe_radius_mm from the apex.
   struct Sector {
-    double probe_radius_mm = 0;  ///< 0 to 1000; the scanned part begins at this distance from the apex
-    double half_angle_deg = 0;   ///< to either side, up to 89; 0: every pixel of the frame was scanned
-    double reach_mm = 0;         ///< distance of the last sample from the apex; 0: down to the last row
+    double half_angle_deg = 0;  ///< to either side, up to 89; 0: every pixel of the frame was scanned
+    double reach_mm = 0;        ///< distance of the last sample from the apex; 0: down to the last row
 
     bool operator==(const Sector&) const = default;
   } sector;
@@ -59,13 +85,37 @@ struct FanGeometry {
   bool operator==(const FanGeometry&) const = default;
 
   std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }
+  bool polar() const { return kind == FrameKind::kConvexLines; }
 
-  /// In-plane depth of the last row's centre, mm.
-  double depth_mm() const { return (rows - 1 - face_row) * pixel_height_mm; }
+  /// Where in a frame a point of its plane lies; outside 0 to columns - 1 and 0 to rows - 1 for one beside
+  /// it.
+  FramePlace frame_place(PlanePoint at) const {
+    if (!polar()) return {at.x_mm / pixel_width_mm + face_column, at.depth_mm / pixel_height_mm + face_row};
+    const double from_apex_mm = at.depth_mm + probe_radius_mm;
+    return {degrees(std::atan2(at.x_mm, from_apex_mm)) / line_pitch_deg + face_column,
+            (std::hypot(at.x_mm, from_apex_mm) - probe_radius_mm) / pixel_height_mm + face_row};
+  }
 
-  /// Lateral position of the first and last column's centre, mm.
-  double left_mm() const { return -face_column * pixel_width_mm; }
-  double right_mm() const { return (columns - 1 - face_column) * pixel_width_mm; }
+  /// The inverse.
+  PlanePoint plane_point(FramePlace at) const {
+    const double along_mm = (at.row - face_row) * pixel_height_mm;
+    if (!polar()) return {(at.column - face_column) * pixel_width_mm, along_mm};
+    const double theta_rad = line_angle_rad(at.column);
+    const double radius_mm = probe_radius_mm + along_mm;
+    return {radius_mm * std::sin(theta_rad), radius_mm * std::cos(theta_rad) - probe_radius_mm};
+  }
+
+  /// Convex lines: the angle of a line to the probe's axis, positive towards +x.
+  double line_angle_rad(double column) const { return radians((column - face_column) * line_pitch_deg); }
+
+  // The bounds of all pixel centres in the plane of a frame, mm.
+  double left_mm() const;
+  double right_mm() const;
+  double nearest_mm() const;  ///< smallest in-plane depth; negative where a curved array bends away
+  double depth_mm() const;    ///< largest in-plane depth
+
+  /// The finest distance of neighbouring pixels in a frame, mm; along the lines, for convex ones.
+  double finest_mm() const { return polar() ? pixel_height_mm : std::min(pixel_width_mm, pixel_height_mm); }
 
   /// phi = atan2(z, y + Rm), rho = hypot(z, y + Rm) - Rm (design, section 3).
   FanCoordinate fan_coordinate(double y_mm, double z_mm) const {

@@ -11,9 +11,9 @@
 namespace fanlight {
 
 /// The stages whose time each picture carries, in the order in which they run.
-enum class Stage : std::uint8_t { kUpload, kCast, kFilter, kLight, kFinish, kReadBack };
-inline constexpr std::array<std::string_view, 6> kStageNames = {"upload", "cast",   "filter",
-                                                                "light",  "finish", "read_back"};
+enum class Stage : std::uint8_t { kPrepare, kUpload, kCast, kFilter, kLight, kFinish, kReadBack };
+inline constexpr std::array<std::string_view, 7> kStageNames = {"prepare", "upload", "cast",     "filter",
+                                                                "light",   "finish", "read_back"};
 inline constexpr std::size_t kStages = kStageNames.size();
 
 /// Identity and time of one picture.

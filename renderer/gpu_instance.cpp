@@ -86,25 +86,23 @@ void refuse_for_features(GpuCandidate& candidate) {
   VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                      .pNext = &features12};
   vkGetPhysicalDeviceFeatures2(candidate.physical, &features);
-  const std::pair<VkBool32, const char*> wanted[] = {{features12.timelineSemaphore, "timelineSemaphore"},
-                                                     {features12.scalarBlockLayout, "scalarBlockLayout"},
-                                                     {features12.hostQueryReset, "hostQueryReset"},
-                                                     {features13.synchronization2, "synchronization2"},
-                                                     {features13.maintenance4, "maintenance4"}};
+  const std::pair<VkBool32, const char*> wanted[] = {
+      {features12.timelineSemaphore, "timelineSemaphore"},
+      {features12.scalarBlockLayout, "scalarBlockLayout"},
+      {features12.storageBuffer8BitAccess, "storageBuffer8BitAccess"},
+      {features12.hostQueryReset, "hostQueryReset"},
+      {features13.synchronization2, "synchronization2"},
+      {features13.maintenance4, "maintenance4"}};
   for (const auto& [present, name] : wanted) {
     if (present == VK_FALSE) candidate.refusals.push_back(fmt::format("it lacks the feature {}", name));
   }
 }
 
 void refuse_for_formats(GpuCandidate& candidate) {
-  const std::pair<VkFormat, const char*> wanted[] = {{VK_FORMAT_R8_UNORM, "R8_UNORM"},
-                                                     {VK_FORMAT_R32G32_SFLOAT, "R32G32_SFLOAT"}};
-  for (const auto& [format, name] : wanted) {
-    VkFormatProperties properties{};
-    vkGetPhysicalDeviceFormatProperties(candidate.physical, format, &properties);
-    if ((properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) == 0) {
-      candidate.refusals.push_back(fmt::format("it cannot filter {} textures", name));
-    }
+  VkFormatProperties properties{};
+  vkGetPhysicalDeviceFormatProperties(candidate.physical, VK_FORMAT_R8_UNORM, &properties);
+  if ((properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) == 0) {
+    candidate.refusals.emplace_back("it cannot filter R8_UNORM textures");
   }
 }
 

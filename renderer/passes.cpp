@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "renderer/view.hpp"
 #include "renderer/vulkan_result.hpp"
 #include "shaders/bindings.h"
 #include "shaders/spirv.hpp"
@@ -16,11 +17,19 @@ VkDescriptorType type_of(std::uint32_t binding) {
     case FANLIGHT_BINDING_LIGHT_PARAMETERS:
       return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     case FANLIGHT_BINDING_VOLUME:
-    case FANLIGHT_BINDING_FAN_TABLE:
       return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
     default:
       return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
   }
+}
+
+std::span<const std::uint32_t> spirv_of(Shader shader) {
+  const std::array<std::span<const std::uint32_t>, kShaders> all = {
+      shaders::box_spirv,   shaders::median_spirv,    shaders::guide_spirv,        shaders::guided_spirv,
+      shaders::cast_spirv,  shaders::slice_spirv,     shaders::steady_spirv,       shaders::islands_spirv,
+      shaders::holes_spirv, shaders::mean_rows_spirv, shaders::mean_columns_spirv, shaders::smooth_spirv,
+      shaders::light_spirv, shaders::diffuse_spirv,   shaders::finish_spirv};
+  return all[static_cast<std::size_t>(shader)];
 }
 
 }  // namespace
@@ -28,16 +37,9 @@ VkDescriptorType type_of(std::uint32_t binding) {
 Result<std::unique_ptr<Passes>> Passes::create(const Gpu& gpu) {
   std::unique_ptr<Passes> made(new Passes(gpu));
   if (auto layouts = made->create_layouts(); !layouts) return layouts.error();
-
-  const std::pair<PipelineHandle*, std::span<const std::uint32_t>> fixed[] = {
-      {&made->filter_rows_, shaders::filter_rows_spirv},
-      {&made->filter_columns_, shaders::filter_columns_spirv},
-      {&made->light_, shaders::light_spirv},
-      {&made->finish_, shaders::finish_spirv}};
-  for (const auto& [handle, spirv] : fixed) {
-    auto built = made->pipeline(spirv, nullptr);
-    if (!built) return built.error();
-    *handle = std::move(*built);
+  for (const Shader shader : {Shader::kSteady, Shader::kIslands, Shader::kHoles, Shader::kMeanRows,
+                              Shader::kMeanColumns, Shader::kLight, Shader::kDiffuse, Shader::kFinish}) {
+    if (auto built = made->pipeline(shader, {}); !built) return built.error();
   }
   return made;
 }
@@ -76,13 +78,12 @@ Result<void> Passes::create_layouts() {
   if (result != VK_SUCCESS) return vulkan_error("vkCreateDescriptorSetLayout", result);
   set_layout_ = DescriptorSetLayoutHandle(gpu_.device(), set_layout);
 
-  // Which tile pass 1 begins with.
-  const VkPushConstantRange band{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = sizeof(std::uint32_t)};
+  const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = kPushBytes};
   const VkPipelineLayoutCreateInfo layout_info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
                                                .setLayoutCount = 1,
                                                .pSetLayouts = &set_layout,
                                                .pushConstantRangeCount = 1,
-                                               .pPushConstantRanges = &band};
+                                               .pPushConstantRanges = &push};
   VkPipelineLayout layout = VK_NULL_HANDLE;
   result = vkCreatePipelineLayout(gpu_.device(), &layout_info, nullptr, &layout);
   if (result != VK_SUCCESS) return vulkan_error("vkCreatePipelineLayout", result);
@@ -90,8 +91,8 @@ Result<void> Passes::create_layouts() {
   return {};
 }
 
-Result<PipelineHandle> Passes::pipeline(std::span<const std::uint32_t> spirv,
-                                        const VkSpecializationInfo* constants) {
+Result<PipelineHandle> Passes::build(Shader shader, const Constants& constants) {
+  const auto spirv = spirv_of(shader);
   const VkShaderModuleCreateInfo module_info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
                                              .codeSize = spirv.size_bytes(),
                                              .pCode = spirv.data()};
@@ -100,13 +101,24 @@ Result<PipelineHandle> Passes::pipeline(std::span<const std::uint32_t> spirv,
   if (result != VK_SUCCESS) return vulkan_error("vkCreateShaderModule", result);
   const ShaderModuleHandle owner(gpu_.device(), module);
 
+  // A shader ignores the constants that it does not declare.
+  std::array<VkSpecializationMapEntry, std::tuple_size_v<Constants>> entries{};
+  for (std::uint32_t id = 0; id < entries.size(); ++id) {
+    entries[id] = {.constantID = id,
+                   .offset = static_cast<std::uint32_t>(id * sizeof constants[id]),
+                   .size = sizeof constants[id]};
+  }
+  const VkSpecializationInfo values{.mapEntryCount = entries.size(),
+                                    .pMapEntries = entries.data(),
+                                    .dataSize = sizeof constants,
+                                    .pData = constants.data()};
   const VkComputePipelineCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
       .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
                 .stage = VK_SHADER_STAGE_COMPUTE_BIT,
                 .module = module,
                 .pName = "main",
-                .pSpecializationInfo = constants},
+                .pSpecializationInfo = &values},
       .layout = layout_.get()};
   VkPipeline pipeline = VK_NULL_HANDLE;
   result = vkCreateComputePipelines(gpu_.device(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
@@ -114,25 +126,31 @@ Result<PipelineHandle> Passes::pipeline(std::span<const std::uint32_t> spirv,
   return PipelineHandle(gpu_.device(), pipeline);
 }
 
-Result<VkPipeline> Passes::cast(int window, Mode mode) {
-  const auto key = std::pair(window, mode);
-  if (const auto known = cast_.find(key); known != cast_.end()) return known->second.get();
-
-  struct Constants {
-    std::int32_t window;
-    VkBool32 composite;
-  };
-  const Constants values{window, mode == Mode::kVolume ? VK_TRUE : VK_FALSE};
-  const std::array<VkSpecializationMapEntry, 2> entries = {
-      {{0, offsetof(Constants, window), sizeof values.window},
-       {1, offsetof(Constants, composite), sizeof values.composite}}};
-  const VkSpecializationInfo constants{.mapEntryCount = entries.size(),
-                                       .pMapEntries = entries.data(),
-                                       .dataSize = sizeof values,
-                                       .pData = &values};
-  auto built = pipeline(shaders::cast_spirv, &constants);
+Result<VkPipeline> Passes::pipeline(Shader shader, const Constants& constants) {
+  const auto key = std::pair(shader, constants);
+  if (const auto known = pipelines_.find(key); known != pipelines_.end()) return known->second.get();
+  auto built = build(shader, constants);
   if (!built) return built.error();
-  return cast_.emplace(key, std::move(*built)).first->second.get();
+  return pipelines_.emplace(key, std::move(*built)).first->second.get();
+}
+
+Result<VkPipeline> Passes::speckle(Shader shader, const Scene::Speckle& options) {
+  return pipeline(shader, {options.size, shader == Shader::kMedian ? options.across : 0});
+}
+
+Result<VkPipeline> Passes::cast(const Scene& scene, FrameKind kind) {
+  return pipeline(Shader::kCast,
+                  {scene.detector.window, kept_by(scene.mode), kind == FrameKind::kConvexLines ? 1 : 0,
+                   scene.detector.place == SurfacePlace::kRefined ? 1 : 0, scene.rays.window / 2});
+}
+
+Result<VkPipeline> Passes::slice(FrameKind kind) {
+  return pipeline(Shader::kSlice, {0, 0, kind == FrameKind::kConvexLines ? 1 : 0});
+}
+
+Result<VkPipeline> Passes::smooth(Axis axis, DepthFilter kind) {
+  return pipeline(Shader::kSmooth,
+                  {axis == Axis::kColumns ? 1 : 0, kind == DepthFilter::kEdgePreserving ? 1 : 0});
 }
 
 }  // namespace fanlight

@@ -1,20 +1,44 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <span>
 #include <utility>
 
+#include "proto/fan_geometry.hpp"
 #include "proto/scene.hpp"
 #include "renderer/device_handle.hpp"
 #include "renderer/gpu.hpp"
-#include "renderer/view.hpp"
 
 namespace fanlight {
 
-/// The compute pipelines of passes 1 to 3 and the one descriptor set layout that they share
+/// The shaders, in the order in which they run.
+enum class Shader : std::uint8_t {
+  kBox,  // pass 0
+  kMedian,
+  kGuide,
+  kGuided,
+  kCast,  // pass 1
+  kSlice,
+  kSteady,  // pass 2
+  kIslands,
+  kHoles,
+  kMeanRows,
+  kMeanColumns,
+  kSmooth,
+  kLight,
+  kDiffuse,  // pass 3
+  kFinish
+};
+inline constexpr std::size_t kShaders = 15;
+
+/// The compute pipelines of all passes and the one descriptor set layout that they share
 /// (shaders/bindings.h). Render thread only.
+///
+/// A pipeline is a shader with the options that are constants to it. The ones without options are built when
+/// this is made, the others when first asked for, and kept.
 class Passes {
  public:
   static Result<std::unique_ptr<Passes>> create(const Gpu& gpu);
@@ -22,30 +46,37 @@ class Passes {
   VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
   VkPipelineLayout layout() const { return layout_.get(); }
 
-  /// Pass 1 for a detector window and a mode. Built when first asked for, and kept.
-  Result<VkPipeline> cast(int window, Mode mode);
+  /// Bytes of push constants that a shader may have.
+  static constexpr std::uint32_t kPushBytes = 32;
 
-  /// Pass 2: the moving average's two halves, then light; pass 3.
-  VkPipeline filter_rows() const { return filter_rows_.get(); }
-  VkPipeline filter_columns() const { return filter_columns_.get(); }
-  VkPipeline light() const { return light_.get(); }
-  VkPipeline finish() const { return finish_.get(); }
+  /// Pass 0's filter, with a window of size x size pixels and `across` frames; kGuided has two halves.
+  Result<VkPipeline> speckle(Shader shader, const Scene::Speckle& options);
+
+  /// Pass 1 for what a scene asks of it, and for frames of that kind.
+  Result<VkPipeline> cast(const Scene& scene, FrameKind kind);
+  Result<VkPipeline> slice(FrameKind kind);
+
+  /// One half of pass 2's Gaussian or edge-preserving filter.
+  enum class Axis : std::uint8_t { kRows, kColumns };
+  Result<VkPipeline> smooth(Axis axis, DepthFilter kind);
+
+  /// A shader without options.
+  VkPipeline fixed(Shader shader) const { return pipelines_.at({shader, {}}).get(); }
 
  private:
+  /// Values of the specialisation constants 0, 1, ... of a shader.
+  using Constants = std::array<std::int32_t, 5>;
+
   explicit Passes(const Gpu& gpu) : gpu_(gpu) {}
   Result<void> create_layouts();
-  Result<PipelineHandle> pipeline(std::span<const std::uint32_t> spirv,
-                                  const VkSpecializationInfo* constants);
+  Result<VkPipeline> pipeline(Shader shader, const Constants& constants);
+  Result<PipelineHandle> build(Shader shader, const Constants& constants);
 
   const Gpu& gpu_;
   SamplerHandle sampler_;  // part of the set layout for as long as that lives
   DescriptorSetLayoutHandle set_layout_;
   PipelineLayoutHandle layout_;
-  std::map<std::pair<int, Mode>, PipelineHandle> cast_;
-  PipelineHandle filter_rows_;
-  PipelineHandle filter_columns_;
-  PipelineHandle light_;
-  PipelineHandle finish_;
+  std::map<std::pair<Shader, Constants>, PipelineHandle> pipelines_;
 };
 
 }  // namespace fanlight

@@ -6,23 +6,32 @@
 
 #include "renderer/vulkan_result.hpp"
 #include "shaders/bindings.h"
+#include "shaders/prepare_constants.h"
 
 namespace fanlight {
 
 namespace {
 
-// Time stamps: before the upload, after it, after pass 1; then before the filter and after each stage.
+// Time stamps, each before or after a stage; those of a stage that did not run are not written.
 enum Query : std::uint32_t {
-  kCastBegin,
+  kPrepareBegin,
+  kPrepareEnd,
   kUploadEnd,
+  kCastBegin,
   kCastEnd,
+  kFilterBegin,
   kLightBegin,
-  kFilterEnd,
   kLightEnd,
   kFinishEnd,
   kReadBackEnd,
   kQueries
 };
+
+// Group sizes of the shaders: tiles of 8 x 8 pixels; 8 rows or columns; 64 columns by stretches of 64 rows.
+constexpr std::uint32_t kTile = 8;
+constexpr std::uint32_t kLines = 8;
+constexpr std::uint32_t kColumns = 64;
+constexpr std::uint32_t kStretch = 64;
 
 constexpr std::uint32_t groups(std::uint32_t items, std::uint32_t of) {
   return (items + of - 1) / of;
@@ -110,14 +119,19 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
        BufferPlace::kToGpu},
       {&light_parameters_, sizeof(shaders::LightParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
        BufferPlace::kToGpu},
-      {&staged_frames_, geometry.frame_bytes() * config_.frame_capacity, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
-       BufferPlace::kToGpu},
-      {&staged_table_, table_.texels().size_bytes(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
+      {&staged_frames_, geometry.frame_bytes() * config_.frame_capacity,
+       VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu},
+      {&angles_, table_.entries().size_bytes(), kStorage, BufferPlace::kToGpu},
+      {&transfer_, sizeof(glm::vec4) * 256, kStorage, BufferPlace::kToGpu},
       {&depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&confidence_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&volume_colour_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {&steady_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&filled_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&weights_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&row_sums_, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
       {&smooth_depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
-      {&lit_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {&diffused_, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
       {&finished_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&read_back_, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
   };
@@ -131,9 +145,6 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
       GpuImage::create(gpu, VK_FORMAT_R8_UNORM, {geometry.columns, geometry.rows, config_.frame_capacity});
   if (!frames) return frames.error();
   frames_ = std::move(*frames);
-  auto table = GpuImage::create(gpu, VK_FORMAT_R32G32_SFLOAT, {table_.width(), table_.height(), 1});
-  if (!table) return table.error();
-  fan_table_ = std::move(*table);
   return {};
 }
 
@@ -176,11 +187,13 @@ Result<void> RenderSlot::create_commands(const Gpu& gpu) {
 }
 
 Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes) {
-  const std::array<VkDescriptorPoolSize, 3> sizes = {{{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2},
-                                                      {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 2},
-                                                      {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 6}}};
+  constexpr std::uint32_t kSets = std::tuple_size_v<decltype(descriptors_)>;
+  const std::array<VkDescriptorPoolSize, 3> sizes = {
+      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2 * kSets},
+       {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kSets},
+       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, (FANLIGHT_BINDINGS - 3) * kSets}}};
   const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                             .maxSets = 1,
+                                             .maxSets = kSets,
                                              .poolSizeCount = sizes.size(),
                                              .pPoolSizes = sizes.data()};
   VkDescriptorPool pool = VK_NULL_HANDLE;
@@ -188,45 +201,93 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
   if (result != VK_SUCCESS) return vulkan_error("vkCreateDescriptorPool", result);
   descriptor_pool_ = DescriptorPoolHandle(gpu.device(), pool);
 
-  const VkDescriptorSetLayout layout = passes.set_layout();
+  std::array<VkDescriptorSetLayout, kSets> layouts{};
+  layouts.fill(passes.set_layout());
   const VkDescriptorSetAllocateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
                                              .descriptorPool = pool,
-                                             .descriptorSetCount = 1,
-                                             .pSetLayouts = &layout};
-  result = vkAllocateDescriptorSets(gpu.device(), &set_info, &descriptors_);
+                                             .descriptorSetCount = kSets,
+                                             .pSetLayouts = layouts.data()};
+  result = vkAllocateDescriptorSets(gpu.device(), &set_info, descriptors_.data());
   if (result != VK_SUCCESS) return vulkan_error("vkAllocateDescriptorSets", result);
 
-  const auto write_buffer = [&](std::uint32_t binding, VkDescriptorType type, const GpuBuffer& buffer) {
-    const VkDescriptorBufferInfo info{.buffer = buffer.get(), .range = VK_WHOLE_SIZE};
+  const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
+      {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters_},
+      {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters_},
+      {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
+      {FANLIGHT_BINDING_TRANSFER, &transfer_},
+      {FANLIGHT_BINDING_FRAMES, &staged_frames_},
+      // Until pass 0 is asked for there is no memory for it, and nothing reads or writes these.
+      {FANLIGHT_BINDING_COEFFICIENTS, &depth_},
+      {FANLIGHT_BINDING_PREPARED, &depth_},
+      {FANLIGHT_BINDING_DEPTH, &depth_},
+      {FANLIGHT_BINDING_CONFIDENCE, &confidence_},
+      {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour_},
+      {FANLIGHT_BINDING_PREVIOUS, &steady_},
+      {FANLIGHT_BINDING_STEADY, &steady_},
+      // Without islands, the depth map stands where the filtered one will.
+      {FANLIGHT_BINDING_CLEANED, &smooth_depth_},
+      {FANLIGHT_BINDING_FILLED, &filled_},
+      {FANLIGHT_BINDING_WEIGHTS, &weights_},
+      {FANLIGHT_BINDING_ROW_SUMS, &row_sums_},
+      {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth_},
+      {FANLIGHT_BINDING_LIT, &row_sums_},
+      {FANLIGHT_BINDING_DIFFUSED, &diffused_},
+      {FANLIGHT_BINDING_FINISHED, &finished_}};
+  for (const auto& [binding, buffer] : buffers) write_buffer(gpu, binding, *buffer);
+
+  const VkDescriptorImageInfo image_info{.imageView = frames_.view(),
+                                         .imageLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+  for (const VkDescriptorSet set : descriptors_) {
     const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                     .dstSet = descriptors_,
-                                     .dstBinding = binding,
-                                     .descriptorCount = 1,
-                                     .descriptorType = type,
-                                     .pBufferInfo = &info};
-    vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
-  };
-  const auto write_image = [&](std::uint32_t binding, const GpuImage& image) {
-    const VkDescriptorImageInfo info{.imageView = image.view(),
-                                     .imageLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-    const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                     .dstSet = descriptors_,
-                                     .dstBinding = binding,
+                                     .dstSet = set,
+                                     .dstBinding = FANLIGHT_BINDING_VOLUME,
                                      .descriptorCount = 1,
                                      .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                     .pImageInfo = &info};
+                                     .pImageInfo = &image_info};
     vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
-  };
-  write_buffer(FANLIGHT_BINDING_CAST_PARAMETERS, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, cast_parameters_);
-  write_buffer(FANLIGHT_BINDING_LIGHT_PARAMETERS, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, light_parameters_);
-  write_image(FANLIGHT_BINDING_VOLUME, frames_);
-  write_image(FANLIGHT_BINDING_FAN_TABLE, fan_table_);
-  const std::pair<std::uint32_t, const GpuBuffer*> storage[] = {
-      {FANLIGHT_BINDING_DEPTH, &depth_},       {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour_},
-      {FANLIGHT_BINDING_ROW_SUMS, &row_sums_}, {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth_},
-      {FANLIGHT_BINDING_LIT, &lit_},           {FANLIGHT_BINDING_FINISHED, &finished_}};
-  for (const auto& [binding, buffer] : storage) {
-    write_buffer(binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, *buffer);
+  }
+  return {};
+}
+
+void RenderSlot::write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const {
+  const bool uniform =
+      binding == FANLIGHT_BINDING_CAST_PARAMETERS || binding == FANLIGHT_BINDING_LIGHT_PARAMETERS;
+  for (std::size_t set = 0; set < descriptors_.size(); ++set) {
+    std::uint32_t place = binding;
+    if (set == 1 && binding == FANLIGHT_BINDING_LIT) place = FANLIGHT_BINDING_DIFFUSED;
+    if (set == 1 && binding == FANLIGHT_BINDING_DIFFUSED) place = FANLIGHT_BINDING_LIT;
+    const VkDescriptorBufferInfo info{.buffer = buffer.get(), .range = VK_WHOLE_SIZE};
+    const VkWriteDescriptorSet write{
+        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+        .dstSet = descriptors_[set],
+        .dstBinding = place,
+        .descriptorCount = 1,
+        .descriptorType = uniform ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+        .pBufferInfo = &info};
+    vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
+  }
+}
+
+void RenderSlot::follow(const Gpu& gpu, const RenderSlot& other) {
+  write_buffer(gpu, FANLIGHT_BINDING_PREVIOUS, other.steady_);
+}
+
+Result<void> RenderSlot::create_speckle_memory(const Gpu& gpu, SpeckleFilter filter) {
+  const std::uint64_t voxels = config_.geometry.frame_bytes() * config_.frame_capacity;
+  if (filter != SpeckleFilter::kNone && speckle_free_.bytes() == 0) {
+    auto made =
+        GpuBuffer::create(gpu, voxels, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+                          BufferPlace::kDevice);
+    if (!made) return made.error();
+    speckle_free_ = std::move(*made);
+    write_buffer(gpu, FANLIGHT_BINDING_PREPARED, speckle_free_);
+  }
+  if (filter == SpeckleFilter::kGuided && coefficients_.bytes() == 0) {
+    auto made = GpuBuffer::create(gpu, voxels * sizeof(std::uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                  BufferPlace::kDevice);
+    if (!made) return made.error();
+    coefficients_ = std::move(*made);
+    write_buffer(gpu, FANLIGHT_BINDING_COEFFICIENTS, coefficients_);
   }
   return {};
 }
@@ -240,87 +301,198 @@ void RenderSlot::load(const Volume& volume) {
     ++place;
   }
   if (table_.place(volume)) {
-    std::memcpy(staged_table_.mapped().data(), table_.texels().data(), table_.texels().size_bytes());
-    table_staged_ = true;
+    std::memcpy(angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
   }
   volume_ = volume.stamp();
   extent_ = {.first_angle_rad = volume.angles_rad()[volume.by_angle().front()],
              .last_angle_rad = volume.angles_rad()[volume.by_angle().back()],
              .frames = volume_.frames,
              .frame_capacity = config_.frame_capacity};
-  frames_staged_ = true;
+  prepared_.reset();
 }
 
 void RenderSlot::stamp_time(VkCommandBuffer commands, std::uint32_t query) const {
   vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_.get(), query);
 }
 
-void RenderSlot::record_upload(VkCommandBuffer commands) {
-  if (frames_staged_) copy_to_image(commands, staged_frames_, frames_, volume_.frames);
-  if (table_staged_) copy_to_image(commands, staged_table_, fan_table_, 1);
-  frames_staged_ = false;
-  table_staged_ = false;
+void RenderSlot::bind(VkCommandBuffer commands, const Passes& passes, std::size_t set) const {
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_[set],
+                          0, nullptr);
 }
 
-void RenderSlot::begin_cast(const Gpu& gpu, VkPipeline pass1, const Scene& scene) {
-  cast_parameters_.mapped_as<shaders::CastParameters>() =
-      cast_parameters(scene, config_.size, config_.geometry, table_, extent_);
+Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene) {
+  if (auto memory = create_speckle_memory(gpu, scene.speckle.filter); !memory) return memory;
+  speckle_ = scene.speckle;
+  speckle_pipelines_ = {};
+  const std::pair<SpeckleFilter, Shader> speckle_shaders[] = {{SpeckleFilter::kBox, Shader::kBox},
+                                                              {SpeckleFilter::kMedian, Shader::kMedian},
+                                                              {SpeckleFilter::kGuided, Shader::kGuide},
+                                                              {SpeckleFilter::kGuided, Shader::kGuided}};
+  std::size_t half = 0;
+  for (const auto& [filter, shader] : speckle_shaders) {
+    if (filter != speckle_.filter) continue;
+    auto pipeline = passes.speckle(shader, speckle_);
+    if (!pipeline) return pipeline.error();
+    speckle_pipelines_[half++] = *pipeline;
+  }
+  auto cast = passes.cast(scene, config_.geometry.kind);
+  if (!cast) return cast.error();
+  cast_pipeline_ = *cast;
+  slice_pipeline_ = VK_NULL_HANDLE;
+  if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
+    auto slice = passes.slice(config_.geometry.kind);
+    if (!slice) return slice.error();
+    slice_pipeline_ = *slice;
+  }
+
+  auto& parameters = cast_parameters_.mapped_as<shaders::CastParameters>();
+  parameters = cast_parameters(scene, config_.size, config_.geometry, table_, extent_);
+  const auto transfer = transfer_table(scene.transfer, parameters.step);
+  std::memcpy(transfer_.mapped().data(), transfer.data(), sizeof transfer);
   vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
-  pass1_ = pass1;
-  const auto& parameters = cast_parameters_.mapped_as<shaders::CastParameters>();
-  const std::uint64_t tile_samples = std::uint64_t{64} * std::max(parameters.steps, 1U);
+  const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
+  const std::uint64_t tile_samples =
+      std::uint64_t{kTile} * kTile * samples_across * std::max(parameters.steps, 1U);
   const std::uint64_t most_tiles =
       std::min(tiles_across() * tiles_down(), gpu.limits().maxComputeWorkGroupCount[0]);
   band_tiles_ = static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
   next_tile_ = 0;
+  volume_due_ = prepared_ != speckle_;
   cast_since_light_ = true;
+  return {};
+}
+
+void RenderSlot::record_speckle_filter(VkCommandBuffer commands, const Passes& passes) const {
+  const shaders::PrepareConstants constants{.columns = config_.geometry.columns,
+                                            .rows = config_.geometry.rows,
+                                            .frames = volume_.frames,
+                                            .radius_across = speckle_.across / 2,
+                                            .noise = static_cast<float>(speckle_.noise)};
+  static_assert(sizeof constants <= Passes::kPushBytes);
+  vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants, &constants);
+  const std::uint32_t down = speckle_.filter == SpeckleFilter::kMedian
+                                 ? config_.geometry.rows
+                                 : groups(config_.geometry.rows, kStretch);
+  for (const VkPipeline pipeline : speckle_pipelines_) {
+    if (pipeline == VK_NULL_HANDLE) continue;
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
+    vkCmdDispatch(commands, groups(config_.geometry.columns, kColumns), down, volume_.frames);
+    barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT,
+            VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
+  }
+}
+
+Result<void> RenderSlot::submit_volume(const Gpu& gpu, const Passes& passes) {
+  const VkCommandBuffer commands = cast_commands_;
+  if (auto begun = begin(commands); !begun) return begun;
+  bind(commands, passes, 0);
+  if (speckle_.filter != SpeckleFilter::kNone) {
+    stamp_time(commands, kPrepareBegin);
+    record_speckle_filter(commands, passes);
+  }
+  stamp_time(commands, kPrepareEnd);
+  copy_to_image(commands, speckle_.filter == SpeckleFilter::kNone ? staged_frames_ : speckle_free_, frames_,
+                volume_.frames);
+  stamp_time(commands, kUploadEnd);
+  prepared_ = speckle_;
+  volume_due_ = false;
+  return submit(gpu.cast_queue(), commands);
 }
 
 Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
+  if (volume_due_) return submit_volume(gpu, passes);
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
-  if (next_tile_ == 0) {
-    stamp_time(commands, kCastBegin);
-    record_upload(commands);
-    stamp_time(commands, kUploadEnd);
-  }
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_, 0,
-                          nullptr);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass1_);
+  bind(commands, passes, 0);
+  if (next_tile_ == 0) stamp_time(commands, kCastBegin);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipeline_);
   vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof next_tile_,
                      &next_tile_);
   const std::uint32_t tiles = std::min(band_tiles_, tiles_across() * tiles_down() - next_tile_);
   vkCmdDispatch(commands, tiles, 1, 1);
   next_tile_ += tiles;
+  if (cast_submitted() && slice_pipeline_ != VK_NULL_HANDLE) {
+    barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, slice_pipeline_);
+    vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
+  }
   if (cast_submitted()) stamp_time(commands, kCastEnd);
   return submit(gpu.cast_queue(), commands);
 }
 
-Result<void> RenderSlot::light(const Gpu& gpu, const Passes& passes, const Scene& scene) {
-  light_parameters_.mapped_as<shaders::LightParameters>() = light_parameters(scene, config_.size);
-  timed_cast_ = std::exchange(cast_since_light_, false);
+Result<void> RenderSlot::record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene) {
+  struct Step {
+    VkPipeline pipeline;
+    std::uint32_t groups_across;
+    std::uint32_t groups_down;
+  };
+  std::array<Step, 2> halves = {
+      {{passes.fixed(Shader::kMeanRows), groups(config_.size.height, kLines), 1},
+       {passes.fixed(Shader::kMeanColumns), groups(config_.size.width, kLines), 1}}};
+  if (scene.filter.kind != DepthFilter::kMean) {
+    for (const auto axis : {Passes::Axis::kRows, Passes::Axis::kColumns}) {
+      auto pipeline = passes.smooth(axis, scene.filter.kind);
+      if (!pipeline) return pipeline.error();
+      halves[static_cast<std::size_t>(axis)] = {*pipeline, tiles_across(), tiles_down()};
+    }
+  }
+  const Step steps[] = {{passes.fixed(Shader::kSteady), groups(pixels(), 64), 1},
+                        {passes.fixed(Shader::kIslands), tiles_across(), tiles_down()},
+                        {passes.fixed(Shader::kHoles), tiles_across(), tiles_down()},
+                        halves[0],
+                        halves[1]};
+  for (const Step& step : steps) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, step.pipeline);
+    vkCmdDispatch(commands, step.groups_across, step.groups_down, 1);
+    pass_barrier(commands);
+  }
+  return {};
+}
+
+void RenderSlot::record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const {
+  const int steps = scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.fixed(Shader::kDiffuse));
+  for (int step = 0; step < steps; ++step) {
+    bind(commands, passes, static_cast<std::size_t>(step % 2));
+    vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
+    pass_barrier(commands);
+  }
+  bind(commands, passes, static_cast<std::size_t>(steps % 2));
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.fixed(Shader::kFinish));
+  vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
+}
+
+Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scene, Past past) {
+  auto& parameters = light_parameters_.mapped_as<shaders::LightParameters>();
+  parameters =
+      light_parameters(scene, config_.size, cast_parameters_.mapped_as<shaders::CastParameters>().end);
+  if (past == Past::kNone) parameters.steady = 0;
+  const bool filter_due = cast_since_light_ || filter_ != scene.filter;
+  filter_ = scene.filter;
   // A cast has reset all queries and may be writing its own now.
-  if (!timed_cast_) vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
+  if (!std::exchange(cast_since_light_, false)) vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
 
   const VkCommandBuffer commands = light_commands_;
   if (auto begun = begin(commands); !begun) return begun;
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_, 0,
-                          nullptr);
+  // The other slot's filter may have come just before, and this one's may follow it.
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  bind(commands, passes, 0);
+  if (filter_due) {
+    stamp_time(commands, kFilterBegin);
+    if (auto recorded = record_depth_filter(commands, passes, scene); !recorded) return recorded;
+  }
   stamp_time(commands, kLightBegin);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.filter_rows());
-  vkCmdDispatch(commands, groups(config_.size.height, 8), 1, 1);
-  pass_barrier(commands);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.filter_columns());
-  vkCmdDispatch(commands, groups(config_.size.width, 8), 1, 1);
-  pass_barrier(commands);
-  stamp_time(commands, kFilterEnd);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.light());
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.fixed(Shader::kLight));
   vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
   pass_barrier(commands);
   stamp_time(commands, kLightEnd);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.finish());
-  vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
+  record_finish(commands, passes, scene);
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
   stamp_time(commands, kFinishEnd);
@@ -365,14 +537,15 @@ std::uint64_t RenderSlot::outstanding(const Gpu& gpu) const {
 }
 
 Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
-  auto copy =
-      GpuBuffer::create(gpu, 2 * depth_.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu);
+  const GpuBuffer* const maps[] = {&depth_, &confidence_, &smooth_depth_};
+  auto copy = GpuBuffer::create(gpu, std::size(maps) * depth_.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                BufferPlace::kFromGpu);
   if (!copy) return copy.error();
   if (auto begun = begin(light_commands_); !begun) return begun.error();
-  const VkBufferCopy first{.size = depth_.bytes()};
-  const VkBufferCopy second{.dstOffset = depth_.bytes(), .size = depth_.bytes()};
-  vkCmdCopyBuffer(light_commands_, depth_.get(), copy->get(), 1, &first);
-  vkCmdCopyBuffer(light_commands_, smooth_depth_.get(), copy->get(), 1, &second);
+  for (std::size_t map = 0; map < std::size(maps); ++map) {
+    const VkBufferCopy region{.dstOffset = map * depth_.bytes(), .size = depth_.bytes()};
+    vkCmdCopyBuffer(light_commands_, maps[map]->get(), copy->get(), 1, &region);
+  }
   barrier(light_commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   if (auto submitted = submit(gpu.light_queue(), light_commands_); !submitted) return submitted.error();
@@ -385,25 +558,28 @@ Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
     return vulkan_error("vkWaitSemaphores", result);
   }
   const auto* values = reinterpret_cast<const float*>(copy->mapped().data());
-  const std::size_t pixels = std::size_t{config_.size.width} * config_.size.height;
-  return DepthMaps{.cast_mm = {values, values + pixels}, .smooth_mm = {values + pixels, values + 2 * pixels}};
+  const auto map = [&](std::size_t index) {
+    return std::vector<float>(values + index * pixels(), values + (index + 1) * pixels());
+  };
+  return DepthMaps{.cast_mm = map(0), .confidence = map(1), .smooth_mm = map(2)};
 }
 
 std::array<double, kStages> RenderSlot::stage_ms(const Gpu& gpu) const {
   std::array<std::uint64_t, kQueries> ticks{};
-  const std::uint32_t first = timed_cast_ ? kCastBegin : kLightBegin;
-  vkGetQueryPoolResults(gpu.device(), times_.get(), first, kQueries - first,
-                        sizeof(std::uint64_t) * (kQueries - first), &ticks[first], sizeof(std::uint64_t),
-                        VK_QUERY_RESULT_64_BIT);
   const double ms_per_tick = gpu.limits().timestampPeriod / 1e6;
   const auto between = [&](Query from, Query to) {
-    return ticks[to] > ticks[from] ? static_cast<double>(ticks[to] - ticks[from]) * ms_per_tick : 0.0;
+    return ticks[to] > ticks[from] && ticks[from] > 0
+               ? static_cast<double>(ticks[to] - ticks[from]) * ms_per_tick
+               : 0.0;
   };
-  return {timed_cast_ ? between(kCastBegin, kUploadEnd) : 0,
-          timed_cast_ ? between(kUploadEnd, kCastEnd) : 0,
-          between(kLightBegin, kFilterEnd),
-          between(kFilterEnd, kLightEnd),
-          between(kLightEnd, kFinishEnd),
+  // Queries that were not written since they were reset stay 0.
+  for (std::uint32_t query = 0; query < kQueries; ++query) {
+    vkGetQueryPoolResults(gpu.device(), times_.get(), query, 1, sizeof ticks[query], &ticks[query],
+                          sizeof ticks[query], VK_QUERY_RESULT_64_BIT);
+  }
+  return {between(kPrepareBegin, kPrepareEnd), between(kPrepareEnd, kUploadEnd),
+          between(kCastBegin, kCastEnd),       between(kFilterBegin, kLightBegin),
+          between(kLightBegin, kLightEnd),     between(kLightEnd, kFinishEnd),
           between(kFinishEnd, kReadBackEnd)};
 }
 

@@ -2,25 +2,29 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "proto/picture.hpp"
 #include "proto/volume.hpp"
-#include "renderer/fan_table.hpp"
+#include "renderer/angle_table.hpp"
 #include "renderer/gpu_memory.hpp"
 #include "renderer/passes.hpp"
+#include "renderer/view.hpp"
 
 namespace fanlight {
 
-/// Both depth maps of a picture; see RenderSlot::read_depth.
+/// What a picture knows of depths; see RenderSlot::read_depth.
 struct DepthMaps {
-  std::vector<float> cast_mm;
-  std::vector<float> smooth_mm;
+  std::vector<float> cast_mm;     ///< of pass 1
+  std::vector<float> confidence;  ///< edge contrast over the noise beside it; 0 without a surface
+  std::vector<float> smooth_mm;   ///< after pass 2's filter
 };
 
-/// Everything that one volume in flight needs on the GPU: its frames, its fan table, its depth map, its
-/// picture, and the commands that make one from the other. Slots share nothing, so that two may be in flight.
-/// Render thread only.
+/// Everything that one volume in flight needs on the GPU: its frames, its angle table, its depth map, its
+/// picture, and the commands that make one from the other. Two may be in flight; they share nothing but that
+/// the filter of each reads the last depth map of the other, on the one queue that runs both. Render thread
+/// only.
 ///
 /// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done, when nothing is outstanding -> and again from light() (a moved light), begin_cast()
@@ -38,20 +42,29 @@ class RenderSlot {
 
   static Result<RenderSlot> create(const Gpu& gpu, const Passes& passes, const Config& config);
 
+  /// The slot of the volumes before and after this one's, whose depth maps this one's are drawn towards.
+  /// Once, before the first volume.
+  void follow(const Gpu& gpu, const RenderSlot& other);
+
   /// Copies the volume's frames, in ascending order of angle, to where the GPU can fetch them; the volume may
   /// go when this returns. Precondition: nothing is outstanding.
   void load(const Volume& volume);
 
-  /// Sets pass 1 up; nothing is submitted yet. Precondition: nothing is outstanding.
-  void begin_cast(const Gpu& gpu, VkPipeline pass1, const Scene& scene);
+  /// Sets passes 0 and 1 up; nothing is submitted yet. Precondition: nothing is outstanding. Error: no memory
+  /// for pass 0, or a pipeline that cannot be built.
+  Result<void> begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene);
 
-  /// Submits the next band of pass 1, some tiles of the picture, the first together with the upload.
+  /// Submits the upload with pass 0, if they are due, or the next band of pass 1, some tiles of the picture.
   /// Precondition: nothing is outstanding.
   Result<void> cast_next_band(const Gpu& gpu, const Passes& passes);
-  bool cast_submitted() const { return next_tile_ == tiles_across() * tiles_down(); }
+  bool cast_submitted() const { return !volume_due_ && next_tile_ == tiles_across() * tiles_down(); }
 
-  /// Submits passes 2 and 3 and the read-back, after the bands of pass 1 submitted before.
-  Result<void> light(const Gpu& gpu, const Passes& passes, const Scene& scene);
+  /// Whether the other slot's depth map is that of the last volume under the same view.
+  enum class Past : std::uint8_t { kNone, kKnown };
+
+  /// Submits passes 2 and 3 and the read-back, after the bands of pass 1 submitted before. The filter of the
+  /// depth map is left out where it would do again what it did.
+  Result<void> light(const Gpu& gpu, Passes& passes, const Scene& scene, Past past);
 
   bool loaded() const { return volume_.frames > 0; }
   const VolumeStamp& volume() const { return volume_; }
@@ -71,18 +84,25 @@ class RenderSlot {
   /// Milliseconds of each stage; 0 for those that the last submissions did not contain.
   std::array<double, kStages> stage_ms(const Gpu& gpu) const;
 
-  /// The depth maps of pass 1 and of pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none: height x
-  /// width, top row first. Waits for the copy and allocates: for tests and one-shot rendering.
+  /// The depth maps of pass 1 and of pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none, and the
+  /// confidence: height x width, top row first. Waits for the copy and allocates: for tests and one-shot
+  /// rendering.
   Result<DepthMaps> read_depth(const Gpu& gpu);
 
  private:
   explicit RenderSlot(const Config& config)
-      : config_(config),
-        table_(config.geometry, config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {}
+      : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {}
   Result<void> create_memory(const Gpu& gpu);
   Result<void> create_commands(const Gpu& gpu);
   Result<void> create_descriptors(const Gpu& gpu, const Passes& passes);
-  void record_upload(VkCommandBuffer commands);
+  Result<void> create_speckle_memory(const Gpu& gpu, SpeckleFilter filter);
+  Result<void> submit_volume(const Gpu& gpu, const Passes& passes);
+  void record_speckle_filter(VkCommandBuffer commands, const Passes& passes) const;
+  Result<void> record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene);
+  void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
+  void write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const;
+  void bind(VkCommandBuffer commands, const Passes& passes, std::size_t set) const;
+  std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
   // Pass 1 works on tiles of 8 x 8 pixels, numbered along the rows of tiles.
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }
   std::uint32_t tiles_down() const { return (config_.size.height + 7) / 8; }
@@ -90,33 +110,45 @@ class RenderSlot {
   void stamp_time(VkCommandBuffer commands, std::uint32_t query) const;
 
   Config config_;
-  FanTable table_;
+  AngleTable table_;
   VolumeStamp volume_;
   VolumeExtent extent_;
-  bool frames_staged_ = false;  // loaded, but not yet part of a submitted upload
-  bool table_staged_ = false;
-  VkPipeline pass1_ = VK_NULL_HANDLE;  // of the cast under way
-  std::uint32_t band_tiles_ = 0;       // of each band of that cast
-  std::uint32_t next_tile_ = 0;        // the first of the next band
+  std::optional<Scene::Speckle> prepared_;  // how the frames on the GPU were prepared
+  bool volume_due_ = false;                 // the cast under way has yet to upload or prepare the frames
+
+  // Of the cast under way.
+  Scene::Speckle speckle_;
+  std::array<VkPipeline, 2> speckle_pipelines_{};  // pass 0: the first and, for a guided filter, second half
+  VkPipeline cast_pipeline_ = VK_NULL_HANDLE;
+  VkPipeline slice_pipeline_ = VK_NULL_HANDLE;  // null where the mode shows no planes
+  std::uint32_t band_tiles_ = 0;                // of each band
+  std::uint32_t next_tile_ = 0;                 // the first of the next band
   bool cast_since_light_ = false;
-  bool timed_cast_ = false;  // whether the last times are those of a pass 1 too
+  std::optional<Scene::Filter> filter_;  // what the filtered depth map was made with
 
   GpuBuffer cast_parameters_;
   GpuBuffer light_parameters_;
   GpuBuffer staged_frames_;
-  GpuBuffer staged_table_;
   GpuImage frames_;
-  GpuImage fan_table_;
+  GpuBuffer angles_;
+  GpuBuffer transfer_;
+  GpuBuffer coefficients_;  // this and the next: only where pass 0 was ever asked for
+  GpuBuffer speckle_free_;
   GpuBuffer depth_;
+  GpuBuffer confidence_;
   GpuBuffer volume_colour_;
-  GpuBuffer row_sums_;
+  GpuBuffer steady_;
+  GpuBuffer filled_;
+  GpuBuffer weights_;
+  GpuBuffer row_sums_;  // then pass 2's picture
   GpuBuffer smooth_depth_;
-  GpuBuffer lit_;
+  GpuBuffer diffused_;
   GpuBuffer finished_;
   GpuBuffer read_back_;
 
   DescriptorPoolHandle descriptor_pool_;
-  VkDescriptorSet descriptors_ = VK_NULL_HANDLE;  // the pool's
+  // The pool's; they differ in which of two buffers pass 3's diffusion reads and which it writes.
+  std::array<VkDescriptorSet, 2> descriptors_{};
   CommandPoolHandle command_pool_;
   VkCommandBuffer cast_commands_ = VK_NULL_HANDLE;  // the pool's, as is the next
   VkCommandBuffer light_commands_ = VK_NULL_HANDLE;

@@ -56,8 +56,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   auto passes = Passes::create(gpu);
   if (!passes) return passes.error();
   made->passes_ = std::move(*passes);
-  if (auto pass1 = made->passes_->cast(scene.scene.detector.window, scene.scene.mode); !pass1)
-    return pass1.error();
+  // The first volume need not wait for its largest pipeline.
+  if (auto cast = made->passes_->cast(scene.scene, config.geometry.kind); !cast) return cast.error();
 
   for (auto& flight : made->flights_) {
     auto slot = RenderSlot::create(
@@ -69,8 +69,11 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
          .frame_capacity = config.frame_capacity,
          .band_samples = gpu.candidate().kind == kProcessorKind ? kProcessorBand : kGpuBand});
     if (!slot) return too_large(config, gpu, slot.error());
-    flight.reset(new Flight{.slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}});
+    flight.reset(new Flight{
+        .slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}, .filtered_view = {}});
   }
+  made->flights_[0]->slot.follow(gpu, made->flights_[1]->slot);
+  made->flights_[1]->slot.follow(gpu, made->flights_[0]->slot);
   return made;
 }
 
@@ -91,9 +94,7 @@ Result<void> Renderer::load(const Volume& volume) {
 }
 
 Result<void> Renderer::begin_cast(Flight& flight) {
-  auto pass1 = passes_->cast(scene_.scene.detector.window, scene_.scene.mode);
-  if (!pass1) return pass1.error();
-  flight.slot.begin_cast(gpu_, *pass1, scene_.scene);
+  if (auto begun = flight.slot.begin_cast(gpu_, *passes_, scene_.scene); !begun) return begun;
   flight.cast_scene = scene_;
   flight.phase = Phase::kCasting;
   counters_.pass1_runs.add();
@@ -101,7 +102,16 @@ Result<void> Renderer::begin_cast(Flight& flight) {
 }
 
 bool Renderer::view_changed(const Flight& flight) const {
-  return first_pass_changed(flight.cast_scene.scene, scene_.scene) == FirstPass::kCast;
+  return first_pass_changed(flight.cast_scene.scene, scene_.scene) <= FirstPass::kCast;
+}
+
+RenderSlot::Past Renderer::past_of(const Flight& flight) const {
+  const Flight& other = &flight == flights_[0].get() ? *flights_[1] : *flights_[0];
+  const bool before =
+      other.filtered_volume_id > 0 && other.filtered_volume_id < flight.slot.volume().volume_id;
+  const bool same_view =
+      before && first_pass_changed(other.filtered_view, flight.cast_scene.scene) > FirstPass::kCast;
+  return same_view ? RenderSlot::Past::kKnown : RenderSlot::Past::kNone;
 }
 
 bool Renderer::light_changed(const Flight& flight) const {
@@ -115,8 +125,9 @@ bool Renderer::light_changed(const Flight& flight) const {
 Result<void> Renderer::light(Flight& flight) {
   flight.lit_scene = {.revision = view_changed(flight) ? flight.cast_scene.revision : scene_.revision,
                       .scene = relit(flight.cast_scene.scene, scene_.scene)};
-  if (auto submitted = flight.slot.light(gpu_, *passes_, flight.lit_scene.scene); !submitted)
-    return submitted;
+  if (auto lit = flight.slot.light(gpu_, *passes_, flight.lit_scene.scene, past_of(flight)); !lit) return lit;
+  flight.filtered_volume_id = flight.slot.volume().volume_id;
+  flight.filtered_view = flight.cast_scene.scene;
   flight.phase = Phase::kLighting;
   counters_.pass2_runs.add();
   flight.stamp = {.scene_revision = flight.lit_scene.revision,

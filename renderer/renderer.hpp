@@ -74,12 +74,16 @@ class Renderer {
     NumberedScene cast_scene;  // of the depth map in the slot
     NumberedScene lit_scene;   // of the picture in the slot
     PictureStamp stamp;
+    // The volume and the view of the depth map that the next volume's is drawn towards.
+    std::uint64_t filtered_volume_id = 0;
+    Scene filtered_view;
   };
 
   Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene)
       : config_(config), gpu_(dependencies.gpu), counters_(dependencies.counters), scene_(scene) {}
   Result<void> begin_cast(Flight& flight);
   Result<void> light(Flight& flight);
+  RenderSlot::Past past_of(const Flight& flight) const;
   bool view_changed(const Flight& flight) const;
   bool light_changed(const Flight& flight) const;
 

@@ -4,77 +4,281 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "shaders/bindings.h"
+
 namespace fanlight {
 
 namespace {
 
 constexpr double kGreyLevels = 255;
+// Farther than anything.
+constexpr double kFarMm = 1e4;
 
 glm::dvec3 vector(const Point& point) {
   return {point.x_mm, point.y_mm, point.z_mm};
 }
 
-struct DepthRange {
-  double nearest_mm;
-  double farthest_mm;
+struct Box {
+  glm::dvec3 lowest;
+  glm::dvec3 highest;
 };
 
-/// Depths below the view plane between which the fan's box lies.
-DepthRange depths_of(const FanTable::Box& box, const ViewFrame& view) {
-  DepthRange range{HUGE_VAL, -HUGE_VAL};
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 at((corner & 1) != 0 ? box.highest.x_mm : box.lowest.x_mm,
-                        (corner & 2) != 0 ? box.highest.y_mm : box.lowest.y_mm,
-                        (corner & 4) != 0 ? box.highest.z_mm : box.lowest.z_mm);
-    const double depth_mm = glm::dot(at - view.centre, view.forward);
-    range.nearest_mm = std::min(range.nearest_mm, depth_mm);
-    range.farthest_mm = std::max(range.farthest_mm, depth_mm);
+/// The box around what the frames between two angles cover.
+Box fan_box(const FanGeometry& geometry, const VolumeExtent& volume) {
+  // The axis is the end of the fan: rows behind it show nothing.
+  const double nearest_mm = std::max(geometry.nearest_mm(), -geometry.motor_radius_mm);
+  const double straight_rad = std::clamp(0.0, volume.first_angle_rad, volume.last_angle_rad);
+  Box box{.lowest = {geometry.left_mm(), HUGE_VAL, HUGE_VAL},
+          .highest = {geometry.right_mm(), -HUGE_VAL, -HUGE_VAL}};
+  // y and z are monotonic in rho, and y's only extremum over the angle is straight ahead.
+  for (const double angle_rad : {volume.first_angle_rad, straight_rad, volume.last_angle_rad}) {
+    for (const double depth_mm : {nearest_mm, geometry.depth_mm()}) {
+      const glm::dvec3 corner = vector(geometry.point(0, {.angle_rad = angle_rad, .depth_mm = depth_mm}));
+      box.lowest = {box.lowest.x, std::min(box.lowest.y, corner.y), std::min(box.lowest.z, corner.z)};
+      box.highest = {box.highest.x, std::max(box.highest.y, corner.y), std::max(box.highest.z, corner.z)};
+    }
   }
-  return range;
+  return box;
 }
 
-/// The samples of every ray: start + k * step for whole k, as far as they can lie in the fan's box. Cutting
-/// keeps k whole, so that it never moves a sample.
-void set_samples(shaders::CastParameters& to, const Scene::Rays& rays, double finest_mm, DepthRange box) {
-  const double end_mm = std::min(rays.end_mm, box.farthest_mm);
+/// The largest depth below the view plane in the box.
+double farthest_depth_mm(const Box& box, const ViewFrame& view) {
+  double farthest_mm = -HUGE_VAL;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 at((corner & 1) != 0 ? box.highest.x : box.lowest.x,
+                        (corner & 2) != 0 ? box.highest.y : box.lowest.y,
+                        (corner & 4) != 0 ? box.highest.z : box.lowest.z);
+    farthest_mm = std::max(farthest_mm, glm::dot(at - view.centre, view.forward));
+  }
+  return farthest_mm;
+}
+
+bool perspective(const Scene::Camera& camera) {
+  return camera.projection == Projection::kPerspective;
+}
+
+/// Height of the eye above the view plane, in perspective; negative where it lies beyond it.
+double eye_height_mm(const Scene::Camera& camera) {
+  return eye_distance_mm(camera) - camera.distance_mm;
+}
+
+/// The ray of pixel (column, row) goes from a point in the view plane, linear in both, in a direction linear
+/// in both.
+void set_rays(shaders::CastParameters& to, const Scene& scene, PictureSize size) {
+  const ViewFrame view = view_frame(scene.camera);
+  const Viewport port = viewport(scene, size);
+  const double eye_mm = eye_distance_mm(scene.camera);
+  const glm::dvec3 right_step = port.pixel_mm * view.right;
+  const glm::dvec3 down_step = -port.pixel_mm * view.up;
+  // From the middle of the viewport to the pixel (0, 0).
+  const glm::dvec3 corner = -port.centre_column() * right_step - port.centre_row() * down_step;
+  const double turn = perspective(scene.camera) ? 1 / eye_mm : 0;
+  const double shrink = perspective(scene.camera) ? eye_height_mm(scene.camera) / eye_mm : 1;
+  to.origin = view.centre + shrink * corner;
+  to.right_step = shrink * right_step;
+  to.down_step = shrink * down_step;
+  to.forward = view.forward + turn * corner;
+  to.right_turn = turn * right_step;
+  to.down_turn = turn * down_step;
+  to.right = view.right;
+  to.width = size.width;
+  to.height = size.height;
+  to.view_left = port.left;
+  to.view_top = port.top;
+  to.view_width = port.width;
+  to.view_height = port.height;
+}
+
+void set_samples(shaders::CastParameters& to, const Scene& scene, double finest_mm, double farthest_mm) {
+  const Scene::Rays& rays = scene.rays;
+  const double end_mm = std::min(rays.end_mm, farthest_mm);
   const double step_mm = rays.step_mm > 0
                              ? rays.step_mm
                              : std::max(finest_mm, (end_mm - rays.start_mm) / (kMostSamplesOnARay - 1));
-  const double before = std::max(0.0, std::floor((box.nearest_mm - rays.start_mm) / step_mm));
-  const double start_mm = rays.start_mm + before * step_mm;
-  to.start = static_cast<float>(start_mm);
+  // The longest ray, to a corner of the picture.
+  const double widest = glm::length(glm::dvec3(to.forward));
+  const double samples = std::max(0.0, (end_mm - rays.start_mm) * widest / step_mm + 1);
+  to.start = static_cast<float>(rays.start_mm);
+  to.end = static_cast<float>(end_mm);
+  to.eye = static_cast<float>(perspective(scene.camera) ? -eye_height_mm(scene.camera) : -kFarMm);
   to.step = static_cast<float>(step_mm);
-  to.steps = end_mm < start_mm ? 0U : static_cast<std::uint32_t>((end_mm - start_mm) / step_mm) + 1;
+  to.steps = static_cast<std::uint32_t>(std::min(samples, 2 * kMostSamplesOnARay));
 }
 
-void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const VolumeExtent& volume) {
-  to.column_scale = static_cast<float>(1 / geometry.pixel_width_mm);
+void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const AngleTable& table,
+                const VolumeExtent& volume) {
+  to.angle_scale = static_cast<float>(table.scale());
+  to.angle_offset = static_cast<float>(table.offset());
+  to.angle_last = static_cast<float>(table.entries().size() - 1);
+  const double column = geometry.polar() ? radians(geometry.line_pitch_deg) : geometry.pixel_width_mm;
+  to.column_scale = static_cast<float>(1 / column);
   to.column_offset = static_cast<float>(geometry.face_column);
   to.row_scale = static_cast<float>(1 / geometry.pixel_height_mm);
   to.row_offset = static_cast<float>(geometry.face_row);
+  to.last_column = static_cast<float>(geometry.columns - 1);
   to.last_row = static_cast<float>(geometry.rows - 1);
   to.last_frame = static_cast<float>(volume.frames - 1);
   to.voxel_scale = 1.0F / glm::vec3(geometry.columns, geometry.rows, volume.frame_capacity);
   to.left = static_cast<float>(geometry.left_mm());
-  to.right = static_cast<float>(geometry.right_mm());
+  to.right_side = static_cast<float>(geometry.right_mm());
   to.first_angle = {std::cos(volume.first_angle_rad), std::sin(volume.first_angle_rad)};
   to.last_angle = {std::cos(volume.last_angle_rad), std::sin(volume.last_angle_rad)};
   to.motor_radius = static_cast<float>(geometry.motor_radius_mm);
   to.farthest = static_cast<float>(geometry.motor_radius_mm + geometry.depth_mm());
 }
 
-void set_sector(shaders::CastParameters& to, const FanGeometry& geometry) {
+/// `smoothed_pixels`: how far pass 0 carries the black beside the sector into it.
+void set_sector(shaders::CastParameters& to, const FanGeometry& geometry, int smoothed_pixels) {
   const FanGeometry::Sector& sector = geometry.sector;
-  const double margin_mm = std::max(geometry.pixel_width_mm, geometry.pixel_height_mm);
+  const double margin_mm =
+      std::max(geometry.pixel_width_mm, geometry.pixel_height_mm) * (1 + smoothed_pixels);
   const auto squared = [](double value) { return static_cast<float>(value * value); };
-  // Without a sector every comparison holds: an apex so far back that its cone is wider than any frame.
-  constexpr double kFarMm = 1e4;
-  const bool known = sector.half_angle_deg > 0;
-  to.sector_radius = static_cast<float>(known ? sector.probe_radius_mm : kFarMm);
+  // Without a sector every comparison holds: its cone is wider than any frame.
+  const bool known = !geometry.polar() && sector.half_angle_deg > 0;
+  const double apex_mm = geometry.polar() || known ? geometry.probe_radius_mm : kFarMm;
+  to.probe_radius = static_cast<float>(apex_mm);
   to.sector_tangent = static_cast<float>(known ? std::tan(radians(sector.half_angle_deg)) : kFarMm);
-  to.sector_margin = static_cast<float>(known ? margin_mm : 0);
-  to.sector_near_squared = known ? squared(sector.probe_radius_mm + margin_mm) : 0;
+  to.sector_margin = static_cast<float>(known ? margin_mm : -kFarMm * kFarMm);
+  to.sector_near_squared = known ? squared(apex_mm + margin_mm) : -1;
   to.sector_far_squared = squared(known && sector.reach_mm > 0 ? sector.reach_mm - margin_mm : 10 * kFarMm);
+}
+
+glm::vec4 plane(const Scene::Clip& clip) {
+  const glm::dvec3 normal(clip.normal_x, clip.normal_y, clip.normal_z);
+  const double length = glm::length(normal);
+  if (length == 0) return {0, 0, 0, 0};
+  return {normal / length, clip.distance_mm};
+}
+
+void set_crop(shaders::CastParameters& to, const Scene& scene) {
+  const Scene::Crop& crop = scene.crop;
+  to.crop_lowest = {crop.left_mm, crop.near_mm, crop.below_mm};
+  to.crop_highest = {crop.right_mm, crop.far_mm, crop.above_mm};
+  to.clip1 = plane(scene.clip1);
+  to.clip2 = plane(scene.clip2);
+}
+
+/// A part of the picture that shows the plane through `centre` along two directions.
+shaders::Slice slice(const Viewport& part, const glm::dvec3& centre, const glm::dvec3& right,
+                     const glm::dvec3& down) {
+  const glm::dvec3 right_step = part.pixel_mm * right;
+  const glm::dvec3 down_step = part.pixel_mm * down;
+  return {.origin = centre - part.centre_column() * right_step - part.centre_row() * down_step,
+          .right_step = right_step,
+          .down_step = down_step,
+          .left = part.left,
+          .top = part.top,
+          .width = part.width,
+          .height = part.height};
+}
+
+void set_slices(shaders::CastParameters& to, const Scene& scene, PictureSize size) {
+  const double field_mm = scene.camera.field_mm;
+  const glm::dvec3 target = vector(scene.camera.target);
+  const auto part = [&](std::uint32_t left, std::uint32_t top, std::uint32_t width, std::uint32_t height) {
+    return Viewport{left, top, width, height, field_mm / height};
+  };
+  if (scene.mode == Mode::kSlice) {
+    const ViewFrame view = view_frame(scene.camera);
+    const double depth_mm = scene.slice.depth_mm;
+    // In perspective the plane shows as large as its distance from the eye makes it.
+    const double scale = perspective(scene.camera)
+                             ? (depth_mm + eye_height_mm(scene.camera)) / eye_distance_mm(scene.camera)
+                             : 1;
+    to.slice_planes[0] = slice(part(0, 0, size.width, size.height), view.centre + depth_mm * view.forward,
+                               scale * view.right, -scale * view.up);
+    to.slices = scale > 0 ? 1 : 0;  // a plane behind the eye is not seen
+  }
+  if (scene.mode == Mode::kSlices) {
+    const std::uint32_t left = size.width / 2;
+    const std::uint32_t top = size.height / 2;
+    const glm::dvec3 x(1, 0, 0);
+    const glm::dvec3 y(0, 1, 0);
+    const glm::dvec3 z(0, 0, 1);
+    to.slice_planes[0] = slice(part(0, 0, left, top), target, x, y);
+    to.slice_planes[1] = slice(part(left, 0, size.width - left, top), target, z, y);
+    to.slice_planes[2] = slice(part(0, top, left, size.height - top), target, x, -z);
+    to.slices = 3;
+  }
+}
+
+/// Of a colour as displayed (sRGB).
+glm::vec3 linear(double red, double green, double blue) {
+  const auto decoded = [](double value) {
+    return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+  };
+  return {decoded(red), decoded(green), decoded(blue)};
+}
+
+void set_viewport(shaders::LightParameters& to, const Scene& scene, PictureSize size) {
+  const Viewport port = viewport(scene, size);
+  to.width = size.width;
+  to.height = size.height;
+  to.view_left = static_cast<int>(port.left);
+  to.view_top = static_cast<int>(port.top);
+  to.view_right = static_cast<int>(port.left + port.width) - 1;
+  to.view_bottom = static_cast<int>(port.top + port.height) - 1;
+  to.centre = {port.centre_column(), port.centre_row()};
+  to.pixel = static_cast<float>(port.pixel_mm);
+  const double eye_mm = eye_distance_mm(scene.camera);
+  const double height_mm = eye_height_mm(scene.camera);
+  const bool from_eye = perspective(scene.camera);
+  to.view_scale_at_0 = static_cast<float>(from_eye ? height_mm / eye_mm : 1);
+  to.view_scale_per_mm = static_cast<float>(from_eye ? 1 / eye_mm : 0);
+  to.eye_height = static_cast<float>(height_mm);
+  // A millimetre before the eye, where that lies beyond the view plane: nothing is nearer.
+  to.shadow_top =
+      static_cast<float>(from_eye ? -std::max(scene.rays.start_mm, 1 - height_mm) : -scene.rays.start_mm);
+}
+
+void set_filter(shaders::LightParameters& to, const Scene& scene, double farthest_mm) {
+  const Scene::Filter& filter = scene.filter;
+  to.steady = static_cast<float>(filter.steady);
+  to.same_surface = static_cast<float>(filter.step_mm);
+  to.islands_radius = filter.islands / 2;
+  to.holes_radius = filter.holes / 2;
+  to.filter_radius = filter.size / 2;
+  const double sigma_pixels = filter.size / 5.0;
+  to.filter_fall = static_cast<float>(1 / (2 * sigma_pixels * sigma_pixels));
+  to.confidence_counts = filter.weights == FilterWeights::kConfidence ? 1 : 0;
+  // The largest sum: a whole window of the deepest surface, with the largest weight.
+  const int most_weight = to.confidence_counts != 0 ? FANLIGHT_MOST_WEIGHT : 1;
+  const double largest_mm =
+      std::max(farthest_mm - scene.rays.start_mm, 1.0) * filter.size * filter.size * most_weight;
+  constexpr double kFinestUnits = 16384;
+  to.sum_units = static_cast<float>(std::min(4.0e9 / largest_mm, kFinestUnits));
+}
+
+void set_light(shaders::LightParameters& to, const Scene& scene) {
+  const Scene::Light& light = scene.light;
+  to.light = {light.right_mm, light.up_mm, -light.depth_mm};
+  const glm::dvec3 from_target(light.right_mm, light.up_mm, scene.camera.distance_mm - light.depth_mm);
+  const double distance_mm = glm::length(from_target);
+  to.light_direction = distance_mm > 0 ? from_target / distance_mm : glm::dvec3(0, 0, 1);
+  to.lamp_distance = static_cast<float>(std::max(distance_mm, 1e-3));
+  to.directional = light.kind == LightKind::kDirectional ? 1 : 0;
+  to.light_colour = linear(light.red, light.green, light.blue);
+  to.material = linear(scene.material.red, scene.material.green, scene.material.blue);
+  to.ambient = static_cast<float>(light.ambient);
+  to.diffuse = static_cast<float>(light.diffuse);
+  to.specular = static_cast<float>(light.specular);
+  to.shininess = static_cast<float>(light.shininess);
+  to.central_normals = light.normals == Normals::kCentral ? 1 : 0;
+  to.shadow = static_cast<float>(scene.shadow.coefficient);
+  to.softness = static_cast<float>(scene.shadow.softness_mm);
+}
+
+int shown_by(Mode mode) {
+  switch (mode) {
+    case Mode::kSurface:
+    case Mode::kSurfaceAndVolume:
+    case Mode::kSlices:
+      return FANLIGHT_SHOW_SURFACE;
+    case Mode::kDepth:
+      return FANLIGHT_SHOW_DEPTH;
+    default:
+      return FANLIGHT_SHOW_COLOUR;
+  }
 }
 
 }  // namespace
@@ -94,60 +298,100 @@ ViewFrame view_frame(const Scene::Camera& camera) {
           .forward = forward};
 }
 
-double pixel_mm(const Scene::Camera& camera, PictureSize size) {
-  return camera.field_mm / size.height;
+Viewport viewport(const Scene& scene, PictureSize size) {
+  Viewport port{.width = size.width, .height = size.height};
+  if (scene.mode == Mode::kSlice) port.width = 0;
+  if (scene.mode == Mode::kSurfaceAndVolume) port.width = size.width / 2;
+  if (scene.mode == Mode::kSlices) {
+    port.left = size.width / 2;
+    port.top = size.height / 2;
+    port.width -= port.left;
+    port.height -= port.top;
+  }
+  port.pixel_mm = scene.camera.field_mm / port.height;
+  return port;
+}
+
+double eye_distance_mm(const Scene::Camera& camera) {
+  return camera.field_mm / (2 * std::tan(radians(camera.opening_deg) / 2));
+}
+
+int kept_by(Mode mode) {
+  switch (mode) {
+    case Mode::kVolume:
+    case Mode::kSurfaceAndVolume:
+      return FANLIGHT_KEEP_COLOUR;
+    case Mode::kMaximum:
+      return FANLIGHT_KEEP_MAXIMUM;
+    case Mode::kMinimum:
+      return FANLIGHT_KEEP_MINIMUM;
+    case Mode::kMean:
+      return FANLIGHT_KEEP_MEAN;
+    default:
+      return FANLIGHT_KEEP_NOTHING;
+  }
 }
 
 shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
-                                        const FanTable& table, const VolumeExtent& volume) {
-  const ViewFrame view = view_frame(scene.camera);
-  const double pixel = pixel_mm(scene.camera, size);
-  const double left_pixels = 0.5 * (size.width - 1.0);
-  const double up_pixels = 0.5 * (size.height - 1.0);
-
+                                        const AngleTable& table, const VolumeExtent& volume) {
   shaders::CastParameters to{};
-  to.origin = view.centre + pixel * (up_pixels * view.up - left_pixels * view.right);
-  to.right_step = pixel * view.right;
-  to.down_step = -pixel * view.up;
-  to.forward = view.forward;
-  to.width = size.width;
-  to.height = size.height;
-  set_samples(to, scene.rays, std::min(geometry.pixel_width_mm, geometry.pixel_height_mm),
-              depths_of(table.box(), view));
-
-  to.table_scale = {table.z_axis().scale, table.y_axis().scale};
-  to.table_offset = {table.z_axis().offset, table.y_axis().offset};
-  set_frames(to, geometry, volume);
-  set_sector(to, geometry);
-
+  set_rays(to, scene, size);
+  set_samples(to, scene, geometry.finest_mm(),
+              farthest_depth_mm(fan_box(geometry, volume), view_frame(scene.camera)));
+  set_frames(to, geometry, table, volume);
+  set_sector(to, geometry, scene.speckle.filter == SpeckleFilter::kNone ? 0 : scene.speckle.size / 2);
+  set_crop(to, scene);
+  set_slices(to, scene, size);
   to.threshold = static_cast<float>(scene.detector.threshold / kGreyLevels);
   to.edge_sign = scene.detector.sign == EdgeSign::kDarkToBright   ? 1
                  : scene.detector.sign == EdgeSign::kBrightToDark ? -1
                                                                   : 0;
-  to.transparent = static_cast<float>(scene.transfer.transparent / kGreyLevels);
-  to.ramp_scale = static_cast<float>(kGreyLevels / (scene.transfer.opaque - scene.transfer.transparent));
-  to.step_opacity = static_cast<float>(1 - std::pow(1 - scene.transfer.opacity_per_mm, to.step));
   return to;
 }
 
-shaders::LightParameters light_parameters(const Scene& scene, PictureSize size) {
-  const Scene::Light& light = scene.light;
+std::array<glm::vec4, 256> transfer_table(const TransferFunction& transfer, double step_mm) {
+  std::array<glm::vec4, 256> table{};
+  for (std::size_t level = 0; level < table.size(); ++level) {
+    const TransferFunction::Value value = transfer.at(static_cast<double>(level));
+    table[level] = {value.colour[0], value.colour[1], value.colour[2],
+                    1 - std::pow(1 - value.opacity_per_mm, step_mm)};
+  }
+  return table;
+}
+
+shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm) {
   shaders::LightParameters to{};
-  to.width = size.width;
-  to.height = size.height;
-  to.pixel = static_cast<float>(pixel_mm(scene.camera, size));
-  to.filter_radius = scene.filter.size / 2;
-  to.light = {light.right_mm, light.up_mm, light.depth_mm};
-  to.ambient = static_cast<float>(light.ambient);
-  to.diffuse = static_cast<float>(light.diffuse);
-  to.specular = static_cast<float>(light.specular);
-  to.shininess = static_cast<float>(light.shininess);
-  to.shadow = static_cast<float>(scene.shadow.coefficient);
-  to.shadow_top = static_cast<float>(scene.rays.start_mm);
-  to.skin = {0.90F, 0.58F, 0.42F};
-  to.show_volume = scene.mode == Mode::kVolume ? 1 : 0;
-  to.mean = scene.finish == Finish::kMean ? 1 : 0;
+  set_viewport(to, scene, size);
+  set_filter(to, scene, farthest_mm);
+  set_light(to, scene);
+  to.show = shown_by(scene.mode);
+  to.colours_from_left = scene.mode == Mode::kSurfaceAndVolume ? static_cast<int>(size.width / 2) : 0;
+  to.depth_white = static_cast<float>(scene.rays.start_mm);
+  to.depth_scale = static_cast<float>(1 / (scene.rays.end_mm - scene.rays.start_mm));
+  to.mean = scene.finish.smoothing == Smoothing::kMean ? 1 : 0;
+  to.diffusion_scale = static_cast<float>(kGreyLevels / scene.finish.conductance);
+  to.map_colours = scene.finish.colours == ColourMap::kNone ? 0 : 1;
+  const auto points = colour_map_points(scene.finish.colours);
+  std::ranges::copy(points, std::begin(to.map_points));
   return to;
+}
+
+std::array<glm::dvec3, FANLIGHT_MAP_POINTS> colour_map_points(ColourMap map) {
+  const glm::dvec3 black(0, 0, 0);
+  switch (map) {
+    case ColourMap::kSepia:
+      return {black, {0.29, 0.20, 0.13}, {0.69, 0.56, 0.40}, {1.00, 0.95, 0.84}};
+    case ColourMap::kGold:
+      return {black, {0.45, 0.20, 0.02}, {0.85, 0.55, 0.12}, {1.00, 0.95, 0.70}};
+    case ColourMap::kIce:
+      return {black, {0.05, 0.22, 0.45}, {0.35, 0.62, 0.85}, {0.92, 0.98, 1.00}};
+    case ColourMap::kHeat:
+      return {black, {0.55, 0.00, 0.00}, {1.00, 0.55, 0.00}, {1.00, 1.00, 0.85}};
+    case ColourMap::kNone:
+    case ColourMap::kGrey:
+      break;
+  }
+  return {black, glm::dvec3(1.0 / 3), glm::dvec3(2.0 / 3), glm::dvec3(1)};
 }
 
 }  // namespace fanlight

@@ -146,7 +146,7 @@ Result<void> render(const RenderOptions& options) {
 
   if (auto written = write_picture(options.out, *picture); !written) return written;
   if (!options.depth.empty()) {
-    const double pixel = pixel_mm(scene->camera, *size);
+    const double pixel = viewport(*scene, *size).pixel_mm;
     if (auto written = write_depth(options.depth, depths->smooth_mm, size->width, size->height, pixel);
         !written) {
       return written;

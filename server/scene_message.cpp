@@ -44,7 +44,9 @@ v1::Scene scene_message(const Scene& scene) {
     const auto [group, value] = message_field(field.name);
     Message* holder = group == nullptr ? &message : message.GetReflection()->MutableMessage(&message, group);
     const auto* reflection = holder->GetReflection();
-    if (value->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
+    if (field.is_text()) {
+      reflection->SetString(holder, value, field.get_text(scene));
+    } else if (value->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
       reflection->SetDouble(holder, value, field.get(scene));
     } else {
       reflection->SetUInt32(holder, value, static_cast<std::uint32_t>(field.get(scene)));
@@ -60,6 +62,10 @@ Result<Scene> changed_scene(const Scene& scene, const v1::Scene& change) {
     const Message& holder = group == nullptr ? change : change.GetReflection()->GetMessage(change, group);
     const auto* reflection = holder.GetReflection();
     if (!reflection->HasField(holder, value)) continue;
+    if (field.is_text()) {
+      if (auto set = set_field(changed, field, reflection->GetString(holder, value)); !set) return set.error();
+      continue;
+    }
     const double given = value->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE
                              ? reflection->GetDouble(holder, value)
                              : reflection->GetUInt32(holder, value);
@@ -78,7 +84,8 @@ void add_scene_fields(v1::Hello& hello) {
     row.set_minimum(field.minimum);
     row.set_maximum(field.maximum);
     row.set_step(field.step);
-    row.set_casts_rays(field.first_pass == FirstPass::kCast);
+    row.set_casts_rays(field.first_pass <= FirstPass::kCast);
+    row.set_is_text(field.is_text());
     for (const std::string_view choice : field.choices) row.add_choices(std::string(choice));
   }
 }

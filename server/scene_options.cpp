@@ -11,6 +11,7 @@ namespace fanlight {
 namespace {
 
 std::string help_of(const SceneField& field) {
+  if (field.is_text()) return std::string(field.help);
   const std::string allowed = field.choices.empty()
                                   ? fmt::format("{} to {}{}{}", field.minimum, field.maximum,
                                                 field.unit.empty() ? "" : " ", field.unit)
@@ -24,7 +25,7 @@ void SceneOptions::add_to(CLI::App& command) {
   for (const SceneField& field : scene_fields()) {
     auto& given = given_.emplace_back(&field, "");
     command.add_option(fmt::format("--{}", field.name), given.second, help_of(field))
-        ->type_name(field.choices.empty() ? "NUMBER" : "NAME")
+        ->type_name(field.is_text() ? "TEXT" : field.choices.empty() ? "NUMBER" : "NAME")
         ->group("Scene (what is not given follows from the fan's geometry)");
   }
 }

@@ -1,23 +1,46 @@
-// The one descriptor set that all passes share, the value of "no surface", the unit of sums.
+// The one descriptor set that all passes share, the value of "no surface", and what else both languages count.
 #ifndef FANLIGHT_SHADERS_BINDINGS_H
 #define FANLIGHT_SHADERS_BINDINGS_H
 
 #define FANLIGHT_BINDING_CAST_PARAMETERS 0
 #define FANLIGHT_BINDING_LIGHT_PARAMETERS 1
-#define FANLIGHT_BINDING_VOLUME 2     // 3D texture: column, row, frame by ascending angle
-#define FANLIGHT_BINDING_FAN_TABLE 3  // 2D texture, z across and y down: in-plane depth mm, frame coordinate
-#define FANLIGHT_BINDING_DEPTH 4      // float a pixel: pass 1's depth map, mm
-#define FANLIGHT_BINDING_VOLUME_COLOUR 5  // packed RGBA8 a pixel: pass 1's composited volume
-#define FANLIGHT_BINDING_ROW_SUMS 6       // uvec2 a pixel: sum of depths along the row, and their number
-#define FANLIGHT_BINDING_SMOOTH_DEPTH 7   // float a pixel: the filtered depth map, mm
-#define FANLIGHT_BINDING_LIT 8            // packed RGBA8 a pixel: pass 2's picture
-#define FANLIGHT_BINDING_FINISHED 9       // packed RGBA8 a pixel: pass 3's picture
-#define FANLIGHT_BINDINGS 10
+#define FANLIGHT_BINDING_VOLUME 2           // 3D texture: column, row, frame by ascending angle
+#define FANLIGHT_BINDING_ANGLE_TABLE 3      // float an entry: frame coordinate by tan(angle / 2)
+#define FANLIGHT_BINDING_TRANSFER 4         // vec4 a grey level: colour, opacity of one sample
+#define FANLIGHT_BINDING_FRAMES 5           // uint8 a pixel: the frames as they came, by ascending angle
+#define FANLIGHT_BINDING_COEFFICIENTS 6     // packed unorm16 pair a pixel: of pass 0's guided filter
+#define FANLIGHT_BINDING_PREPARED 7         // uint8 a pixel: the frames after pass 0
+#define FANLIGHT_BINDING_DEPTH 8            // float a pixel: pass 1's depth map, mm
+#define FANLIGHT_BINDING_CONFIDENCE 9       // float a pixel: edge contrast over the noise beside it
+#define FANLIGHT_BINDING_VOLUME_COLOUR 10   // packed RGBA8 a pixel: pass 1's colours
+#define FANLIGHT_BINDING_PREVIOUS 11        // float a pixel: the last volume's steady depth map, mm
+#define FANLIGHT_BINDING_STEADY 12          // float a pixel: this one's
+#define FANLIGHT_BINDING_CLEANED 13         // float a pixel: without islands, mm
+#define FANLIGHT_BINDING_FILLED 14          // float a pixel: with holes filled, mm
+#define FANLIGHT_BINDING_WEIGHTS 15         // uint a pixel: what it counts in the filter, 0 without a surface
+#define FANLIGHT_BINDING_ROW_SUMS 16        // uvec2 or vec2 a pixel: what the filter's first half leaves
+#define FANLIGHT_BINDING_SMOOTH_DEPTH 17    // float a pixel: the filtered depth map, mm
+#define FANLIGHT_BINDING_LIT 18             // four halves a pixel: pass 2's picture
+#define FANLIGHT_BINDING_DIFFUSED 19        // the same after a step of pass 3's diffusion
+#define FANLIGHT_BINDING_FINISHED 20        // packed RGBA8 a pixel: pass 3's picture
+#define FANLIGHT_BINDINGS 21
 
 // A depth is never negative, so this cannot be mistaken for one.
 #define FANLIGHT_NO_SURFACE -1.0
 
-// The unit in which the moving average sums depths.
-#define FANLIGHT_SUM_UNITS_PER_MM 1024.0
+// What pass 1 keeps along each ray, besides the surface.
+#define FANLIGHT_KEEP_NOTHING 0
+#define FANLIGHT_KEEP_COLOUR 1
+#define FANLIGHT_KEEP_MAXIMUM 2
+#define FANLIGHT_KEEP_MINIMUM 3
+#define FANLIGHT_KEEP_MEAN 4
+
+// What a picture shows inside the viewport.
+#define FANLIGHT_SHOW_SURFACE 0
+#define FANLIGHT_SHOW_DEPTH 1
+#define FANLIGHT_SHOW_COLOUR 2
+
+// The confidence counts in whole weights, so that sums are exact.
+#define FANLIGHT_MOST_WEIGHT 15
 
 #endif

@@ -1,4 +1,4 @@
-// Pass 1: one ray a pixel through the fan, sampled through the fan table (design, section 4).
+// Pass 1: one ray a pixel through the fan, sampled through the angle table (design, section 4).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -10,135 +10,251 @@ layout(local_size_x = 8, local_size_y = 8) in;  // a tile
 // Samples that the detector compares, even. A constant, so that the loop over the window unrolls and the
 // window lives in registers: indexed at run time it would live in memory.
 layout(constant_id = 0) const int kWindow = 8;
-// Off: the ray ends at the surface and no colour is kept.
-layout(constant_id = 1) const bool kComposite = false;
+// FANLIGHT_KEEP_...; with nothing to keep the ray ends at the surface.
+layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
+// Frames are scan lines of a curved array.
+layout(constant_id = 2) const bool kPolar = false;
+// The surface lies at the steepest point of the edge, not where the threshold is crossed.
+layout(constant_id = 3) const bool kRefined = true;
+// A sample is the mean of (2 k + 1)^2 across the ray.
+layout(constant_id = 4) const int kAcross = 0;
 
 // Tiles are numbered along the rows of tiles; a work group takes the one of its own number after this.
 layout(push_constant, scalar) uniform Band { uint first_tile; };
 layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters rays; };
-layout(binding = FANLIGHT_BINDING_VOLUME) uniform sampler3D volume;
-layout(binding = FANLIGHT_BINDING_FAN_TABLE) uniform sampler2D fan_table;
+layout(binding = FANLIGHT_BINDING_TRANSFER, scalar) readonly buffer Transfer { vec4 transfer[]; };
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) writeonly buffer DepthMap { float depth[]; };
+layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) writeonly buffer Confidences { float confidence[]; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours { uint volume_colour[]; };
+#include "fan_volume.h"
 
 // An opacity from which nothing behind changes the picture by a level of 255.
 const float kOpaque = 0.997;
+// The least noise that a confidence is measured by: a grey level.
+const float kLeastNoise = 1.0 / 255.0;
+const int kHalf = kWindow / 2;
 
-// The echo at a point of the fan, 0 to 1, or negative where nothing was scanned: above the probe face or
-// beside the sector. The ray has been cut to the frames already.
-float echo(vec3 at) {
-  vec2 in_fan = textureLod(fan_table, at.zy * rays.table_scale + rays.table_offset, 0.0).xy;
-  // The table is interpolated across the first and last frame, beyond which it goes on: a sample just inside could
-  // else reach for a frame that is not there.
-  float frame = clamp(in_fan.y, 0.0, rays.last_frame);
-  vec3 voxel = vec3(at.x * rays.column_scale + rays.column_offset, in_fan.x * rays.row_scale + rays.row_offset, frame);
-  float value = textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x;
-
-  // Each distance is positive on the scanned side: the smallest decides, without a branch.
-  float from_apex = in_fan.x + rays.sector_radius;
-  float reach = at.x * at.x + from_apex * from_apex;
-  float beside = from_apex * rays.sector_tangent - abs(at.x) - rays.sector_margin;
-  float within = min(reach - rays.sector_near_squared, rays.sector_far_squared - reach);
-  return min(min(beside, within), min(voxel.y, rays.last_row - voxel.y)) >= 0.0 ? value : -1.0;
-}
-
-// The part of a ray, from + t * forward, that satisfies a + b t >= 0, as a narrower (first, last).
-vec2 cut(vec2 part, float a, float b) {
-  float at = -a / b;
-  return b > 0.0   ? vec2(max(part.x, at), part.y)
-         : b < 0.0 ? vec2(part.x, min(part.y, at))
-         : a < 0.0 ? vec2(1.0, 0.0)
-                   : part;
-}
-
-// The part of a ray between the first and last column, the first and last frame, and within the last row:
-// a convex body, so one stretch. Empty where its end lies before its start.
-vec2 stretch_in_frames(vec3 from) {
-  vec2 part = vec2(0.0, 1e6);
-  part = cut(part, from.x - rays.left, rays.forward.x);
-  part = cut(part, rays.right - from.x, -rays.forward.x);
-
-  // About the sweep axis: y' = y + motor radius. A frame's angle is its half plane.
-  vec2 about_axis = vec2(from.y + rays.motor_radius, from.z);
-  vec2 forward = rays.forward.yz;
-  vec2 first = vec2(-rays.first_angle.y, rays.first_angle.x);
-  vec2 last = vec2(rays.last_angle.y, -rays.last_angle.x);
-  part = cut(part, dot(about_axis, first), dot(forward, first));
-  part = cut(part, dot(about_axis, last), dot(forward, last));
+// The part of a ray in which anything was scanned: between the first and last column, the first and last frame, and
+// within the last row: a convex body, so one stretch. Empty where its end lies before its start.
+vec2 stretch_in_frames(vec3 from, vec3 forward) {
+  vec2 part = vec2(max(rays.start, rays.eye), rays.end);
+  part = cut(part, from.x - rays.left, forward.x);
+  part = cut(part, rays.right_side - from.x, -forward.x);
+  part = between_frames(part, from, forward);
 
   // |about_axis + t * forward| <= farthest
-  float a = dot(forward, forward);
-  float half_b = dot(about_axis, forward);
+  vec2 about_axis = vec2(from.y + rays.motor_radius, from.z);
+  float a = dot(forward.yz, forward.yz);
+  float half_b = dot(about_axis, forward.yz);
   float c = dot(about_axis, about_axis) - rays.farthest * rays.farthest;
   float root = half_b * half_b - a * c;
-  vec2 disc = a > 1e-12 ? (vec2(-half_b) + vec2(-1.0, 1.0) * sqrt(max(root, 0.0))) / a : vec2(0.0, 1e6);
+  vec2 disc = a > 1e-12 ? (vec2(-half_b) + vec2(-1.0, 1.0) * sqrt(max(root, 0.0))) / a : part;
   bool misses = a > 1e-12 ? root < 0.0 : c > 0.0;
   return misses ? vec2(1.0, 0.0) : vec2(max(part.x, disc.x), min(part.y, disc.y));
 }
 
-// Colour of an echo in the composited volume: dark red to bone.
-vec3 tissue_colour(float value) { return mix(vec3(0.35, 0.12, 0.08), vec3(1.0, 0.92, 0.82), value); }
+// Steps of the window across the ray.
+vec3 across_right;
+vec3 across_up;
+
+// The echo at a point of the ray: the mean over the window across it, of what was scanned of it.
+float sample_at(vec3 at) {
+  float middle = echo(at);
+  if (kAcross == 0) return middle;
+  float sum = 0.0;
+  float count = 0.0;
+  for (int right = -kAcross; right <= kAcross; ++right) {
+    for (int up = -kAcross; up <= kAcross; ++up) {
+      vec3 beside = at + float(right) * across_right + float(up) * across_up;
+      // The ray has been cut to the frames, its neighbours have not.
+      vec2 part = between_frames(vec2(0.0, 0.0), beside, vec3(0.0));
+      float value = part.x <= part.y ? echo(beside) : -1.0;
+      sum += max(value, 0.0);
+      count += value >= 0.0 ? 1.0 : 0.0;
+    }
+  }
+  return middle < 0.0 ? middle : sum / count;
+}
+
+// Mean and variance of the samples on one side of the surface, and their number.
+struct Side {
+  float mean;
+  float variance;
+  float count;
+};
+
+Side side_of(vec3 from, vec3 forward, float at, float spacing) {
+  float sum = 0.0;
+  float squares = 0.0;
+  float count = 0.0;
+  for (int index = 0; index < kHalf; ++index) {
+    float t = at + (float(index) + 0.5) * spacing;
+    vec2 part = between_frames(vec2(t, t), from, forward);
+    float value = part.x <= part.y ? sample_at(from + t * forward) : -1.0;
+    float scanned = value >= 0.0 ? 1.0 : 0.0;
+    sum += scanned * value;
+    squares += scanned * value * value;
+    count += scanned;
+  }
+  float mean = sum / max(count, 1.0);
+  return Side(mean, max(squares / max(count, 1.0) - mean * mean, 0.0), count);
+}
+
+// Contrast of the edge over the noise beside it.
+float confidence_at(vec3 from, vec3 forward, float surface, float spacing) {
+  Side near = side_of(from, forward, surface, -spacing);
+  Side far = side_of(from, forward, surface, spacing);
+  float noise = max(sqrt(0.5 * (near.variance + far.variance)), kLeastNoise);
+  return min(near.count, far.count) > 0.0 ? abs(far.mean - near.mean) / noise : 0.0;
+}
+
+// Where an edge peaks, in samples from the peak's own: the top of the parabola through it and its neighbours, where
+// both are known (not negative).
+float peak_offset(float before, float peak, float after) {
+  float bend = before - 2.0 * peak + after;
+  bool known = before >= 0.0 && after >= 0.0 && bend < 0.0;
+  return known ? clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
+}
+
+vec4 transfer_at(float value) {
+  float level = value * 255.0;
+  float below = min(floor(level), 254.0);
+  int entry = int(below);
+  return mix(transfer[entry], transfer[entry + 1], level - below);
+}
 
 void main() {
   uint tile = first_tile + gl_WorkGroupID.x;
   uint tiles_across = (rays.width + 7u) / 8u;
   uvec2 pixel = 8u * uvec2(tile % tiles_across, tile / tiles_across) + gl_LocalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
+  uvec2 in_view = pixel - uvec2(rays.view_left, rays.view_top);  // beyond the size where it lies before
+  bool has_ray = in_view.x < rays.view_width && in_view.y < rays.view_height;
 
-  vec3 from = rays.origin + float(pixel.x) * rays.right_step + float(pixel.y) * rays.down_step +
-              rays.start * rays.forward;
-  vec3 along = rays.step * rays.forward;
+  vec3 from = rays.origin + float(pixel.x) * rays.right_step + float(pixel.y) * rays.down_step;
+  vec3 forward = rays.forward + float(pixel.x) * rays.right_turn + float(pixel.y) * rays.down_turn;
+  float stride = length(forward);  // mm of ray a mm of depth
+  float spacing = rays.step / stride;
+  across_right = rays.step * normalize(rays.right - dot(rays.right, forward) / (stride * stride) * forward);
+  across_up = cross(across_right, forward) / stride;
+
+  // Beyond what is shown, the detector's windows have samples to stand on.
+  vec2 shown = cropped(vec2(rays.start, rays.end), from, forward);
+  vec2 stretch = stretch_in_frames(from, forward);
+  float beyond_crop = 2.0 * float(kWindow) * spacing;
+  stretch = vec2(max(stretch.x, shown.x - beyond_crop), min(stretch.y, shown.y + beyond_crop));
+  if (!has_ray || shown.x > shown.y) stretch = vec2(1.0, 0.0);
   // Whole samples only, so that cutting a ray never moves one.
-  vec2 stretch = stretch_in_frames(from) / rays.step;
-  uint sample_index = uint(clamp(ceil(stretch.x), 0.0, float(rays.steps)));
-  uint end = uint(clamp(floor(stretch.y) + 1.0, 0.0, float(rays.steps)));
+  float most = float(rays.steps);
+  uint sample_index = uint(clamp(ceil((stretch.x - rays.start) / spacing), 0.0, most));
+  uint end = stretch.x > stretch.y ? 0u : uint(clamp(floor((stretch.y - rays.start) / spacing) + 1.0, 0.0, most));
 
   float window[kWindow];
   for (int slot = 0; slot < kWindow; ++slot) window[slot] = 0.0;
-  float difference = 0.0;      // sum of the newest half of the window - sum of the oldest half
-  float last_difference = 0.0;
-  int scanned_in_a_row = 0;    // an edge of the fan is not an edge of tissue
+  float difference = 0.0;    // sum of the newest half of the window - sum of the oldest half
+  int scanned_in_a_row = 0;  // an edge of the fan is not an edge of tissue
+  float last_edge = 0.0;
+  const float level = rays.threshold * float(kHalf);
+
+  // The edge under way: its peak so far, which sample that was, and the edge's height beside it (-1: not known).
+  float peak = 0.0;
+  float peak_index = 0.0;
+  float before_peak = -1.0;
+  float after_peak = -1.0;
+  bool in_edge = false;
+
   float surface = FANLIGHT_NO_SURFACE;
   vec3 colour = vec3(0.0);
   float opacity = 0.0;
-  const float level = rays.threshold * float(kWindow / 2);
+  float extreme = kKeep == FANLIGHT_KEEP_MINIMUM ? 2.0 : -1.0;
+  float sum = 0.0;
+  float count = 0.0;
 
   // The circular buffer is the inner loop: slot is a constant once it is unrolled.
   bool done = false;
   while (sample_index < end && !done) {
     for (int slot = 0; slot < kWindow; ++slot) {
-      float value = echo(from + float(sample_index) * along);
-      scanned_in_a_row = value < 0.0 ? 0 : scanned_in_a_row + 1;
+      // The window's last round may go beyond the ray's end.
+      bool taken = sample_index < end;
+      float t = rays.start + float(sample_index) * spacing;
+      float value = sample_at(from + t * forward);
+      scanned_in_a_row = taken && value >= 0.0 ? scanned_in_a_row + 1 : 0;
+      bool scanned = scanned_in_a_row > 0;
       value = max(value, 0.0);
 
       // The sample that moves from the newest half to the oldest, and the one that leaves.
-      float middle = window[(slot + kWindow / 2) % kWindow];
+      float middle = window[(slot + kHalf) % kWindow];
       float oldest = window[slot];
       window[slot] = value;
       difference += value - 2.0 * middle + oldest;
 
       float edge = rays.edge_sign == 0 ? abs(difference) : float(rays.edge_sign) * difference;
-      bool within = scanned_in_a_row >= kWindow && sample_index < end;
-      bool crossed = within && surface < 0.0 && edge > level;
-      // The edge lies between the two halves; the crossing of the level lies between this step and the last.
-      float last_edge = scanned_in_a_row > kWindow ? last_difference : edge;
-      float beyond = edge > last_edge ? clamp((edge - level) / (edge - last_edge), 0.0, 1.0) : 0.0;
-      float index = float(sample_index) - float(kWindow / 2) + 0.5 - beyond;
-      surface = crossed ? rays.start + index * rays.step : surface;
-      last_difference = edge;
+      float index = float(sample_index);
+      bool full = scanned_in_a_row >= kWindow;
+      bool first = scanned_in_a_row == kWindow;  // there is no last edge then
+      bool crossed = full && !in_edge && edge > level && (first || last_edge <= level);
 
-      if (kComposite) {
-        // The window's last round may go beyond the ray's end.
-        float share = float(sample_index < end) * clamp((value - rays.transparent) * rays.ramp_scale, 0.0, 1.0) * rays.step_opacity;
-        colour += (1.0 - opacity) * share * tissue_colour(value);
-        opacity += (1.0 - opacity) * share;
+      // In samples from the ray's start: the middle between the window's halves lies this far back.
+      const float kBack = float(kHalf) - 0.5;
+      float found = -1.0;
+      if (kRefined) {
+        after_peak = in_edge && full && index == peak_index + 1.0 ? edge : after_peak;
+        bool ended = in_edge && (!full || edge <= max(level, 0.5 * peak));
+        found = ended ? peak_index - kBack + peak_offset(before_peak, peak, after_peak) : -1.0;
+        in_edge = in_edge && !ended;
+        bool higher = crossed || (in_edge && edge > peak);
+        peak = higher ? edge : peak;
+        peak_index = higher ? index : peak_index;
+        before_peak = higher ? (first ? -1.0 : last_edge) : before_peak;
+        after_peak = higher ? -1.0 : after_peak;
+        in_edge = in_edge || crossed;
+      } else {
+        // The crossing of the level lies between this step and the last.
+        float rise = edge - last_edge;
+        float beyond = first || rise <= 0.0 ? 0.0 : clamp((edge - level) / rise, 0.0, 1.0);
+        found = crossed ? index - kBack - beyond : -1.0;
+      }
+      float place = rays.start + found * spacing;
+      bool is_surface = found >= 0.0 && surface < 0.0 && place >= shown.x && place <= shown.y;
+      surface = is_surface ? place : surface;
+      last_edge = edge;
+
+      if (kKeep != FANLIGHT_KEEP_NOTHING) {
+        bool kept = scanned && t >= shown.x && t <= shown.y;
+        if (kKeep == FANLIGHT_KEEP_COLOUR) {
+          vec4 look = transfer_at(value);
+          float share = kept ? (1.0 - opacity) * look.a : 0.0;
+          colour += share * look.rgb;
+          opacity += share;
+        }
+        if (kKeep == FANLIGHT_KEEP_MAXIMUM) extreme = kept ? max(extreme, value) : extreme;
+        if (kKeep == FANLIGHT_KEEP_MINIMUM) extreme = kept ? min(extreme, value) : extreme;
+        if (kKeep == FANLIGHT_KEEP_MEAN) {
+          sum += kept ? value : 0.0;
+          count += kept ? 1.0 : 0.0;
+        }
       }
       ++sample_index;
     }
-    done = kComposite ? opacity >= kOpaque : surface >= 0.0;
+    bool settled = kKeep == FANLIGHT_KEEP_NOTHING || (kKeep == FANLIGHT_KEEP_COLOUR && opacity >= kOpaque);
+    done = settled && surface >= 0.0;
+  }
+  if (kRefined && in_edge && surface < 0.0) {
+    // The ray ended on the edge.
+    float found = peak_index - (float(kHalf) - 0.5) + peak_offset(before_peak, peak, after_peak);
+    float place = rays.start + found * spacing;
+    surface = place >= shown.x && place <= shown.y ? place : surface;
   }
 
+  float sure = 0.0;
+  // A loop, not a branch: where no lane has a surface, nothing is sampled.
+  for (int once = surface >= 0.0 ? 0 : 1; once < 1; ++once) sure = confidence_at(from, forward, surface, spacing);
+
+  if (kKeep == FANLIGHT_KEEP_MAXIMUM) colour = vec3(max(extreme, 0.0));
+  if (kKeep == FANLIGHT_KEEP_MINIMUM) colour = vec3(extreme > 1.0 ? 0.0 : extreme);
+  if (kKeep == FANLIGHT_KEEP_MEAN) colour = vec3(sum / max(count, 1.0));
   uint index = pixel.y * rays.width + pixel.x;
   depth[index] = surface;
+  confidence[index] = sure;
   volume_colour[index] = packUnorm4x8(vec4(colour, 1.0));
 }

@@ -1,4 +1,5 @@
-// Pass 3: the mean of each pixel with its right, lower and lower right neighbours, or the picture as it is.
+// Pass 3: the mean of each pixel with its right, lower and lower right neighbours, or the picture as it is; then the
+// colour map.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -8,19 +9,27 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
-layout(binding = FANLIGHT_BINDING_LIT, scalar) readonly buffer Lit { uint lit[]; };
+layout(binding = FANLIGHT_BINDING_LIT, scalar) readonly buffer Lit { uvec2 lit[]; };
 layout(binding = FANLIGHT_BINDING_FINISHED, scalar) writeonly buffer Finished { uint finished[]; };
+#include "lit_picture.h"
 
-vec4 lit_at(uvec2 pixel) {
+vec3 lit_at(uvec2 pixel) {
   uvec2 inside = min(pixel, uvec2(lighting.width, lighting.height) - 1u);
-  return unpackUnorm4x8(lit[inside.y * lighting.width + inside.x]);
+  return unpacked(lit[inside.y * lighting.width + inside.x]);
+}
+
+vec3 mapped(vec3 colour) {
+  float place = clamp(brightness(colour), 0.0, 1.0) * float(FANLIGHT_MAP_POINTS - 1);
+  int below = min(int(place), FANLIGHT_MAP_POINTS - 2);
+  return mix(lighting.map_points[below], lighting.map_points[below + 1], place - float(below));
 }
 
 void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= lighting.width || pixel.y >= lighting.height) return;
-  vec4 here = lit_at(pixel);
-  vec4 others = lit_at(pixel + uvec2(1, 0)) + lit_at(pixel + uvec2(0, 1)) + lit_at(pixel + uvec2(1, 1));
-  vec4 mean = 0.25 * (here + others);
-  finished[pixel.y * lighting.width + pixel.x] = packUnorm4x8(lighting.mean != 0 ? mean : here);
+  vec3 here = lit_at(pixel);
+  vec3 others = lit_at(pixel + uvec2(1, 0)) + lit_at(pixel + uvec2(0, 1)) + lit_at(pixel + uvec2(1, 1));
+  vec3 smoothed = lighting.mean != 0 ? 0.25 * (here + others) : here;
+  vec3 colour = lighting.map_colours != 0 ? mapped(smoothed) : smoothed;
+  finished[pixel.y * lighting.width + pixel.x] = packUnorm4x8(vec4(colour, 1.0));
 }

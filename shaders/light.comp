@@ -1,5 +1,5 @@
-// Pass 2: normals from three neighbouring pixels of the filtered depth map, Blinn-Phong under a point light,
-// and a shadow ray over the height map (design, section 4).
+// Pass 2: normals of the filtered depth map, Blinn-Phong, and a shadow ray over it (design, section 4); or whatever
+// else the picture shows.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -11,71 +11,103 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours { uint volume_colour[]; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth { float smooth_depth[]; };
-layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit { uint lit[]; };
+layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit { uvec2 lit[]; };
+#include "lit_picture.h"
+#include "surface_map.h"
 
 // A shadow ray has to pass this much, in pixels, below a height before it is hidden by it: otherwise a slope
 // throws shadows on itself.
 const float kShadowBias = 1.5;
+// How far a shadow ray goes towards a directional light.
+const float kShadowReach = 1000.0;
 
 float depth_at(ivec2 pixel) {
-  return smooth_depth[uint(pixel.y) * lighting.width + uint(pixel.x)];
+  ivec2 first = ivec2(lighting.view_left, lighting.view_top);
+  float there = smooth_depth[index_of(clamp(pixel, first, ivec2(lighting.view_right, lighting.view_bottom)))];
+  return in_view(pixel) ? there : FANLIGHT_NO_SURFACE;
 }
 
-// Slope of the depth along one axis from the pixel and its next neighbour; where that one has no surface,
-// from the one before; where neither has, none.
-float slope(ivec2 pixel, ivec2 axis, float here) {
-  ivec2 last = ivec2(lighting.width, lighting.height) - 1;
-  float next = depth_at(min(pixel + axis, last));
-  float before = depth_at(max(pixel - axis, ivec2(0)));
-  bool has_next = next >= 0.0 && all(lessThanEqual(pixel + axis, last));
-  bool has_before = before >= 0.0 && all(greaterThanEqual(pixel - axis, ivec2(0)));
-  return (has_next ? next - here : has_before ? here - before : 0.0) / lighting.pixel;
-}
+// What a length across the view measures at a depth, for each mm where pixels are measured.
+float view_scale(float depth) { return lighting.view_scale_at_0 + lighting.view_scale_per_mm * depth; }
 
 // The pixel's place in the view frame, with height (towards the viewer) as third axis: right-handed.
 vec3 place(vec2 pixel, float depth) {
-  vec2 centre = 0.5 * (vec2(lighting.width, lighting.height) - 1.0);
-  return vec3((pixel.x - centre.x) * lighting.pixel, (centre.y - pixel.y) * lighting.pixel, -depth);
+  vec2 across = (pixel - lighting.centre) * lighting.pixel * view_scale(depth);
+  return vec3(across.x, -across.y, -depth);
 }
 
-// Whether the height map stands between a place on it and the light. Walks a pixel a step and ends at the
-// light, at the picture's border, or above everything.
-bool shadowed(vec2 pixel, vec3 from, vec3 light) {
-  vec2 across = vec2(light.x - from.x, from.y - light.y) / lighting.pixel;  // in pixels, rows downwards
-  float pixels = max(abs(across.x), abs(across.y));
-  if (lighting.shadow >= 1.0 || pixels < 1.0) return false;
-  vec2 pixel_step = across / pixels;
-  float height_step = (light.z - from.z) / pixels;
-  float top = -lighting.shadow_top;
-  vec2 last = vec2(lighting.width, lighting.height) - 1.0;
+// The inverse: where a place shows.
+vec2 pixel_of(vec3 at) {
+  float scale = lighting.pixel * view_scale(-at.z);
+  return lighting.centre + vec2(at.x, -at.y) / scale;
+}
 
-  vec2 at = pixel;
-  float height = from.z + kShadowBias * lighting.pixel;
-  bool hidden = false;
-  for (float walked = 1.0; walked < pixels && !hidden; walked += 1.0) {
-    at += pixel_step;
-    height += height_step;
-    if (height > top || any(lessThan(at, vec2(0.0))) || any(greaterThan(at, last))) break;
-    float depth = depth_at(ivec2(at + 0.5));
-    hidden = depth >= 0.0 && -depth > height;
+// From a pixel's place along one axis of the picture: between its neighbours, or to the one that has a surface; where
+// neither has, level.
+vec3 tangent(ivec2 pixel, ivec2 axis, float here) {
+  float next = depth_at(pixel + axis);
+  float before = depth_at(pixel - axis);
+  bool central = lighting.central_normals != 0;
+  bool has_next = central ? same_surface(next, here) : next >= 0.0;
+  bool has_before = central ? same_surface(before, here) : before >= 0.0;
+  vec3 at = place(vec2(pixel), here);
+  vec3 from = has_before && (central || !has_next) ? place(vec2(pixel - axis), before) : at;
+  vec3 to = has_next ? place(vec2(pixel + axis), next) : has_before ? at : place(vec2(pixel + axis), here);
+  return to - from;
+}
+
+// The share of the lamp that is seen from a place on the height map: walks a pixel a step and ends at the light, at the
+// viewport's border, or above everything.
+float light_seen(vec3 from, float depth) {
+  vec3 way = lighting.directional != 0 ? kShadowReach * lighting.light_direction : lighting.light - from;
+  float lamp = lighting.directional != 0 ? lighting.lamp_distance : max(length(way), 1e-3);
+  vec3 start = from + vec3(0.0, 0.0, kShadowBias * lighting.pixel * view_scale(depth));
+  bool leaves = start.z + way.z > lighting.shadow_top;
+  if (lighting.shadow >= 1.0 || (leaves && start.z >= lighting.shadow_top)) return 1.0;
+  vec3 end = start + (leaves ? (lighting.shadow_top - start.z) / way.z : 1.0) * way;
+
+  vec2 start_pixel = pixel_of(start);
+  vec2 across = pixel_of(end) - start_pixel;
+  float pixels = max(abs(across.x), abs(across.y));
+  float start_scale = view_scale(-start.z);
+  float end_scale = view_scale(-end.z);
+  float way_length = length(end - start);
+  vec2 first = vec2(lighting.view_left, lighting.view_top);
+  vec2 last = vec2(lighting.view_right, lighting.view_bottom);
+
+  float seen = 1.0;
+  for (float walked = 1.0; walked < pixels && seen > 0.0; walked += 1.0) {
+    float share = walked / pixels;
+    vec2 at = start_pixel + share * across;
+    if (any(lessThan(at, first)) || any(greaterThan(at, last))) break;
+    // Even steps in the picture are not even in the body, in perspective.
+    float along = share * start_scale / (share * start_scale + (1.0 - share) * end_scale);
+    float height = mix(start.z, end.z, along);
+    float there = depth_at(ivec2(floor(at + 0.5)));
+    float clearance = there >= 0.0 ? height + there : 1e9;
+    float spread = lighting.softness * along * way_length / lamp;
+    float visible = spread > 0.0 ? clamp(0.5 + 0.5 * clearance / spread, 0.0, 1.0) : (clearance < 0.0 ? 0.0 : 1.0);
+    seen = min(seen, visible);
   }
-  return hidden;
+  return seen;
 }
 
 vec3 shade(ivec2 pixel, float depth) {
   vec3 at = place(vec2(pixel), depth);
-  vec3 light = vec3(lighting.light.xy, -lighting.light.z);
-  // Height is -depth and rows run downwards: (-d height/d right, -d height/d up, 1).
-  vec3 normal = normalize(vec3(slope(pixel, ivec2(1, 0), depth), -slope(pixel, ivec2(0, 1), depth), 1.0));
-  vec3 toward = light - at;
-  vec3 to_light = toward / max(length(toward), 1e-6);  // a light may lie on the surface
-  vec3 halfway = normalize(to_light + vec3(0.0, 0.0, 1.0));  // parallel rays: the viewer is at infinity
+  // Rows run downwards.
+  vec3 normal = normalize(cross(tangent(pixel, ivec2(1, 0), depth), -tangent(pixel, ivec2(0, 1), depth)));
+  vec3 toward = lighting.light - at;
+  vec3 to_point = toward / max(length(toward), 1e-6);  // a light may lie on the surface
+  vec3 to_light = lighting.directional != 0 ? lighting.light_direction : to_point;
+  // Parallel rays: the viewer is at infinity.
+  vec3 to_eye = lighting.view_scale_per_mm > 0.0 ? normalize(vec3(0.0, 0.0, lighting.eye_height) - at) : vec3(0.0, 0.0, 1.0);
+  vec3 halfway = normalize(to_light + to_eye);
   float facing = max(dot(normal, to_light), 0.0);
   float gleam = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
-  float direct = facing > 0.0 && shadowed(vec2(pixel), at, light) ? lighting.shadow : 1.0;
+  float direct = facing > 0.0 ? mix(lighting.shadow, 1.0, light_seen(at, depth)) : 1.0;
   // The paper scales the whole pixel by the shadow coefficient, ambient light included.
-  vec3 matt = lighting.skin * (lighting.ambient + lighting.diffuse * facing);
-  return direct * (matt + vec3(lighting.specular * gleam));
+  vec3 matt = lighting.material * (lighting.ambient + lighting.diffuse * facing);
+  return direct * lighting.light_colour * (matt + vec3(lighting.specular * gleam));
 }
 
 vec3 encoded(vec3 linear) {
@@ -84,12 +116,27 @@ vec3 encoded(vec3 linear) {
   return mix(curve, 12.92 * bounded, lessThan(bounded, vec3(0.0031308)));
 }
 
+vec3 colour_at(ivec2 pixel) { return unpackUnorm4x8(volume_colour[index_of(pixel)]).rgb; }
+
+vec3 shown_at(ivec2 pixel) {
+  if (!in_view(pixel)) {
+    // Beside the surface: the planes where they are, or the volume's colours from the pixels that have rays.
+    ivec2 from = pixel - ivec2(lighting.colours_from_left, 0);
+    bool beyond = lighting.colours_from_left > 0 && (from.x < 0 || !in_view(from));
+    return beyond ? vec3(0.0) : colour_at(from);
+  }
+  if (lighting.show == FANLIGHT_SHOW_COLOUR) return colour_at(pixel);
+  float depth = smooth_depth[index_of(pixel)];
+  if (depth < 0.0) return vec3(0.0);
+  if (lighting.show == FANLIGHT_SHOW_DEPTH) {
+    return vec3(clamp(1.0 - (depth - lighting.depth_white) * lighting.depth_scale, 0.0, 1.0));
+  }
+  return encoded(shade(pixel, depth));
+}
+
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (pixel.x >= int(lighting.width) || pixel.y >= int(lighting.height)) return;
-  uint index = uint(pixel.y) * lighting.width + uint(pixel.x);
-  float depth = smooth_depth[index];
-  vec3 surface = depth >= 0.0 ? encoded(shade(pixel, depth)) : vec3(0.0);
-  vec3 colour = lighting.show_volume != 0 ? unpackUnorm4x8(volume_colour[index]).rgb : surface;
-  lit[index] = packUnorm4x8(vec4(colour, 1.0));
+  vec3 colour = shown_at(pixel);
+  lit[index_of(pixel)] = packed(colour);
 }

@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 namespace fanlight::shaders {
 using glm::vec2;
 using glm::vec3;
+using glm::vec4;
 using uint = std::uint32_t;
 }  // namespace fanlight::shaders
 #define FANLIGHT_SHADER_STRUCT(name) \

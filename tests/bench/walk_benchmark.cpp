@@ -3,7 +3,7 @@
 
 #include "acquisition/phantom_source.hpp"
 #include "proto/volume_ring.hpp"
-#include "renderer/fan_table.hpp"
+#include "renderer/angle_table.hpp"
 #include "server/picture_encoder.hpp"
 
 namespace fanlight {
@@ -51,20 +51,19 @@ void volume_through_the_ring(benchmark::State& state) {
 }
 BENCHMARK(volume_through_the_ring);
 
-void fan_table_of_new_angles(benchmark::State& state) {
+void angle_table_of_new_angles(benchmark::State& state) {
   const Volume volume = first_volume();
   Volume other(volume.geometry(), volume.frame_capacity());
   for (const double angle_rad : volume.angles_rad()) other.add_frame({.angle_rad = 0.99 * angle_rad});
   other.sort_by_angle();
-  FanTable table(volume.geometry(), volume.angles_rad().front(), volume.angles_rad().back(),
-                 volume.frame_capacity());
+  AngleTable table(volume.angles_rad().front(), volume.angles_rad().back(), volume.frame_capacity());
   for (auto _ : state) {
     table.place(other);
     table.place(volume);
   }
   state.SetItemsProcessed(2 * state.iterations());
 }
-BENCHMARK(fan_table_of_new_angles)->Unit(benchmark::kMillisecond);
+BENCHMARK(angle_table_of_new_angles)->Unit(benchmark::kMillisecond);
 
 void picture_to_jpeg(benchmark::State& state) {
   const Volume volume = first_volume();

@@ -65,6 +65,27 @@ export class ViewerPage {
     return Number(await this.page.locator(`[data-number="${name}"]`).inputValue());
   }
 
+  /** The text of a text field. */
+  text(name) {
+    return this.page.locator(`[data-text="${name}"]`).inputValue();
+  }
+
+  /** Of a field that is a choice; `label` is what a person reads. */
+  async choose(name, label) {
+    await this.page.locator(`[data-field="${name}"]`).selectOption({ label });
+  }
+
+  /** Unfolds a group of settings. */
+  async unfold(group) {
+    const details = this.page.locator(`[data-group="${group}"]`);
+    if ((await details.getAttribute("open")) === null) await details.locator("summary").first().click();
+  }
+
+  /** Whether the page says that this group has no effect. */
+  async unused(group) {
+    return (await this.page.locator(`[data-group="${group}"] > summary`).textContent()).includes("unused");
+  }
+
   connection() {
     return this.page.locator("html").getAttribute("data-connection");
   }
@@ -86,22 +107,45 @@ export class ViewerPage {
     );
   }
 
-  /** Grey levels of the picture's middle half, every fourth pixel each way. */
-  grey() {
+  /** Red, green and blue of the picture's middle half, every fourth pixel each way. */
+  colours() {
     return this.page.locator("#picture").evaluate((canvas) => {
       const [width, height] = [canvas.width >> 1, canvas.height >> 1];
       const copy = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
       copy.drawImage(canvas, -(canvas.width >> 2), -(canvas.height >> 2));
       const { data } = copy.getImageData(0, 0, width, height);
-      const levels = [];
+      const colours = [];
       for (let row = 0; row < height; row += 4) {
         for (let column = 0; column < width; column += 4) {
           const at = (row * width + column) * 4;
-          levels.push((data[at] + data[at + 1] + data[at + 2]) / 3);
+          colours.push([data[at], data[at + 1], data[at + 2]]);
         }
       }
-      return levels;
+      return colours;
     });
+  }
+
+  /** Grey levels of the same pixels. */
+  async grey() {
+    return (await this.colours()).map(([red, green, blue]) => (red + green + blue) / 3);
+  }
+
+  /** How much more red than blue the same pixels have, on average, in levels of 255. */
+  async warmth() {
+    const colours = await this.colours();
+    return colours.reduce((sum, [red, , blue]) => sum + red - blue, 0) / colours.length;
+  }
+
+  /** The light's marker as fractions of the picture's width and height; nothing where it is not shown. */
+  async marker() {
+    const light = await this.page.locator("#light").boundingBox();
+    const picture = await this.page.locator("#picture").boundingBox();
+    return (
+      light && [
+        (light.x + light.width / 2 - picture.x) / picture.width,
+        (light.y + light.height / 2 - picture.y) / picture.height,
+      ]
+    );
   }
 
   /** From and to as fractions of the picture's width and height. */

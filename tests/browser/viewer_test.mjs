@@ -157,6 +157,162 @@ test("a refused value is told and taken back", async () => {
   });
 });
 
+test("a surface is coloured without ray casting, and gets its colour back", async () => {
+  await withPage("coloured", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    await viewer.settled();
+    const warmth = await viewer.warmth();
+    const pass1 = await viewer.number("pass1-runs");
+    const red = await viewer.field("material.red");
+    assert.ok(warmth > 0, `the surface is skin, red over blue ${warmth}`);
+    await viewer.unfold("material");
+    await viewer.page.locator('[data-colour="material.colour"]').fill("#2040ff");
+    await viewer.settled();
+    assert.ok((await viewer.warmth()) < -kAnotherPicture, `a blue surface has red over blue ${await viewer.warmth()}`);
+    assert.deepEqual(
+      [await viewer.field("material.red"), await viewer.field("material.green"), await viewer.field("material.blue")],
+      [0.125, 0.251, 1],
+    );
+    await viewer.page.locator('[data-reset="material.colour"]').click();
+    await viewer.settled();
+    assert.equal(await viewer.field("material.red"), red);
+    assert.ok(Math.abs((await viewer.warmth()) - warmth) < 1, "the colour did not come back");
+    assert.equal(await viewer.number("pass1-runs"), pass1, "a colour ran pass 1");
+    assert.deepEqual(viewer.complaints, []);
+  });
+});
+
+test("the volume is recoloured by hand and by text, and a text that is none is refused", async () => {
+  await withPage("transfer", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    assert.ok(await viewer.unused("transfer"), "the volume's colours count in mode surface");
+    await viewer.choose("mode", "volume");
+    await viewer.unfold("transfer");
+    await viewer.settled();
+    assert.equal(await viewer.unused("transfer"), false, "the volume's colours do not count in mode volume");
+    assert.ok(await viewer.unused("light"), "the light counts in mode volume");
+    const points = () => viewer.text("transfer.points");
+    const atFirst = await points();
+    const handles = viewer.page.locator("[data-handle]");
+    const count = atFirst.split(",").length;
+    assert.equal(await handles.count(), count);
+
+    // A point by double click, dragged elsewhere, moved by keys, coloured, and removed again.
+    const plot = viewer.page.locator(".transfer svg");
+    await plot.scrollIntoViewIfNeeded();
+    const box = await plot.boundingBox();
+    await viewer.page.mouse.dblclick(box.x + box.width * 0.6, box.y + box.height * 0.3);
+    await viewer.settled();
+    assert.equal(await handles.count(), count + 1);
+    const [level, , opacity] = (await points()).split(", ").at(-2).split(" ").map(Number);
+    assert.ok(level > 120 && level < 170 && opacity > 0.3 && opacity < 0.8, await points());
+    await viewer.page.mouse.move(box.x + box.width * 0.6, box.y + box.height * 0.3);
+    await viewer.page.mouse.down();
+    await viewer.page.mouse.move(box.x + box.width * 0.5, box.y + box.height * 0.5, { steps: 6 });
+    await viewer.page.mouse.up();
+    await viewer.settled();
+    const [dragged, , lowered] = (await points()).split(", ").at(-2).split(" ").map(Number);
+    assert.ok(dragged < level - 15 && lowered < opacity - 0.05, `${await points()} after a drag`);
+    await viewer.page.keyboard.press("ArrowRight");
+    await viewer.page.keyboard.press("Shift+ArrowRight");
+    await viewer.settled();
+    assert.match(await points(), new RegExp(`, ${dragged + 11} #`));
+    await viewer.page.locator('[data-point="colour"]').fill("#0000ff");
+    await viewer.settled();
+    assert.match(await points(), new RegExp(`, ${dragged + 11} #0000ff `));
+    await viewer.page.locator('[data-point="remove"]').click();
+    await viewer.settled();
+    assert.equal(await points(), atFirst);
+
+    const text = viewer.page.locator('[data-text="transfer.points"]');
+    const cold = "0 #0000ff 0, 30 #0000ff 0.4, 255 #0000ff 0.5";
+    await text.fill(cold);
+    await text.press("Enter");
+    await viewer.settled();
+    assert.equal(await points(), cold);
+    assert.ok((await viewer.warmth()) < -kAnotherPicture, `a blue volume has red over blue ${await viewer.warmth()}`);
+
+    await text.fill("0 #0000ff 0, nonsense");
+    await text.press("Enter");
+    const sentence = await until(
+      "a refusal",
+      () => viewer.page.locator("#refusal").textContent(),
+      (said) => said !== "",
+    );
+    assert.match(sentence, /transfer\.points.*expected/);
+    await until("the text in force", points, (shown) => shown === cold);
+    assert.deepEqual(viewer.complaints, []);
+  });
+});
+
+test("the light is moved where the surface is, and nowhere without one", async () => {
+  await withPage("slices", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    await viewer.choose("mode", "slices");
+    await viewer.settled();
+    // The lower right quarter, whose centre is at three quarters.
+    const to = [0.85, 0.65];
+    await viewer.drag([0.7, 0.8], to);
+    await viewer.settled();
+    const field_mm = await viewer.field("camera.field_mm");
+    const near = (value, expected) => Math.abs(value - expected) < 0.02 * field_mm;
+    assert.ok(near(await viewer.field("light.right_mm"), 0.2 * field_mm), `${await viewer.field("light.right_mm")} mm`);
+    assert.ok(near(await viewer.field("light.up_mm"), 0.2 * field_mm), `${await viewer.field("light.up_mm")} mm`);
+    const follows = async (place) => {
+      const [x, y] = await viewer.marker();
+      assert.ok(Math.hypot(x - place[0], y - place[1]) < 0.02, `the marker is at ${x}, ${y}, not ${place}`);
+    };
+    await follows(to);
+
+    // In perspective the lamp, nearer than the target, moves less for the same drag; the pointer holds it.
+    await viewer.unfold("camera");
+    await viewer.choose("camera.projection", "perspective");
+    await viewer.drag([0.7, 0.8], to);
+    await viewer.settled();
+    await follows(to);
+    assert.ok((await viewer.field("light.up_mm")) < 0.19 * field_mm, `${await viewer.field("light.up_mm")} mm`);
+
+    await viewer.choose("mode", "slice");
+    await viewer.settled();
+    assert.equal(await viewer.marker(), null, "a light is shown in a slice");
+    assert.ok(await viewer.page.locator('#tools input[value="light"]').isDisabled());
+    assert.ok(await viewer.page.locator('[data-number="slice.depth_mm"]').isVisible());
+    assert.equal(await viewer.page.locator('[data-number="detector.threshold"]').isVisible(), false);
+    const up_mm = await viewer.field("light.up_mm");
+    const yaw_deg = await viewer.field("camera.yaw_deg");
+    await viewer.drag([0.4, 0.5], [0.6, 0.55]);
+    await viewer.settled();
+    assert.equal(await viewer.field("light.up_mm"), up_mm, "an unseen light was moved");
+    assert.notEqual(await viewer.field("camera.yaw_deg"), yaw_deg, "the drag did not turn the slice");
+
+    await viewer.page.locator('[data-reset="all"]').click();
+    await viewer.settled();
+    assert.equal(await viewer.page.locator('#tools input[value="light"]').isChecked(), true);
+    assert.deepEqual(viewer.complaints, []);
+  });
+});
+
+test("a setting without an effect says so and can be set all the same", async () => {
+  await withPage("unused", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    await viewer.unfold("finish");
+    const needs = viewer.page.locator('[id="finish.iterations-needs"]');
+    assert.equal(await needs.textContent(), "No effect unless smoothing is diffusion.");
+    const box = viewer.page.locator('[data-number="finish.iterations"]');
+    await box.fill("7");
+    await box.press("Enter");
+    await viewer.choose("finish.smoothing", "diffusion");
+    await viewer.settled();
+    assert.equal(await needs.isVisible(), false);
+    assert.equal(await viewer.field("finish.iterations"), 7);
+    assert.match(await viewer.page.locator('[data-group="finish"] > summary').textContent(), /2 changed/);
+    await viewer.page.locator('[data-reset="finish"]').click();
+    await viewer.settled();
+    assert.equal(await viewer.field("finish.iterations"), 5);
+    assert.deepEqual(viewer.complaints, []);
+  });
+});
+
 test("a killed server is told, and its successor shown without a reload", async () => {
   await withPage("recovered", kMovingSource, async (viewer, server) => {
     await viewer.firstPicture();

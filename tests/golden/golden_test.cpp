@@ -41,7 +41,7 @@ const Golden kGoldens[] = {
        scene.light.up_mm = 20;
        scene.light.depth_mm = 40;
        scene.shadow.coefficient = 0.2;
-       scene.finish = Finish::kNone;
+       scene.finish.smoothing = Smoothing::kNone;
      },
      1.0, 0.01},
     {"volume", "columns=256,rows=256,speckle=off,moving=off",

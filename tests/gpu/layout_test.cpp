@@ -10,6 +10,7 @@
 
 #include "shaders/cast_parameters.h"
 #include "shaders/light_parameters.h"
+#include "shaders/prepare_constants.h"
 #include "shaders/spirv.hpp"
 
 namespace fanlight::test {
@@ -48,54 +49,124 @@ Offsets offsets_in(std::span<const std::uint32_t> spirv, const std::string& name
 #define OFFSET(type, member) \
   { #member, offsetof(shaders::type, member) }
 
+TEST(Layout, PrepareConstantsAreOneInBothLanguages) {
+  const Offsets expected = {OFFSET(PrepareConstants, columns), OFFSET(PrepareConstants, rows),
+                            OFFSET(PrepareConstants, frames), OFFSET(PrepareConstants, radius_across),
+                            OFFSET(PrepareConstants, noise)};
+  for (const auto spirv :
+       {shaders::box_spirv, shaders::median_spirv, shaders::guide_spirv, shaders::guided_spirv}) {
+    EXPECT_EQ(offsets_in(spirv, "PrepareConstants"), expected);
+  }
+}
+
 TEST(Layout, CastParametersAreOneInBothLanguages) {
   const Offsets expected = {OFFSET(CastParameters, origin),
                             OFFSET(CastParameters, right_step),
                             OFFSET(CastParameters, down_step),
                             OFFSET(CastParameters, forward),
+                            OFFSET(CastParameters, right_turn),
+                            OFFSET(CastParameters, down_turn),
+                            OFFSET(CastParameters, right),
                             OFFSET(CastParameters, width),
                             OFFSET(CastParameters, height),
-                            OFFSET(CastParameters, steps),
+                            OFFSET(CastParameters, view_left),
+                            OFFSET(CastParameters, view_top),
+                            OFFSET(CastParameters, view_width),
+                            OFFSET(CastParameters, view_height),
                             OFFSET(CastParameters, start),
+                            OFFSET(CastParameters, end),
+                            OFFSET(CastParameters, eye),
                             OFFSET(CastParameters, step),
-                            OFFSET(CastParameters, table_scale),
-                            OFFSET(CastParameters, table_offset),
+                            OFFSET(CastParameters, steps),
+                            OFFSET(CastParameters, angle_scale),
+                            OFFSET(CastParameters, angle_offset),
+                            OFFSET(CastParameters, angle_last),
                             OFFSET(CastParameters, column_scale),
                             OFFSET(CastParameters, column_offset),
                             OFFSET(CastParameters, row_scale),
                             OFFSET(CastParameters, row_offset),
+                            OFFSET(CastParameters, last_column),
                             OFFSET(CastParameters, last_row),
+                            OFFSET(CastParameters, last_frame),
                             OFFSET(CastParameters, voxel_scale),
+                            OFFSET(CastParameters, probe_radius),
                             OFFSET(CastParameters, left),
-                            OFFSET(CastParameters, right),
+                            OFFSET(CastParameters, right_side),
                             OFFSET(CastParameters, first_angle),
                             OFFSET(CastParameters, last_angle),
-                            OFFSET(CastParameters, last_frame),
                             OFFSET(CastParameters, motor_radius),
                             OFFSET(CastParameters, farthest),
-                            OFFSET(CastParameters, sector_radius),
                             OFFSET(CastParameters, sector_tangent),
                             OFFSET(CastParameters, sector_margin),
                             OFFSET(CastParameters, sector_near_squared),
                             OFFSET(CastParameters, sector_far_squared),
+                            OFFSET(CastParameters, crop_lowest),
+                            OFFSET(CastParameters, crop_highest),
+                            OFFSET(CastParameters, clip1),
+                            OFFSET(CastParameters, clip2),
                             OFFSET(CastParameters, threshold),
                             OFFSET(CastParameters, edge_sign),
-                            OFFSET(CastParameters, transparent),
-                            OFFSET(CastParameters, ramp_scale),
-                            OFFSET(CastParameters, step_opacity)};
-  EXPECT_EQ(offsets_in(shaders::cast_spirv, "CastParameters"), expected);
+                            OFFSET(CastParameters, slices),
+                            OFFSET(CastParameters, slice_planes)};
+  for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv}) {
+    EXPECT_EQ(offsets_in(spirv, "CastParameters"), expected);
+  }
+}
+
+TEST(Layout, SlicesAreOneInBothLanguages) {
+  const Offsets expected = {OFFSET(Slice, origin), OFFSET(Slice, right_step), OFFSET(Slice, down_step),
+                            OFFSET(Slice, left),   OFFSET(Slice, top),        OFFSET(Slice, width),
+                            OFFSET(Slice, height)};
+  for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv}) {
+    EXPECT_EQ(offsets_in(spirv, "Slice"), expected);
+  }
 }
 
 TEST(Layout, LightParametersAreOneInBothLanguages) {
-  const Offsets expected = {OFFSET(LightParameters, width),       OFFSET(LightParameters, height),
-                            OFFSET(LightParameters, pixel),       OFFSET(LightParameters, filter_radius),
-                            OFFSET(LightParameters, light),       OFFSET(LightParameters, ambient),
-                            OFFSET(LightParameters, diffuse),     OFFSET(LightParameters, specular),
-                            OFFSET(LightParameters, shininess),   OFFSET(LightParameters, shadow),
-                            OFFSET(LightParameters, shadow_top),  OFFSET(LightParameters, skin),
-                            OFFSET(LightParameters, show_volume), OFFSET(LightParameters, mean)};
-  for (const auto spirv : {shaders::filter_rows_spirv, shaders::filter_columns_spirv, shaders::light_spirv,
-                           shaders::finish_spirv}) {
+  const Offsets expected = {OFFSET(LightParameters, width),
+                            OFFSET(LightParameters, height),
+                            OFFSET(LightParameters, view_left),
+                            OFFSET(LightParameters, view_top),
+                            OFFSET(LightParameters, view_right),
+                            OFFSET(LightParameters, view_bottom),
+                            OFFSET(LightParameters, centre),
+                            OFFSET(LightParameters, pixel),
+                            OFFSET(LightParameters, view_scale_at_0),
+                            OFFSET(LightParameters, view_scale_per_mm),
+                            OFFSET(LightParameters, eye_height),
+                            OFFSET(LightParameters, steady),
+                            OFFSET(LightParameters, same_surface),
+                            OFFSET(LightParameters, islands_radius),
+                            OFFSET(LightParameters, holes_radius),
+                            OFFSET(LightParameters, filter_radius),
+                            OFFSET(LightParameters, filter_fall),
+                            OFFSET(LightParameters, sum_units),
+                            OFFSET(LightParameters, confidence_counts),
+                            OFFSET(LightParameters, light),
+                            OFFSET(LightParameters, light_direction),
+                            OFFSET(LightParameters, directional),
+                            OFFSET(LightParameters, lamp_distance),
+                            OFFSET(LightParameters, light_colour),
+                            OFFSET(LightParameters, material),
+                            OFFSET(LightParameters, ambient),
+                            OFFSET(LightParameters, diffuse),
+                            OFFSET(LightParameters, specular),
+                            OFFSET(LightParameters, shininess),
+                            OFFSET(LightParameters, central_normals),
+                            OFFSET(LightParameters, shadow),
+                            OFFSET(LightParameters, softness),
+                            OFFSET(LightParameters, shadow_top),
+                            OFFSET(LightParameters, show),
+                            OFFSET(LightParameters, colours_from_left),
+                            OFFSET(LightParameters, depth_white),
+                            OFFSET(LightParameters, depth_scale),
+                            OFFSET(LightParameters, mean),
+                            OFFSET(LightParameters, diffusion_scale),
+                            OFFSET(LightParameters, map_colours),
+                            OFFSET(LightParameters, map_points)};
+  for (const auto spirv : {shaders::steady_spirv, shaders::islands_spirv, shaders::holes_spirv,
+                           shaders::mean_rows_spirv, shaders::mean_columns_spirv, shaders::smooth_spirv,
+                           shaders::light_spirv, shaders::diffuse_spirv, shaders::finish_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "LightParameters"), expected);
   }
 }

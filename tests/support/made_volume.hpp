@@ -17,9 +17,10 @@ inline Volume made_volume(const FanGeometry& geometry, std::span<const double> a
     const auto pixels = volume.next_frame_pixels();
     for (std::uint32_t row = 0; row < geometry.rows; ++row) {
       for (std::uint32_t column = 0; column < geometry.columns; ++column) {
-        const double x_mm = (column - geometry.face_column) * geometry.pixel_width_mm;
-        const double depth_mm = (row - geometry.face_row) * geometry.pixel_height_mm;
-        const Point at = geometry.point(x_mm, {.angle_rad = angles_rad[frame], .depth_mm = depth_mm});
+        const PlanePoint in_plane =
+            geometry.plane_point({static_cast<double>(column), static_cast<double>(row)});
+        const Point at = geometry.point(in_plane.x_mm,
+                                        {.angle_rad = angles_rad[frame], .depth_mm = in_plane.depth_mm});
         pixels[row * geometry.columns + column] =
             static_cast<std::uint8_t>(std::lround(std::clamp(grey(at), 0.0, 255.0)));
       }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <string>
 
 namespace fanlight {
 namespace {
@@ -15,6 +17,30 @@ FanGeometry reference() {
   geometry.pixel_height_mm = 0.3125;
   geometry.face_column = 255.5;
   geometry.motor_radius_mm = 30;
+  return geometry;
+}
+
+/// A curved array whose lines stand to both sides of its axis.
+FanGeometry convex() {
+  FanGeometry geometry;
+  geometry.kind = FrameKind::kConvexLines;
+  geometry.columns = 129;
+  geometry.rows = 400;
+  geometry.pixel_height_mm = 0.25;
+  geometry.face_column = 64;
+  geometry.motor_radius_mm = 30;
+  geometry.probe_radius_mm = 40;
+  geometry.line_pitch_deg = 0.5;
+  return geometry;
+}
+
+FanGeometry linear() {
+  FanGeometry geometry = reference();
+  geometry.kind = FrameKind::kLinearLines;
+  geometry.columns = 128;
+  geometry.pixel_width_mm = 0.5;
+  geometry.face_column = 63.5;
+  geometry.face_row = 4;
   return geometry;
 }
 
@@ -61,6 +87,136 @@ TEST(FanGeometry, SpansItsPixelCentres) {
   EXPECT_DOUBLE_EQ(geometry.depth_mm(), 511 * 0.3125);
   EXPECT_DOUBLE_EQ(geometry.left_mm(), -geometry.right_mm());
   EXPECT_EQ(geometry.frame_bytes(), 512U * 512U);
+}
+
+TEST(FanGeometry, FramePlaceAndPlanePointAreInverse) {
+  for (const FanGeometry& geometry : {reference(), convex(), linear()}) {
+    ASSERT_TRUE(check(geometry));
+    for (const double column : {0.0, 12.25, 63.5, 100.0, geometry.columns - 1.0, -3.0}) {
+      for (const double row : {0.0, 17.5, geometry.rows - 1.0, geometry.rows + 9.0}) {
+        const FramePlace back = geometry.frame_place(geometry.plane_point({column, row}));
+        EXPECT_NEAR(back.column, column, 1e-9);
+        EXPECT_NEAR(back.row, row, 1e-9);
+      }
+    }
+  }
+}
+
+// Marked side, +x, larger column: the same for pixels and for both kinds of line. Rows go into the body.
+TEST(FanGeometry, ColumnsGrowTowardsTheMarkedSideAndRowsIntoTheBody) {
+  for (const FanGeometry& geometry : {reference(), convex(), linear()}) {
+    for (const double column : {0.0, 30.0, geometry.columns - 2.0}) {
+      for (const double row : {0.0, 200.0, geometry.rows - 2.0}) {
+        const PlanePoint here = geometry.plane_point({column, row});
+        EXPECT_GT(geometry.plane_point({column + 1, row}).x_mm, here.x_mm);
+        EXPECT_GT(geometry.plane_point({column, row + 1}).depth_mm, here.depth_mm);
+      }
+    }
+    EXPECT_NEAR(geometry.plane_point({geometry.face_column, geometry.face_row}).x_mm, 0, 1e-12);
+    EXPECT_NEAR(geometry.plane_point({geometry.face_column, geometry.face_row}).depth_mm, 0, 1e-12);
+  }
+}
+
+TEST(FanGeometry, ConvexLinesFanOutFromTheApex) {
+  const FanGeometry geometry = convex();
+  EXPECT_NEAR(degrees(geometry.line_angle_rad(128)), 32, 1e-12);
+  // 30 deg to the marked side, 40 mm along the line: 80 mm from the apex.
+  const PlanePoint at = geometry.plane_point({124, 160});
+  EXPECT_NEAR(at.x_mm, 40, 1e-9);
+  EXPECT_NEAR(at.depth_mm, 80 * std::cos(radians(30)) - 40, 1e-9);
+  const FramePlace ahead = geometry.frame_place({.x_mm = 0, .depth_mm = 10});
+  EXPECT_NEAR(ahead.column, 64, 1e-12);
+  EXPECT_NEAR(ahead.row, 40, 1e-12);
+  // Above the array and behind its apex there is no line.
+  EXPECT_LT(geometry.frame_place({.x_mm = 0, .depth_mm = -1}).row, 0);
+  EXPECT_GT(geometry.frame_place({.x_mm = 1, .depth_mm = -60}).column, 128);
+}
+
+TEST(FanGeometry, LinearLinesLieAsCartesianPixelsDo) {
+  FanGeometry pixels = linear();
+  pixels.kind = FrameKind::kCartesian;
+  const PlanePoint line = linear().plane_point({3, 40});
+  const PlanePoint pixel = pixels.plane_point({3, 40});
+  EXPECT_EQ(line.x_mm, pixel.x_mm);
+  EXPECT_EQ(line.depth_mm, pixel.depth_mm);
+  EXPECT_NEAR(line.depth_mm, 36 * 0.3125, 1e-12);
+  EXPECT_DOUBLE_EQ(linear().nearest_mm(), -4 * 0.3125);
+  EXPECT_DOUBLE_EQ(linear().right_mm(), 31.75);
+}
+
+TEST(FanGeometry, BoundsOfConvexLinesHoldAllTheirSamples) {
+  FanGeometry geometry = convex();
+  const double reach_mm = 40 + 399 * 0.25;
+  EXPECT_NEAR(geometry.right_mm(), reach_mm * std::sin(radians(32)), 1e-9);
+  EXPECT_NEAR(geometry.left_mm(), -geometry.right_mm(), 1e-9);
+  EXPECT_NEAR(geometry.depth_mm(), reach_mm - 40, 1e-9);
+  EXPECT_NEAR(geometry.nearest_mm(), 40 * std::cos(radians(32)) - 40, 1e-9);
+  EXPECT_LT(geometry.nearest_mm(), 0) << "the array bends away from its centre";
+
+  for (const double face_column : {64.0, 32.3, -10.0, 150.0}) {
+    geometry.face_column = face_column;
+    ASSERT_TRUE(check(geometry)) << face_column;
+    for (std::uint32_t column = 0; column < geometry.columns; ++column) {
+      for (const std::uint32_t row : {0U, 200U, geometry.rows - 1}) {
+        const PlanePoint at = geometry.plane_point({double{1} * column, double{1} * row});
+        EXPECT_LE(at.x_mm, geometry.right_mm() + 1e-9);
+        EXPECT_GE(at.x_mm, geometry.left_mm() - 1e-9);
+        EXPECT_LE(at.depth_mm, geometry.depth_mm() + 1e-9);
+        EXPECT_GE(at.depth_mm, geometry.nearest_mm() - 1e-9);
+      }
+    }
+  }
+}
+
+// All lines stand to one side of the axis: the line nearest to it reaches deepest, and bounds the side.
+TEST(FanGeometry, BoundsOfConvexLinesWithoutTheAxis) {
+  FanGeometry geometry = convex();
+  geometry.face_column = -10;
+  const double reach_mm = 40 + 399 * 0.25;
+  EXPECT_NEAR(geometry.depth_mm(), reach_mm * std::cos(radians(5)) - 40, 1e-9);
+  EXPECT_NEAR(geometry.left_mm(), 40 * std::sin(radians(5)), 1e-9);
+  EXPECT_NEAR(geometry.right_mm(), reach_mm * std::sin(radians(69)), 1e-9);
+}
+
+TEST(FanGeometry, TheFinestDistanceIsThatAlongConvexLines) {
+  EXPECT_EQ(convex().finest_mm(), 0.25);
+  EXPECT_EQ(linear().finest_mm(), 0.3125);
+}
+
+TEST(FanGeometry, RefusesConvexLinesThatAreNone) {
+  ASSERT_TRUE(check(convex()));
+  const auto refusal = [](auto change) {
+    FanGeometry geometry = convex();
+    change(geometry);
+    const auto checked = check(geometry);
+    return checked ? std::string("taken") : checked.error().message;
+  };
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.line_pitch_deg = 0; }),
+            "the fan geometry's line_pitch_deg is 0, expected 0.001 to 10");
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.line_pitch_deg = 10.5; }),
+            "the fan geometry's line_pitch_deg is 10.5, expected 0.001 to 10");
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.line_pitch_deg = std::nan(""); }),
+            "the fan geometry's line_pitch_deg is nan, expected 0.001 to 10");
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.probe_radius_mm = -1; }),
+            "the fan geometry's probe_radius_mm is -1, expected 0 to 1000");
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.line_pitch_deg = 1.5; }),
+            "the outermost scan line stands at 96 deg, expected at most 89");
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.face_column = -60; }),
+            "the outermost scan line stands at 94 deg, expected at most 89");
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.face_column = 200; }),
+            "the outermost scan line stands at 100 deg, expected at most 89");
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.face_row = 164; }),
+            "the first sample lies -1 mm from the apex of the scan lines, expected 0 or more");
+  EXPECT_EQ(refusal([](FanGeometry& g) { g.pixel_width_mm = 0; }), "taken") << "it is not read";
+
+  FanGeometry phased = convex();  // all lines begin in one point
+  phased.probe_radius_mm = 0;
+  EXPECT_TRUE(check(phased));
+  FanGeometry parallel = linear();
+  parallel.line_pitch_deg = 50;
+  EXPECT_TRUE(check(parallel)) << "it is not read";
+  parallel.pixel_width_mm = 0;
+  EXPECT_FALSE(check(parallel));
 }
 
 TEST(FanGeometry, RefusesEachFieldOutOfItsRange) {

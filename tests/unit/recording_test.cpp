@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 
 #include "tests/support/data_folder.hpp"
 #include "tests/support/igs_file.hpp"
@@ -155,6 +156,111 @@ TEST_F(RecordingTest, TakesEachGeometryValueFromTheFirstPlaceThatHasIt) {
   EXPECT_EQ(origin("face_row"), "the header");
 }
 
+/// A recording of a curved array whose file has a scan line in each row, the first at the marked side.
+IgsFile convex_recording() {
+  IgsFile file = test::fan_recording(5, 1, 20);
+  for (const auto* const field : {"FanlightPixelWidthMm", "FanlightPixelHeightMm"}) {
+    IgsFile::remove(file.header, field);
+  }
+  IgsFile::set(file.header, "UltrasoundImageOrientation", "FU");
+  IgsFile::set(file.header, "FanlightFrameKind", "convex-lines");
+  IgsFile::set(file.header, "FanlightLinePitchDeg", "1.5");
+  IgsFile::set(file.header, "FanlightProbeRadiusMm", "40");
+  IgsFile::set(file.header, "FanlightPixelHeightMm", "0.5");
+  return file;
+}
+
+TEST_F(RecordingTest, ReadsScanLinesStoredInRows) {
+  for (const bool compressed : {false, true}) {
+    IgsFile file = convex_recording();
+    file.compressed = compressed;
+    for (std::size_t i = 0; i < file.pixels.size(); ++i) {
+      file.pixels[i] = static_cast<std::uint8_t>(10 * (i / file.columns % file.rows) + i % file.columns);
+    }
+    const Recording recording = open_whole(file);
+    EXPECT_EQ(recording.summary().columns, 6U);
+    EXPECT_EQ(recording.summary().rows, 8U);
+    for (std::size_t frame = 0; frame < 5; ++frame) {
+      for (std::uint32_t row = 0; row < 8; ++row) {
+        for (std::uint32_t column = 0; column < 6; ++column) {
+          ASSERT_EQ(recording.frame_pixels(frame)[row * 6 + column], 10 * (5 - column) + row);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(RecordingTest, TakesTheGeometryOfConvexLines) {
+  IgsFile file = convex_recording();
+  // Of no meaning where lines fan out.
+  file.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
+  IgsFile::set(file.header, "FanlightSectorHalfAngleDeg", "30");
+  const Recording recording = open_whole(file);
+  const FanGeometry& geometry = recording.summary().geometry;
+  EXPECT_EQ(geometry.kind, FrameKind::kConvexLines);
+  EXPECT_EQ(geometry.columns, 6U);
+  EXPECT_EQ(geometry.rows, 8U);
+  EXPECT_EQ(geometry.line_pitch_deg, 1.5);
+  EXPECT_EQ(geometry.probe_radius_mm, 40);
+  EXPECT_EQ(geometry.pixel_height_mm, 0.5);
+  EXPECT_EQ(geometry.sector, FanGeometry::Sector{});
+  std::map<std::string_view, std::string> shown;
+  for (const auto& value : recording.summary().geometry_values) shown.emplace(value.key, value.value);
+  EXPECT_EQ(shown["frame_kind"], "convex-lines");
+  EXPECT_EQ(shown["line_pitch_deg"], "1.5");
+  EXPECT_FALSE(shown.contains("pixel_width_mm")) << "nothing is shown that is not read";
+  EXPECT_FALSE(shown.contains("sector_half_angle_deg"));
+}
+
+TEST_F(RecordingTest, ConvexLinesNeedTheirPitchAndRadiusAndNoTransform) {
+  IgsFile file = convex_recording();
+  file.set_all("ImageToReferenceTransform", "0.3 0 0 7 0 0.4 0 8 0 0 1 9 0 0 0 1");
+  for (const auto* const field : {"FanlightProbeRadiusMm", "FanlightLinePitchDeg", "FanlightPixelHeightMm"}) {
+    IgsFile::remove(file.header, field);
+  }
+  const auto refused = open(file.bytes());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message,
+            path_.string() +
+                ": the fan geometry lacks pixel_height_mm, probe_radius_mm, line_pitch_deg, expected a value "
+                "for each in sweep.igs.mha.toml, in a file given by --geometry, or in the header as "
+                "FanlightPixelHeightMm, FanlightProbeRadiusMm, FanlightLinePitchDeg");
+}
+
+TEST_F(RecordingTest, ALinePitchContradictsParallelColumns) {
+  IgsFile file = convex_recording();
+  IgsFile::remove(file.header, "FanlightFrameKind");
+  const auto refused = open(file.bytes());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, path_.string() +
+                                         ": the header gives a line_pitch_deg for cartesian frames, expected "
+                                         "another frame_kind, or no line_pitch_deg");
+}
+
+TEST_F(RecordingTest, TheTransformOfTurnedImagesTurnsWithThem) {
+  IgsFile file = test::fan_recording(5, 1, 20);
+  IgsFile::remove(file.header, "FanlightPixelWidthMm");
+  IgsFile::remove(file.header, "FanlightPixelHeightMm");
+  IgsFile::set(file.header, "UltrasoundImageOrientation", "FMD");
+  file.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
+  write_file(folder_ / "sweep.igs.mha.toml", "frame_kind = \"linear-lines\"\n");
+  const Recording recording = open_whole(file);
+  const FanGeometry& geometry = recording.summary().geometry;
+  EXPECT_EQ(geometry.kind, FrameKind::kLinearLines);
+  EXPECT_DOUBLE_EQ(geometry.pixel_width_mm, 0.4);
+  EXPECT_DOUBLE_EQ(geometry.pixel_height_mm, 0.3);
+}
+
+TEST_F(RecordingTest, FramesAreCartesianUnlessSomethingElseIsSaid) {
+  const Recording recording = open_whole(test::fan_recording(5, 1, 20));
+  EXPECT_EQ(recording.summary().geometry.kind, FrameKind::kCartesian);
+  const auto& values = recording.summary().geometry_values;
+  const auto kind = std::ranges::find(values, "frame_kind", &RecordingGeometry::Value::key);
+  ASSERT_NE(kind, values.end());
+  EXPECT_EQ(kind->value, "cartesian");
+  EXPECT_EQ(kind->origin, "the default");
+}
+
 TEST_F(RecordingTest, AGeometryFileStandsInForTheOneBesideTheRecording) {
   write_file(path_, test::fan_recording(5, 1, 20).bytes());
   write_file(folder_ / "sweep.igs.mha.toml", "motor_radius_mm = 31\n");
@@ -163,7 +269,7 @@ TEST_F(RecordingTest, AGeometryFileStandsInForTheOneBesideTheRecording) {
   ASSERT_TRUE(recording) << recording.error().message;
   EXPECT_EQ(recording->summary().geometry.motor_radius_mm, 28);
   EXPECT_EQ(recording->summary().geometry.face_row, -2.5);
-  EXPECT_EQ(recording->summary().geometry.sector.probe_radius_mm, 50);
+  EXPECT_EQ(recording->summary().geometry.probe_radius_mm, 50);
   EXPECT_EQ(recording->summary().geometry.sector.half_angle_deg, 30);
 }
 
@@ -197,6 +303,11 @@ TEST_F(RecordingTest, RefusesGeometryFilesThatAreNone) {
   EXPECT_EQ(refusal(), "motor_radius_mm is no number, expected a number");
   write_file(geometry, "motor_radius_mm = inf\n");
   EXPECT_EQ(refusal(), "motor_radius_mm is no number, expected a number");
+  for (const auto* const kind : {"\"polar\"", "1", "[\"cartesian\"]"}) {
+    write_file(geometry, fmt::format("frame_kind = {}\n", kind));
+    EXPECT_EQ(refusal(),
+              "frame_kind is none of its choices, expected cartesian, convex-lines or linear-lines");
+  }
   write_file(geometry, "a = " + std::string(4000, '['));
   EXPECT_EQ(refusal(), "the file is full of brackets, expected lines such as motor_radius_mm = 28.0");
   std::string dotted = "a";
@@ -333,10 +444,21 @@ const std::vector<Damage>& damages() {
       header_damage("SixteenBit", kUnsupported, "expected MET_UCHAR", "ElementType", "MET_USHORT"),
       header_damage("Colour", kUnsupported, "expected 1", "ElementNumberOfChannels", "3"),
       header_damage("Text", kUnsupported, "expected True", "BinaryData", "False"),
-      header_damage("ScanLines", kUnsupported, "is \"FM\", expected MF or MFA", "UltrasoundImageOrientation",
-                    "FM"),
-      header_damage("Mirrored", kUnsupported, "is \"UF\", expected MF or MFA", "UltrasoundImageOrientation",
-                    "UF"),
+      header_damage("UnknownOrientation", kUnsupported,
+                    "is \"MX\", expected MF, MN, UF, UN, FM, FU, NM or NU, with or without A or D behind",
+                    "UltrasoundImageOrientation", "MX"),
+      header_damage("ElevationInThePlane", kUnsupported, "is \"AMF\", expected MF, MN,",
+                    "UltrasoundImageOrientation", "AMF"),
+      header_damage("UnknownFrameKind", kBadInput,
+                    "FanlightFrameKind is \"polar\", expected cartesian, convex-lines or linear-lines",
+                    "FanlightFrameKind", "polar"),
+      {"LinesTooFarApart", kBadInput, "line_pitch_deg is 11, expected 0.001 to 10",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "FanlightFrameKind", "convex-lines");
+         IgsFile::set(file.header, "FanlightProbeRadiusMm", "40");
+         IgsFile::set(file.header, "FanlightLinePitchDeg", "11");
+         return file.bytes();
+       }},
       header_damage("RadioFrequency", kUnsupported, "expected BRIGHTNESS", "UltrasoundImageType", "RF_REAL"),
       header_damage("NoTimeAxis", kUnsupported, "the last axis is time", "Kinds", "domain domain domain"),
       header_damage("NoImage", kUnsupported, "expected Image", "ObjectType", "Tube"),
@@ -347,7 +469,7 @@ const std::vector<Damage>& damages() {
       header_damage("GeometryOutOfRange", kBadInput, "motor_radius_mm is -3", "FanlightMotorRadiusMm", "-3"),
       {"OtherFile", kUnsupported, "\"ElementDataFile\" is \"sweep.zraw\", expected LOCAL",
        [](IgsFile&) { return std::string("ElementDataFile = sweep.zraw\n"); }},
-      {"NoOrientation", kUnsupported, "no UltrasoundImageOrientation, expected MF or MFA",
+      {"NoOrientation", kUnsupported, "no UltrasoundImageOrientation, expected MF, MN,",
        [](IgsFile& file) {
          IgsFile::remove(file.header, "UltrasoundImageOrientation");
          return file.bytes();

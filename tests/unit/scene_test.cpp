@@ -5,12 +5,34 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <string>
+#include <string_view>
+#include <utility>
 
 namespace fanlight {
 namespace {
 
-TEST(Scene, EveryFieldReadsBackWhatWasSet) {
+/// Another value than the scene has, that the field allows.
+void change(Scene& scene, const SceneField& field) {
+  if (field.is_text()) {
+    ASSERT_TRUE(set_field(scene, field, std::string_view("7 #123456 0.5"))) << field.name;
+  } else {
+    field.set(scene, field.get(scene) == field.minimum ? field.maximum : field.minimum);
+  }
+}
+
+/// Fields in which the scenes differ, by name.
+std::set<std::string_view> changed(const Scene& from, const Scene& to) {
+  std::set<std::string_view> names;
   for (const SceneField& field : scene_fields()) {
+    if (!field.same(from, to)) names.insert(field.name);
+  }
+  return names;
+}
+
+TEST(Scene, EveryNumberReadsBackWhatWasSet) {
+  for (const SceneField& field : scene_fields()) {
+    if (field.is_text()) continue;
     Scene scene;
     for (const double value : {field.minimum, field.maximum}) {
       ASSERT_TRUE(set_field(scene, field, value)) << field.name;
@@ -19,17 +41,42 @@ TEST(Scene, EveryFieldReadsBackWhatWasSet) {
   }
 }
 
+TEST(Scene, EveryTextReadsBackWhatWasSet) {
+  for (const SceneField& field : scene_fields()) {
+    EXPECT_EQ(field.is_text(), field.set_text != nullptr) << field.name;
+    EXPECT_EQ(field.is_text(), field.get == nullptr) << field.name;
+    EXPECT_EQ(field.is_text(), field.set == nullptr) << field.name;
+    if (!field.is_text()) continue;
+    Scene scene;
+    for (const std::string_view text : {"7 #123456 0.5", "0 #000000 0, 255 #ffffff 0.999"}) {
+      ASSERT_TRUE(set_field(scene, field, text)) << field.name;
+      EXPECT_EQ(field.get_text(scene), text) << field.name;
+      EXPECT_EQ(field_text(scene, field), text) << field.name;
+    }
+  }
+}
+
+TEST(Scene, EveryFieldIsWrittenAsItIsRead) {
+  for (const SceneField& field : scene_fields()) {
+    Scene scene;
+    change(scene, field);
+    Scene read;
+    ASSERT_TRUE(set_field(read, field, field_text(scene, field))) << field.name;
+    EXPECT_TRUE(field.same(scene, read)) << field.name;
+  }
+}
+
 TEST(Scene, EveryFieldIsItsOwn) {
   std::set<std::string_view> names;
   for (const SceneField& field : scene_fields()) {
     EXPECT_TRUE(names.insert(field.name).second) << field.name;
     Scene scene;
-    const double other = field.get(scene) == field.minimum ? field.maximum : field.minimum;
-    field.set(scene, other);
-    int changed = 0;
-    for (const SceneField& each : scene_fields()) changed += each.get(scene) != each.get(Scene{});
-    EXPECT_EQ(changed, 1) << field.name << " shares a member with another field";
+    change(scene, field);
+    EXPECT_EQ(changed(Scene{}, scene), std::set{field.name}) << "shares a member with another field";
     EXPECT_EQ(first_pass_changed(Scene{}, scene), field.first_pass) << field.name;
+    Scene copied;
+    field.copy(copied, scene);
+    EXPECT_EQ(changed(scene, copied).size(), 0U) << field.name << " is not copied";
   }
 }
 
@@ -37,12 +84,14 @@ TEST(Scene, DefaultsAreAllowed) {
   Scene scene;
   EXPECT_TRUE(check(scene));
   for (const SceneField& field : scene_fields()) {
-    EXPECT_TRUE(set_field(scene, field, field.get(scene))) << field.name;
+    EXPECT_TRUE(set_field(scene, field, field_text(scene, field))) << field.name;
   }
+  EXPECT_EQ(changed(Scene{}, scene).size(), 0U);
 }
 
 TEST(Scene, RefusesWhatIsOutOfRangeAndSaysWhatIsAllowed) {
   for (const SceneField& field : scene_fields()) {
+    if (field.is_text()) continue;
     Scene scene;
     for (const double value : {field.minimum - 1, field.maximum + 1, std::numeric_limits<double>::quiet_NaN(),
                                std::numeric_limits<double>::infinity()}) {
@@ -51,6 +100,22 @@ TEST(Scene, RefusesWhatIsOutOfRangeAndSaysWhatIsAllowed) {
       EXPECT_NE(refused.error().message.find("expected"), std::string::npos);
     }
     EXPECT_EQ(first_pass_changed(Scene{}, scene), FirstPass::kNone) << field.name << " changed all the same";
+  }
+}
+
+TEST(Scene, RefusesATextThatIsNoneAndNamesTheField) {
+  for (const SceneField& field : scene_fields()) {
+    if (!field.is_text()) continue;
+    Scene scene;
+    for (const std::string_view text : {"", "skin", "0 #591f14", "9 #591f14 0, 8 #591f14 0"}) {
+      const auto refused = set_field(scene, field, text);
+      ASSERT_FALSE(refused) << field.name << " took \"" << text << "\"";
+      EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+      EXPECT_TRUE(refused.error().message.starts_with(std::string(field.name) + ": "))
+          << refused.error().message;
+      EXPECT_NE(refused.error().message.find("expected"), std::string::npos) << refused.error().message;
+    }
+    EXPECT_EQ(changed(Scene{}, scene).size(), 0U) << field.name << " changed all the same";
   }
 }
 
@@ -84,6 +149,66 @@ TEST(Scene, RefusesFieldsThatContradictEachOther) {
   EXPECT_FALSE(check(scene));
 }
 
+TEST(Scene, RefusesMoreSamplesThanARayMayTake) {
+  Scene scene;
+  scene.rays.end_mm = 2000;
+  scene.rays.step_mm = 0.24;
+  EXPECT_FALSE(check(scene));
+  scene.rays.step_mm = 0.25;
+  EXPECT_TRUE(check(scene));
+}
+
+TEST(Scene, RefusesACropBoxThatIsInsideOut) {
+  using Crop = Scene::Crop;
+  const std::pair<double Crop::*, double Crop::*> axes[] = {
+      {&Crop::left_mm, &Crop::right_mm}, {&Crop::near_mm, &Crop::far_mm}, {&Crop::below_mm, &Crop::above_mm}};
+  for (const auto& [low, high] : axes) {
+    Scene scene;
+    scene.crop.*low = 10;
+    scene.crop.*high = 11;
+    EXPECT_TRUE(check(scene));
+    for (const double value : {10.0, 9.0}) {
+      scene.crop.*high = value;
+      const auto refused = check(scene);
+      ASSERT_FALSE(refused);
+      EXPECT_TRUE(refused.error().message.starts_with("the crop box is")) << refused.error().message;
+      EXPECT_NE(refused.error().message.find("expected"), std::string::npos);
+    }
+  }
+}
+
+TEST(Scene, RunsTheEarliestPassThatAChangeNeeds) {
+  EXPECT_LT(FirstPass::kPrepare, FirstPass::kCast);
+  EXPECT_LT(FirstPass::kCast, FirstPass::kFilter);
+  EXPECT_LT(FirstPass::kFilter, FirstPass::kLight);
+  EXPECT_LT(FirstPass::kLight, FirstPass::kNone);
+  Scene scene;
+  EXPECT_EQ(first_pass_changed(Scene{}, scene), FirstPass::kNone);
+  scene.light.right_mm += 1;
+  EXPECT_EQ(first_pass_changed(Scene{}, scene), FirstPass::kLight);
+  scene.filter.size += 2;
+  EXPECT_EQ(first_pass_changed(Scene{}, scene), FirstPass::kFilter);
+  scene.transfer = TransferFunction::parse("0 #000000 0").value();
+  EXPECT_EQ(first_pass_changed(Scene{}, scene), FirstPass::kCast);
+  scene.speckle.filter = SpeckleFilter::kMedian;
+  EXPECT_EQ(first_pass_changed(Scene{}, scene), FirstPass::kPrepare);
+}
+
+TEST(Scene, IsRelitWithWhatPasses2And3AloneRead) {
+  Scene newest;
+  std::set<std::string_view> expected;
+  for (const SceneField& field : scene_fields()) {
+    change(newest, field);
+    if (field.first_pass >= FirstPass::kFilter) expected.insert(field.name);
+  }
+  const Scene scene = relit(Scene{}, newest);
+  EXPECT_EQ(changed(Scene{}, scene), expected);
+  for (const SceneField& field : scene_fields()) {
+    EXPECT_TRUE(field.same(scene, expected.contains(field.name) ? newest : Scene{})) << field.name;
+  }
+  EXPECT_GE(first_pass_changed(Scene{}, scene), FirstPass::kFilter);
+}
+
 TEST(Scene, FramesTheFanFromTheProbe) {
   const FanGeometry geometry{.columns = 512,
                              .rows = 512,
@@ -113,7 +238,7 @@ TEST(Scene, FramesAFanThatIsLargerThanAnyPicture) {
   Scene scene = scene_for(geometry, radians(-80), radians(80));
   EXPECT_TRUE(check(scene));
   for (const SceneField& field : scene_fields()) {
-    EXPECT_TRUE(set_field(scene, field, field.get(scene))) << field.name;
+    EXPECT_TRUE(set_field(scene, field, field_text(scene, field))) << field.name;
   }
 }
 

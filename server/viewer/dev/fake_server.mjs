@@ -97,8 +97,12 @@ function answer(socket, { case: kind, value }) {
 }
 
 function refusalOf(candidate) {
-  for (const { name, minimum, maximum, step, unit } of fields) {
+  for (const { name, minimum, maximum, step, unit, isText } of fields) {
     const value = candidate[name];
+    if (isText) {
+      if (value.split(",").every((point) => /^ *\d+ +#[0-9a-f]{6} +0?\.?\d+ *$/i.test(point))) continue;
+      return `${name}: some point is no point, expected 1 to 16 points "LEVEL #RRGGBB OPACITY" separated by commas`;
+    }
     if (value >= minimum && value <= maximum && (step === 0 || (value - minimum) % step === 0)) continue;
     return `${name} is ${value}, expected a number from ${minimum} to ${maximum} ${unit}`;
   }

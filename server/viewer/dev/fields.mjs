@@ -1,47 +1,79 @@
-const signs = ["dark-to-bright", "bright-to-dark", "either"];
+// The scene table, read from proto/scene.cpp and its defaults from proto/scene.hpp, so that it is not kept
+// twice. What scene_for() gives a fan 16 cm deep is below.
+import { readFileSync } from "node:fs";
 
-// The fields of proto/scene.cpp, with the defaults that scene_for() gives a fan 16 cm deep:
-// [name, unit, help, minimum, maximum, step, default, casts rays, choices]
-const rows = [
-  ["camera.target_x_mm", "mm", "point that the orbit keeps in the middle, lateral", -1000, 1000, 0, 0, true],
-  ["camera.target_y_mm", "mm", "the same, below the probe face", -1000, 1000, 0, 80, true],
-  ["camera.target_z_mm", "mm", "the same, elevation", -1000, 1000, 0, 0, true],
-  ["camera.yaw_deg", "deg", "orbit about elevation, positive towards the marked side", -180, 180, 0, 0, true],
-  ["camera.pitch_deg", "deg", "orbit upwards", -90, 90, 0, 0, true],
-  ["camera.roll_deg", "deg", "turn of the camera about its view direction, clockwise", -180, 180, 0, 0, true],
-  ["camera.distance_mm", "mm", "from the view plane to the target", 0, 2000, 0, 80, true],
-  ["camera.field_mm", "mm", "height of the picture in the body", 1, 2000, 0, 163.84, true],
-  ["rays.start_mm", "mm", "depth below the view plane at which rays start", 0, 2000, 0, 0, true],
-  ["rays.end_mm", "mm", "depth at which they end", 0, 3000, 0, 160, true],
-  ["rays.step_mm", "mm", "distance of samples; 0 takes the finer pixel size of the frame", 0, 10, 0, 0, true],
-  ["detector.threshold", "grey levels", "step in the echo that makes a surface", 0, 255, 0, 40, true],
-  ["detector.window", "samples", "samples that the edge detector compares, even", 2, 32, 2, 8, true],
-  ["detector.sign", "", "which way the echo must step", 0, 2, 1, 0, true, signs],
-  ["transfer.transparent", "grey levels", "volume mode: nothing is seen up to here", 0, 255, 0, 60, true],
-  ["transfer.opaque", "grey levels", "volume mode: full opacity from here", 0, 255, 0, 255, true],
-  ["transfer.opacity_per_mm", "per mm", "volume mode: share of light stopped by a millimetre", 0, 0.999, 0, 0.3, true],
-  ["filter.size", "pixels", "side of the moving average over the depth map, odd", 1, 31, 2, 7, false],
-  ["light.right_mm", "mm", "point light, right of the picture's centre", -2000, 2000, 0, -65.54, false],
-  ["light.up_mm", "mm", "point light, above the picture's centre", -2000, 2000, 0, 65.54, false],
-  ["light.depth_mm", "mm", "point light, beyond the view plane (negative: before it)", -2000, 2000, 0, -40.96, false],
-  ["light.ambient", "", "light from everywhere", 0, 1, 0, 0.15, false],
-  ["light.diffuse", "", "matt reflection", 0, 1, 0, 0.75, false],
-  ["light.specular", "", "shiny reflection", 0, 1, 0, 0.25, false],
-  ["light.shininess", "", "exponent of the shiny reflection", 1, 256, 0, 24, false],
-  ["shadow.coefficient", "", "brightness left in a shadow; 1 casts none", 0, 1, 0, 0.45, false],
-  ["mode", "", "what the picture shows", 0, 1, 1, 0, true, ["surface", "volume"]],
-  ["finish", "", "smoothing of the picture: none, or a 2 x 2 mean", 0, 1, 1, 1, false, ["none", "mean"]],
-];
+const proto = new URL("../../../proto/", import.meta.url);
+const source = readFileSync(new URL("scene.cpp", proto), "utf8");
+const header = readFileSync(new URL("scene.hpp", proto), "utf8");
 
-export const fields = rows.map(([name, unit, help, minimum, maximum, step, , castsRays, choices = []]) => ({
-  name,
-  unit,
-  help,
-  minimum,
-  maximum,
-  step,
-  choices,
-  castsRays,
-}));
+const framed = {
+  "camera.target_x_mm": 0,
+  "camera.target_y_mm": 80,
+  "camera.target_z_mm": 0,
+  "camera.distance_mm": 80,
+  "camera.field_mm": 163.84,
+  "rays.end_mm": 160,
+  "slice.depth_mm": 80,
+  "light.right_mm": -68.81,
+  "light.up_mm": 68.81,
+  "light.depth_mm": -65.54,
+  "transfer.points": "0 #591f14 0, 60 #804f41 0, 255 #ffebd1 0.3",
+};
 
-export const defaults = Object.fromEntries(rows.map(([name, , , , , , value]) => [name, value]));
+// row<MEMBER(member)>(name, unit, help, minimum, maximum, step, pass), choice<...>(name, help, pass, choices)
+// or text_row<...>(name, help, pass)
+const kRow = /(row|choice|text_row)<MEMBER\(([\w.]+)\)>\(((?:"[^"]*"|[^")])*)\)/g;
+const rows = [...source.matchAll(kRow)].map(([, kind, member, list]) => {
+  const given = [...list.matchAll(/"([^"]*)"|([^\s,]+)/g)].map(([, text, other]) => text ?? other);
+  return { kind, member, given };
+});
+if (rows.length !== source.split("<MEMBER(").length - 1) throw new Error("a row of proto/scene.cpp was not understood");
+
+export const fields = rows.map(({ kind, given }) => {
+  const castsRays = given.some((argument) => /^FirstPass::k(Prepare|Cast)$/.test(argument));
+  const number = { unit: "", minimum: 0, maximum: 0, step: 0, choices: [], isText: false, castsRays };
+  if (kind === "text_row") return { ...number, name: given[0], help: given[1], isText: true };
+  if (kind === "row") {
+    const [name, unit, help, minimum, maximum, step] = given;
+    return { ...number, name, unit, help, minimum: Number(minimum), maximum: Number(maximum), step: Number(step) };
+  }
+  const [name, help, , list] = given;
+  const choices = strings(new RegExp(`${list}\\[\\] = \\{([^}]*)\\}`).exec(source)[1]);
+  return { ...number, name, help, maximum: choices.length - 1, step: 1, choices };
+});
+
+const initial = members(header.slice(header.indexOf("struct Scene {"), header.indexOf("enum class FirstPass")));
+export const defaults = Object.fromEntries(
+  rows.map(({ member, given: [name] }, index) => [name, framed[name] ?? defaultOf(initial[member], fields[index])]),
+);
+
+/** "speckle.noise" -> "0.52", for members of the scene and of its structs. */
+function members(text) {
+  const found = {};
+  let inside = {};
+  for (const line of text.split("\n").slice(1)) {
+    const end = /^ {2}\} ([\w, ]+);/.exec(line);
+    const member = /^( +)[\w:]+ (\w+) = ([^;]+);/.exec(line);
+    if (end) {
+      for (const group of end[1].split(", ")) {
+        for (const [name, value] of Object.entries(inside)) found[`${group}.${name}`] = value;
+      }
+      inside = {};
+    } else if (member) {
+      (member[1].length > 2 ? inside : found)[member[2]] = member[3];
+    }
+  }
+  return found;
+}
+
+/** Of kDarkToBright that of dark-to-bright. */
+function defaultOf(text, { name, choices }) {
+  const words = /::k(\w+)$/.exec(text)?.[1].replace(/\B[A-Z]/g, "-$&").toLowerCase();
+  const value = choices.length > 0 ? choices.indexOf(words) : Number(text);
+  if (Number.isNaN(value) || (choices.length > 0 && value < 0)) throw new Error(`${name} has the default ${text}`);
+  return value;
+}
+
+function strings(text) {
+  return [...text.matchAll(/"([^"]*)"/g)].map(([, string]) => string);
+}

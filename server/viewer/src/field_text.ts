@@ -1,7 +1,8 @@
 // What a person reads about a scene field.
 import type { SceneField } from "../generated/fanlight_pb.js";
+import type { Value } from "./scene";
 
-const kUnitSuffix = /_(mm|deg|per_mm)$/;
+const kUnitSuffix = /_(mm|deg)$/;
 
 /** "light.right_mm" is in group "light"; a name without a dot in "". */
 export function groupOf(name: string): string {
@@ -23,14 +24,21 @@ export function numberText(value: number): string {
   return String(Number(value.toFixed(Math.abs(value) < 1 ? 3 : 2)));
 }
 
-export function valueText(field: SceneField, value: number): string {
-  return field.choices[value] ?? numberText(value);
+/** "dark to bright" for dark-to-bright. */
+export function choiceText(choice: string): string {
+  return choice.replace(/-/g, " ");
+}
+
+export function valueText(field: SceneField, value: Value): string {
+  if (typeof value === "string") return value;
+  const choice = field.choices[value];
+  return choice === undefined ? numberText(value) : choiceText(choice);
 }
 
 /** "step in the echo that makes a surface; 0 to 255 grey levels, default 40" */
-export function hintOf(field: SceneField, defaultValue: number): string {
+export function hintOf(field: SceneField, defaultValue: Value): string {
   const range =
-    field.choices.length > 0
+    field.isText || field.choices.length > 0
       ? ""
       : `${numberText(field.minimum)} to ${numberText(field.maximum)}${field.unit && ` ${field.unit}`}, `;
   return `${field.help}; ${range}default ${valueText(field, defaultValue)}`;

@@ -9,15 +9,17 @@ import {
 } from "../generated/fanlight_pb.js";
 import { Connection } from "./connection";
 import { Controls } from "./controls";
+import { FieldEffects, unknownNames } from "./field_effects";
 import { LightHandle } from "./light_handle";
 import { FrameWatch, noticeFor, type Condition } from "./notice";
 import { Orbit } from "./orbit";
-import { PictureInput, type Tool } from "./picture_input";
+import { PictureInput } from "./picture_input";
 import { PictureView } from "./picture_view";
-import { sceneOf, valuesOf } from "./scene";
+import { sceneOf, valuesOf, type Values } from "./scene";
 import { SceneEditor } from "./scene_editor";
 import { ServerClock } from "./server_clock";
 import { StatisticsView } from "./statistics";
+import { Tools } from "./tools";
 
 const kProtocolVersion = 1;
 const kClockMs = 500;
@@ -74,18 +76,17 @@ const editor = new SceneEditor({
     page.refusal.hidden = true;
   },
 });
-const light = new LightHandle(editor, page.canvas, page.light);
+const effects = new FieldEffects(editor);
+const isLit = () => effects.missing("light") === undefined;
+const light = new LightHandle(editor, page.canvas, page.light, isLit);
 const orbit = new Orbit(editor, page.canvas);
 const view = new PictureView(page.canvas, page.frame, pictureShown, (sentence) =>
   showCondition({ serverError: sentence }),
 );
 
-new PictureInput(page.canvas, tool, light, orbit);
+const tools = new Tools(page.tools, page.canvas);
+new PictureInput(page.canvas, () => tools.chosen(), light, orbit);
 page.resetView.onclick = () => orbit.reset();
-page.tools.onchange = () => {
-  page.canvas.dataset.tool = tool();
-};
-page.canvas.dataset.tool = tool();
 window.setInterval(askClock, kClockMs);
 window.setInterval(() => showCondition({ silentSeconds: frames.silentSeconds(performance.now()) }), 1000);
 connection.open();
@@ -123,13 +124,17 @@ function begin(newHello: Hello): void {
   frames.reset();
   askClock();
   statistics.start(newHello);
-  const defaults = newHello.defaultScene ? valuesOf(newHello.defaultScene) : new Map<string, number>();
+  const defaults = newHello.defaultScene ? valuesOf(newHello.defaultScene) : (new Map() as Values);
   orbit.start(newHello.fields, defaults);
   // A new session offers the same settings as a rule; then the reader's place in them is kept.
-  if (!hello || !sameSettings(hello, newHello)) controls = new Controls(page.form, editor, newHello.fields, defaults);
+  if (!hello || !sameSettings(hello, newHello)) {
+    const unknown = unknownNames(newHello.fields);
+    if (unknown.length > 0) console.warn(`The page knows settings that the server lacks: ${unknown.join(", ")}`);
+    controls = new Controls(page.form, editor, effects, newHello.fields, defaults);
+  }
   hello = newHello;
   page.source.textContent = hello.source;
-  if (hello.scene?.scene) editor.start(hello.scene.revision, valuesOf(hello.scene.scene));
+  if (hello.scene?.scene) editor.start(hello.fields, hello.scene.revision, valuesOf(hello.scene.scene));
   showCondition({
     connection: { state: "open" },
     source: hello.source,
@@ -150,14 +155,20 @@ function pictureShown(picture: Picture): void {
   const news = picture.volumeId !== shown?.volumeId || !condition.pictureShown;
   shown = picture;
   statistics.picture(picture);
-  showScene();
+  light.placeMarker(); // the picture may have another size
+  showBusy();
   if (news) showCondition({ pictureShown: true, serverError: undefined });
 }
 
-/** The canvas is busy until it shows the scene as last asked for. */
 function showScene(): void {
   controls?.refresh();
+  tools.offerLight(isLit());
   light.placeMarker();
+  showBusy();
+}
+
+/** The canvas is busy until it shows the scene as last asked for. */
+function showBusy(): void {
   page.canvas.ariaBusy = String(!shown || !editor.isShownBy(shown.sceneRevision));
 }
 
@@ -185,10 +196,6 @@ function sameSettings(a: Hello, b: Hello): boolean {
   const settings = ({ fields, defaultScene }: Hello) =>
     create(HelloSchema, { fields, ...(defaultScene && { defaultScene }) });
   return equals(HelloSchema, settings(a), settings(b));
-}
-
-function tool(): Tool {
-  return page.tools.querySelector<HTMLInputElement>("input:checked")?.value === "orbit" ? "orbit" : "light";
 }
 
 /** Beside the page, so that it works under a prefix of a reverse proxy too. */

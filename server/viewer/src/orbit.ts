@@ -2,7 +2,7 @@
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { allowed, type Values } from "./scene";
 import type { SceneEditor } from "./scene_editor";
-import { orbited, tidy, type PagePoint } from "./view_geometry";
+import { orbited, surfacePart, tidy, type PagePoint } from "./view_geometry";
 
 export class Orbit {
   private field: SceneField | undefined;
@@ -20,8 +20,9 @@ export class Orbit {
 
   /** By pixels of the page. */
   drag(moved: PagePoint): void {
-    const angles = { yawDeg: this.editor.get("camera.yaw_deg"), pitchDeg: this.editor.get("camera.pitch_deg") };
-    const { yawDeg, pitchDeg } = orbited(angles, moved, this.canvas.clientHeight);
+    const angles = { yawDeg: this.editor.number("camera.yaw_deg"), pitchDeg: this.editor.number("camera.pitch_deg") };
+    const part = surfacePart(this.editor.choice("mode"), this.canvas) ?? this.canvas;
+    const { yawDeg, pitchDeg } = orbited(angles, moved, (this.canvas.clientHeight * part.height) / this.canvas.height);
     this.editor.set([
       ["camera.yaw_deg", yawDeg],
       ["camera.pitch_deg", pitchDeg],
@@ -31,7 +32,7 @@ export class Orbit {
   /** Above 1 shows more of the body. */
   zoom(factor: number): void {
     if (!this.field) return;
-    const heightMm = tidy(this.editor.get("camera.field_mm") * factor);
+    const heightMm = tidy(this.editor.number("camera.field_mm") * factor);
     this.editor.set([["camera.field_mm", allowed(this.field, heightMm)]]);
   }
 

@@ -1,14 +1,13 @@
 // Mouse, pen, touch and keys over the picture: what each of them means to the light and the camera.
 import type { LightHandle } from "./light_handle";
 import type { Orbit } from "./orbit";
+import type { Tool } from "./tools";
 import type { PagePoint } from "./view_geometry";
 
 const kDragStartPixels = 3; // a click, or half a double click, is no drag
 const kZoomPerNotch = 1.1;
 const kNotchPixels = 100;
 const kKeyOrbitPixels = 12;
-
-export type Tool = "light" | "orbit";
 
 export class PictureInput {
   private readonly pointers = new Map<number, PagePoint>();

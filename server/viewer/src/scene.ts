@@ -3,7 +3,9 @@ import { create } from "@bufbuild/protobuf";
 import { reflect, type ReflectMessage } from "@bufbuild/protobuf/reflect";
 import { SceneSchema, type Scene, type SceneField } from "../generated/fanlight_pb.js";
 
-export type Values = Map<string, number>;
+/** A number, a choice's index, or the text of a field that is one (SceneField.is_text). */
+export type Value = number | string;
+export type Values = Map<string, Value>;
 
 export function valuesOf(scene: Scene): Values {
   const values: Values = new Map();
@@ -18,6 +20,16 @@ export function sceneOf(values: Values): Scene {
   return scene;
 }
 
+/** NaN where there is none. */
+export function numberOf(value: Value | undefined): number {
+  return typeof value === "number" ? value : NaN;
+}
+
+/** Empty where there is none. */
+export function textOf(value: Value | undefined): string {
+  return typeof value === "string" ? value : "";
+}
+
 /** The nearest value that the field allows. */
 export function allowed(field: SceneField, value: number): number {
   const stepped =
@@ -28,12 +40,16 @@ export function allowed(field: SceneField, value: number): number {
 function collect(message: ReflectMessage, prefix: string, values: Values): void {
   for (const field of message.fields) {
     if (!message.isSet(field)) continue;
-    if (field.fieldKind === "message") collect(message.get(field), `${prefix}${field.name}.`, values);
-    else values.set(prefix + field.name, Number(message.get(field)));
+    if (field.fieldKind === "message") {
+      collect(message.get(field), `${prefix}${field.name}.`, values);
+    } else {
+      const value: unknown = message.get(field);
+      values.set(prefix + field.name, typeof value === "string" ? value : Number(value));
+    }
   }
 }
 
-function place(message: ReflectMessage, path: string[], value: number): void {
+function place(message: ReflectMessage, path: string[], value: Value): void {
   const field = message.fields.find((candidate) => candidate.name === path[0]);
   if (field?.fieldKind === "message") {
     const part = message.get(field);

@@ -1,5 +1,6 @@
 // The scene in force, and this page's changes on their way to become it.
-import type { Values } from "./scene";
+import type { SceneField } from "../generated/fanlight_pb.js";
+import { numberOf, textOf, type Value, type Values } from "./scene";
 
 export interface SceneEditorEvents {
   /** Hands a change to the server, which answers with the same id. */
@@ -15,6 +16,7 @@ export interface SceneEditorEvents {
  * waiting ones, so that a slow server gets the newest of a drag and not all of it.
  */
 export class SceneEditor {
+  private choices = new Map<string, readonly string[]>();
   private inForce: Values = new Map();
   private revision = 0n;
   private sent: { id: bigint; values: Values } | undefined;
@@ -25,8 +27,9 @@ export class SceneEditor {
   constructor(private readonly events: SceneEditorEvents) {}
 
   /** A session begins: nothing of an earlier one counts, not even its revision. */
-  start(revision: bigint, values: Values): void {
+  start(fields: readonly SceneField[], revision: bigint, values: Values): void {
     this.forget();
+    this.choices = new Map(fields.map((field) => [field.name, field.choices]));
     this.running = true;
     this.revision = revision;
     this.inForce = values;
@@ -40,9 +43,24 @@ export class SceneEditor {
     this.events.changed();
   }
 
-  /** The value to show, or NaN before the first session and for a name the server does not have. */
-  get(name: string): number {
-    return this.waiting.get(name) ?? this.sent?.values.get(name) ?? this.inForce.get(name) ?? NaN;
+  /** The value to show; none before the first session and for a name the server does not have. */
+  get(name: string): Value | undefined {
+    return this.waiting.get(name) ?? this.sent?.values.get(name) ?? this.inForce.get(name);
+  }
+
+  /** The same of a number or a choice's index; NaN where there is none. */
+  number(name: string): number {
+    return numberOf(this.get(name));
+  }
+
+  /** The same of a text; empty where there is none. */
+  text(name: string): string {
+    return textOf(this.get(name));
+  }
+
+  /** The name of the choice; empty where there is none. */
+  choice(name: string): string {
+    return this.choices.get(name)?.[this.number(name)] ?? "";
   }
 
   /** Whether a picture of that revision shows everything that was asked for. */
@@ -50,7 +68,7 @@ export class SceneEditor {
     return !this.sent && this.waiting.size === 0 && revision >= this.revision;
   }
 
-  set(values: Iterable<readonly [string, number]>): void {
+  set(values: Iterable<readonly [string, Value]>): void {
     if (!this.running) return;
     for (const [name, value] of values) {
       if (this.get(name) !== value) this.waiting.set(name, value);

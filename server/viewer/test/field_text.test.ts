@@ -7,7 +7,7 @@ import { hintOf, labelOf, numberText, sliderRange } from "../src/field_text";
 test("labels drop the group and the unit", () => {
   assert.equal(labelOf("light.right_mm"), "Right");
   assert.equal(labelOf("camera.target_x_mm"), "Target x");
-  assert.equal(labelOf("transfer.opacity_per_mm"), "Opacity");
+  assert.equal(labelOf("clip1.normal_x"), "Normal x");
   assert.equal(labelOf("mode"), "Mode");
 });
 
@@ -24,8 +24,11 @@ test("a hint has the meaning, the range and the default", () => {
     step: 2,
   });
   assert.equal(hintOf(size, 7), "side of the average; 1 to 31 pixels, default 7");
-  const mode = create(SceneFieldSchema, { help: "what is shown", maximum: 1, step: 1, choices: ["surface", "volume"] });
-  assert.equal(hintOf(mode, 1), "what is shown; default volume");
+  const choices = ["either", "dark-to-bright"];
+  const sign = create(SceneFieldSchema, { help: "which way", maximum: 1, step: 1, choices });
+  assert.equal(hintOf(sign, 1), "which way; default dark to bright");
+  const points = create(SceneFieldSchema, { help: "colours", isText: true });
+  assert.equal(hintOf(points, "0 #000000 0"), "colours; default 0 #000000 0");
 });
 
 test("a slider covers what can be aimed at", () => {

@@ -2,13 +2,15 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
 import { SceneFieldSchema, SceneSchema } from "../generated/fanlight_pb.js";
-import { allowed, sceneOf, valuesOf } from "../src/scene";
+import { allowed, sceneOf, valuesOf, type Value } from "../src/scene";
 
 test("values travel under their dotted names, and only those that are given", () => {
-  const values = new Map([
+  const values = new Map<string, Value>([
     ["light.right_mm", -12.5],
     ["light.up_mm", 0],
     ["detector.window", 8],
+    ["clip2.normal_x", 0.5],
+    ["transfer.points", "0 #000000 0, 255 #ffffff 0.5"],
     ["mode", 1],
   ]);
   const received = fromBinary(SceneSchema, toBinary(SceneSchema, sceneOf(values)));

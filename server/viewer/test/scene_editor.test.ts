@@ -1,10 +1,14 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Values } from "../src/scene";
+import { create } from "@bufbuild/protobuf";
+import { SceneFieldSchema } from "../generated/fanlight_pb.js";
+import type { Value, Values } from "../src/scene";
 import { SceneEditor } from "../src/scene_editor";
 
-function started(): { editor: SceneEditor; sent: [bigint, [string, number][]][]; refusals: string[] } {
-  const sent: [bigint, [string, number][]][] = [];
+const fields = [create(SceneFieldSchema, { name: "a", choices: ["none", "some"] })];
+
+function started(): { editor: SceneEditor; sent: [bigint, [string, Value][]][]; refusals: string[] } {
+  const sent: [bigint, [string, Value][]][] = [];
   const refusals: string[] = [];
   const editor = new SceneEditor({
     send: (id, values) => sent.push([id, [...values]]),
@@ -12,7 +16,7 @@ function started(): { editor: SceneEditor; sent: [bigint, [string, number][]][];
     refused: (sentence) => refusals.push(sentence),
     accepted: () => {},
   });
-  editor.start(7n, scene(1, 10));
+  editor.start(fields, 7n, scene(1, 10));
   return { editor, sent, refusals };
 }
 
@@ -119,8 +123,20 @@ test("a lost connection takes back what was not answered; a new session starts o
   assert.equal(editor.get("a"), 1);
   editor.set([["a", 4]]);
   assert.equal(sent.length, 1);
-  editor.start(1n, scene(70, 80));
+  editor.start(fields, 1n, scene(70, 80));
   assert.equal(editor.get("a"), 70);
   editor.acceptedReply(1n, 8n, scene(2, 10));
   assert.equal(editor.get("a"), 70);
+});
+
+test("a number, a choice and a text are each read as what they are", () => {
+  const { editor, sent } = started();
+  editor.adopt(8n, new Map<string, Value>([...scene(1, 10), ["words", "0 #000000 0"]]));
+  assert.deepEqual([editor.number("b"), editor.choice("a"), editor.text("words")], [10, "some", "0 #000000 0"]);
+  assert.deepEqual([editor.number("words"), editor.choice("b"), editor.text("a")], [NaN, "", ""]);
+  assert.deepEqual([editor.get("none"), editor.number("none"), editor.text("none")], [undefined, NaN, ""]);
+  editor.set([["words", "nonsense"]]);
+  assert.deepEqual(sent, [[1n, [["words", "nonsense"]]]]);
+  editor.refusedReply(1n, "words: point 1 is no point");
+  assert.equal(editor.text("words"), "0 #000000 0");
 });

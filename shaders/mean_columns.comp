@@ -9,7 +9,7 @@
 layout(local_size_x = 8) in;
 
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
-layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
+layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) readonly buffer Weights { uint weights[]; };
 layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) readonly buffer RowSums { uvec2 row_sums[]; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) writeonly buffer Smooth { float smooth_depth[]; };
 
@@ -29,8 +29,9 @@ void main() {
   for (int y = 0; y < int(lighting.height); ++y) {
     sum += row_sum_at(x, y + radius);
     uint index = uint(y) * lighting.width + x;
-    // The pixel's own depth is part of the sum wherever it has one, so the number is not 0 there.
-    smooth_depth[index] = depth[index] >= 0.0 ? float(sum.x) / (FANLIGHT_SUM_UNITS_PER_MM * float(max(sum.y, 1u))) : FANLIGHT_NO_SURFACE;
+    // The pixel's own weight is part of the sum wherever it has a surface, so the weights are not 0 there.
+    float mean = lighting.depth_white + float(sum.x) / (lighting.sum_units * float(max(sum.y, 1u)));
+    smooth_depth[index] = weights[index] > 0u ? mean : FANLIGHT_NO_SURFACE;
     sum -= row_sum_at(x, y - radius);
   }
 }

@@ -1,6 +1,6 @@
 // Pass 2, first half of the moving average over the depth map: along rows, one row an invocation, as a
-// running sum, so that the cost does not grow with the window. Sums are whole numbers of 1/1024 mm: what enters a sum
-// leaves it exactly, and 31 x 31 depths of 3000 mm stay below 2^32.
+// running sum, so that the cost does not grow with the window. Sums are whole numbers, so that what enters a sum
+// leaves it exactly: weights times the depth below the rays' start in units that keep the whole window below 2^32.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -10,14 +10,16 @@
 layout(local_size_x = 8) in;
 
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
-layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
+layout(binding = FANLIGHT_BINDING_FILLED, scalar) readonly buffer Filled { float filled[]; };
+layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) readonly buffer Weights { uint weights[]; };
 layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) writeonly buffer RowSums { uvec2 row_sums[]; };
 
-// Depth and number of the surface at a place in the row; nothing outside it.
+// Weighted depth and weight at a place in the row; nothing outside it.
 uvec2 surface_at(uint row_start, int x) {
   bool inside = x >= 0 && x < int(lighting.width);
-  float value = depth[row_start + uint(clamp(x, 0, int(lighting.width) - 1))];
-  return inside && value >= 0.0 ? uvec2(uint(value * FANLIGHT_SUM_UNITS_PER_MM + 0.5), 1u) : uvec2(0u);
+  uint index = row_start + uint(clamp(x, 0, int(lighting.width) - 1));
+  uint weight = inside ? weights[index] : 0u;
+  return weight * uvec2(uint(max(filled[index] - lighting.depth_white, 0.0) * lighting.sum_units + 0.5), 1u);
 }
 
 void main() {

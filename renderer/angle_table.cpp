@@ -1,0 +1,63 @@
+#include "renderer/angle_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fanlight {
+
+namespace {
+
+// Where frames are uneven, the kink between them is rounded off within an entry: at 200 mm from the axis and
+// 90 deg of sweep an entry is 0.08 mm wide.
+constexpr std::size_t kEntries = 4096;
+// Beyond the first and last frame, so that samples just outside interpolate too.
+constexpr double kMarginEntries = 2;
+
+}  // namespace
+
+AngleTable::AngleTable(double first_angle_rad, double last_angle_rad, std::uint32_t frame_capacity)
+    : entries_(kEntries), placed_angles_(frame_capacity) {
+  const double first = std::tan(first_angle_rad / 2);
+  const double last = std::tan(last_angle_rad / 2);
+  scale_ = (kEntries - 1 - 2 * kMarginEntries) / (last - first);
+  offset_ = kMarginEntries - first * scale_;
+  angles_.reserve(kEntries);
+  for (std::size_t entry = 0; entry < kEntries; ++entry) {
+    angles_.push_back(2 * std::atan((static_cast<double>(entry) - offset_) / scale_));
+  }
+}
+
+bool AngleTable::place(const Volume& volume) {
+  const auto order = volume.by_angle();
+  const auto angle = [&](std::size_t place) { return volume.angles_rad()[order[place]]; };
+  bool changed = placed_frames_ != order.size();
+  for (std::size_t place = 0; place < order.size(); ++place) {
+    changed |= placed_angles_[place] != angle(place);
+    placed_angles_[place] = angle(place);
+  }
+  placed_frames_ = static_cast<std::uint32_t>(order.size());
+  if (!changed) return false;
+
+  const std::size_t last = order.size() - 1;
+  const double mean_step_rad = (angle(last) - angle(0)) / static_cast<double>(last);
+  // Angles only grow along the table, so the frame below an entry is found by walking on.
+  std::size_t below = 0;
+  for (std::size_t entry = 0; entry < kEntries; ++entry) {
+    const double at_rad = angles_[entry];
+    while (below < last && placed_angles_[below + 1] <= at_rad) ++below;
+    double coordinate = 0;
+    if (at_rad < placed_angles_[0]) {
+      coordinate = (at_rad - placed_angles_[0]) / mean_step_rad;
+    } else if (below == last) {
+      coordinate = static_cast<double>(last) + (at_rad - placed_angles_[last]) / mean_step_rad;
+    } else {
+      // Frames at one angle are passed over by the walk, so this step is never 0 wide.
+      const double step_rad = placed_angles_[below + 1] - placed_angles_[below];
+      coordinate = static_cast<double>(below) + (at_rad - placed_angles_[below]) / step_rad;
+    }
+    entries_[entry] = static_cast<float>(coordinate);
+  }
+  return true;
+}
+
+}  // namespace fanlight

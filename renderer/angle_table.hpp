@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "proto/volume.hpp"
+
+namespace fanlight {
+
+/// The look-up table of the paper, from a place in the body to the frame coordinate, so that the ray caster
+/// reads the frames without resampling them into a grid. The coordinate depends on the sweep angle alone,
+/// so one axis is enough: entries are even in tan(angle / 2), which a point (y, z) gives without an arc
+/// function as z / (hypot(z, y + Rm) + y + Rm), and which is nearly even in the angle itself.
+///
+/// entries(): the frame coordinate among the frames in ascending order of angle, 0 for the first, linear in
+/// the angle between each two, and so for frames at uneven angles; extrapolated beyond the first and last.
+class AngleTable {
+ public:
+  /// A table for up to frame_capacity frames between the two angles, each within +-90 deg. All memory is
+  /// allocated here.
+  AngleTable(double first_angle_rad, double last_angle_rad, std::uint32_t frame_capacity);
+
+  /// Fills in the frame coordinates of a volume whose angles lie where the constructor was told.
+  /// Precondition: sorted by angle, at least two different angles. Allocates nothing. False where the angles
+  /// are those of the last call, so that nothing changed.
+  bool place(const Volume& volume);
+
+  std::span<const float> entries() const { return entries_; }
+
+  /// tan(angle / 2) times scale plus offset is the place in entries().
+  double scale() const { return scale_; }
+  double offset() const { return offset_; }
+
+ private:
+  double scale_ = 0;
+  double offset_ = 0;
+  std::vector<double> angles_;  // of each entry, rad
+  std::vector<float> entries_;
+  std::vector<double> placed_angles_;  // those of the last place(), ascending
+  std::uint32_t placed_frames_ = 0;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,106 @@
+// Which settings do nothing in the scene as it stands, and what they need. What is not in the table always
+// has an effect.
+import type { SceneField } from "../generated/fanlight_pb.js";
+import { choiceText, groupOf, labelOf } from "./field_text";
+import type { SceneEditor } from "./scene_editor";
+import { fullTitle } from "./settings_layout";
+
+/** A choice is compared by name. */
+type Condition = readonly [field: string, relation: Relation, ...operands: readonly (string | number)[]];
+type Relation = "is" | "is not" | "is above" | "is below";
+
+const kSurfaceShown: Condition = ["mode", "is", "surface", "surface-and-volume", "slices"];
+const kDepthShown: Condition = ["mode", "is", "surface", "surface-and-volume", "depth", "slices"];
+
+/** A group or a field has an effect where one of its conditions holds; a field needs its group's besides. */
+const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
+  detector: [kDepthShown],
+  filter: [kDepthShown],
+  light: [kSurfaceShown],
+  material: [kSurfaceShown],
+  shadow: [kSurfaceShown],
+  rays: [["mode", "is not", "slice"]],
+  transfer: [["mode", "is", "volume", "surface-and-volume"]],
+  slice: [["mode", "is", "slice"]],
+
+  "speckle.size": [["speckle.filter", "is not", "none"]],
+  "speckle.across": [["speckle.filter", "is not", "none"]],
+  "speckle.noise": [["speckle.filter", "is", "guided"]],
+  "filter.kind": [["filter.size", "is above", 1]],
+  "filter.weights": [["filter.size", "is above", 1]],
+  "filter.step_mm": [
+    ["filter.kind", "is", "edge-preserving"],
+    ["filter.islands", "is above", 1],
+    ["filter.holes", "is above", 1],
+    ["filter.steady", "is above", 0],
+    ["light.normals", "is", "central"],
+  ],
+  "light.shininess": [["light.specular", "is above", 0]],
+  "shadow.softness_mm": [["shadow.coefficient", "is below", 1]],
+  "finish.iterations": [["finish.smoothing", "is", "diffusion"]],
+  "finish.conductance": [["finish.smoothing", "is", "diffusion"]],
+  "camera.opening_deg": [["camera.projection", "is", "perspective"]],
+  "clip1.distance_mm": normalGiven("clip1"),
+  "clip2.distance_mm": normalGiven("clip2"),
+};
+
+export class FieldEffects {
+  constructor(private readonly editor: SceneEditor) {}
+
+  /** A sentence on what the group, or the field by itself, lacks to have an effect; nothing where it has one. */
+  missing(name: string): string | undefined {
+    const conditions = kNeeds[name];
+    if (!conditions || conditions.some((condition) => this.holds(condition))) return undefined;
+    if (conditions.every(([, relation]) => relation === "is not")) {
+      const all = conditions.map(([field, , ...operands]) => sentence([field, "is", ...operands], name));
+      return `No effect while ${listed(all, "and")}.`;
+    }
+    return `No effect unless ${listed(conditions.map((condition) => sentence(condition, name)))}.`;
+  }
+
+  private holds([field, relation, ...operands]: Condition): boolean {
+    const value = this.editor.get(field);
+    if (typeof value !== "number") return true; // not known yet
+    const choice = this.editor.choice(field);
+    const isOne = operands.some((operand) => operand === (typeof operand === "string" ? choice : value));
+    switch (relation) {
+      case "is":
+        return isOne;
+      case "is not":
+        return !isOne;
+      case "is above":
+        return value > Number(operands[0]);
+      case "is below":
+        return value < Number(operands[0]);
+    }
+  }
+}
+
+/** What the table names and the server does not offer: the two have drifted apart. */
+export function unknownNames(fields: readonly SceneField[]): string[] {
+  const choices = new Map(fields.map((field) => [field.name, field.choices]));
+  const known = new Set([...choices.keys(), ...fields.map((field) => groupOf(field.name))]);
+  const asked = Object.values(kNeeds).flat();
+  return [
+    ...[...Object.keys(kNeeds), ...asked.map(([field]) => field)].filter((name) => !known.has(name)),
+    ...asked.flatMap(([field, , ...operands]) =>
+      operands
+        .filter((operand) => typeof operand === "string" && !choices.get(field)?.includes(operand))
+        .map((operand) => `${field} ${operand}`),
+    ),
+  ];
+}
+
+function normalGiven(clip: string): Condition[] {
+  return ["x", "y", "z"].map((axis) => [`${clip}.normal_${axis}`, "is not", 0] as const);
+}
+
+/** "projection is perspective", told to who looks at `beside`. */
+function sentence([field, relation, ...operands]: Condition, beside: string): string {
+  const title = groupOf(field) === groupOf(beside) ? labelOf(field) : fullTitle(field);
+  return `${title.toLowerCase()} ${relation} ${listed(operands.map((operand) => choiceText(String(operand))))}`;
+}
+
+function listed(words: readonly string[], last = "or"): string {
+  return words.length < 2 ? words.join("") : `${words.slice(0, -1).join(", ")} ${last} ${words.at(-1)}`;
+}

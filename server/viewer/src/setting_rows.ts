@@ -1,0 +1,167 @@
+// The rows of the settings: a number, a choice, a text, or a colour, each with its meaning and its reset.
+import type { SceneField } from "../generated/fanlight_pb.js";
+import { hexOf, partsOf } from "./colour";
+import { element, typedBox } from "./element";
+import type { FieldEffects } from "./field_effects";
+import { choiceText, hintOf, numberText, sliderRange } from "./field_text";
+import { numberOf, type Value, type Values } from "./scene";
+import type { SceneEditor } from "./scene_editor";
+import { fullTitle, namesOf, rowTitle, type ColourSetting, type Setting } from "./settings_layout";
+import { TransferEditor } from "./transfer_editor";
+
+interface Frame {
+  name: string;
+  title: string;
+  unit: string;
+  hint: string;
+  names: string[]; // of the fields that it holds
+}
+
+export class SettingRows {
+  private readonly refreshers: (() => void)[] = [];
+
+  constructor(
+    private readonly editor: SceneEditor,
+    private readonly defaults: Values,
+    private readonly effects: FieldEffects,
+  ) {}
+
+  /** Runs at every change of the scene. */
+  onRefresh(refresher: () => void): void {
+    this.refreshers.push(refresher);
+  }
+
+  /** Shows the editor's values, except in a box that is being typed into. */
+  refresh(): void {
+    for (const refresher of this.refreshers) refresher();
+  }
+
+  row(setting: Setting): HTMLElement {
+    if (setting.kind === "colour") return this.colourRow(setting);
+    const { field } = setting;
+    const { name, unit } = field;
+    const hint = hintOf(field, this.defaults.get(name) ?? NaN);
+    const frame = { name, title: rowTitle(name), unit, hint, names: [name] };
+    if (name === "transfer.points") return this.frame(frame, this.transferEditor(name), this.textBox(name));
+    if (field.isText) return this.frame(frame, this.textBox(name));
+    if (field.choices.length > 0) return this.frame(frame, this.select(field));
+    return this.frame(frame, this.numberBox(field), this.slider(field));
+  }
+
+  resetButton(text: string, names: readonly string[], scope: string): HTMLButtonElement {
+    const button = element("button", { type: "button", className: "reset", textContent: text });
+    button.dataset.reset = scope;
+    button.onclick = () => this.editor.set(names.map((name) => [name, this.defaultOf(name)] as const));
+    this.onRefresh(() => {
+      button.disabled = this.changed(names) === 0;
+    });
+    return button;
+  }
+
+  /** How many of these are not at their default. */
+  changed(names: readonly string[]): number {
+    return names.filter((name) => this.editor.get(name) !== this.defaults.get(name)).length;
+  }
+
+  private frame({ name, title, unit, hint, names }: Frame, ...inputs: HTMLElement[]): HTMLElement {
+    const label = element("label", { htmlFor: name }, title, element("span", { className: "unit", textContent: unit }));
+    const reset = this.resetButton("↺", names, name);
+    reset.title = `Reset ${fullTitle(name)}`;
+    reset.setAttribute("aria-label", reset.title);
+    const needs = element("p", { id: `${name}-needs`, className: "needs" });
+    const row = element("div", { className: "row" }, label, ...inputs, reset, needs);
+    row.append(element("p", { id: `${name}-hint`, className: "hint", textContent: hint }));
+    row.querySelector(`[id="${name}"]`)?.setAttribute("aria-describedby", `${name}-needs ${name}-hint`);
+    this.onRefresh(() => {
+      const missing = this.effects.missing(name);
+      row.classList.toggle("idle", missing !== undefined);
+      needs.textContent = missing ?? "";
+      needs.hidden = missing === undefined;
+    });
+    return row;
+  }
+
+  private slider(field: SceneField): HTMLElement {
+    const { low, high, step } = sliderRange(field, numberOf(this.defaults.get("camera.field_mm")));
+    const slider = element("input", {
+      type: "range",
+      id: field.name,
+      min: String(low),
+      max: String(high),
+      step: String(step),
+    });
+    slider.dataset.field = field.name;
+    slider.oninput = () => this.editor.set([[field.name, slider.valueAsNumber]]);
+    this.onRefresh(() => {
+      slider.value = String(this.editor.number(field.name));
+    });
+    return slider;
+  }
+
+  private numberBox(field: SceneField): HTMLElement {
+    const input = element("input", {
+      type: "number",
+      step: field.step > 0 ? String(field.step) : "any",
+      min: String(field.minimum),
+      max: String(field.maximum),
+    });
+    input.dataset.number = field.name;
+    input.setAttribute("aria-label", `${fullTitle(field.name)}, ${field.unit || "number"}`);
+    const text = () => numberText(this.editor.number(field.name));
+    const take = () => {
+      if (Number.isFinite(input.valueAsNumber)) this.editor.set([[field.name, input.valueAsNumber]]);
+    };
+    this.onRefresh(typedBox(input, text, take));
+    return input;
+  }
+
+  private textBox(name: string): HTMLElement {
+    const input = element("input", { type: "text", id: name, spellcheck: false });
+    input.dataset.text = name;
+    const take = () => this.editor.set([[name, input.value]]);
+    this.onRefresh(typedBox(input, () => this.editor.text(name), take));
+    return input;
+  }
+
+  private select(field: SceneField): HTMLElement {
+    const select = element("select", { id: field.name });
+    select.dataset.field = field.name;
+    select.append(...field.choices.map((choice, index) => new Option(choiceText(choice), String(index))));
+    select.onchange = () => this.editor.set([[field.name, Number(select.value)]]);
+    this.onRefresh(() => {
+      select.value = String(this.editor.number(field.name));
+    });
+    return select;
+  }
+
+  private colourRow(setting: ColourSetting): HTMLElement {
+    const { name, parts } = setting;
+    const names = namesOf(setting);
+    const input = element("input", { type: "color", id: name });
+    input.dataset.colour = name;
+    input.oninput = () => {
+      const levels = partsOf(input.value);
+      this.editor.set(names.map((part, index) => [part, levels[index] ?? NaN] as const));
+    };
+    this.onRefresh(() => {
+      input.value = hexOf(names.map((part) => this.editor.number(part)));
+    });
+    const numbers = element("details", { className: "parts" }, element("summary", { textContent: "Red, green, blue" }));
+    numbers.append(...parts.map((field) => this.row({ kind: "field", field })));
+    const meaning = parts[0].help.replace(/, red$/, "");
+    const hint = `${meaning}; default ${hexOf(names.map((part) => numberOf(this.defaults.get(part))))}`;
+    const row = this.frame({ name, title: rowTitle(name), unit: "", hint, names }, input);
+    row.append(numbers);
+    return row;
+  }
+
+  private transferEditor(name: string): HTMLElement {
+    const transfer = new TransferEditor((text) => this.editor.set([[name, text]]));
+    this.onRefresh(() => transfer.show(this.editor.text(name)));
+    return transfer.root;
+  }
+
+  private defaultOf(name: string): Value {
+    return this.defaults.get(name) ?? NaN;
+  }
+}

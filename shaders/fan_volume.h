@@ -1,0 +1,95 @@
+// Reads the volume at points of the body, through the angle table: for the passes that sample it. The includer
+// has declared the parameters as `rays`, and the specialisation constant kPolar.
+#ifndef FANLIGHT_SHADERS_FAN_VOLUME_H
+#define FANLIGHT_SHADERS_FAN_VOLUME_H
+
+layout(binding = FANLIGHT_BINDING_VOLUME) uniform sampler3D volume;
+layout(binding = FANLIGHT_BINDING_ANGLE_TABLE, scalar) readonly buffer AngleTable { float angle_table[]; };
+
+// The angle of (across, along) to the second axis, for up to 90 degrees either way: the half angle's tangent, halved
+// once more, then the series, whose first term left out is below 1e-7 of a radian there.
+float angle_between(float across, float along, float length) {
+  float half_tangent = across / max(length + along, 1e-6);
+  float t = half_tangent / (1.0 + sqrt(1.0 + half_tangent * half_tangent));
+  float u = t * t;
+  float series = 1.0 / 13.0;
+  series = 1.0 / 11.0 - u * series;
+  series = 1.0 / 9.0 - u * series;
+  series = 1.0 / 7.0 - u * series;
+  series = 1.0 / 5.0 - u * series;
+  series = 1.0 / 3.0 - u * series;
+  return 4.0 * t * (1.0 - u * series);
+}
+
+// The coordinate among the frames of the half plane through the sweep axis in which the point (along, across) lies,
+// `length` from the axis. The table is even in the tangent of the half angle, which takes no arc function.
+float frame_at(float across, float along, float length) {
+  float place = across / max(length + along, 1e-6) * rays.angle_scale + rays.angle_offset;
+  float below = clamp(floor(place), 0.0, rays.angle_last - 1.0);
+  int entry = int(below);
+  float frame = mix(angle_table[entry], angle_table[entry + 1], place - below);
+  // A sample just inside the first or last frame could else reach for a frame that is not there.
+  return clamp(frame, 0.0, rays.last_frame);
+}
+
+// The echo at a point between the first and last frame, 0 to 1, or negative where nothing was scanned: above the
+// probe face, beside the frame or its sector.
+float echo(vec3 at) {
+  float along_axis = at.y + rays.motor_radius;
+  float from_axis = sqrt(along_axis * along_axis + at.z * at.z);
+  float rho = from_axis - rays.motor_radius;
+  float frame = frame_at(at.z, along_axis, from_axis);
+
+  float from_apex = rho + rays.probe_radius;
+  float reach = at.x * at.x + from_apex * from_apex;
+  vec3 voxel;
+  if (kPolar) {
+    float radius = sqrt(reach);
+    voxel.x = angle_between(at.x, from_apex, radius) * rays.column_scale + rays.column_offset;
+    voxel.y = (radius - rays.probe_radius) * rays.row_scale + rays.row_offset;
+  } else {
+    voxel.x = at.x * rays.column_scale + rays.column_offset;
+    voxel.y = rho * rays.row_scale + rays.row_offset;
+  }
+  voxel.z = frame;
+  float value = textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x;
+
+  // Each distance is positive on the scanned side: the smallest decides, without a branch.
+  float beside = from_apex * rays.sector_tangent - abs(at.x) - rays.sector_margin;
+  float within = min(reach - rays.sector_near_squared, rays.sector_far_squared - reach);
+  float column = min(voxel.x, rays.last_column - voxel.x);
+  float row = min(voxel.y, rays.last_row - voxel.y);
+  return min(min(beside, within), min(column, row)) >= 0.0 ? value : -1.0;
+}
+
+// The part of a ray, from + t * forward, that satisfies a + b t >= 0, as a narrower (first, last).
+vec2 cut(vec2 part, float a, float b) {
+  float at = -a / b;
+  return b > 0.0   ? vec2(max(part.x, at), part.y)
+         : b < 0.0 ? vec2(part.x, min(part.y, at))
+         : a < 0.0 ? vec2(1.0, 0.0)
+                   : part;
+}
+
+// The part that lies in the crop box and on the kept side of both clip planes.
+vec2 cropped(vec2 part, vec3 from, vec3 forward) {
+  for (int axis = 0; axis < 3; ++axis) {
+    part = cut(part, from[axis] - rays.crop_lowest[axis], forward[axis]);
+    part = cut(part, rays.crop_highest[axis] - from[axis], -forward[axis]);
+  }
+  part = cut(part, dot(rays.clip1.xyz, from) - rays.clip1.w, dot(rays.clip1.xyz, forward));
+  part = cut(part, dot(rays.clip2.xyz, from) - rays.clip2.w, dot(rays.clip2.xyz, forward));
+  return part;
+}
+
+// The part between the first and last frame.
+vec2 between_frames(vec2 part, vec3 from, vec3 forward) {
+  // About the sweep axis: y' = y + motor radius. A frame's angle is its half plane.
+  vec2 about_axis = vec2(from.y + rays.motor_radius, from.z);
+  vec2 first = vec2(-rays.first_angle.y, rays.first_angle.x);
+  vec2 last = vec2(rays.last_angle.y, -rays.last_angle.x);
+  part = cut(part, dot(about_axis, first), dot(forward.yz, first));
+  return cut(part, dot(about_axis, last), dot(forward.yz, last));
+}
+
+#endif

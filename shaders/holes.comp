@@ -1,0 +1,63 @@
+// Pass 2: fills small holes, where at least half of the window has a surface, from the surface nearest by; and says
+// what each pixel counts for in the filter.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "bindings.h"
+#include "light_parameters.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
+layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) readonly buffer Confidences { float confidence[]; };
+layout(binding = FANLIGHT_BINDING_CLEANED, scalar) readonly buffer Cleaned { float cleaned[]; };
+layout(binding = FANLIGHT_BINDING_FILLED, scalar) writeonly buffer Filled { float filled[]; };
+layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) writeonly buffer Weights { uint weights[]; };
+#include "surface_map.h"
+
+float filling(ivec2 pixel) {
+  ivec4 window = window_about(pixel, lighting.holes_radius);
+  ivec2 size = window.zw - window.xy + 1;
+  int surfaces = 0;
+  int nearest = 1 << 30;  // squared distance
+  float reference = FANLIGHT_NO_SURFACE;
+  for (int y = window.y; y <= window.w; ++y) {
+    for (int x = window.x; x <= window.z; ++x) {
+      float there = cleaned[index_of(ivec2(x, y))];
+      ivec2 away = ivec2(x, y) - pixel;
+      int distance_squared = away.x * away.x + away.y * away.y;
+      bool nearer = there >= 0.0 && distance_squared < nearest;
+      surfaces += there >= 0.0 ? 1 : 0;
+      nearest = nearer ? distance_squared : nearest;
+      reference = nearer ? there : reference;
+    }
+  }
+  if (2 * surfaces < size.x * size.y) return FANLIGHT_NO_SURFACE;
+
+  float sum = 0.0;
+  float weight_sum = 0.0;
+  for (int y = window.y; y <= window.w; ++y) {
+    for (int x = window.x; x <= window.z; ++x) {
+      float there = cleaned[index_of(ivec2(x, y))];
+      vec2 away = vec2(ivec2(x, y) - pixel);
+      float weight = same_surface(there, reference) ? 1.0 / max(dot(away, away), 1.0) : 0.0;
+      sum += weight * (there - reference);
+      weight_sum += weight;
+    }
+  }
+  return reference + sum / max(weight_sum, 1e-6);
+}
+
+void main() {
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  if (pixel.x >= int(lighting.width) || pixel.y >= int(lighting.height)) return;
+  uint index = index_of(pixel);
+  float here = cleaned[index];
+  bool is_hole = here < 0.0 && lighting.holes_radius > 0 && in_view(pixel);
+  float sure = clamp(floor(4.0 * confidence[index] + 0.5), 1.0, float(FANLIGHT_MOST_WEIGHT));
+  uint weight = here >= 0.0 && lighting.confidence_counts != 0 ? uint(sure) : 1u;
+  // A loop, not a branch: where no lane is in a hole, nothing is read.
+  for (int once = is_hole ? 0 : 1; once < 1; ++once) here = filling(pixel);
+  filled[index] = here;
+  weights[index] = here >= 0.0 ? weight : 0u;
+}

@@ -1,0 +1,22 @@
+// Pass 2: draws the depth map towards that of the last volume, where both show the same surface.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "bindings.h"
+#include "light_parameters.h"
+
+layout(local_size_x = 64) in;
+
+layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
+layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
+layout(binding = FANLIGHT_BINDING_PREVIOUS, scalar) readonly buffer Previous { float previous[]; };
+layout(binding = FANLIGHT_BINDING_STEADY, scalar) writeonly buffer Steady { float steady[]; };
+#include "surface_map.h"
+
+void main() {
+  uint index = gl_GlobalInvocationID.x;
+  if (index >= lighting.width * lighting.height) return;
+  float now = depth[index];
+  float before = previous[index];
+  steady[index] = same_surface(now, before) ? now + lighting.steady * (before - now) : now;
+}

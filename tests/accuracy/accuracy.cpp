@@ -1,0 +1,57 @@
+// How far the surfaces shown lie from surfaces that are known, as a table; fails where a figure does not
+// reach what is demanded of it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <regex>
+
+#include "tests/accuracy/depth_rig.hpp"
+#include "tests/accuracy/measurements.hpp"
+
+namespace fanlight::test {
+namespace {
+
+struct Options {
+  std::string rows = ".";
+  std::string gpu;
+  bool json = false;
+};
+
+std::vector<FigureBlock> measured(const Options& options) {
+  const BareGpu bare(options.gpu);
+  const std::regex rows(options.rows);
+  const Workbench bench{.gpu = bare.gpu(),
+                        .wants = [&](const std::string& row) { return std::regex_search(row, rows); }};
+  std::vector<FigureBlock> blocks = measure_small_fans(bench);
+  blocks.push_back(measure_relighting(bench));
+  blocks.push_back(measure_reference_work(bench));
+  return blocks;
+}
+
+int run(const Options& options) {
+  const std::vector<FigureBlock> blocks = measured(options);
+  const std::vector<std::string> failed = failures(blocks);
+  fmt::print("{}\n", options.json ? as_json(blocks) : as_text(blocks));
+  for (const std::string& failure : failed) fmt::print(stderr, "not reached: {}\n", failure);
+  return failed.empty() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace fanlight::test
+
+int main(int count, char** arguments) {
+  fanlight::test::Options options;
+  CLI::App program("Accuracy of the surfaces shown, against surfaces that are known");
+  program.add_option("--rows", options.rows, "Only rows whose name holds this, such as clean/sphere")
+      ->type_name("REGEX");
+  program.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  program.add_flag("--json", options.json, "Print the figures as JSON");
+  CLI11_PARSE(program, count, arguments);
+  try {
+    return fanlight::test::run(options);
+  } catch (const std::exception& failure) {
+    fmt::print(stderr, "accuracy: {}\n", failure.what());
+    return 1;
+  }
+}

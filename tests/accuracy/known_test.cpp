@@ -1,0 +1,114 @@
+// What the table of accuracy takes for true, checked without a renderer.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+#include "tests/accuracy/depth_normals.hpp"
+#include "tests/accuracy/known_views.hpp"
+#include "tests/accuracy/test_fans.hpp"
+
+namespace fanlight::test {
+namespace {
+
+constexpr std::array kProjections = {Projection::kParallel, Projection::kPerspective};
+
+/// Depth at which a ray's echo first rises to half way between fluid and tissue; negative where it never
+/// does.
+double half_way_mm(const KnownSurface& surface, const PixelRay& ray, double from_mm, double to_mm) {
+  constexpr double kStepMm = 0.005;
+  const KnownEcho echo;
+  const double half_way = (echo.fluid_grey + echo.tissue_grey) / 2;
+  bool dark = false;
+  for (double depth_mm = from_mm; depth_mm <= to_mm; depth_mm += kStepMm) {
+    const bool bright = echo.grey(surface.below_mm(ray.at(depth_mm))) > half_way;
+    if (dark && bright) return depth_mm;
+    dark = !bright;
+  }
+  return -1;
+}
+
+TEST(KnownSurface, LiesWhereTheEchoRisesHalfWay) {
+  const ScannedFan fan = test_fans().front().scanned();
+  for (const TestSurface& tested : test_surfaces()) {
+    for (const Projection projection : kProjections) {
+      for (const KnownView& view : known_views(fan, *tested.surface, projection)) {
+        for (std::uint32_t place = 5; place < view.size.height; place += 13) {
+          const PixelRay ray = view.rays.ray(view.size.width - 1 - place, place);
+          const auto entry_mm = tested.surface->entry_mm(ray, view.rays.first_mm(), view.rays.last_mm());
+          const double marched_mm =
+              half_way_mm(*tested.surface, ray, view.rays.first_mm(), view.rays.last_mm());
+          EXPECT_NEAR(entry_mm.value_or(-1), marched_mm, 0.006) << tested.name;
+        }
+      }
+    }
+  }
+}
+
+TEST(DepthTruth, HoldsEverySurfaceInEveryFan) {
+  for (const TestFan& fan : test_fans()) {
+    for (const TestSurface& tested : test_surfaces()) {
+      for (const KnownView& view : known_views(fan.scanned(), *tested.surface, Projection::kParallel)) {
+        const auto judged = std::ranges::count(view.truth, Meets::kSurface, &PixelTruth::meets);
+        EXPECT_GT(judged, view.size.width * view.size.height / 4) << tested.name << " in " << fan.name;
+      }
+    }
+  }
+}
+
+TEST(DepthNormals, AreTheSurfaceOwnWhereDepthsAreTrue) {
+  const ScannedFan fan = test_fans().front().scanned();
+  for (const TestSurface& tested : test_surfaces()) {
+    for (const Projection projection : kProjections) {
+      for (const KnownView& view : known_views(fan, *tested.surface, projection)) {
+        std::vector<float> depths_mm;
+        for (const PixelTruth& truth : view.truth) {
+          depths_mm.push_back(truth.meets == Meets::kSurface ? static_cast<float>(truth.depth_mm) : -1.0F);
+        }
+        const DepthNormals normals(depths_mm, view.size, view.rays, Normals::kCentral, 3);
+        auto errors_deg =
+            normal_errors_deg(normals, depths_mm, view.truth, view.rays, view.size, *tested.surface);
+        std::ranges::sort(errors_deg);
+        EXPECT_LT(errors_deg[errors_deg.size() / 2], 0.1) << tested.name;
+      }
+    }
+  }
+}
+
+/// Covariance of neighbours `apart` values away over the variance, mean 1 given.
+double covariance(const SpeckleField& field, std::size_t values, std::size_t apart) {
+  const float* const factors = field.frame(0);
+  double sum = 0;
+  for (std::size_t i = 0; i + apart < values; ++i) sum += (factors[i] - 1.0) * (factors[i + apart] - 1.0);
+  return sum / static_cast<double>(values - apart);
+}
+
+TEST(SpeckleField, IsRayleighInGrainsOfTheGivenSize) {
+  constexpr SpeckleField::Size kSize{.columns = 96, .rows = 96, .frames = 96};
+  constexpr std::size_t kValues = std::size_t{96} * 96 * 96;
+  const SpeckleField field(kSize, {.columns = 4, .rows = 2, .frames = 6}, 3);
+  const std::span factors(field.frame(0), kValues);
+  EXPECT_NEAR(std::accumulate(factors.begin(), factors.end(), 0.0) / kValues, 1, 0.001);
+  const double variance = covariance(field, kValues, 0);
+  EXPECT_NEAR(std::sqrt(variance), std::sqrt(4 / kPi - 1), 0.01);
+  // Half a full width away the covariance is half the variance.
+  EXPECT_NEAR(covariance(field, kValues, 2) / variance, 0.5, 0.06);
+  EXPECT_NEAR(covariance(field, kValues, std::size_t{1} * kSize.columns) / variance, 0.5, 0.06);
+  EXPECT_NEAR(covariance(field, kValues, std::size_t{3} * kSize.rows * kSize.columns) / variance, 0.5, 0.06);
+}
+
+TEST(SpeckleField, FollowsFromItsSeed) {
+  constexpr SpeckleField::Size kSize{.columns = 8, .rows = 8, .frames = 8};
+  constexpr SpeckleField::Grain kGrain{.columns = 2, .rows = 2, .frames = 2};
+  const SpeckleField one(kSize, kGrain, 1);
+  const SpeckleField same(kSize, kGrain, 1);
+  const SpeckleField other(kSize, kGrain, 2);
+  EXPECT_TRUE(std::equal(one.frame(0), one.frame(8), same.frame(0)));
+  EXPECT_FALSE(std::equal(one.frame(0), one.frame(8), other.frame(0)));
+}
+
+}  // namespace
+}  // namespace fanlight::test

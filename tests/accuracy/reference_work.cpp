@@ -1,0 +1,133 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "acquisition/phantom_source.hpp"
+#include "tests/accuracy/depth_errors.hpp"
+#include "tests/accuracy/depth_rig.hpp"
+#include "tests/accuracy/measurements.hpp"
+#include "tests/accuracy/methods.hpp"
+
+namespace fanlight::test {
+
+namespace {
+
+constexpr PictureSize kSize{.width = 512, .height = 512};
+
+/// The simulated probe's face.
+class PhantomSurface final : public KnownSurface {
+ public:
+  explicit PhantomSurface(const PhantomScene& scene) : scene_(scene) {}
+
+  double below_mm(const glm::dvec3& at) const override {
+    constexpr double kReachMm = 0.25;
+    const double by_x = (surface_mm(at.x + kReachMm, at.z) - surface_mm(at.x - kReachMm, at.z)) / kReachMm;
+    const double by_z = (surface_mm(at.x, at.z + kReachMm) - surface_mm(at.x, at.z - kReachMm)) / kReachMm;
+    return (at.y - surface_mm(at.x, at.z)) / std::sqrt(1 + (by_x * by_x + by_z * by_z) / 4);
+  }
+
+  std::optional<double> entry_mm(const PixelRay& ray, double from_mm, double to_mm) const override {
+    const bool along_depth = std::abs(ray.direction.x) < 1e-12 && std::abs(ray.direction.z) < 1e-12;
+    if (!along_depth) return KnownSurface::entry_mm(ray, from_mm, to_mm);
+    const double depth_mm = surface_mm(ray.origin.x, ray.origin.z) - ray.origin.y;
+    return depth_mm >= from_mm && depth_mm <= to_mm ? std::optional(depth_mm) : std::nullopt;
+  }
+
+ private:
+  double surface_mm(double x_mm, double z_mm) const { return scene_.surface_depth_mm(x_mm, z_mm, 0); }
+
+  const PhantomScene& scene_;
+};
+
+std::unique_ptr<PhantomSource> phantom(PhantomSource::Speckle speckle) {
+  auto source = PhantomSource::create(
+      {.speckle = speckle, .motion = PhantomScene::Motion::kStill, .pace = PhantomSource::Pace::kUnpaced});
+  if (!source) throw std::runtime_error(source.error().message);
+  return std::move(*source);
+}
+
+Volume first_sweep(PhantomSource& source) {
+  const SourceDescription& description = source.description();
+  Volume volume(description.geometry, description.frames_per_volume);
+  while (!volume.full()) {
+    const auto frame = source.next_frame({});
+    if (!frame || !*frame) throw std::runtime_error("the simulated probe has ended within a sweep");
+    source.read_pixels(volume.next_frame_pixels());
+    volume.add_frame(**frame);
+  }
+  volume.sort_by_angle();
+  volume.stamp().volume_id = 1;
+  return volume;
+}
+
+FigureRow phantom_row(const std::string& name, const DepthErrors& errors) {
+  return {name,
+          {{"median mm", errors.median_mm()},
+           {"signed mm", errors.signed_median_mm()},
+           {"95 % mm", errors.magnitude_mm(0.95)},
+           {"found %", 100 * errors.share_found(), 2},
+           {"false %", 100 * errors.share_false(), 2},
+           {"missing %", 100 * errors.share_missing(), 2},
+           {"behind %", 100 * errors.share_behind(), 2},
+           {"rim found %", 100 * errors.share_of_rim_found(), 1},
+           {"pixels", static_cast<double>(errors.surfaces()), 0}}};
+}
+
+/// The default picture of the phantom, with the truth of each of its pixels.
+class ReferenceWork {
+ public:
+  explicit ReferenceWork(const Gpu& gpu)
+      : still_(PhantomScene::Motion::kStill),
+        surface_(still_),
+        fan_{description_.geometry, description_.first_angle_rad, description_.last_angle_rad},
+        scene_(scene_for(fan_.geometry, fan_.first_angle_rad, fan_.last_angle_rad)),
+        rays_(scene_, kSize),
+        truth_(depth_truth(rays_, kSize, fan_, surface_)),
+        rig_(gpu, fan_, description_.frames_per_volume, kSize) {}
+
+  DepthErrors errors(const Volume& volume, const Method& method) {
+    Scene scene = scene_;
+    method.change(scene);
+    rig_.look_at(volume);
+    DepthErrors errors(Rim::kApart);
+    errors.add(rig_.depths(scene).smooth_mm, truth_, rays_, kSize, surface_);
+    return errors;
+  }
+
+ private:
+  SourceDescription description_ = phantom(PhantomSource::Speckle::kOff)->description();
+  PhantomScene still_;
+  PhantomSurface surface_;
+  ScannedFan fan_;
+  Scene scene_;
+  PixelRays rays_;
+  std::vector<PixelTruth> truth_;
+  DepthRig rig_;
+};
+
+}  // namespace
+
+FigureBlock measure_reference_work(const Workbench& bench) {
+  FigureBlock block{
+      "the reference work (R1): the simulated probe's face, at rest",
+      "35 frames of 512 x 512 over 70 deg, 160 mm deep, a beam of 5 mm in elevation, a picture of "
+      "512 x 512 from the probe.\nNothing is demanded: the frames lie 4 mm apart at the surface, "
+      "and its echo has a bright band behind it.",
+      {}};
+  std::optional<ReferenceWork> work;
+  for (const auto speckle : {PhantomSource::Speckle::kOff, PhantomSource::Speckle::kOn}) {
+    std::optional<Volume> volume;
+    for (const Method& method : {methods()[kPaperMethod], methods().back()}) {
+      const bool on = speckle == PhantomSource::Speckle::kOn;
+      const std::string name = fmt::format("r1/speckle {}/{}", on ? "on" : "off", method.name);
+      if (!bench.wants(name)) continue;
+      if (!work) work.emplace(bench.gpu);
+      if (!volume) volume = first_sweep(*phantom(speckle));
+      block.rows.push_back(phantom_row(name, work->errors(*volume, method)));
+    }
+  }
+  return block;
+}
+
+}  // namespace fanlight::test

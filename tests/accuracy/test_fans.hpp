@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "proto/volume.hpp"
+#include "tests/support/known_surface.hpp"
+#include "tests/support/scanned_fan.hpp"
+#include "tests/support/speckle_field.hpp"
+
+namespace fanlight::test {
+
+/// Depth about which the surfaces lie in the small fans.
+inline constexpr double kSurfaceDepthMm = 32;
+
+/// A sweep of one kind of frames, sampled at about 0.31 mm in each direction at the surfaces' depth.
+struct TestFan {
+  std::string name;
+  FanGeometry geometry;
+  std::vector<double> angles_rad;  ///< in order of arrival
+
+  ScannedFan scanned() const;
+};
+
+/// Cartesian frames evenly spaced; convex lines at uneven angles; linear lines at uneven angles, swept
+/// backwards.
+std::vector<TestFan> test_fans();
+
+struct TestSurface {
+  std::string name;
+  std::unique_ptr<KnownSurface> surface;
+};
+
+/// Planes by their turns about x and z in degrees, a sphere that just fits into the pictures, and a relief.
+std::vector<TestSurface> test_surfaces();
+
+/// Speckle for a fan whose grains measure 0.5 mm along the lines, 1 mm across and 2 mm in elevation at the
+/// surfaces' depth.
+SpeckleField speckle_of(const TestFan& fan, std::uint64_t seed);
+
+/// A sweep over a known surface, 8 bit; without speckle where that is null.
+Volume swept(const TestFan& fan, const KnownSurface& surface, const KnownEcho& echo,
+             const SpeckleField* speckle);
+
+}  // namespace fanlight::test

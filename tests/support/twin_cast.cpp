@@ -1,0 +1,348 @@
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "tests/support/cpu_twin.hpp"
+#include "tests/support/twin_echo.hpp"
+
+namespace fanlight::test {
+
+namespace {
+
+using glm::dvec3;
+
+double step_of(const Scene& scene, const FanGeometry& geometry) {
+  return scene.rays.step_mm > 0 ? scene.rays.step_mm : geometry.finest_mm();
+}
+
+/// Depths below the view plane.
+struct Interval {
+  double first_mm = -HUGE_VAL;
+  double last_mm = HUGE_VAL;
+  bool holds(double depth_mm) const { return depth_mm >= first_mm && depth_mm <= last_mm; }
+};
+
+/// Its point at depth t below the view plane is origin + t direction.
+struct Ray {
+  dvec3 origin;
+  dvec3 direction;
+  double eye_mm = -HUGE_VAL;  // depth of the eye; nothing before it is seen
+
+  dvec3 at(double depth_mm) const { return origin + depth_mm * direction; }
+};
+
+/// The ray of the pixel that lies so far right of and above the middle, at the target's depth.
+Ray ray_through(const Scene::Camera& camera, double right_mm, double up_mm) {
+  const ViewFrame view = view_frame(camera);
+  if (camera.projection == Projection::kParallel) {
+    return {.origin = view.centre + right_mm * view.right + up_mm * view.up, .direction = view.forward};
+  }
+  const double to_target_mm = eye_distance_mm(camera);
+  const double to_plane_mm = to_target_mm - camera.distance_mm;
+  const dvec3 eye = view.centre - to_plane_mm * view.forward;
+  const dvec3 direction =
+      view.forward + (right_mm / to_target_mm) * view.right + (up_mm / to_target_mm) * view.up;
+  return {.origin = eye + to_plane_mm * direction, .direction = direction, .eye_mm = -to_plane_mm};
+}
+
+/// Takes from the interval what of the ray does not lie at normal . p >= distance.
+void keep(Interval& interval, const Ray& ray, const dvec3& normal, double distance) {
+  const double rise = glm::dot(normal, ray.direction);
+  const double above = glm::dot(normal, ray.origin) - distance;
+  if (rise > 0) interval.first_mm = std::max(interval.first_mm, -above / rise);
+  if (rise < 0) interval.last_mm = std::min(interval.last_mm, -above / rise);
+  if (rise == 0 && above < 0) interval = {.first_mm = HUGE_VAL, .last_mm = -HUGE_VAL};
+}
+
+/// Where the ray is within the crop box and on the kept side of both clip planes.
+Interval kept_part(const Scene& scene, const Ray& ray) {
+  const Scene::Crop& crop = scene.crop;
+  Interval kept;
+  keep(kept, ray, {1, 0, 0}, crop.left_mm);
+  keep(kept, ray, {-1, 0, 0}, -crop.right_mm);
+  keep(kept, ray, {0, 1, 0}, crop.near_mm);
+  keep(kept, ray, {0, -1, 0}, -crop.far_mm);
+  keep(kept, ray, {0, 0, 1}, crop.below_mm);
+  keep(kept, ray, {0, 0, -1}, -crop.above_mm);
+  for (const Scene::Clip& clip : {scene.clip1, scene.clip2}) {
+    const dvec3 normal(clip.normal_x, clip.normal_y, clip.normal_z);
+    keep(kept, ray, normal, clip.distance_mm * glm::length(normal));
+  }
+  return kept;
+}
+
+/// Of samples along a ray; nothing for those that were not scanned.
+using Values = std::vector<std::optional<double>>;
+
+/// What one ray reads: the mean of a window across it, whose points lie a step apart.
+class Samples {
+ public:
+  Samples(const Scene& scene, const Volume& prepared, const Ray& ray)
+      : scene_(scene), prepared_(prepared), ray_(ray), apart_mm_(step_of(scene, prepared.geometry())) {
+    const dvec3 along = glm::normalize(ray.direction);
+    const dvec3 right = view_frame(scene.camera).right;
+    right_ = glm::normalize(right - glm::dot(right, along) * along);
+    up_ = glm::cross(right_, along);
+    depth_step_mm_ = apart_mm_ / glm::length(ray.direction);
+  }
+
+  double depth_step_mm() const { return depth_step_mm_; }
+  double depth_mm(double index) const { return scene_.rays.start_mm + index * depth_step_mm_; }
+
+  /// 0 to 1; nothing where nothing was scanned.
+  std::optional<double> at(double depth_mm) const {
+    if (depth_mm < ray_.eye_mm) return std::nullopt;
+    const auto centre = twin_echo(scene_.speckle, prepared_, ray_.at(depth_mm));
+    if (!centre || scene_.rays.window == 1) return centre;
+    const int radius = scene_.rays.window / 2;
+    double sum = 0;
+    int scanned = 0;
+    for (int up = -radius; up <= radius; ++up) {
+      for (int right = -radius; right <= radius; ++right) {
+        const dvec3 beside = (right * apart_mm_) * right_ + (up * apart_mm_) * up_;
+        const auto value = twin_echo(scene_.speckle, prepared_, ray_.at(depth_mm) + beside);
+        if (!value) continue;
+        sum += *value;
+        ++scanned;
+      }
+    }
+    return sum / scanned;
+  }
+
+  /// From the ray's start to its end.
+  Values all() const {
+    Values values;
+    for (int index = 0; depth_mm(index) <= scene_.rays.end_mm; ++index) values.push_back(at(depth_mm(index)));
+    return values;
+  }
+
+ private:
+  const Scene& scene_;
+  const Volume& prepared_;
+  Ray ray_;
+  double apart_mm_;
+  double depth_step_mm_ = 0;
+  dvec3 right_{};
+  dvec3 up_{};
+};
+
+/// How far the echo steps in each full window of a run: the mean of its newest half less that of its oldest,
+/// with the sign asked for.
+std::vector<double> edges_of(const Scene::Detector& detector, const std::vector<double>& run) {
+  const std::size_t half = static_cast<std::size_t>(detector.window) / 2;
+  std::vector<double> edges;
+  for (std::size_t oldest = 0; oldest + 2 * half <= run.size(); ++oldest) {
+    double sum = 0;
+    for (std::size_t at = oldest; at < oldest + half; ++at) sum += run[at + half] - run[at];
+    const double step = sum / static_cast<double>(half);
+    edges.push_back(detector.sign == EdgeSign::kEither         ? std::abs(step)
+                    : detector.sign == EdgeSign::kDarkToBright ? step
+                                                               : -step);
+  }
+  return edges;
+}
+
+/// Before the window that exceeds the threshold, where between it and the last one the threshold lies.
+double crossing(const std::vector<double>& edges, std::size_t first, double threshold) {
+  const double place = static_cast<double>(first);
+  if (first == 0 || edges[first] <= edges[first - 1]) return place;
+  return place - std::clamp((edges[first] - threshold) / (edges[first] - edges[first - 1]), 0.0, 1.0);
+}
+
+/// The steepest window of the edge that begins with `first`; between windows, by a parabola through its
+/// neighbours.
+double steepest(const std::vector<double>& edges, std::size_t first, double threshold) {
+  std::size_t peak = first;
+  for (std::size_t at = first + 1; at < edges.size(); ++at) {
+    if (edges[at] <= std::max(threshold, edges[peak] / 2)) break;
+    if (edges[at] > edges[peak]) peak = at;
+  }
+  const double place = static_cast<double>(peak);
+  if (peak == 0 || peak + 1 == edges.size()) return place;
+  const double bend = edges[peak - 1] - 2 * edges[peak] + edges[peak + 1];
+  if (bend >= 0) return place;
+  return place + std::clamp(0.5 * (edges[peak - 1] - edges[peak + 1]) / bend, -0.5, 0.5);
+}
+
+/// Where the surfaces lie in a run of samples that were all scanned, counted in samples from its first.
+std::vector<double> surfaces_in(const Scene::Detector& detector, const std::vector<double>& run) {
+  const double threshold = detector.threshold / 255;
+  const auto edges = edges_of(detector, run);
+  std::vector<double> places;
+  for (std::size_t at = 0; at < edges.size(); ++at) {
+    const bool crosses = edges[at] > threshold && (at == 0 || edges[at - 1] <= threshold);
+    if (!crosses) continue;
+    const double window = detector.place == SurfacePlace::kRefined ? steepest(edges, at, threshold)
+                                                                   : crossing(edges, at, threshold);
+    places.push_back(window + 0.5 * (detector.window - 1));  // between the window's halves
+  }
+  return places;
+}
+
+/// The first surface that is not cropped, or kNoSurface.
+double surface_depth_mm(const Scene::Detector& detector, const Samples& samples, Values values,
+                        const Interval& kept) {
+  values.emplace_back();  // ends the last run
+  std::vector<double> run;
+  for (std::size_t index = 0; index < values.size(); ++index) {
+    if (values[index]) {
+      run.push_back(*values[index]);
+      continue;
+    }
+    for (const double place : surfaces_in(detector, run)) {
+      const double depth_mm = samples.depth_mm(static_cast<double>(index - run.size()) + place);
+      if (kept.holds(depth_mm)) return depth_mm;
+    }
+    run.clear();
+  }
+  return kNoSurface;
+}
+
+struct Side {
+  int count = 0;
+  double mean = 0;
+  double variance = 0;
+};
+
+/// Of the detector's half window before (-1) or behind (+1) a depth.
+Side side_of(const Scene::Detector& detector, const Samples& samples, double depth_mm, int direction) {
+  Side side;
+  double squares = 0;
+  for (int index = 0; index < detector.window / 2; ++index) {
+    const auto value = samples.at(depth_mm + direction * (index + 0.5) * samples.depth_step_mm());
+    if (!value) continue;
+    ++side.count;
+    side.mean += *value;
+    squares += *value * *value;
+  }
+  if (side.count == 0) return side;
+  side.mean /= side.count;
+  side.variance = std::max(0.0, squares / side.count - side.mean * side.mean);
+  return side;
+}
+
+/// The step at the surface over how much the echo varies on its two sides.
+double confidence_at(const Scene::Detector& detector, const Samples& samples, double depth_mm) {
+  const Side near = side_of(detector, samples, depth_mm, -1);
+  const Side far = side_of(detector, samples, depth_mm, 1);
+  if (near.count == 0 || far.count == 0) return 0;
+  return std::abs(far.mean - near.mean) / std::max(std::sqrt((near.variance + far.variance) / 2), 1 / 255.0);
+}
+
+/// Front to back, C += (1 - A) a c, A += (1 - A) a.
+Rgb composited(const TransferFunction& transfer, const std::vector<double>& values, double step_mm) {
+  Rgb colour(0);
+  double opacity = 0;
+  for (const double value : values) {
+    const TransferFunction::Value tissue = transfer.at(255 * value);
+    const double share = 1 - std::pow(1 - tissue.opacity_per_mm, step_mm);
+    colour += (1 - opacity) * share * Rgb(tissue.colour[0], tissue.colour[1], tissue.colour[2]);
+    opacity += (1 - opacity) * share;
+  }
+  return colour;
+}
+
+/// What the ray itself looks like, in the modes that show it.
+Rgb ray_colour(const Scene& scene, const Samples& samples, const Values& all, const Interval& kept,
+               double step_mm) {
+  std::vector<double> values;
+  double sum = 0;
+  for (std::size_t index = 0; index < all.size(); ++index) {
+    if (!all[index] || !kept.holds(samples.depth_mm(static_cast<double>(index)))) continue;
+    values.push_back(*all[index]);
+    sum += *all[index];
+  }
+  if (values.empty()) return Rgb(0);
+  switch (scene.mode) {
+    case Mode::kVolume:
+    case Mode::kSurfaceAndVolume:
+      return composited(scene.transfer, values, step_mm);
+    case Mode::kMaximum:
+      return Rgb(std::ranges::max(values));
+    case Mode::kMinimum:
+      return Rgb(std::ranges::min(values));
+    case Mode::kMean:
+      return Rgb(sum / static_cast<double>(values.size()));
+    default:
+      return Rgb(0);
+  }
+}
+
+/// The echo at one point of a slice as grey: black where nothing was scanned or it is cropped.
+Rgb slice_colour(const Scene& scene, const Volume& prepared, const dvec3& at) {
+  const bool kept = kept_part(scene, {.origin = at, .direction = dvec3(0)}).holds(0);
+  return Rgb(kept ? twin_echo(scene.speckle, prepared, at).value_or(0) : 0);
+}
+
+/// Mode::kSlice: the plane parallel to the picture, seen as the rays see it.
+void cast_slice(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
+  const double pixel_mm = scene.camera.field_mm / size.height;
+  for (std::uint32_t row = 0; row < size.height; ++row) {
+    for (std::uint32_t column = 0; column < size.width; ++column) {
+      const Ray ray = ray_through(scene.camera, (column - 0.5 * (size.width - 1.0)) * pixel_mm,
+                                  (0.5 * (size.height - 1.0) - row) * pixel_mm);
+      if (scene.slice.depth_mm < ray.eye_mm) continue;
+      cast.colour[std::size_t{row} * size.width + column] =
+          slice_colour(scene, prepared, ray.at(scene.slice.depth_mm));
+    }
+  }
+}
+
+/// Mode::kSlices: three planes through the target, each centred on it in its own part of the picture.
+void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
+  const std::uint32_t middle_column = size.width / 2;
+  const std::uint32_t middle_row = size.height / 2;
+  const Point& target = scene.camera.target;
+  for (std::uint32_t row = 0; row < size.height; ++row) {
+    for (std::uint32_t column = 0; column < size.width; ++column) {
+      const bool left = column < middle_column;
+      const bool upper = row < middle_row;
+      if (!left && !upper) continue;  // the surface's part
+      const std::uint32_t first_column = left ? 0 : middle_column;
+      const std::uint32_t first_row = upper ? 0 : middle_row;
+      const std::uint32_t width = left ? middle_column : size.width - middle_column;
+      const std::uint32_t height = upper ? middle_row : size.height - middle_row;
+      const double pixel_mm = scene.camera.field_mm / height;
+      const double right_mm = (column - first_column - 0.5 * (width - 1.0)) * pixel_mm;
+      const double down_mm = (row - first_row - 0.5 * (height - 1.0)) * pixel_mm;
+      const dvec3 across = left ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
+      const dvec3 down = upper ? dvec3(0, 1, 0) : dvec3(0, 0, -1);
+      cast.colour[std::size_t{row} * size.width + column] = slice_colour(
+          scene, prepared, dvec3(target.x_mm, target.y_mm, target.z_mm) + right_mm * across + down_mm * down);
+    }
+  }
+}
+
+void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
+  const Viewport part = viewport(scene, size);
+  for (std::uint32_t row = part.top; row < part.top + part.height; ++row) {
+    for (std::uint32_t column = part.left; column < part.left + part.width; ++column) {
+      const std::size_t pixel = std::size_t{row} * size.width + column;
+      const Ray ray = ray_through(scene.camera, (column - part.centre_column()) * part.pixel_mm,
+                                  (part.centre_row() - row) * part.pixel_mm);
+      const Samples samples(scene, prepared, ray);
+      const Interval kept = kept_part(scene, ray);
+      const Values values = samples.all();
+      const double depth_mm = surface_depth_mm(scene.detector, samples, values, kept);
+      cast.depth_mm[pixel] = depth_mm;
+      if (depth_mm >= 0) cast.confidence[pixel] = confidence_at(scene.detector, samples, depth_mm);
+      cast.colour[pixel] = ray_colour(scene, samples, values, kept, step_of(scene, prepared.geometry()));
+    }
+  }
+}
+
+}  // namespace
+
+TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& prepared) {
+  const std::size_t pixels = std::size_t{size.width} * size.height;
+  TwinCast cast{.depth_mm = std::vector(pixels, kNoSurface),
+                .confidence = std::vector(pixels, 0.0),
+                .colour = std::vector(pixels, Rgb(0))};
+  if (scene.mode == Mode::kSlice) cast_slice(scene, size, prepared, cast);
+  if (scene.mode == Mode::kSlices) cast_slices(scene, size, prepared, cast);
+  if (scene.mode != Mode::kSlice) cast_rays(scene, size, prepared, cast);
+  return cast;
+}
+
+}  // namespace fanlight::test

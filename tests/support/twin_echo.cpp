@@ -1,0 +1,70 @@
+#include "tests/support/twin_echo.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fanlight::test {
+
+namespace {
+
+/// The frame coordinate of an angle among the frames in ascending order, or nothing outside them.
+std::optional<double> frame_coordinate(const Volume& volume, double angle_rad) {
+  const auto order = volume.by_angle();
+  const auto angle = [&](std::size_t place) { return volume.angles_rad()[order[place]]; };
+  if (angle_rad < angle(0) || angle_rad > angle(order.size() - 1)) return std::nullopt;
+  std::size_t below = 0;
+  while (below + 2 < order.size() && angle(below + 1) <= angle_rad) ++below;
+  const double step = angle(below + 1) - angle(below);
+  return static_cast<double>(below) + (step > 0 ? (angle_rad - angle(below)) / step : 0);
+}
+
+double voxel(const Volume& volume, int column, int row, int place) {
+  const FanGeometry& geometry = volume.geometry();
+  const int last_frame = static_cast<int>(volume.by_angle().size()) - 1;
+  column = std::min(column, static_cast<int>(geometry.columns) - 1);
+  row = std::min(row, static_cast<int>(geometry.rows) - 1);
+  place = std::min(place, last_frame);
+  const auto frame = volume.frame_pixels(volume.by_angle()[static_cast<std::size_t>(place)]);
+  return frame[static_cast<std::size_t>(row) * geometry.columns + static_cast<std::size_t>(column)] / 255.0;
+}
+
+bool in_sector(const Scene::Speckle& speckle, const FanGeometry& geometry, PlanePoint at) {
+  const FanGeometry::Sector& sector = geometry.sector;
+  if (geometry.kind != FrameKind::kCartesian || sector.half_angle_deg == 0) return true;
+  const int pixels = 1 + (speckle.filter != SpeckleFilter::kNone ? speckle.size / 2 : 0);
+  const double margin_mm = std::max(geometry.pixel_width_mm, geometry.pixel_height_mm) * pixels;
+  const double from_apex_mm = at.depth_mm + geometry.probe_radius_mm;
+  const double reach_mm = std::hypot(at.x_mm, from_apex_mm);
+  return std::abs(at.x_mm) + margin_mm <= from_apex_mm * std::tan(radians(sector.half_angle_deg)) &&
+         reach_mm >= geometry.probe_radius_mm + margin_mm &&
+         (sector.reach_mm == 0 || reach_mm <= sector.reach_mm - margin_mm);
+}
+
+}  // namespace
+
+std::optional<double> twin_echo(const Scene::Speckle& speckle, const Volume& prepared, const glm::dvec3& at) {
+  const FanGeometry& geometry = prepared.geometry();
+  const FanCoordinate fan = geometry.fan_coordinate(at.y, at.z);
+  const auto [column, row] = geometry.frame_place({at.x, fan.depth_mm});
+  if (column < 0 || column > geometry.columns - 1 || row < 0 || row > geometry.rows - 1 ||
+      !in_sector(speckle, geometry, {at.x, fan.depth_mm})) {
+    return std::nullopt;
+  }
+  const auto frame = frame_coordinate(prepared, fan.angle_rad);
+  if (!frame) return std::nullopt;
+  const glm::dvec3 base(std::floor(column), std::floor(row), std::floor(*frame));
+  const glm::dvec3 share = glm::dvec3(column, row, *frame) - base;
+  double value = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int right = corner & 1;
+    const int down = corner >> 1 & 1;
+    const int next = corner >> 2;
+    const double weight = (right != 0 ? share.x : 1 - share.x) * (down != 0 ? share.y : 1 - share.y) *
+                          (next != 0 ? share.z : 1 - share.z);
+    value += weight * voxel(prepared, static_cast<int>(base.x) + right, static_cast<int>(base.y) + down,
+                            static_cast<int>(base.z) + next);
+  }
+  return value;
+}
+
+}  // namespace fanlight::test

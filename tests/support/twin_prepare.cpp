@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/cpu_twin.hpp"
+
+namespace fanlight::test {
+
+namespace {
+
+/// One number a voxel, the frames in ascending order of angle.
+struct Voxels {
+  int columns;
+  int rows;
+  int frames;
+  std::vector<double> value;
+
+  std::size_t index(int column, int row, int frame) const {
+    return (static_cast<std::size_t>(frame) * static_cast<std::size_t>(rows) +
+            static_cast<std::size_t>(row)) *
+               static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(column);
+  }
+};
+
+Voxels voxels_of(const Volume& volume) {
+  const FanGeometry& geometry = volume.geometry();
+  Voxels voxels{.columns = static_cast<int>(geometry.columns),
+                .rows = static_cast<int>(geometry.rows),
+                .frames = static_cast<int>(volume.by_angle().size()),
+                .value = {}};
+  for (const std::uint32_t frame : volume.by_angle()) {
+    const auto pixels = volume.frame_pixels(frame);
+    voxels.value.insert(voxels.value.end(), pixels.begin(), pixels.end());
+  }
+  return voxels;
+}
+
+/// Each voxel becomes reduce(the values in its window, which ends where the volume does).
+template <typename Reduce>
+Voxels over_windows(const Scene::Speckle& speckle, const Voxels& from, Reduce reduce) {
+  const int radius = speckle.size / 2;
+  const int across = speckle.across / 2;
+  Voxels to = from;
+  std::vector<double> window;
+  for (int frame = 0; frame < from.frames; ++frame) {
+    for (int row = 0; row < from.rows; ++row) {
+      for (int column = 0; column < from.columns; ++column) {
+        window.clear();
+        for (int z = std::max(0, frame - across); z <= std::min(from.frames - 1, frame + across); ++z) {
+          for (int y = std::max(0, row - radius); y <= std::min(from.rows - 1, row + radius); ++y) {
+            const auto first = from.value.begin() +
+                               static_cast<std::ptrdiff_t>(from.index(std::max(0, column - radius), y, z));
+            const auto last = from.value.begin() + static_cast<std::ptrdiff_t>(from.index(
+                                                       std::min(from.columns - 1, column + radius), y, z));
+            window.insert(window.end(), first, last + 1);
+          }
+        }
+        to.value[to.index(column, row, frame)] = reduce(window);
+      }
+    }
+  }
+  return to;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+/// The middle one, the lower of the two where there are two.
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// How much of what varies in a window is no speckle (Lee's filter): speckle deviates by `noise` of the mean.
+double edge_share(const std::vector<double>& values, double noise) {
+  const double middle = mean(values);
+  double variance = 0;
+  for (const double value : values) variance += (value - middle) * (value - middle);
+  variance /= static_cast<double>(values.size());
+  const double of_speckle = noise * middle * noise * middle;
+  return variance > 0 ? std::max(0.0, 1 - of_speckle / variance) : 0;
+}
+
+/// A guided filter with Lee's coefficients: grey is a * grey + b in each window, and a voxel takes the mean
+/// over the windows that it lies in.
+Voxels guided(const Scene::Speckle& speckle, const Voxels& grey) {
+  const Voxels a =
+      over_windows(speckle, grey, [&](const auto& all) { return edge_share(all, speckle.noise); });
+  Voxels b = over_windows(speckle, grey, mean);
+  for (std::size_t at = 0; at < b.value.size(); ++at) b.value[at] *= 1 - a.value[at];
+
+  Voxels filtered = over_windows(speckle, a, mean);
+  const Voxels offset = over_windows(speckle, b, mean);
+  for (std::size_t at = 0; at < grey.value.size(); ++at) {
+    filtered.value[at] = filtered.value[at] * grey.value[at] + offset.value[at];
+  }
+  return filtered;
+}
+
+Voxels filtered(const Scene::Speckle& speckle, const Voxels& grey) {
+  switch (speckle.filter) {
+    case SpeckleFilter::kNone:
+      return grey;
+    case SpeckleFilter::kBox:
+      return over_windows(speckle, grey, mean);
+    case SpeckleFilter::kMedian:
+      return over_windows(speckle, grey, median);
+    case SpeckleFilter::kGuided:
+      return guided(speckle, grey);
+  }
+  return grey;
+}
+
+}  // namespace
+
+Volume twin_prepare(const Scene::Speckle& speckle, const Volume& volume) {
+  const Voxels grey = filtered(speckle, voxels_of(volume));
+  const auto order = volume.by_angle();
+  Volume prepared(volume.geometry(), volume.frame_capacity());
+  for (std::uint32_t frame = 0; frame < volume.stamp().frames; ++frame) {
+    const auto place = static_cast<std::size_t>(std::ranges::find(order, frame) - order.begin());
+    const auto pixels = prepared.next_frame_pixels();
+    for (std::size_t at = 0; at < pixels.size(); ++at) {
+      pixels[at] = static_cast<std::uint8_t>(std::floor(grey.value[place * pixels.size() + at] + 0.5));
+    }
+    prepared.add_frame({.angle_rad = volume.angles_rad()[frame]});
+  }
+  prepared.stamp() = volume.stamp();
+  prepared.sort_by_angle();
+  return prepared;
+}
+
+}  // namespace fanlight::test
