@@ -86,7 +86,7 @@ struct Scene {
   } clip1, clip2;
 
   struct Speckle {
-    SpeckleFilter filter = SpeckleFilter::kNone;
+    SpeckleFilter filter = SpeckleFilter::kGuided;
     int size = 5;         ///< side of its window in the frame, pixels, odd
     int across = 1;       ///< frames that it spans, odd
     double noise = 0.52;  ///< guided: deviation of speckle over its mean (Rayleigh: 0.52)
@@ -95,8 +95,8 @@ struct Scene {
   } speckle;
 
   struct Detector {
-    double threshold = 25;  ///< grey levels of 255
-    int window = 20;        ///< samples, even
+    double threshold = 20;  ///< grey levels of 255
+    int window = 24;        ///< samples, even
     EdgeSign sign = EdgeSign::kDarkToBright;
     SurfacePlace place = SurfacePlace::kRefined;
   } detector;
@@ -108,12 +108,12 @@ struct Scene {
   } slice;
 
   struct Filter {
-    DepthFilter kind = DepthFilter::kMean;
-    int size = 13;  ///< side of its window, pixels, odd
+    DepthFilter kind = DepthFilter::kGaussian;
+    int size = 19;  ///< side of its window, pixels, odd
     FilterWeights weights = FilterWeights::kEven;
-    double step_mm = 3;  ///< depths that differ by more are two surfaces
-    int islands = 1;     ///< smaller surfaces than about half this, pixels, are removed; odd, 1 removes none
-    int holes = 1;       ///< smaller holes than about half this, pixels, are filled; odd, 1 fills none
+    double step_mm = 6;  ///< depths that differ by more are two surfaces
+    int islands = 7;     ///< smaller surfaces than about half this, pixels, are removed; odd, 1 removes none
+    int holes = 5;       ///< smaller holes than about half this, pixels, are filled; odd, 1 fills none
     double steady = 0;   ///< share of the last volume's depths in this one's
 
     bool operator==(const Filter&) const = default;
@@ -142,8 +142,8 @@ struct Scene {
   } material;
 
   struct Shadow {
-    double coefficient = 0.6;  ///< brightness left in a shadow; 1 casts none
-    double softness_mm = 0;    ///< radius of the lamp; 0 makes hard shadows
+    double coefficient = 0.3;  ///< share of the direct light left in a shadow; 1 casts none
+    double softness_mm = 15;    ///< radius of the lamp; 0 makes hard shadows
   } shadow;
 
   Mode mode = Mode::kSurface;

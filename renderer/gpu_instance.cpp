@@ -99,10 +99,15 @@ void refuse_for_features(GpuCandidate& candidate) {
 }
 
 void refuse_for_formats(GpuCandidate& candidate) {
-  VkFormatProperties properties{};
-  vkGetPhysicalDeviceFormatProperties(candidate.physical, VK_FORMAT_R8_UNORM, &properties);
-  if ((properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) == 0) {
-    candidate.refusals.emplace_back("it cannot filter R8_UNORM textures");
+  const std::pair<VkFormat, const char*> wanted[] = {{VK_FORMAT_R8_UNORM, "R8_UNORM"},
+                                                     {VK_FORMAT_R32_SFLOAT, "R32_SFLOAT"},
+                                                     {VK_FORMAT_R32G32B32A32_SFLOAT, "R32G32B32A32_SFLOAT"}};
+  for (const auto& [format, name] : wanted) {
+    VkFormatProperties properties{};
+    vkGetPhysicalDeviceFormatProperties(candidate.physical, format, &properties);
+    if ((properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) == 0) {
+      candidate.refusals.push_back(fmt::format("it cannot filter {} textures", name));
+    }
   }
 }
 

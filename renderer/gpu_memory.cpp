@@ -56,9 +56,15 @@ Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, std::uint64_t bytes, VkBuffe
 Result<GpuImage> GpuImage::create(const Gpu& gpu, VkFormat format, VkExtent3D extent) {
   GpuImage made;
   made.extent_ = extent;
-  const bool flat = extent.depth == 1;
+  struct Dimensions {
+    VkImageType image;
+    VkImageViewType view;
+  };
+  const Dimensions dimensions = extent.depth > 1    ? Dimensions{VK_IMAGE_TYPE_3D, VK_IMAGE_VIEW_TYPE_3D}
+                                : extent.height > 1 ? Dimensions{VK_IMAGE_TYPE_2D, VK_IMAGE_VIEW_TYPE_2D}
+                                                    : Dimensions{VK_IMAGE_TYPE_1D, VK_IMAGE_VIEW_TYPE_1D};
   const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
-                               .imageType = flat ? VK_IMAGE_TYPE_2D : VK_IMAGE_TYPE_3D,
+                               .imageType = dimensions.image,
                                .format = format,
                                .extent = extent,
                                .mipLevels = 1,
@@ -82,7 +88,7 @@ Result<GpuImage> GpuImage::create(const Gpu& gpu, VkFormat format, VkExtent3D ex
   const VkImageViewCreateInfo view_info{
       .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
       .image = image,
-      .viewType = flat ? VK_IMAGE_VIEW_TYPE_2D : VK_IMAGE_VIEW_TYPE_3D,
+      .viewType = dimensions.view,
       .format = format,
       .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = 1, .layerCount = 1}};
   VkImageView view = VK_NULL_HANDLE;

@@ -40,7 +40,8 @@ class GpuBuffer {
   std::uint8_t* mapped_ = nullptr;
 };
 
-/// A sampled 2D or 3D image (depth 1: 2D) in the GPU's own memory, filled by copies.
+/// A sampled 3D image, 2D where its depth is 1, 1D where its height is too, in the GPU's own memory, filled
+/// by copies.
 class GpuImage {
  public:
   GpuImage() = default;

@@ -121,8 +121,8 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
        BufferPlace::kToGpu},
       {&staged_frames_, geometry.frame_bytes() * config_.frame_capacity,
        VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu},
-      {&angles_, table_.entries().size_bytes(), kStorage, BufferPlace::kToGpu},
-      {&transfer_, sizeof(glm::vec4) * 256, kStorage, BufferPlace::kToGpu},
+      {&staged_angles_, table_.entries().size_bytes(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
+      {&staged_transfer_, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
       {&depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&confidence_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&volume_colour_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
@@ -145,6 +145,13 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
       GpuImage::create(gpu, VK_FORMAT_R8_UNORM, {geometry.columns, geometry.rows, config_.frame_capacity});
   if (!frames) return frames.error();
   frames_ = std::move(*frames);
+  auto angles = GpuImage::create(gpu, VK_FORMAT_R32_SFLOAT,
+                                 {static_cast<std::uint32_t>(table_.entries().size()), 1, 1});
+  if (!angles) return angles.error();
+  angles_ = std::move(*angles);
+  auto transfer = GpuImage::create(gpu, VK_FORMAT_R32G32B32A32_SFLOAT, {TransferTable().size(), 1, 1});
+  if (!transfer) return transfer.error();
+  transfer_ = std::move(*transfer);
   return {};
 }
 
@@ -190,8 +197,8 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
   constexpr std::uint32_t kSets = std::tuple_size_v<decltype(descriptors_)>;
   const std::array<VkDescriptorPoolSize, 3> sizes = {
       {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2 * kSets},
-       {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kSets},
-       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, (FANLIGHT_BINDINGS - 3) * kSets}}};
+       {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSets},
+       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, (FANLIGHT_BINDINGS - 5) * kSets}}};
   const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                              .maxSets = kSets,
                                              .poolSizeCount = sizes.size(),
@@ -213,8 +220,6 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
       {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters_},
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters_},
-      {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
-      {FANLIGHT_BINDING_TRANSFER, &transfer_},
       {FANLIGHT_BINDING_FRAMES, &staged_frames_},
       // Until pass 0 is asked for there is no memory for it, and nothing reads or writes these.
       {FANLIGHT_BINDING_COEFFICIENTS, &depth_},
@@ -235,16 +240,21 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
       {FANLIGHT_BINDING_FINISHED, &finished_}};
   for (const auto& [binding, buffer] : buffers) write_buffer(gpu, binding, *buffer);
 
-  const VkDescriptorImageInfo image_info{.imageView = frames_.view(),
-                                         .imageLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-  for (const VkDescriptorSet set : descriptors_) {
-    const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                     .dstSet = set,
-                                     .dstBinding = FANLIGHT_BINDING_VOLUME,
-                                     .descriptorCount = 1,
-                                     .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                     .pImageInfo = &image_info};
-    vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
+  const std::pair<std::uint32_t, const GpuImage*> images[] = {{FANLIGHT_BINDING_VOLUME, &frames_},
+                                                              {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
+                                                              {FANLIGHT_BINDING_TRANSFER, &transfer_}};
+  for (const auto& [binding, image] : images) {
+    for (const VkDescriptorSet set : descriptors_) {
+      const VkDescriptorImageInfo info{.imageView = image->view(),
+                                       .imageLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+      const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                       .dstSet = set,
+                                       .dstBinding = binding,
+                                       .descriptorCount = 1,
+                                       .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                       .pImageInfo = &info};
+      vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
+    }
   }
   return {};
 }
@@ -301,7 +311,7 @@ void RenderSlot::load(const Volume& volume) {
     ++place;
   }
   if (table_.place(volume)) {
-    std::memcpy(angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
+    std::memcpy(staged_angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
   }
   volume_ = volume.stamp();
   extent_ = {.first_angle_rad = volume.angles_rad()[volume.by_angle().front()],
@@ -347,8 +357,6 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
 
   auto& parameters = cast_parameters_.mapped_as<shaders::CastParameters>();
   parameters = cast_parameters(scene, config_.size, config_.geometry, table_, extent_);
-  const auto transfer = transfer_table(scene.transfer, parameters.step);
-  std::memcpy(transfer_.mapped().data(), transfer.data(), sizeof transfer);
   vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
   const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
   const std::uint64_t tile_samples =
@@ -359,6 +367,12 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
       std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
   next_tile_ = 0;
   volume_due_ = prepared_ != speckle_;
+  transfer_due_ = transferred_ != scene.transfer || transferred_step_mm_ != parameters.step;
+  if (transfer_due_) {
+    staged_transfer_.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
+    transferred_ = scene.transfer;
+    transferred_step_mm_ = parameters.step;
+  }
   cast_since_light_ = true;
   return {};
 }
@@ -395,6 +409,7 @@ Result<void> RenderSlot::submit_volume(const Gpu& gpu, const Passes& passes) {
   stamp_time(commands, kPrepareEnd);
   copy_to_image(commands, speckle_.filter == SpeckleFilter::kNone ? staged_frames_ : speckle_free_, frames_,
                 volume_.frames);
+  copy_to_image(commands, staged_angles_, angles_, 1);
   stamp_time(commands, kUploadEnd);
   prepared_ = speckle_;
   volume_due_ = false;
@@ -407,6 +422,7 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   if (auto begun = begin(commands); !begun) return begun;
   bind(commands, passes, 0);
   if (next_tile_ == 0) stamp_time(commands, kCastBegin);
+  if (std::exchange(transfer_due_, false)) copy_to_image(commands, staged_transfer_, transfer_, 1);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipeline_);
   vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof next_tile_,
                      &next_tile_);

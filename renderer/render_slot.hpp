@@ -113,8 +113,11 @@ class RenderSlot {
   AngleTable table_;
   VolumeStamp volume_;
   VolumeExtent extent_;
-  std::optional<Scene::Speckle> prepared_;  // how the frames on the GPU were prepared
-  bool volume_due_ = false;                 // the cast under way has yet to upload or prepare the frames
+  std::optional<Scene::Speckle> prepared_;       // how the frames on the GPU were prepared
+  bool volume_due_ = false;                      // the cast under way has yet to upload or prepare the frames
+  std::optional<TransferFunction> transferred_;  // of the table on the GPU, and for samples so far apart
+  float transferred_step_mm_ = 0;
+  bool transfer_due_ = false;
 
   // Of the cast under way.
   Scene::Speckle speckle_;
@@ -129,9 +132,11 @@ class RenderSlot {
   GpuBuffer cast_parameters_;
   GpuBuffer light_parameters_;
   GpuBuffer staged_frames_;
+  GpuBuffer staged_angles_;
+  GpuBuffer staged_transfer_;
   GpuImage frames_;
-  GpuBuffer angles_;
-  GpuBuffer transfer_;
+  GpuImage angles_;
+  GpuImage transfer_;
   GpuBuffer coefficients_;  // this and the next: only where pass 0 was ever asked for
   GpuBuffer speckle_free_;
   GpuBuffer depth_;

@@ -107,9 +107,10 @@ void set_samples(shaders::CastParameters& to, const Scene& scene, double finest_
 
 void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const AngleTable& table,
                 const VolumeExtent& volume) {
-  to.angle_scale = static_cast<float>(table.scale());
-  to.angle_offset = static_cast<float>(table.offset());
-  to.angle_last = static_cast<float>(table.entries().size() - 1);
+  // A texture's first entry has its centre half an entry from the border.
+  const auto entries = static_cast<double>(table.entries().size());
+  to.angle_scale = static_cast<float>(table.scale() / entries);
+  to.angle_offset = static_cast<float>((table.offset() + 0.5) / entries);
   const double column = geometry.polar() ? radians(geometry.line_pitch_deg) : geometry.pixel_width_mm;
   to.column_scale = static_cast<float>(1 / column);
   to.column_offset = static_cast<float>(geometry.face_column);
@@ -349,8 +350,8 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   return to;
 }
 
-std::array<glm::vec4, 256> transfer_table(const TransferFunction& transfer, double step_mm) {
-  std::array<glm::vec4, 256> table{};
+TransferTable transfer_table(const TransferFunction& transfer, double step_mm) {
+  TransferTable table{};
   for (std::size_t level = 0; level < table.size(); ++level) {
     const TransferFunction::Value value = transfer.at(static_cast<double>(level));
     table[level] = {value.colour[0], value.colour[1], value.colour[2],

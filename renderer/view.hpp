@@ -61,7 +61,8 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
                                         const AngleTable& table, const VolumeExtent& volume);
 
 /// The transfer function by grey level: colour, and the opacity of one sample of `step_mm`.
-std::array<glm::vec4, 256> transfer_table(const TransferFunction& transfer, double step_mm);
+using TransferTable = std::array<glm::vec4, 256>;
+TransferTable transfer_table(const TransferFunction& transfer, double step_mm);
 
 /// What passes 2 and 3 need. `farthest_mm` is a depth that no surface exceeds.
 shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm);

@@ -5,8 +5,8 @@
 #define FANLIGHT_BINDING_CAST_PARAMETERS 0
 #define FANLIGHT_BINDING_LIGHT_PARAMETERS 1
 #define FANLIGHT_BINDING_VOLUME 2           // 3D texture: column, row, frame by ascending angle
-#define FANLIGHT_BINDING_ANGLE_TABLE 3      // float an entry: frame coordinate by tan(angle / 2)
-#define FANLIGHT_BINDING_TRANSFER 4         // vec4 a grey level: colour, opacity of one sample
+#define FANLIGHT_BINDING_ANGLE_TABLE 3      // 1D texture: frame coordinate by tan(angle / 2)
+#define FANLIGHT_BINDING_TRANSFER 4         // 1D texture: colour and opacity of one sample by grey level
 #define FANLIGHT_BINDING_FRAMES 5           // uint8 a pixel: the frames as they came, by ascending angle
 #define FANLIGHT_BINDING_COEFFICIENTS 6     // packed unorm16 pair a pixel: of pass 0's guided filter
 #define FANLIGHT_BINDING_PREPARED 7         // uint8 a pixel: the frames after pass 0

@@ -22,7 +22,7 @@ layout(constant_id = 4) const int kAcross = 0;
 // Tiles are numbered along the rows of tiles; a work group takes the one of its own number after this.
 layout(push_constant, scalar) uniform Band { uint first_tile; };
 layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters rays; };
-layout(binding = FANLIGHT_BINDING_TRANSFER, scalar) readonly buffer Transfer { vec4 transfer[]; };
+layout(binding = FANLIGHT_BINDING_TRANSFER) uniform sampler1D transfer;
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) writeonly buffer DepthMap { float depth[]; };
 layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) writeonly buffer Confidences { float confidence[]; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours { uint volume_colour[]; };
@@ -116,12 +116,7 @@ float peak_offset(float before, float peak, float after) {
   return known ? clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
 }
 
-vec4 transfer_at(float value) {
-  float level = value * 255.0;
-  float below = min(floor(level), 254.0);
-  int entry = int(below);
-  return mix(transfer[entry], transfer[entry + 1], level - below);
-}
+vec4 transfer_at(float value) { return textureLod(transfer, (value * 255.0 + 0.5) / 256.0, 0.0); }
 
 void main() {
   uint tile = first_tile + gl_WorkGroupID.x;

@@ -41,11 +41,9 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float step;   // distance of samples, along the ray
   uint steps;   // on a ray at most
 
-  // tan(angle / 2) * angle_scale + angle_offset is the place in the angle table, whose last entry is
-  // angle_last.
+  // tan(angle / 2) * angle_scale + angle_offset is the place in the angle table, 0 to 1.
   float angle_scale;
   float angle_offset;
-  float angle_last;
 
   // The column is lateral * column_scale + column_offset, with x for lateral, or the scan line's angle (rad). The row is
   // along * row_scale + row_offset, with the in-plane depth for along, or the distance from the array. In pixels whose

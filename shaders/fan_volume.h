@@ -4,7 +4,7 @@
 #define FANLIGHT_SHADERS_FAN_VOLUME_H
 
 layout(binding = FANLIGHT_BINDING_VOLUME) uniform sampler3D volume;
-layout(binding = FANLIGHT_BINDING_ANGLE_TABLE, scalar) readonly buffer AngleTable { float angle_table[]; };
+layout(binding = FANLIGHT_BINDING_ANGLE_TABLE) uniform sampler1D angle_table;
 
 // The angle of (across, along) to the second axis, for up to 90 degrees either way: the half angle's tangent, halved
 // once more, then the series, whose first term left out is below 1e-7 of a radian there.
@@ -25,9 +25,7 @@ float angle_between(float across, float along, float length) {
 // `length` from the axis. The table is even in the tangent of the half angle, which takes no arc function.
 float frame_at(float across, float along, float length) {
   float place = across / max(length + along, 1e-6) * rays.angle_scale + rays.angle_offset;
-  float below = clamp(floor(place), 0.0, rays.angle_last - 1.0);
-  int entry = int(below);
-  float frame = mix(angle_table[entry], angle_table[entry + 1], place - below);
+  float frame = textureLod(angle_table, place, 0.0).x;
   // A sample just inside the first or last frame could else reach for a frame that is not there.
   return clamp(frame, 0.0, rays.last_frame);
 }

@@ -105,9 +105,11 @@ vec3 shade(ivec2 pixel, float depth) {
   float facing = max(dot(normal, to_light), 0.0);
   float gleam = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
   float direct = facing > 0.0 ? mix(lighting.shadow, 1.0, light_seen(at, depth)) : 1.0;
-  // The paper scales the whole pixel by the shadow coefficient, ambient light included.
-  vec3 matt = lighting.material * (lighting.ambient + lighting.diffuse * facing);
-  return direct * lighting.light_colour * (matt + vec3(lighting.specular * gleam));
+  // The paper scales the whole pixel by the shadow coefficient; but then a side turned away from the light, which has
+  // nothing but ambient light, is brighter than a shadow beside it.
+  vec3 ambient = lighting.ambient * lighting.material;
+  return lighting.light_colour *
+         (ambient + direct * (lighting.diffuse * facing * lighting.material + vec3(lighting.specular * gleam)));
 }
 
 vec3 encoded(vec3 linear) {

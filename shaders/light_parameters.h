@@ -41,7 +41,7 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
   float specular;
   float shininess;
   int central_normals;  // 1: from both sides; 0: from three neighbouring pixels
-  float shadow;         // brightness left in a shadow; 1 casts none
+  float shadow;         // share of the direct light left in a shadow; 1 casts none
   float softness;       // radius of the lamp
   float shadow_top;     // no surface lies above this height: a shadow ray may end there
 

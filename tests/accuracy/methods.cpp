@@ -32,9 +32,9 @@ void paper_with_its_window(Scene& scene) {
 }
 
 constexpr Method kMethods[] = {
-    {"paper, window 8", paper_with_its_window}, {"paper", paper},
-    {"+ refined", without_preparation},         {"+ pass 0", with_paper_filter},
-    {"+ pass 2", with_paper_normals},           {"default (+ normals)", [](Scene&) {}},
+    {"paper", paper_with_its_window},   {"+ window", paper},
+    {"+ refined", without_preparation}, {"+ pass 0", with_paper_filter},
+    {"+ pass 2", with_paper_normals},   {"default (+ normals)", [](Scene&) {}},
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ struct Method {
 
 /// From the paper's own method to the default scene, one addition at a time.
 std::span<const Method> methods();
-inline constexpr std::size_t kPaperMethod = 1;  ///< the paper's with the default window
+inline constexpr std::size_t kPaperMethod = 0;
 
 /// Pass 1 alone: no speckle reduction, and the depth map left as it was cast.
 Scene cast_alone(Scene scene);

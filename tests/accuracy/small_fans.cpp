@@ -183,8 +183,9 @@ surface; of the rays that meet the surface or fluid alone.
 in tissue: a surface shown on a ray that enters the fan within tissue, its cut side, of all such rays; not part of false.)";
 
 constexpr char kStepsLegend[] =
-    R"(All rows of the block before together. paper: first crossing, mean filter, normals from three neighbours, and neither pass 0
-nor weights nor cleaning; window and filter size as in the default scene unless named. Each step adds to the one before.)";
+    R"(All rows of the block before together. paper: first crossing with a window of 8, mean filter of the default scene's size,
+normals from three neighbours, and neither pass 0 nor weights nor cleaning. Each step adds to the one before, first the
+default scene's window: the crossing drifts with it.)";
 
 /// The sweeps of a fan over a surface, made when first looked at.
 class Sweeps {

@@ -24,28 +24,101 @@ struct Golden {
   double share_of_more;  ///< share of the values that may differ by more than 24
 };
 
-void PrintTo(const Golden& golden, std::ostream* out) { *out << golden.name; }
+void PrintTo(const Golden& golden, std::ostream* out) {
+  *out << golden.name;
+}
+
+constexpr const char* kSpeckled = "columns=256,rows=256";
+constexpr const char* kSmooth = "columns=256,rows=256,speckle=off,frames=70,moving=off";
+
+Golden of_mode(std::string name, Mode mode) {
+  return {std::move(name), kSmooth, [mode](Scene& scene) { scene.mode = mode; }, 1.0, 0.01};
+}
 
 const Golden kGoldens[] = {
-    {"face", "columns=256,rows=256", [](Scene&) {}, 1.0, 0.01},
-    {"face_from_the_side", "columns=256,rows=256",
+    {"face", kSpeckled, [](Scene&) {}, 1.0, 0.01},
+    {"face_from_the_side", kSpeckled,
      [](Scene& scene) {
        scene.camera.yaw_deg = 35;
        scene.camera.pitch_deg = 10;
        scene.camera.roll_deg = -15;
      },
      1.0, 0.01},
-    {"smooth_face_with_hard_shadows", "columns=256,rows=256,speckle=off,frames=70,moving=off",
+    {"face_in_perspective", kSmooth,
+     [](Scene& scene) {
+       scene.camera.projection = Projection::kPerspective;
+       scene.camera.opening_deg = 60;
+       scene.camera.yaw_deg = -30;
+     },
+     1.0, 0.01},
+    {"face_of_convex_lines", "columns=192,rows=256,scan=convex", [](Scene&) {}, 1.0, 0.01},
+    {"face_of_linear_lines", "columns=192,rows=256,scan=linear", [](Scene&) {}, 1.0, 0.01},
+    {"face_by_the_papers_method", kSpeckled,
+     [](Scene& scene) {
+       scene.speckle.filter = SpeckleFilter::kNone;
+       scene.detector.window = 8;
+       scene.detector.place = SurfacePlace::kFirstCrossing;
+       scene.filter = {.kind = DepthFilter::kMean, .size = 19, .islands = 1, .holes = 1};
+       scene.light.normals = Normals::kThreeNeighbours;
+       scene.shadow.softness_mm = 0;
+     },
+     1.0, 0.01},
+    {"smooth_face_with_hard_shadows", kSmooth,
      [](Scene& scene) {
        scene.light.right_mm = 120;
        scene.light.up_mm = 20;
        scene.light.depth_mm = 40;
        scene.shadow.coefficient = 0.2;
+       scene.shadow.softness_mm = 0;
        scene.finish.smoothing = Smoothing::kNone;
      },
      1.0, 0.01},
-    {"volume", "columns=256,rows=256,speckle=off,moving=off",
-     [](Scene& scene) { scene.mode = Mode::kVolume; }, 1.0, 0.01},
+    {"smooth_face_under_a_blue_sky", kSmooth,
+     [](Scene& scene) {
+       scene.light.kind = LightKind::kDirectional;
+       scene.light.red = 0.6;
+       scene.light.green = 0.8;
+       scene.light.up_mm = 150;
+       scene.shadow.softness_mm = 60;
+       scene.shadow.coefficient = 0.2;
+     },
+     1.0, 0.01},
+    {"face_cropped_and_clipped", kSmooth,
+     [](Scene& scene) {
+       scene.crop.above_mm = 25;
+       scene.clip1 = {.normal_x = 1, .normal_y = 0, .normal_z = 1, .distance_mm = -20};
+     },
+     1.0, 0.01},
+    {"face_diffused_in_sepia", kSpeckled,
+     [](Scene& scene) {
+       scene.finish = {.smoothing = Smoothing::kDiffusion, .iterations = 15, .colours = ColourMap::kSepia};
+     },
+     1.0, 0.01},
+    of_mode("volume", Mode::kVolume),
+    of_mode("surface_and_volume", Mode::kSurfaceAndVolume),
+    of_mode("maximum", Mode::kMaximum),
+    {"minimum", kSmooth,
+     [](Scene& scene) {
+       scene.mode = Mode::kMinimum;
+       scene.crop.near_mm = 100;  // below the skin: fluid would be all there is to see
+       scene.crop.far_mm = 115;
+     },
+     1.0, 0.01},
+    of_mode("mean", Mode::kMean),
+    of_mode("depth", Mode::kDepth),
+    {"slice", kSpeckled,
+     [](Scene& scene) {
+       scene.mode = Mode::kSlice;
+       scene.slice.depth_mm = 100;
+       scene.finish.colours = ColourMap::kGold;
+     },
+     1.0, 0.01},
+    {"slices", kSpeckled,
+     [](Scene& scene) {
+       scene.mode = Mode::kSlices;
+       scene.camera.target.y_mm = 100;
+     },
+     1.0, 0.01},
 };
 
 std::string golden_path(const Golden& golden) {

@@ -80,7 +80,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, steps),
                             OFFSET(CastParameters, angle_scale),
                             OFFSET(CastParameters, angle_offset),
-                            OFFSET(CastParameters, angle_last),
+
                             OFFSET(CastParameters, column_scale),
                             OFFSET(CastParameters, column_offset),
                             OFFSET(CastParameters, row_scale),

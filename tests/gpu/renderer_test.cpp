@@ -200,7 +200,7 @@ TEST_F(RendererTest, CastsShadowsAwayFromTheLight) {
   scene.filter.size = 1;
   scene.shadow.coefficient = 0;
   scene.finish.smoothing = Smoothing::kNone;
-  scene.light = {.right_mm = -60, .up_mm = 0, .depth_mm = 0, .ambient = 0.5, .diffuse = 0.5, .specular = 0};
+  scene.light = {.right_mm = -60, .up_mm = 0, .depth_mm = 0, .ambient = 0, .diffuse = 1, .specular = 0};
   const Picture picture = changed(2, scene);
   const auto brightness = [&](int right_mm) {
     const std::size_t column = static_cast<std::size_t>((right_mm / 60.0 + 0.5) * picture.width);

@@ -34,7 +34,7 @@ struct KnownEcho {
   double contrast() const { return tissue_grey - fluid_grey; }
 };
 
-/// A half space, turned first about x and then about the beam's own z.
+/// A half space whose surface is turned about x, then about z.
 class KnownPlane final : public KnownSurface {
  public:
   KnownPlane(const glm::dvec3& through, double about_x_deg, double about_z_deg);

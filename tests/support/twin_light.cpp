@@ -156,14 +156,13 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, int column, int row) {
   const double facing = std::max(glm::dot(normal, to_light), 0.0);
   const double gleam = facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), light.shininess) : 0;
   const bool shades = facing > 0 && scene.shadow.coefficient < 1;
-  const double brightness =
-      shades ? std::lerp(scene.shadow.coefficient, 1.0, relief.visibility(column, row)) : 1;
+  const double direct = shades ? std::lerp(scene.shadow.coefficient, 1.0, relief.visibility(column, row)) : 1;
 
   const dvec3 lamp(linear_of(light.red), linear_of(light.green), linear_of(light.blue));
   const dvec3 skin(linear_of(scene.material.red), linear_of(scene.material.green),
                    linear_of(scene.material.blue));
   const dvec3 linear =
-      brightness * lamp * (skin * (light.ambient + light.diffuse * facing) + light.specular * gleam);
+      lamp * (skin * light.ambient + direct * (skin * light.diffuse * facing + light.specular * gleam));
   return {displayed_of(linear.x), displayed_of(linear.y), displayed_of(linear.z)};
 }
 
