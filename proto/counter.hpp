@@ -41,6 +41,8 @@ struct RingCounters {
 struct RenderCounters {
   Counter pass1_runs;  ///< ray casts: a moved light never raises this
   Counter pass2_runs;  ///< filter, light and finish
+  Counter
+      volumes_unfiltered;  ///< cast without the speckle filter asked for: too large for this GPU's buffers
   Counter pictures_finished;
   Counter pictures_outdated;  ///< done after a picture of a newer volume, and so not shown
   Counter pictures_replaced;  ///< replaced unread in the picture mailbox by a newer one

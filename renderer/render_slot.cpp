@@ -220,8 +220,8 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
       {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters_},
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters_},
-      {FANLIGHT_BINDING_FRAMES, &staged_frames_},
       // Until pass 0 is asked for there is no memory for it, and nothing reads or writes these.
+      {FANLIGHT_BINDING_FRAMES, &depth_},
       {FANLIGHT_BINDING_COEFFICIENTS, &depth_},
       {FANLIGHT_BINDING_PREPARED, &depth_},
       {FANLIGHT_BINDING_DEPTH, &depth_},
@@ -282,19 +282,42 @@ void RenderSlot::follow(const Gpu& gpu, const RenderSlot& other) {
   write_buffer(gpu, FANLIGHT_BINDING_PREVIOUS, other.steady_);
 }
 
-Result<void> RenderSlot::create_speckle_memory(const Gpu& gpu, SpeckleFilter filter) {
-  const std::uint64_t voxels = config_.geometry.frame_bytes() * config_.frame_capacity;
-  if (filter != SpeckleFilter::kNone && speckle_free_.bytes() == 0) {
-    auto made =
-        GpuBuffer::create(gpu, voxels, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
-                          BufferPlace::kDevice);
+bool RenderSlot::fits_speckle_filter(const Gpu& gpu, const Scene::Speckle& speckle) const {
+  if (speckle.filter == SpeckleFilter::kNone) return true;
+  const bool guided = speckle.filter == SpeckleFilter::kGuided;
+  return staged_frames_.bytes() <= gpu.limits().maxStorageBufferRange &&
+         (!guided || frames_at_a_time(gpu, speckle) > 0);
+}
+
+std::uint64_t RenderSlot::frames_at_a_time(const Gpu& gpu, const Scene::Speckle& speckle) const {
+  // More would save nothing: a dispatch over some frames keeps every GPU busy.
+  constexpr std::uint64_t kMostBytes = 64 << 20;
+  const std::uint64_t frame_bytes = config_.geometry.frame_bytes() * sizeof(std::uint32_t);
+  const std::uint64_t beside = 2 * (static_cast<std::uint64_t>(speckle.across) / 2);
+  const auto fitting = [&](std::uint64_t bytes) {
+    const std::uint64_t frames = bytes / frame_bytes;
+    return frames > beside ? std::min<std::uint64_t>(frames - beside, config_.frame_capacity) : 0;
+  };
+  const std::uint64_t limit = gpu.limits().maxStorageBufferRange;
+  // Very large frames take what they need, one at a time.
+  return std::max(fitting(std::min(limit, kMostBytes)), std::min<std::uint64_t>(fitting(limit), 1));
+}
+
+Result<void> RenderSlot::create_speckle_memory(const Gpu& gpu, const Scene::Speckle& speckle) {
+  if (speckle.filter != SpeckleFilter::kNone && speckle_free_.bytes() == 0) {
+    auto made = GpuBuffer::create(gpu, staged_frames_.bytes(),
+                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+                                  BufferPlace::kDevice);
     if (!made) return made.error();
     speckle_free_ = std::move(*made);
+    write_buffer(gpu, FANLIGHT_BINDING_FRAMES, staged_frames_);
     write_buffer(gpu, FANLIGHT_BINDING_PREPARED, speckle_free_);
   }
-  if (filter == SpeckleFilter::kGuided && coefficients_.bytes() == 0) {
-    auto made = GpuBuffer::create(gpu, voxels * sizeof(std::uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                  BufferPlace::kDevice);
+  const std::uint64_t frames =
+      frames_at_a_time(gpu, speckle) + 2 * (static_cast<std::uint64_t>(speckle.across) / 2);
+  const std::uint64_t bytes = frames * config_.geometry.frame_bytes() * sizeof(std::uint32_t);
+  if (speckle.filter == SpeckleFilter::kGuided && coefficients_.bytes() < bytes) {
+    auto made = GpuBuffer::create(gpu, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
     if (!made) return made.error();
     coefficients_ = std::move(*made);
     write_buffer(gpu, FANLIGHT_BINDING_COEFFICIENTS, coefficients_);
@@ -331,8 +354,10 @@ void RenderSlot::bind(VkCommandBuffer commands, const Passes& passes, std::size_
 }
 
 Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene) {
-  if (auto memory = create_speckle_memory(gpu, scene.speckle.filter); !memory) return memory;
   speckle_ = scene.speckle;
+  filter_left_out_ = !fits_speckle_filter(gpu, speckle_);
+  if (filter_left_out_) speckle_.filter = SpeckleFilter::kNone;
+  if (auto memory = create_speckle_memory(gpu, speckle_); !memory) return memory;
   speckle_pipelines_ = {};
   const std::pair<SpeckleFilter, Shader> speckle_shaders[] = {{SpeckleFilter::kBox, Shader::kBox},
                                                               {SpeckleFilter::kMedian, Shader::kMedian},
@@ -377,24 +402,38 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   return {};
 }
 
-void RenderSlot::record_speckle_filter(VkCommandBuffer commands, const Passes& passes) const {
-  const shaders::PrepareConstants constants{.columns = config_.geometry.columns,
-                                            .rows = config_.geometry.rows,
-                                            .frames = volume_.frames,
-                                            .radius_across = speckle_.across / 2,
-                                            .noise = static_cast<float>(speckle_.noise)};
-  static_assert(sizeof constants <= Passes::kPushBytes);
-  vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants, &constants);
+void RenderSlot::record_speckle_filter(const Gpu& gpu, VkCommandBuffer commands, const Passes& passes) const {
+  const bool guided = speckle_.filter == SpeckleFilter::kGuided;
   const std::uint32_t down = speckle_.filter == SpeckleFilter::kMedian
                                  ? config_.geometry.rows
                                  : groups(config_.geometry.rows, kStretch);
-  for (const VkPipeline pipeline : speckle_pipelines_) {
-    if (pipeline == VK_NULL_HANDLE) continue;
+  const auto beside = static_cast<std::uint32_t>(speckle_.across / 2);
+  shaders::PrepareConstants constants{.columns = config_.geometry.columns,
+                                      .rows = config_.geometry.rows,
+                                      .frames = volume_.frames,
+                                      .radius_across = speckle_.across / 2,
+                                      .noise = static_cast<float>(speckle_.noise)};
+  static_assert(sizeof constants <= Passes::kPushBytes);
+  const auto filter = [&](VkPipeline pipeline, std::uint32_t first, std::uint32_t end) {
+    constants.first_frame = first;
+    vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants,
+                       &constants);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-    vkCmdDispatch(commands, groups(config_.geometry.columns, kColumns), down, volume_.frames);
+    vkCmdDispatch(commands, groups(config_.geometry.columns, kColumns), down, end - first);
     barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
             VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT,
-            VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
+            VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
+                VK_ACCESS_2_TRANSFER_READ_BIT);
+  };
+  const std::uint32_t frames = volume_.frames;
+  const auto at_a_time = guided ? static_cast<std::uint32_t>(frames_at_a_time(gpu, speckle_)) : frames;
+  for (std::uint32_t first = 0; first < frames; first += at_a_time) {
+    const std::uint32_t end = std::min(first + at_a_time, frames);
+    if (guided) {
+      constants.first_kept = first - std::min(first, beside);
+      filter(speckle_pipelines_[0], constants.first_kept, std::min(end + beside, frames));
+    }
+    filter(speckle_pipelines_[guided ? 1 : 0], first, end);
   }
 }
 
@@ -404,7 +443,7 @@ Result<void> RenderSlot::submit_volume(const Gpu& gpu, const Passes& passes) {
   bind(commands, passes, 0);
   if (speckle_.filter != SpeckleFilter::kNone) {
     stamp_time(commands, kPrepareBegin);
-    record_speckle_filter(commands, passes);
+    record_speckle_filter(gpu, commands, passes);
   }
   stamp_time(commands, kPrepareEnd);
   copy_to_image(commands, speckle_.filter == SpeckleFilter::kNone ? staged_frames_ : speckle_free_, frames_,

@@ -66,6 +66,10 @@ class RenderSlot {
   /// depth map is left out where it would do again what it did.
   Result<void> light(const Gpu& gpu, Passes& passes, const Scene& scene, Past past);
 
+  /// Whether the cast under way leaves out a speckle filter, since the volume exceeds what a shader of this
+  /// GPU can address in one buffer.
+  bool filter_left_out() const { return filter_left_out_; }
+
   bool loaded() const { return volume_.frames > 0; }
   const VolumeStamp& volume() const { return volume_; }
 
@@ -95,9 +99,11 @@ class RenderSlot {
   Result<void> create_memory(const Gpu& gpu);
   Result<void> create_commands(const Gpu& gpu);
   Result<void> create_descriptors(const Gpu& gpu, const Passes& passes);
-  Result<void> create_speckle_memory(const Gpu& gpu, SpeckleFilter filter);
+  bool fits_speckle_filter(const Gpu& gpu, const Scene::Speckle& speckle) const;
+  std::uint64_t frames_at_a_time(const Gpu& gpu, const Scene::Speckle& speckle) const;
+  Result<void> create_speckle_memory(const Gpu& gpu, const Scene::Speckle& speckle);
   Result<void> submit_volume(const Gpu& gpu, const Passes& passes);
-  void record_speckle_filter(VkCommandBuffer commands, const Passes& passes) const;
+  void record_speckle_filter(const Gpu& gpu, VkCommandBuffer commands, const Passes& passes) const;
   Result<void> record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene);
   void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
   void write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const;
@@ -121,6 +127,7 @@ class RenderSlot {
 
   // Of the cast under way.
   Scene::Speckle speckle_;
+  bool filter_left_out_ = false;
   std::array<VkPipeline, 2> speckle_pipelines_{};  // pass 0: the first and, for a guided filter, second half
   VkPipeline cast_pipeline_ = VK_NULL_HANDLE;
   VkPipeline slice_pipeline_ = VK_NULL_HANDLE;  // null where the mode shows no planes

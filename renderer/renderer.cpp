@@ -95,6 +95,7 @@ Result<void> Renderer::load(const Volume& volume) {
 
 Result<void> Renderer::begin_cast(Flight& flight) {
   if (auto begun = flight.slot.begin_cast(gpu_, *passes_, scene_.scene); !begun) return begun;
+  if (flight.slot.filter_left_out()) counters_.volumes_unfiltered.add();
   flight.cast_scene = scene_;
   flight.phase = Phase::kCasting;
   counters_.pass1_runs.add();

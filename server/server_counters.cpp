@@ -22,6 +22,8 @@ std::vector<NamedCount> named_counts(const HouseCounters& house, const ServerCou
       {"volumes_dropped", "Volumes replaced unread by a newer one", house.ring.volumes_dropped.value()},
       {"pass1_runs", "Ray casts", house.render.pass1_runs.value()},
       {"pass2_runs", "Runs of filter, light and finish", house.render.pass2_runs.value()},
+      {"volumes_unfiltered", "Volumes too large for the speckle filter on this GPU, cast without it",
+       house.render.volumes_unfiltered.value()},
       {"pictures_finished", "Pictures rendered", house.render.pictures_finished.value()},
       {"pictures_outdated", "Pictures done after one of a newer volume",
        house.render.pictures_outdated.value()},

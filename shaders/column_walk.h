@@ -43,7 +43,7 @@ uvec2 row_sum(Reach reach, int row) {
 void walk() {
   int column = int(gl_GlobalInvocationID.x);
   if (column >= int(prepare.columns)) return;
-  int frame = int(gl_WorkGroupID.z);
+  int frame = int(prepare.first_frame + gl_WorkGroupID.z);
   int first = int(gl_WorkGroupID.y) * kStretch;
   int end = min(first + kStretch, int(prepare.rows));
   const int kRadius = kSide / 2;

@@ -12,6 +12,9 @@ layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
 layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint8_t frames[]; };
 layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) writeonly buffer Coefficients { uint coefficients[]; };
 
+// A volume is filtered some frames at a time: the coefficients of those alone are kept.
+uint kept_at(uint voxel) { return voxel - prepare.first_kept * prepare.columns * prepare.rows; }
+
 uvec2 entry(uint voxel) {
   uint grey = uint(frames[voxel]);
   return uvec2(grey, grey * grey);
@@ -23,7 +26,7 @@ void put(uint voxel, uvec2 sum, uint number) {
   float variance = float(sum.y * number - sum.x * sum.x) / float(number * number);
   float speckle = prepare.noise * mean;
   float a = variance > 0.0 ? max(1.0 - speckle * speckle / variance, 0.0) : 0.0;
-  coefficients[voxel] = packUnorm2x16(vec2(a, (1.0 - a) * mean / 255.0));
+  coefficients[kept_at(voxel)] = packUnorm2x16(vec2(a, (1.0 - a) * mean / 255.0));
 }
 
 #include "column_walk.h"

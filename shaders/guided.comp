@@ -11,7 +11,13 @@ layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint8
 layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) readonly buffer Coefficients { uint coefficients[]; };
 layout(binding = FANLIGHT_BINDING_PREPARED, scalar) writeonly buffer Prepared { uint8_t prepared[]; };
 
-uvec2 entry(uint voxel) { return uvec2(coefficients[voxel] & 0xFFFFu, coefficients[voxel] >> 16); }
+// A volume is filtered some frames at a time: the coefficients of those alone are kept.
+uint kept_at(uint voxel) { return voxel - prepare.first_kept * prepare.columns * prepare.rows; }
+
+uvec2 entry(uint voxel) {
+  uint pair = coefficients[kept_at(voxel)];
+  return uvec2(pair & 0xFFFFu, pair >> 16);
+}
 
 void put(uint voxel, uvec2 sum, uint number) {
   vec2 mean = vec2(sum) / (65535.0 * float(number));

@@ -50,8 +50,9 @@ Offsets offsets_in(std::span<const std::uint32_t> spirv, const std::string& name
   { #member, offsetof(shaders::type, member) }
 
 TEST(Layout, PrepareConstantsAreOneInBothLanguages) {
-  const Offsets expected = {OFFSET(PrepareConstants, columns), OFFSET(PrepareConstants, rows),
-                            OFFSET(PrepareConstants, frames), OFFSET(PrepareConstants, radius_across),
+  const Offsets expected = {OFFSET(PrepareConstants, columns),    OFFSET(PrepareConstants, rows),
+                            OFFSET(PrepareConstants, frames),     OFFSET(PrepareConstants, first_frame),
+                            OFFSET(PrepareConstants, first_kept), OFFSET(PrepareConstants, radius_across),
                             OFFSET(PrepareConstants, noise)};
   for (const auto spirv :
        {shaders::box_spirv, shaders::median_spirv, shaders::guide_spirv, shaders::guided_spirv}) {

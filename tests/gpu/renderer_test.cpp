@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ostream>
 
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
@@ -55,7 +56,8 @@ class RendererTest : public GpuTest {
     renderer_->show({.revision = revision, .scene = scene});
     return next_picture(*renderer_);
   }
-  void load(const Volume& volume) { ASSERT_TRUE(renderer_->load(volume)); }
+  void load(const Volume& volume) { load_into(*renderer_, volume); }
+  static void load_into(Renderer& renderer, const Volume& volume) { ASSERT_TRUE(renderer.load(volume)); }
 };
 
 TEST_F(RendererTest, RunsEachPassOnlyForAChangeThatNeedsIt) {
@@ -138,7 +140,43 @@ struct Place {
   double down;
 };
 
-TEST_F(RendererTest, ShowsEachAxisOnItsOwnSide) {
+/// A fan of frames of one kind, swept one way.
+struct Sweep {
+  const char* name;
+  FanGeometry geometry;
+  bool backward;
+};
+
+void PrintTo(const Sweep& sweep, std::ostream* out) {
+  *out << sweep.name;
+}
+
+constexpr FanGeometry kConvexLines{.kind = FrameKind::kConvexLines,
+                                   .columns = 91,
+                                   .rows = 96,
+                                   .pixel_height_mm = 1,
+                                   .face_column = 45,
+                                   .face_row = 0,
+                                   .motor_radius_mm = 30,
+                                   .probe_radius_mm = 40,
+                                   .line_pitch_deg = 0.8};
+constexpr FanGeometry kLinearLines{.kind = FrameKind::kLinearLines,
+                                   .columns = 96,
+                                   .rows = 190,
+                                   .pixel_width_mm = 1,
+                                   .pixel_height_mm = 0.5,
+                                   .face_column = 47.5,
+                                   .face_row = 0,
+                                   .motor_radius_mm = 30};
+
+class HandednessTest : public GpuTest, public testing::WithParamInterface<Sweep> {};
+
+// Fails if any axis of the frames, of the sweep or of the picture is mirrored.
+TEST_P(HandednessTest, ShowsEachAxisOnItsOwnSide) {
+  const FanGeometry& geometry = GetParam().geometry;
+  std::vector<double> angles_rad = even_angles(21, 30);
+  if (GetParam().backward) std::ranges::reverse(angles_rad);
+  RenderCounters counters;
   struct Aim {
     const char* what;
     Point ball;
@@ -158,7 +196,7 @@ TEST_F(RendererTest, ShowsEachAxisOnItsOwnSide) {
                       {"pitch shows depth above", {0, 75, 0}, 0, 30, 0, {0.5, 0.375}},
                       {"a clockwise camera turns +x up", {25, 50, 0}, 0, 0, 90, {0.5, 0.25}}};
   for (const Aim& aim : aims) {
-    Scene scene = scene_;
+    Scene scene = scene_for(geometry, radians(-30), radians(30));
     scene.camera = {.target = {0, 50, 0},
                     .yaw_deg = aim.yaw_deg,
                     .pitch_deg = aim.pitch_deg,
@@ -166,8 +204,8 @@ TEST_F(RendererTest, ShowsEachAxisOnItsOwnSide) {
                     .distance_mm = 50,
                     .field_mm = 100};
     scene.rays.end_mm = 150;
-    const auto renderer = made_renderer(kGeometry, angles_rad_, {64, 64}, scene, counters_);
-    ASSERT_TRUE(renderer->load(made_volume(kGeometry, angles_rad_, [&](const Point& at) {
+    const auto renderer = made_renderer(geometry, angles_rad, {64, 64}, scene, counters);
+    ASSERT_TRUE(renderer->load(made_volume(geometry, angles_rad, [&](const Point& at) {
       const double from_mm =
           std::hypot(at.x_mm - aim.ball.x_mm, at.y_mm - aim.ball.y_mm, at.z_mm - aim.ball.z_mm);
       return from_mm < 7 ? 200 : 0;
@@ -189,6 +227,14 @@ TEST_F(RendererTest, ShowsEachAxisOnItsOwnSide) {
     EXPECT_NEAR(down / lit / picture.height, aim.expected.down, 0.05) << aim.what;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Sweeps, HandednessTest,
+                         testing::Values(Sweep{"CartesianForward", kGeometry, false},
+                                         Sweep{"CartesianBackward", kGeometry, true},
+                                         Sweep{"ConvexForward", kConvexLines, false},
+                                         Sweep{"ConvexBackward", kConvexLines, true},
+                                         Sweep{"LinearForward", kLinearLines, false}),
+                         [](const auto& given) { return std::string(given.param.name); });
 
 TEST_F(RendererTest, CastsShadowsAwayFromTheLight) {
   // A post on a plate throws its shadow to the side away from the light.
@@ -252,6 +298,82 @@ TEST_F(RendererTest, SeesNothingOfAnOlderAndLongerSweep) {
   for (std::size_t value = 0; value < picture.rgba.size(); ++value) {
     ASSERT_EQ(picture.rgba[value], value % 4 == 3 ? 255 : 0) << "at " << value;
   }
+}
+
+TEST_F(RendererTest, DrawsADepthMapTowardsThatOfTheLastVolumeUnderTheSameView) {
+  const auto plate_at = [&](double depth_mm, std::uint64_t id) {
+    Volume volume =
+        made_volume(kGeometry, angles_rad_, [=](const Point& at) { return at.y_mm > depth_mm ? 150 : 5; });
+    volume.stamp().volume_id = id;
+    return volume;
+  };
+  const auto middle_mm = [&] {
+    const auto depths = renderer_->read_depth();
+    return depths->smooth_mm[32 * 64 + 32] - depths->cast_mm[32 * 64 + 32];
+  };
+  Scene scene = scene_;
+  scene.filter.size = 1;
+  scene.filter.steady = 0.5;
+  renderer_->show({.revision = 2, .scene = scene});
+  load(plate_at(50, 1));
+  next_picture(*renderer_);
+  EXPECT_NEAR(middle_mm(), 0, 1e-3);
+  load(plate_at(53, 2));
+  next_picture(*renderer_);
+  EXPECT_NEAR(middle_mm(), -1.5, 0.1) << "half way to the last volume's plate";
+  load(plate_at(70, 3));
+  next_picture(*renderer_);
+  EXPECT_NEAR(middle_mm(), 0, 1e-3) << "another surface";
+  load(plate_at(71, 4));
+  next_picture(*renderer_);
+  EXPECT_LT(middle_mm(), -0.3);
+  scene.camera.yaw_deg = 5;
+  renderer_->show({.revision = 3, .scene = scene});
+  next_picture(*renderer_);
+  EXPECT_NEAR(middle_mm(), 0, 1e-3) << "another view";
+}
+
+TEST_F(RendererTest, FiltersSpeckleOfALargeVolumePieceByPiece) {
+  // 16 frames of this size fill the memory that the filter works in: between frames 12 and 19 one piece ends.
+  const FanGeometry large{.columns = 1024,
+                          .rows = 1024,
+                          .pixel_width_mm = 0.1,
+                          .pixel_height_mm = 0.1,
+                          .face_column = 511.5,
+                          .face_row = 0,
+                          .motor_radius_mm = 30};
+  std::vector<double> angles_rad = even_angles(20, 19);
+  const auto noise = [](const Point& at) {
+    return 128 + 100 * std::sin(37 * at.x_mm + 91 * at.y_mm + 53 * at.z_mm);
+  };
+  Scene scene = scene_for(large, angles_rad.front(), angles_rad.back());
+  scene.mode = Mode::kSlices;
+  scene.speckle = {.filter = SpeckleFilter::kGuided, .size = 3, .across = 3, .noise = 0.3};
+  const PictureSize size{256, 256};
+  const auto shown = [&](std::span<const double> frames_rad) {
+    const auto renderer = made_renderer(large, frames_rad, size, scene, counters_);
+    load_into(*renderer, made_volume(large, frames_rad, noise));
+    return next_picture(*renderer);
+  };
+  const Picture whole = shown(angles_rad);
+  const Picture part = shown(std::span(angles_rad).subspan(11, 9));
+  EXPECT_EQ(counters_.volumes_unfiltered.value(), 0U);
+  // The upper right quarter is the plane through the middle of all frames, +z to the right and +y down. Frame
+  // 11 has no neighbour below in the part, and so frames from 13 on are filtered alike.
+  std::size_t compared = 0;
+  for (std::uint32_t row = 0; row < size.height / 2; ++row) {
+    for (std::uint32_t column = size.width / 2; column < size.width; ++column) {
+      const double pixel = scene.camera.field_mm / (size.height / 2.0);
+      const double z_mm = scene.camera.target.z_mm + (column - 128 - 63.5) * pixel;
+      const double y_mm = scene.camera.target.y_mm + (row - 63.5) * pixel;
+      const double angle_rad = large.fan_coordinate(y_mm, z_mm).angle_rad;
+      if (angle_rad < angles_rad[14] || angle_rad > angles_rad[18]) continue;
+      ++compared;
+      EXPECT_NEAR(whole.rgba[4 * (row * size.width + column)], part.rgba[4 * (row * size.width + column)], 1)
+          << column << ", " << row;
+    }
+  }
+  EXPECT_GT(compared, 1000U);
 }
 
 TEST_F(RendererTest, RefusesAPictureThatIsTooLarge) {

@@ -19,8 +19,8 @@ inline Volume made_volume(const FanGeometry& geometry, std::span<const double> a
       for (std::uint32_t column = 0; column < geometry.columns; ++column) {
         const PlanePoint in_plane =
             geometry.plane_point({static_cast<double>(column), static_cast<double>(row)});
-        const Point at = geometry.point(in_plane.x_mm,
-                                        {.angle_rad = angles_rad[frame], .depth_mm = in_plane.depth_mm});
+        const Point at =
+            geometry.point(in_plane.x_mm, {.angle_rad = angles_rad[frame], .depth_mm = in_plane.depth_mm});
         pixels[row * geometry.columns + column] =
             static_cast<std::uint8_t>(std::lround(std::clamp(grey(at), 0.0, 255.0)));
       }
