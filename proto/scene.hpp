@@ -87,7 +87,7 @@ struct Scene {
 
   struct Speckle {
     SpeckleFilter filter = SpeckleFilter::kGuided;
-    int size = 5;         ///< side of its window in the frame, pixels, odd
+    int size = 7;         ///< side of its window in the frame, pixels, odd
     int across = 1;       ///< frames that it spans, odd
     double noise = 0.52;  ///< guided: deviation of speckle over its mean (Rayleigh: 0.52)
 
@@ -96,7 +96,7 @@ struct Scene {
 
   struct Detector {
     double threshold = 20;  ///< grey levels of 255
-    int window = 24;        ///< samples, even
+    int window = 28;        ///< samples, even
     EdgeSign sign = EdgeSign::kDarkToBright;
     SurfacePlace place = SurfacePlace::kRefined;
   } detector;
@@ -109,7 +109,7 @@ struct Scene {
 
   struct Filter {
     DepthFilter kind = DepthFilter::kGaussian;
-    int size = 19;  ///< side of its window, pixels, odd
+    int size = 21;  ///< side of its window, pixels, odd
     FilterWeights weights = FilterWeights::kEven;
     double step_mm = 6;  ///< depths that differ by more are two surfaces
     int islands = 7;     ///< smaller surfaces than about half this, pixels, are removed; odd, 1 removes none

@@ -56,7 +56,6 @@ Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::strin
       .maintenance4 = VK_TRUE};  // work group sizes as SPIR-V 1.6 has them
   VkPhysicalDeviceVulkan12Features features12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
                                               .pNext = &features13,
-                                              .storageBuffer8BitAccess = VK_TRUE,
                                               .scalarBlockLayout = VK_TRUE,
                                               .hostQueryReset = VK_TRUE,
                                               .timelineSemaphore = VK_TRUE};

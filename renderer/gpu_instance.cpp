@@ -86,13 +86,11 @@ void refuse_for_features(GpuCandidate& candidate) {
   VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                      .pNext = &features12};
   vkGetPhysicalDeviceFeatures2(candidate.physical, &features);
-  const std::pair<VkBool32, const char*> wanted[] = {
-      {features12.timelineSemaphore, "timelineSemaphore"},
-      {features12.scalarBlockLayout, "scalarBlockLayout"},
-      {features12.storageBuffer8BitAccess, "storageBuffer8BitAccess"},
-      {features12.hostQueryReset, "hostQueryReset"},
-      {features13.synchronization2, "synchronization2"},
-      {features13.maintenance4, "maintenance4"}};
+  const std::pair<VkBool32, const char*> wanted[] = {{features12.timelineSemaphore, "timelineSemaphore"},
+                                                     {features12.scalarBlockLayout, "scalarBlockLayout"},
+                                                     {features12.hostQueryReset, "hostQueryReset"},
+                                                     {features13.synchronization2, "synchronization2"},
+                                                     {features13.maintenance4, "maintenance4"}};
   for (const auto& [present, name] : wanted) {
     if (present == VK_FALSE) candidate.refusals.push_back(fmt::format("it lacks the feature {}", name));
   }

@@ -27,10 +27,10 @@ enum Query : std::uint32_t {
   kQueries
 };
 
-// Group sizes of the shaders: tiles of 8 x 8 pixels; 8 rows or columns; 64 columns by stretches of 64 rows.
+// Group sizes of the shaders: tiles of 8 x 8 pixels; 8 rows or columns; 64 words by stretches of 64 rows.
 constexpr std::uint32_t kTile = 8;
 constexpr std::uint32_t kLines = 8;
-constexpr std::uint32_t kColumns = 64;
+constexpr std::uint32_t kWords = 64;
 constexpr std::uint32_t kStretch = 64;
 
 constexpr std::uint32_t groups(std::uint32_t items, std::uint32_t of) {
@@ -75,10 +75,12 @@ void image_barrier(VkCommandBuffer commands, VkImage image, bool before_copy) {
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
+/// `row_texels`: from one row to the next in the buffer.
 void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuImage& to,
-                   std::uint32_t slices) {
+                   std::uint32_t row_texels, std::uint32_t slices) {
   image_barrier(commands, to.get(), true);
-  const VkBufferImageCopy all{.imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
+  const VkBufferImageCopy all{.bufferRowLength = row_texels,
+                              .imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
                               .imageExtent = {to.extent().width, to.extent().height, slices}};
   vkCmdCopyBufferToImage(commands, from.get(), to.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &all);
   image_barrier(commands, to.get(), false);
@@ -119,7 +121,7 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
        BufferPlace::kToGpu},
       {&light_parameters_, sizeof(shaders::LightParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
        BufferPlace::kToGpu},
-      {&staged_frames_, geometry.frame_bytes() * config_.frame_capacity,
+      {&staged_frames_, padded_frame_bytes() * config_.frame_capacity,
        VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu},
       {&staged_angles_, table_.entries().size_bytes(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
       {&staged_transfer_, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
@@ -292,7 +294,7 @@ bool RenderSlot::fits_speckle_filter(const Gpu& gpu, const Scene::Speckle& speck
 std::uint64_t RenderSlot::frames_at_a_time(const Gpu& gpu, const Scene::Speckle& speckle) const {
   // More would save nothing: a dispatch over some frames keeps every GPU busy.
   constexpr std::uint64_t kMostBytes = 64 << 20;
-  const std::uint64_t frame_bytes = config_.geometry.frame_bytes() * sizeof(std::uint32_t);
+  const std::uint64_t frame_bytes = padded_frame_bytes() * sizeof(std::uint32_t);
   const std::uint64_t beside = 2 * (static_cast<std::uint64_t>(speckle.across) / 2);
   const auto fitting = [&](std::uint64_t bytes) {
     const std::uint64_t frames = bytes / frame_bytes;
@@ -315,7 +317,7 @@ Result<void> RenderSlot::create_speckle_memory(const Gpu& gpu, const Scene::Spec
   }
   const std::uint64_t frames =
       frames_at_a_time(gpu, speckle) + 2 * (static_cast<std::uint64_t>(speckle.across) / 2);
-  const std::uint64_t bytes = frames * config_.geometry.frame_bytes() * sizeof(std::uint32_t);
+  const std::uint64_t bytes = frames * padded_frame_bytes() * sizeof(std::uint32_t);
   if (speckle.filter == SpeckleFilter::kGuided && coefficients_.bytes() < bytes) {
     auto made = GpuBuffer::create(gpu, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
     if (!made) return made.error();
@@ -327,11 +329,18 @@ Result<void> RenderSlot::create_speckle_memory(const Gpu& gpu, const Scene::Spec
 
 void RenderSlot::load(const Volume& volume) {
   const auto staged = staged_frames_.mapped();
-  const std::size_t frame_bytes = config_.geometry.frame_bytes();
-  std::size_t place = 0;
+  const std::size_t columns = config_.geometry.columns;
+  const std::size_t row_bytes = std::size_t{kPixelsInWord} * words_in_row();
+  std::uint8_t* to = staged.data();
   for (const std::uint32_t index : volume.by_angle()) {
-    std::memcpy(staged.data() + place * frame_bytes, volume.frame_pixels(index).data(), frame_bytes);
-    ++place;
+    const std::uint8_t* from = volume.frame_pixels(index).data();
+    if (row_bytes == columns) {
+      to = std::copy_n(from, padded_frame_bytes(), to);
+      continue;
+    }
+    for (std::uint32_t row = 0; row < config_.geometry.rows; ++row, from += columns) {
+      to = std::fill_n(std::copy_n(from, columns, to), row_bytes - columns, std::uint8_t{0});
+    }
   }
   if (table_.place(volume)) {
     std::memcpy(staged_angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
@@ -419,7 +428,7 @@ void RenderSlot::record_speckle_filter(const Gpu& gpu, VkCommandBuffer commands,
     vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants,
                        &constants);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-    vkCmdDispatch(commands, groups(config_.geometry.columns, kColumns), down, end - first);
+    vkCmdDispatch(commands, groups(words_in_row(), kWords), down, end - first);
     barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
             VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT,
             VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
@@ -447,8 +456,8 @@ Result<void> RenderSlot::submit_volume(const Gpu& gpu, const Passes& passes) {
   }
   stamp_time(commands, kPrepareEnd);
   copy_to_image(commands, speckle_.filter == SpeckleFilter::kNone ? staged_frames_ : speckle_free_, frames_,
-                volume_.frames);
-  copy_to_image(commands, staged_angles_, angles_, 1);
+                kPixelsInWord * words_in_row(), volume_.frames);
+  copy_to_image(commands, staged_angles_, angles_, angles_.extent().width, 1);
   stamp_time(commands, kUploadEnd);
   prepared_ = speckle_;
   volume_due_ = false;
@@ -461,7 +470,8 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   if (auto begun = begin(commands); !begun) return begun;
   bind(commands, passes, 0);
   if (next_tile_ == 0) stamp_time(commands, kCastBegin);
-  if (std::exchange(transfer_due_, false)) copy_to_image(commands, staged_transfer_, transfer_, 1);
+  if (std::exchange(transfer_due_, false))
+    copy_to_image(commands, staged_transfer_, transfer_, transfer_.extent().width, 1);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipeline_);
   vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof next_tile_,
                      &next_tile_);

@@ -108,6 +108,14 @@ class RenderSlot {
   void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
   void write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const;
   void bind(VkCommandBuffer commands, const Passes& passes, std::size_t set) const;
+  // Pass 0 reads four pixels at once, so that rows of the staged frames are padded to whole words.
+  static constexpr std::uint32_t kPixelsInWord = 4;
+  std::uint32_t words_in_row() const {
+    return (config_.geometry.columns + kPixelsInWord - 1) / kPixelsInWord;
+  }
+  std::uint64_t padded_frame_bytes() const {
+    return std::uint64_t{kPixelsInWord} * words_in_row() * config_.geometry.rows;
+  }
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
   // Pass 1 works on tiles of 8 x 8 pixels, numbered along the rows of tiles.
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }

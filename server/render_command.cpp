@@ -2,8 +2,10 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/open_source.hpp"
@@ -82,10 +84,26 @@ Result<Picture> render_once(Renderer& renderer, const Volume& volume) {
   }
 }
 
+/// The depths of the surface that stand at these shares of all, in mm; empty without a surface.
+std::vector<float> depth_quantiles_mm(const std::vector<float>& smooth_mm, std::span<const double> shares) {
+  std::vector<float> depths_mm;
+  std::ranges::copy_if(smooth_mm, std::back_inserter(depths_mm), [](float depth) { return depth >= 0; });
+  if (depths_mm.empty()) return {};
+  std::ranges::sort(depths_mm);
+  std::vector<float> quantiles_mm;
+  for (const double share : shares) {
+    quantiles_mm.push_back(
+        depths_mm[static_cast<std::size_t>(share * static_cast<double>(depths_mm.size() - 1))]);
+  }
+  return quantiles_mm;
+}
+
 void print_report(const RenderOptions& options, const Picture& picture, const DepthMaps& depths,
                   const std::string& device) {
   const auto surfaces = std::ranges::count_if(depths.smooth_mm, [](float depth) { return depth >= 0; });
   const double share = static_cast<double>(surfaces) / static_cast<double>(depths.smooth_mm.size());
+  constexpr double kShares[] = {0.05, 0.5, 0.95};
+  const auto quantiles_mm = depth_quantiles_mm(depths.smooth_mm, kShares);
   double total_ms = 0;
   for (const double stage_ms : picture.stamp.stage_ms) total_ms += stage_ms;
 
@@ -95,15 +113,21 @@ void print_report(const RenderOptions& options, const Picture& picture, const De
       stages[std::string(kStageNames[stage])] = picture.stamp.stage_ms[stage];
     }
     const nlohmann::ordered_json report = {
-        {"input", options.input}, {"volume", options.volume}, {"frames", picture.stamp.volume.frames},
-        {"device", device},       {"width", picture.width},   {"height", picture.height},
-        {"surface_share", share}, {"stage_ms", stages},       {"total_ms", total_ms}};
+        {"input", options.input}, {"volume", options.volume},         {"frames", picture.stamp.volume.frames},
+        {"device", device},       {"width", picture.width},           {"height", picture.height},
+        {"surface_share", share}, {"depth_5_50_95_mm", quantiles_mm}, {"stage_ms", stages},
+        {"total_ms", total_ms}};
     fmt::print("{}\n", report.dump());
     return;
   }
   fmt::print("volume {} of {}: {} frames, {} x {} pixels on {}, a surface in {:.1f} % of them\n",
              options.volume, options.input, picture.stamp.volume.frames, picture.width, picture.height,
              device, 100 * share);
+  if (!quantiles_mm.empty()) {
+    fmt::print(
+        "its depth below the view plane: {:.1f} mm at the median, 5 % before {:.1f}, 5 % beyond {:.1f}\n",
+        quantiles_mm[1], quantiles_mm[0], quantiles_mm[2]);
+  }
   for (std::size_t stage = 0; stage < kStages; ++stage) {
     fmt::print("  {:<10} {:8.2f} ms\n", kStageNames[stage], picture.stamp.stage_ms[stage]);
   }

@@ -63,7 +63,8 @@ Result<Scene> changed_scene(const Scene& scene, const v1::Scene& change) {
     const auto* reflection = holder.GetReflection();
     if (!reflection->HasField(holder, value)) continue;
     if (field.is_text()) {
-      if (auto set = set_field(changed, field, reflection->GetString(holder, value)); !set) return set.error();
+      if (auto set = set_field(changed, field, reflection->GetString(holder, value)); !set)
+        return set.error();
       continue;
     }
     const double given = value->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE

@@ -10,23 +10,48 @@ namespace fanlight {
 
 namespace {
 
+/// Empty for a field that follows from the fan's geometry: one whose default differs between two fans.
+std::string default_of(const SceneField& field) {
+  const FanGeometry small{.columns = 64,
+                          .rows = 64,
+                          .pixel_width_mm = 1,
+                          .pixel_height_mm = 1,
+                          .face_column = 20,
+                          .motor_radius_mm = 20};
+  FanGeometry large = small;
+  large.rows = 200;
+  large.columns = 300;
+  const Scene of_small = scene_for(small, -0.4, 0.5);
+  if (!field.same(of_small, scene_for(large, -0.8, 0.7))) return "";
+  return fmt::format(", default {}", field_text(of_small, field));
+}
+
 std::string help_of(const SceneField& field) {
-  if (field.is_text()) return std::string(field.help);
+  if (field.is_text()) return fmt::format("{}{}", field.help, default_of(field));
   const std::string allowed = field.choices.empty()
                                   ? fmt::format("{} to {}{}{}", field.minimum, field.maximum,
                                                 field.unit.empty() ? "" : " ", field.unit)
                                   : fmt::format("{}", fmt::join(field.choices, ", "));
-  return fmt::format("{} ({})", field.help, allowed);
+  return fmt::format("{} ({}{})", field.help, allowed, default_of(field));
+}
+
+/// "Scene: camera" for camera.yaw_deg.
+std::string group_of(const SceneField& field) {
+  const std::size_t dot = field.name.find('.');
+  return dot == std::string_view::npos ? "Scene" : fmt::format("Scene: {}", field.name.substr(0, dot));
 }
 
 }  // namespace
 
 void SceneOptions::add_to(CLI::App& command) {
+  command.footer("What of the scene has no default here follows from the fan's geometry.");
   for (const SceneField& field : scene_fields()) {
     auto& given = given_.emplace_back(&field, "");
     command.add_option(fmt::format("--{}", field.name), given.second, help_of(field))
-        ->type_name(field.is_text() ? "TEXT" : field.choices.empty() ? "NUMBER" : "NAME")
-        ->group("Scene (what is not given follows from the fan's geometry)");
+        ->type_name(field.is_text()         ? "TEXT"
+                    : field.choices.empty() ? "NUMBER"
+                                            : "NAME")
+        ->group(group_of(field));
   }
 }
 

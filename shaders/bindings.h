@@ -7,9 +7,9 @@
 #define FANLIGHT_BINDING_VOLUME 2           // 3D texture: column, row, frame by ascending angle
 #define FANLIGHT_BINDING_ANGLE_TABLE 3      // 1D texture: frame coordinate by tan(angle / 2)
 #define FANLIGHT_BINDING_TRANSFER 4         // 1D texture: colour and opacity of one sample by grey level
-#define FANLIGHT_BINDING_FRAMES 5           // uint8 a pixel: the frames as they came, by ascending angle
-#define FANLIGHT_BINDING_COEFFICIENTS 6     // packed unorm16 pair a pixel: of pass 0's guided filter
-#define FANLIGHT_BINDING_PREPARED 7         // uint8 a pixel: the frames after pass 0
+#define FANLIGHT_BINDING_FRAMES 5           // uint a four pixels: the frames as they came, by ascending angle
+#define FANLIGHT_BINDING_COEFFICIENTS 6     // uvec4 a four pixels: unorm16 pairs of pass 0's guided filter
+#define FANLIGHT_BINDING_PREPARED 7         // uint a four pixels: the frames after pass 0
 #define FANLIGHT_BINDING_DEPTH 8            // float a pixel: pass 1's depth map, mm
 #define FANLIGHT_BINDING_CONFIDENCE 9       // float a pixel: edge contrast over the noise beside it
 #define FANLIGHT_BINDING_VOLUME_COLOUR 10   // packed RGBA8 a pixel: pass 1's colours

@@ -2,18 +2,26 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#extension GL_EXT_shader_8bit_storage : require
 #include "bindings.h"
 #include "prepare_constants.h"
 
 layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
-layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint8_t frames[]; };
-layout(binding = FANLIGHT_BINDING_PREPARED, scalar) writeonly buffer Prepared { uint8_t prepared[]; };
+#include "frame_words.h"
 
-uvec2 entry(uint voxel) { return uvec2(uint(frames[voxel]), 0u); }
+layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint frames[]; };
+layout(binding = FANLIGHT_BINDING_PREPARED, scalar) writeonly buffer Prepared { uint prepared[]; };
+
+struct Sums {
+  uvec4 first;   // of grey levels
+  uvec4 second;  // not needed
+};
+
+Sums entry(uint word) { return Sums(pixels_of(frames[word]), uvec4(0u)); }
 
 // Rounded to the nearest grey level.
-void put(uint voxel, uvec2 sum, uint number) { prepared[voxel] = uint8_t((2u * sum.x + number) / (2u * number)); }
+void put(uint word, Sums sums, uvec4 numbers) {
+  prepared[word] = word_of((2u * sums.first + numbers) / (2u * numbers));
+}
 
 #include "column_walk.h"
 

@@ -1,71 +1,82 @@
-// Sums over the window about each pixel of a frame, for pass 0. An invocation walks down a stretch of one column of one
-// frame and keeps the sums of the window's rows, so that a pixel costs one row of its window. Sums are whole
-// numbers: what enters one leaves it exactly.
+// Sums over the window about each pixel of a frame, for pass 0. An invocation walks down a stretch of four columns of one
+// frame, a word a row, and keeps the sums of the window's rows, so that four pixels cost one row of their windows. Sums
+// are whole numbers: what enters one leaves it exactly.
 //
-// The includer has declared
-//   uvec2 entry(uint voxel)                          what a pixel adds
-//   void put(uint voxel, uvec2 sum, uint number)     what to do with the sum over a window, of so many pixels
-// and the push constants as `prepare`.
+// The includer has declared the push constants as `prepare`, and
+//   Sums entry(uint word)                            what the four pixels of a word add, 0 for those of the padding
+//   void put(uint word, Sums sums, uvec4 numbers)    what to do with the sums over their windows, of so many pixels
 #ifndef FANLIGHT_SHADERS_COLUMN_WALK_H
 #define FANLIGHT_SHADERS_COLUMN_WALK_H
 
-layout(local_size_x = 64) in;  // neighbouring columns; y: the stretch, z: the frame
+layout(local_size_x = 64) in;  // neighbouring words; y: the stretch, z: the frame
 
-// Pixels of the window down a column, odd: a constant, so that the rows' sums live in registers.
+// Pixels of the window down a column, odd and at most 7: a constant, so that the rows' sums live in registers.
 layout(constant_id = 0) const int kSide = 5;
 
+const int kRadius = kSide / 2;
 const int kStretch = 64;
 
-uint voxel_at(int column, int row, int frame) {
-  return (uint(frame) * prepare.rows + uint(row)) * prepare.columns + uint(column);
+// The sums over the windows' part of a row about each pixel of the middle one of three words.
+uvec4 row_windows(uvec4 before, uvec4 here, uvec4 after) {
+  uint row[12] = uint[](before.x, before.y, before.z, before.w, here.x, here.y, here.z, here.w, after.x, after.y,
+                        after.z, after.w);
+  uvec4 sums = uvec4(0u);
+  for (int pixel = 0; pixel < 4; ++pixel) {
+    for (int away = -kRadius; away <= kRadius; ++away) sums[pixel] += row[4 + pixel + away];
+  }
+  return sums;
 }
 
-// The window's columns and frames, as far as there are any.
-struct Reach {
-  int first_column;
-  int last_column;
-  int first_frame;
-  int last_frame;
-};
+Sums entry_in_row(int word, int row, int frame) {
+  bool inside = word >= 0 && word < words_in_row();
+  Sums found = entry(word_at(clamp(word, 0, words_in_row() - 1), row, frame));
+  return Sums(inside ? found.first : uvec4(0u), inside ? found.second : uvec4(0u));
+}
 
-uvec2 row_sum(Reach reach, int row) {
-  uvec2 sum = uvec2(0u);
+Sums row_sums(int word, int row, int first_frame, int last_frame) {
   bool inside = row >= 0 && row < int(prepare.rows);
   int clamped = clamp(row, 0, int(prepare.rows) - 1);
-  for (int frame = reach.first_frame; frame <= reach.last_frame; ++frame) {
-    for (int column = reach.first_column; column <= reach.last_column; ++column) {
-      sum += entry(voxel_at(column, clamped, frame));
-    }
+  Sums sums = Sums(uvec4(0u), uvec4(0u));
+  for (int frame = first_frame; frame <= last_frame; ++frame) {
+    Sums before = entry_in_row(word - 1, clamped, frame);
+    Sums here = entry_in_row(word, clamped, frame);
+    Sums after = entry_in_row(word + 1, clamped, frame);
+    sums.first += row_windows(before.first, here.first, after.first);
+    sums.second += row_windows(before.second, here.second, after.second);
   }
-  return inside ? sum : uvec2(0u);
+  return Sums(inside ? sums.first : uvec4(0u), inside ? sums.second : uvec4(0u));
 }
 
 void walk() {
-  int column = int(gl_GlobalInvocationID.x);
-  if (column >= int(prepare.columns)) return;
+  int word = int(gl_GlobalInvocationID.x);
+  if (word >= words_in_row()) return;
   int frame = int(prepare.first_frame + gl_WorkGroupID.z);
+  int first_frame = max(frame - prepare.radius_across, 0);
+  int last_frame = min(frame + prepare.radius_across, int(prepare.frames) - 1);
   int first = int(gl_WorkGroupID.y) * kStretch;
   int end = min(first + kStretch, int(prepare.rows));
-  const int kRadius = kSide / 2;
-  Reach reach = Reach(max(column - kRadius, 0), min(column + kRadius, int(prepare.columns) - 1),
-                      max(frame - prepare.radius_across, 0),
-                      min(frame + prepare.radius_across, int(prepare.frames) - 1));
-  uint across = uint(reach.last_column - reach.first_column + 1) * uint(reach.last_frame - reach.first_frame + 1);
+  ivec4 across = min(columns_of(word) + kRadius, int(prepare.columns) - 1) - max(columns_of(word) - kRadius, 0) + 1;
+  uvec4 in_row = uvec4(max(across, 1)) * uint(last_frame - first_frame + 1);
 
-  // The sum of row y lies in slot (y - first + kRadius) % kSide.
-  uvec2 rows[kSide];
-  uvec2 sum = uvec2(0u);
-  for (int slot = 0; slot < kSide; ++slot) rows[slot] = slot < kSide - 1 ? row_sum(reach, first - kRadius + slot) : uvec2(0u);
-  for (int slot = 0; slot < kSide; ++slot) sum += rows[slot];
+  // The sums of row y lie in slot (y - first + kRadius) % kSide.
+  Sums rows[kSide];
+  Sums sums = Sums(uvec4(0u), uvec4(0u));
+  for (int slot = 0; slot < kSide; ++slot) {
+    rows[slot] = slot < kSide - 1 ? row_sums(word, first - kRadius + slot, first_frame, last_frame)
+                                  : Sums(uvec4(0u), uvec4(0u));
+    sums.first += rows[slot].first;
+    sums.second += rows[slot].second;
+  }
   for (int start = first; start < end; start += kSide) {
     for (int slot = 0; slot < kSide; ++slot) {
       int row = start + slot;
       const int newest = (slot + kSide - 1) % kSide;
-      uvec2 entering = row_sum(reach, row + kRadius);
-      sum += entering - rows[newest];
+      Sums entering = row_sums(word, row + kRadius, first_frame, last_frame);
+      sums.first += entering.first - rows[newest].first;
+      sums.second += entering.second - rows[newest].second;
       rows[newest] = entering;
       uint down = uint(min(row + kRadius, int(prepare.rows) - 1) - max(row - kRadius, 0) + 1);
-      if (row < end) put(voxel_at(column, row, frame), sum, across * down);
+      if (row < end) put(word_at(word, row, frame), sums, in_row * down);
     }
   }
 }

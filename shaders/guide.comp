@@ -4,29 +4,43 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#extension GL_EXT_shader_8bit_storage : require
 #include "bindings.h"
 #include "prepare_constants.h"
 
 layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
-layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint8_t frames[]; };
-layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) writeonly buffer Coefficients { uint coefficients[]; };
+#include "frame_words.h"
 
-// A volume is filtered some frames at a time: the coefficients of those alone are kept.
-uint kept_at(uint voxel) { return voxel - prepare.first_kept * prepare.columns * prepare.rows; }
+layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint frames[]; };
+layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) writeonly buffer Coefficients { uvec4 coefficients[]; };
 
-uvec2 entry(uint voxel) {
-  uint grey = uint(frames[voxel]);
-  return uvec2(grey, grey * grey);
+struct Sums {
+  uvec4 first;   // of grey levels
+  uvec4 second;  // of their squares
+};
+
+Sums entry(uint word) {
+  uvec4 grey = pixels_of(frames[word]);
+  return Sums(grey, grey * grey);
 }
 
-void put(uint voxel, uvec2 sum, uint number) {
-  float mean = float(sum.x) / float(number);
+// A volume is filtered some frames at a time: the coefficients of those alone are kept. Pixels of the padding, beyond
+// the last column, have none.
+void put(uint word, Sums sums, uvec4 numbers) {
+  uint kept = word - word_at(0, 0, int(prepare.first_kept));
+  ivec4 columns = columns_of(int(word % uint(words_in_row())));
+  vec4 number = vec4(numbers);
+  vec4 mean = vec4(sums.first) / number;
   // In whole numbers: at most 147 pixels of 255 squared keep both products below 2^32.
-  float variance = float(sum.y * number - sum.x * sum.x) / float(number * number);
-  float speckle = prepare.noise * mean;
-  float a = variance > 0.0 ? max(1.0 - speckle * speckle / variance, 0.0) : 0.0;
-  coefficients[kept_at(voxel)] = packUnorm2x16(vec2(a, (1.0 - a) * mean / 255.0));
+  vec4 variance = vec4(sums.second * numbers - sums.first * sums.first) / (number * number);
+  vec4 speckle = prepare.noise * mean;
+  uvec4 packed = uvec4(0u);
+  for (int pixel = 0; pixel < 4; ++pixel) {
+    float flat_share = variance[pixel] > 0.0 ? speckle[pixel] * speckle[pixel] / variance[pixel] : 1.0;
+    float a = max(1.0 - flat_share, 0.0);
+    uint line = packUnorm2x16(vec2(a, (1.0 - a) * mean[pixel] / 255.0));
+    packed[pixel] = columns[pixel] < int(prepare.columns) ? line : 0u;
+  }
+  coefficients[kept] = packed;
 }
 
 #include "column_walk.h"

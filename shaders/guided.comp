@@ -2,27 +2,30 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#extension GL_EXT_shader_8bit_storage : require
 #include "bindings.h"
 #include "prepare_constants.h"
 
 layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
-layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint8_t frames[]; };
-layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) readonly buffer Coefficients { uint coefficients[]; };
-layout(binding = FANLIGHT_BINDING_PREPARED, scalar) writeonly buffer Prepared { uint8_t prepared[]; };
+#include "frame_words.h"
 
-// A volume is filtered some frames at a time: the coefficients of those alone are kept.
-uint kept_at(uint voxel) { return voxel - prepare.first_kept * prepare.columns * prepare.rows; }
+layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint frames[]; };
+layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) readonly buffer Coefficients { uvec4 coefficients[]; };
+layout(binding = FANLIGHT_BINDING_PREPARED, scalar) writeonly buffer Prepared { uint prepared[]; };
 
-uvec2 entry(uint voxel) {
-  uint pair = coefficients[kept_at(voxel)];
-  return uvec2(pair & 0xFFFFu, pair >> 16);
+struct Sums {
+  uvec4 first;   // of a, in 1/65535
+  uvec4 second;  // of b, in 255/65535 of a grey level
+};
+
+Sums entry(uint word) {
+  uvec4 lines = coefficients[word - word_at(0, 0, int(prepare.first_kept))];
+  return Sums(lines & 0xFFFFu, lines >> 16);
 }
 
-void put(uint voxel, uvec2 sum, uint number) {
-  vec2 mean = vec2(sum) / (65535.0 * float(number));
-  float grey = mean.x * float(uint(frames[voxel])) + mean.y * 255.0;
-  prepared[voxel] = uint8_t(uint(min(grey + 0.5, 255.0)));
+void put(uint word, Sums sums, uvec4 numbers) {
+  vec4 scale = 1.0 / (65535.0 * vec4(numbers));
+  vec4 grey = scale * vec4(sums.first) * vec4(pixels_of(frames[word])) + 255.0 * scale * vec4(sums.second);
+  prepared[word] = word_of(uvec4(min(grey + 0.5, 255.0)));
 }
 
 #include "column_walk.h"

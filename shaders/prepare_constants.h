@@ -6,9 +6,9 @@
 FANLIGHT_SHADER_STRUCT(PrepareConstants) {
   uint columns;
   uint rows;
-  uint frames;         // of the volume
-  uint first_frame;    // the first one of this dispatch
-  uint first_kept;     // the frame whose coefficients are the first that are kept
+  uint frames;        // of the volume
+  uint first_frame;   // the first one of this dispatch
+  uint first_kept;    // the frame whose coefficients are the first that are kept
   int radius_across;  // the window spans 2 r + 1 frames
   float noise;        // guided: deviation of speckle over its mean
 }

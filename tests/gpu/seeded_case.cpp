@@ -169,6 +169,7 @@ void cut(Dice& dice, const Point& within, Scene& scene) {
 }
 
 void set_detector(Dice& dice, Body& body, double finest_mm, Scene& scene) {
+  scene.speckle.filter = SpeckleFilter::kNone;
   if (dice.one_in(2)) {
     scene.speckle = {.filter = dice.any_to(SpeckleFilter::kGuided),
                      .size = dice.odd(3, 7),
