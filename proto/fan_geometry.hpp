@@ -62,8 +62,7 @@ struct PlanePoint {
 ///                                x = r sin theta, rho = r cos theta - probe_radius_mm
 struct FanGeometry {
   FrameKind kind = FrameKind::kCartesian;
-  std::uint32_t columns =
-      0;  ///< pixels across a frame, or scan lines; they grow towards the marked side; 2 to 4096
+  std::uint32_t columns = 0;   ///< pixels across, or scan lines, towards the marked side; 2 to 4096
   std::uint32_t rows = 0;      ///< pixels down a frame, or samples along a line, 2 to 4096
   double pixel_width_mm = 0;   ///< distance of columns, 0.001 to 10; not read for convex lines
   double pixel_height_mm = 0;  ///< distance of rows, or of the samples along a line, 0.001 to 10

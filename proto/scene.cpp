@@ -340,7 +340,8 @@ Scene relit(const Scene& cast, const Scene& newest) {
   return scene;
 }
 
-Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad) {
+Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad,
+                std::uint32_t picture_height) {
   const double depth_mm = geometry.depth_mm();
   const double middle_rad = (first_angle_rad + last_angle_rad) / 2;
   const double swept_rad = std::abs(last_angle_rad - first_angle_rad);
@@ -359,6 +360,14 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
   scene.light.right_mm = -0.42 * scene.camera.field_mm;
   scene.light.up_mm = 0.42 * scene.camera.field_mm;
   scene.light.depth_mm = -0.4 * scene.camera.field_mm;
+  // The defaults are those of 512 pixels; an odd window spans as much of the body in a picture of another
+  // height.
+  const auto scaled = [&](int window) {
+    return 2 * static_cast<int>(std::lround(window / 2 * picture_height / 512.0)) + 1;
+  };
+  scene.filter.size = scaled(scene.filter.size);
+  scene.filter.islands = scaled(scene.filter.islands);
+  scene.filter.holes = scaled(scene.filter.holes);
   // A fan may be larger than any picture of it may be.
   for (const SceneField& field : kFields) {
     if (!field.is_text()) field.set(scene, std::clamp(field.get(scene), field.minimum, field.maximum));

@@ -143,7 +143,7 @@ struct Scene {
 
   struct Shadow {
     double coefficient = 0.3;  ///< share of the direct light left in a shadow; 1 casts none
-    double softness_mm = 15;    ///< radius of the lamp; 0 makes hard shadows
+    double softness_mm = 15;   ///< radius of the lamp; 0 makes hard shadows
   } shadow;
 
   Mode mode = Mode::kSurface;
@@ -214,6 +214,8 @@ Scene relit(const Scene& cast, const Scene& newest);
 
 /// A scene that shows the whole fan from the probe: the view plane in the probe face, rays down to the last
 /// row, the sweep's middle in the middle, the light up and to the left; every field within the table's range.
-Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad);
+/// The windows of pass 2, in pixels, suit a picture of that height.
+Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad,
+                std::uint32_t picture_height = 512);
 
 }  // namespace fanlight

@@ -8,6 +8,7 @@
 
 #include "renderer/gpu.hpp"
 #include "renderer/vulkan_result.hpp"
+#include "shaders/bindings.h"
 
 namespace fanlight {
 
@@ -137,7 +138,7 @@ GpuCandidate examine(VkPhysicalDevice physical) {
   } else {
     candidate.refusals.push_back("it has no compute queue with timestamps");
   }
-  constexpr std::uint32_t kStorageBuffers = 6;  // shaders/bindings.h
+  constexpr std::uint32_t kStorageBuffers = FANLIGHT_STORAGE_BUFFERS;
   if (core.limits.maxPerStageDescriptorStorageBuffers < kStorageBuffers) {
     candidate.refusals.push_back(fmt::format("it takes {} storage buffers a shader, expected {}",
                                              core.limits.maxPerStageDescriptorStorageBuffers,

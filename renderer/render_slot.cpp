@@ -200,7 +200,7 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
   const std::array<VkDescriptorPoolSize, 3> sizes = {
       {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2 * kSets},
        {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSets},
-       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, (FANLIGHT_BINDINGS - 5) * kSets}}};
+       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, FANLIGHT_STORAGE_BUFFERS * kSets}}};
   const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                              .maxSets = kSets,
                                              .poolSizeCount = sizes.size(),
@@ -366,7 +366,10 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   speckle_ = scene.speckle;
   filter_left_out_ = !fits_speckle_filter(gpu, speckle_);
   if (filter_left_out_) speckle_.filter = SpeckleFilter::kNone;
-  if (auto memory = create_speckle_memory(gpu, speckle_); !memory) return memory;
+  if (!create_speckle_memory(gpu, speckle_)) {
+    filter_left_out_ = true;
+    speckle_.filter = SpeckleFilter::kNone;
+  }
   speckle_pipelines_ = {};
   const std::pair<SpeckleFilter, Shader> speckle_shaders[] = {{SpeckleFilter::kBox, Shader::kBox},
                                                               {SpeckleFilter::kMedian, Shader::kMedian},
@@ -389,8 +392,11 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
     slice_pipeline_ = *slice;
   }
 
-  auto& parameters = cast_parameters_.mapped_as<shaders::CastParameters>();
-  parameters = cast_parameters(scene, config_.size, config_.geometry, table_, extent_);
+  // Memory that the GPU reads may be slow to read here: what is needed of it is kept.
+  const shaders::CastParameters parameters =
+      cast_parameters(scene, config_.size, config_.geometry, table_, extent_);
+  cast_parameters_.mapped_as<shaders::CastParameters>() = parameters;
+  farthest_mm_ = parameters.end;
   vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
   const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
   const std::uint64_t tile_samples =
@@ -401,8 +407,9 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
       std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
   next_tile_ = 0;
   volume_due_ = prepared_ != speckle_;
-  transfer_due_ = transferred_ != scene.transfer || transferred_step_mm_ != parameters.step;
-  if (transfer_due_) {
+  next_frame_ = 0;
+  if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
+    transfer_due_ = true;  // and stays so where a cast is given up before its first band
     staged_transfer_.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
     transferred_ = scene.transfer;
     transferred_step_mm_ = parameters.step;
@@ -411,7 +418,21 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   return {};
 }
 
-void RenderSlot::record_speckle_filter(const Gpu& gpu, VkCommandBuffer commands, const Passes& passes) const {
+std::uint32_t RenderSlot::piece_of_volume(const Gpu& gpu) const {
+  const bool guided = speckle_.filter == SpeckleFilter::kGuided;
+  // What a pixel of each filter costs, in samples of pass 1, on lavapipe.
+  const double window = double{1} * speckle_.size * speckle_.size;
+  const double samples = speckle_.across * (guided                                      ? 3.5
+                                            : speckle_.filter == SpeckleFilter::kMedian ? window / 3
+                                                                                        : 1.5);
+  const double frames =
+      static_cast<double>(config_.band_samples) / (samples * static_cast<double>(padded_frame_bytes()));
+  const std::uint64_t most = guided ? frames_at_a_time(gpu, speckle_) : volume_.frames;
+  return static_cast<std::uint32_t>(std::clamp(frames, 1.0, static_cast<double>(most)));
+}
+
+void RenderSlot::record_speckle_filter(VkCommandBuffer commands, const Passes& passes, std::uint32_t first,
+                                       std::uint32_t end) const {
   const bool guided = speckle_.filter == SpeckleFilter::kGuided;
   const std::uint32_t down = speckle_.filter == SpeckleFilter::kMedian
                                  ? config_.geometry.rows
@@ -420,43 +441,40 @@ void RenderSlot::record_speckle_filter(const Gpu& gpu, VkCommandBuffer commands,
   shaders::PrepareConstants constants{.columns = config_.geometry.columns,
                                       .rows = config_.geometry.rows,
                                       .frames = volume_.frames,
+                                      .first_kept = first - std::min(first, beside),
                                       .radius_across = speckle_.across / 2,
                                       .noise = static_cast<float>(speckle_.noise)};
   static_assert(sizeof constants <= Passes::kPushBytes);
-  const auto filter = [&](VkPipeline pipeline, std::uint32_t first, std::uint32_t end) {
-    constants.first_frame = first;
+  const auto filter = [&](VkPipeline pipeline, std::uint32_t from, std::uint32_t to) {
+    constants.first_frame = from;
     vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants,
                        &constants);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-    vkCmdDispatch(commands, groups(words_in_row(), kWords), down, end - first);
+    vkCmdDispatch(commands, groups(words_in_row(), kWords), down, to - from);
     barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
             VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT,
             VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
                 VK_ACCESS_2_TRANSFER_READ_BIT);
   };
-  const std::uint32_t frames = volume_.frames;
-  const auto at_a_time = guided ? static_cast<std::uint32_t>(frames_at_a_time(gpu, speckle_)) : frames;
-  for (std::uint32_t first = 0; first < frames; first += at_a_time) {
-    const std::uint32_t end = std::min(first + at_a_time, frames);
-    if (guided) {
-      constants.first_kept = first - std::min(first, beside);
-      filter(speckle_pipelines_[0], constants.first_kept, std::min(end + beside, frames));
-    }
-    filter(speckle_pipelines_[guided ? 1 : 0], first, end);
-  }
+  if (guided) filter(speckle_pipelines_[0], constants.first_kept, std::min(end + beside, volume_.frames));
+  filter(speckle_pipelines_[guided ? 1 : 0], first, end);
 }
 
 Result<void> RenderSlot::submit_volume(const Gpu& gpu, const Passes& passes) {
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
   bind(commands, passes, 0);
-  if (speckle_.filter != SpeckleFilter::kNone) {
-    stamp_time(commands, kPrepareBegin);
-    record_speckle_filter(gpu, commands, passes);
+  const bool filtered = speckle_.filter != SpeckleFilter::kNone;
+  if (filtered) {
+    if (next_frame_ == 0) stamp_time(commands, kPrepareBegin);
+    const std::uint32_t end = std::min(next_frame_ + piece_of_volume(gpu), volume_.frames);
+    record_speckle_filter(commands, passes, next_frame_, end);
+    next_frame_ = end;
+    if (end < volume_.frames) return submit(gpu.cast_queue(), commands);
   }
   stamp_time(commands, kPrepareEnd);
-  copy_to_image(commands, speckle_.filter == SpeckleFilter::kNone ? staged_frames_ : speckle_free_, frames_,
-                kPixelsInWord * words_in_row(), volume_.frames);
+  copy_to_image(commands, filtered ? speckle_free_ : staged_frames_, frames_, kPixelsInWord * words_in_row(),
+                volume_.frames);
   copy_to_image(commands, staged_angles_, angles_, angles_.extent().width, 1);
   stamp_time(commands, kUploadEnd);
   prepared_ = speckle_;
@@ -504,7 +522,7 @@ Result<void> RenderSlot::record_depth_filter(VkCommandBuffer commands, Passes& p
       halves[static_cast<std::size_t>(axis)] = {*pipeline, tiles_across(), tiles_down()};
     }
   }
-  const Step steps[] = {{passes.fixed(Shader::kSteady), groups(pixels(), 64), 1},
+  const Step steps[] = {{passes.fixed(Shader::kSteady), tiles_across(), tiles_down()},
                         {passes.fixed(Shader::kIslands), tiles_across(), tiles_down()},
                         {passes.fixed(Shader::kHoles), tiles_across(), tiles_down()},
                         halves[0],
@@ -531,10 +549,9 @@ void RenderSlot::record_finish(VkCommandBuffer commands, const Passes& passes, c
 }
 
 Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scene, Past past) {
-  auto& parameters = light_parameters_.mapped_as<shaders::LightParameters>();
-  parameters =
-      light_parameters(scene, config_.size, cast_parameters_.mapped_as<shaders::CastParameters>().end);
+  shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
   if (past == Past::kNone) parameters.steady = 0;
+  light_parameters_.mapped_as<shaders::LightParameters>() = parameters;
   const bool filter_due = cast_since_light_ || filter_ != scene.filter;
   filter_ = scene.filter;
   // A cast has reset all queries and may be writing its own now.

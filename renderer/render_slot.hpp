@@ -50,12 +50,12 @@ class RenderSlot {
   /// go when this returns. Precondition: nothing is outstanding.
   void load(const Volume& volume);
 
-  /// Sets passes 0 and 1 up; nothing is submitted yet. Precondition: nothing is outstanding. Error: no memory
-  /// for pass 0, or a pipeline that cannot be built.
+  /// Sets passes 0 and 1 up; nothing is submitted yet. Also gives up a cast under way. Precondition: nothing
+  /// is outstanding. Error: a pipeline that cannot be built.
   Result<void> begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene);
 
-  /// Submits the upload with pass 0, if they are due, or the next band of pass 1, some tiles of the picture.
-  /// Precondition: nothing is outstanding.
+  /// Submits what is due next: a piece of pass 0, some frames, the last one with the upload; or a band of
+  /// pass 1, some tiles of the picture. Precondition: nothing is outstanding.
   Result<void> cast_next_band(const Gpu& gpu, const Passes& passes);
   bool cast_submitted() const { return !volume_due_ && next_tile_ == tiles_across() * tiles_down(); }
 
@@ -66,8 +66,8 @@ class RenderSlot {
   /// depth map is left out where it would do again what it did.
   Result<void> light(const Gpu& gpu, Passes& passes, const Scene& scene, Past past);
 
-  /// Whether the cast under way leaves out a speckle filter, since the volume exceeds what a shader of this
-  /// GPU can address in one buffer.
+  /// Whether the cast under way leaves out a speckle filter: the volume exceeds what a shader of this GPU can
+  /// address in one buffer, or there is no memory for it.
   bool filter_left_out() const { return filter_left_out_; }
 
   bool loaded() const { return volume_.frames > 0; }
@@ -103,7 +103,9 @@ class RenderSlot {
   std::uint64_t frames_at_a_time(const Gpu& gpu, const Scene::Speckle& speckle) const;
   Result<void> create_speckle_memory(const Gpu& gpu, const Scene::Speckle& speckle);
   Result<void> submit_volume(const Gpu& gpu, const Passes& passes);
-  void record_speckle_filter(const Gpu& gpu, VkCommandBuffer commands, const Passes& passes) const;
+  std::uint32_t piece_of_volume(const Gpu& gpu) const;
+  void record_speckle_filter(VkCommandBuffer commands, const Passes& passes, std::uint32_t first,
+                             std::uint32_t end) const;
   Result<void> record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene);
   void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
   void write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const;
@@ -135,7 +137,9 @@ class RenderSlot {
 
   // Of the cast under way.
   Scene::Speckle speckle_;
+  std::uint32_t next_frame_ = 0;  // the first that pass 0 has yet to filter
   bool filter_left_out_ = false;
+  double farthest_mm_ = 0;                         // no surface lies deeper
   std::array<VkPipeline, 2> speckle_pipelines_{};  // pass 0: the first and, for a guided filter, second half
   VkPipeline cast_pipeline_ = VK_NULL_HANDLE;
   VkPipeline slice_pipeline_ = VK_NULL_HANDLE;  // null where the mode shows no planes

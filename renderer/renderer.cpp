@@ -28,9 +28,9 @@ Result<void> check_limits(const Renderer::Config& config, const VkPhysicalDevice
   }
   const std::uint32_t most_pixels = limits.maxStorageBufferRange / sizeof(glm::uvec2);
   const std::uint64_t pixels = std::uint64_t{config.size.width} * config.size.height;
-  if (pixels == 0 || pixels > most_pixels) {
+  if (std::min(config.size.width, config.size.height) < 2 || pixels > most_pixels) {
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("a picture of {} x {} does not fit this GPU, expected 1 to {} pixels",
+                 fmt::format("a picture of {} x {} does not fit this GPU, expected 2 x 2 to {} pixels",
                              config.size.width, config.size.height, most_pixels)};
   }
   return {};
@@ -130,6 +130,7 @@ Result<void> Renderer::light(Flight& flight) {
   flight.filtered_volume_id = flight.slot.volume().volume_id;
   flight.filtered_view = flight.cast_scene.scene;
   flight.phase = Phase::kLighting;
+  flight.gave_up_cast = false;
   counters_.pass2_runs.add();
   flight.stamp = {.scene_revision = flight.lit_scene.revision,
                   .pass1_runs = counters_.pass1_runs.value(),
@@ -142,6 +143,14 @@ Result<void> Renderer::advance() {
   Flight& newest = *flights_[newest_];
   if (newest.phase == Phase::kIdle && newest.slot.loaded() && view_changed(newest)) {
     if (auto begun = begin_cast(newest); !begun) return begun;
+  }
+  // A cast for a view that nobody wants any more gives way, but not twice in a row: a camera that never rests
+  // shall see pictures too.
+  const bool unwanted = newest.phase == Phase::kCasting && !newest.slot.cast_submitted() &&
+                        newest.slot.outstanding(gpu_) == 0 && view_changed(newest);
+  if (unwanted && !newest.gave_up_cast) {
+    if (auto begun = begin_cast(newest); !begun) return begun;
+    newest.gave_up_cast = true;
   }
   // Before the next band, so that a moved light does not wait for it.
   Flight& shown = *flights_[shown_];

@@ -33,8 +33,9 @@ class Renderer {
     RenderCounters& counters;
   };
 
-  /// Allocates all memory and builds the pipelines for `scene`. Errors: no memory on the GPU; a geometry,
-  /// a volume or a picture beyond the GPU's limits.
+  /// Allocates all memory but pass 0's, which comes with the first volume that wants it, and builds the
+  /// largest pipeline for `scene`. Errors: no memory on the GPU; a geometry, a volume or a picture beyond the
+  /// GPU's limits.
   static Result<std::unique_ptr<Renderer>> create(const Config& config, const Dependencies& dependencies,
                                                   const NumberedScene& scene);
   ~Renderer();
@@ -74,6 +75,7 @@ class Renderer {
     NumberedScene cast_scene;  // of the depth map in the slot
     NumberedScene lit_scene;   // of the picture in the slot
     PictureStamp stamp;
+    bool gave_up_cast = false;  // the cast under way replaces one for a view that nobody wants any more
     // The volume and the view of the depth map that the next volume's is drawn towards.
     std::uint64_t filtered_volume_id = 0;
     Scene filtered_view;

@@ -36,7 +36,8 @@ struct Viewport {
   std::uint32_t top = 0;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  double pixel_mm = 0;  ///< side of a pixel in the body, at the target's depth; the field is the height
+  double pixel_mm = 0;  ///< side of a pixel in the body, at the target's depth; the field is the height,
+                        ///< or the smaller side beside the volume
 
   double centre_column() const { return left + 0.5 * (width - 1.0); }
   double centre_row() const { return top + 0.5 * (height - 1.0); }

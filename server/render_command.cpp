@@ -99,7 +99,7 @@ std::vector<float> depth_quantiles_mm(const std::vector<float>& smooth_mm, std::
 }
 
 void print_report(const RenderOptions& options, const Picture& picture, const DepthMaps& depths,
-                  const std::string& device) {
+                  bool speckle_filter_left_out, const std::string& device) {
   const auto surfaces = std::ranges::count_if(depths.smooth_mm, [](float depth) { return depth >= 0; });
   const double share = static_cast<double>(surfaces) / static_cast<double>(depths.smooth_mm.size());
   constexpr double kShares[] = {0.05, 0.5, 0.95};
@@ -112,17 +112,26 @@ void print_report(const RenderOptions& options, const Picture& picture, const De
     for (std::size_t stage = 0; stage < kStages; ++stage) {
       stages[std::string(kStageNames[stage])] = picture.stamp.stage_ms[stage];
     }
-    const nlohmann::ordered_json report = {
-        {"input", options.input}, {"volume", options.volume},         {"frames", picture.stamp.volume.frames},
-        {"device", device},       {"width", picture.width},           {"height", picture.height},
-        {"surface_share", share}, {"depth_5_50_95_mm", quantiles_mm}, {"stage_ms", stages},
-        {"total_ms", total_ms}};
+    const nlohmann::ordered_json report = {{"input", options.input},
+                                           {"volume", options.volume},
+                                           {"frames", picture.stamp.volume.frames},
+                                           {"device", device},
+                                           {"width", picture.width},
+                                           {"height", picture.height},
+                                           {"surface_share", share},
+                                           {"depth_5_50_95_mm", quantiles_mm},
+                                           {"speckle_filter_left_out", speckle_filter_left_out},
+                                           {"stage_ms", stages},
+                                           {"total_ms", total_ms}};
     fmt::print("{}\n", report.dump());
     return;
   }
   fmt::print("volume {} of {}: {} frames, {} x {} pixels on {}, a surface in {:.1f} % of them\n",
              options.volume, options.input, picture.stamp.volume.frames, picture.width, picture.height,
              device, 100 * share);
+  if (speckle_filter_left_out) {
+    fmt::print("the speckle filter was left out: the volume is too large for it on this GPU\n");
+  }
   if (!quantiles_mm.empty()) {
     fmt::print(
         "its depth below the view plane: {:.1f} mm at the median, 5 % before {:.1f}, 5 % beyond {:.1f}\n",
@@ -143,7 +152,7 @@ Result<void> render(const RenderOptions& options) {
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
   const auto scene = options.scene.applied_to(
-      scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad));
+      scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad, size->height));
   if (!scene) return scene.error();
 
   const auto instance = GpuInstance::create({});
@@ -176,7 +185,7 @@ Result<void> render(const RenderOptions& options) {
       return written;
     }
   }
-  print_report(options, *picture, *depths, (*gpu)->candidate().name);
+  print_report(options, *picture, *depths, counters.volumes_unfiltered.value() > 0, (*gpu)->candidate().name);
   return {};
 }
 

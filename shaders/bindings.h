@@ -24,6 +24,8 @@
 #define FANLIGHT_BINDING_DIFFUSED 19        // the same after a step of pass 3's diffusion
 #define FANLIGHT_BINDING_FINISHED 20        // packed RGBA8 a pixel: pass 3's picture
 #define FANLIGHT_BINDINGS 21
+// Of these; the others are two uniform buffers and three textures.
+#define FANLIGHT_STORAGE_BUFFERS 16
 
 // A depth is never negative, so this cannot be mistaken for one.
 #define FANLIGHT_NO_SURFACE -1.0

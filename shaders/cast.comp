@@ -2,6 +2,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
 #include "cast_parameters.h"
 
@@ -63,8 +64,8 @@ float sample_at(vec3 at) {
   if (kAcross == 0) return middle;
   float sum = 0.0;
   float count = 0.0;
-  for (int right = -kAcross; right <= kAcross; ++right) {
-    for (int up = -kAcross; up <= kAcross; ++up) {
+  [[dont_unroll]] for (int right = -kAcross; right <= kAcross; ++right) {
+    [[dont_unroll]] for (int up = -kAcross; up <= kAcross; ++up) {
       vec3 beside = at + float(right) * across_right + float(up) * across_up;
       // The ray has been cut to the frames, its neighbours have not.
       vec2 part = between_frames(vec2(0.0, 0.0), beside, vec3(0.0));
@@ -145,7 +146,7 @@ void main() {
   uint end = stretch.x > stretch.y ? 0u : uint(clamp(floor((stretch.y - rays.start) / spacing) + 1.0, 0.0, most));
 
   float window[kWindow];
-  for (int slot = 0; slot < kWindow; ++slot) window[slot] = 0.0;
+  [[unroll]] for (int slot = 0; slot < kWindow; ++slot) window[slot] = 0.0;
   float difference = 0.0;    // sum of the newest half of the window - sum of the oldest half
   int scanned_in_a_row = 0;  // an edge of the fan is not an edge of tissue
   float last_edge = 0.0;
@@ -168,7 +169,7 @@ void main() {
   // The circular buffer is the inner loop: slot is a constant once it is unrolled.
   bool done = false;
   while (sample_index < end && !done) {
-    for (int slot = 0; slot < kWindow; ++slot) {
+    [[unroll]] for (int slot = 0; slot < kWindow; ++slot) {
       // The window's last round may go beyond the ray's end.
       bool taken = sample_index < end;
       float t = rays.start + float(sample_index) * spacing;

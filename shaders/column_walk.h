@@ -21,8 +21,8 @@ uvec4 row_windows(uvec4 before, uvec4 here, uvec4 after) {
   uint row[12] = uint[](before.x, before.y, before.z, before.w, here.x, here.y, here.z, here.w, after.x, after.y,
                         after.z, after.w);
   uvec4 sums = uvec4(0u);
-  for (int pixel = 0; pixel < 4; ++pixel) {
-    for (int away = -kRadius; away <= kRadius; ++away) sums[pixel] += row[4 + pixel + away];
+  [[unroll]] for (int pixel = 0; pixel < 4; ++pixel) {
+    [[unroll]] for (int away = -kRadius; away <= kRadius; ++away) sums[pixel] += row[4 + pixel + away];
   }
   return sums;
 }
@@ -61,14 +61,14 @@ void walk() {
   // The sums of row y lie in slot (y - first + kRadius) % kSide.
   Sums rows[kSide];
   Sums sums = Sums(uvec4(0u), uvec4(0u));
-  for (int slot = 0; slot < kSide; ++slot) {
+  [[unroll]] for (int slot = 0; slot < kSide; ++slot) {
     rows[slot] = slot < kSide - 1 ? row_sums(word, first - kRadius + slot, first_frame, last_frame)
                                   : Sums(uvec4(0u), uvec4(0u));
     sums.first += rows[slot].first;
     sums.second += rows[slot].second;
   }
   for (int start = first; start < end; start += kSide) {
-    for (int slot = 0; slot < kSide; ++slot) {
+    [[unroll]] for (int slot = 0; slot < kSide; ++slot) {
       int row = start + slot;
       const int newest = (slot + kSide - 1) % kSide;
       Sums entering = row_sums(word, row + kRadius, first_frame, last_frame);

@@ -1,5 +1,7 @@
 // Pass 2, one half of the Gaussian or of the edge-preserving filter over the depth map: along rows, then along
-// columns. Depths are taken from the middle pixel's, so that a sum loses nothing to rounding.
+// columns. Each fits a line to the window's depths, weighted by distance, and takes its height in the middle: inside a
+// surface that is the weighted mean, and at its rim, where all neighbours lie on one side, it does not pull the rim
+// towards them. Depths are taken from the middle pixel's, so that a sum loses nothing to rounding.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -16,17 +18,14 @@ layout(constant_id = 1) const bool kKeepsEdges = false;
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_FILLED, scalar) readonly buffer Filled { float filled[]; };
 layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) readonly buffer Weights { uint weights[]; };
-// The depth along the row, and its weight.
-layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) buffer RowSums { vec2 row_means[]; };
+layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) buffer RowSums { float row_depths[]; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) writeonly buffer Smooth { float smooth_depth[]; };
 #include "surface_map.h"
 
-// Depth and weight of a pixel in this half.
-vec2 surface_at(uint index) {
-  if (!kColumns) return vec2(filled[index], float(weights[index]));
-  // A Gaussian's columns weigh what its rows summed, with or without a surface in the middle.
-  return vec2(row_means[index].x, kKeepsEdges ? float(weights[index]) : row_means[index].y);
-}
+// The least that a window must be spread for a line, as a share of its mean square distance.
+const float kLeastSpread = 0.02;
+
+float depth_at(uint index) { return kColumns ? row_depths[index] : filled[index]; }
 
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -37,22 +36,28 @@ void main() {
   int here_at = kColumns ? pixel.y : pixel.x;
   int first = max(here_at - lighting.filter_radius, 0);
   int last = min(here_at + lighting.filter_radius, int(kColumns ? lighting.height : lighting.width) - 1);
-  float middle = surface_at(index).x;
+  float middle = depth_at(index);
 
-  vec2 sum = vec2(0.0);  // of weighted depths, of weights
+  // Sums of weight, weight * distance and weight * distance^2; of weight * depth and weight * distance * depth.
+  vec3 spread = vec3(0.0);
+  vec2 depths = vec2(0.0);
   for (int at = first; at <= last; ++at) {
-    vec2 there = surface_at(index_of(pixel + (at - here_at) * axis));
+    uint there = index_of(pixel + (at - here_at) * axis);
     float away = float(at - here_at);
-    float off = there.x - middle;
+    float off = depth_at(there) - middle;
     float share = off / lighting.same_surface;
     float alike = max(1.0 - share * share, 0.0);
-    float weight = there.y * exp(-away * away * lighting.filter_fall) * (kKeepsEdges ? alike * alike : 1.0);
-    sum += weight > 0.0 ? weight * vec2(off, 1.0) : vec2(0.0);
+    float weight = float(weights[there]) * exp(-away * away * lighting.filter_fall) * (kKeepsEdges ? alike * alike : 1.0);
+    spread += weight * vec3(1.0, away, away * away);
+    depths += weight > 0.0 ? weight * off * vec2(1.0, away) : vec2(0.0);
   }
-  float mean = middle + sum.x / max(sum.y, 1e-30);
+  float determinant = spread.x * spread.z - spread.y * spread.y;
+  bool is_line = determinant > kLeastSpread * spread.x * spread.z;
+  float line = (spread.z * depths.x - spread.y * depths.y) / determinant;
+  float fitted = middle + (is_line ? line : depths.x / max(spread.x, 1e-30));
   if (kColumns) {
-    smooth_depth[index] = weights[index] > 0u ? mean : FANLIGHT_NO_SURFACE;
+    smooth_depth[index] = weights[index] > 0u ? fitted : FANLIGHT_NO_SURFACE;
   } else {
-    row_means[index] = vec2(mean, sum.y);
+    row_depths[index] = fitted;
   }
 }

@@ -5,7 +5,7 @@
 #include "bindings.h"
 #include "light_parameters.h"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
@@ -14,8 +14,9 @@ layout(binding = FANLIGHT_BINDING_STEADY, scalar) writeonly buffer Steady { floa
 #include "surface_map.h"
 
 void main() {
-  uint index = gl_GlobalInvocationID.x;
-  if (index >= lighting.width * lighting.height) return;
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  if (pixel.x >= int(lighting.width) || pixel.y >= int(lighting.height)) return;
+  uint index = index_of(pixel);
   float now = depth[index];
   float before = previous[index];
   steady[index] = same_surface(now, before) ? now + lighting.steady * (before - now) : now;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <regex>
 
@@ -31,6 +32,11 @@ std::vector<FigureBlock> measured(const Options& options) {
 
 int run(const Options& options) {
   const std::vector<FigureBlock> blocks = measured(options);
+  const bool any = std::ranges::any_of(blocks, [](const FigureBlock& block) { return !block.rows.empty(); });
+  if (!any) {
+    fmt::print(stderr, "accuracy: no row's name holds \"{}\"\n", options.rows);
+    return 1;
+  }
   const std::vector<std::string> failed = failures(blocks);
   fmt::print("{}\n", options.json ? as_json(blocks) : as_text(blocks));
   for (const std::string& failure : failed) fmt::print(stderr, "not reached: {}\n", failure);

@@ -17,7 +17,7 @@ double quantile(std::vector<double> values, double share) {
 }
 
 double share_of(std::uint64_t part, std::uint64_t whole) {
-  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+  return whole == 0 ? NAN : static_cast<double>(part) / static_cast<double>(whole);
 }
 
 }  // namespace
@@ -56,10 +56,23 @@ void DepthErrors::add_surface(double error_mm, double incidence_deg) {
   }
   ++on_rim_;
   found_on_rim_ += std::abs(error_mm) <= kFoundMm ? 1 : 0;
+  false_on_rim_ += error_mm < -kFoundMm ? 1 : 0;
 }
 
 double DepthErrors::share_of_rim_found() const {
   return share_of(found_on_rim_, on_rim_);
+}
+
+double DepthErrors::share_found_of_all() const {
+  const auto found =
+      std::ranges::count_if(errors_mm_, [](double error) { return std::abs(error) <= kFoundMm; });
+  return share_of(static_cast<std::uint64_t>(found) + found_on_rim_, errors_mm_.size() + on_rim_);
+}
+
+double DepthErrors::share_false_of_all() const {
+  const auto in_front = std::ranges::count_if(errors_mm_, [](double error) { return error < -kFoundMm; });
+  return share_of(static_cast<std::uint64_t>(in_front) + false_on_rim_ + false_in_fluid_ + shown_in_tissue_,
+                  errors_mm_.size() + on_rim_ + fluid_ + tissue_first_);
 }
 
 double DepthErrors::magnitude_mm(double share) const {

@@ -12,7 +12,7 @@ namespace fanlight::test {
 inline constexpr double kFoundMm = 1.5;
 
 /// Surfaces at which rays graze more steeply than this are a rim. There a blur of a fraction of a millimetre
-/// across the surface becomes millimetres along the ray: even without speckle the detector is 0.15 mm off.
+/// across the surface becomes millimetres along the ray.
 inline constexpr double kRimDeg = 75;
 enum class Rim : std::uint8_t { kJudged, kApart };
 
@@ -44,8 +44,12 @@ class DepthErrors {
   /// Of the rays that enter the fan in tissue and meet no surface: one is shown.
   double share_shown_in_tissue() const;
 
-  /// Of the rim, where that is kept apart: found. It is then in no other figure.
+  /// Of the rim, where that is kept apart: found. It is then in no other figure but the next.
   double share_of_rim_found() const;
+
+  // Over everything that can be judged at all: with the rim, and with the rays that enter the fan in tissue.
+  double share_found_of_all() const;
+  double share_false_of_all() const;
 
   std::uint64_t surfaces() const { return errors_mm_.size(); }
 
@@ -60,6 +64,7 @@ class DepthErrors {
   std::uint64_t shown_in_tissue_ = 0;
   std::uint64_t on_rim_ = 0;
   std::uint64_t found_on_rim_ = 0;
+  std::uint64_t false_on_rim_ = 0;
 };
 
 }  // namespace fanlight::test

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace fanlight::test {
@@ -14,6 +15,7 @@ std::string words(const Demand& demand) {
 }
 
 std::string words(const Figure& figure) {
+  if (std::isnan(figure.value) && !figure.demand) return "- ";
   return fmt::format("{:.{}f}{}", figure.value, figure.digits, figure.reached() ? " " : "!");
 }
 

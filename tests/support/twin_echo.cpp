@@ -31,7 +31,11 @@ double voxel(const Volume& volume, int column, int row, int place) {
 bool in_sector(const Scene::Speckle& speckle, const FanGeometry& geometry, PlanePoint at) {
   const FanGeometry::Sector& sector = geometry.sector;
   if (geometry.kind != FrameKind::kCartesian || sector.half_angle_deg == 0) return true;
-  const int pixels = 1 + (speckle.filter != SpeckleFilter::kNone ? speckle.size / 2 : 0);
+  // A guided filter takes means of means, and so reaches twice as far.
+  const int windows = speckle.filter == SpeckleFilter::kNone     ? 0
+                      : speckle.filter == SpeckleFilter::kGuided ? 2
+                                                                 : 1;
+  const int pixels = 1 + windows * (speckle.size / 2);
   const double margin_mm = std::max(geometry.pixel_width_mm, geometry.pixel_height_mm) * pixels;
   const double from_apex_mm = at.depth_mm + geometry.probe_radius_mm;
   const double reach_mm = std::hypot(at.x_mm, from_apex_mm);

@@ -40,25 +40,34 @@ std::vector<double> window_mean(const TwinMap& map, int radius, const std::vecto
   return smooth_mm;
 }
 
-/// Each pixel moves by the mean difference of those like it, so many columns or rows away, weighed by `weigh`
-/// of the distance.
-template <typename Weigh>
-std::vector<double> like_mean(const TwinMap& map, int columns, int rows, const std::vector<double>& weights,
-                              const Weigh& weigh, double step_mm, std::vector<double> smooth_mm) {
+/// Each pixel comes to lie on the line through its neighbours, so many columns or rows away, weighed by
+/// `weigh` of the distance and `like` of the difference in depth; on their mean where they hardly spread.
+template <typename Weigh, typename Like>
+std::vector<double> line_fit(const TwinMap& map, int columns, int rows, const std::vector<double>& weights,
+                             const Weigh& weigh, const Like& like, std::vector<double> smooth_mm) {
   map.for_each([&](int column, int row) {
     if (!map.surface(column, row)) return;
     const double centre_mm = map.depth(column, row);
-    double sum = 0;
     double total = 0;
+    double first = 0;
+    double second = 0;
+    double depth = 0;
+    double slope = 0;
     map.for_each_near(column, row, columns, rows, [&](int x, int y) {
       if (!map.surface(x, y)) return;
+      const int away = x - column + y - row;
       const double difference_mm = map.depth(x, y) - centre_mm;
-      const double share =
-          weigh(x - column) * weigh(y - row) * weights[map.index(x, y)] * likeness(difference_mm, step_mm);
-      sum += share * difference_mm;
+      const double share = weigh(away) * weights[map.index(x, y)] * like(difference_mm);
       total += share;
+      first += share * away;
+      second += share * away * away;
+      depth += share * difference_mm;
+      slope += share * away * difference_mm;
     });
-    smooth_mm[map.index(column, row)] = centre_mm + sum / total;
+    const double determinant = total * second - first * first;
+    const bool spread = determinant > 0.02 * total * second;
+    smooth_mm[map.index(column, row)] =
+        centre_mm + (spread ? (second * depth - first * slope) / determinant : depth / total);
   });
   return smooth_mm;
 }
@@ -145,9 +154,11 @@ std::vector<double> twin_filter(const Scene& scene, PictureSize size, const std:
   }
   const double sigma = filter.size / 5.0;
   const auto bell = [=](int away) { return std::exp(-(away * away) / (2 * sigma * sigma)); };
-  if (filter.kind == DepthFilter::kGaussian) return window_mean(map, radius, weights, bell, depth_mm);
-  const auto along_rows_mm = like_mean(map, radius, 0, weights, bell, filter.step_mm, depth_mm);
-  return like_mean({along_rows_mm, size, part}, 0, radius, weights, bell, filter.step_mm, along_rows_mm);
+  const auto like = [&](double difference_mm) {
+    return filter.kind == DepthFilter::kGaussian ? 1.0 : likeness(difference_mm, filter.step_mm);
+  };
+  const auto along_rows_mm = line_fit(map, radius, 0, weights, bell, like, depth_mm);
+  return line_fit({along_rows_mm, size, part}, 0, radius, weights, bell, like, along_rows_mm);
 }
 
 std::vector<double> twin_depth_filter(const Scene& scene, PictureSize size,

@@ -8,6 +8,8 @@ export interface Size {
 export interface Rectangle extends Size {
   left: number;
   top: number;
+  /** How many pixels the field covers, where that is not the height. */
+  fieldPixels?: number;
 }
 export interface PagePoint {
   x: number;
@@ -39,7 +41,8 @@ export function surfacePart(mode: string, { width, height }: Size): Rectangle | 
     case "slices":
       return { left: halfWidth, top: halfHeight, width: width - halfWidth, height: height - halfHeight };
     case "surface-and-volume":
-      return { left: 0, top: 0, width: halfWidth, height };
+      // Narrow: the field is the smaller side.
+      return { left: 0, top: 0, width: halfWidth, height, fieldPixels: Math.min(halfWidth, height) };
     default:
       return { left: 0, top: 0, width, height };
   }
@@ -57,9 +60,9 @@ export function scaleAt(depthMm: number, lens: Lens): number {
   return Math.max(kLeastScale, Math.abs(depthMm + eyeToPlaneMm) / eyeToTargetMm);
 }
 
-/** `part` shows the surface, `heightMm` is what it covers at the depth that is meant. */
-export function viewPoint(pixel: PagePoint, part: Rectangle, heightMm: number): ViewPoint {
-  const mmPerPixel = heightMm / part.height;
+/** `part` shows the surface, `fieldMm` is what its height covers at the depth that is meant. */
+export function viewPoint(pixel: PagePoint, part: Rectangle, fieldMm: number): ViewPoint {
+  const mmPerPixel = fieldMm / (part.fieldPixels ?? part.height);
   return {
     rightMm: tidy((pixel.x - part.left - part.width / 2) * mmPerPixel),
     upMm: tidy((part.top + part.height / 2 - pixel.y) * mmPerPixel),
@@ -67,8 +70,8 @@ export function viewPoint(pixel: PagePoint, part: Rectangle, heightMm: number): 
 }
 
 /** The way back. */
-export function pixelOf(point: ViewPoint, part: Rectangle, heightMm: number): PagePoint {
-  const pixelsPerMm = part.height / heightMm;
+export function pixelOf(point: ViewPoint, part: Rectangle, fieldMm: number): PagePoint {
+  const pixelsPerMm = (part.fieldPixels ?? part.height) / fieldMm;
   return {
     x: part.left + part.width / 2 + point.rightMm * pixelsPerMm,
     y: part.top + part.height / 2 - point.upMm * pixelsPerMm,

@@ -7,7 +7,13 @@ const whole = { left: 0, top: 0, width: 800, height: 400 };
 
 test("the surface has the whole picture, a half, a quarter, or no place", () => {
   for (const mode of ["surface", "volume", "maximum", "depth"]) assert.deepEqual(surfacePart(mode, picture), whole);
-  assert.deepEqual(surfacePart("surface-and-volume", picture), { left: 0, top: 0, width: 400, height: 400 });
+  assert.deepEqual(surfacePart("surface-and-volume", picture), {
+    left: 0,
+    top: 0,
+    width: 400,
+    height: 400,
+    fieldPixels: 400,
+  });
   assert.deepEqual(surfacePart("slices", picture), { left: 400, top: 200, width: 400, height: 200 });
   assert.deepEqual(surfacePart("slices", { width: 5, height: 7 }), { left: 2, top: 3, width: 3, height: 4 });
   assert.equal(surfacePart("slice", picture), undefined);
@@ -23,6 +29,8 @@ test("a part of the picture has its own centre, and its height is the field", ()
   const quarter = surfacePart("slices", picture)!;
   assert.deepEqual(viewPoint({ x: 600, y: 300 }, quarter, 160), { rightMm: 0, upMm: 0 });
   assert.deepEqual(viewPoint({ x: 800, y: 200 }, quarter, 160), { rightMm: 160, upMm: 80 });
+  const narrow = surfacePart("surface-and-volume", { width: 400, height: 400 })!;
+  assert.deepEqual(viewPoint({ x: 200, y: 200 }, narrow, 160), { rightMm: 80, upMm: 0 });
   const half = surfacePart("surface-and-volume", picture)!;
   assert.deepEqual(viewPoint({ x: 400, y: 0 }, half, 160), { rightMm: 80, upMm: 80 });
 });
