@@ -40,7 +40,7 @@ Result<std::unique_ptr<Passes>> Passes::create(const Gpu& gpu) {
   std::unique_ptr<Passes> made(new Passes(gpu));
   if (auto layouts = made->create_layouts(); !layouts) return layouts.error();
   for (const Shader shader : {Shader::kSteady, Shader::kIslands, Shader::kHoles, Shader::kMeanRows,
-                              Shader::kMeanColumns, Shader::kLight, Shader::kDiffuse, Shader::kFinish}) {
+                              Shader::kMeanColumns, Shader::kDiffuse, Shader::kFinish}) {
     if (auto built = made->pipeline(shader, {}); !built) return built.error();
   }
   return made;
@@ -144,6 +144,11 @@ Result<VkPipeline> Passes::cast(const Scene& scene, FrameKind kind) {
   return pipeline(Shader::kCast,
                   {scene.detector.window, kept_by(scene.mode), kind == FrameKind::kConvexLines ? 1 : 0,
                    scene.detector.place == SurfacePlace::kRefined ? 1 : 0, scene.rays.window / 2});
+}
+
+Result<VkPipeline> Passes::light(const Scene& scene) {
+  return pipeline(Shader::kLight, {scene.camera.projection == Projection::kPerspective ? 1 : 0,
+                                   scene.shadow.softness_mm > 0 ? 1 : 0});
 }
 
 Result<VkPipeline> Passes::slice(FrameKind kind) {

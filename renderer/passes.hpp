@@ -60,6 +60,9 @@ class Passes {
   enum class Axis : std::uint8_t { kRows, kColumns };
   Result<VkPipeline> smooth(Axis axis, DepthFilter kind);
 
+  /// Pass 2's light.
+  Result<VkPipeline> light(const Scene& scene);
+
   /// A shader without options.
   VkPipeline fixed(Shader shader) const { return pipelines_.at({shader, {}}).get(); }
 

@@ -557,6 +557,8 @@ Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scen
   // A cast has reset all queries and may be writing its own now.
   if (!std::exchange(cast_since_light_, false)) vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
 
+  auto lit = passes.light(scene);
+  if (!lit) return lit.error();
   const VkCommandBuffer commands = light_commands_;
   if (auto begun = begin(commands); !begun) return begun;
   // The other slot's filter may have come just before, and this one's may follow it.
@@ -570,7 +572,7 @@ Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scen
     if (auto recorded = record_depth_filter(commands, passes, scene); !recorded) return recorded;
   }
   stamp_time(commands, kLightBegin);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.fixed(Shader::kLight));
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, *lit);
   vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
   pass_barrier(commands);
   stamp_time(commands, kLightEnd);

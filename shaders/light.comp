@@ -8,6 +8,10 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
+layout(constant_id = 0) const bool kPerspective = false;
+// The lamp has a radius.
+layout(constant_id = 1) const bool kSoftShadows = true;
+
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours { uint volume_colour[]; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth { float smooth_depth[]; };
@@ -28,7 +32,9 @@ float depth_at(ivec2 pixel) {
 }
 
 // What a length across the view measures at a depth, for each mm where pixels are measured.
-float view_scale(float depth) { return lighting.view_scale_at_0 + lighting.view_scale_per_mm * depth; }
+float view_scale(float depth) {
+  return kPerspective ? lighting.view_scale_at_0 + lighting.view_scale_per_mm * depth : 1.0;
+}
 
 // The pixel's place in the view frame, with height (towards the viewer) as third axis: right-handed.
 vec3 place(vec2 pixel, float depth) {
@@ -75,18 +81,19 @@ float light_seen(vec3 from, float depth) {
   vec2 first = vec2(lighting.view_left, lighting.view_top);
   vec2 last = vec2(lighting.view_right, lighting.view_bottom);
 
+  float share_of_pixel = 1.0 / pixels;
+  float blur = lighting.softness * way_length / lamp;  // of the shadow's edge, at the way's end
   float seen = 1.0;
   for (float walked = 1.0; walked < pixels && seen > 0.0; walked += 1.0) {
-    float share = walked / pixels;
+    float share = walked * share_of_pixel;
     vec2 at = start_pixel + share * across;
     if (any(lessThan(at, first)) || any(greaterThan(at, last))) break;
     // Even steps in the picture are not even in the body, in perspective.
-    float along = share * start_scale / (share * start_scale + (1.0 - share) * end_scale);
+    float along = kPerspective ? share * start_scale / (share * start_scale + (1.0 - share) * end_scale) : share;
     float height = mix(start.z, end.z, along);
-    float there = depth_at(ivec2(floor(at + 0.5)));
+    float there = smooth_depth[index_of(ivec2(at + 0.5))];
     float clearance = there >= 0.0 ? height + there : 1e9;
-    float spread = lighting.softness * along * way_length / lamp;
-    float visible = spread > 0.0 ? clamp(0.5 + 0.5 * clearance / spread, 0.0, 1.0) : (clearance < 0.0 ? 0.0 : 1.0);
+    float visible = kSoftShadows ? clamp(0.5 + 0.5 * clearance / (blur * along), 0.0, 1.0) : (clearance < 0.0 ? 0.0 : 1.0);
     seen = min(seen, visible);
   }
   return seen;
@@ -100,7 +107,7 @@ vec3 shade(ivec2 pixel, float depth) {
   vec3 to_point = toward / max(length(toward), 1e-6);  // a light may lie on the surface
   vec3 to_light = lighting.directional != 0 ? lighting.light_direction : to_point;
   // Parallel rays: the viewer is at infinity.
-  vec3 to_eye = lighting.view_scale_per_mm > 0.0 ? normalize(vec3(0.0, 0.0, lighting.eye_height) - at) : vec3(0.0, 0.0, 1.0);
+  vec3 to_eye = kPerspective ? normalize(vec3(0.0, 0.0, lighting.eye_height) - at) : vec3(0.0, 0.0, 1.0);
   vec3 halfway = normalize(to_light + to_eye);
   float facing = max(dot(normal, to_light), 0.0);
   float gleam = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
