@@ -4,9 +4,9 @@
 #include <cstring>
 #include <utility>
 
+#include "renderer/command_recording.hpp"
 #include "renderer/vulkan_result.hpp"
 #include "shaders/bindings.h"
-#include "shaders/prepare_constants.h"
 
 namespace fanlight {
 
@@ -27,64 +27,9 @@ enum Query : std::uint32_t {
   kQueries
 };
 
-// Group sizes of the shaders: tiles of 8 x 8 pixels; 8 rows or columns; 64 words by stretches of 64 rows.
+// Group sizes of the shaders: tiles of 8 x 8 pixels; 8 rows or columns.
 constexpr std::uint32_t kTile = 8;
 constexpr std::uint32_t kLines = 8;
-constexpr std::uint32_t kWords = 64;
-constexpr std::uint32_t kStretch = 64;
-
-constexpr std::uint32_t groups(std::uint32_t items, std::uint32_t of) {
-  return (items + of - 1) / of;
-}
-
-void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stage, VkAccessFlags2 from_access,
-             VkPipelineStageFlags2 to_stage, VkAccessFlags2 to_access) {
-  const VkMemoryBarrier2 memory{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                .srcStageMask = from_stage,
-                                .srcAccessMask = from_access,
-                                .dstStageMask = to_stage,
-                                .dstAccessMask = to_access};
-  const VkDependencyInfo dependency{
-      .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &memory};
-  vkCmdPipelineBarrier2(commands, &dependency);
-}
-
-void pass_barrier(VkCommandBuffer commands) {
-  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
-}
-
-void image_barrier(VkCommandBuffer commands, VkImage image, bool before_copy) {
-  const VkImageMemoryBarrier2 change{
-      .sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
-      .srcStageMask = before_copy ? VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT : VK_PIPELINE_STAGE_2_COPY_BIT,
-      .srcAccessMask = before_copy ? VK_ACCESS_2_NONE : VK_ACCESS_2_TRANSFER_WRITE_BIT,
-      .dstStageMask = before_copy ? VK_PIPELINE_STAGE_2_COPY_BIT : VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
-      .dstAccessMask = before_copy ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
-      // The copy replaces all that is read afterwards, so what was there may go.
-      .oldLayout = before_copy ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-      .newLayout =
-          before_copy ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-      .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-      .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-      .image = image,
-      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = 1, .layerCount = 1}};
-  const VkDependencyInfo dependency{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
-                                    .imageMemoryBarrierCount = 1,
-                                    .pImageMemoryBarriers = &change};
-  vkCmdPipelineBarrier2(commands, &dependency);
-}
-
-/// `row_texels`: from one row to the next in the buffer.
-void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuImage& to,
-                   std::uint32_t row_texels, std::uint32_t slices) {
-  image_barrier(commands, to.get(), true);
-  const VkBufferImageCopy all{.bufferRowLength = row_texels,
-                              .imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
-                              .imageExtent = {to.extent().width, to.extent().height, slices}};
-  vkCmdCopyBufferToImage(commands, from.get(), to.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &all);
-  image_barrier(commands, to.get(), false);
-}
 
 Result<void> begin(VkCommandBuffer commands) {
   const VkCommandBufferBeginInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
@@ -105,7 +50,6 @@ Result<RenderSlot> RenderSlot::create(const Gpu& gpu, const Passes& passes, cons
 }
 
 Result<void> RenderSlot::create_memory(const Gpu& gpu) {
-  const FanGeometry& geometry = config_.geometry;
   const std::uint64_t pixels = std::uint64_t{config_.size.width} * config_.size.height;
   constexpr VkBufferUsageFlags kStorage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
@@ -121,8 +65,6 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
        BufferPlace::kToGpu},
       {&light_parameters_, sizeof(shaders::LightParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
        BufferPlace::kToGpu},
-      {&staged_frames_, padded_frame_bytes() * config_.frame_capacity,
-       VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu},
       {&staged_angles_, table_.entries().size_bytes(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
       {&staged_transfer_, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
       {&depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
@@ -143,8 +85,9 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
     *wanted.buffer = std::move(*buffer);
   }
 
-  auto frames =
-      GpuImage::create(gpu, VK_FORMAT_R8_UNORM, {geometry.columns, geometry.rows, config_.frame_capacity});
+  auto frames = FrameStore::create(gpu, {.geometry = config_.geometry,
+                                         .frame_capacity = config_.frame_capacity,
+                                         .piece_samples = config_.band_samples});
   if (!frames) return frames.error();
   frames_ = std::move(*frames);
   auto angles = GpuImage::create(gpu, VK_FORMAT_R32_SFLOAT,
@@ -222,10 +165,6 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
       {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters_},
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters_},
-      // Until pass 0 is asked for there is no memory for it, and nothing reads or writes these.
-      {FANLIGHT_BINDING_FRAMES, &depth_},
-      {FANLIGHT_BINDING_COEFFICIENTS, &depth_},
-      {FANLIGHT_BINDING_PREPARED, &depth_},
       {FANLIGHT_BINDING_DEPTH, &depth_},
       {FANLIGHT_BINDING_CONFIDENCE, &confidence_},
       {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour_},
@@ -241,8 +180,9 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
       {FANLIGHT_BINDING_DIFFUSED, &diffused_},
       {FANLIGHT_BINDING_FINISHED, &finished_}};
   for (const auto& [binding, buffer] : buffers) write_buffer(gpu, binding, *buffer);
+  write_frame_buffers(gpu);
 
-  const std::pair<std::uint32_t, const GpuImage*> images[] = {{FANLIGHT_BINDING_VOLUME, &frames_},
+  const std::pair<std::uint32_t, const GpuImage*> images[] = {{FANLIGHT_BINDING_VOLUME, &frames_.texture()},
                                                               {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
                                                               {FANLIGHT_BINDING_TRANSFER, &transfer_}};
   for (const auto& [binding, image] : images) {
@@ -280,68 +220,19 @@ void RenderSlot::write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBu
   }
 }
 
+void RenderSlot::write_frame_buffers(const Gpu& gpu) const {
+  // A descriptor must name a buffer, also where nothing will use it.
+  for (const auto& [binding, buffer] : frames_.bindings()) {
+    write_buffer(gpu, binding, buffer != nullptr ? *buffer : depth_);
+  }
+}
+
 void RenderSlot::follow(const Gpu& gpu, const RenderSlot& other) {
   write_buffer(gpu, FANLIGHT_BINDING_PREVIOUS, other.steady_);
 }
 
-bool RenderSlot::fits_speckle_filter(const Gpu& gpu, const Scene::Speckle& speckle) const {
-  if (speckle.filter == SpeckleFilter::kNone) return true;
-  const bool guided = speckle.filter == SpeckleFilter::kGuided;
-  return staged_frames_.bytes() <= gpu.limits().maxStorageBufferRange &&
-         (!guided || frames_at_a_time(gpu, speckle) > 0);
-}
-
-std::uint64_t RenderSlot::frames_at_a_time(const Gpu& gpu, const Scene::Speckle& speckle) const {
-  // More would save nothing: a dispatch over some frames keeps every GPU busy.
-  constexpr std::uint64_t kMostBytes = 64 << 20;
-  const std::uint64_t frame_bytes = padded_frame_bytes() * sizeof(std::uint32_t);
-  const std::uint64_t beside = 2 * (static_cast<std::uint64_t>(speckle.across) / 2);
-  const auto fitting = [&](std::uint64_t bytes) {
-    const std::uint64_t frames = bytes / frame_bytes;
-    return frames > beside ? std::min<std::uint64_t>(frames - beside, config_.frame_capacity) : 0;
-  };
-  const std::uint64_t limit = gpu.limits().maxStorageBufferRange;
-  // Very large frames take what they need, one at a time.
-  return std::max(fitting(std::min(limit, kMostBytes)), std::min<std::uint64_t>(fitting(limit), 1));
-}
-
-Result<void> RenderSlot::create_speckle_memory(const Gpu& gpu, const Scene::Speckle& speckle) {
-  if (speckle.filter != SpeckleFilter::kNone && speckle_free_.bytes() == 0) {
-    auto made = GpuBuffer::create(gpu, staged_frames_.bytes(),
-                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
-                                  BufferPlace::kDevice);
-    if (!made) return made.error();
-    speckle_free_ = std::move(*made);
-    write_buffer(gpu, FANLIGHT_BINDING_FRAMES, staged_frames_);
-    write_buffer(gpu, FANLIGHT_BINDING_PREPARED, speckle_free_);
-  }
-  const std::uint64_t frames =
-      frames_at_a_time(gpu, speckle) + 2 * (static_cast<std::uint64_t>(speckle.across) / 2);
-  const std::uint64_t bytes = frames * padded_frame_bytes() * sizeof(std::uint32_t);
-  if (speckle.filter == SpeckleFilter::kGuided && coefficients_.bytes() < bytes) {
-    auto made = GpuBuffer::create(gpu, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
-    if (!made) return made.error();
-    coefficients_ = std::move(*made);
-    write_buffer(gpu, FANLIGHT_BINDING_COEFFICIENTS, coefficients_);
-  }
-  return {};
-}
-
 void RenderSlot::load(const Volume& volume) {
-  const auto staged = staged_frames_.mapped();
-  const std::size_t columns = config_.geometry.columns;
-  const std::size_t row_bytes = std::size_t{kPixelsInWord} * words_in_row();
-  std::uint8_t* to = staged.data();
-  for (const std::uint32_t index : volume.by_angle()) {
-    const std::uint8_t* from = volume.frame_pixels(index).data();
-    if (row_bytes == columns) {
-      to = std::copy_n(from, padded_frame_bytes(), to);
-      continue;
-    }
-    for (std::uint32_t row = 0; row < config_.geometry.rows; ++row, from += columns) {
-      to = std::fill_n(std::copy_n(from, columns, to), row_bytes - columns, std::uint8_t{0});
-    }
-  }
+  frames_.load(volume);
   if (table_.place(volume)) {
     std::memcpy(staged_angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
   }
@@ -350,7 +241,6 @@ void RenderSlot::load(const Volume& volume) {
              .last_angle_rad = volume.angles_rad()[volume.by_angle().back()],
              .frames = volume_.frames,
              .frame_capacity = config_.frame_capacity};
-  prepared_.reset();
 }
 
 void RenderSlot::stamp_time(VkCommandBuffer commands, std::uint32_t query) const {
@@ -363,25 +253,8 @@ void RenderSlot::bind(VkCommandBuffer commands, const Passes& passes, std::size_
 }
 
 Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene) {
-  speckle_ = scene.speckle;
-  filter_left_out_ = !fits_speckle_filter(gpu, speckle_);
-  if (filter_left_out_) speckle_.filter = SpeckleFilter::kNone;
-  if (!create_speckle_memory(gpu, speckle_)) {
-    filter_left_out_ = true;
-    speckle_.filter = SpeckleFilter::kNone;
-  }
-  speckle_pipelines_ = {};
-  const std::pair<SpeckleFilter, Shader> speckle_shaders[] = {{SpeckleFilter::kBox, Shader::kBox},
-                                                              {SpeckleFilter::kMedian, Shader::kMedian},
-                                                              {SpeckleFilter::kGuided, Shader::kGuide},
-                                                              {SpeckleFilter::kGuided, Shader::kGuided}};
-  std::size_t half = 0;
-  for (const auto& [filter, shader] : speckle_shaders) {
-    if (filter != speckle_.filter) continue;
-    auto pipeline = passes.speckle(shader, speckle_);
-    if (!pipeline) return pipeline.error();
-    speckle_pipelines_[half++] = *pipeline;
-  }
+  if (auto begun = frames_.begin(gpu, passes, scene.speckle); !begun) return begun;
+  if (frames_.took_memory()) write_frame_buffers(gpu);
   auto cast = passes.cast(scene, config_.geometry.kind);
   if (!cast) return cast.error();
   cast_pipeline_ = *cast;
@@ -406,8 +279,6 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   band_tiles_ = static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
   next_tile_ = 0;
-  volume_due_ = prepared_ != speckle_;
-  next_frame_ = 0;
   if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
     transfer_due_ = true;  // and stays so where a cast is given up before its first band
     staged_transfer_.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
@@ -418,72 +289,24 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   return {};
 }
 
-std::uint32_t RenderSlot::piece_of_volume(const Gpu& gpu) const {
-  const bool guided = speckle_.filter == SpeckleFilter::kGuided;
-  // What a pixel of each filter costs, in samples of pass 1, on lavapipe.
-  const double window = double{1} * speckle_.size * speckle_.size;
-  const double samples = speckle_.across * (guided                                      ? 3.5
-                                            : speckle_.filter == SpeckleFilter::kMedian ? window / 3
-                                                                                        : 1.5);
-  const double frames =
-      static_cast<double>(config_.band_samples) / (samples * static_cast<double>(padded_frame_bytes()));
-  const std::uint64_t most = guided ? frames_at_a_time(gpu, speckle_) : volume_.frames;
-  return static_cast<std::uint32_t>(std::clamp(frames, 1.0, static_cast<double>(most)));
-}
-
-void RenderSlot::record_speckle_filter(VkCommandBuffer commands, const Passes& passes, std::uint32_t first,
-                                       std::uint32_t end) const {
-  const bool guided = speckle_.filter == SpeckleFilter::kGuided;
-  const std::uint32_t down = speckle_.filter == SpeckleFilter::kMedian
-                                 ? config_.geometry.rows
-                                 : groups(config_.geometry.rows, kStretch);
-  const auto beside = static_cast<std::uint32_t>(speckle_.across / 2);
-  shaders::PrepareConstants constants{.columns = config_.geometry.columns,
-                                      .rows = config_.geometry.rows,
-                                      .frames = volume_.frames,
-                                      .first_kept = first - std::min(first, beside),
-                                      .radius_across = speckle_.across / 2,
-                                      .noise = static_cast<float>(speckle_.noise)};
-  static_assert(sizeof constants <= Passes::kPushBytes);
-  const auto filter = [&](VkPipeline pipeline, std::uint32_t from, std::uint32_t to) {
-    constants.first_frame = from;
-    vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants,
-                       &constants);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-    vkCmdDispatch(commands, groups(words_in_row(), kWords), down, to - from);
-    barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT,
-            VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
-                VK_ACCESS_2_TRANSFER_READ_BIT);
-  };
-  if (guided) filter(speckle_pipelines_[0], constants.first_kept, std::min(end + beside, volume_.frames));
-  filter(speckle_pipelines_[guided ? 1 : 0], first, end);
-}
-
-Result<void> RenderSlot::submit_volume(const Gpu& gpu, const Passes& passes) {
+Result<void> RenderSlot::submit_frames(const Gpu& gpu, const Passes& passes) {
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
   bind(commands, passes, 0);
-  const bool filtered = speckle_.filter != SpeckleFilter::kNone;
-  if (filtered) {
-    if (next_frame_ == 0) stamp_time(commands, kPrepareBegin);
-    const std::uint32_t end = std::min(next_frame_ + piece_of_volume(gpu), volume_.frames);
-    record_speckle_filter(commands, passes, next_frame_, end);
-    next_frame_ = end;
-    if (end < volume_.frames) return submit(gpu.cast_queue(), commands);
+  if (frames_.filters() && frames_.at_first_piece()) stamp_time(commands, kPrepareBegin);
+  const bool last = frames_.at_last_piece();
+  frames_.record_filter(commands, passes);
+  if (last) {
+    stamp_time(commands, kPrepareEnd);
+    frames_.record_upload(commands);
+    copy_to_image(commands, staged_angles_, angles_, angles_.extent().width, 1);
+    stamp_time(commands, kUploadEnd);
   }
-  stamp_time(commands, kPrepareEnd);
-  copy_to_image(commands, filtered ? speckle_free_ : staged_frames_, frames_, kPixelsInWord * words_in_row(),
-                volume_.frames);
-  copy_to_image(commands, staged_angles_, angles_, angles_.extent().width, 1);
-  stamp_time(commands, kUploadEnd);
-  prepared_ = speckle_;
-  volume_due_ = false;
   return submit(gpu.cast_queue(), commands);
 }
 
 Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
-  if (volume_due_) return submit_volume(gpu, passes);
+  if (!frames_.done()) return submit_frames(gpu, passes);
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
   bind(commands, passes, 0);

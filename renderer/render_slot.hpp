@@ -8,6 +8,7 @@
 #include "proto/picture.hpp"
 #include "proto/volume.hpp"
 #include "renderer/angle_table.hpp"
+#include "renderer/frame_store.hpp"
 #include "renderer/gpu_memory.hpp"
 #include "renderer/passes.hpp"
 #include "renderer/view.hpp"
@@ -57,7 +58,7 @@ class RenderSlot {
   /// Submits what is due next: a piece of pass 0, some frames, the last one with the upload; or a band of
   /// pass 1, some tiles of the picture. Precondition: nothing is outstanding.
   Result<void> cast_next_band(const Gpu& gpu, const Passes& passes);
-  bool cast_submitted() const { return !volume_due_ && next_tile_ == tiles_across() * tiles_down(); }
+  bool cast_submitted() const { return frames_.done() && next_tile_ == tiles_across() * tiles_down(); }
 
   /// Whether the other slot's depth map is that of the last volume under the same view.
   enum class Past : std::uint8_t { kNone, kKnown };
@@ -66,9 +67,8 @@ class RenderSlot {
   /// depth map is left out where it would do again what it did.
   Result<void> light(const Gpu& gpu, Passes& passes, const Scene& scene, Past past);
 
-  /// Whether the cast under way leaves out a speckle filter: the volume exceeds what a shader of this GPU can
-  /// address in one buffer, or there is no memory for it.
-  bool filter_left_out() const { return filter_left_out_; }
+  /// Whether the cast under way leaves out the speckle filter asked for; see FrameStore::begin.
+  bool filter_left_out() const { return frames_.filter_left_out(); }
 
   bool loaded() const { return volume_.frames > 0; }
   const VolumeStamp& volume() const { return volume_; }
@@ -99,25 +99,12 @@ class RenderSlot {
   Result<void> create_memory(const Gpu& gpu);
   Result<void> create_commands(const Gpu& gpu);
   Result<void> create_descriptors(const Gpu& gpu, const Passes& passes);
-  bool fits_speckle_filter(const Gpu& gpu, const Scene::Speckle& speckle) const;
-  std::uint64_t frames_at_a_time(const Gpu& gpu, const Scene::Speckle& speckle) const;
-  Result<void> create_speckle_memory(const Gpu& gpu, const Scene::Speckle& speckle);
-  Result<void> submit_volume(const Gpu& gpu, const Passes& passes);
-  std::uint32_t piece_of_volume(const Gpu& gpu) const;
-  void record_speckle_filter(VkCommandBuffer commands, const Passes& passes, std::uint32_t first,
-                             std::uint32_t end) const;
+  Result<void> submit_frames(const Gpu& gpu, const Passes& passes);
   Result<void> record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene);
   void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
+  void write_frame_buffers(const Gpu& gpu) const;
   void write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const;
   void bind(VkCommandBuffer commands, const Passes& passes, std::size_t set) const;
-  // Pass 0 reads four pixels at once, so that rows of the staged frames are padded to whole words.
-  static constexpr std::uint32_t kPixelsInWord = 4;
-  std::uint32_t words_in_row() const {
-    return (config_.geometry.columns + kPixelsInWord - 1) / kPixelsInWord;
-  }
-  std::uint64_t padded_frame_bytes() const {
-    return std::uint64_t{kPixelsInWord} * words_in_row() * config_.geometry.rows;
-  }
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
   // Pass 1 works on tiles of 8 x 8 pixels, numbered along the rows of tiles.
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }
@@ -129,18 +116,12 @@ class RenderSlot {
   AngleTable table_;
   VolumeStamp volume_;
   VolumeExtent extent_;
-  std::optional<Scene::Speckle> prepared_;       // how the frames on the GPU were prepared
-  bool volume_due_ = false;                      // the cast under way has yet to upload or prepare the frames
   std::optional<TransferFunction> transferred_;  // of the table on the GPU, and for samples so far apart
   float transferred_step_mm_ = 0;
   bool transfer_due_ = false;
 
   // Of the cast under way.
-  Scene::Speckle speckle_;
-  std::uint32_t next_frame_ = 0;  // the first that pass 0 has yet to filter
-  bool filter_left_out_ = false;
-  double farthest_mm_ = 0;                         // no surface lies deeper
-  std::array<VkPipeline, 2> speckle_pipelines_{};  // pass 0: the first and, for a guided filter, second half
+  double farthest_mm_ = 0;  // no surface lies deeper
   VkPipeline cast_pipeline_ = VK_NULL_HANDLE;
   VkPipeline slice_pipeline_ = VK_NULL_HANDLE;  // null where the mode shows no planes
   std::uint32_t band_tiles_ = 0;                // of each band
@@ -150,14 +131,11 @@ class RenderSlot {
 
   GpuBuffer cast_parameters_;
   GpuBuffer light_parameters_;
-  GpuBuffer staged_frames_;
   GpuBuffer staged_angles_;
   GpuBuffer staged_transfer_;
-  GpuImage frames_;
+  FrameStore frames_;
   GpuImage angles_;
   GpuImage transfer_;
-  GpuBuffer coefficients_;  // this and the next: only where pass 0 was ever asked for
-  GpuBuffer speckle_free_;
   GpuBuffer depth_;
   GpuBuffer confidence_;
   GpuBuffer volume_colour_;

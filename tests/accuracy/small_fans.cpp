@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <optional>
 
@@ -126,41 +127,42 @@ FigureRow normals_row(const std::string& name, DepthRig& rig, const Views& views
            {"raw: three deg", measured(Normals::kThreeNeighbours, false), 2}}};
 }
 
+/// What is told of every chain of passes, besides what is demanded of the default one.
+std::vector<Figure> figures_beside(const Shown& shown) {
+  const DepthErrors& errors = shown.errors;
+  return {{"signed mm", errors.signed_median_mm()},
+          {"95 % mm", errors.magnitude_mm(0.95)},
+          {"missing %", 100 * errors.share_missing(), 2},
+          {"behind %", 100 * errors.share_behind(), 2},
+          {"in tissue %", 100 * errors.share_shown_in_tissue(), 1},
+          {"rim found %", 100 * errors.share_of_rim_found(), 1},
+          {"all: found %", 100 * errors.share_found_of_all(), 2},
+          {"all: false %", 100 * errors.share_false_of_all(), 2},
+          {"normals deg", median(shown.normals_deg), 1}};
+}
+
+FigureRow shown_row(const std::string& name, const Shown& shown, std::vector<Figure> first) {
+  std::ranges::copy(figures_beside(shown), std::back_inserter(first));
+  return {name, std::move(first)};
+}
+
 FigureRow speckle_row(const std::string& name, DepthRig& rig, const Views& views,
                       const KnownSurface& surface) {
   Shown shown;
   for (const KnownView& view : views) shown.add(rig, view, view.scene, surface);
   const DepthErrors& errors = shown.errors;
-  return {name,
-          {{"median mm", errors.median_mm(), 3, at_most(0.3)},
-           {"found %", 100 * errors.share_found(), 2, at_least(99)},
-           {"false %", 100 * errors.share_false(), 2, at_most(0.5)},
-           {"signed mm", errors.signed_median_mm()},
-           {"95 % mm", errors.magnitude_mm(0.95)},
-           {"missing %", 100 * errors.share_missing(), 2},
-           {"behind %", 100 * errors.share_behind(), 2},
-           {"in tissue %", 100 * errors.share_shown_in_tissue(), 1},
-           {"rim found %", 100 * errors.share_of_rim_found(), 1},
-           {"all: found %", 100 * errors.share_found_of_all(), 2},
-           {"all: false %", 100 * errors.share_false_of_all(), 2},
-           {"normals deg", median(shown.normals_deg), 1}}};
+  return shown_row(name, shown,
+                   {{"median mm", errors.median_mm(), 3, at_most(0.3)},
+                    {"found %", 100 * errors.share_found(), 2, at_least(99)},
+                    {"false %", 100 * errors.share_false(), 2, at_most(0.5)}});
 }
 
 FigureRow method_row(const std::string& name, const Shown& shown) {
   const DepthErrors& errors = shown.errors;
-  return {name,
-          {{"median mm", errors.median_mm()},
-           {"signed mm", errors.signed_median_mm()},
-           {"95 % mm", errors.magnitude_mm(0.95)},
-           {"found %", 100 * errors.share_found(), 2},
-           {"false %", 100 * errors.share_false(), 2},
-           {"missing %", 100 * errors.share_missing(), 2},
-           {"behind %", 100 * errors.share_behind(), 2},
-           {"in tissue %", 100 * errors.share_shown_in_tissue(), 1},
-           {"rim found %", 100 * errors.share_of_rim_found(), 1},
-           {"all: found %", 100 * errors.share_found_of_all(), 2},
-           {"all: false %", 100 * errors.share_false_of_all(), 2},
-           {"normals deg", median(shown.normals_deg), 1}}};
+  return shown_row(name, shown,
+                   {{"median mm", errors.median_mm()},
+                    {"found %", 100 * errors.share_found(), 2},
+                    {"false %", 100 * errors.share_false(), 2}});
 }
 
 std::string method_name(const Method& method) {
