@@ -113,7 +113,7 @@ struct Scene {
     FilterWeights weights = FilterWeights::kEven;
     double step_mm = 6;  ///< depths that differ by more are two surfaces
     int islands = 7;     ///< smaller surfaces than about half this, pixels, are removed; odd, 1 removes none
-    int holes = 5;       ///< smaller holes than about half this, pixels, are filled; odd, 1 fills none
+    int holes = 9;       ///< smaller holes than about half this, pixels, are filled; odd, 1 fills none
     double steady = 0;   ///< share of the last volume's depths in this one's
 
     bool operator==(const Filter&) const = default;
