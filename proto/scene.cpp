@@ -363,7 +363,8 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
   // The defaults are those of 512 pixels; an odd window spans as much of the body in a picture of another
   // height.
   const auto scaled = [&](int window) {
-    return 2 * static_cast<int>(std::lround(window / 2 * picture_height / 512.0)) + 1;
+    const int radius = window / 2;
+    return 2 * static_cast<int>(std::lround(radius * (picture_height / 512.0))) + 1;
   };
   scene.filter.size = scaled(scene.filter.size);
   scene.filter.islands = scaled(scene.filter.islands);

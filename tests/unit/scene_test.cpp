@@ -226,6 +226,22 @@ TEST(Scene, FramesTheFanFromTheProbe) {
   EXPECT_GE(scene.camera.field_mm, geometry.right_mm() - geometry.left_mm());
 }
 
+TEST(Scene, SpansAsMuchOfTheBodyWithItsWindowsInAPictureOfAnotherHeight) {
+  const FanGeometry geometry{.columns = 512,
+                             .rows = 512,
+                             .pixel_width_mm = 0.3125,
+                             .pixel_height_mm = 0.3125,
+                             .face_column = 255.5,
+                             .motor_radius_mm = 30};
+  const Scene::Filter usual = Scene{}.filter;
+  EXPECT_EQ(scene_for(geometry, -0.6, 0.6).filter, usual);
+  const Scene::Filter half = scene_for(geometry, -0.6, 0.6, 256).filter;
+  EXPECT_NEAR(half.size, usual.size / 2.0, 1);
+  EXPECT_NEAR(half.holes, usual.holes / 2.0, 1);
+  EXPECT_EQ(scene_for(geometry, -0.6, 0.6, 16).filter.islands, 1) << "none that a small picture could lose";
+  EXPECT_EQ(scene_for(geometry, -0.6, 0.6, 2048).filter.size, find_scene_field("filter.size")->maximum);
+}
+
 TEST(Scene, FramesAFanThatIsLargerThanAnyPicture) {
   const FanGeometry geometry{.columns = 4096,
                              .rows = 4096,
