@@ -27,10 +27,10 @@ VkDescriptorType type_of(std::uint32_t binding) {
 
 std::span<const std::uint32_t> spirv_of(Shader shader) {
   const std::array<std::span<const std::uint32_t>, kShaders> all = {
-      shaders::box_spirv,   shaders::median_spirv,    shaders::guide_spirv,        shaders::guided_spirv,
-      shaders::cast_spirv,  shaders::slice_spirv,     shaders::steady_spirv,       shaders::islands_spirv,
-      shaders::holes_spirv, shaders::mean_rows_spirv, shaders::mean_columns_spirv, shaders::smooth_spirv,
-      shaders::light_spirv, shaders::diffuse_spirv,   shaders::finish_spirv};
+      shaders::box_spirv,     shaders::median_spirv,    shaders::guide_spirv,        shaders::guided_spirv,
+      shaders::cast_spirv,    shaders::slice_spirv,     shaders::steady_spirv,       shaders::islands_spirv,
+      shaders::holes_spirv,   shaders::mean_rows_spirv, shaders::mean_columns_spirv, shaders::smooth_spirv,
+      shaders::nearest_spirv, shaders::light_spirv,     shaders::diffuse_spirv,      shaders::finish_spirv};
   return all[static_cast<std::size_t>(shader)];
 }
 
@@ -40,7 +40,7 @@ Result<std::unique_ptr<Passes>> Passes::create(const Gpu& gpu) {
   std::unique_ptr<Passes> made(new Passes(gpu));
   if (auto layouts = made->create_layouts(); !layouts) return layouts.error();
   for (const Shader shader : {Shader::kSteady, Shader::kIslands, Shader::kHoles, Shader::kMeanRows,
-                              Shader::kMeanColumns, Shader::kDiffuse, Shader::kFinish}) {
+                              Shader::kMeanColumns, Shader::kNearest, Shader::kDiffuse, Shader::kFinish}) {
     if (auto built = made->pipeline(shader, {}); !built) return built.error();
   }
   return made;

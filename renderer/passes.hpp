@@ -28,11 +28,12 @@ enum class Shader : std::uint8_t {
   kMeanRows,
   kMeanColumns,
   kSmooth,
+  kNearest,
   kLight,
   kDiffuse,  // pass 3
   kFinish
 };
-inline constexpr std::size_t kShaders = 15;
+inline constexpr std::size_t kShaders = 16;
 
 /// The compute pipelines of all passes and the one descriptor set layout that they share
 /// (shaders/bindings.h). Render thread only.

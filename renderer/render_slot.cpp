@@ -1,6 +1,7 @@
 #include "renderer/render_slot.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -30,6 +31,8 @@ enum Query : std::uint32_t {
 // Group sizes of the shaders: tiles of 8 x 8 pixels; 8 rows or columns.
 constexpr std::uint32_t kTile = 8;
 constexpr std::uint32_t kLines = 8;
+
+constexpr float kFarthestMm = FANLIGHT_FARTHEST;
 
 Result<void> begin(VkCommandBuffer commands) {
   const VkCommandBufferBeginInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
@@ -75,6 +78,8 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
       {&weights_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&row_sums_, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
       {&smooth_depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&nearest_, sizeof(std::uint32_t),
+       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kDevice},
       {&diffused_, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
       {&finished_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&read_back_, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
@@ -176,6 +181,7 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
       {FANLIGHT_BINDING_WEIGHTS, &weights_},
       {FANLIGHT_BINDING_ROW_SUMS, &row_sums_},
       {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth_},
+      {FANLIGHT_BINDING_NEAREST, &nearest_},
       {FANLIGHT_BINDING_LIT, &row_sums_},
       {FANLIGHT_BINDING_DIFFUSED, &diffused_},
       {FANLIGHT_BINDING_FINISHED, &finished_}};
@@ -349,7 +355,12 @@ Result<void> RenderSlot::record_depth_filter(VkCommandBuffer commands, Passes& p
                         {passes.fixed(Shader::kIslands), tiles_across(), tiles_down()},
                         {passes.fixed(Shader::kHoles), tiles_across(), tiles_down()},
                         halves[0],
-                        halves[1]};
+                        halves[1],
+                        {passes.fixed(Shader::kNearest), groups(config_.size.height, kLines), 1}};
+  vkCmdFillBuffer(commands, nearest_.get(), 0, VK_WHOLE_SIZE, std::bit_cast<std::uint32_t>(kFarthestMm));
+  barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
   for (const Step& step : steps) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, step.pipeline);
     vkCmdDispatch(commands, step.groups_across, step.groups_down, 1);
@@ -387,8 +398,9 @@ Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scen
   // The other slot's filter may have come just before, and this one's may follow it.
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
-          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
+              VK_ACCESS_2_TRANSFER_WRITE_BIT);
   bind(commands, passes, 0);
   if (filter_due) {
     stamp_time(commands, kFilterBegin);

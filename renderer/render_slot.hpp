@@ -144,6 +144,7 @@ class RenderSlot {
   GpuBuffer weights_;
   GpuBuffer row_sums_;  // then pass 2's picture
   GpuBuffer smooth_depth_;
+  GpuBuffer nearest_;
   GpuBuffer diffused_;
   GpuBuffer finished_;
   GpuBuffer read_back_;

@@ -23,12 +23,16 @@
 #define FANLIGHT_BINDING_LIT 18             // four halves a pixel: pass 2's picture
 #define FANLIGHT_BINDING_DIFFUSED 19        // the same after a step of pass 3's diffusion
 #define FANLIGHT_BINDING_FINISHED 20        // packed RGBA8 a pixel: pass 3's picture
-#define FANLIGHT_BINDINGS 21
+#define FANLIGHT_BINDING_NEAREST 21         // uint: the bits of the smallest depth in the filtered map
+#define FANLIGHT_BINDINGS 22
 // Of these; the others are two uniform buffers and three textures.
-#define FANLIGHT_STORAGE_BUFFERS 16
+#define FANLIGHT_STORAGE_BUFFERS 17
 
 // A depth is never negative, so this cannot be mistaken for one.
 #define FANLIGHT_NO_SURFACE -1.0
+
+// No depth is larger.
+#define FANLIGHT_FARTHEST 1e9
 
 // What pass 1 keeps along each ray, besides the surface.
 #define FANLIGHT_KEEP_NOTHING 0

@@ -15,6 +15,7 @@ layout(constant_id = 1) const bool kSoftShadows = true;
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours { uint volume_colour[]; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth { float smooth_depth[]; };
+layout(binding = FANLIGHT_BINDING_NEAREST, scalar) readonly buffer Nearest { uint nearest; };
 layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit { uvec2 lit[]; };
 #include "lit_picture.h"
 #include "surface_map.h"
@@ -70,7 +71,12 @@ float light_seen(vec3 from, float depth) {
   vec3 start = from + vec3(0.0, 0.0, kShadowBias * lighting.pixel * view_scale(depth));
   bool leaves = start.z + way.z > lighting.shadow_top;
   if (lighting.shadow >= 1.0 || (leaves && start.z >= lighting.shadow_top)) return 1.0;
-  vec3 end = start + (leaves ? (lighting.shadow_top - start.z) / way.z : 1.0) * way;
+  float part = leaves ? (lighting.shadow_top - start.z) / way.z : 1.0;
+  // Where the ray is above all surfaces, and climbs faster than its blur widens, nothing hides the lamp any more.
+  float climb = way.z - lighting.softness * length(way) / lamp;
+  float to_nearest = -uintBitsToFloat(nearest) - start.z;
+  if (climb > 0.0) part = min(part, max(to_nearest / climb, 0.0));
+  vec3 end = start + part * way;
 
   vec2 start_pixel = pixel_of(start);
   vec2 across = pixel_of(end) - start_pixel;

@@ -18,6 +18,7 @@ extern const std::span<const std::uint32_t> holes_spirv;
 extern const std::span<const std::uint32_t> mean_rows_spirv;
 extern const std::span<const std::uint32_t> mean_columns_spirv;
 extern const std::span<const std::uint32_t> smooth_spirv;
+extern const std::span<const std::uint32_t> nearest_spirv;
 extern const std::span<const std::uint32_t> light_spirv;
 extern const std::span<const std::uint32_t> diffuse_spirv;
 extern const std::span<const std::uint32_t> finish_spirv;
