@@ -47,6 +47,7 @@ void FrameStore::load(const Volume& volume) {
     }
   }
   frames_ = volume.stamp().frames;
+  next_frame_ = 0;
   prepared_.reset();
 }
 
@@ -118,11 +119,11 @@ Result<void> FrameStore::find_pipelines(Passes& passes) {
 }
 
 Result<void> FrameStore::begin(const Gpu& gpu, Passes& passes, const Scene::Speckle& options) {
-  wanted_ = options;
+  const Scene::Speckle before = std::exchange(wanted_, options);
   took_memory_ = false;
   left_out_ = !fits(gpu, options) || !create_memory(gpu, options);
   if (left_out_) wanted_.filter = SpeckleFilter::kNone;
-  next_frame_ = 0;
+  if (wanted_ != before) next_frame_ = 0;
   piece_frames_ = piece_frames(gpu);
   return find_pipelines(passes);
 }

@@ -16,14 +16,14 @@ namespace fanlight {
 /// The frames of one volume on their way to pass 1: staged as they came, through pass 0, into the texture
 /// that rays sample. Render thread only.
 ///
-/// Life: load(volume) -> begin(options) -> record_next() until done() -> and again from begin(), for other
-/// options, or load().
+/// Life: load(volume) -> begin(options) -> record_filter() until at_last_piece() was recorded ->
+/// record_upload() -> done(), and again from begin(), for other options, or load().
 class FrameStore {
  public:
   struct Config {
     FanGeometry geometry;
     std::uint32_t frame_capacity = 0;
-    std::uint64_t piece_samples = 0;  ///< about the work of one record_next(), in samples of pass 1
+    std::uint64_t piece_samples = 0;  ///< about the work of one piece, in samples of pass 1
   };
 
   FrameStore() = default;
@@ -34,14 +34,14 @@ class FrameStore {
   void load(const Volume& volume);
 
   /// Sets pass 0 up. Where the volume exceeds what a shader of this GPU can address in one buffer, or there
-  /// is no memory for it, the filter is left out. Precondition as load(). Error: a pipeline that cannot be
-  /// built.
+  /// is no memory for it, the filter is left out. Options that are those of the last call go on where that is.
+  /// Precondition as load(). Error: a pipeline that cannot be built.
   Result<void> begin(const Gpu& gpu, Passes& passes, const Scene::Speckle& options);
   bool filter_left_out() const { return left_out_; }
 
   /// Whether the texture holds the volume as the last begin() wants it.
   bool done() const { return prepared_ == wanted_; }
-  /// Whether record_next() begins with the first, or ends with the last piece, that with the upload.
+  /// Whether the next piece is the first, or the last, after which the upload is due.
   bool at_first_piece() const { return next_frame_ == 0; }
   bool at_last_piece() const { return wanted_.filter == SpeckleFilter::kNone || piece_end() == frames_; }
   bool filters() const { return wanted_.filter != SpeckleFilter::kNone; }
