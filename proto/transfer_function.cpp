@@ -70,7 +70,7 @@ Result<TransferFunction> TransferFunction::parse(std::string_view text) {
     const std::size_t place = made.count_ + 1;
     if (place > kMostPoints) return refused(fmt::format("there are more than {} points", kMostPoints));
     const auto read = point(text.substr(0, comma));
-    if (!read) return refused(fmt::format("point {} is no point", place));
+    if (!read) return refused(fmt::format("point {} cannot be read", place));
     if (place > 1 && read->level <= made.points_[made.count_ - 1].level) {
       return refused(fmt::format("the level of point {} does not rise", place));
     }

@@ -16,14 +16,35 @@ namespace {
 struct Options {
   std::string rows = ".";
   std::string gpu;
+  std::vector<std::string> changes;
   bool json = false;
 };
+
+/// NAME=VALUE, of a field that moves neither the camera nor the rays: the truth of a pixel stays.
+void apply(const std::string& change, Scene& scene) {
+  const std::size_t equals = change.find('=');
+  const std::string name = change.substr(0, equals);
+  const SceneField* const field = find_scene_field(name);
+  const bool free = name.starts_with("speckle.") || name.starts_with("detector.") ||
+                    name.starts_with("filter.") || name == "light.normals";
+  if (equals == std::string::npos || field == nullptr || !free) {
+    throw std::runtime_error(fmt::format(
+        "--set {} names no such field, expected speckle., detector. or filter.NAME=VALUE, or light.normals",
+        change));
+  }
+  if (auto set = set_field(scene, *field, std::string_view(change).substr(equals + 1)); !set)
+    throw std::runtime_error(set.error().message);
+}
 
 std::vector<FigureBlock> measured(const Options& options) {
   const BareGpu bare(options.gpu);
   const std::regex rows(options.rows);
   const Workbench bench{.gpu = bare.gpu(),
-                        .wants = [&](const std::string& row) { return std::regex_search(row, rows); }};
+                        .wants = [&](const std::string& row) { return std::regex_search(row, rows); },
+                        .change =
+                            [&](Scene& scene) {
+                              for (const std::string& change : options.changes) apply(change, scene);
+                            }};
   std::vector<FigureBlock> blocks = measure_small_fans(bench);
   blocks.push_back(measure_relighting(bench));
   blocks.push_back(measure_reference_work(bench));
@@ -52,6 +73,8 @@ int main(int count, char** arguments) {
   program.add_option("--rows", options.rows, "Only rows whose name holds this, such as clean/sphere")
       ->type_name("REGEX");
   program.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  program.add_option("--set", options.changes, "A field of the default scene to try otherwise")
+      ->type_name("NAME=VALUE");
   program.add_flag("--json", options.json, "Print the figures as JSON");
   CLI11_PARSE(program, count, arguments);
   try {

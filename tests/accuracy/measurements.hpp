@@ -12,6 +12,7 @@ namespace fanlight::test {
 struct Workbench {
   const Gpu& gpu;
   std::function<bool(const std::string& row)> wants;
+  std::function<void(Scene& defaults)> change;  ///< what to try instead of the default scene
 };
 
 /// The small fans over each known surface: pass 1 alone without speckle, its normals, the whole chain with

@@ -77,14 +77,16 @@ FigureRow phantom_row(const std::string& name, const DepthErrors& errors) {
 /// The default picture of the phantom, with the truth of each of its pixels.
 class ReferenceWork {
  public:
-  explicit ReferenceWork(const Gpu& gpu)
+  explicit ReferenceWork(const Workbench& bench)
       : still_(PhantomScene::Motion::kStill),
         surface_(still_),
         fan_{description_.geometry, description_.first_angle_rad, description_.last_angle_rad},
         scene_(scene_for(fan_.geometry, fan_.first_angle_rad, fan_.last_angle_rad)),
         rays_(scene_, kSize),
         truth_(depth_truth(rays_, kSize, fan_, surface_)),
-        rig_(gpu, fan_, description_.frames_per_volume, kSize) {}
+        rig_(bench.gpu, fan_, description_.frames_per_volume, kSize) {
+    bench.change(scene_);
+  }
 
   DepthErrors errors(const Volume& volume, const Method& method) {
     Scene scene = scene_;
@@ -122,7 +124,7 @@ FigureBlock measure_reference_work(const Workbench& bench) {
       const bool on = speckle == PhantomSource::Speckle::kOn;
       const std::string name = fmt::format("r1/speckle {}/{}", on ? "on" : "off", method.name);
       if (!bench.wants(name)) continue;
-      if (!work) work.emplace(bench.gpu);
+      if (!work) work.emplace(bench);
       if (!volume) volume = first_sweep(*phantom(speckle));
       block.rows.push_back(phantom_row(name, work->errors(*volume, method)));
     }

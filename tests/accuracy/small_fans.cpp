@@ -257,7 +257,8 @@ void SmallFans::measure(DepthRig& rig, const TestFan& fan, const TestSurface& su
       std::ranges::any_of(methods(), [&](const Method& method) { return wants_method(method); });
   if (!bench_.wants(clean) && !wants_normals && !bench_.wants(speckled) && !wants_methods) return;
 
-  const Views views = known_views(fan.scanned(), *surface.surface, projection);
+  Views views = known_views(fan.scanned(), *surface.surface, projection);
+  for (KnownView& view : views) bench_.change(view.scene);
   if (bench_.wants(clean) || wants_normals) rig.look_at(sweeps.clean());
   if (bench_.wants(clean)) clean_.rows.push_back(clean_row(clean, rig, views, *surface.surface));
   if (wants_normals) normals_.rows.push_back(normals_row(normals, rig, views, *surface.surface));

@@ -101,7 +101,7 @@ function refusalOf(candidate) {
     const value = candidate[name];
     if (isText) {
       if (value.split(",").every((point) => /^ *\d+ +#[0-9a-f]{6} +0?\.?\d+ *$/i.test(point))) continue;
-      return `${name}: some point is no point, expected 1 to 16 points "LEVEL #RRGGBB OPACITY" separated by commas`;
+      return `${name}: some point cannot be read, expected 1 to 16 points "LEVEL #RRGGBB OPACITY" separated by commas`;
     }
     if (value >= minimum && value <= maximum && (step === 0 || (value - minimum) % step === 0)) continue;
     return `${name} is ${value}, expected a number from ${minimum} to ${maximum} ${unit}`;

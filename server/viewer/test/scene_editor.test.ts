@@ -137,6 +137,6 @@ test("a number, a choice and a text are each read as what they are", () => {
   assert.deepEqual([editor.get("none"), editor.number("none"), editor.text("none")], [undefined, NaN, ""]);
   editor.set([["words", "nonsense"]]);
   assert.deepEqual(sent, [[1n, [["words", "nonsense"]]]]);
-  editor.refusedReply(1n, "words: point 1 is no point");
+  editor.refusedReply(1n, "words: point 1 cannot be read");
   assert.equal(editor.text("words"), "0 #000000 0");
 });
