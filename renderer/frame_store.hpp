@@ -34,8 +34,8 @@ class FrameStore {
   void load(const Volume& volume);
 
   /// Sets pass 0 up. Where the volume exceeds what a shader of this GPU can address in one buffer, or there
-  /// is no memory for it, the filter is left out. Options that are those of the last call go on where that is.
-  /// Precondition as load(). Error: a pipeline that cannot be built.
+  /// is no memory for it, the filter is left out. Options that are those of the last call go on where that
+  /// is. Precondition as load(). Error: a pipeline that cannot be built.
   Result<void> begin(const Gpu& gpu, Passes& passes, const Scene::Speckle& options);
   bool filter_left_out() const { return left_out_; }
 

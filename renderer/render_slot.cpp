@@ -34,6 +34,13 @@ constexpr std::uint32_t kLines = 8;
 
 constexpr float kFarthestMm = FANLIGHT_FARTHEST;
 
+using Order = DescriptorSets::Order;
+
+/// Each step of the diffusion leaves its picture where the next one reads.
+Order order_after(int steps) {
+  return steps % 2 == 0 ? Order::kLitToDiffused : Order::kDiffusedToLit;
+}
+
 Result<void> begin(VkCommandBuffer commands) {
   const VkCommandBufferBeginInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
                                       .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
@@ -144,29 +151,9 @@ Result<void> RenderSlot::create_commands(const Gpu& gpu) {
 }
 
 Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes) {
-  constexpr std::uint32_t kSets = std::tuple_size_v<decltype(descriptors_)>;
-  const std::array<VkDescriptorPoolSize, 3> sizes = {
-      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2 * kSets},
-       {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSets},
-       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, FANLIGHT_STORAGE_BUFFERS * kSets}}};
-  const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                             .maxSets = kSets,
-                                             .poolSizeCount = sizes.size(),
-                                             .pPoolSizes = sizes.data()};
-  VkDescriptorPool pool = VK_NULL_HANDLE;
-  VkResult result = vkCreateDescriptorPool(gpu.device(), &pool_info, nullptr, &pool);
-  if (result != VK_SUCCESS) return vulkan_error("vkCreateDescriptorPool", result);
-  descriptor_pool_ = DescriptorPoolHandle(gpu.device(), pool);
-
-  std::array<VkDescriptorSetLayout, kSets> layouts{};
-  layouts.fill(passes.set_layout());
-  const VkDescriptorSetAllocateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                                             .descriptorPool = pool,
-                                             .descriptorSetCount = kSets,
-                                             .pSetLayouts = layouts.data()};
-  result = vkAllocateDescriptorSets(gpu.device(), &set_info, descriptors_.data());
-  if (result != VK_SUCCESS) return vulkan_error("vkAllocateDescriptorSets", result);
-
+  auto made = DescriptorSets::create(gpu, passes);
+  if (!made) return made.error();
+  descriptors_ = std::move(*made);
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
       {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters_},
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters_},
@@ -185,56 +172,24 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
       {FANLIGHT_BINDING_LIT, &row_sums_},
       {FANLIGHT_BINDING_DIFFUSED, &diffused_},
       {FANLIGHT_BINDING_FINISHED, &finished_}};
-  for (const auto& [binding, buffer] : buffers) write_buffer(gpu, binding, *buffer);
+  for (const auto& [binding, buffer] : buffers) descriptors_.write(gpu, binding, *buffer);
   write_frame_buffers(gpu);
-
   const std::pair<std::uint32_t, const GpuImage*> images[] = {{FANLIGHT_BINDING_VOLUME, &frames_.texture()},
                                                               {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
                                                               {FANLIGHT_BINDING_TRANSFER, &transfer_}};
-  for (const auto& [binding, image] : images) {
-    for (const VkDescriptorSet set : descriptors_) {
-      const VkDescriptorImageInfo info{.imageView = image->view(),
-                                       .imageLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-      const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                       .dstSet = set,
-                                       .dstBinding = binding,
-                                       .descriptorCount = 1,
-                                       .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                       .pImageInfo = &info};
-      vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
-    }
-  }
+  for (const auto& [binding, image] : images) descriptors_.write(gpu, binding, *image);
   return {};
-}
-
-void RenderSlot::write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const {
-  const bool uniform =
-      binding == FANLIGHT_BINDING_CAST_PARAMETERS || binding == FANLIGHT_BINDING_LIGHT_PARAMETERS;
-  for (std::size_t set = 0; set < descriptors_.size(); ++set) {
-    std::uint32_t place = binding;
-    if (set == 1 && binding == FANLIGHT_BINDING_LIT) place = FANLIGHT_BINDING_DIFFUSED;
-    if (set == 1 && binding == FANLIGHT_BINDING_DIFFUSED) place = FANLIGHT_BINDING_LIT;
-    const VkDescriptorBufferInfo info{.buffer = buffer.get(), .range = VK_WHOLE_SIZE};
-    const VkWriteDescriptorSet write{
-        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-        .dstSet = descriptors_[set],
-        .dstBinding = place,
-        .descriptorCount = 1,
-        .descriptorType = uniform ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-        .pBufferInfo = &info};
-    vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
-  }
 }
 
 void RenderSlot::write_frame_buffers(const Gpu& gpu) const {
   // A descriptor must name a buffer, also where nothing will use it.
   for (const auto& [binding, buffer] : frames_.bindings()) {
-    write_buffer(gpu, binding, buffer != nullptr ? *buffer : depth_);
+    descriptors_.write(gpu, binding, buffer != nullptr ? *buffer : depth_);
   }
 }
 
 void RenderSlot::follow(const Gpu& gpu, const RenderSlot& other) {
-  write_buffer(gpu, FANLIGHT_BINDING_PREVIOUS, other.steady_);
+  descriptors_.write(gpu, FANLIGHT_BINDING_PREVIOUS, other.steady_);
 }
 
 void RenderSlot::load(const Volume& volume) {
@@ -251,11 +206,6 @@ void RenderSlot::load(const Volume& volume) {
 
 void RenderSlot::stamp_time(VkCommandBuffer commands, std::uint32_t query) const {
   vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_.get(), query);
-}
-
-void RenderSlot::bind(VkCommandBuffer commands, const Passes& passes, std::size_t set) const {
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1, &descriptors_[set],
-                          0, nullptr);
 }
 
 Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene) {
@@ -298,7 +248,7 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
 Result<void> RenderSlot::submit_frames(const Gpu& gpu, const Passes& passes) {
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
-  bind(commands, passes, 0);
+  descriptors_.bind(commands, passes, Order::kLitToDiffused);
   if (frames_.filters() && frames_.at_first_piece()) stamp_time(commands, kPrepareBegin);
   const bool last = frames_.at_last_piece();
   frames_.record_filter(commands, passes);
@@ -315,7 +265,7 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   if (!frames_.done()) return submit_frames(gpu, passes);
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
-  bind(commands, passes, 0);
+  descriptors_.bind(commands, passes, Order::kLitToDiffused);
   if (next_tile_ == 0) stamp_time(commands, kCastBegin);
   if (std::exchange(transfer_due_, false))
     copy_to_image(commands, staged_transfer_, transfer_, transfer_.extent().width, 1);
@@ -373,11 +323,11 @@ void RenderSlot::record_finish(VkCommandBuffer commands, const Passes& passes, c
   const int steps = scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.fixed(Shader::kDiffuse));
   for (int step = 0; step < steps; ++step) {
-    bind(commands, passes, static_cast<std::size_t>(step % 2));
+    descriptors_.bind(commands, passes, order_after(step));
     vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
     pass_barrier(commands);
   }
-  bind(commands, passes, static_cast<std::size_t>(steps % 2));
+  descriptors_.bind(commands, passes, order_after(steps));
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.fixed(Shader::kFinish));
   vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
 }
@@ -401,7 +351,7 @@ Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scen
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
               VK_ACCESS_2_TRANSFER_WRITE_BIT);
-  bind(commands, passes, 0);
+  descriptors_.bind(commands, passes, Order::kLitToDiffused);
   if (filter_due) {
     stamp_time(commands, kFilterBegin);
     if (auto recorded = record_depth_filter(commands, passes, scene); !recorded) return recorded;

@@ -8,6 +8,7 @@
 #include "proto/picture.hpp"
 #include "proto/volume.hpp"
 #include "renderer/angle_table.hpp"
+#include "renderer/descriptor_sets.hpp"
 #include "renderer/frame_store.hpp"
 #include "renderer/gpu_memory.hpp"
 #include "renderer/passes.hpp"
@@ -103,8 +104,6 @@ class RenderSlot {
   Result<void> record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene);
   void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
   void write_frame_buffers(const Gpu& gpu) const;
-  void write_buffer(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const;
-  void bind(VkCommandBuffer commands, const Passes& passes, std::size_t set) const;
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
   // Pass 1 works on tiles of 8 x 8 pixels, numbered along the rows of tiles.
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }
@@ -149,9 +148,7 @@ class RenderSlot {
   GpuBuffer finished_;
   GpuBuffer read_back_;
 
-  DescriptorPoolHandle descriptor_pool_;
-  // The pool's; they differ in which of two buffers pass 3's diffusion reads and which it writes.
-  std::array<VkDescriptorSet, 2> descriptors_{};
+  DescriptorSets descriptors_;
   CommandPoolHandle command_pool_;
   VkCommandBuffer cast_commands_ = VK_NULL_HANDLE;  // the pool's, as is the next
   VkCommandBuffer light_commands_ = VK_NULL_HANDLE;

@@ -1,0 +1,73 @@
+#include "renderer/descriptor_sets.hpp"
+
+#include "renderer/vulkan_result.hpp"
+#include "shaders/bindings.h"
+
+namespace fanlight {
+
+Result<DescriptorSets> DescriptorSets::create(const Gpu& gpu, const Passes& passes) {
+  DescriptorSets made;
+  constexpr std::uint32_t kSets = std::tuple_size_v<decltype(made.sets_)>;
+  const std::array<VkDescriptorPoolSize, 3> sizes = {
+      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2 * kSets},
+       {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSets},
+       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, FANLIGHT_STORAGE_BUFFERS * kSets}}};
+  const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                             .maxSets = kSets,
+                                             .poolSizeCount = sizes.size(),
+                                             .pPoolSizes = sizes.data()};
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  VkResult result = vkCreateDescriptorPool(gpu.device(), &pool_info, nullptr, &pool);
+  if (result != VK_SUCCESS) return vulkan_error("vkCreateDescriptorPool", result);
+  made.pool_ = DescriptorPoolHandle(gpu.device(), pool);
+
+  std::array<VkDescriptorSetLayout, kSets> layouts{};
+  layouts.fill(passes.set_layout());
+  const VkDescriptorSetAllocateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                             .descriptorPool = pool,
+                                             .descriptorSetCount = kSets,
+                                             .pSetLayouts = layouts.data()};
+  result = vkAllocateDescriptorSets(gpu.device(), &set_info, made.sets_.data());
+  if (result != VK_SUCCESS) return vulkan_error("vkAllocateDescriptorSets", result);
+  return made;
+}
+
+void DescriptorSets::write(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const {
+  const bool uniform =
+      binding == FANLIGHT_BINDING_CAST_PARAMETERS || binding == FANLIGHT_BINDING_LIGHT_PARAMETERS;
+  for (std::size_t set = 0; set < sets_.size(); ++set) {
+    std::uint32_t place = binding;
+    if (set == 1 && binding == FANLIGHT_BINDING_LIT) place = FANLIGHT_BINDING_DIFFUSED;
+    if (set == 1 && binding == FANLIGHT_BINDING_DIFFUSED) place = FANLIGHT_BINDING_LIT;
+    const VkDescriptorBufferInfo info{.buffer = buffer.get(), .range = VK_WHOLE_SIZE};
+    const VkWriteDescriptorSet write{
+        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+        .dstSet = sets_[set],
+        .dstBinding = place,
+        .descriptorCount = 1,
+        .descriptorType = uniform ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+        .pBufferInfo = &info};
+    vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
+  }
+}
+
+void DescriptorSets::write(const Gpu& gpu, std::uint32_t binding, const GpuImage& image) const {
+  for (const VkDescriptorSet set : sets_) {
+    const VkDescriptorImageInfo info{.imageView = image.view(),
+                                     .imageLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+    const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                     .dstSet = set,
+                                     .dstBinding = binding,
+                                     .descriptorCount = 1,
+                                     .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                     .pImageInfo = &info};
+    vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
+  }
+}
+
+void DescriptorSets::bind(VkCommandBuffer commands, const Passes& passes, Order order) const {
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.layout(), 0, 1,
+                          &sets_[static_cast<std::size_t>(order)], 0, nullptr);
+}
+
+}  // namespace fanlight
