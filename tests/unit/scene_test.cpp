@@ -209,37 +209,31 @@ TEST(Scene, IsRelitWithWhatPasses2And3AloneRead) {
   EXPECT_GE(first_pass_changed(Scene{}, scene), FirstPass::kFilter);
 }
 
+/// A fan 16 cm deep and wide.
+constexpr FanGeometry kFan{.columns = 512,
+                           .rows = 512,
+                           .pixel_width_mm = 0.3125,
+                           .pixel_height_mm = 0.3125,
+                           .face_column = 255.5,
+                           .motor_radius_mm = 30};
+
 TEST(Scene, FramesTheFanFromTheProbe) {
-  const FanGeometry geometry{.columns = 512,
-                             .rows = 512,
-                             .pixel_width_mm = 0.3125,
-                             .pixel_height_mm = 0.3125,
-                             .face_column = 255.5,
-                             .face_row = 0,
-                             .motor_radius_mm = 30,
-                             .sector = {}};
-  const Scene scene = scene_for(geometry, radians(-35), radians(35));
+  const Scene scene = scene_for(kFan, radians(-35), radians(35));
   EXPECT_TRUE(check(scene));
   EXPECT_NEAR(scene.camera.target.x_mm, 0, 1e-9);
-  EXPECT_NEAR(scene.camera.target.y_mm, geometry.depth_mm() / 2, 1e-9);
+  EXPECT_NEAR(scene.camera.target.y_mm, kFan.depth_mm() / 2, 1e-9);
   EXPECT_NEAR(scene.camera.distance_mm, scene.camera.target.y_mm, 1e-9);
-  EXPECT_GE(scene.camera.field_mm, geometry.right_mm() - geometry.left_mm());
+  EXPECT_GE(scene.camera.field_mm, kFan.right_mm() - kFan.left_mm());
 }
 
 TEST(Scene, SpansAsMuchOfTheBodyWithItsWindowsInAPictureOfAnotherHeight) {
-  const FanGeometry geometry{.columns = 512,
-                             .rows = 512,
-                             .pixel_width_mm = 0.3125,
-                             .pixel_height_mm = 0.3125,
-                             .face_column = 255.5,
-                             .motor_radius_mm = 30};
   const Scene::Filter usual = Scene{}.filter;
-  EXPECT_EQ(scene_for(geometry, -0.6, 0.6).filter, usual);
-  const Scene::Filter half = scene_for(geometry, -0.6, 0.6, 256).filter;
+  EXPECT_EQ(scene_for(kFan, -0.6, 0.6).filter, usual);
+  const Scene::Filter half = scene_for(kFan, -0.6, 0.6, 256).filter;
   EXPECT_NEAR(half.size, usual.size / 2.0, 1);
   EXPECT_NEAR(half.holes, usual.holes / 2.0, 1);
-  EXPECT_EQ(scene_for(geometry, -0.6, 0.6, 16).filter.islands, 1) << "none that a small picture could lose";
-  EXPECT_EQ(scene_for(geometry, -0.6, 0.6, 2048).filter.size, find_scene_field("filter.size")->maximum);
+  EXPECT_EQ(scene_for(kFan, -0.6, 0.6, 16).filter.islands, 1) << "none that a small picture could lose";
+  EXPECT_EQ(scene_for(kFan, -0.6, 0.6, 2048).filter.size, find_scene_field("filter.size")->maximum);
 }
 
 TEST(Scene, FramesAFanThatIsLargerThanAnyPicture) {

@@ -1,0 +1,287 @@
+// What may be wrong with a recording: each damage is refused, in a sentence that says what was expected.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+
+#include "tests/unit/recording_fixture.hpp"
+
+namespace fanlight {
+namespace {
+
+using test::IgsFile;
+using test::RecordingTest;
+using test::write_file;
+
+TEST_F(RecordingTest, RefusesMoreThanTheLimit) {
+  write_file(path_, test::fan_recording(5, 1, 20).bytes());
+  const auto refused = Recording::open({.path = path_, .geometry_path = {}, .max_bytes = 5 * 48 - 1});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("expected at most 239 bytes of pixels"), std::string::npos);
+}
+
+struct Damage {
+  const char* name;
+  ErrorCode code;
+  const char* sentence;  ///< a part of it
+  std::function<std::string(IgsFile&)> bytes;
+};
+
+Damage header_damage(const char* name, ErrorCode code, const char* sentence, std::string_view field,
+                     const std::string& value) {
+  return {name, code, sentence, [field, value](IgsFile& file) {
+            IgsFile::set(file.header, field, value);
+            return file.bytes();
+          }};
+}
+
+Damage frame_damage(const char* name, const char* sentence, std::size_t frame, std::string_view field,
+                    const std::string& value) {
+  return {name, ErrorCode::kBadInput, sentence, [frame, field, value](IgsFile& file) {
+            IgsFile::set(file.frames[frame], field, value);
+            return file.bytes();
+          }};
+}
+
+const std::vector<Damage>& damages() {
+  using enum ErrorCode;
+  static const std::vector<Damage> kDamages = {
+      {"Empty", kBadInput, "the file is empty", [](IgsFile&) { return std::string(); }},
+      {"NoHeader", kBadInput, "the header ends too early",
+       [](IgsFile&) { return std::string("NDims = 3\n"); }},
+      {"Binary", kBadInput, "line 1 of the header holds byte 0x00",
+       [](IgsFile&) { return std::string(100, '\0'); }},
+      {"TruncatedHeader", kBadInput, "the header ends too early",
+       [](IgsFile& file) { return file.bytes().substr(0, 300); }},
+      {"NulInALine", kBadInput, "holds byte 0x00",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "Comment", std::string("a\0b", 3));
+         return file.bytes();
+       }},
+      {"OverlongLine", kBadInput, "is longer than 65536 bytes",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "Comment", std::string(70'000, 'x'));
+         return file.bytes();
+       }},
+      {"EndlessLine", kBadInput, "is longer than 65536 bytes",
+       [](IgsFile&) { return std::string(200'000, 'x'); }},
+      {"NoEquals", kBadInput, "is \"hello\", expected Name = value",
+       [](IgsFile&) { return std::string("hello\n"); }},
+      {"RawBytesInAValue", kUnsupported, "is \"M???F\"",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "UltrasoundImageOrientation",
+                      "M\xff\xc3\xa8"
+                      "F");
+         return file.bytes();
+       }},
+      {"TruncatedPixels", kBadInput, "bytes of compressed pixels follow the header",
+       [](IgsFile& file) {
+         std::string bytes = file.bytes();
+         bytes.resize(bytes.size() - 5);
+         return bytes;
+       }},
+      {"TruncatedPlainPixels", kBadInput, "239 bytes of pixels follow the header, expected 240",
+       [](IgsFile& file) {
+         file.compressed = false;
+         std::string bytes = file.bytes();
+         bytes.pop_back();
+         return bytes;
+       }},
+      {"TruncatedStream", kBadInput, "its compressed pixels are damaged or cut off",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "CompressedDataSize", "20");
+         return file.bytes();
+       }},
+      {"DamagedStream", kBadInput, "its compressed pixels are damaged or cut off",
+       [](IgsFile& file) {
+         std::string bytes = file.bytes();
+         bytes[bytes.size() - 2] ^= 0x55;  // the check sum
+         return bytes;
+       }},
+      {"FewerPixelsThanStated", kBadInput, "its compressed pixels are 192 bytes, expected 240",
+       [](IgsFile& file) {
+         file.pixels.resize(4 * 48);
+         return file.bytes();
+       }},
+      {"MorePixelsThanStated", kBadInput, "its compressed pixels are more than its DimSize",
+       [](IgsFile& file) {
+         file.pixels.resize(6 * 48);
+         return file.bytes();
+       }},
+      header_damage("CompressedSizeBeyondTheFile", kBadInput,
+                    "expected the 99999999 of its CompressedDataSize", "CompressedDataSize", "99999999"),
+      header_damage("CompressedSizeNoNumber", kBadInput, "expected a number of bytes", "CompressedDataSize",
+                    "-1"),
+      {"SizeThatTheStreamCannotHold", kBadInput, "compressed bytes cannot hold its DimSize",
+       [](IgsFile& file) {
+         // Small enough for the file with its header, too large for its few compressed bytes.
+         IgsFile::set(file.header, "CompressedDataSize", "10");
+         IgsFile::set(file.header, "DimSize", "100 200 5");
+         return file.bytes();
+       }},
+      header_damage("SizeThatTheFileCannotHold", kBadInput, "expected a size that a file of", "DimSize",
+                    "4096 4096 100"),
+      header_damage("SizeBeyondTheLimit", kBadInput, "bytes of pixels", "DimSize", "4096 4096 1000000"),
+      header_damage("SizeOverflows", kBadInput, "expected three numbers", "DimSize", "99999999999 6 5"),
+      header_damage("ZeroFrames", kBadInput, "expected three numbers", "DimSize", "8 6 0"),
+      header_damage("ZeroColumns", kBadInput, "expected three numbers", "DimSize", "0 6 5"),
+      header_damage("NegativeSize", kBadInput, "expected three numbers", "DimSize", "8 -6 5"),
+      header_damage("TwoSizes", kBadInput, "expected three numbers", "DimSize", "8 6"),
+      header_damage("FourSizes", kBadInput, "expected three numbers", "DimSize", "8 6 5 1"),
+      header_damage("SizeNoNumber", kBadInput, "expected three numbers", "DimSize", "8 six 5"),
+      header_damage("FewerFramesThanDescribed", kBadInput,
+                    "the header describes frame 4, expected the 4 frames", "DimSize", "8 6 4"),
+      header_damage("FourDimensions", kUnsupported, "expected 3 (columns, rows, frames)", "NDims", "4"),
+      header_damage("SixteenBit", kUnsupported, "expected MET_UCHAR", "ElementType", "MET_USHORT"),
+      header_damage("Colour", kUnsupported, "expected 1", "ElementNumberOfChannels", "3"),
+      header_damage("Text", kUnsupported, "expected True", "BinaryData", "False"),
+      header_damage("UnknownOrientation", kUnsupported,
+                    "is \"MX\", expected MF, MN, UF, UN, FM, FU, NM or NU, with or without A or D behind",
+                    "UltrasoundImageOrientation", "MX"),
+      header_damage("ElevationInThePlane", kUnsupported, "is \"AMF\", expected MF, MN,",
+                    "UltrasoundImageOrientation", "AMF"),
+      header_damage("UnknownFrameKind", kBadInput,
+                    "FanlightFrameKind is \"polar\", expected cartesian, convex-lines or linear-lines",
+                    "FanlightFrameKind", "polar"),
+      {"LinesTooFarApart", kBadInput, "line_pitch_deg is 11, expected 0.001 to 10",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "FanlightFrameKind", "convex-lines");
+         IgsFile::set(file.header, "FanlightProbeRadiusMm", "40");
+         IgsFile::set(file.header, "FanlightLinePitchDeg", "11");
+         return file.bytes();
+       }},
+      header_damage("RadioFrequency", kUnsupported, "expected BRIGHTNESS", "UltrasoundImageType", "RF_REAL"),
+      header_damage("NoTimeAxis", kUnsupported, "the last axis is time", "Kinds", "domain domain domain"),
+      header_damage("NoImage", kUnsupported, "expected Image", "ObjectType", "Tube"),
+      header_damage("CompressionNeitherTrueNorFalse", kBadInput, "expected True or False", "CompressedData",
+                    "Maybe"),
+      header_damage("GeometryNoNumber", kBadInput, "FanlightFaceRow is \"top\", expected a number",
+                    "FanlightFaceRow", "top"),
+      header_damage("GeometryOutOfRange", kBadInput, "motor_radius_mm is -3", "FanlightMotorRadiusMm", "-3"),
+      {"OtherFile", kUnsupported, "\"ElementDataFile\" is \"sweep.zraw\", expected LOCAL",
+       [](IgsFile&) { return std::string("ElementDataFile = sweep.zraw\n"); }},
+      {"NoOrientation", kUnsupported, "no UltrasoundImageOrientation, expected MF, MN,",
+       [](IgsFile& file) {
+         IgsFile::remove(file.header, "UltrasoundImageOrientation");
+         return file.bytes();
+       }},
+      {"NoElementType", kBadInput, "no ElementType",
+       [](IgsFile& file) {
+         IgsFile::remove(file.header, "ElementType");
+         return file.bytes();
+       }},
+      {"NoSize", kBadInput, "no DimSize",
+       [](IgsFile&) { return std::string("ElementType = MET_UCHAR\nElementDataFile = LOCAL\n"); }},
+      {"FramesBeforeTheSize", kBadInput, "before it gives a DimSize",
+       [](IgsFile&) { return std::string("Seq_Frame0000_Timestamp = 1\n"); }},
+      {"FrameWithoutNumber", kBadInput, "expected Seq_Frame0000_Name",
+       [](IgsFile& file) {
+         IgsFile::set(file.header, "Seq_Frame_Timestamp", "1");
+         return file.bytes();
+       }},
+      {"TooManyOwnFields", kBadInput, "more than 64 Fanlight fields",
+       [](IgsFile& file) {
+         for (int i = 0; i < 70; ++i) IgsFile::set(file.header, fmt::format("Fanlight{}", i), "1");
+         return file.bytes();
+       }},
+      frame_damage("AngleNoNumber", "\"Seq_Frame0002_MotorAngleDeg\" is \"12deg\", expected degrees", 2,
+                   "MotorAngleDeg", "12deg"),
+      frame_damage("AngleNotFinite", "expected degrees", 2, "MotorAngleDeg", "nan"),
+      frame_damage("TimeNoNumber", "expected seconds", 2, "Timestamp", ""),
+      frame_damage("TimeGoesBack", "out of order", 3, "Timestamp", "12.55"),
+      frame_damage("TimeJumps", "out of order", 4, "Timestamp", "1e300"),
+      frame_damage("VolumeNoNumber", "expected a whole number from 0", 2, "VolumeIndex", "-1"),
+      frame_damage("VolumeGoesBack", "the VolumeIndex of frame 3 goes back from 5 to 0", 2, "VolumeIndex",
+                   "5"),
+      frame_damage("StatusUnknown", "expected OK or INVALID", 2, "ImageStatus", "FINE"),
+      frame_damage("DirectionUnknown", "expected FORWARD or BACKWARD", 2, "SweepDirection", "LEFT"),
+      frame_damage("TransformTooShort", "expected a matrix of 16 numbers", 2, "ImageToReferenceTransform",
+                   "1 0 0"),
+      {"AngleMissingOnOneFrame", kBadInput, "frame 3 has no MotorAngleDeg",
+       [](IgsFile& file) {
+         IgsFile::remove(file.frames[3], "MotorAngleDeg");
+         return file.bytes();
+       }},
+      {"NoAngles", kBadInput, "no frame has a MotorAngleDeg",
+       [](IgsFile& file) {
+         file.remove_all("MotorAngleDeg");
+         return file.bytes();
+       }},
+      {"TimeMissingOnOneFrame", kBadInput, "frame 3 has no Timestamp",
+       [](IgsFile& file) {
+         IgsFile::remove(file.frames[3], "Timestamp");
+         return file.bytes();
+       }},
+      {"VolumeMissingOnOneFrame", kBadInput, "frame 3 has no VolumeIndex",
+       [](IgsFile& file) {
+         IgsFile::remove(file.frames[3], "VolumeIndex");
+         return file.bytes();
+       }},
+      {"TimeStandsStill", kBadInput, "all frames have the same Timestamp",
+       [](IgsFile& file) {
+         file.set_all("Timestamp", "3");
+         return file.bytes();
+       }},
+      {"AngleStandsStill", kBadInput, "the motor angle stays at 5 deg, expected a sweep",
+       [](IgsFile& file) {
+         file.set_all("MotorAngleDeg", "5");
+         return file.bytes();
+       }},
+      {"AllInvalid", kBadInput, "no frame is usable",
+       [](IgsFile& file) {
+         file.set_all("ImageStatus", "INVALID");
+         return file.bytes();
+       }},
+      {"OneFrame", kBadInput, "there is a single frame",
+       [](IgsFile& file) {
+         file.frames.resize(1);
+         file.pixels.resize(48);
+         return file.bytes();
+       }},
+  };
+  return kDamages;
+}
+
+class DamagedRecordingTest : public RecordingTest, public testing::WithParamInterface<std::size_t> {};
+
+TEST_P(DamagedRecordingTest, IsRefusedInOneSentence) {
+  const Damage& damage = damages()[GetParam()];
+  IgsFile file = test::fan_recording(5, 1, 20);
+  const auto refused = open(damage.bytes(file));
+  ASSERT_FALSE(refused);
+  const std::string& message = refused.error().message;
+  EXPECT_EQ(refused.error().code, damage.code) << message;
+  EXPECT_TRUE(message.starts_with(path_.string() + ": ")) << message;
+  EXPECT_NE(message.find(damage.sentence), std::string::npos) << message;
+  EXPECT_NE(message.find("expected"), std::string::npos) << message;
+  EXPECT_LT(message.size(), 400U);
+  EXPECT_TRUE(std::ranges::all_of(message, [](char c) { return c >= ' ' && c <= '~'; })) << message;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DamagedRecordingTest, testing::Range(std::size_t{0}, damages().size()),
+                         [](const auto& tested) { return std::string(damages()[tested.param].name); });
+
+// Whatever is cut off or changed: an answer, no crash. The sanitizers watch.
+TEST_F(RecordingTest, AnswersForEveryPrefixAndEveryChangedByte) {
+  const std::string whole = test::fan_recording(3, 2, 20).bytes();
+  for (std::size_t size = 0; size < whole.size(); size += 7)
+    EXPECT_FALSE(open(std::string_view(whole).substr(0, size)));
+  for (std::size_t at = 0; at < whole.size(); at += 3) {
+    std::string changed = whole;
+    changed[at] = static_cast<char>(changed[at] ^ (1 << (at % 7)));
+    (void)open(changed);
+  }
+}
+
+TEST_F(RecordingTest, RefusesWhatIsNoFile) {
+  EXPECT_EQ(Recording::open({.path = folder_ / "none.mha", .geometry_path = {}}).error().code,
+            ErrorCode::kNotFound);
+  const auto directory = Recording::open({.path = folder_.path(), .geometry_path = {}});
+  ASSERT_FALSE(directory);
+  EXPECT_NE(directory.error().message.find("this is no regular file"), std::string::npos);
+  EXPECT_FALSE(Recording::open({.path = "/dev/zero", .geometry_path = {}}));
+}
+
+}  // namespace
+}  // namespace fanlight
