@@ -12,20 +12,27 @@ export class PicturePace {
 
   add(atMs: number, capturedServerMs: number): void {
     this.shown.push({ atMs, capturedServerMs });
-    this.shown = this.shown.filter((picture) => atMs - picture.atMs <= kRateWindowMs);
+    // And the one before: of a stream slower than the window two pictures make the rate.
+    const recent = this.shown.filter((picture) => atMs - picture.atMs <= kRateWindowMs).length;
+    this.shown = this.shown.slice(-Math.max(recent, 2));
   }
 
   reset(): void {
     this.shown = [];
   }
 
-  /** Over the last two seconds; from the distances of the pictures, so that slow streams do not flicker. */
+  /**
+   * Over the last two seconds, or the last two pictures; from the distances of the pictures, so that slow streams do
+   * not flicker. 0 once the next picture is twice as late as that.
+   */
   perSecond(nowMs: number): number {
-    const recent = this.shown.filter((picture) => nowMs - picture.atMs <= kRateWindowMs);
+    const within = this.shown.filter((picture) => nowMs - picture.atMs <= kRateWindowMs).length;
+    const recent = this.shown.slice(-Math.max(within, 2));
     const first = recent.at(0);
     const last = recent.at(-1);
     if (!first || !last || last.atMs === first.atMs) return 0;
-    return ((recent.length - 1) * 1000) / (last.atMs - first.atMs);
+    const apartMs = (last.atMs - first.atMs) / (recent.length - 1);
+    return nowMs - last.atMs > Math.max(kRateWindowMs, 2 * apartMs) ? 0 : 1000 / apartMs;
   }
 
   /** The median when shown over the last second; of a picture that stands longer, its age by now. */

@@ -38,3 +38,10 @@ test("without the server's clock there is no age, and with it the earlier pictur
   known = true;
   assert.equal(pace.ageMs(10), 40);
 });
+
+test("a stream slower than the window has a rate too, until its next picture is long due", () => {
+  const pace = new PicturePace((pageMs) => pageMs);
+  for (let atMs = 0; atMs <= 12000; atMs += 4000) pace.add(atMs, 0);
+  assert.equal(pace.perSecond(15000), 0.25);
+  assert.equal(pace.perSecond(20001), 0);
+});
