@@ -35,14 +35,17 @@ AcquisitionThread::State AcquisitionThread::pull_frames(const std::stop_token& s
     }
     const std::optional<FrameStamp>& frame = *next;
     if (!frame) break;
-    if (source.frame_invalid()) {
-      assembler_.reject(*frame);
+    if (const FrameFault fault = source.known_fault(); fault != FrameFault::kNone) {
+      assembler_.reject(*frame, fault);
       continue;
     }
     const std::span<std::uint8_t> pixels = assembler_.place(*frame, stop);
     if (pixels.empty()) continue;
-    source.read_pixels(pixels);
-    assembler_.commit();
+    if (const FrameFault fault = source.read_pixels(pixels, stop); fault == FrameFault::kNone) {
+      assembler_.commit();
+    } else {
+      assembler_.reject(*frame, fault);
+    }
   }
   return stop.stop_requested() ? State::kStopped : State::kEnded;
 }

@@ -33,7 +33,7 @@ std::span<std::uint8_t> Assembler::place(const FrameStamp& frame, const std::sto
   enter_sweep_of(frame);
   AcquisitionCounters& counters = dependencies_.counters;
   if (!usable(frame.angle_rad)) {
-    reject(frame);
+    reject(frame, FrameFault::kInvalid);
     return {};
   }
   if (sweep_finished_ || (volume_ != nullptr && volume_->full())) {
@@ -54,11 +54,25 @@ void Assembler::commit() {
   leave_sweep_after(placed_);
 }
 
-void Assembler::reject(const FrameStamp& frame) {
+void Assembler::reject(const FrameStamp& frame, FrameFault fault) {
   enter_sweep_of(frame);
   count(frame);
-  dependencies_.counters.frames_invalid.add();
+  faults(fault).add();
   leave_sweep_after(frame);
+}
+
+Counter& Assembler::faults(FrameFault fault) {
+  AcquisitionCounters& counters = dependencies_.counters;
+  switch (fault) {
+    case FrameFault::kDamaged:
+      return counters.frames_damaged;
+    case FrameFault::kCut:
+      return counters.frames_cut;
+    case FrameFault::kMisfit:
+      return counters.frames_misfit;
+    default:
+      return counters.frames_invalid;
+  }
 }
 
 void Assembler::end_of_source() {

@@ -43,8 +43,9 @@ class Assembler {
   /// Counts the frame just placed as part of its volume.
   void commit();
 
-  /// Counts a frame that its maker marked as unusable; it can still be the last of its sweep.
-  void reject(const FrameStamp& frame);
+  /// Counts a frame that is of no use, placed before or not; it can still be the last of its sweep.
+  /// Precondition: `fault` is one.
+  void reject(const FrameStamp& frame, FrameFault fault);
 
   /// Publishes the sweep under way as far as it came: no other frame will follow.
   void end_of_source();
@@ -56,6 +57,7 @@ class Assembler {
   std::uint32_t frames_pending() const { return volume_ == nullptr ? 0 : volume_->stamp().frames; }
 
  private:
+  Counter& faults(FrameFault fault);
   void enter_sweep_of(const FrameStamp& frame);
   void count(const FrameStamp& frame);
   void leave_sweep_after(const FrameStamp& frame);

@@ -298,7 +298,7 @@ Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop
   return std::optional(current_);
 }
 
-void PhantomSource::read_pixels(std::span<std::uint8_t> pixels) {
+FrameFault PhantomSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
   const std::uint64_t speckle_roll = mixed_bits(config_.seed + mixed_bits(current_.sequence + 1));
   const Exposure exposure{.pose = scene_.pose_at(scene_time_s(current_)),
                           .sine = std::sin(current_.angle_rad),
@@ -309,6 +309,7 @@ void PhantomSource::read_pixels(std::span<std::uint8_t> pixels) {
   for (std::uint32_t row = 0; row < rows_.size(); ++row) {
     draw_row(row, exposure, pixels.subspan(std::size_t{row} * columns, columns));
   }
+  return FrameFault::kNone;
 }
 
 void PhantomSource::find_surface(const Row& row, const Point& base, const Exposure& exposure) {

@@ -54,7 +54,7 @@ class PhantomSource final : public FrameSource {
 
   const SourceDescription& description() const override { return description_; }
   Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
-  void read_pixels(std::span<std::uint8_t> pixels) override;
+  FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;
 
   const PhantomScene& scene() const { return scene_; }
 

@@ -72,8 +72,9 @@ Result<std::optional<FrameStamp>> ReplaySource::next_frame(std::stop_token stop)
   return std::optional(stamped);
 }
 
-void ReplaySource::read_pixels(std::span<std::uint8_t> pixels) {
+FrameFault ReplaySource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
   std::ranges::copy(recording_.frame_pixels(current_), pixels.begin());
+  return FrameFault::kNone;
 }
 
 std::int64_t ReplaySource::capture_time_ns() const {

@@ -42,8 +42,10 @@ class ReplaySource final : public FrameSource {
 
   const SourceDescription& description() const override { return description_; }
   Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
-  void read_pixels(std::span<std::uint8_t> pixels) override;
-  bool frame_invalid() const override { return !recording_.frames()[current_].valid; }
+  FrameFault known_fault() const override {
+    return recording_.frames()[current_].valid ? FrameFault::kNone : FrameFault::kInvalid;
+  }
+  FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;
 
   const RecordingSummary& summary() const { return recording_.summary(); }
 

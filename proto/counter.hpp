@@ -5,28 +5,117 @@
 
 namespace fanlight {
 
-/// A count that one thread raises and any thread reads. Relaxed: a reader sees each count whole, not all
-/// counts of one instant.
+/// A count that one thread raises and any thread reads.
 class Counter {
  public:
-  void add(std::uint64_t amount = 1) { value_.fetch_add(amount, std::memory_order_relaxed); }
-  std::uint64_t value() const { return value_.load(std::memory_order_relaxed); }
+  void add(std::uint64_t amount = 1) { value_.fetch_add(amount, std::memory_order_release); }
+  std::uint64_t value() const { return value_.load(std::memory_order_acquire); }
 
  private:
   std::atomic<std::uint64_t> value_{0};
 };
 
-/// Raised by the acquisition thread. frames_received = frames_assembled + frames_invalid +
-/// frames_over_capacity + frames_in_short_volumes + frames_abandoned + those of the sweep being filled.
+/// A value that one thread sets and any thread reads.
+template <typename T>
+class Gauge {
+ public:
+  void set(T value) { value_.store(value, std::memory_order_release); }
+  T value() const { return value_.load(std::memory_order_acquire); }
+
+ private:
+  std::atomic<T> value_{};
+};
+
+/// Makes several counters change as one for who reads them, so that their sum holds at any moment. One thread
+/// writes, any thread reads; the writer never waits. (A sequence lock; the counters' own release and acquire
+/// order them against it.)
+class Ledger {
+ public:
+  /// Writer: while it lives, readers wait. Entries may nest.
+  class Entry {
+   public:
+    explicit Entry(Ledger& ledger) : ledger_(ledger) {
+      if (ledger_.depth_++ == 0) ledger_.turn_.fetch_add(1, std::memory_order_release);
+    }
+    ~Entry() {
+      if (--ledger_.depth_ == 0) ledger_.turn_.fetch_add(1, std::memory_order_release);
+    }
+    Entry(const Entry&) = delete;
+    Entry& operator=(const Entry&) = delete;
+
+   private:
+    Ledger& ledger_;
+  };
+
+  /// Any thread: calls `read` until no entry was made meanwhile; `read` must only copy counters.
+  template <typename Read>
+  void read(Read&& read) const {
+    for (;;) {
+      const std::uint64_t before = turn_.load(std::memory_order_acquire);
+      read();
+      if (before % 2 == 0 && turn_.load(std::memory_order_acquire) == before) return;
+    }
+  }
+
+ private:
+  std::atomic<std::uint64_t> turn_{0};  // odd while an entry is being made
+  int depth_ = 0;                       // writer's
+};
+
+/// Raised by the acquisition thread, in entries of `ledger`. At any moment
+///   frames_received = frames_assembled + frames_invalid + frames_damaged + frames_cut + frames_misfit +
+///                     frames_repeated + frames_late + frames_over_capacity + frames_in_short_volumes +
+///                     frames_in_incomplete_volumes + frames_abandoned + frames_pending.
 struct AcquisitionCounters {
+  Ledger ledger;
   Counter frames_received;
-  Counter frames_missing;           ///< gaps in the sequence: never received, so not part of the sum
-  Counter frames_assembled;         ///< in volumes that were published
-  Counter frames_invalid;           ///< marked invalid by the recording, or with an unusable angle
-  Counter frames_over_capacity;     ///< of a sweep longer than it announced, or than a volume can hold
-  Counter frames_in_short_volumes;  ///< of sweeps dropped because their angle did not move
-  Counter volumes_short;            ///< the sweeps of the line above
-  Counter frames_abandoned;         ///< of the sweep being filled when acquisition was stopped
+  Counter frames_assembled;              ///< in volumes that were published
+  Counter frames_invalid;                ///< marked invalid by their maker, or with an unusable angle
+  Counter frames_damaged;                ///< whose checksum is wrong
+  Counter frames_cut;                    ///< that ended before their last pixel
+  Counter frames_misfit;                 ///< of another size, pixel format or geometry than the source's
+  Counter frames_repeated;               ///< whose sequence number had come before
+  Counter frames_late;                   ///< that came after their sweep was closed
+  Counter frames_over_capacity;          ///< of a sweep longer than it announced, or than a volume can hold
+  Counter frames_in_short_volumes;       ///< of sweeps dropped because their angle did not move
+  Counter frames_in_incomplete_volumes;  ///< of sweeps dropped because too many of their frames are missing
+  Counter frames_abandoned;              ///< of the sweep under way at a stop, a lost probe, another geometry
+  Gauge<std::uint64_t> frames_pending;   ///< of the sweep being filled
+
+  // Not part of the sum.
+  Counter frames_missing;        ///< gaps in the sequence: never received
+  Counter frames_reordered;      ///< that came after a later one, and were used all the same
+  Counter sequence_restarts;     ///< the sequence began anew without a word
+  Counter volumes_short;         ///< the sweeps of frames_in_short_volumes
+  Counter volumes_incomplete;    ///< the sweeps of frames_in_incomplete_volumes
+  Counter volumes_interpolated;  ///< published with gaps that neighbouring frames fill
+  Counter geometry_changes;      ///< of the source, in mid-stream
+
+  // How far forward and backward sweeps disagree; see SweepMismatch.
+  Counter mismatch_estimates;       ///< pairs of sweeps that were compared
+  Counter mismatch_refusals;        ///< pairs with too little in them to compare
+  Gauge<double> mismatch_deg;       ///< estimated, and taken out of the angles
+  Gauge<double> mismatch_left_deg;  ///< what the newest pairs still disagree by
+  Gauge<double> mismatch_left_mm;   ///< the same at the middle of the depth
+};
+
+/// Raised by the acquisition thread where the source is a USB probe.
+struct ProbeCounters {
+  Counter bytes_received;
+  Counter transfers_completed;
+  Counter transfers_short;       ///< ended in the midst of a frame
+  Counter transfers_stalled;     ///< the pipe was halted, and cleared again
+  Counter transfers_timed_out;   ///< no byte came for a second; the stream was started again
+  Counter transfers_overflowed;  ///< the probe sent more than was asked for
+  Counter transfers_failed;      ///< any other error on the bus
+  Counter transfers_refused;     ///< the system did not take a read
+  Counter bytes_skipped;         ///< noise: bytes between frames that are no frame
+  Counter streams_restarted;
+  Counter requests_failed;  ///< control requests that the probe did not answer, or stalled
+  Counter probes_found;
+  Counter probes_lost;
+  Counter settings_taken;
+  Counter settings_refused;
 };
 
 /// Raised by the ring: volumes_published = volumes_taken + volumes_dropped + those still waiting.

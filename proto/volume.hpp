@@ -20,21 +20,27 @@ struct VolumeStamp {
   std::uint64_t first_frame_sequence = 0;
   std::uint64_t last_frame_sequence = 0;
   std::uint32_t frames = 0;
+  std::uint32_t frames_missing = 0;  ///< lost between others: their neighbours stand in for them
+  double angle_correction_rad = 0;   ///< added to every measured angle: half the mismatch of to and fro
   SweepDirection direction = SweepDirection::kForward;
   std::int64_t first_capture_time_ns = 0;
   std::int64_t last_capture_time_ns = 0;
 };
 
 /// One sweep: up to `frame_capacity` frames of a fan geometry in one block of memory, in order of arrival.
+/// Two volumes of a source may have different geometries, all frames of one have the same.
 /// All memory is allocated by the constructor; filling and reading allocate nothing. Not thread safe: the
 /// ring sees to it that one thread at a time holds a volume.
 class Volume {
  public:
-  Volume(const FanGeometry& geometry, std::uint32_t frame_capacity)
+  /// Room for `frame_capacity` frames of this geometry, or of others with as many bytes as
+  /// `largest_frame_bytes` (0: as this one's).
+  Volume(const FanGeometry& geometry, std::uint32_t frame_capacity, std::uint64_t largest_frame_bytes = 0)
       : geometry_(geometry),
         frame_capacity_(frame_capacity),
+        capacity_bytes_(std::max(geometry.frame_bytes(), largest_frame_bytes) * frame_capacity),
         // No make_unique: it would write every page before the first sweep.
-        pixels_(new std::uint8_t[geometry.frame_bytes() * frame_capacity]),
+        pixels_(new std::uint8_t[capacity_bytes_]),
         angles_rad_(frame_capacity),
         by_angle_(frame_capacity) {}
 
@@ -44,6 +50,14 @@ class Volume {
   VolumeStamp& stamp() { return stamp_; }
 
   void clear() { stamp_ = {}; }
+
+  /// Whether frame_capacity() frames of that geometry have room.
+  bool holds(const FanGeometry& geometry) const {
+    return geometry.frame_bytes() * frame_capacity_ <= capacity_bytes_;
+  }
+  /// What the frames to come look like. Precondition: no frame is in it, and holds(geometry).
+  void set_geometry(const FanGeometry& geometry) { geometry_ = geometry; }
+
   bool full() const { return stamp_.frames == frame_capacity_; }
 
   /// Memory for the next frame's pixels: rows x columns bytes, row major. Precondition: not full().
@@ -86,11 +100,12 @@ class Volume {
     return {pixels_.get() + geometry_.frame_bytes() * index, geometry_.frame_bytes()};
   }
 
-  std::uint64_t capacity_bytes() const { return geometry_.frame_bytes() * frame_capacity_; }
+  std::uint64_t capacity_bytes() const { return capacity_bytes_; }
 
  private:
   FanGeometry geometry_;
   std::uint32_t frame_capacity_;
+  std::uint64_t capacity_bytes_;
   std::unique_ptr<std::uint8_t[]> pixels_;
   std::vector<double> angles_rad_;
   std::vector<std::uint32_t> by_angle_;

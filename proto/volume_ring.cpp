@@ -4,7 +4,10 @@ namespace fanlight {
 
 VolumeRing::VolumeRing(const Config& config, const Dependencies& dependencies)
     : policy_(config.policy), dependencies_(dependencies), slots_(config.slots) {
-  for (Slot& slot : slots_) slot.volume = std::make_unique<Volume>(config.geometry, config.frame_capacity);
+  for (Slot& slot : slots_) {
+    slot.volume =
+        std::make_unique<Volume>(config.geometry, config.frame_capacity, config.largest_frame_bytes);
+  }
 }
 
 Volume* VolumeRing::begin() {

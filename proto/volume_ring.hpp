@@ -28,7 +28,9 @@ class VolumeRing {
   struct Config {
     FanGeometry geometry;
     std::uint32_t frame_capacity = 0;  ///< frames a volume can hold
-    std::uint32_t slots = 4;           ///< 3 at least: one written, one waiting, one read
+    std::uint64_t largest_frame_bytes =
+        0;                    ///< of other geometries that the source may change to; 0: none larger
+    std::uint32_t slots = 4;  ///< 3 at least: one written, one waiting, one read
     RingPolicy policy = RingPolicy::kNewestWins;
   };
   /// Both must outlive the ring; publishing rings the reader's, releasing the writer's.

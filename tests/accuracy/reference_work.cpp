@@ -53,7 +53,7 @@ Volume first_sweep(PhantomSource& source) {
   while (!volume.full()) {
     const auto frame = source.next_frame({});
     if (!frame || !*frame) throw std::runtime_error("the simulated probe has ended within a sweep");
-    source.read_pixels(volume.next_frame_pixels());
+    source.read_pixels(volume.next_frame_pixels(), {});
     volume.add_frame(**frame);
   }
   volume.sort_by_angle();

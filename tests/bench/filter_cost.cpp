@@ -48,7 +48,7 @@ void run(int rounds) {
   Volume volume(description.geometry, description.frames_per_volume);
   while (!volume.full()) {
     const auto frame = source->next_frame({});
-    source->read_pixels(volume.next_frame_pixels());
+    source->read_pixels(volume.next_frame_pixels(), {});
     volume.add_frame(**frame);
   }
   volume.sort_by_angle();

@@ -21,7 +21,7 @@ Volume first_volume() {
   Volume volume(source->description().geometry, source->description().frames_per_volume);
   while (!volume.full()) {
     const auto frame = source->next_frame({});
-    source->read_pixels(volume.next_frame_pixels());
+    source->read_pixels(volume.next_frame_pixels(), {});
     volume.add_frame(**frame);
   }
   volume.sort_by_angle();
@@ -33,7 +33,7 @@ void simulated_frame(benchmark::State& state) {
   std::vector<std::uint8_t> pixels(source->description().geometry.frame_bytes());
   for (auto _ : state) {
     benchmark::DoNotOptimize(source->next_frame({}));
-    source->read_pixels(pixels);
+    source->read_pixels(pixels, {});
   }
 }
 BENCHMARK(simulated_frame)->Unit(benchmark::kMillisecond);

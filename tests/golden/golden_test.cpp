@@ -146,7 +146,7 @@ class GoldenTest : public GpuTest, public testing::WithParamInterface<Golden> {
     std::vector<double> angles_rad;
     while (!volume.full()) {
       const auto frame = (*source)->next_frame({});
-      (*source)->read_pixels(volume.next_frame_pixels());
+      (*source)->read_pixels(volume.next_frame_pixels(), {});
       volume.add_frame(**frame);
       angles_rad.push_back((*frame)->angle_rad);
     }

@@ -42,8 +42,11 @@ class ScriptedSource final : public FrameSource {
     return std::optional<FrameStamp>{};
   }
 
-  void read_pixels(std::span<std::uint8_t> pixels) override { std::ranges::fill(pixels, std::uint8_t{1}); }
-  bool frame_invalid() const override { return next_ == 2; }
+  FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) override {
+    std::ranges::fill(pixels, std::uint8_t{1});
+    return FrameFault::kNone;
+  }
+  FrameFault known_fault() const override { return next_ == 2 ? FrameFault::kInvalid : FrameFault::kNone; }
 
  private:
   std::uint32_t frames_;

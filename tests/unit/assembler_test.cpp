@@ -161,7 +161,7 @@ TEST_F(AssemblerTest, CountsFramesWithAnUnusableAngleAndStillEndsTheSweep) {
 
 TEST_F(AssemblerTest, ARejectedLastFrameEndsItsSweep) {
   add_sweep(0, 3, 4);
-  assembler_.reject(frame(0, 3, 4));
+  assembler_.reject(frame(0, 3, 4), FrameFault::kInvalid);
   EXPECT_EQ(published(), 1U);
   EXPECT_EQ(counters_.frames_invalid.value(), 1U);
   expect_identity();
@@ -169,7 +169,7 @@ TEST_F(AssemblerTest, ARejectedLastFrameEndsItsSweep) {
 
 TEST_F(AssemblerTest, ARejectedFirstFrameEndsTheSweepBefore) {
   add_sweep(0, 3, 0);
-  assembler_.reject(frame(1, 0, 0));
+  assembler_.reject(frame(1, 0, 0), FrameFault::kInvalid);
   EXPECT_EQ(published(), 1U);
   EXPECT_EQ(assembler_.frames_pending(), 0U);
   expect_identity();
@@ -233,7 +233,7 @@ TEST_F(AssemblerTest, TheIdentityHoldsAfterEveryFrameOfADisorderlySource) {
     if (chance(10)) stamp.angle_rad = std::nan("");
     if (chance(10)) stamp.angle_rad = 0.1;
     if (chance(5)) {
-      assembler_.reject(stamp);
+      assembler_.reject(stamp, FrameFault::kInvalid);
     } else if (chance(2)) {
       (void)assembler_.place(stamp, stop_.get_token());
     } else {

@@ -44,7 +44,7 @@ FrameStamp next_stamp(PhantomSource& source) {
 Frame next(PhantomSource& source) {
   Frame frame{.stamp = next_stamp(source),
               .pixels = std::vector<std::uint8_t>(source.description().geometry.frame_bytes())};
-  source.read_pixels(frame.pixels);
+  source.read_pixels(frame.pixels, {});
   return frame;
 }
 

@@ -44,7 +44,7 @@ class ReplaySourceTest : public testing::Test {
     while (frames.size() < count) {
       const auto next = source.next_frame({}).value();
       if (!next) break;
-      source.read_pixels(pixels);
+      source.read_pixels(pixels, {});
       frames.push_back({*next, pixels[0]});
     }
     return frames;
@@ -145,7 +145,7 @@ TEST_F(ReplaySourceTest, MarksInvalidFrames) {
   const auto source = make(file, Ending::kOnce);
   for (int i = 0; i < 4; ++i) {
     ASSERT_TRUE(source->next_frame({}).value());
-    EXPECT_EQ(source->frame_invalid(), i == 2);
+    EXPECT_EQ(source->known_fault() == FrameFault::kInvalid, i == 2);
   }
 }
 
@@ -241,7 +241,7 @@ TEST_F(ReplaySourceTest, TheLiverSweepBecomesAVolumeEachWay) {
   Assembler assembler({.ring = ring, .writer_bell = bell, .counters = counters});
   for (int i = 0; i < 280; ++i) {
     const auto frame = (*source)->next_frame({}).value().value();
-    (*source)->read_pixels(assembler.place(frame, {}));
+    (*source)->read_pixels(assembler.place(frame, {}), {});
     assembler.commit();
   }
   for (const auto direction : {SweepDirection::kForward, SweepDirection::kBackward}) {

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "proto/fan_geometry.hpp"
+#include "proto/frame.hpp"
+#include "proto/result.hpp"
+
+/// The USB probe protocol, version 1, as both ends of the cable read and write it; usb_probe.md is its text.
+/// Every number travels least significant byte first. Nothing here allocates, except the texts of Identity.
+namespace fanlight::probe {
+
+inline constexpr std::uint16_t kVersion = 0x0100;  ///< major in the upper byte, minor in the lower
+
+// The interface by which a probe is known, and its requests (bRequest).
+inline constexpr std::uint8_t kInterfaceClass = 0xFF;
+inline constexpr std::uint8_t kInterfaceSubclass = 0x46;
+inline constexpr std::uint8_t kInterfaceProtocol = 0x01;
+
+enum class Request : std::uint8_t {
+  kIdentity = 0x01,      ///< in
+  kCapabilities = 0x02,  ///< in
+  kGeometry = 0x03,      ///< in
+  kSettings = 0x04,      ///< in
+  kSetSweep = 0x10,      ///< out: u32, microdegrees from the first frame to the last
+  kSetFrames = 0x11,     ///< out: u32, frames a volume
+  kSetDepth = 0x12,      ///< out: u32, micrometres
+  kStart = 0x20,         ///< out, no data
+  kStop = 0x21,          ///< out, no data
+};
+
+struct Identity {
+  std::string model;     ///< up to 32 bytes of UTF-8
+  std::string serial;    ///< up to 32, the same as the device's USB serial number
+  std::string firmware;  ///< up to 24
+
+  bool operator==(const Identity&) const = default;
+};
+inline constexpr std::size_t kIdentityBytes = 92;
+
+/// What the probe can do; the ranges of its settings.
+struct Capabilities {
+  /// Frames carry a volume index that means something; otherwise sweeps are found by their turning points.
+  bool counts_volumes = true;
+  std::uint32_t pixel_formats = 1;  ///< bit n: PixelFormat n + 1
+  double least_sweep_deg = 0;
+  double most_sweep_deg = 0;
+  std::uint32_t least_frames = 0;  ///< a volume
+  std::uint32_t most_frames = 0;
+  double least_depth_mm = 0;
+  double most_depth_mm = 0;
+  std::uint32_t most_columns = 0;
+  std::uint32_t most_rows = 0;
+
+  bool operator==(const Capabilities&) const = default;
+};
+inline constexpr std::size_t kCapabilitiesBytes = 44;
+
+/// How the pixels of frames lie in space, with the number that frames name it by.
+struct Geometry {
+  std::uint32_t revision = 0;
+  FanGeometry fan;
+
+  bool operator==(const Geometry&) const = default;
+};
+inline constexpr std::size_t kGeometryBytes = 52;
+
+struct Settings {
+  double sweep_deg = 0;  ///< half of it to either side of the middle
+  std::uint32_t frames_a_volume = 0;
+  double depth_mm = 0;
+
+  bool operator==(const Settings&) const = default;
+};
+inline constexpr std::size_t kSettingsBytes = 16;
+
+enum class PixelFormat : std::uint8_t { kGrey8 = 1 };
+
+/// What precedes the pixels of each frame on the bulk pipe.
+struct FrameHeader {
+  std::uint64_t sequence = 0;
+  std::uint64_t device_time_ns = 0;  ///< the probe's own clock, when the frame was taken
+  std::uint32_t volume_index = 0;
+  std::uint16_t frame_index = 0;
+  std::uint16_t frames_in_sweep = 0;  ///< 0: not known before the sweep ends
+  double angle_deg = 0;               ///< measured motor angle
+  SweepDirection direction = SweepDirection::kForward;
+  PixelFormat format = PixelFormat::kGrey8;
+  bool invalid = false;  ///< the probe itself says that the pixels are not to be used
+  std::uint32_t geometry_revision = 0;
+  std::uint32_t payload_bytes = 0;   ///< columns x rows; at most kMostPayloadBytes
+  std::uint32_t payload_crc32c = 0;  ///< of the pixels
+
+  bool operator==(const FrameHeader&) const = default;
+};
+inline constexpr std::size_t kFrameHeaderBytes = 64;  ///< of this version; a later minor one may add to it
+inline constexpr std::size_t kMostFrameHeaderBytes = 256;  ///< that a reader must be able to pass over
+inline constexpr std::uint32_t kMostPayloadBytes = 4096 * 4096;
+inline constexpr std::array<std::uint8_t, 4> kMagic = {'F', 'L', 'P', 'F'};
+
+std::array<std::uint8_t, kIdentityBytes> encode(const Identity& identity);
+std::array<std::uint8_t, kCapabilitiesBytes> encode(const Capabilities& capabilities);
+std::array<std::uint8_t, kGeometryBytes> encode(const Geometry& geometry);
+std::array<std::uint8_t, kSettingsBytes> encode(const Settings& settings);
+std::array<std::uint8_t, kFrameHeaderBytes> encode(const FrameHeader& header);
+
+// Blocks that a probe answered: kBadInput where one is too short, of another major version, or holds a value
+// out of its range. Longer ones are taken: a later minor version adds at the end.
+Result<Identity> decode_identity(std::span<const std::uint8_t> block);
+Result<Capabilities> decode_capabilities(std::span<const std::uint8_t> block);
+Result<Geometry> decode_geometry(std::span<const std::uint8_t> block);
+Result<Settings> decode_settings(std::span<const std::uint8_t> block);
+
+/// What the bytes at the front of `bytes` are.
+enum class HeaderCheck : std::uint8_t {
+  kHeader,    ///< a whole header, right in every field
+  kMore,      ///< perhaps the beginning of one: more bytes are needed
+  kNoHeader,  ///< not the magic, or what follows it is no header: its checksum or a length is wrong
+};
+/// Reads a header at the front of `bytes`; on kHeader fills `header` and `header_bytes`, its length on the
+/// wire. Allocates nothing.
+HeaderCheck read_header(std::span<const std::uint8_t> bytes, FrameHeader& header, std::size_t& header_bytes);
+
+}  // namespace fanlight::probe
