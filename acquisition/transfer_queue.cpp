@@ -1,0 +1,76 @@
+#include "acquisition/transfer_queue.hpp"
+
+#include <new>
+
+namespace fanlight {
+
+TransferQueue::TransferQueue(const Config& config)
+    : transfer_bytes_(config.transfer_bytes),
+      buffers_(new std::uint8_t[std::size_t{config.transfers} * config.transfer_bytes]),
+      slots_(config.transfers) {
+  waiting_.reserve(std::size_t{2} * config.transfers);
+  for (Slot& slot : slots_) {
+    slot.queue = this;
+    slot.transfer = libusb_alloc_transfer(0);
+    if (slot.transfer == nullptr) throw std::bad_alloc();
+  }
+}
+
+TransferQueue::~TransferQueue() {
+  for (Slot& slot : slots_) libusb_free_transfer(slot.transfer);
+}
+
+std::uint32_t TransferQueue::start(libusb_device_handle* handle, std::uint8_t endpoint) {
+  cancelled_ = false;
+  std::uint32_t taken = 0;
+  for (Slot& slot : slots_) {
+    std::uint8_t* const buffer = buffers_.get() + std::size_t{taken} * transfer_bytes_;
+    // Without a timeout: it would end a read and lose nothing but time. Who waits watches the clock.
+    libusb_fill_bulk_transfer(slot.transfer, handle, endpoint, buffer, static_cast<int>(transfer_bytes_),
+                              &TransferQueue::ended, &slot, 0);
+    if (!submit(slot)) break;
+    ++taken;
+  }
+  return taken;
+}
+
+bool TransferQueue::submit(Slot& slot) {
+  slot.done = false;
+  if (libusb_submit_transfer(slot.transfer) != LIBUSB_SUCCESS) return false;
+  if (waiting_.size() == waiting_.capacity()) {
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_begin_));
+    waiting_begin_ = 0;
+  }
+  waiting_.push_back(&slot);
+  ++in_flight_;
+  return true;
+}
+
+void LIBUSB_CALL TransferQueue::ended(libusb_transfer* transfer) {
+  Slot& slot = *static_cast<Slot*>(transfer->user_data);
+  slot.done = true;
+  --slot.queue->in_flight_;
+}
+
+const TransferQueue::Read* TransferQueue::front() {
+  if (empty()) return nullptr;
+  const Slot& slot = *waiting_[waiting_begin_];
+  if (!slot.done) return nullptr;
+  front_ = {.status = slot.transfer->status,
+            .bytes = {slot.transfer->buffer, static_cast<std::size_t>(slot.transfer->actual_length)}};
+  return &front_;
+}
+
+bool TransferQueue::pop() {
+  Slot& slot = *waiting_[waiting_begin_++];
+  return cancelled_ || submit(slot);
+}
+
+void TransferQueue::cancel() {
+  cancelled_ = true;
+  for (std::size_t at = waiting_begin_; at < waiting_.size(); ++at) {
+    if (!waiting_[at]->done) libusb_cancel_transfer(waiting_[at]->transfer);
+  }
+}
+
+}  // namespace fanlight

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <libusb.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace fanlight {
+
+/// Reads of a bulk pipe that are always under way, and their bytes in the order in which they were asked for.
+/// Transfers and buffers are allocated once; libusb itself allocates a few small blocks for each transfer.
+/// One thread, the one that handles libusb's events.
+class TransferQueue {
+ public:
+  /// 32 reads of 256 KiB: at 400 MB/s the next 21 ms are already asked for, while the thread is kept from
+  /// running; and half of the 16 MB that Linux allows for all USB transfers by default (usbfs_memory_mb).
+  struct Config {
+    std::uint32_t transfers = 32;
+    std::uint32_t transfer_bytes = 256 << 10;
+  };
+
+  /// One read that ended: whole, short, or with an error.
+  struct Read {
+    libusb_transfer_status status;
+    std::span<const std::uint8_t> bytes;  ///< also those that came before an error
+  };
+
+  explicit TransferQueue(const Config& config);
+  /// Precondition: in_flight() is 0.
+  ~TransferQueue();
+  TransferQueue(const TransferQueue&) = delete;
+  TransferQueue& operator=(const TransferQueue&) = delete;
+
+  /// Asks for as many reads as the system takes and returns their number. Precondition: empty().
+  std::uint32_t start(libusb_device_handle* handle, std::uint8_t endpoint);
+
+  /// The oldest read, once it ended; nullptr while it is under way, or none is.
+  const Read* front();
+
+  /// Gives front() back, and asks for its buffer's next read unless `cancel()` was called. False where the
+  /// system does not take it.
+  bool pop();
+
+  /// Asks for the end of all reads; they come to front() as LIBUSB_TRANSFER_CANCELLED or as what else they
+  /// ended with.
+  void cancel();
+
+  std::uint32_t in_flight() const { return in_flight_; }
+  bool empty() const { return waiting_.size() == waiting_begin_; }
+
+ private:
+  struct Slot {
+    TransferQueue* queue = nullptr;
+    libusb_transfer* transfer = nullptr;
+    bool done = false;
+  };
+
+  static void LIBUSB_CALL ended(libusb_transfer* transfer);
+  bool submit(Slot& slot);
+
+  std::uint32_t transfer_bytes_;
+  std::unique_ptr<std::uint8_t[]> buffers_;
+  std::vector<Slot> slots_;
+  std::vector<Slot*> waiting_;  // in the order asked for, from waiting_begin_ on
+  std::size_t waiting_begin_ = 0;
+  std::uint32_t in_flight_ = 0;
+  bool cancelled_ = false;
+  Read front_{};
+};
+
+}  // namespace fanlight
