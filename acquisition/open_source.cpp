@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::string_view kPhantom = "phantom:";
 constexpr std::string_view kReplay = "replay:";
+constexpr std::string_view kUsb = "usb:";
 
 Result<std::unique_ptr<FrameSource>> open_phantom(std::string_view text, const SourceOptions& options) {
   PhantomSource::Config config;
@@ -31,12 +32,25 @@ Result<std::unique_ptr<FrameSource>> open_recording(std::string_view path, const
   return std::unique_ptr<FrameSource>(*std::move(source));
 }
 
+Result<std::unique_ptr<FrameSource>> open_probe(std::string_view address, const SourceOptions& options,
+                                                ProbeLink& link) {
+  const auto parsed = UsbAddress::parse(address);
+  if (!parsed) return parsed.error();
+  auto source = UsbSource::create(
+      {.address = *parsed, .settings = options.probe_settings, .wait_s = options.wait_for_probe_s}, link);
+  if (!source) return source.error();
+  return std::unique_ptr<FrameSource>(*std::move(source));
+}
+
 }  // namespace
 
-Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const SourceOptions& options) {
+Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const SourceOptions& options,
+                                                 ProbeLink& link) {
   if (text.empty()) {
-    return Error{ErrorCode::kInvalidArgument, "the source is empty, expected phantom: or replay:PATH"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "the source is empty, expected phantom:, replay:PATH or usb:VENDOR:PRODUCT"};
   }
+  if (text.starts_with(kUsb)) return open_probe(text.substr(kUsb.size()), options, link);
   if (text.starts_with(kPhantom)) return open_phantom(text.substr(kPhantom.size()), options);
   if (text.starts_with(kReplay)) text.remove_prefix(kReplay.size());
   return open_recording(text, options);

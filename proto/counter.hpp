@@ -125,11 +125,17 @@ struct RingCounters {
   Counter volumes_dropped;  ///< replaced unread by a newer one (newest wins)
 };
 
-/// Raised by the render thread. pass2_runs = pictures_finished + pictures_outdated + those in flight;
+/// Raised by the render thread. Of the volumes that it took from its ring
+///   RingCounters::volumes_taken = volumes_rendered + volumes_skipped + volumes_refused + those in flight,
+/// at most two, none at rest and none when the renderer is gone. Who reads volumes_taken last never finds it
+/// smaller than the others' sum. pass2_runs = pictures_finished + pictures_outdated + those in flight;
 /// pictures_finished = read + pictures_replaced + the one still unread.
 struct RenderCounters {
-  Counter pass1_runs;  ///< ray casts: a moved light never raises this
-  Counter pass2_runs;  ///< filter, light and finish
+  Counter pass1_runs;        ///< ray casts: a moved light never raises this
+  Counter pass2_runs;        ///< filter, light and finish
+  Counter volumes_rendered;  ///< that had a picture
+  Counter volumes_skipped;   ///< given up at the end, or outdated, before they had one
+  Counter volumes_refused;   ///< of a geometry that this GPU has no room for
   Counter
       volumes_unfiltered;  ///< cast without the speckle filter asked for: too large for this GPU's buffers
   Counter pictures_finished;

@@ -80,7 +80,7 @@ class Reader {
         at_ += bytes - byte - 1;
         break;
       }
-      text.push_back(next);
+      text.push_back(next >= ' ' && next <= '~' ? next : '?');
     }
     return text;
   }

@@ -34,7 +34,7 @@ enum class Request : std::uint8_t {
 };
 
 struct Identity {
-  std::string model;     ///< up to 32 bytes of UTF-8
+  std::string model;     ///< up to 32 bytes of printable ASCII; what else a probe sends reads as '?'
   std::string serial;    ///< up to 32, the same as the device's USB serial number
   std::string firmware;  ///< up to 24
 

@@ -78,6 +78,20 @@ class Volume {
     angles_rad_[stamp_.frames++] = frame.angle_rad;
   }
 
+  /// Takes the last frames out again, down to the first `frames` of them. `last` is the stamp of the frame
+  /// that is then the last one.
+  void keep_first(std::uint32_t frames, const FrameStamp& last) {
+    stamp_.frames = frames;
+    stamp_.last_frame_sequence = last.sequence;
+    stamp_.last_capture_time_ns = last.capture_time_ns;
+  }
+
+  /// Adds to every angle, and says so in the stamp. Leaves their order as it is.
+  void turn_by(double correction_rad) {
+    for (double& angle_rad : std::span(angles_rad_).first(stamp_.frames)) angle_rad += correction_rad;
+    stamp_.angle_correction_rad += correction_rad;
+  }
+
   /// Orders the frames by angle; call once, after the last frame. A backward sweep, and a hand that
   /// wavered, then read like a forward one: the renderer walks by_angle().
   void sort_by_angle() {

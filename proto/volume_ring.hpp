@@ -28,10 +28,10 @@ class VolumeRing {
   struct Config {
     FanGeometry geometry;
     std::uint32_t frame_capacity = 0;  ///< frames a volume can hold
-    std::uint64_t largest_frame_bytes =
-        0;                    ///< of other geometries that the source may change to; 0: none larger
-    std::uint32_t slots = 4;  ///< 3 at least: one written, one waiting, one read
+    std::uint32_t slots = 4;           ///< 3 at least: one written, one waiting, one read
     RingPolicy policy = RingPolicy::kNewestWins;
+    /// Of other geometries that the source may change to; 0: none larger.
+    std::uint64_t largest_frame_bytes = 0;
   };
   /// Both must outlive the ring; publishing rings the reader's, releasing the writer's.
   struct Dependencies {
@@ -83,6 +83,7 @@ class VolumeRing {
   bool has_published() const;
 
   const RingCounters& counters() const { return counters_; }
+  std::uint32_t frame_capacity() const { return slots_.front().volume->frame_capacity(); }
   std::uint64_t capacity_bytes() const;
 
  private:

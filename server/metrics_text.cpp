@@ -26,9 +26,18 @@ prometheus::MetricFamily family(const std::string& name, const char* help, prome
 std::string metrics_text(const StreamContext& context) {
   std::vector<prometheus::MetricFamily> families;
   for (const NamedCount& count : named_counts(context.house, context.counters)) {
-    families.push_back(family(fmt::format("fanlight_{}_total", count.name), count.help,
-                              prometheus::MetricType::Counter, static_cast<double>(count.value)));
+    const bool total = count.kind == NamedCount::Kind::kTotal;
+    families.push_back(family(fmt::format("fanlight_{}{}", count.name, total ? "_total" : ""), count.help,
+                              total ? prometheus::MetricType::Counter : prometheus::MetricType::Gauge,
+                              static_cast<double>(count.value)));
   }
+  for (const NamedValue& value : named_values(context.house)) {
+    families.push_back(family(fmt::format("fanlight_{}", value.name), value.help,
+                              prometheus::MetricType::Gauge, value.value));
+  }
+  families.push_back(family(
+      "fanlight_probe_streaming", "1 while a probe streams, 0 while it is lost or there is none",
+      prometheus::MetricType::Gauge, context.probe.status().state == ProbeStatus::State::kStreaming ? 1 : 0));
   families.push_back(family("fanlight_sessions", "Displays connected", prometheus::MetricType::Gauge,
                             static_cast<double>(context.hub.sessions().size())));
   families.push_back(family("fanlight_scene_revision", "Number of the scene in force",

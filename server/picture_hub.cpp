@@ -1,5 +1,6 @@
 #include "server/picture_hub.hpp"
 
+#include "proto/fan_geometry.hpp"
 #include "proto/fanlight.pb.h"
 #include "server/stream_session.hpp"
 
@@ -18,6 +19,8 @@ void describe(v1::Picture& message, const Picture& picture) {
   message.set_scene_revision(stamp.scene_revision);
   message.set_pass1_runs(stamp.pass1_runs);
   message.set_pass2_runs(stamp.pass2_runs);
+  message.set_frames_missing(stamp.volume.frames_missing);
+  message.set_angle_correction_deg(degrees(stamp.volume.angle_correction_rad));
   for (std::size_t stage = 0; stage < kStages; ++stage) {
     v1::StageTime& time = *message.add_stages();
     time.set_name(std::string(kStageNames[stage]));

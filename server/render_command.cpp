@@ -12,6 +12,7 @@
 #include "renderer/renderer.hpp"
 #include "server/commands.hpp"
 #include "server/picture_file.hpp"
+#include "server/probe_options.hpp"
 #include "server/scene_options.hpp"
 
 namespace fanlight {
@@ -20,6 +21,7 @@ namespace {
 
 struct RenderOptions {
   std::string input;
+  SourceOptions playing;
   std::string geometry_path;
   std::string out;
   std::string depth;
@@ -37,7 +39,8 @@ class VolumePicker {
       : ring_({.geometry = source.description().geometry,
                .frame_capacity = source.description().frames_per_volume,
                .slots = 3,
-               .policy = RingPolicy::kProcessAll},
+               .policy = RingPolicy::kProcessAll,
+               .largest_frame_bytes = source.description().largest_frame_bytes},
               {.reader_bell = bell_, .writer_bell = writer_bell_}),
         acquisition_({.source = source,
                       .ring = ring_,
@@ -147,8 +150,12 @@ Result<void> render(const RenderOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
   if (auto named = check_depth_path(options.depth); !named) return named;
-  auto source =
-      open_source(options.input, {.geometry_path = options.geometry_path, .as_fast_as_taken = true});
+  SourceOptions playing = options.playing;
+  playing.geometry_path = options.geometry_path;
+  playing.as_fast_as_taken = true;
+  Doorbell bell;
+  ProbeLink probe(bell, bell);
+  auto source = open_source(options.input, playing, probe);
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
   const auto scene = options.scene.applied_to(
@@ -194,7 +201,10 @@ Result<void> render(const RenderOptions& options) {
 Command add_render_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("render", "Renders one volume to a picture file");
   const auto options = std::make_shared<RenderOptions>();
-  command->add_option("INPUT", options->input, "A recording (.igs.mha), or phantom: for the simulated probe")
+  command
+      ->add_option("INPUT", options->input,
+                   "A recording (.igs.mha), phantom: for the simulated probe, or usb:VENDOR:PRODUCT[:SERIAL] "
+                   "for a probe")
       ->required();
   command->add_option("--out", options->out, "The picture to write, such as x.png")
       ->required()
@@ -211,6 +221,7 @@ Command add_render_command(CLI::App& program) {
       ->type_name("WxH");
   command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
   command->add_flag("--json", options->json, "Print the report as JSON");
+  add_probe_options(*command, options->playing);
   options->scene.add_to(*command);
   return [options]() { return render(*options); };
 }

@@ -7,12 +7,14 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/open_source.hpp"
 #include "renderer/render_thread.hpp"
 #include "server/commands.hpp"
 #include "server/listen_address.hpp"
+#include "server/probe_options.hpp"
 #include "server/scene_options.hpp"
 #include "server/stream_server.hpp"
 
@@ -26,6 +28,8 @@ struct ServeOptions {
   std::string geometry_path;
   std::string listen = "127.0.0.1:8080";
   bool open_network = false;
+  std::optional<RingPolicy> policy;           // absent: what suits the source
+  std::optional<ProbeControl> probe_control;  // absent: everyone where only this machine reaches the server
   std::string size = "512x512";
   std::string gpu;
   int jpeg_quality = 85;
@@ -91,7 +95,16 @@ Result<void> serve(const ServeOptions& options) {
   if (!endpoint) return endpoint.error();
   SourceOptions playing = options.playing;
   playing.geometry_path = options.geometry_path;
-  const auto source = open_source(options.source, playing);
+  // Who meets whom where: the three threads share these and nothing else.
+  Doorbell acquisition_bell;
+  Doorbell render_bell;
+  Doorbell server_bell;
+  AcquisitionCounters acquisition_counters;
+  RenderCounters render_counters;
+  ServerCounters server_counters;
+  ProbeLink probe(acquisition_bell, server_bell);
+
+  const auto source = open_source(options.source, playing, probe);
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
   const auto scene = options.scene.applied_to(
@@ -104,17 +117,12 @@ Result<void> serve(const ServeOptions& options) {
   const auto gpu = Gpu::create(**instance, options.gpu);
   if (!gpu) return gpu.error();
 
-  // Who meets whom where: the three threads share these and nothing else.
-  Doorbell acquisition_bell;
-  Doorbell render_bell;
-  Doorbell server_bell;
-  AcquisitionCounters acquisition_counters;
-  RenderCounters render_counters;
-  ServerCounters server_counters;
+  const RingPolicy suitable = playing.as_fast_as_taken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins;
   VolumeRing ring({.geometry = description.geometry,
                    .frame_capacity = description.frames_per_volume,
                    .slots = options.ring_slots,
-                   .policy = playing.as_fast_as_taken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins},
+                   .policy = options.policy.value_or(suitable),
+                   .largest_frame_bytes = description.largest_frame_bytes},
                   {.reader_bell = render_bell, .writer_bell = acquisition_bell});
   Mailbox<NumberedScene> scenes(render_bell);
   Picture blank;
@@ -130,7 +138,9 @@ Result<void> serve(const ServeOptions& options) {
                                    {.gpu = **gpu, .counters = render_counters}, initial);
   if (!renderer) return renderer.error();
 
-  const HouseCounters house{acquisition_counters, ring.counters(), render_counters};
+  const HouseCounters house{acquisition_counters, ring.counters(), render_counters, probe.counters};
+  const ProbeControl usual =
+      endpoint->address().is_loopback() ? ProbeControl::kEveryone : ProbeControl::kNobody;
   const AcquisitionThread* acquisition = nullptr;
   const auto server =
       StreamServer::create({.endpoint = *endpoint,
@@ -139,12 +149,14 @@ Result<void> serve(const ServeOptions& options) {
                                       .picture_width = size->width,
                                       .picture_height = size->height},
                             .initial_scene = initial,
-                            .jpeg_quality = options.jpeg_quality},
+                            .jpeg_quality = options.jpeg_quality,
+                            .probe_control = options.probe_control.value_or(usual)},
                            {.bell = server_bell,
                             .pictures = pictures,
                             .scenes = scenes,
                             .failures = failures,
                             .house = house,
+                            .probe = probe,
                             .counters = server_counters,
                             .source_state = [&acquisition] { return state_text(*acquisition); }});
   if (!server) return server.error();
@@ -181,7 +193,9 @@ Command add_serve_command(CLI::App& program) {
       program.add_subcommand("serve", "Renders a source as it comes and streams it to displays");
   const auto options = std::make_shared<ServeOptions>();
   command
-      ->add_option("--source", options->source, "phantom: (the simulated probe) or replay:PATH (a recording)")
+      ->add_option("--source", options->source,
+                   "phantom: (the simulated probe), replay:PATH (a recording) or usb:VENDOR:PRODUCT[:SERIAL] "
+                   "(a probe)")
       ->capture_default_str()
       ->type_name("SOURCE");
   command->add_option("--listen", options->listen, "Address and port; port 0 takes a free one")
@@ -216,6 +230,23 @@ Command add_serve_command(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(3, 64))
       ->type_name("N");
+  const std::map<std::string, RingPolicy> policies = {{"newest-wins", RingPolicy::kNewestWins},
+                                                      {"process-all", RingPolicy::kProcessAll}};
+  command
+      ->add_option(
+          "--policy", options->policy,
+          "Where volumes come faster than they are rendered: newest-wins drops older ones, process-all "
+          "makes the source wait (the default with --fast)")
+      ->transform(CLI::CheckedTransformer(policies, CLI::ignore_case).description(""))
+      ->type_name("NAME");
+  add_probe_options(*command, options->playing);
+  const std::map<std::string, ProbeControl> controls = {{"everyone", ProbeControl::kEveryone},
+                                                        {"nobody", ProbeControl::kNobody}};
+  command
+      ->add_option("--probe-control", options->probe_control,
+                   "Which displays may set the probe: everyone (the default on a loopback address) or nobody")
+      ->transform(CLI::CheckedTransformer(controls, CLI::ignore_case).description(""))
+      ->type_name("NAME");
   options->scene.add_to(*command);
   return [options]() { return serve(*options); };
 }

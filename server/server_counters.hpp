@@ -17,6 +17,8 @@ struct ServerCounters {
   Counter messages_refused;     ///< malformed, oversized or unexpected WebSocket messages
   Counter scene_changes;
   Counter scene_refusals;  ///< changes with a value that is not allowed
+  Counter probe_changes;
+  Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not take
   Counter pictures_encoded;
   Counter pictures_offered;
   Counter pictures_sent;
@@ -28,16 +30,33 @@ struct HouseCounters {
   const AcquisitionCounters& acquisition;
   const RingCounters& ring;
   const RenderCounters& render;
+  const ProbeCounters& probe;
 };
 
 /// One count as a person reads it, in the metrics and when the server ends.
 struct NamedCount {
-  const char* name;  ///< as in fanlight_NAME_total
+  enum class Kind : std::uint8_t {
+    kTotal,  ///< fanlight_NAME_total: only grows
+    kNow,    ///< fanlight_NAME: as many as there are now
+  };
+  const char* name;
   const char* help;
   std::uint64_t value;
+  Kind kind = Kind::kTotal;
 };
 
-/// Every count of the house, in the order of a volume's walk.
+/// Frames that are in no volume: never received, of no use, or of sweeps that could not be used.
+std::uint64_t frames_lost(const AcquisitionCounters& frames);
+
+/// One value that goes up and down, for the metrics.
+struct NamedValue {
+  const char* name;  ///< as in fanlight_NAME
+  const char* help;
+  double value;
+};
+std::vector<NamedValue> named_values(const HouseCounters& house);
+
+/// Every count of the house, in the order of a volume's walk; those of the acquisition as of one moment.
 std::vector<NamedCount> named_counts(const HouseCounters& house, const ServerCounters& server);
 
 }  // namespace fanlight

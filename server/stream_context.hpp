@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/picture_hub.hpp"
+#include "server/probe_desk.hpp"
 #include "server/scene_desk.hpp"
 #include "server/server_counters.hpp"
 
@@ -42,6 +43,7 @@ struct StreamContext {
   ServerCounters& counters;
   bool loopback_only;  ///< the listener's address: then requests must name it too
   SceneDesk& desk;
+  ProbeDesk& probe;
   PictureHub& hub;
 };
 

@@ -18,6 +18,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
     : config_(config),
       from_(dependencies),
       desk_(config.initial_scene, dependencies.scenes),
+      probe_(dependencies.probe, config.probe_control),
       hub_({.jpeg_quality = config.jpeg_quality}, dependencies.counters),
       context_{config_.facts,
                from_.house,
@@ -25,6 +26,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                from_.counters,
                config.endpoint.address().is_loopback(),
                desk_,
+               probe_,
                hub_} {}
 
 Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& config,
@@ -109,6 +111,9 @@ void StreamServer::watch_bell() {
 
 void StreamServer::bell_rang() {
   if (const Error* broken = from_.failures.newest()) return fail(*broken);
+  if (probe_.update()) {
+    for (StreamSession* session : hub_.sessions()) session->probe_changed();
+  }
   if (const Picture* picture = from_.pictures.newest()) {
     if (auto shown = hub_.show(*picture); !shown) fail(shown.error());
   }

@@ -25,6 +25,7 @@ class StreamServer {
     HouseFacts facts;
     NumberedScene initial_scene;  ///< what the renderer was made with
     int jpeg_quality = 85;
+    ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_connections = 256;
   };
   /// All must outlive the server. `bell` is the one that the mailboxes ring for their reader, and whoever
@@ -35,6 +36,7 @@ class StreamServer {
     Mailbox<NumberedScene>& scenes;
     Mailbox<Error>& failures;
     HouseCounters house;
+    ProbeLink& probe;
     ServerCounters& counters;
     std::function<std::string()> source_state;
   };
@@ -65,6 +67,7 @@ class StreamServer {
   Dependencies from_;
   // The loop goes last: destroying it ends the sessions, which leave the hub.
   SceneDesk desk_;
+  ProbeDesk probe_;
   PictureHub hub_;
   StreamContext context_;
   std::size_t connections_ = 0;

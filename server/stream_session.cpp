@@ -23,11 +23,6 @@ constexpr std::size_t kLargestMessageBytes = 64 << 10;
 constexpr std::size_t kLargestReadBytes = 1 << 20;
 constexpr std::size_t kMostAnswers = 16;
 
-std::uint64_t frames_lost(const AcquisitionCounters& frames) {
-  return frames.frames_missing.value() + frames.frames_invalid.value() + frames.frames_over_capacity.value() +
-         frames.frames_in_short_volumes.value() + frames.frames_abandoned.value();
-}
-
 SharedMessage serialised(const v1::ServerMessage& message) {
   return std::make_shared<const std::string>(message.SerializeAsString());
 }
@@ -56,6 +51,7 @@ void StreamSession::opened() {
   open_ = true;
   context_.counters.sessions_opened.add();
   answers_.push_back(hello());
+  probe_due_ = context_.probe.status().state != ProbeStatus::State::kAbsent;
   if (auto added = context_.hub.add(*this); !added) {
     close(websocket::close_code::internal_error, "the picture could not be encoded");
   }
@@ -91,6 +87,12 @@ void StreamSession::scene_changed() {
   pump();
 }
 
+void StreamSession::probe_changed() {
+  probe_due_ = true;
+  answer_probe_changes();
+  pump();
+}
+
 void StreamSession::statistics_due() {
   statistics_due_ = true;
   pump();
@@ -102,7 +104,7 @@ void StreamSession::close(websocket::close_code code, const std::string& reason)
 }
 
 void StreamSession::read() {
-  if (reading_ || closing_ || answers_.size() >= kMostAnswers) return;
+  if (reading_ || closing_ || answers_.size() + probe_questions_.size() >= kMostAnswers) return;
   reading_ = true;
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code failure, std::size_t bytes) {
     self->received(failure, bytes);
@@ -146,8 +148,11 @@ void StreamSession::handle(const v1::ClientMessage& message) {
       answer(reply);
       break;
     }
+    case v1::ClientMessage::kProbeChange:
+      change_probe(message.probe_change());
+      break;
     case v1::ClientMessage::BODY_NOT_SET:
-      refuse("a message has no body, expected a scene_change or a clock_request");
+      refuse("a message has no body, expected a scene_change, a probe_change or a clock_request");
       break;
   }
 }
@@ -169,6 +174,38 @@ void StreamSession::change_scene(const v1::SceneChange& change) {
   for (StreamSession* session : context_.hub.sessions()) {
     if (session != this) session->scene_changed();
   }
+}
+
+void StreamSession::change_probe(const v1::ProbeChange& change) {
+  const auto order = context_.probe.order(change.settings());
+  if (order) {
+    probe_questions_.push_back({.order = *order, .request_id = change.request_id()});
+    return;
+  }
+  context_.counters.probe_refusals.add();
+  v1::ServerMessage message;
+  message.mutable_probe_reply()->set_request_id(change.request_id());
+  message.mutable_probe_reply()->mutable_refused()->set_message(order.error().message);
+  answer(message);
+}
+
+void StreamSession::answer_probe_changes() {
+  const ProbeStatus& status = context_.probe.status();
+  while (!probe_questions_.empty() && probe_questions_.front().order <= status.order_answered) {
+    v1::ServerMessage message;
+    v1::ProbeReply& reply = *message.mutable_probe_reply();
+    reply.set_request_id(probe_questions_.front().request_id);
+    probe_questions_.pop_front();
+    if (status.refusal.empty()) {
+      context_.counters.probe_changes.add();
+      *reply.mutable_in_force() = settings_message(status.settings);
+    } else {
+      context_.counters.probe_refusals.add();
+      reply.mutable_refused()->set_message(status.refusal);
+    }
+    answer(message);
+  }
+  read();  // there may be room for another question
 }
 
 void StreamSession::refuse(const std::string& sentence) {
@@ -195,6 +232,10 @@ void StreamSession::pump() {
   } else if (std::exchange(scene_due_, false)) {
     v1::ServerMessage message;
     *message.mutable_scene() = scene_state(context_.desk.in_force());
+    write(serialised(message));
+  } else if (std::exchange(probe_due_, false)) {
+    v1::ServerMessage message;
+    *message.mutable_probe_status() = context_.probe.message();
     write(serialised(message));
   } else if (std::exchange(statistics_due_, false)) {
     write(statistics());
@@ -246,8 +287,15 @@ SharedMessage StreamSession::statistics() const {
   v1::ServerMessage message;
   v1::Statistics& to = *message.mutable_statistics();
   to.set_server_time_ns(now_ns());
-  to.set_frames_received(house.acquisition.frames_received.value());
-  to.set_frames_lost(frames_lost(house.acquisition));
+  const AcquisitionCounters& frames = house.acquisition;
+  frames.ledger.read([&] {
+    to.set_frames_received(frames.frames_received.value());
+    to.set_frames_lost(frames_lost(frames));
+  });
+  to.set_volumes_interpolated(frames.volumes_interpolated.value());
+  to.set_mismatch_deg(frames.mismatch_deg.value());
+  to.set_mismatch_left_deg(frames.mismatch_left_deg.value());
+  to.set_mismatch_left_mm(frames.mismatch_left_mm.value());
   to.set_volumes_assembled(house.ring.volumes_published.value());
   to.set_volumes_dropped(house.ring.volumes_dropped.value());
   to.set_pass1_runs(house.render.pass1_runs.value());
@@ -257,7 +305,8 @@ SharedMessage StreamSession::statistics() const {
   to.set_pictures_sent(pictures_sent_);
   to.set_pictures_skipped(pictures_skipped_);
   to.set_sessions(static_cast<std::uint32_t>(context_.hub.sessions().size()));
-  to.set_source_state(context_.source_state());
+  const bool lost = context_.probe.status().state == ProbeStatus::State::kLost;
+  to.set_source_state(lost ? "probe lost" : context_.source_state());
   return serialised(message);
 }
 

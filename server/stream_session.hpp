@@ -36,6 +36,9 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   /// Someone changed the scene: tell this display as soon as its socket is free.
   void scene_changed();
 
+  /// The probe's state is another one: tell this display, and answer what it asked of the probe.
+  void probe_changed();
+
   /// A second has passed: send the statistics.
   void statistics_due();
 
@@ -48,6 +51,8 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void received(boost::beast::error_code failure, std::size_t bytes);
   void handle(const v1::ClientMessage& message);
   void change_scene(const v1::SceneChange& change);
+  void change_probe(const v1::ProbeChange& change);
+  void answer_probe_changes();
   void refuse(const std::string& sentence);
   void answer(const v1::ServerMessage& message);
   void pump();
@@ -66,6 +71,12 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   SharedMessage under_way_;
   bool picture_under_way_ = false;
   bool scene_due_ = false;
+  bool probe_due_ = false;
+  struct ProbeQuestion {
+    std::uint64_t order;       // its number at the desk
+    std::uint64_t request_id;  // its client's
+  };
+  std::deque<ProbeQuestion> probe_questions_;  // bounded like answers_
   bool statistics_due_ = false;
   bool reading_ = false;
   bool open_ = false;

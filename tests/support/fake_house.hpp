@@ -28,7 +28,8 @@ class FakeHouse {
          .pictures = pictures_,
          .scenes = scenes_,
          .failures = failures_,
-         .house = {acquisition_, ring_, render_},
+         .house = {acquisition_, ring_, render_, probe_.counters},
+         .probe = probe_,
          .counters = counters_,
          .source_state = [this] { return source_state_; }});
     if (!made) throw std::runtime_error(made.error().message);
@@ -67,6 +68,9 @@ class FakeHouse {
   }
   bool has_scene() { return scenes_.newest() != nullptr; }
 
+  /// The acquisition thread's end of the probe.
+  ProbeLink& probe() { return probe_; }
+
   void fail(const Error& error) {
     failures_.draft() = error;
     failures_.publish();
@@ -98,6 +102,8 @@ class FakeHouse {
   AcquisitionCounters acquisition_;
   RingCounters ring_;
   RenderCounters render_;
+  Doorbell acquisition_bell_;
+  ProbeLink probe_{acquisition_bell_, bell_};
   ServerCounters counters_;
   std::unique_ptr<StreamServer> server_;
   boost::asio::ip::tcp::endpoint endpoint_;

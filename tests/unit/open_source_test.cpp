@@ -8,13 +8,19 @@
 namespace fanlight {
 namespace {
 
+Result<std::unique_ptr<FrameSource>> opened(std::string_view text, const SourceOptions& options) {
+  static Doorbell bell;
+  static ProbeLink link(bell, bell);
+  return open_source(text, options, link);
+}
+
 TEST(OpenSource, OpensThePhantomWithItsOptions) {
-  const auto source = open_source("phantom:columns=32,rows=16,frames=9", {});
+  const auto source = opened("phantom:columns=32,rows=16,frames=9", {});
   ASSERT_TRUE(source) << source.error().message;
   EXPECT_EQ((*source)->description().name, "phantom:");
   EXPECT_EQ((*source)->description().geometry.columns, 32U);
   EXPECT_EQ((*source)->description().frames_per_volume, 9U);
-  EXPECT_TRUE(open_source("phantom:", {}));
+  EXPECT_TRUE(opened("phantom:", {}));
 }
 
 TEST(OpenSource, OpensARecordingWithAndWithoutItsScheme) {
@@ -22,7 +28,7 @@ TEST(OpenSource, OpensARecordingWithAndWithoutItsScheme) {
   const auto path = folder / "sweep.igs.mha";
   test::write_file(path, test::fan_recording(4, 1, 20).bytes());
   for (const std::string& text : {path.string(), "replay:" + path.string()}) {
-    const auto source = open_source(text, {.geometry_path = {}, .as_fast_as_taken = true});
+    const auto source = opened(text, {.geometry_path = {}, .as_fast_as_taken = true});
     ASSERT_TRUE(source) << source.error().message;
     EXPECT_EQ((*source)->description().name, "replay:" + path.string());
   }
@@ -33,20 +39,21 @@ TEST(OpenSource, PassesItsOptionsOn) {
   const auto path = folder / "sweep.igs.mha";
   test::write_file(path, test::fan_recording(4, 1, 20).bytes());
   test::write_file(folder / "geometry.toml", "motor_radius_mm = 44\n");
-  const auto source = open_source(path.string(), {.geometry_path = folder / "geometry.toml",
-                                                  .as_fast_as_taken = true,
-                                                  .ending = ReplaySource::Ending::kToAndFro});
+  const auto source = opened(path.string(), {.geometry_path = folder / "geometry.toml",
+                                             .as_fast_as_taken = true,
+                                             .ending = ReplaySource::Ending::kToAndFro});
   ASSERT_TRUE(source) << source.error().message;
   EXPECT_EQ((*source)->description().geometry.motor_radius_mm, 44);
   for (int i = 0; i < 9; ++i) EXPECT_TRUE((*source)->next_frame({}).value()) << "it never ends";
 }
 
 TEST(OpenSource, RefusesInOneSentence) {
-  EXPECT_EQ(open_source("", {}).error().message, "the source is empty, expected phantom: or replay:PATH");
-  EXPECT_EQ(open_source("replay:", {}).error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(open_source("/no/such/file.mha", {}).error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(open_source("phantom:colour=red", {}).error().code, ErrorCode::kInvalidArgument);
-  EXPECT_EQ(open_source("/no/such/file.mha", {.geometry_path = {}, .speed = 0}).error().code,
+  EXPECT_EQ(opened("", {}).error().message,
+            "the source is empty, expected phantom:, replay:PATH or usb:VENDOR:PRODUCT");
+  EXPECT_EQ(opened("replay:", {}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(opened("/no/such/file.mha", {}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(opened("phantom:colour=red", {}).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(opened("/no/such/file.mha", {.geometry_path = {}, .speed = 0}).error().code,
             ErrorCode::kInvalidArgument);
 }
 

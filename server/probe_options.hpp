@@ -1,0 +1,12 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "acquisition/open_source.hpp"
+
+namespace fanlight {
+
+/// Adds the options of a USB probe to a command; `options` must live as long as it.
+void add_probe_options(CLI::App& command, SourceOptions& options);
+
+}  // namespace fanlight
