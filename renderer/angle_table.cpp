@@ -16,14 +16,22 @@ constexpr double kMarginEntries = 2;
 }  // namespace
 
 AngleTable::AngleTable(double first_angle_rad, double last_angle_rad, std::uint32_t frame_capacity)
-    : entries_(kEntries), placed_angles_(frame_capacity) {
-  const double first = std::tan(first_angle_rad / 2);
-  const double last = std::tan(last_angle_rad / 2);
+    : expected_first_rad_(first_angle_rad),
+      expected_last_rad_(last_angle_rad),
+      angles_(kEntries),
+      entries_(kEntries),
+      placed_angles_(frame_capacity) {}
+
+void AngleTable::span(double first_angle_rad, double last_angle_rad) {
+  if (first_rad_ == first_angle_rad && last_rad_ == last_angle_rad) return;
+  first_rad_ = first_angle_rad;
+  last_rad_ = last_angle_rad;
+  const double first = std::tan(first_rad_ / 2);
+  const double last = std::tan(last_rad_ / 2);
   scale_ = (kEntries - 1 - 2 * kMarginEntries) / (last - first);
   offset_ = kMarginEntries - first * scale_;
-  angles_.reserve(kEntries);
   for (std::size_t entry = 0; entry < kEntries; ++entry) {
-    angles_.push_back(2 * std::atan((static_cast<double>(entry) - offset_) / scale_));
+    angles_[entry] = 2 * std::atan((static_cast<double>(entry) - offset_) / scale_);
   }
 }
 
@@ -39,6 +47,7 @@ bool AngleTable::place(const Volume& volume) {
   if (!changed) return false;
 
   const std::size_t last = order.size() - 1;
+  span(std::min(expected_first_rad_, angle(0)), std::max(expected_last_rad_, angle(last)));
   const double mean_step_rad = (angle(last) - angle(0)) / static_cast<double>(last);
   // Angles only grow along the table, so the frame below an entry is found by walking on.
   std::size_t below = 0;

@@ -17,13 +17,14 @@ namespace fanlight {
 /// the angle between each two, and so for frames at uneven angles; extrapolated beyond the first and last.
 class AngleTable {
  public:
-  /// A table for up to frame_capacity frames between the two angles, each within +-90 deg. All memory is
-  /// allocated here.
+  /// A table for up to frame_capacity frames, most of them between the two angles; all angles lie within
+  /// +-90 deg. All memory is allocated here.
   AngleTable(double first_angle_rad, double last_angle_rad, std::uint32_t frame_capacity);
 
-  /// Fills in the frame coordinates of a volume whose angles lie where the constructor was told.
-  /// Precondition: sorted by angle, at least two different angles. Allocates nothing. False where the angles
-  /// are those of the last call, so that nothing changed.
+  /// Fills in the frame coordinates of a volume. Where its sweep is wider than the constructor was told, the
+  /// entries are spread to cover that too, for this volume alone. Precondition: sorted by angle, at least two
+  /// different angles. Allocates nothing. False where the angles are those of the last call, so that nothing
+  /// changed.
   bool place(const Volume& volume);
 
   std::span<const float> entries() const { return entries_; }
@@ -33,6 +34,12 @@ class AngleTable {
   double offset() const { return offset_; }
 
  private:
+  void span(double first_angle_rad, double last_angle_rad);
+
+  double expected_first_rad_;
+  double expected_last_rad_;
+  double first_rad_ = 0;  // that the entries span
+  double last_rad_ = 0;
   double scale_ = 0;
   double offset_ = 0;
   std::vector<double> angles_;  // of each entry, rad

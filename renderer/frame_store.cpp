@@ -1,5 +1,7 @@
 #include "renderer/frame_store.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "renderer/command_recording.hpp"
@@ -14,9 +16,17 @@ namespace {
 constexpr std::uint32_t kWords = 64;
 constexpr std::uint32_t kStretch = 64;
 
+Result<void> check_limits(const FrameStore::Config& config, const VkPhysicalDeviceLimits& limits) {
+  if (std::max({config.columns, config.rows, config.frame_capacity}) <= limits.maxImageDimension3D) return {};
+  return Error{ErrorCode::kUnsupported,
+               fmt::format("a volume of {} x {} x {} is too large for this GPU, expected at most {} each way",
+                           config.columns, config.rows, config.frame_capacity, limits.maxImageDimension3D)};
+}
+
 }  // namespace
 
 Result<FrameStore> FrameStore::create(const Gpu& gpu, const Config& config) {
+  if (auto fits = check_limits(config, gpu.limits()); !fits) return fits.error();
   FrameStore made;
   made.config_ = config;
   auto staged = GpuBuffer::create(gpu, made.frame_bytes() * config.frame_capacity,
@@ -24,8 +34,8 @@ Result<FrameStore> FrameStore::create(const Gpu& gpu, const Config& config) {
                                   BufferPlace::kToGpu);
   if (!staged) return staged.error();
   made.staged_ = std::move(*staged);
-  auto texture = GpuImage::create(gpu, VK_FORMAT_R8_UNORM,
-                                  {config.geometry.columns, config.geometry.rows, config.frame_capacity});
+  auto texture =
+      GpuImage::create(gpu, VK_FORMAT_R8_UNORM, {config.columns, config.rows, config.frame_capacity});
   if (!texture) return texture.error();
   made.texture_ = std::move(*texture);
   return made;
@@ -33,7 +43,7 @@ Result<FrameStore> FrameStore::create(const Gpu& gpu, const Config& config) {
 
 void FrameStore::load(const Volume& volume) {
   const auto staged = staged_.mapped();
-  const std::size_t columns = config_.geometry.columns;
+  const std::size_t columns = config_.columns;
   const std::size_t row_bytes = std::size_t{kPixelsInWord} * words_in_row();
   std::uint8_t* to = staged.data();
   for (const std::uint32_t index : volume.by_angle()) {
@@ -42,7 +52,7 @@ void FrameStore::load(const Volume& volume) {
       to = std::copy_n(from, frame_bytes(), to);
       continue;
     }
-    for (std::uint32_t row = 0; row < config_.geometry.rows; ++row, from += columns) {
+    for (std::uint32_t row = 0; row < config_.rows; ++row, from += columns) {
       to = std::fill_n(std::copy_n(from, columns, to), row_bytes - columns, std::uint8_t{0});
     }
   }
@@ -146,12 +156,11 @@ void FrameStore::record_filter(VkCommandBuffer commands, const Passes& passes) {
   const std::uint32_t first = next_frame_;
   const std::uint32_t end = piece_end();
   const bool guided = wanted_.filter == SpeckleFilter::kGuided;
-  const std::uint32_t down = wanted_.filter == SpeckleFilter::kMedian
-                                 ? config_.geometry.rows
-                                 : groups(config_.geometry.rows, kStretch);
+  const std::uint32_t down =
+      wanted_.filter == SpeckleFilter::kMedian ? config_.rows : groups(config_.rows, kStretch);
   const auto beside = static_cast<std::uint32_t>(wanted_.across / 2);
-  shaders::PrepareConstants constants{.columns = config_.geometry.columns,
-                                      .rows = config_.geometry.rows,
+  shaders::PrepareConstants constants{.columns = config_.columns,
+                                      .rows = config_.rows,
                                       .frames = frames_,
                                       .first_kept = first - std::min(first, beside),
                                       .radius_across = wanted_.across / 2,

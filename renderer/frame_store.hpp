@@ -21,16 +21,25 @@ namespace fanlight {
 class FrameStore {
  public:
   struct Config {
-    FanGeometry geometry;
+    std::uint32_t columns = 0;  ///< of a frame
+    std::uint32_t rows = 0;
     std::uint32_t frame_capacity = 0;
     std::uint64_t piece_samples = 0;  ///< about the work of one piece, in samples of pass 1
   };
 
+  /// A store that holds no volume and no memory.
   FrameStore() = default;
+  /// Allocates all memory but pass 0's. Errors: kUnsupported where such volumes are beyond the GPU's limits,
+  /// kUnavailable where it has no memory for them.
   static Result<FrameStore> create(const Gpu& gpu, const Config& config);
 
-  /// Copies the frames, in ascending order of angle, to where the GPU can fetch them. Precondition: nothing
-  /// that was recorded is outstanding.
+  /// Whether it is made for frames of that geometry; millimetres do not matter.
+  bool suits(const FanGeometry& geometry) const {
+    return geometry.columns == config_.columns && geometry.rows == config_.rows;
+  }
+
+  /// Copies the frames, in ascending order of angle, to where the GPU can fetch them. Precondition: it suits
+  /// them, and nothing that was recorded is outstanding.
   void load(const Volume& volume);
 
   /// Sets pass 0 up. Where the volume exceeds what a shader of this GPU can address in one buffer, or there
@@ -63,12 +72,8 @@ class FrameStore {
  private:
   // Pass 0 reads four pixels at once, so that rows of the staged frames are padded to whole words.
   static constexpr std::uint32_t kPixelsInWord = 4;
-  std::uint32_t words_in_row() const {
-    return (config_.geometry.columns + kPixelsInWord - 1) / kPixelsInWord;
-  }
-  std::uint64_t frame_bytes() const {
-    return std::uint64_t{kPixelsInWord} * words_in_row() * config_.geometry.rows;
-  }
+  std::uint32_t words_in_row() const { return (config_.columns + kPixelsInWord - 1) / kPixelsInWord; }
+  std::uint64_t frame_bytes() const { return std::uint64_t{kPixelsInWord} * words_in_row() * config_.rows; }
   bool fits(const Gpu& gpu, const Scene::Speckle& options) const;
   std::uint64_t frames_at_a_time(const Gpu& gpu, const Scene::Speckle& options) const;
   std::uint32_t piece_frames(const Gpu& gpu) const;

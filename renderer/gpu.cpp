@@ -40,9 +40,13 @@ Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::strin
 
   std::unique_ptr<Gpu> made(new Gpu());
   made->candidate_ = *chosen;
-  VkPhysicalDeviceProperties properties{};
-  vkGetPhysicalDeviceProperties(chosen->physical, &properties);
-  made->limits_ = properties.limits;
+  VkPhysicalDeviceVulkan13Properties properties13{
+      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_PROPERTIES};
+  VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                         .pNext = &properties13};
+  vkGetPhysicalDeviceProperties2(chosen->physical, &properties);
+  made->limits_ = properties.properties.limits;
+  made->largest_buffer_bytes_ = properties13.maxBufferSize;
   vkGetPhysicalDeviceMemoryProperties(chosen->physical, &made->memory_);
 
   constexpr std::array kPriorities = {0.5F, 1.0F};  // a moved light goes before a new volume

@@ -68,6 +68,7 @@ class Gpu {
   VkDevice device() const { return device_; }
   const GpuCandidate& candidate() const { return candidate_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
+  std::uint64_t largest_buffer_bytes() const { return largest_buffer_bytes_; }
 
   /// Pass 1 and uploads go to one, passes 2 and 3 to the other; the same where the family has only one.
   VkQueue cast_queue() const { return cast_queue_; }
@@ -76,12 +77,17 @@ class Gpu {
   /// Index of a memory type among `type_bits` that has `wanted`, preferring one that also has `preferred`.
   Result<std::uint32_t> memory_type(std::uint32_t type_bits, VkMemoryPropertyFlags wanted,
                                     VkMemoryPropertyFlags preferred) const;
+  /// All memory that there is of a type.
+  std::uint64_t heap_bytes(std::uint32_t memory_type) const {
+    return memory_.memoryHeaps[memory_.memoryTypes[memory_type].heapIndex].size;
+  }
 
  private:
   Gpu() = default;
 
   GpuCandidate candidate_;
   VkPhysicalDeviceLimits limits_{};
+  std::uint64_t largest_buffer_bytes_ = 0;
   VkPhysicalDeviceMemoryProperties memory_{};
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue cast_queue_ = VK_NULL_HANDLE;

@@ -1,15 +1,24 @@
 #include "renderer/gpu_memory.hpp"
 
+#include <fmt/format.h>
+
 #include "renderer/vulkan_result.hpp"
 
 namespace fanlight {
 
 namespace {
 
+// Vulkan does not allow to ask for more than there is and be refused.
+Error more_than(std::uint64_t most_bytes, std::uint64_t bytes) {
+  return {ErrorCode::kUnavailable,
+          fmt::format("{} bytes of GPU memory were asked for, expected at most {}", bytes, most_bytes)};
+}
+
 Result<MemoryHandle> allocate(const Gpu& gpu, const VkMemoryRequirements& needs, VkMemoryPropertyFlags wanted,
                               VkMemoryPropertyFlags preferred) {
   const auto type = gpu.memory_type(needs.memoryTypeBits, wanted, preferred);
   if (!type) return type.error();
+  if (needs.size > gpu.heap_bytes(*type)) return more_than(gpu.heap_bytes(*type), needs.size);
   const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
                                   .allocationSize = needs.size,
                                   .memoryTypeIndex = *type};
@@ -23,6 +32,7 @@ Result<MemoryHandle> allocate(const Gpu& gpu, const VkMemoryRequirements& needs,
 
 Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, std::uint64_t bytes, VkBufferUsageFlags usage,
                                     BufferPlace place) {
+  if (bytes > gpu.largest_buffer_bytes()) return more_than(gpu.largest_buffer_bytes(), bytes);
   GpuBuffer made;
   made.bytes_ = bytes;
   const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};

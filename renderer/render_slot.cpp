@@ -97,11 +97,7 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
     *wanted.buffer = std::move(*buffer);
   }
 
-  auto frames = FrameStore::create(gpu, {.geometry = config_.geometry,
-                                         .frame_capacity = config_.frame_capacity,
-                                         .piece_samples = config_.band_samples});
-  if (!frames) return frames.error();
-  frames_ = std::move(*frames);
+  if (auto frames = create_frames(gpu, config_.geometry); !frames) return frames;
   auto angles = GpuImage::create(gpu, VK_FORMAT_R32_SFLOAT,
                                  {static_cast<std::uint32_t>(table_.entries().size()), 1, 1});
   if (!angles) return angles.error();
@@ -110,6 +106,23 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
   if (!transfer) return transfer.error();
   transfer_ = std::move(*transfer);
   return {};
+}
+
+Result<void> RenderSlot::create_frames(const Gpu& gpu, const FanGeometry& geometry) {
+  auto frames = FrameStore::create(gpu, {.columns = geometry.columns,
+                                         .rows = geometry.rows,
+                                         .frame_capacity = config_.frame_capacity,
+                                         .piece_samples = config_.band_samples});
+  if (!frames) return frames.error();
+  frames_ = std::move(*frames);
+  return {};
+}
+
+Result<void> RenderSlot::replace_frames(const Gpu& gpu, const FanGeometry& geometry) {
+  frames_ = FrameStore();  // first, so that a volume as large as the GPU takes still has room
+  auto made = create_frames(gpu, geometry);
+  write_frame_descriptors(gpu);
+  return made;
 }
 
 Result<void> RenderSlot::create_commands(const Gpu& gpu) {
@@ -173,16 +186,16 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
       {FANLIGHT_BINDING_DIFFUSED, &diffused_},
       {FANLIGHT_BINDING_FINISHED, &finished_}};
   for (const auto& [binding, buffer] : buffers) descriptors_.write(gpu, binding, *buffer);
-  write_frame_buffers(gpu);
-  const std::pair<std::uint32_t, const GpuImage*> images[] = {{FANLIGHT_BINDING_VOLUME, &frames_.texture()},
-                                                              {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
-                                                              {FANLIGHT_BINDING_TRANSFER, &transfer_}};
-  for (const auto& [binding, image] : images) descriptors_.write(gpu, binding, *image);
+  write_frame_descriptors(gpu);
+  descriptors_.write(gpu, FANLIGHT_BINDING_ANGLE_TABLE, angles_);
+  descriptors_.write(gpu, FANLIGHT_BINDING_TRANSFER, transfer_);
   return {};
 }
 
-void RenderSlot::write_frame_buffers(const Gpu& gpu) const {
-  // A descriptor must name a buffer, also where nothing will use it.
+void RenderSlot::write_frame_descriptors(const Gpu& gpu) const {
+  // A descriptor must name something, also where nothing will use it.
+  const bool there = frames_.texture().get() != VK_NULL_HANDLE;
+  descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, there ? frames_.texture() : angles_);
   for (const auto& [binding, buffer] : frames_.bindings()) {
     descriptors_.write(gpu, binding, buffer != nullptr ? *buffer : depth_);
   }
@@ -192,8 +205,12 @@ void RenderSlot::follow(const Gpu& gpu, const RenderSlot& other) {
   descriptors_.write(gpu, FANLIGHT_BINDING_PREVIOUS, other.steady_);
 }
 
-void RenderSlot::load(const Volume& volume) {
+Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
+  if (!frames_.suits(volume.geometry())) {
+    if (auto made = replace_frames(gpu, volume.geometry()); !made) return made;
+  }
   frames_.load(volume);
+  geometry_ = volume.geometry();
   if (table_.place(volume)) {
     std::memcpy(staged_angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
   }
@@ -202,6 +219,7 @@ void RenderSlot::load(const Volume& volume) {
              .last_angle_rad = volume.angles_rad()[volume.by_angle().back()],
              .frames = volume_.frames,
              .frame_capacity = config_.frame_capacity};
+  return {};
 }
 
 void RenderSlot::stamp_time(VkCommandBuffer commands, std::uint32_t query) const {
@@ -210,20 +228,19 @@ void RenderSlot::stamp_time(VkCommandBuffer commands, std::uint32_t query) const
 
 Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene) {
   if (auto begun = frames_.begin(gpu, passes, scene.speckle); !begun) return begun;
-  if (frames_.took_memory()) write_frame_buffers(gpu);
-  auto cast = passes.cast(scene, config_.geometry.kind);
+  if (frames_.took_memory()) write_frame_descriptors(gpu);
+  auto cast = passes.cast(scene, geometry_.kind);
   if (!cast) return cast.error();
   cast_pipeline_ = *cast;
   slice_pipeline_ = VK_NULL_HANDLE;
   if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
-    auto slice = passes.slice(config_.geometry.kind);
+    auto slice = passes.slice(geometry_.kind);
     if (!slice) return slice.error();
     slice_pipeline_ = *slice;
   }
 
   // Memory that the GPU reads may be slow to read here: what is needed of it is kept.
-  const shaders::CastParameters parameters =
-      cast_parameters(scene, config_.size, config_.geometry, table_, extent_);
+  const shaders::CastParameters parameters = cast_parameters(scene, config_.size, geometry_, table_, extent_);
   cast_parameters_.mapped_as<shaders::CastParameters>() = parameters;
   farthest_mm_ = parameters.end;
   vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);

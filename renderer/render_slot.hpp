@@ -35,7 +35,7 @@ class RenderSlot {
  public:
   struct Config {
     PictureSize size;
-    FanGeometry geometry;
+    FanGeometry geometry;  ///< that room is made for at once
     double first_angle_rad = 0;
     double last_angle_rad = 0;
     std::uint32_t frame_capacity = 0;
@@ -49,8 +49,10 @@ class RenderSlot {
   void follow(const Gpu& gpu, const RenderSlot& other);
 
   /// Copies the volume's frames, in ascending order of angle, to where the GPU can fetch them; the volume may
-  /// go when this returns. Precondition: nothing is outstanding.
-  void load(const Volume& volume);
+  /// go when this returns. Where its columns or rows are not those of the last, the memory for frames is made
+  /// anew, the old given back first. Precondition: nothing is outstanding. Errors as FrameStore::create; then
+  /// light() still does what it did, but only a load() that succeeds may be followed by begin_cast().
+  Result<void> load(const Gpu& gpu, const Volume& volume);
 
   /// Sets passes 0 and 1 up; nothing is submitted yet. Also gives up a cast under way. Precondition: nothing
   /// is outstanding. Error: a pipeline that cannot be built.
@@ -98,12 +100,14 @@ class RenderSlot {
   explicit RenderSlot(const Config& config)
       : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {}
   Result<void> create_memory(const Gpu& gpu);
+  Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry);
+  Result<void> replace_frames(const Gpu& gpu, const FanGeometry& geometry);
   Result<void> create_commands(const Gpu& gpu);
   Result<void> create_descriptors(const Gpu& gpu, const Passes& passes);
   Result<void> submit_frames(const Gpu& gpu, const Passes& passes);
   Result<void> record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene);
   void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
-  void write_frame_buffers(const Gpu& gpu) const;
+  void write_frame_descriptors(const Gpu& gpu) const;
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
   // Pass 1 works on tiles of 8 x 8 pixels, numbered along the rows of tiles.
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }
@@ -113,6 +117,7 @@ class RenderSlot {
 
   Config config_;
   AngleTable table_;
+  FanGeometry geometry_;  // of the volume, as are the next two
   VolumeStamp volume_;
   VolumeExtent extent_;
   std::optional<TransferFunction> transferred_;  // of the table on the GPU, and for samples so far apart

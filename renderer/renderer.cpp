@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "proto/clock.hpp"
 #include "renderer/vulkan_result.hpp"
@@ -16,16 +17,7 @@ namespace {
 constexpr std::uint64_t kProcessorBand = 8'000'000;
 constexpr std::uint64_t kGpuBand = 500'000'000;
 
-Result<void> check_limits(const Renderer::Config& config, const VkPhysicalDeviceLimits& limits) {
-  const std::uint32_t largest =
-      std::max({config.geometry.columns, config.geometry.rows, config.frame_capacity});
-  if (largest > limits.maxImageDimension3D) {
-    return Error{
-        ErrorCode::kUnsupported,
-        fmt::format("a volume of {} x {} x {} is too large for this GPU, expected at most {} each way",
-                    config.geometry.columns, config.geometry.rows, config.frame_capacity,
-                    limits.maxImageDimension3D)};
-  }
+Result<void> check_picture(const Renderer::Config& config, const VkPhysicalDeviceLimits& limits) {
   const std::uint32_t most_pixels = limits.maxStorageBufferRange / sizeof(glm::uvec2);
   const std::uint64_t pixels = std::uint64_t{config.size.width} * config.size.height;
   if (std::min(config.size.width, config.size.height) < 2 || pixels > most_pixels) {
@@ -51,7 +43,7 @@ Error too_large(const Renderer::Config& config, const Gpu& gpu, const Error& err
 Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const Dependencies& dependencies,
                                                    const NumberedScene& scene) {
   const Gpu& gpu = dependencies.gpu;
-  if (auto fits = check_limits(config, gpu.limits()); !fits) return fits.error();
+  if (auto fits = check_picture(config, gpu.limits()); !fits) return fits.error();
   std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene));
   auto passes = Passes::create(gpu);
   if (!passes) return passes.error();
@@ -79,6 +71,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
 
 Renderer::~Renderer() {
   vkDeviceWaitIdle(gpu_.device());
+  for (const auto& flight : flights_) {
+    if (flight && flight->awaits_picture) counters_.volumes_skipped.add();
+  }
 }
 
 bool Renderer::wants_volume() const {
@@ -88,9 +83,16 @@ bool Renderer::wants_volume() const {
 }
 
 Result<void> Renderer::load(const Volume& volume) {
+  Flight& next = *flights_[1 - newest_];
+  next.awaits_picture = true;
+  if (auto loaded = next.slot.load(gpu_, volume); !loaded) {
+    if (loaded.error().code == ErrorCode::kBroken) return loaded;
+    next.awaits_picture = false;
+    counters_.volumes_refused.add();
+    return {};
+  }
   newest_ = 1 - newest_;
-  flights_[newest_]->slot.load(volume);
-  return begin_cast(*flights_[newest_]);
+  return begin_cast(next);
 }
 
 Result<void> Renderer::begin_cast(Flight& flight) {
@@ -169,8 +171,10 @@ bool Renderer::collect(Picture& picture) {
     Flight& flight = *flights_[index];
     if (flight.phase != Phase::kLighting || flight.slot.outstanding(gpu_) > 0) continue;
     flight.phase = Phase::kIdle;
+    const bool first = std::exchange(flight.awaits_picture, false);
     if (flight.stamp.volume.volume_id < shown_volume_id_) {
       counters_.pictures_outdated.add();
+      if (first) counters_.volumes_skipped.add();
       continue;
     }
     shown_ = index;
@@ -184,6 +188,7 @@ bool Renderer::collect(Picture& picture) {
     picture.height = config_.size.height;
     const auto rgba = flight.slot.picture();
     picture.rgba.assign(rgba.begin(), rgba.end());
+    if (first) counters_.volumes_rendered.add();
     return true;
   }
   return false;

@@ -15,17 +15,18 @@ namespace fanlight {
 
 /// Turns volumes and scenes into pictures, with two volumes in flight: pass 1 of the next runs while passes 2
 /// and 3 of the last do. A changed light re-runs passes 2 and 3 of the volume on show, a changed view also
-/// pass 1; whichever, the newest scene wins.
+/// pass 1; whichever, the newest scene wins. Each volume is shown by its own geometry, and the two in flight
+/// may differ in it.
 ///
 /// One thread, which calls show() and load() as they come, then advance(), collect() and wait() in turn.
 class Renderer {
  public:
   struct Config {
     PictureSize size;
-    FanGeometry geometry;
-    double first_angle_rad = 0;  ///< smallest and largest motor angle of the volumes to come
+    FanGeometry geometry;        ///< of the first volumes; room is made for them at once
+    double first_angle_rad = 0;  ///< between which most frames will lie
     double last_angle_rad = 0;
-    std::uint32_t frame_capacity = 0;
+    std::uint32_t frame_capacity = 0;  ///< most frames of any volume
   };
   /// Both must outlive the renderer.
   struct Dependencies {
@@ -46,7 +47,9 @@ class Renderer {
   /// Whether load() would be taken: no pass 1 is under way and a slot is free.
   bool wants_volume() const;
 
-  /// Takes a copy of the volume and casts it with the next advance(). Precondition: wants_volume().
+  /// Takes a copy of the volume and casts it with the next advance(). A volume too large for the GPU's limits
+  /// or memory is refused and counted, and what is shown stays. Allocates where its columns or rows are not
+  /// those of the volume it replaces. Precondition: wants_volume(), at most frame_capacity frames.
   Result<void> load(const Volume& volume);
 
   /// Submits whatever is due and can go now. Never waits for the GPU.
@@ -75,7 +78,8 @@ class Renderer {
     NumberedScene cast_scene;  // of the depth map in the slot
     NumberedScene lit_scene;   // of the picture in the slot
     PictureStamp stamp;
-    bool gave_up_cast = false;  // the cast under way replaces one for a view that nobody wants any more
+    bool awaits_picture = false;  // its volume has had none
+    bool gave_up_cast = false;    // the cast under way replaces one for a view that nobody wants any more
     // The volume and the view of the depth map that the next volume's is drawn towards.
     std::uint64_t filtered_volume_id = 0;
     Scene filtered_view;

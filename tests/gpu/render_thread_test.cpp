@@ -1,8 +1,11 @@
 // The render thread among its ring and mailboxes, with the test as the acquisition and the server thread.
 #include "renderer/render_thread.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <thread>
 
+#include "proto/clock.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
@@ -16,6 +19,13 @@ constexpr FanGeometry kGeometry{.columns = 48,
                                 .face_column = 23.5,
                                 .face_row = 0,
                                 .motor_radius_mm = 30};
+constexpr FanGeometry kDeeper{.columns = 48,
+                              .rows = 70,
+                              .pixel_width_mm = 2,
+                              .pixel_height_mm = 2,
+                              .face_column = 23.5,
+                              .face_row = 0,
+                              .motor_radius_mm = 30};
 constexpr PictureSize kSize{.width = 64, .height = 64};
 
 class RenderThreadTest : public GpuTest {
@@ -31,13 +41,16 @@ class RenderThreadTest : public GpuTest {
                                                                         .failures = failures_});
   }
 
-  /// Puts a plate at this depth into the ring.
-  void publish_plate(double depth_mm) {
-    const Volume plate =
-        made_volume(kGeometry, angles_rad_, [=](const Point& at) { return at.y_mm > depth_mm ? 150 : 5; });
+  /// A plate at this depth, as a probe of that geometry sees it.
+  Volume plate(double depth_mm, const FanGeometry& geometry = kGeometry) const {
+    return made_volume(geometry, angles_rad_, [=](const Point& at) { return at.y_mm > depth_mm ? 150 : 5; });
+  }
+  /// Puts a copy into the ring.
+  void publish(const Volume& copied) {
     Volume* volume = ring_.begin();
+    volume->set_geometry(copied.geometry());
     for (std::uint32_t frame = 0; frame < angles_rad_.size(); ++frame) {
-      std::ranges::copy(plate.frame_pixels(frame), volume->next_frame_pixels().begin());
+      std::ranges::copy(copied.frame_pixels(frame), volume->next_frame_pixels().begin());
       volume->add_frame({.sequence = frame, .angle_rad = angles_rad_[frame]});
     }
     volume->sort_by_angle();
@@ -51,12 +64,40 @@ class RenderThreadTest : public GpuTest {
     }
   }
 
+  /// A geometry that the GPU cannot have.
+  static FanGeometry too_wide() {
+    FanGeometry geometry = kGeometry;
+    geometry.columns = gpu().limits().maxImageDimension3D + 1;
+    geometry.rows = 2;
+    return geometry;
+  }
+
+  std::uint64_t volumes_accounted_for() const {
+    return counters_.volumes_rendered.value() + counters_.volumes_skipped.value() +
+           counters_.volumes_refused.value();
+  }
+  /// Waits until nothing waits in the ring and nothing is in flight; half a minute at most.
+  void rest() const {
+    const RingCounters& ring = ring_.counters();
+    const std::int64_t deadline_ns = now_ns() + 30'000'000'000;
+    while (now_ns() < deadline_ns) {
+      const std::uint64_t taken = ring.volumes_taken.value();
+      if (taken == volumes_accounted_for() &&
+          taken + ring.volumes_dropped.value() == ring.volumes_published.value()) {
+        return;
+      }
+      std::this_thread::yield();
+    }
+  }
+
   const std::vector<double> angles_rad_ = {-0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 0.4};
   const Scene scene_ = scene_for(kGeometry, angles_rad_.front(), angles_rad_.back());
   Doorbell render_bell_;
   Doorbell server_bell_;
   Doorbell writer_bell_;
-  VolumeRing ring_{{.geometry = kGeometry, .frame_capacity = 9},
+  VolumeRing ring_{{.geometry = kGeometry,
+                    .frame_capacity = 9,
+                    .largest_frame_bytes = std::max(kDeeper.frame_bytes(), too_wide().frame_bytes())},
                    {.reader_bell = render_bell_, .writer_bell = writer_bell_}};
   Mailbox<NumberedScene> scenes_{render_bell_};
   Mailbox<Picture> pictures_{server_bell_};
@@ -66,7 +107,7 @@ class RenderThreadTest : public GpuTest {
 };
 
 TEST_F(RenderThreadTest, MakesAPictureOfAVolumeAndAnotherOfAMovedLight) {
-  publish_plate(40);
+  publish(plate(40));
   const Picture first = next_picture();
   EXPECT_EQ(first.stamp.volume.volume_id, 1U);
   EXPECT_EQ(first.width, kSize.width);
@@ -87,7 +128,7 @@ TEST_F(RenderThreadTest, MakesAPictureOfAVolumeAndAnotherOfAMovedLight) {
 TEST_F(RenderThreadTest, EndsUpAtTheNewestVolumeAndScene) {
   constexpr std::uint64_t kVolumes = 30;
   for (std::uint64_t volume = 1; volume <= kVolumes; ++volume) {
-    publish_plate(30 + static_cast<double>(volume));
+    publish(plate(30 + static_cast<double>(volume)));
     scenes_.draft() = {.revision = volume + 1, .scene = scene_};
     scenes_.draft().scene.camera.yaw_deg = static_cast<double>(volume);
     scenes_.publish();
@@ -105,10 +146,47 @@ TEST_F(RenderThreadTest, EndsUpAtTheNewestVolumeAndScene) {
   EXPECT_EQ(failures_.newest(), nullptr);
 }
 
+TEST_F(RenderThreadTest, AccountsForEveryVolumeThatItTook) {
+  const RingCounters& ring = ring_.counters();
+  const Volume volumes[] = {plate(45), plate(45, kDeeper), plate(45), plate(45, too_wide())};
+  // Several at once, of changing geometry, under a camera that turns while they are cast.
+  constexpr std::uint64_t kRounds = 24;
+  for (std::uint64_t round = 0; round < kRounds; ++round) {
+    const std::uint64_t taken_before = ring.volumes_taken.value();
+    for (std::uint64_t volume = 0; volume < 3; ++volume) publish(volumes[(round + volume) % 4]);
+    while (ring.volumes_taken.value() == taken_before) {
+      const std::uint64_t accounted_for = volumes_accounted_for();
+      ASSERT_LE(accounted_for, ring.volumes_taken.value());
+    }
+    scenes_.draft() = {.revision = round + 2, .scene = scene_};
+    scenes_.draft().scene.rays.step_mm = 0.05;  // several bands, between which a cast is given up
+    scenes_.draft().scene.camera.yaw_deg = 0.5 * static_cast<double>(round);
+    scenes_.publish();
+  }
+  rest();
+  EXPECT_EQ(ring.volumes_taken.value() + ring.volumes_dropped.value(), 3 * kRounds);
+  EXPECT_EQ(volumes_accounted_for(), ring.volumes_taken.value());
+  EXPECT_GE(ring.volumes_taken.value(), kRounds);
+  EXPECT_GT(counters_.volumes_rendered.value(), 0U);
+  EXPECT_GT(counters_.volumes_refused.value(), 0U);
+  EXPECT_LE(counters_.volumes_rendered.value(), counters_.pictures_finished.value());
+  EXPECT_EQ(failures_.newest(), nullptr);
+}
+
+TEST_F(RenderThreadTest, GoesOnAfterAVolumeThatTheGpuCannotHave) {
+  publish(plate(45, too_wide()));
+  rest();
+  EXPECT_EQ(counters_.volumes_refused.value(), 1U);
+  publish(plate(45));
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 2U);
+  EXPECT_EQ(failures_.newest(), nullptr);
+}
+
 TEST_F(RenderThreadTest, EndsInTheMiddleOfItsWork) {
-  publish_plate(40);
-  publish_plate(41);
+  publish(plate(40));
+  publish(plate(41));
   thread_.reset();  // returns, whatever is in flight
+  EXPECT_EQ(volumes_accounted_for(), ring_.counters().volumes_taken.value());
 }
 
 }  // namespace

@@ -1,0 +1,67 @@
+// The program's own vkAllocateMemory and vkFreeMemory, which the linker prefers to the loader's.
+#include "tests/gpu/memory_census.hpp"
+
+#include <dlfcn.h>
+#include <vulkan/vulkan.h>
+
+#include <map>
+#include <mutex>
+
+namespace fanlight::test {
+namespace {
+
+struct Ledger {
+  std::mutex mutex;
+  std::uint64_t taken = 0;
+  std::map<VkDeviceMemory, std::uint64_t> held_bytes;
+};
+
+Ledger& ledger() {
+  static Ledger made;
+  return made;
+}
+
+template <typename Function>
+Function loaders(const char* name) {
+  return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+MemoryCensus MemoryCensus::now() {
+  const std::scoped_lock lock(ledger().mutex);
+  MemoryCensus census{.taken = ledger().taken, .held = ledger().held_bytes.size()};
+  for (const auto& [memory, bytes] : ledger().held_bytes) census.held_bytes += bytes;
+  return census;
+}
+
+}  // namespace fanlight::test
+
+extern "C" {
+
+VKAPI_ATTR VkResult VKAPI_CALL vkAllocateMemory(VkDevice device, const VkMemoryAllocateInfo* info,
+                                                const VkAllocationCallbacks* callbacks,
+                                                VkDeviceMemory* memory) {
+  using namespace fanlight::test;
+  static const auto allocate = loaders<PFN_vkAllocateMemory>("vkAllocateMemory");
+  const VkResult result = allocate(device, info, callbacks, memory);
+  if (result != VK_SUCCESS) return result;
+  const std::scoped_lock lock(ledger().mutex);
+  ++ledger().taken;
+  ledger().held_bytes[*memory] = info->allocationSize;
+  return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL vkFreeMemory(VkDevice device, VkDeviceMemory memory,
+                                        const VkAllocationCallbacks* callbacks) {
+  using namespace fanlight::test;
+  static const auto free = loaders<PFN_vkFreeMemory>("vkFreeMemory");
+  {
+    // Before it is free: its handle may come again at once.
+    const std::scoped_lock lock(ledger().mutex);
+    ledger().held_bytes.erase(memory);
+  }
+  free(device, memory, callbacks);
+}
+
+}  // extern "C"
