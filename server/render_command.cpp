@@ -2,9 +2,11 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 
 #include "acquisition/acquisition_thread.hpp"
@@ -14,6 +16,7 @@
 #include "server/picture_file.hpp"
 #include "server/probe_options.hpp"
 #include "server/scene_options.hpp"
+#include "server/server_counters.hpp"
 
 namespace fanlight {
 
@@ -26,13 +29,15 @@ struct RenderOptions {
   std::string out;
   std::string depth;
   std::int64_t volume = 0;
+  bool all = false;
+  std::optional<std::int64_t> count;  // of volumes, with `all`; absent: to the end of the source
   std::string size = "512x512";
   std::string gpu;
   bool json = false;
   SceneOptions scene;
 };
 
-/// A source played to the volume that is wanted.
+/// A source played as fast as its volumes are taken, none left out.
 class VolumePicker {
  public:
   explicit VolumePicker(FrameSource& source)
@@ -48,25 +53,34 @@ class VolumePicker {
                       .counters = counters_,
                       .ended_bell = bell_}) {}
 
-  /// The volume of that number, from 0; it stays valid as long as this does.
-  Result<VolumeRing::Lease> pick(std::int64_t wanted) {
-    for (std::int64_t seen = 0;;) {
+  /// The next volume, which stays valid as long as this does; an empty lease at the end of the source.
+  Result<VolumeRing::Lease> next() {
+    for (;;) {
       // The state goes first: what was published before the end is then sure to be seen.
       const auto state = acquisition_.state();
-      if (auto volume = ring_.take()) {
-        if (seen++ == wanted) return volume;
-        continue;
-      }
+      if (auto volume = ring_.take()) return volume;
       if (state == AcquisitionThread::State::kFailed) return acquisition_.error();
-      if (state != AcquisitionThread::State::kRunning) {
+      if (state != AcquisitionThread::State::kRunning) return VolumeRing::Lease();
+      bell_.wait(-1);
+    }
+  }
+
+  /// The volume of that number, from 0.
+  Result<VolumeRing::Lease> pick(std::int64_t wanted) {
+    for (std::int64_t seen = 0;; ++seen) {
+      auto volume = next();
+      if (!volume) return volume;
+      if (!*volume) {
         return Error{
             ErrorCode::kNotFound,
             fmt::format("volume {} was asked for, but the source has {} that can be rendered, counted from 0",
                         wanted, seen)};
       }
-      bell_.wait(-1);
+      if (seen == wanted) return volume;
     }
   }
+
+  const AcquisitionCounters& counters() const { return counters_; }
 
  private:
   Doorbell bell_;
@@ -146,10 +160,55 @@ void print_report(const RenderOptions& options, const Picture& picture, const De
   fmt::print("  {:<10} {:8.2f} ms\n", "together", total_ms);
 }
 
+/// x.png -> x.0007.png
+std::string numbered(const std::string& path, std::int64_t number) {
+  const std::filesystem::path whole(path);
+  return (whole.parent_path() / whole.stem()).string() + fmt::format(".{:04}", number) +
+         whole.extension().string();
+}
+
+/// Renders every volume of the source, and says what became of its frames.
+Result<void> render_all(const RenderOptions& options, VolumePicker& picker, Renderer& renderer) {
+  std::int64_t rendered = 0;
+  std::uint64_t interpolated = 0;
+  for (; !options.count || rendered < *options.count; ++rendered) {
+    const auto volume = picker.next();
+    if (!volume) return volume.error();
+    if (!*volume) break;
+    if ((*volume)->stamp().frames_missing > 0) ++interpolated;
+    const auto picture = render_once(renderer, **volume);
+    if (!picture) return picture.error();
+    if (auto written = write_picture(numbered(options.out, rendered), *picture); !written) return written;
+  }
+  const AcquisitionCounters& frames = picker.counters();
+  std::uint64_t received = 0;
+  std::uint64_t lost = 0;
+  frames.ledger.read([&] {
+    received = frames.frames_received.value();
+    lost = frames_lost(frames);
+  });
+  if (options.json) {
+    const nlohmann::ordered_json report = {{"input", options.input},
+                                           {"pictures", rendered},
+                                           {"volumes_interpolated", interpolated},
+                                           {"frames_received", received},
+                                           {"frames_lost", lost}};
+    fmt::print("{}\n", report.dump());
+  } else {
+    fmt::print("{} volumes of {}, {} of them with frames interpolated; {} frames received, {} lost\n",
+               rendered, options.input, interpolated, received, lost);
+  }
+  if (rendered > 0) return {};
+  return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
+}
+
 Result<void> render(const RenderOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
   if (auto named = check_depth_path(options.depth); !named) return named;
+  if (options.all && !options.depth.empty()) {
+    return Error{ErrorCode::kInvalidArgument, "--depth goes with one volume, expected it without --all"};
+  }
   SourceOptions playing = options.playing;
   playing.geometry_path = options.geometry_path;
   playing.as_fast_as_taken = true;
@@ -177,6 +236,7 @@ Result<void> render(const RenderOptions& options) {
   if (!renderer) return renderer.error();
 
   VolumePicker picker(**source);
+  if (options.all) return render_all(options, picker, **renderer);
   const auto volume = picker.pick(options.volume);
   if (!volume) return volume.error();
   const auto picture = render_once(**renderer, **volume);
@@ -213,6 +273,12 @@ Command add_render_command(CLI::App& program) {
       ->type_name("FILE");
   command->add_option("--volume", options->volume, "Which volume of the source, from 0")
       ->check(CLI::Range(0, 9999))  // the phantom has one for every number, and makes all those before it
+      ->type_name("N");
+  command->add_flag("--all", options->all,
+                    "Render every volume, to numbered files: x.0000.png, x.0001.png, ...");
+  command->add_option("--count", options->count, "With --all: how many volumes, for a source that never ends")
+      ->check(CLI::PositiveNumber)
+      ->needs("--all")
       ->type_name("N");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
       ->type_name("FILE");

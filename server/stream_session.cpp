@@ -104,7 +104,7 @@ void StreamSession::close(websocket::close_code code, const std::string& reason)
 }
 
 void StreamSession::read() {
-  if (reading_ || closing_ || answers_.size() + probe_questions_.size() >= kMostAnswers) return;
+  if (reading_ || closing_ || answers_.size() >= kMostAnswers) return;
   reading_ = true;
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code failure, std::size_t bytes) {
     self->received(failure, bytes);
@@ -177,7 +177,13 @@ void StreamSession::change_scene(const v1::SceneChange& change) {
 }
 
 void StreamSession::change_probe(const v1::ProbeChange& change) {
-  const auto order = context_.probe.order(change.settings());
+  // They wait for the probe, and the session must go on reading meanwhile.
+  const bool room = probe_questions_.size() < kMostAnswers;
+  const auto order =
+      room ? context_.probe.order(change.settings())
+           : Error{
+                 ErrorCode::kUnavailable,
+                 fmt::format("{} changes of the probe are unanswered, expected some patience", kMostAnswers)};
   if (order) {
     probe_questions_.push_back({.order = *order, .request_id = change.request_id()});
     return;
@@ -205,7 +211,6 @@ void StreamSession::answer_probe_changes() {
     }
     answer(message);
   }
-  read();  // there may be room for another question
 }
 
 void StreamSession::refuse(const std::string& sentence) {

@@ -76,7 +76,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
     std::uint64_t order;       // its number at the desk
     std::uint64_t request_id;  // its client's
   };
-  std::deque<ProbeQuestion> probe_questions_;  // bounded like answers_
+  std::deque<ProbeQuestion> probe_questions_;  // bounded: more are refused
   bool statistics_due_ = false;
   bool reading_ = false;
   bool open_ = false;

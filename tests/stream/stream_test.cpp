@@ -285,13 +285,15 @@ TEST(Stream, SaysWhyItCannotListen) {
   const AcquisitionCounters acquisition;
   const RingCounters ring;
   const RenderCounters render;
+  ProbeLink probe(bell, bell);
   ServerCounters counters;
   const auto second = StreamServer::create({.endpoint = house.endpoint(), .facts = {}, .initial_scene = {}},
                                            {.bell = bell,
                                             .pictures = pictures,
                                             .scenes = scenes,
                                             .failures = failures,
-                                            .house = {acquisition, ring, render},
+                                            .house = {acquisition, ring, render, probe.counters},
+                                            .probe = probe,
                                             .counters = counters,
                                             .source_state = {}});
   ASSERT_FALSE(second);

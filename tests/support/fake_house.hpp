@@ -17,12 +17,14 @@ class FakeHouse {
   static constexpr std::uint32_t kWidth = 64;
   static constexpr std::uint32_t kHeight = 48;
 
-  explicit FakeHouse(std::size_t most_connections = 64, std::string source_state = "running")
+  explicit FakeHouse(std::size_t most_connections = 64, std::string source_state = "running",
+                     ProbeControl probe_control = ProbeControl::kEveryone)
       : source_state_(std::move(source_state)) {
     auto made = StreamServer::create(
         {.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0},
          .facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight},
          .initial_scene = {.revision = 1, .scene = {}},
+         .probe_control = probe_control,
          .most_connections = most_connections},
         {.bell = bell_,
          .pictures = pictures_,
