@@ -6,11 +6,22 @@
 
 namespace fanlight {
 
-AcquisitionThread::AcquisitionThread(const Dependencies& dependencies) noexcept
+namespace {
+
+Assembler::Config sweeps_of(const SourceDescription& source, MismatchCorrection correction) {
+  return {.cut = source.counts_volumes ? SweepCut::kByIndex : SweepCut::kByTurning,
+          .range = {source.first_angle_rad, source.last_angle_rad},
+          .correction = correction};
+}
+
+}  // namespace
+
+AcquisitionThread::AcquisitionThread(const Dependencies& dependencies, MismatchCorrection correction) noexcept
     : dependencies_(dependencies),
       assembler_({.ring = dependencies.ring,
                   .writer_bell = dependencies.writer_bell,
-                  .counters = dependencies.counters}),
+                  .counters = dependencies.counters},
+                 sweeps_of(dependencies.source.description(), correction)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 void AcquisitionThread::run(const std::stop_token& stop) {
@@ -39,7 +50,7 @@ AcquisitionThread::State AcquisitionThread::pull_frames(const std::stop_token& s
       assembler_.reject(*frame, fault);
       continue;
     }
-    const std::span<std::uint8_t> pixels = assembler_.place(*frame, stop);
+    const std::span<std::uint8_t> pixels = assembler_.place(*frame, source.description().geometry, stop);
     if (pixels.empty()) continue;
     if (const FrameFault fault = source.read_pixels(pixels, stop); fault == FrameFault::kNone) {
       assembler_.commit();

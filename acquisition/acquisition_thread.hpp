@@ -30,7 +30,8 @@ class AcquisitionThread {
   };
 
   /// Starts at once. Ends the process where the system has no thread to give.
-  explicit AcquisitionThread(const Dependencies& dependencies) noexcept;
+  explicit AcquisitionThread(const Dependencies& dependencies,
+                             MismatchCorrection correction = MismatchCorrection::kOn) noexcept;
   /// Requests a stop and waits for the thread's end.
   ~AcquisitionThread() = default;
   AcquisitionThread(const AcquisitionThread&) = delete;

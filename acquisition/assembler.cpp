@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "proto/fan_geometry.hpp"
 
@@ -21,44 +22,320 @@ bool moved(const Volume& volume) {
   return largest - smallest >= kLeastSpreadRad;
 }
 
+std::uint64_t less(std::uint64_t number, std::uint64_t amount) {
+  return number - std::min(number, amount);
+}
+
 }  // namespace
 
-Assembler::Assembler(const Dependencies& dependencies) : dependencies_(dependencies) {}
+Assembler::Assembler(const Dependencies& dependencies) : Assembler(dependencies, Config{}) {}
+
+Assembler::Assembler(const Dependencies& dependencies, const Config& config)
+    : dependencies_(dependencies),
+      config_(config),
+      finder_(config.range),
+      stamps_(dependencies.ring.frame_capacity()) {
+  if (config.correction == MismatchCorrection::kOn) {
+    mismatch_.emplace(dependencies.ring.frame_capacity(), dependencies.counters);
+  }
+}
 
 Assembler::~Assembler() {
   abandon();
 }
 
-std::span<std::uint8_t> Assembler::place(const FrameStamp& frame, const std::stop_token& stop) {
-  enter_sweep_of(frame);
+std::span<std::uint8_t> Assembler::place(const FrameStamp& frame, const FanGeometry& geometry,
+                                         const std::stop_token& stop) {
   AcquisitionCounters& counters = dependencies_.counters;
+  placed_.reset();
+  const Arrival arrival = arrive(frame);
+  if (arrival == Arrival::kRepeated || arrival == Arrival::kLate) {
+    count_unplaced(arrival == Arrival::kRepeated ? counters.frames_repeated : counters.frames_late);
+    return {};
+  }
+  placed_ = frame;
+  placed_arrival_ = arrival;
+  if (arrival == Arrival::kNewest) follow_geometry(frame);
+  if (arrival == Arrival::kNewest && config_.cut == SweepCut::kByIndex) enter_sweep_of(frame);
   if (!usable(frame.angle_rad)) {
     reject(frame, FrameFault::kInvalid);
     return {};
   }
-  if (sweep_finished_ || (volume_ != nullptr && volume_->full())) {
-    count(frame);
-    counters.frames_over_capacity.add();
+  if (arrival == Arrival::kNewest && config_.cut == SweepCut::kByTurning) follow_angle(frame, stop);
+  if (sweep_.finished || (volume_ != nullptr && volume_->full())) {
+    placed_.reset();
+    count_unplaced(counters.frames_over_capacity);
+    mark(frame, SequenceWindow::Frame::kUsable);
     leave_sweep_after(frame);
     return {};
   }
-  if (volume_ == nullptr) volume_ = wait_for_volume(stop);
-  if (volume_ == nullptr) return {};
-  placed_ = frame;
+  if (volume_ == nullptr && !open_volume(geometry, stop)) {
+    if (!stop.stop_requested()) reject(frame, FrameFault::kMisfit);
+    return {};
+  }
   return volume_->next_frame_pixels();
 }
 
 void Assembler::commit() {
-  count(placed_);
-  volume_->add_frame(placed_);
-  leave_sweep_after(placed_);
+  const FrameStamp frame = *std::exchange(placed_, std::nullopt);
+  {
+    AcquisitionCounters& counters = dependencies_.counters;
+    const Ledger::Entry entry(counters.ledger);
+    counters.frames_received.add();
+    counters.frames_pending.set(++pending_);
+    if (placed_arrival_ == Arrival::kReordered) counters.frames_reordered.add();
+  }
+  stamps_[volume_->stamp().frames] = frame;
+  volume_->add_frame(frame);
+  mark(frame, SequenceWindow::Frame::kUsable);
+  leave_sweep_after(frame);
 }
 
 void Assembler::reject(const FrameStamp& frame, FrameFault fault) {
-  enter_sweep_of(frame);
-  count(frame);
-  faults(fault).add();
+  const bool was_placed = placed_ && placed_->sequence == frame.sequence;
+  const Arrival arrival = was_placed ? placed_arrival_ : arrive(frame);
+  placed_.reset();
+  const bool fresh = arrival == Arrival::kNewest || arrival == Arrival::kReordered;
+  if (arrival == Arrival::kNewest && !was_placed && config_.cut == SweepCut::kByIndex) enter_sweep_of(frame);
+  count_unplaced(faults(fault));
+  if (!fresh) return;
+  mark(frame, SequenceWindow::Frame::kUseless);
   leave_sweep_after(frame);
+}
+
+void Assembler::end_of_source() {
+  settle_below(window_.next());
+  finish_volume();
+  sweep_.finished = true;
+}
+
+void Assembler::abandon() {
+  settle_below(window_.next());
+  sweep_.gaps = {};
+  if (volume_ == nullptr) return;
+  dependencies_.ring.abandon();
+  volume_ = nullptr;
+  settle_pending(dependencies_.counters.frames_abandoned, pending_);
+}
+
+// ---- the sequence ----
+
+Assembler::Arrival Assembler::arrive(const FrameStamp& frame) {
+  if (frame.after_interruption) begin_anew(frame.sequence);
+  const Arrival arrival = window_.judge(frame.sequence);
+  if (arrival == Arrival::kRestart) {
+    dependencies_.counters.sequence_restarts.add();
+    begin_anew(frame.sequence);
+    return Arrival::kNewest;
+  }
+  return arrival == Arrival::kReordered && !open_for(frame) ? Arrival::kLate : arrival;
+}
+
+bool Assembler::open_for(const FrameStamp& frame) const {
+  if (sweep_.finished || geometry_revision_ != frame.geometry_revision) return false;
+  return config_.cut == SweepCut::kByTurning || (sweep_.known && frame.volume_index == sweep_.index);
+}
+
+void Assembler::begin_anew(std::uint64_t sequence) {
+  abandon();
+  window_.begin_at(sequence);
+  sweep_ = {.index = sweep_.index + 1};
+  finder_.begin_anew();
+  if (mismatch_) mismatch_->forget_volumes();
+}
+
+void Assembler::mark(const FrameStamp& frame, SequenceWindow::Frame use) {
+  const std::uint64_t before = sweep_.gaps.never_came;
+  window_.mark(frame.sequence, use, sweep_.gaps);
+  dependencies_.counters.frames_missing.add(sweep_.gaps.never_came - before);
+}
+
+void Assembler::settle_below(std::uint64_t sequence) {
+  const std::uint64_t before = sweep_.gaps.never_came;
+  window_.settle_below(sequence, sweep_.gaps);
+  dependencies_.counters.frames_missing.add(sweep_.gaps.never_came - before);
+}
+
+// ---- sweeps ----
+
+void Assembler::follow_geometry(const FrameStamp& frame) {
+  if (geometry_revision_ == frame.geometry_revision) return;
+  const bool changed = geometry_revision_.has_value();
+  geometry_revision_ = frame.geometry_revision;
+  if (!changed) return;
+  dependencies_.counters.geometry_changes.add();
+  // With another index besides, the sweep has ended by itself.
+  if (config_.cut == SweepCut::kByIndex && frame.volume_index != sweep_.index) return;
+  settle_below(std::min(frame.sequence, sweep_.end));
+  if (volume_ != nullptr) {
+    const std::uint64_t whole = sweep_.announced > 0 ? sweep_.announced : last_sweep_frames_;
+    sweep_.cut_off += less(whole, volume_->stamp().frames + sweep_.gaps.without_frame + sweep_.cut_off);
+  }
+  finish_volume();
+  sweep_ = {.index = sweep_.index + 1};
+  finder_.begin_anew();
+}
+
+void Assembler::enter_sweep_of(const FrameStamp& frame) {
+  if (sweep_.known && frame.volume_index == sweep_.index) return;
+  // What was lost since the last frame belongs to the sweep that ends, as far as this one's place in its own
+  // sweep does not claim it, and the one that ends did not end before.
+  const std::uint64_t first = less(frame.sequence, frame.frame_index);
+  settle_below(std::min(first, sweep_.end));
+  finish_volume();
+  settle_below(first);
+  sweep_ = {.index = frame.volume_index, .known = true};
+  sweep_.cut_off = less(frame.frame_index, less(frame.sequence, window_.settled()));
+}
+
+void Assembler::leave_sweep_after(const FrameStamp& frame) {
+  if (config_.cut == SweepCut::kByTurning || frame.frames_in_sweep == 0) return;
+  sweep_.announced = frame.frames_in_sweep;
+  if (frame.sequence >= frame.frame_index) {
+    sweep_.end = frame.sequence - frame.frame_index + frame.frames_in_sweep;
+  }
+  // By the frame's place, not by a count of frames: the sweep also ends where some of it were lost.
+  if (frame.frame_index < frame.frames_in_sweep - 1) return;
+  settle_below(frame.sequence + 1);
+  finish_volume();
+  sweep_.finished = true;
+}
+
+void Assembler::follow_angle(const FrameStamp& frame, const std::stop_token& stop) {
+  if (finder_.turned(frame.sequence, frame.angle_rad)) end_sweep_at_turn(stop);
+  sweep_.direction = finder_.direction();
+}
+
+void Assembler::end_sweep_at_turn(const std::stop_token& stop) {
+  // The turn shows some frames after the extreme; those belong to the sweep that begins.
+  const std::uint64_t extreme = finder_.extreme_sequence();
+  const auto stamps = std::span(stamps_).first(volume_ == nullptr ? 0 : volume_->stamp().frames);
+  const auto after =
+      std::ranges::find_if(stamps, [extreme](const FrameStamp& stamp) { return stamp.sequence > extreme; });
+  const auto kept = static_cast<std::uint32_t>(after - stamps.begin());
+  const auto carried = static_cast<std::uint32_t>(stamps.end() - after);
+  settle_below(extreme + 1);
+  // One that came out of order across the turn goes along with those it came with.
+  sweep_.gaps.without_frame += static_cast<std::uint64_t>(std::count_if(
+      after, stamps.end(), [extreme](const FrameStamp& stamp) { return stamp.sequence < extreme; }));
+  if (kept > 0) {
+    const Volume& ended = *volume_;
+    volume_->keep_first(kept, *std::ranges::max_element(stamps.first(kept), {}, &FrameStamp::sequence));
+    finish_volume();
+    sweep_ = {.index = sweep_.index + 1};
+    if (carried > 0) carry_over(ended, kept, carried, stop);
+  } else {
+    sweep_ = {.index = sweep_.index + 1};
+  }
+}
+
+void Assembler::carry_over(const Volume& ended, std::uint32_t first, std::uint32_t frames,
+                           const std::stop_token& stop) {
+  // The ring may meanwhile lend `ended` to the reader, but it overwrites it only by giving it to us again:
+  // then its frames lie where they lay, and move down within it.
+  volume_ = wait_for_volume(stop);
+  if (volume_ == nullptr) {
+    settle_pending(dependencies_.counters.frames_abandoned, frames);
+    return;
+  }
+  volume_->set_geometry(ended.geometry());
+  for (std::uint32_t i = 0; i < frames; ++i) {
+    stamps_[i] = stamps_[first + i];
+    std::ranges::copy(ended.frame_pixels(first + i), volume_->next_frame_pixels().begin());
+    volume_->add_frame(stamps_[i]);
+  }
+}
+
+// ---- volumes ----
+
+bool Assembler::open_volume(const FanGeometry& geometry, const std::stop_token& stop) {
+  Volume* const volume = wait_for_volume(stop);
+  if (volume == nullptr) return false;
+  if (!volume->holds(geometry)) {
+    dependencies_.ring.abandon();
+    return false;
+  }
+  volume->set_geometry(geometry);
+  volume_ = volume;
+  return true;
+}
+
+Volume* Assembler::wait_for_volume(const std::stop_token& stop) {
+  Volume* volume = dependencies_.ring.begin();
+  if (volume != nullptr) return volume;
+  const std::stop_callback wake(stop, [this] { dependencies_.writer_bell.ring(); });
+  while (!stop.stop_requested()) {
+    volume = dependencies_.ring.begin();
+    if (volume != nullptr) return volume;
+    dependencies_.writer_bell.wait(-1);
+  }
+  return nullptr;
+}
+
+Assembler::Verdict Assembler::verdict() const {
+  const std::uint32_t frames = volume_->stamp().frames;
+  const SequenceGaps& gaps = sweep_.gaps;
+  const auto all = static_cast<double>(frames + gaps.without_frame + sweep_.cut_off);
+  const auto too_many = [&](std::uint64_t missing) {
+    return missing > 1 && static_cast<double>(missing) > config_.most_missing_share * all;
+  };
+  if (too_many(gaps.without_frame) || gaps.longest > config_.longest_gap_frames) return Verdict::kIncomplete;
+  if (too_many(gaps.without_frame + sweep_.cut_off)) return Verdict::kCutOff;
+  return frames >= 2 && moved(*volume_) ? Verdict::kGood : Verdict::kShort;
+}
+
+void Assembler::finish_volume() {
+  if (volume_ == nullptr) return;
+  const std::uint32_t frames = volume_->stamp().frames;
+  AcquisitionCounters& counters = dependencies_.counters;
+  const Verdict verdict = frames == 0 ? Verdict::kShort : this->verdict();
+  if (verdict == Verdict::kGood) {
+    publish();
+    return;
+  }
+  dependencies_.ring.abandon();
+  volume_ = nullptr;
+  if (verdict == Verdict::kIncomplete) {
+    counters.volumes_incomplete.add();
+    settle_pending(counters.frames_in_incomplete_volumes, frames);
+  } else if (verdict == Verdict::kCutOff) {
+    settle_pending(counters.frames_abandoned, frames);
+  } else if (frames > 0) {
+    counters.volumes_short.add();
+    settle_pending(counters.frames_in_short_volumes, frames);
+  }
+}
+
+void Assembler::publish() {
+  VolumeStamp& stamp = volume_->stamp();
+  AcquisitionCounters& counters = dependencies_.counters;
+  if (config_.cut == SweepCut::kByTurning) {
+    stamp.source_volume_index = sweep_.index;
+    stamp.direction = sweep_.direction;
+  }
+  stamp.frames_missing = static_cast<std::uint32_t>(sweep_.gaps.without_frame);
+  if (stamp.frames_missing > 0) counters.volumes_interpolated.add();
+  last_sweep_frames_ = stamp.frames + stamp.frames_missing;
+  volume_->sort_by_angle();
+  if (mismatch_) mismatch_->correct(*volume_, std::span(stamps_).first(stamp.frames));
+  settle_pending(counters.frames_assembled, stamp.frames);
+  volume_ = nullptr;
+  dependencies_.ring.publish();
+}
+
+// ---- counting ----
+
+void Assembler::count_unplaced(Counter& reason) {
+  const Ledger::Entry entry(dependencies_.counters.ledger);
+  dependencies_.counters.frames_received.add();
+  reason.add();
+}
+
+void Assembler::settle_pending(Counter& fate, std::uint32_t frames) {
+  const Ledger::Entry entry(dependencies_.counters.ledger);
+  pending_ -= frames;
+  dependencies_.counters.frames_pending.set(pending_);
+  fate.add(frames);
 }
 
 Counter& Assembler::faults(FrameFault fault) {
@@ -73,69 +350,6 @@ Counter& Assembler::faults(FrameFault fault) {
     default:
       return counters.frames_invalid;
   }
-}
-
-void Assembler::end_of_source() {
-  finish_volume();
-  sweep_finished_ = true;
-}
-
-void Assembler::abandon() {
-  if (volume_ == nullptr) return;
-  dependencies_.counters.frames_abandoned.add(volume_->stamp().frames);
-  dependencies_.ring.abandon();
-  volume_ = nullptr;
-}
-
-void Assembler::enter_sweep_of(const FrameStamp& frame) {
-  if (sweep_known_ && frame.volume_index == sweep_index_) return;
-  finish_volume();
-  sweep_index_ = frame.volume_index;
-  sweep_known_ = true;
-  sweep_finished_ = false;
-}
-
-void Assembler::count(const FrameStamp& frame) {
-  dependencies_.counters.frames_received.add();
-  if (frame.sequence > next_sequence_) {
-    dependencies_.counters.frames_missing.add(frame.sequence - next_sequence_);
-  }
-  next_sequence_ = frame.sequence + 1;
-}
-
-void Assembler::leave_sweep_after(const FrameStamp& frame) {
-  // By the frame's place, not by a count of frames: the sweep also ends where some of it were lost.
-  if (frame.frames_in_sweep == 0 || frame.frame_index < frame.frames_in_sweep - 1) return;
-  finish_volume();
-  sweep_finished_ = true;
-}
-
-void Assembler::finish_volume() {
-  if (volume_ == nullptr) return;
-  AcquisitionCounters& counters = dependencies_.counters;
-  const std::uint32_t frames = volume_->stamp().frames;
-  if (frames >= 2 && moved(*volume_)) {
-    volume_->sort_by_angle();
-    dependencies_.ring.publish();
-    counters.frames_assembled.add(frames);
-  } else {
-    dependencies_.ring.abandon();
-    counters.frames_in_short_volumes.add(frames);
-    if (frames > 0) counters.volumes_short.add();
-  }
-  volume_ = nullptr;
-}
-
-Volume* Assembler::wait_for_volume(const std::stop_token& stop) {
-  Volume* volume = dependencies_.ring.begin();
-  if (volume != nullptr) return volume;
-  const std::stop_callback wake(stop, [this] { dependencies_.writer_bell.ring(); });
-  while (!stop.stop_requested()) {
-    volume = dependencies_.ring.begin();
-    if (volume != nullptr) return volume;
-    dependencies_.writer_bell.wait(-1);
-  }
-  return nullptr;
 }
 
 }  // namespace fanlight

@@ -1,13 +1,10 @@
 #include "acquisition/phantom_source.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
-#include "acquisition/text.hpp"
 #include "proto/clock.hpp"
 
 namespace fanlight {
@@ -42,6 +39,10 @@ const double kFullWidths = 2 * std::sqrt(2 * std::log(2.0));  // at half maximum
 // Frames that the probe keeps while nobody takes them.
 constexpr double kBufferedFrames = 8;
 constexpr double kNsPerS = 1e9;
+// Where stamps do not name the volume, the first frames of a sweep pass for the last ones of the sweep before
+// until the angle has come back enough.
+constexpr std::uint32_t kTurnSeenLate = 8;
+constexpr std::uint64_t kOfLosses = 0x6c6f'7374;  // of the seed's numbers
 
 constexpr auto kEchoEntries = static_cast<std::uint32_t>((kEchoBeforeMm + kFieldMm) / kEchoStepMm);
 
@@ -83,6 +84,15 @@ std::vector<std::uint8_t> echo_table() {
   return grey;
 }
 
+PhantomMotor::Config motor_of(const Config& config) {
+  return {.frames_per_volume = config.frames_per_volume,
+          .sweep_rad = radians(config.sweep_deg),
+          .lag_rad = radians(config.lag_deg),
+          .jitter_rad = radians(config.jitter_deg),
+          .turning_frames = config.turning_frames,
+          .seed = config.seed};
+}
+
 FanGeometry geometry_of(const Config& config) {
   FanGeometry geometry{.kind = config.scan,
                        .columns = config.columns,
@@ -103,114 +113,7 @@ FanGeometry geometry_of(const Config& config) {
   return geometry;
 }
 
-struct Bound {
-  std::string_view name;
-  double value;
-  double minimum;
-  double maximum;
-  std::string_view unit;
-};
-
-Result<void> check(const Config& config) {
-  const Bound bounds[] = {
-      {"rate", config.frame_rate_hz, 0.1, 1000, " frames a second"},
-      {"frames", static_cast<double>(config.frames_per_volume), 2, 1024, " a volume"},
-      {"columns", static_cast<double>(config.columns), 16, 4096, ""},
-      {"rows", static_cast<double>(config.rows), 16, 4096, ""},
-      {"sweep", config.sweep_deg, 1, 170, " deg"},
-      {"beam", config.beam_mm, 0, 8, " mm"},
-  };
-  for (const Bound& bound : bounds) {
-    if (!(bound.value >= bound.minimum && bound.value <= bound.maximum)) {
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("the phantom's {} is {}, expected {} to {}{}", bound.name, bound.value,
-                               bound.minimum, bound.maximum, bound.unit)};
-    }
-  }
-  return {};
-}
-
-template <typename T>
-bool read_number(std::string_view text, T& number) {
-  const auto read = number_in<T>(text);
-  number = read.value_or(number);
-  return read.has_value();
-}
-
-template <typename T>
-bool read_switch(std::string_view text, T& choice, T on, T off) {
-  choice = text == "on" ? on : off;
-  return text == "on" || text == "off";
-}
-
-bool read_scan(std::string_view text, FrameKind& scan) {
-  constexpr std::string_view kNames[] = {"cartesian", "convex", "linear"};
-  const auto* const found = std::ranges::find(kNames, text);
-  if (found == std::end(kNames)) return false;
-  scan = static_cast<FrameKind>(found - kNames);
-  return true;
-}
-
-struct Option {
-  std::string_view name;
-  std::string_view expected;
-  bool (*read)(std::string_view text, Config& config);
-};
-
-constexpr std::string_view kWholeNumber = "a whole number";
-constexpr Option kOptions[] = {
-    {"rate", "0.1 to 1000 frames a second",
-     [](std::string_view text, Config& config) { return read_number(text, config.frame_rate_hz); }},
-    {"frames", "2 to 1024 a volume",
-     [](std::string_view text, Config& config) { return read_number(text, config.frames_per_volume); }},
-    {"columns", "16 to 4096",
-     [](std::string_view text, Config& config) { return read_number(text, config.columns); }},
-    {"rows", "16 to 4096",
-     [](std::string_view text, Config& config) { return read_number(text, config.rows); }},
-    {"sweep", "1 to 170 deg",
-     [](std::string_view text, Config& config) { return read_number(text, config.sweep_deg); }},
-    {"seed", kWholeNumber,
-     [](std::string_view text, Config& config) { return read_number(text, config.seed); }},
-    {"volumes", "a whole number, 0 for no end",
-     [](std::string_view text, Config& config) { return read_number(text, config.volumes); }},
-    {"beam", "0 to 8 mm",
-     [](std::string_view text, Config& config) { return read_number(text, config.beam_mm); }},
-    {"speckle", "on or off",
-     [](std::string_view text, Config& config) {
-       return read_switch(text, config.speckle, PhantomSource::Speckle::kOn, PhantomSource::Speckle::kOff);
-     }},
-    {"moving", "on or off",
-     [](std::string_view text, Config& config) {
-       return read_switch(text, config.motion, PhantomScene::Motion::kMoving, PhantomScene::Motion::kStill);
-     }},
-    {"scan", "cartesian, convex or linear",
-     [](std::string_view text, Config& config) { return read_scan(text, config.scan); }},
-};
-
 }  // namespace
-
-Result<Config> PhantomSource::parse(std::string_view options, Config base) {
-  while (!options.empty()) {
-    const std::string_view item = options.substr(0, options.find(','));
-    options.remove_prefix(std::min(item.size() + 1, options.size()));
-    const std::string_view name = item.substr(0, item.find('='));
-    const std::string_view value = item.substr(std::min(name.size() + 1, item.size()));
-
-    const auto* const option = std::ranges::find(kOptions, name, &Option::name);
-    if (option == std::end(kOptions)) {
-      std::string names;
-      for (const Option& each : kOptions) names += fmt::format("{}{}", names.empty() ? "" : ", ", each.name);
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("the phantom has no option {}, expected {}", in_quotes(name), names)};
-    }
-    if (!option->read(value, base)) {
-      return Error{ErrorCode::kInvalidArgument, fmt::format("the phantom's {} is {}, expected {}", name,
-                                                            in_quotes(value), option->expected)};
-    }
-  }
-  if (const auto checked = check(base); !checked) return checked.error();
-  return base;
-}
 
 Result<std::unique_ptr<PhantomSource>> PhantomSource::create(const Config& config) {
   if (const auto checked = check(config); !checked) return checked.error();
@@ -219,11 +122,14 @@ Result<std::unique_ptr<PhantomSource>> PhantomSource::create(const Config& confi
 
 PhantomSource::PhantomSource(const Config& config)
     : config_(config),
-      description_{.name = "phantom:",
-                   .geometry = geometry_of(config),
-                   .frames_per_volume = config.frames_per_volume,
-                   .first_angle_rad = radians(-config.sweep_deg / 2),
-                   .last_angle_rad = radians(config.sweep_deg / 2)},
+      motor_(motor_of(config)),
+      description_{
+          .name = "phantom:",
+          .geometry = geometry_of(config),
+          .counts_volumes = config.index == Index::kOn,
+          .frames_per_volume = motor_.most_frames() + (config.index == Index::kOn ? 0 : kTurnSeenLate),
+          .first_angle_rad = -motor_.furthest_rad(),
+          .last_angle_rad = motor_.furthest_rad()},
       scene_(config.motion),
       speckle_(config.speckle == Speckle::kOn ? SpeckleTile(config.seed) : SpeckleTile()),
       echo_(echo_table()),
@@ -267,42 +173,46 @@ std::int64_t PhantomSource::capture_time_ns(std::uint64_t sequence) const {
   return start_ns_ + std::llround(static_cast<double>(sequence) * (kNsPerS / config_.frame_rate_hz));
 }
 
-FrameStamp PhantomSource::stamp(std::uint64_t sequence) const {
-  const std::uint32_t frames = config_.frames_per_volume;
-  const std::uint64_t sweep = sequence / frames;
-  const auto index = static_cast<std::uint32_t>(sequence % frames);
-  const auto direction = sweep % 2 == 0 ? SweepDirection::kForward : SweepDirection::kBackward;
-  const std::uint32_t place = direction == SweepDirection::kForward ? index : frames - 1 - index;
-  return {.sequence = sequence,
-          .volume_index = sweep,
-          .frame_index = index,
-          .frames_in_sweep = frames,
-          .direction = direction,
-          .angle_rad = std::lerp(description_.first_angle_rad, description_.last_angle_rad,
-                                 static_cast<double>(place) / (frames - 1)),
-          .capture_time_ns = capture_time_ns(sequence)};
+FrameStamp PhantomSource::stamp(std::uint64_t sequence, const PhantomMotor::Position& position) const {
+  FrameStamp stamp{.sequence = sequence,
+                   .angle_rad = position.measured_angle_rad,
+                   .capture_time_ns = capture_time_ns(sequence)};
+  if (config_.index == Index::kOff) return stamp;
+  stamp.volume_index = position.sweep;
+  stamp.frame_index = position.frame_in_sweep;
+  stamp.frames_in_sweep = config_.turning_frames > 0 ? 0 : config_.frames_per_volume;
+  stamp.direction = position.direction;
+  return stamp;
+}
+
+bool PhantomSource::lost(std::uint64_t sequence) const {
+  const std::uint64_t bits = mixed_bits(config_.seed + mixed_bits(sequence + kOfLosses));
+  return std::ldexp(static_cast<double>(bits), -64) * 100 < config_.lost_percent;
 }
 
 Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop) {
+  if (config_.pace == Pace::kRealTime && next_sequence_ == 0) start_ns_ = now_ns();
+  while (lost(next_sequence_)) ++next_sequence_;
   if (config_.pace == Pace::kRealTime) {
-    if (next_sequence_ == 0) start_ns_ = now_ns();
     const double late_ns = static_cast<double>(now_ns() - capture_time_ns(next_sequence_));
     const double late_frames = std::floor(late_ns * config_.frame_rate_hz / kNsPerS);
     if (late_frames > kBufferedFrames)
       next_sequence_ += static_cast<std::uint64_t>(late_frames - kBufferedFrames);
     if (!pacer_.wait_until(capture_time_ns(next_sequence_), stop)) return std::optional<FrameStamp>{};
   }
-  const bool ended = config_.volumes > 0 && next_sequence_ / config_.frames_per_volume >= config_.volumes;
+  const PhantomMotor::Position position = motor_.at(next_sequence_);
+  const bool ended = config_.volumes > 0 && position.sweep >= config_.volumes;
   if (ended || stop.stop_requested()) return std::optional<FrameStamp>{};
-  current_ = stamp(next_sequence_++);
+  true_angle_rad_ = position.true_angle_rad;
+  current_ = stamp(next_sequence_++, position);
   return std::optional(current_);
 }
 
 FrameFault PhantomSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
   const std::uint64_t speckle_roll = mixed_bits(config_.seed + mixed_bits(current_.sequence + 1));
   const Exposure exposure{.pose = scene_.pose_at(scene_time_s(current_)),
-                          .sine = std::sin(current_.angle_rad),
-                          .cosine = std::cos(current_.angle_rad),
+                          .sine = std::sin(true_angle_rad_),
+                          .cosine = std::cos(true_angle_rad_),
                           .speckle_row = static_cast<std::uint32_t>(speckle_roll >> 32),
                           .speckle_column = static_cast<std::uint32_t>(speckle_roll)};
   const std::uint32_t columns = description_.geometry.columns;
@@ -341,8 +251,7 @@ void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
   const Row& row = rows_[row_index];
   std::fill_n(pixels.begin(), row.first, std::uint8_t{0});
   std::fill(pixels.begin() + row.end, pixels.end(), std::uint8_t{0});
-  const Point base =
-      description_.geometry.point(0, {.angle_rad = current_.angle_rad, .depth_mm = row.depth_mm});
+  const Point base = description_.geometry.point(0, {.angle_rad = true_angle_rad_, .depth_mm = row.depth_mm});
   find_surface(row, base, exposure);
 
   // A step of e out of the frame's plane goes (-sin, cos) in y and z, and so e (sin + cos dS/dz) deeper or

@@ -7,6 +7,7 @@
 
 #include "acquisition/frame_source.hpp"
 #include "acquisition/pacer.hpp"
+#include "acquisition/phantom_motor.hpp"
 #include "acquisition/phantom_scene.hpp"
 #include "acquisition/speckle_tile.hpp"
 
@@ -25,6 +26,9 @@ class PhantomSource final : public FrameSource {
     kUnpaced,
   };
   enum class Speckle : std::uint8_t { kOn, kOff };
+  /// Whether stamps name their volume, their place in it and their direction. Otherwise sweeps must be told
+  /// by where the angle turns.
+  enum class Index : std::uint8_t { kOn, kOff };
 
   struct Config {
     double frame_rate_hz = 75;             ///< 0.1 to 1000; 35 frames then take 466 ms, as in the paper
@@ -33,7 +37,7 @@ class PhantomSource final : public FrameSource {
     std::uint32_t columns = 512;  ///< 16 to 4096, pixels or lines, over 160 mm; convex lines over 70 deg
     std::uint32_t rows = 512;     ///< 16 to 4096, over 160 mm, in depth or along each line
     double sweep_deg = 70;        ///< 1 to 170, half of it to either side
-    std::uint64_t seed = 1;       ///< of the speckle
+    std::uint64_t seed = 1;       ///< of the speckle, and of jitter, turning and losses
     std::uint64_t volumes = 0;    ///< after which the source ends; 0: never
     /// Thickness of the beam across the frame (elevation), full width at half maximum, 0 to 8. About the
     /// distance of frames, as of a real array: a thinner one leaves steps between the frames of a slanted
@@ -41,12 +45,21 @@ class PhantomSource final : public FrameSource {
     double beam_mm = 5;
     Speckle speckle = Speckle::kOn;
     PhantomScene::Motion motion = PhantomScene::Motion::kMoving;
+    /// By how much forward and backward disagree, -4 to 4: a forward frame's measured angle is its true one
+    /// less half of this, a backward frame's its true one and half of this.
+    double lag_deg = 0;
+    double jitter_deg = 0;  ///< measured angles are wrong by up to this much, 0 to 2; evenly spread
+    /// Sweeps end up to this many frames early or late, 0 to 16, at most a half of a sweep and 85 deg from
+    /// the middle. Stamps then do not announce how many frames a sweep has.
+    std::uint32_t turning_frames = 0;
+    Index index = Index::kOn;
+    double lost_percent = 0;  ///< of the frames, 0 to 50: gaps in the sequence
     Pace pace = Pace::kRealTime;
   };
 
   /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied, or
   /// kInvalidArgument and what was allowed. Also: columns, rows, sweep, volumes, beam, and scan=cartesian,
-  /// scan=convex or scan=linear. Empty changes nothing.
+  /// scan=convex or scan=linear, lag, jitter, turning, index=on or index=off, lost. Empty changes nothing.
   static Result<Config> parse(std::string_view options, Config base);
 
   /// kInvalidArgument where a value is out of its range. Takes some 20 ms, most of it for the speckle.
@@ -63,6 +76,8 @@ class PhantomSource final : public FrameSource {
 
  private:
   explicit PhantomSource(const Config& config);
+
+  static Result<void> check(const Config& config);
 
   /// Where the pixels of a row lie in the plane of a frame: pixel i at x = scale_mm * across_[i], and in
   /// depth at depth_mm + scale_mm * ahead_[i].
@@ -83,11 +98,13 @@ class PhantomSource final : public FrameSource {
 
   Row row_of(std::uint32_t row) const;
   std::int64_t capture_time_ns(std::uint64_t sequence) const;
-  FrameStamp stamp(std::uint64_t sequence) const;
+  FrameStamp stamp(std::uint64_t sequence, const PhantomMotor::Position& position) const;
+  bool lost(std::uint64_t sequence) const;
   void draw_row(std::uint32_t row, const Exposure& exposure, std::span<std::uint8_t> pixels);
   void find_surface(const Row& row, const Point& base, const Exposure& exposure);
 
   Config config_;
+  PhantomMotor motor_;
   SourceDescription description_;
   PhantomScene scene_;
   SpeckleTile speckle_;
@@ -102,6 +119,7 @@ class PhantomSource final : public FrameSource {
   std::int64_t start_ns_ = kSimulatedStartNs;
   std::uint64_t next_sequence_ = 0;
   FrameStamp current_;
+  double true_angle_rad_ = 0;  // of current_
 };
 
 }  // namespace fanlight

@@ -1,6 +1,7 @@
 #include "acquisition/transfer_queue.hpp"
 
 #include <new>
+#include <utility>
 
 namespace fanlight {
 
@@ -9,21 +10,22 @@ TransferQueue::TransferQueue(const Config& config)
       buffers_(new std::uint8_t[std::size_t{config.transfers} * config.transfer_bytes]),
       slots_(config.transfers) {
   waiting_.reserve(std::size_t{2} * config.transfers);
-  for (Slot& slot : slots_) {
-    slot.queue = this;
-    slot.transfer = libusb_alloc_transfer(0);
-    if (slot.transfer == nullptr) throw std::bad_alloc();
-  }
 }
 
 TransferQueue::~TransferQueue() {
-  for (Slot& slot : slots_) libusb_free_transfer(slot.transfer);
+  release();
+}
+
+void TransferQueue::release() {
+  for (Slot& slot : slots_) libusb_free_transfer(std::exchange(slot.transfer, nullptr));
 }
 
 std::uint32_t TransferQueue::start(libusb_device_handle* handle, std::uint8_t endpoint) {
   cancelled_ = false;
   std::uint32_t taken = 0;
   for (Slot& slot : slots_) {
+    if (slot.transfer == nullptr) slot.transfer = libusb_alloc_transfer(0);
+    if (slot.transfer == nullptr) throw std::bad_alloc();
     std::uint8_t* const buffer = buffers_.get() + std::size_t{taken} * transfer_bytes_;
     // Without a timeout: it would end a read and lose nothing but time. Who waits watches the clock.
     libusb_fill_bulk_transfer(slot.transfer, handle, endpoint, buffer, static_cast<int>(transfer_bytes_),
@@ -42,14 +44,11 @@ bool TransferQueue::submit(Slot& slot) {
     waiting_begin_ = 0;
   }
   waiting_.push_back(&slot);
-  ++in_flight_;
   return true;
 }
 
 void LIBUSB_CALL TransferQueue::ended(libusb_transfer* transfer) {
-  Slot& slot = *static_cast<Slot*>(transfer->user_data);
-  slot.done = true;
-  --slot.queue->in_flight_;
+  static_cast<Slot*>(transfer->user_data)->done = true;
 }
 
 const TransferQueue::Read* TransferQueue::front() {

@@ -10,8 +10,8 @@
 namespace fanlight {
 
 /// Reads of a bulk pipe that are always under way, and their bytes in the order in which they were asked for.
-/// Transfers and buffers are allocated once; libusb itself allocates a few small blocks for each transfer.
-/// One thread, the one that handles libusb's events.
+/// Buffers are allocated once, libusb's own transfers with each start after a release; besides, libusb
+/// allocates a few small blocks whenever one is submitted. One thread, the one that handles libusb's events.
 class TransferQueue {
  public:
   /// 32 reads of 256 KiB: at 400 MB/s the next 21 ms are already asked for, while the thread is kept from
@@ -28,12 +28,13 @@ class TransferQueue {
   };
 
   explicit TransferQueue(const Config& config);
-  /// Precondition: in_flight() is 0.
+  /// Precondition: empty().
   ~TransferQueue();
   TransferQueue(const TransferQueue&) = delete;
   TransferQueue& operator=(const TransferQueue&) = delete;
 
-  /// Asks for as many reads as the system takes and returns their number. Precondition: empty().
+  /// Asks for as many reads as the system takes and returns their number. Precondition: empty(). Throws
+  /// std::bad_alloc.
   std::uint32_t start(libusb_device_handle* handle, std::uint8_t endpoint);
 
   /// The oldest read, once it ended; nullptr while it is under way, or none is.
@@ -47,12 +48,14 @@ class TransferQueue {
   /// ended with.
   void cancel();
 
-  std::uint32_t in_flight() const { return in_flight_; }
+  /// Lets go of the device. To be called before its libusb context is gone: a transfer holds the device that
+  /// it was last submitted to, and would give it back with its next use. Precondition: empty().
+  void release();
+
   bool empty() const { return waiting_.size() == waiting_begin_; }
 
  private:
   struct Slot {
-    TransferQueue* queue = nullptr;
     libusb_transfer* transfer = nullptr;
     bool done = false;
   };
@@ -65,7 +68,6 @@ class TransferQueue {
   std::vector<Slot> slots_;
   std::vector<Slot*> waiting_;  // in the order asked for, from waiting_begin_ on
   std::size_t waiting_begin_ = 0;
-  std::uint32_t in_flight_ = 0;
   bool cancelled_ = false;
   Read front_{};
 };

@@ -79,6 +79,7 @@ Result<std::unique_ptr<UsbSource>> UsbSource::create(const Config& config, Probe
 UsbSource::~UsbSource() {
   if (probe_ == nullptr) return;
   end_reads();
+  reads_.release();
   (void)probe_->stop();  // it may be gone
 }
 
@@ -159,6 +160,7 @@ void UsbSource::wait_for_probe() {
 
 void UsbSource::lose() {
   end_reads();
+  reads_.release();
   probe_ = nullptr;
   next_look_ns_ = now_ns() + kLookNs;
   link_.counters.probes_lost.add();

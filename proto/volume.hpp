@@ -65,7 +65,8 @@ class Volume {
     return {pixels_.get() + geometry_.frame_bytes() * stamp_.frames, geometry_.frame_bytes()};
   }
 
-  /// Counts the frame just written to next_frame_pixels() as part of this volume.
+  /// Counts the frame just written to next_frame_pixels() as part of this volume. Frames need not come in the
+  /// order in which they were taken.
   void add_frame(const FrameStamp& frame) {
     if (stamp_.frames == 0) {
       stamp_.source_volume_index = frame.volume_index;
@@ -73,8 +74,10 @@ class Volume {
       stamp_.first_frame_sequence = frame.sequence;
       stamp_.first_capture_time_ns = frame.capture_time_ns;
     }
-    stamp_.last_frame_sequence = frame.sequence;
-    stamp_.last_capture_time_ns = frame.capture_time_ns;
+    stamp_.first_frame_sequence = std::min(stamp_.first_frame_sequence, frame.sequence);
+    stamp_.first_capture_time_ns = std::min(stamp_.first_capture_time_ns, frame.capture_time_ns);
+    stamp_.last_frame_sequence = std::max(stamp_.last_frame_sequence, frame.sequence);
+    stamp_.last_capture_time_ns = std::max(stamp_.last_capture_time_ns, frame.capture_time_ns);
     angles_rad_[stamp_.frames++] = frame.angle_rad;
   }
 

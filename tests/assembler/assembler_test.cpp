@@ -1,79 +1,14 @@
-#include "acquisition/assembler.hpp"
-
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <limits>
-#include <random>
 #include <thread>
+#include <vector>
 
-#include "proto/fan_geometry.hpp"
+#include "tests/assembler/assembler_fixture.hpp"
 
 namespace fanlight {
 namespace {
 
 constexpr std::uint32_t kCapacity = 5;
-
-class AssemblerTest : public testing::Test {
- protected:
-  static VolumeRing::Config ring_config(RingPolicy policy) {
-    VolumeRing::Config config;
-    config.geometry.columns = 4;
-    config.geometry.rows = 3;
-    config.geometry.pixel_width_mm = 1;
-    config.geometry.pixel_height_mm = 1;
-    config.geometry.motor_radius_mm = 30;
-    config.frame_capacity = kCapacity;
-    config.policy = policy;
-    return config;
-  }
-
-  explicit AssemblerTest(RingPolicy policy = RingPolicy::kNewestWins)
-      : ring_(ring_config(policy), {.reader_bell = reader_bell_, .writer_bell = writer_bell_}),
-        assembler_({.ring = ring_, .writer_bell = writer_bell_, .counters = counters_}) {}
-
-  /// The next frame of a source that sweeps to and fro.
-  FrameStamp frame(std::uint64_t volume_index, std::uint32_t frame_index, std::uint32_t frames_in_sweep) {
-    const bool backward = volume_index % 2 == 1;
-    const double angle_deg = 2.0 * frame_index;
-    return {.sequence = sequence_++,
-            .volume_index = volume_index,
-            .frame_index = frame_index,
-            .frames_in_sweep = frames_in_sweep,
-            .direction = backward ? SweepDirection::kBackward : SweepDirection::kForward,
-            .angle_rad = radians(backward ? 20 - angle_deg : angle_deg),
-            .capture_time_ns = static_cast<std::int64_t>(1000 * sequence_)};
-  }
-
-  bool add(const FrameStamp& stamp) {
-    const auto pixels = assembler_.place(stamp, stop_.get_token());
-    if (pixels.empty()) return false;
-    std::ranges::fill(pixels, static_cast<std::uint8_t>(stamp.sequence));
-    assembler_.commit();
-    return true;
-  }
-
-  void add_sweep(std::uint64_t volume_index, std::uint32_t frames, std::uint32_t announced) {
-    for (std::uint32_t i = 0; i < frames; ++i) add(frame(volume_index, i, announced));
-  }
-
-  std::uint64_t published() const { return ring_.counters().volumes_published.value(); }
-
-  void expect_identity() const {
-    EXPECT_EQ(counters_.frames_received.value(),
-              counters_.frames_assembled.value() + counters_.frames_invalid.value() +
-                  counters_.frames_over_capacity.value() + counters_.frames_in_short_volumes.value() +
-                  counters_.frames_abandoned.value() + assembler_.frames_pending());
-  }
-
-  Doorbell reader_bell_;
-  Doorbell writer_bell_;
-  AcquisitionCounters counters_;
-  std::stop_source stop_;
-  VolumeRing ring_;
-  Assembler assembler_;
-  std::uint64_t sequence_ = 0;
-};
 
 TEST_F(AssemblerTest, PublishesWithTheLastAnnouncedFrame) {
   add_sweep(7, 3, 4);
@@ -155,7 +90,25 @@ TEST_F(AssemblerTest, CountsFramesWithAnUnusableAngleAndStillEndsTheSweep) {
   }
   EXPECT_EQ(counters_.frames_invalid.value(), 3U);
   EXPECT_EQ(counters_.frames_received.value(), 5U);
-  EXPECT_EQ(published(), 1U);
+  EXPECT_EQ(counters_.volumes_incomplete.value(), 1U) << "three of five are missing from its volume";
+  EXPECT_EQ(counters_.frames_in_incomplete_volumes.value(), 2U);
+  expect_identity();
+}
+
+TEST_F(AssemblerTest, CountsEachFaultUnderItsName) {
+  add(frame(0, 0, 0));
+  assembler_.reject(frame(0, 1, 0), FrameFault::kDamaged);
+  assembler_.reject(frame(0, 2, 0), FrameFault::kCut);
+  assembler_.reject(frame(0, 3, 0), FrameFault::kMisfit);
+  const FrameStamp placed = frame(0, 4, 0);
+  EXPECT_FALSE(assembler_.place(placed, geometry_, stop_.get_token()).empty());
+  assembler_.reject(placed, FrameFault::kInvalid);
+  EXPECT_EQ(counters_.frames_damaged.value(), 1U);
+  EXPECT_EQ(counters_.frames_cut.value(), 1U);
+  EXPECT_EQ(counters_.frames_misfit.value(), 1U);
+  EXPECT_EQ(counters_.frames_invalid.value(), 1U);
+  EXPECT_EQ(counters_.frames_received.value(), 5U);
+  EXPECT_EQ(counters_.frames_missing.value(), 0U) << "they came, though without pixels";
   expect_identity();
 }
 
@@ -200,12 +153,13 @@ TEST_F(AssemblerTest, CountsGapsOfTheSequenceAsMissing) {
   EXPECT_EQ(counters_.frames_missing.value(), 3U);
   EXPECT_EQ(counters_.frames_received.value(), 3U);
   EXPECT_EQ(published(), 1U);
+  EXPECT_EQ(ring_.take()->stamp().frames_missing, 1U) << "the first two were of no sweep";
   expect_identity();
 }
 
 TEST_F(AssemblerTest, AFramePlacedAndNeverCommittedIsMissing) {
   add_sweep(0, 2, 4);
-  EXPECT_FALSE(assembler_.place(frame(0, 2, 4), stop_.get_token()).empty());
+  EXPECT_FALSE(assembler_.place(frame(0, 2, 4), geometry_, stop_.get_token()).empty());
   add(frame(0, 3, 4));
   EXPECT_EQ(counters_.frames_missing.value(), 1U);
   EXPECT_EQ(ring_.take()->stamp().frames, 3U);
@@ -222,45 +176,9 @@ TEST_F(AssemblerTest, AbandonsAndCountsTheSweepUnderWay) {
   expect_identity();
 }
 
-TEST_F(AssemblerTest, TheIdentityHoldsAfterEveryFrameOfADisorderlySource) {
-  std::mt19937 random(5);
-  const auto chance = [&random](unsigned percent) { return random() % 100 < percent; };
-  std::uint64_t volume_index = 0;
-  std::uint32_t index = 0;
-  for (int i = 0; i < 20'000; ++i) {
-    FrameStamp stamp = frame(volume_index, index++, chance(50) ? 4 : 0);
-    if (chance(5)) sequence_ += random() % 3;
-    if (chance(10)) stamp.angle_rad = std::nan("");
-    if (chance(10)) stamp.angle_rad = 0.1;
-    if (chance(5)) {
-      assembler_.reject(stamp, FrameFault::kInvalid);
-    } else if (chance(2)) {
-      (void)assembler_.place(stamp, stop_.get_token());
-    } else {
-      add(stamp);
-    }
-    if (chance(1)) assembler_.abandon();
-    if (chance(20)) {
-      ++volume_index;
-      index = 0;
-    }
-    expect_identity();
-    ASSERT_FALSE(HasFailure()) << "at frame " << i;
-  }
-  assembler_.end_of_source();
-  EXPECT_EQ(assembler_.frames_pending(), 0U);
-  expect_identity();
-  const AcquisitionCounters& counters = counters_;
-  for (const Counter* counter :
-       {&counters.frames_assembled, &counters.frames_invalid, &counters.frames_over_capacity,
-        &counters.frames_in_short_volumes, &counters.frames_abandoned, &counters.frames_missing}) {
-    EXPECT_GT(counter->value(), 0U) << "a case that this test did not reach";
-  }
-}
-
 class AssemblerToAFileTest : public AssemblerTest {
  protected:
-  AssemblerToAFileTest() : AssemblerTest(RingPolicy::kProcessAll) {
+  AssemblerToAFileTest() : AssemblerTest({.policy = RingPolicy::kProcessAll}) {
     for (std::uint64_t volume = 0; volume < VolumeRing::Config{}.slots; ++volume) add_sweep(volume, 3, 3);
   }
 };
@@ -284,7 +202,7 @@ TEST_F(AssemblerToAFileTest, WaitsForRoomAndLosesNothing) {
 TEST_F(AssemblerToAFileTest, AStopEndsTheWaitAndCountsNothing) {
   const std::uint64_t received = counters_.frames_received.value();
   std::jthread stopper([this] { stop_.request_stop(); });
-  EXPECT_TRUE(assembler_.place(frame(90, 0, 3), stop_.get_token()).empty());
+  EXPECT_TRUE(assembler_.place(frame(90, 0, 3), geometry_, stop_.get_token()).empty());
   EXPECT_EQ(counters_.frames_received.value(), received);
   expect_identity();
 }

@@ -2,6 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "acquisition/phantom_source.hpp"
+#include "acquisition/sweep_mismatch.hpp"
 #include "proto/volume_ring.hpp"
 #include "renderer/angle_table.hpp"
 #include "server/picture_encoder.hpp"
@@ -50,6 +51,32 @@ void volume_through_the_ring(benchmark::State& state) {
   }
 }
 BENCHMARK(volume_through_the_ring);
+
+/// Thumbnails of a volume's frames, and their comparison with those of the two volumes before.
+void mismatch_of_a_volume(benchmark::State& state) {
+  const auto source = phantom();
+  const SourceDescription& description = source->description();
+  Volume forward(description.geometry, description.frames_per_volume);
+  Volume backward(description.geometry, description.frames_per_volume);
+  std::vector<FrameStamp> stamps[2];
+  for (int sweep = 0; sweep < 2; ++sweep) {
+    Volume& volume = sweep == 0 ? forward : backward;
+    while (!volume.full()) {
+      stamps[sweep].push_back(**source->next_frame({}));
+      source->read_pixels(volume.next_frame_pixels(), {});
+      volume.add_frame(stamps[sweep].back());
+    }
+    volume.sort_by_angle();
+  }
+  AcquisitionCounters counters;
+  SweepMismatch mismatch(description.frames_per_volume, counters);
+  for (auto _ : state) {
+    mismatch.correct(forward, stamps[0]);
+    mismatch.correct(backward, stamps[1]);
+  }
+  state.SetItemsProcessed(2 * state.iterations());
+}
+BENCHMARK(mismatch_of_a_volume)->Unit(benchmark::kMillisecond);
 
 void angle_table_of_new_angles(benchmark::State& state) {
   const Volume volume = first_volume();

@@ -241,7 +241,7 @@ TEST_F(ReplaySourceTest, TheLiverSweepBecomesAVolumeEachWay) {
   Assembler assembler({.ring = ring, .writer_bell = bell, .counters = counters});
   for (int i = 0; i < 280; ++i) {
     const auto frame = (*source)->next_frame({}).value().value();
-    (*source)->read_pixels(assembler.place(frame, {}), {});
+    (*source)->read_pixels(assembler.place(frame, (*source)->description().geometry, {}), {});
     assembler.commit();
   }
   for (const auto direction : {SweepDirection::kForward, SweepDirection::kBackward}) {
