@@ -4,39 +4,14 @@
 //   FANLIGHT_ARTIFACTS     a folder for screenshots
 //   CHROMIUM               the browser, if not /usr/bin/chromium
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { Served } from "./served.mjs";
-import { difference, launchChromium, until, ViewerPage } from "./viewer_page.mjs";
+import { test } from "node:test";
+import { difference, until } from "./viewer_page.mjs";
+import { withPage } from "./with_page.mjs";
 
 const kMovingSource = "phantom:rate=20,speckle=off";
-const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:volumes=1";
+// Slow enough for a busy machine to draw each frame in time: a volume that lacks a run of them is never shown.
+const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:volumes=1,rate=20";
 const kAnotherPicture = 4; // grey levels of 255, mean over the middle
-
-let browser;
-before(async () => {
-  browser = await launchChromium();
-});
-after(() => browser?.close());
-
-/** Runs the steps with a server and a page; whatever happens, takes a screenshot and ends both. */
-async function withPage(name, source, steps) {
-  let server = await Served.start(source);
-  let viewer;
-  try {
-    viewer = await ViewerPage.open(browser, server.url);
-    const restart = async () => {
-      server = await Served.start(source, server.port);
-    };
-    await steps(viewer, { end: (signal) => server.end(signal), restart, url: server.url });
-  } catch (error) {
-    error.message += `\nthe page complained: ${JSON.stringify(viewer?.complaints)}\nthe server printed:\n${server.output}`;
-    throw error;
-  } finally {
-    await viewer?.screenshot(name);
-    await viewer?.page.close();
-    await server.end();
-  }
-}
 
 test("pictures arrive and advance, the status line fills in, and nothing else is asked for", async () => {
   await withPage("living", kMovingSource, async (viewer, server) => {
@@ -76,6 +51,7 @@ test("pictures arrive and advance, the status line fills in, and nothing else is
     );
     assert.notEqual(await viewer.stat("device"), "–");
     assert.equal(await viewer.page.locator("#notice").isVisible(), false, "a notice covers a living picture");
+    assert.equal(await viewer.page.locator('[data-group="probe"]').isVisible(), false, "a phantom is set as a probe");
 
     const host = new URL(server.url).host;
     const elsewhere = viewer.addresses.filter((address) => new URL(address).host !== host);
@@ -154,6 +130,23 @@ test("a refused value is told and taken back", async () => {
       () => viewer.field("detector.threshold"),
       (value) => value === threshold,
     );
+  });
+});
+
+test("a number between a field's steps becomes the nearest of them", async () => {
+  await withPage("stepped", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    const box = viewer.page.locator('[data-number="filter.size"]');
+    for (const [typed, taken] of [
+      ["4.2", 5],
+      ["-3", 1],
+    ]) {
+      await box.fill(typed);
+      await box.press("Enter");
+      await viewer.settled();
+      assert.equal(await viewer.field("filter.size"), taken);
+    }
+    assert.deepEqual(viewer.complaints, []);
   });
 });
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env node
 // Stands in for Fanlight while working on the page: serves dist/ and speaks the protocol.
-//   fake_server.mjs serve [--source phantom:] [--listen 127.0.0.1:8080]
-// A source with "volumes=1", or a replay, gives one volume; every other gives one each 200 ms.
+//   fake_server.mjs serve [--source phantom:] [--listen 127.0.0.1:8080] [--probe-control everyone]
+// A source with "volumes=1", or a replay, gives one volume; every other gives one each 200 ms. One that begins with
+// "usb:" is a probe, which POST /unplug and POST /plug take away and bring back.
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { fileURLToPath } from "node:url";
@@ -11,16 +12,25 @@ import { WebSocketServer } from "ws";
 import { ClientMessageSchema, SceneSchema, ServerMessageSchema } from "../generated/fanlight_pb.js";
 import { defaults, fields } from "./fields.mjs";
 import { fakePicture } from "./fake_picture.mjs";
+import { FakeProbe } from "./fake_probe.mjs";
 
 const { values: options } = parseArgs({
   allowPositionals: true,
   options: {
     source: { type: "string", default: "phantom:" },
     listen: { type: "string", default: "127.0.0.1:8080" },
+    "probe-control": { type: "string", default: "everyone" },
   },
 });
 const standsStill = /volumes=1\b|^replay:/.test(options.source);
 const kFramesPerVolume = 35n;
+const kVolumesPerLoss = 10n; // of a probe; such a volume lacks two frames
+const probe = options.source.startsWith("usb:") ? new FakeProbe(options["probe-control"] === "everyone") : undefined;
+const kMismatch = { mismatchDeg: 1.0204, mismatchLeftDeg: 0.031, mismatchLeftMm: 0.0649 };
+const kNoProbe = {
+  case: "refused",
+  value: { message: "there is no probe to set, expected a source such as usb:1209:0001" },
+};
 
 const scene = { ...defaults };
 let revision = 1n;
@@ -45,7 +55,14 @@ const headers = {
   "X-Content-Type-Options": "nosniff",
   "Cache-Control": "no-cache",
 };
+const commands = probe && { "/plug": () => probe.plug(), "/unplug": () => probe.unplug() };
 const http = createServer((request, response) => {
+  const command = request.method === "POST" && commands?.[request.url];
+  if (command) {
+    command();
+    tellProbe();
+    return response.writeHead(204).end();
+  }
   const [name, type] = pages[request.url] ?? [];
   if (!name) return response.writeHead(404).end();
   const file = fileURLToPath(new URL(`../dist/${name}`, import.meta.url));
@@ -69,12 +86,19 @@ streams.on("connection", (socket) => {
     scene: { revision, scene: message(scene) },
     defaultScene: message(defaults),
   });
+  if (probe) tell(socket, "probeStatus", probe.status());
   if (newestPicture) offer(socket, newestPicture);
 });
 
 function answer(socket, { case: kind, value }) {
   if (kind === "clockRequest") {
     tell(socket, "clockReply", { clientTimeMs: value.clientTimeMs, serverTimeNs: process.hrtime.bigint() });
+    return;
+  }
+  if (kind === "probeChange") {
+    const outcome = probe?.change(value.settings) ?? kNoProbe;
+    tell(socket, "probeReply", { requestId: value.requestId, outcome });
+    if (outcome.case === "inForce") tellProbe();
     return;
   }
   const changed = changesOf(value.scene);
@@ -111,6 +135,7 @@ function refusalOf(candidate) {
 }
 
 function takeVolume() {
+  if (probe && !probe.plugged) return;
   volumeId += 1n;
   captureTime_ns = process.hrtime.bigint();
   pass1Runs += 1n;
@@ -132,6 +157,8 @@ function render() {
     sceneRevision: revision,
     firstFrameSequence: (volumeId - 1n) * kFramesPerVolume,
     lastFrameSequence: volumeId * kFramesPerVolume - 1n,
+    framesMissing: probe && volumeId % kVolumesPerLoss === 0n ? 2 : 0,
+    angleCorrectionDeg: probe ? kMismatch.mismatchDeg / 2 : 0,
     pass1Runs,
     pass2Runs,
     ...picture,
@@ -164,9 +191,15 @@ function tellStatistics() {
       picturesSent: sent,
       picturesSkipped: offered - sent,
       sessions: sessions.size,
-      sourceState: "running",
+      sourceState: probe && !probe.plugged ? "probe lost" : "running",
+      ...(probe && { volumesInterpolated: volumeId / kVolumesPerLoss, framesLost: (volumeId / kVolumesPerLoss) * 2n }),
+      ...(probe && kMismatch),
     });
   }
+}
+
+function tellProbe() {
+  for (const socket of sessions.keys()) tell(socket, "probeStatus", probe.status());
 }
 
 function tell(socket, kind, value) {

@@ -1,10 +1,13 @@
 // The scene table, read from proto/scene.cpp and its defaults from proto/scene.hpp, so that it is not kept
 // twice. What scene_for() gives a fan 16 cm deep is below.
 import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
 
-const proto = new URL("../../../proto/", import.meta.url);
-const source = readFileSync(new URL("scene.cpp", proto), "utf8");
-const header = readFileSync(new URL("scene.hpp", proto), "utf8");
+// A build tree has no proto/ where the sources have it.
+const proto = process.env.FANLIGHT_PROTO ?? fileURLToPath(new URL("../../../proto", import.meta.url));
+const source = readFileSync(join(proto, "scene.cpp"), "utf8");
+const header = readFileSync(join(proto, "scene.hpp"), "utf8");
 
 const framed = {
   "camera.target_x_mm": 0,

@@ -1,11 +1,11 @@
-// The settings: a section for each group of the fields that the server offers.
+// The settings: a section for each group of the fields that the server offers, and the probe's.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { element } from "./element";
 import type { FieldEffects } from "./field_effects";
 import { groupOf } from "./field_text";
 import type { Values } from "./scene";
-import type { SceneEditor } from "./scene_editor";
 import { SettingRows } from "./setting_rows";
+import type { SettingsEditor } from "./settings_editor";
 import { namesOf, sections, type Section } from "./settings_layout";
 
 export class Controls {
@@ -13,15 +13,20 @@ export class Controls {
 
   constructor(
     form: HTMLFormElement,
-    editor: SceneEditor,
+    editor: SettingsEditor,
     private readonly effects: FieldEffects,
     fields: SceneField[],
     private readonly defaults: Values,
+    probe: HTMLElement,
   ) {
     this.rows = new SettingRows(editor, defaults, effects);
     form.onsubmit = (event) => event.preventDefault();
     const [main, ...groups] = sections(fields);
-    form.replaceChildren(...(main ? [this.mainSection(main)] : []), ...groups.map((group) => this.groupSection(group)));
+    form.replaceChildren(
+      ...(main ? [this.mainSection(main)] : []),
+      probe,
+      ...groups.map((group) => this.groupSection(group)),
+    );
     this.refresh();
   }
 

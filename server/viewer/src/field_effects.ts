@@ -2,7 +2,7 @@
 // has an effect.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { choiceText, groupOf, labelOf } from "./field_text";
-import type { SceneEditor } from "./scene_editor";
+import type { SettingsEditor } from "./settings_editor";
 import { fullTitle } from "./settings_layout";
 
 /** A choice is compared by name. */
@@ -45,7 +45,7 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
 };
 
 export class FieldEffects {
-  constructor(private readonly editor: SceneEditor) {}
+  constructor(private readonly editor: SettingsEditor) {}
 
   /** A sentence on what the group, or the field by itself, lacks to have an effect; nothing where it has one. */
   missing(name: string): string | undefined {

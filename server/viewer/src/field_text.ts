@@ -35,12 +35,14 @@ export function valueText(field: SceneField, value: Value): string {
   return choice === undefined ? numberText(value) : choiceText(choice);
 }
 
+/** "0 to 255 grey levels" */
+export function rangeText({ minimum, maximum, unit }: SceneField): string {
+  return `${numberText(minimum)} to ${numberText(maximum)}${unit && ` ${unit}`}`;
+}
+
 /** "step in the echo that makes a surface; 0 to 255 grey levels, default 40" */
 export function hintOf(field: SceneField, defaultValue: Value): string {
-  const range =
-    field.isText || field.choices.length > 0
-      ? ""
-      : `${numberText(field.minimum)} to ${numberText(field.maximum)}${field.unit && ` ${field.unit}`}, `;
+  const range = field.isText || field.choices.length > 0 ? "" : `${rangeText(field)}, `;
   return `${field.help}; ${range}default ${valueText(field, defaultValue)}`;
 }
 

@@ -1,5 +1,5 @@
 // The light's place over the picture, and the hand that moves it.
-import type { SceneEditor } from "./scene_editor";
+import type { SettingsEditor } from "./settings_editor";
 import { pixelOf, scaleAt, surfacePart, tidy, viewPoint, type PagePoint, type Rectangle } from "./view_geometry";
 
 const kNudge = 0.02; // of the height of what is seen
@@ -7,7 +7,7 @@ const kNudge = 0.02; // of the height of what is seen
 /** Where nothing is lit there is no marker, and no hand moves the light. */
 export class LightHandle {
   constructor(
-    private readonly editor: SceneEditor,
+    private readonly editor: SettingsEditor,
     private readonly canvas: HTMLCanvasElement,
     private readonly marker: SVGElement,
     private readonly isLit: () => boolean,

@@ -4,6 +4,8 @@ import {
   HelloSchema,
   type Hello,
   type Picture,
+  type ProbeReply,
+  type ProbeStatus,
   type SceneReply,
   type ServerMessage,
 } from "../generated/fanlight_pb.js";
@@ -11,13 +13,16 @@ import { Connection } from "./connection";
 import { Controls } from "./controls";
 import { FieldEffects, unknownNames } from "./field_effects";
 import { LightHandle } from "./light_handle";
-import { FrameWatch, noticeFor, type Condition } from "./notice";
+import { FrameWatch, noticeFor, notLiveText, type Condition } from "./notice";
 import { Orbit } from "./orbit";
 import { PictureInput } from "./picture_input";
 import { PictureView } from "./picture_view";
+import { ProbeGroup } from "./probe_group";
+import { probeSettings, probeValues } from "./probe_settings";
+import { ProbeWatch } from "./probe_watch";
 import { sceneOf, valuesOf, type Values } from "./scene";
-import { SceneEditor } from "./scene_editor";
 import { ServerClock } from "./server_clock";
+import { SettingsEditor } from "./settings_editor";
 import { StatisticsView } from "./statistics";
 import { Tools } from "./tools";
 
@@ -27,6 +32,7 @@ const kClockMs = 500;
 const page = {
   canvas: find("#picture", HTMLCanvasElement),
   frame: find("#frame", HTMLElement),
+  notLive: find("#not-live", HTMLElement),
   light: find("#light", SVGSVGElement),
   tools: find("#tools", HTMLFieldSetElement),
   resetView: find("#reset-view", HTMLButtonElement),
@@ -39,6 +45,7 @@ const page = {
 
 const condition: Condition = {
   connection: { state: "connecting" },
+  probe: undefined,
   serverError: undefined,
   silentSeconds: undefined,
   source: "",
@@ -51,12 +58,17 @@ let shown: Picture | undefined;
 
 const clock = new ServerClock();
 const frames = new FrameWatch();
+const probe = new ProbeWatch(
+  (pageMs) => clock.at(pageMs),
+  (pageMs) => Date.now() - performance.now() + pageMs,
+);
 const statistics = new StatisticsView(document, clock);
 const connection = new Connection(streamUrl(), {
   connecting: () => showCondition({ connection: { state: "connecting" } }),
   message: receive,
   lost: (sentence) => {
     editor.stop();
+    probeEditor.stop();
     page.refusal.hidden = true;
     showCondition({
       connection: { state: "lost", sentence, retrying: true },
@@ -65,17 +77,20 @@ const connection = new Connection(streamUrl(), {
     });
   },
 });
-const editor = new SceneEditor({
+const editor = new SettingsEditor({
   send: (requestId, values) => connection.send({ case: "sceneChange", value: { requestId, scene: sceneOf(values) } }),
   changed: showScene,
-  refused: (sentence) => {
-    page.refusal.textContent = sentence;
-    page.refusal.hidden = false;
-  },
-  accepted: () => {
-    page.refusal.hidden = true;
-  },
+  refused: showRefusal,
+  accepted: hideRefusal,
 });
+const probeEditor: SettingsEditor = new SettingsEditor({
+  send: (requestId, values) =>
+    connection.send({ case: "probeChange", value: { requestId, settings: probeSettings(values) } }),
+  changed: () => probeGroup.refresh(),
+  refused: showRefusal,
+  accepted: hideRefusal,
+});
+const probeGroup: ProbeGroup = new ProbeGroup(probeEditor);
 const effects = new FieldEffects(editor);
 const isLit = () => effects.missing("light") === undefined;
 const light = new LightHandle(editor, page.canvas, page.light, isLit);
@@ -105,6 +120,10 @@ function receive({ body }: ServerMessage): void {
       return body.value.scene && editor.adopt(body.value.revision, valuesOf(body.value.scene));
     case "sceneReply":
       return settle(body.value);
+    case "probeStatus":
+      return probeTold(body.value);
+    case "probeReply":
+      return settleProbe(body.value);
     case "clockReply":
       return clock.add(body.value.clientTimeMs, body.value.serverTimeNs, performance.now());
     case "error":
@@ -122,6 +141,8 @@ function begin(newHello: Hello): void {
   }
   clock.reset();
   frames.reset();
+  probe.reset();
+  probeGroup.forget();
   askClock();
   statistics.start(newHello);
   const defaults = newHello.defaultScene ? valuesOf(newHello.defaultScene) : (new Map() as Values);
@@ -130,7 +151,7 @@ function begin(newHello: Hello): void {
   if (!hello || !sameSettings(hello, newHello)) {
     const unknown = unknownNames(newHello.fields);
     if (unknown.length > 0) console.warn(`The page knows settings that the server lacks: ${unknown.join(", ")}`);
-    controls = new Controls(page.form, editor, effects, newHello.fields, defaults);
+    controls = new Controls(page.form, editor, effects, newHello.fields, defaults, probeGroup.root);
   }
   hello = newHello;
   page.source.textContent = hello.source;
@@ -151,9 +172,25 @@ function settle({ requestId, outcome }: SceneReply): void {
   }
 }
 
+function settleProbe({ requestId, outcome }: ProbeReply): void {
+  if (outcome.case === "inForce") {
+    probeEditor.acceptedReply(requestId, 0n, probeValues(outcome.value));
+  } else if (outcome.case === "refused") {
+    probeEditor.refusedReply(requestId, outcome.value.message);
+  }
+}
+
+function probeTold(status: ProbeStatus): void {
+  probe.tell(status.state, performance.now());
+  probeGroup.tell(status);
+  frames.reset(); // a probe that is back has its first frames counted within a second, and was not silent till then
+  showCondition({ silentSeconds: undefined });
+}
+
 function pictureShown(picture: Picture): void {
   const news = picture.volumeId !== shown?.volumeId || !condition.pictureShown;
   shown = picture;
+  probe.show(Number(picture.captureTimeNs) / 1e6);
   statistics.picture(picture);
   light.placeMarker(); // the picture may have another size
   showBusy();
@@ -173,7 +210,7 @@ function showBusy(): void {
 }
 
 function showCondition(change: Partial<Condition>): void {
-  Object.assign(condition, change);
+  Object.assign(condition, change, { probe: probe.news(performance.now()) });
   const state = condition.connection.state;
   document.documentElement.dataset.connection = state;
   page.connection.textContent = { connecting: "Connecting", open: "Connected", lost: "Connection lost" }[state];
@@ -182,10 +219,22 @@ function showCondition(change: Partial<Condition>): void {
   page.notice.hidden = !notice;
   page.notice.dataset.kind = notice?.kind ?? "";
   page.notice.classList.toggle("over-picture", condition.pictureShown);
-  page.frame.classList.toggle("stale", state !== "open" || !condition.pictureShown);
+  const isLive = state === "open" && condition.pictureShown && probe.isLive();
+  page.frame.classList.toggle("stale", !isLive);
+  page.notLive.hidden = isLive;
+  page.notLive.textContent = notLiveText(probe.ageMs(performance.now()));
   const [title, detail] = page.notice.children;
-  title!.textContent = notice?.title ?? "";
-  detail!.textContent = notice?.detail ?? "";
+  write(title!, notice?.title ?? "");
+  write(detail!, notice?.detail ?? "");
+}
+
+function showRefusal(sentence: string): void {
+  page.refusal.textContent = sentence;
+  page.refusal.hidden = false;
+}
+
+function hideRefusal(): void {
+  page.refusal.hidden = true;
 }
 
 function askClock(): void {
@@ -196,6 +245,11 @@ function sameSettings(a: Hello, b: Hello): boolean {
   const settings = ({ fields, defaultScene }: Hello) =>
     create(HelloSchema, { fields, ...(defaultScene && { defaultScene }) });
   return equals(HelloSchema, settings(a), settings(b));
+}
+
+/** The same text written again would be read out again. */
+function write(place: Element, text: string): void {
+  if (place.textContent !== text) place.textContent = text;
 }
 
 /** Beside the page, so that it works under a prefix of a reverse proxy too. */

@@ -1,39 +1,51 @@
 // What the stage says when it does not show a living picture.
+import type { LostSince, ProbeNews } from "./probe_watch";
 
 const kSilenceMs = 2500; // the count of frames comes once a second
+const kProbeLost = "probe lost"; // in Statistics; the probe's own status says it sooner, and when it is over
 
 /** In the order in which one hides another. */
 export interface Condition {
   connection: { state: "connecting" | "open" } | { state: "lost"; sentence: string; retrying: boolean };
+  probe: ProbeNews | undefined;
   serverError: string | undefined;
   /** Seconds since the last frame came in, where that is worth saying. */
   silentSeconds: number | undefined;
   source: string;
-  /** "running", "ended", or the sentence on why it failed. */
+  /** "running", "probe lost", "ended", or the sentence on why it failed. */
   sourceState: string;
   pictureShown: boolean;
 }
 
 export interface NoticeText {
-  kind: "connecting" | "lost" | "error" | "silent" | "waiting";
+  kind: "connecting" | "lost" | "probe-lost" | "probe-back" | "error" | "silent" | "waiting";
   title: string;
   detail: string;
 }
 
 export function noticeFor(condition: Condition): NoticeText | undefined {
-  const { connection, serverError, silentSeconds, source, sourceState, pictureShown } = condition;
+  const { connection, probe, serverError, silentSeconds, source, sourceState, pictureShown } = condition;
   if (connection.state === "lost") {
     const stale = pictureShown ? " The picture is not live." : "";
     const next = connection.retrying ? " Trying again." : "";
     return { kind: "lost", title: "Connection lost", detail: connection.sentence + stale + next };
   }
   if (connection.state === "connecting") return { kind: "connecting", title: "Connecting", detail: "" };
+  if (probe?.state === "lost") {
+    const detail = `${sinceText(probe.since)}The picture goes on by itself when the probe is plugged in again.`;
+    return { kind: "probe-lost", title: "Probe lost", detail };
+  }
   if (serverError) return { kind: "error", title: "The server reports", detail: serverError };
   const still = pictureShown ? " The last volume stays on display." : "";
   if (sourceState === "ended") {
     return { kind: "silent", title: "The source has ended", detail: `${source} has no more frames.${still}` };
   }
-  if (sourceState !== "running") return { kind: "error", title: "The source has failed", detail: sourceState };
+  if (sourceState !== "running" && sourceState !== kProbeLost)
+    return { kind: "error", title: "The source has failed", detail: sourceState };
+  if (probe?.state === "back") {
+    const detail = probe.pictureShown ? "The picture is live again." : "Waiting for its first volume.";
+    return { kind: "probe-back", title: "Probe is back", detail };
+  }
   if (silentSeconds !== undefined) {
     return {
       kind: "silent",
@@ -67,6 +79,18 @@ export class FrameWatch {
   }
 }
 
+/** "Not live, 48 s old"; what is written on a picture that stands still. */
+export function notLiveText(ageMs: number | undefined): string {
+  return ageMs === undefined ? "Not live" : `Not live, ${duration(Math.floor(ageMs / 1000))} old`;
+}
+
+function sinceText(since: LostSince | undefined): string {
+  if (!since) return "";
+  const time = new Date(since.wallMs).toTimeString().slice(0, 8);
+  return `${since.seen ? "Since" : "Since about"} ${time}. `;
+}
+
 function duration(seconds: number): string {
-  return seconds < 60 ? `${seconds} s` : `${Math.floor(seconds / 60)} min`;
+  if (seconds < 60) return `${seconds} s`;
+  return seconds < 3600 ? `${Math.floor(seconds / 60)} min` : `${Math.floor(seconds / 3600)} h`;
 }

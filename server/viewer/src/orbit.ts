@@ -1,7 +1,7 @@
 // The hand that turns the camera about its target and sets the height of its picture.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { allowed, type Values } from "./scene";
-import type { SceneEditor } from "./scene_editor";
+import type { SettingsEditor } from "./settings_editor";
 import { orbited, surfacePart, tidy, type PagePoint } from "./view_geometry";
 
 export class Orbit {
@@ -9,7 +9,7 @@ export class Orbit {
   private defaults: Values = new Map();
 
   constructor(
-    private readonly editor: SceneEditor,
+    private readonly editor: SettingsEditor,
     private readonly canvas: HTMLCanvasElement,
   ) {}
 

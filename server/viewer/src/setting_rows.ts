@@ -3,9 +3,10 @@ import type { SceneField } from "../generated/fanlight_pb.js";
 import { hexOf, partsOf } from "./colour";
 import { element, typedBox } from "./element";
 import type { FieldEffects } from "./field_effects";
-import { choiceText, hintOf, numberText, sliderRange } from "./field_text";
+import { choiceText, hintOf } from "./field_text";
+import { numberBox, sliderOf } from "./number_inputs";
 import { numberOf, type Value, type Values } from "./scene";
-import type { SceneEditor } from "./scene_editor";
+import type { SettingsEditor } from "./settings_editor";
 import { fullTitle, namesOf, rowTitle, type ColourSetting, type Setting } from "./settings_layout";
 import { TransferEditor } from "./transfer_editor";
 
@@ -21,7 +22,7 @@ export class SettingRows {
   private readonly refreshers: (() => void)[] = [];
 
   constructor(
-    private readonly editor: SceneEditor,
+    private readonly editor: SettingsEditor,
     private readonly defaults: Values,
     private readonly effects: FieldEffects,
   ) {}
@@ -82,15 +83,7 @@ export class SettingRows {
   }
 
   private slider(field: SceneField): HTMLElement {
-    const { low, high, step } = sliderRange(field, numberOf(this.defaults.get("camera.field_mm")));
-    const slider = element("input", {
-      type: "range",
-      id: field.name,
-      min: String(low),
-      max: String(high),
-      step: String(step),
-    });
-    slider.dataset.field = field.name;
+    const slider = sliderOf(field, numberOf(this.defaults.get("camera.field_mm")));
     slider.oninput = () => this.editor.set([[field.name, slider.valueAsNumber]]);
     this.onRefresh(() => {
       slider.value = String(this.editor.number(field.name));
@@ -99,19 +92,11 @@ export class SettingRows {
   }
 
   private numberBox(field: SceneField): HTMLElement {
-    const input = element("input", {
-      type: "number",
-      step: field.step > 0 ? String(field.step) : "any",
-      min: String(field.minimum),
-      max: String(field.maximum),
-    });
-    input.dataset.number = field.name;
-    input.setAttribute("aria-label", `${fullTitle(field.name)}, ${field.unit || "number"}`);
-    const text = () => numberText(this.editor.number(field.name));
-    const take = () => {
-      if (Number.isFinite(input.valueAsNumber)) this.editor.set([[field.name, input.valueAsNumber]]);
-    };
-    this.onRefresh(typedBox(input, text, take));
+    const value = () => this.editor.number(field.name);
+    const { input, show } = numberBox(field, fullTitle(field.name), value, (typed) =>
+      this.editor.set([[field.name, typed]]),
+    );
+    this.onRefresh(show);
     return input;
   }
 

@@ -1,5 +1,6 @@
 // The status line.
 import type { Hello, Picture, Statistics } from "../generated/fanlight_pb.js";
+import { interpolatedText, mismatchText } from "./loss_text";
 import { PicturePace } from "./picture_pace";
 import type { ServerClock } from "./server_clock";
 
@@ -29,12 +30,15 @@ export class StatisticsView {
     this.write("scene-revision", picture.sceneRevision);
     this.write("pass1-runs", picture.pass1Runs);
     this.write("pass2-runs", picture.pass2Runs);
+    this.writeWhereAny("frames-missing", interpolatedText(picture.framesMissing));
     this.writeStages(picture);
   }
 
   counters(statistics: Statistics): void {
     this.write("frames-lost", statistics.framesLost);
     this.write("pictures-skipped", statistics.picturesSkipped);
+    this.writeWhereAny("volumes-interpolated", String(statistics.volumesInterpolated || ""));
+    this.writeWhereAny("mismatch", mismatchText(statistics));
     this.write("sessions", statistics.sessions);
   }
 
@@ -53,6 +57,12 @@ export class StatisticsView {
       item.children[0]!.textContent = stage.name.replace(/_/g, " ");
       item.children[1]!.textContent = `${stage.milliseconds.toFixed(1)} ms`;
     });
+  }
+
+  /** What has nothing to say is not there, its title neither. */
+  private writeWhereAny(name: string, text: string): void {
+    this.write(name, text);
+    this.find(name).closest<HTMLElement>("[data-where-any]")!.hidden = text === "";
   }
 
   private write(name: string, value: string | number | bigint): void {

@@ -4,7 +4,7 @@ import { create } from "@bufbuild/protobuf";
 import { SceneFieldSchema } from "../generated/fanlight_pb.js";
 import { FieldEffects, unknownNames } from "../src/field_effects";
 import type { Value } from "../src/scene";
-import { SceneEditor } from "../src/scene_editor";
+import { SettingsEditor } from "../src/settings_editor";
 
 const fields = [
   create(SceneFieldSchema, { name: "mode", choices: ["surface", "volume", "slice"] }),
@@ -14,7 +14,7 @@ const fields = [
 ];
 
 function missing(name: string, values: [string, Value][]): string | undefined {
-  const editor = new SceneEditor({ send: () => {}, changed: () => {}, refused: () => {}, accepted: () => {} });
+  const editor = new SettingsEditor({ send: () => {}, changed: () => {}, refused: () => {}, accepted: () => {} });
   editor.start(fields, 1n, new Map(values));
   return new FieldEffects(editor).missing(name);
 }

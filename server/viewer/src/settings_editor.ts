@@ -1,8 +1,8 @@
-// The scene in force, and this page's changes on their way to become it.
+// What is in force at the server, the scene or the probe's settings, and this page's changes on their way to become it.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { numberOf, textOf, type Value, type Values } from "./scene";
 
-export interface SceneEditorEvents {
+export interface SettingsEditorEvents {
   /** Hands a change to the server, which answers with the same id. */
   send(requestId: bigint, values: Values): void;
   /** Some shown value is another one now. */
@@ -15,7 +15,7 @@ export interface SceneEditorEvents {
  * A change is shown at once and sent when the one before it was answered; meanwhile newer values replace
  * waiting ones, so that a slow server gets the newest of a drag and not all of it.
  */
-export class SceneEditor {
+export class SettingsEditor {
   private choices = new Map<string, readonly string[]>();
   private inForce: Values = new Map();
   private revision = 0n;
@@ -24,9 +24,9 @@ export class SceneEditor {
   private lastId = 0n;
   private running = false;
 
-  constructor(private readonly events: SceneEditorEvents) {}
+  constructor(private readonly events: SettingsEditorEvents) {}
 
-  /** A session begins: nothing of an earlier one counts, not even its revision. */
+  /** A session begins: nothing of an earlier one counts, not even its revision. The probe's settings have none: 0. */
   start(fields: readonly SceneField[], revision: bigint, values: Values): void {
     this.forget();
     this.choices = new Map(fields.map((field) => [field.name, field.choices]));
@@ -63,9 +63,14 @@ export class SceneEditor {
     return this.choices.get(name)?.[this.number(name)] ?? "";
   }
 
+  /** Whether some change is not answered yet. */
+  isChanging(): boolean {
+    return this.sent !== undefined || this.waiting.size > 0;
+  }
+
   /** Whether a picture of that revision shows everything that was asked for. */
   isShownBy(revision: bigint): boolean {
-    return !this.sent && this.waiting.size === 0 && revision >= this.revision;
+    return !this.isChanging() && revision >= this.revision;
   }
 
   set(values: Iterable<readonly [string, Value]>): void {
@@ -77,7 +82,7 @@ export class SceneEditor {
     this.events.changed();
   }
 
-  /** The server says which scene is in force. */
+  /** The server says what is in force. */
   adopt(revision: bigint, values: Values): void {
     if (revision < this.revision) return;
     this.revision = revision;

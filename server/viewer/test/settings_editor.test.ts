@@ -3,14 +3,14 @@ import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
 import { SceneFieldSchema } from "../generated/fanlight_pb.js";
 import type { Value, Values } from "../src/scene";
-import { SceneEditor } from "../src/scene_editor";
+import { SettingsEditor } from "../src/settings_editor";
 
 const fields = [create(SceneFieldSchema, { name: "a", choices: ["none", "some"] })];
 
-function started(): { editor: SceneEditor; sent: [bigint, [string, Value][]][]; refusals: string[] } {
+function started(): { editor: SettingsEditor; sent: [bigint, [string, Value][]][]; refusals: string[] } {
   const sent: [bigint, [string, Value][]][] = [];
   const refusals: string[] = [];
-  const editor = new SceneEditor({
+  const editor = new SettingsEditor({
     send: (id, values) => sent.push([id, [...values]]),
     changed: () => {},
     refused: (sentence) => refusals.push(sentence),
@@ -72,12 +72,23 @@ test("a drag back to the value in force is sent after the change it undoes", () 
 
 test("a picture is the asked one when nothing is under way and its revision is the newest", () => {
   const { editor } = started();
-  assert.equal(editor.isShownBy(7n), true);
+  assert.deepEqual([editor.isChanging(), editor.isShownBy(7n)], [false, true]);
   editor.set([["a", 2]]);
-  assert.equal(editor.isShownBy(7n), false);
+  assert.deepEqual([editor.isChanging(), editor.isShownBy(7n)], [true, false]);
   editor.acceptedReply(1n, 8n, scene(2, 10));
   assert.equal(editor.isShownBy(7n), false);
   assert.equal(editor.isShownBy(8n), true);
+});
+
+test("without revisions an answer counts as it comes, also where it is not what was asked for", () => {
+  const { editor, sent } = started();
+  editor.start(fields, 0n, scene(1, 10));
+  editor.set([["b", 10.4]]);
+  assert.deepEqual(sent, [[1n, [["b", 10.4]]]]);
+  editor.acceptedReply(1n, 0n, scene(1, 10.5));
+  assert.deepEqual([editor.get("b"), editor.isChanging()], [10.5, false]);
+  editor.adopt(0n, scene(1, 12));
+  assert.equal(editor.get("b"), 12);
 });
 
 test("a refusal is told and restores the value in force", () => {

@@ -1,0 +1,23 @@
+// What the status line says of frames that were lost and sweeps that disagree.
+import type { Statistics } from "../generated/fanlight_pb.js";
+
+/** "2 frames interpolated"; empty where none is. */
+export function interpolatedText(framesMissing: number): string {
+  if (framesMissing === 0) return "";
+  return framesMissing === 1 ? "1 frame interpolated" : `${framesMissing} frames interpolated`;
+}
+
+/** "corrected 1.02 deg, left 0.03 deg (0.06 mm)"; empty where each of them would read 0.00. */
+export function mismatchText(
+  statistics: Pick<Statistics, "mismatchDeg" | "mismatchLeftDeg" | "mismatchLeftMm">,
+): string {
+  const { mismatchDeg, mismatchLeftDeg, mismatchLeftMm } = statistics;
+  const texts = [mismatchDeg, mismatchLeftDeg, mismatchLeftMm].map(hundredths);
+  if (texts.every((text) => text === "0.00")) return "";
+  return `corrected ${texts[0]} deg, left ${texts[1]} deg (${texts[2]} mm)`;
+}
+
+function hundredths(value: number): string {
+  const text = value.toFixed(2);
+  return text === "-0.00" ? "0.00" : text;
+}
