@@ -35,6 +35,12 @@ void keep_last(std::uint64_t& next, std::uint64_t number) {
   next = std::max(next, number + 1);
 }
 
+/// Frames that a volume must be able to hold. A probe that does not count its volumes may turn late, and
+/// until a turn is recognised the frames after it are put with those before.
+std::uint32_t volume_capacity(const probe::Capabilities& offered) {
+  return offered.counts_volumes ? offered.most_frames : offered.most_frames + offered.most_frames / 4 + 8;
+}
+
 Result<void> check_setting(const char* name, double value, double least, double most, const char* unit) {
   if (value >= least && value <= most) return {};
   return Error{ErrorCode::kInvalidArgument, fmt::format("the probe's {} was to be {}{}, expected {} to {}{}",
@@ -144,7 +150,7 @@ Result<void> UsbSource::describe() {
   if (first) {
     description_.name = config_.address.text();
     description_.largest_frame_bytes = std::uint64_t{capabilities->most_columns} * capabilities->most_rows;
-    description_.frames_per_volume = capabilities->most_frames;
+    description_.frames_per_volume = volume_capacity(*capabilities);
   }
   description_.last_angle_rad = radians(settings->sweep_deg / 2);
   description_.first_angle_rad = -description_.last_angle_rad;
