@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "proto/clock.hpp"
@@ -24,6 +25,7 @@ struct Options {
   bool no_udev = false;
   std::uint32_t side = 512;
   std::uint32_t picture = 512;
+  double pause_s = 2;
 };
 
 template <typename T>
@@ -105,14 +107,17 @@ void run(const Options& options) {
       throw std::runtime_error("the loss was not seen");
     }
     lost_ms.push_back(static_cast<double>(now_ns() - unplugged_ns) / 1e6);
+    std::this_thread::sleep_for(std::chrono::duration<double>(options.pause_s));
     const std::int64_t plugged_ns = now_ns();
     house.probe().plug();
     rendering.wait_for_picture_after(plugged_ns);
     back_ms.push_back(static_cast<double>(now_ns() - plugged_ns) / 1e6);
   }
-  fmt::print("{} rounds {} udev; 35 frames of {} x {} at 75 a second (467 ms a sweep), pictures of {} x {}\n",
-             options.rounds, options.no_udev ? "without" : "with", options.side, options.side,
-             options.picture, options.picture);
+  fmt::print(
+      "{} rounds {} udev, unplugged for {} s; 35 frames of {} x {} at 75 a second (467 ms a sweep), pictures "
+      "of {} x {}\n",
+      options.rounds, options.no_udev ? "without" : "with", options.pause_s, options.side, options.side,
+      options.picture, options.picture);
   print("unplugged until the loss is known", lost_ms);
   print("plugged in until the first new picture", back_ms);
 }
@@ -125,6 +130,10 @@ int main(int argc, char** argv) {
   Options options;
   program.add_option("--rounds", options.rounds)->capture_default_str()->check(CLI::Range(1, 1000));
   program.add_flag("--no-udev", options.no_udev, "As on a machine where no udev runs");
+  program
+      .add_option("--pause-s", options.pause_s,
+                  "For how long it is unplugged; a person needs a second or two")
+      ->capture_default_str();
   program.add_option("--side", options.side, "Pixels of a frame, each way")->capture_default_str();
   program.add_option("--picture", options.picture, "Pixels of the picture, each way")->capture_default_str();
   CLI11_PARSE(program, argc, argv);

@@ -1,0 +1,79 @@
+#include "tests/usb_vm/reading_house.hpp"
+
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+#include "proto/clock.hpp"
+
+namespace fanlight::test {
+
+ReadingHouse::ReadingHouse() {
+  auto source = UsbSource::create({.address = {.vendor = 0x1209, .product = 1}}, link_);
+  if (!source) throw std::runtime_error(source.error().message);
+  source_ = *std::move(source);
+  ring_ = std::make_unique<VolumeRing>(
+      VolumeRing::Config{.geometry = source_->description().geometry,
+                         .frame_capacity = source_->description().frames_per_volume,
+                         .largest_frame_bytes = source_->description().largest_frame_bytes},
+      VolumeRing::Dependencies{.reader_bell = reader_bell_, .writer_bell = writer_bell_});
+  acquisition_.emplace(AcquisitionThread::Dependencies{.source = *source_,
+                                                       .ring = *ring_,
+                                                       .writer_bell = writer_bell_,
+                                                       .counters = frames_,
+                                                       .ended_bell = server_bell_});
+}
+
+const ProbeStatus& ReadingHouse::status() {
+  if (const ProbeStatus* newest = link_.status.newest()) status_ = *newest;
+  return status_;
+}
+
+std::string ReadingHouse::order(const probe::Settings& settings) {
+  link_.orders.draft() = {.number = ++orders_, .settings = settings};
+  link_.orders.publish();
+  await([this] { return status().order_answered == orders_; }, "the order was not answered");
+  return status_.refusal;
+}
+
+void ReadingHouse::next_volume() {
+  const std::uint64_t before = ring_->counters().volumes_published.value();
+  await([&] { return ring_->counters().volumes_published.value() > before; }, "no volume came");
+}
+
+void ReadingHouse::next_volume(const std::function<bool(const Volume&)>& looks) {
+  await(
+      [&] {
+        const VolumeRing::Lease lease = ring_->take();
+        return lease && looks(*lease);
+      },
+      "no such volume came");
+}
+
+bool ReadingHouse::sum_holds() const {
+  std::uint64_t received = 0;
+  std::uint64_t sum = 0;
+  frames_.ledger.read([&] {
+    received = frames_.frames_received.value();
+    sum = frames_.frames_pending.value();
+    for (const Counter* counter :
+         {&frames_.frames_assembled, &frames_.frames_invalid, &frames_.frames_damaged, &frames_.frames_cut,
+          &frames_.frames_misfit, &frames_.frames_repeated, &frames_.frames_late,
+          &frames_.frames_over_capacity, &frames_.frames_in_short_volumes,
+          &frames_.frames_in_incomplete_volumes, &frames_.frames_abandoned}) {
+      sum += counter->value();
+    }
+  });
+  return received == sum;
+}
+
+void await(const std::function<bool()>& holds, const std::string& otherwise) {
+  constexpr std::int64_t kMostNs = 20'000'000'000;
+  const std::int64_t end_ns = now_ns() + kMostNs;
+  while (!holds()) {
+    if (now_ns() > end_ns) throw std::runtime_error(otherwise);
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+}
+
+}  // namespace fanlight::test
