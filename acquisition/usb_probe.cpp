@@ -42,7 +42,7 @@ Result<std::unique_ptr<UsbProbe>> UsbProbe::open(libusb_device* device, const Us
   if (const int failure = libusb_open(device, &handle); failure != LIBUSB_SUCCESS) {
     const char* const expected =
         failure == LIBUSB_ERROR_ACCESS
-            ? "the right to write to its node under /dev/bus/usb, as a udev rule gives it"
+            ? "the right to write to its node under /dev/bus/usb, as deploy/60-fanlight-probe.rules gives it"
             : "a device that stays plugged in";
     return Error{code_of(failure), fmt::format("{} is there and could not be opened ({}), expected {}",
                                                address.text(), libusb_strerror(failure), expected)};
@@ -105,10 +105,10 @@ bool UsbProbe::find_interface(libusb_device* device) {
 }
 
 Error UsbProbe::failed(const char* what, int failure) {
-  counters_.requests_failed.add();
-  return Error{code_of(failure),
-               fmt::format("the probe did not answer {} ({}), expected an answer within {} ms", what,
-                           libusb_strerror(failure), kRequestTimeoutMs)};
+  const ErrorCode code = code_of(failure);
+  if (code != ErrorCode::kNotFound) counters_.requests_failed.add();  // of a probe that is there
+  return Error{code, fmt::format("the probe did not answer {} ({}), expected an answer within {} ms", what,
+                                 libusb_strerror(failure), kRequestTimeoutMs)};
 }
 
 Result<std::span<const std::uint8_t>> UsbProbe::ask(probe::Request request) {

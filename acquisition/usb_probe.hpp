@@ -15,8 +15,8 @@ namespace fanlight {
 
 /// A probe that is plugged in and taken: its requests (proto/usb_probe.md). Each waits for its answer, up to
 /// 500 ms, while transfers under way go on; errors are kNotFound where the probe is gone, otherwise
-/// kUnavailable (no answer), kInvalidArgument (refused by the probe) or kBadInput. Failures are counted. One
-/// thread.
+/// kUnavailable (no answer), kInvalidArgument (refused by the probe) or kBadInput. Failures of a probe that
+/// is there are counted. One thread.
 class UsbProbe {
  public:
   /// Opens a device and takes its probe interface. kNotFound where it is none, or has another serial number;

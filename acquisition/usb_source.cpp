@@ -41,6 +41,17 @@ std::uint32_t volume_capacity(const probe::Capabilities& offered) {
   return offered.counts_volumes ? offered.most_frames : offered.most_frames + offered.most_frames / 4 + 8;
 }
 
+Counter& counter_of(libusb_transfer_status trouble, ProbeCounters& counters) {
+  switch (trouble) {
+    case LIBUSB_TRANSFER_STALL:
+      return counters.transfers_stalled;
+    case LIBUSB_TRANSFER_OVERFLOW:
+      return counters.transfers_overflowed;
+    default:
+      return counters.transfers_failed;
+  }
+}
+
 Result<void> check_setting(const char* name, double value, double least, double most, const char* unit) {
   if (value >= least && value <= most) return {};
   return Error{ErrorCode::kInvalidArgument, fmt::format("the probe's {} was to be {}{}, expected {} to {}{}",
@@ -283,25 +294,18 @@ void UsbSource::end_read() {
 }
 
 void UsbSource::recover() {
-  ProbeCounters& counters = link_.counters;
-  // Reads that the system refused, one after the other, until none was left.
+  // Without a trouble: reads that the system refused, one after the other, until none was left.
   const libusb_transfer_status trouble = std::exchange(trouble_, {}).value_or(LIBUSB_TRANSFER_ERROR);
-  switch (trouble) {
-    case LIBUSB_TRANSFER_NO_DEVICE:
-      lose();
-      return;
-    case LIBUSB_TRANSFER_STALL:
-      counters.transfers_stalled.add();
-      break;
-    case LIBUSB_TRANSFER_OVERFLOW:
-      counters.transfers_overflowed.add();
-      break;
-    default:  // also what a probe in the act of leaving answers
-      counters.transfers_failed.add();
-      break;
+  const auto cleared = trouble == LIBUSB_TRANSFER_NO_DEVICE
+                           ? Result<void>(Error{ErrorCode::kNotFound, "the probe is gone"})
+                           : probe_->clear_halt();
+  // A probe in the act of leaving often answers with an error first: that is a loss, and no failed transfer.
+  if (!cleared && cleared.error().code == ErrorCode::kNotFound) {
+    lose();
+    return;
   }
-  const bool repaired = probe_->clear_halt() && reads_.start(probe_->handle(), probe_->endpoint()) > 0;
-  if (!repaired) {
+  counter_of(trouble, link_.counters).add();
+  if (!cleared || reads_.start(probe_->handle(), probe_->endpoint()) == 0) {
     lose();
     return;
   }

@@ -83,13 +83,31 @@ struct AcquisitionCounters {
   Gauge<std::uint64_t> frames_pending;   ///< of the sweep being filled
 
   // Not part of the sum.
-  Counter frames_missing;        ///< gaps in the sequence: never received
-  Counter frames_reordered;      ///< that came after a later one, and were used all the same
-  Counter sequence_restarts;     ///< the sequence began anew without a word
-  Counter volumes_short;         ///< the sweeps of frames_in_short_volumes
-  Counter volumes_incomplete;    ///< the sweeps of frames_in_incomplete_volumes
+  Counter frames_missing;      ///< gaps in the sequence: never received, or not before their sweep had ended
+  Counter frames_reordered;    ///< that came after a later one, and were used all the same
+  Counter sequence_restarts;   ///< the sequence began anew without a word
+  Counter volumes_short;       ///< the sweeps of frames_in_short_volumes
+  Counter volumes_incomplete;  ///< the sweeps of frames_in_incomplete_volumes
   Counter volumes_interpolated;  ///< published with gaps that neighbouring frames fill
   Counter geometry_changes;      ///< of the source, in mid-stream
+
+  /// Frames that came and are in no volume: of no use, or of sweeps that could not be used.
+  std::uint64_t frames_unused() const {
+    return frames_invalid.value() + frames_damaged.value() + frames_cut.value() + frames_misfit.value() +
+           frames_repeated.value() + frames_late.value() + frames_over_capacity.value() +
+           frames_in_short_volumes.value() + frames_in_incomplete_volumes.value() + frames_abandoned.value();
+  }
+  /// Those, and the ones that never came.
+  std::uint64_t frames_lost() const { return frames_unused() + frames_missing.value(); }
+
+  /// Whether the sum above holds now; any thread.
+  bool sum_holds() const {
+    bool holds = false;
+    ledger.read([&] {
+      holds = frames_received.value() == frames_assembled.value() + frames_unused() + frames_pending.value();
+    });
+    return holds;
+  }
 
   // How far forward and backward sweeps disagree; see SweepMismatch.
   Counter mismatch_estimates;       ///< pairs of sweeps that were compared

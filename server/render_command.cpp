@@ -16,7 +16,6 @@
 #include "server/picture_file.hpp"
 #include "server/probe_options.hpp"
 #include "server/scene_options.hpp"
-#include "server/server_counters.hpp"
 
 namespace fanlight {
 
@@ -185,7 +184,7 @@ Result<void> render_all(const RenderOptions& options, VolumePicker& picker, Rend
   std::uint64_t lost = 0;
   frames.ledger.read([&] {
     received = frames.frames_received.value();
-    lost = frames_lost(frames);
+    lost = frames.frames_lost();
   });
   if (options.json) {
     const nlohmann::ordered_json report = {{"input", options.input},

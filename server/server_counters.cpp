@@ -109,14 +109,6 @@ void add_server(std::vector<NamedCount>& to, const ServerCounters& from) {
 
 }  // namespace
 
-std::uint64_t frames_lost(const AcquisitionCounters& frames) {
-  return frames.frames_missing.value() + frames.frames_invalid.value() + frames.frames_damaged.value() +
-         frames.frames_cut.value() + frames.frames_misfit.value() + frames.frames_repeated.value() +
-         frames.frames_late.value() + frames.frames_over_capacity.value() +
-         frames.frames_in_short_volumes.value() + frames.frames_in_incomplete_volumes.value() +
-         frames.frames_abandoned.value();
-}
-
 std::vector<NamedCount> named_counts(const HouseCounters& house, const ServerCounters& server) {
   std::vector<NamedCount> counts;
   house.acquisition.ledger.read([&] {

@@ -45,9 +45,6 @@ struct NamedCount {
   Kind kind = Kind::kTotal;
 };
 
-/// Frames that are in no volume: never received, of no use, or of sweeps that could not be used.
-std::uint64_t frames_lost(const AcquisitionCounters& frames);
-
 /// One value that goes up and down, for the metrics.
 struct NamedValue {
   const char* name;  ///< as in fanlight_NAME

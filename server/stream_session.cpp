@@ -295,7 +295,7 @@ SharedMessage StreamSession::statistics() const {
   const AcquisitionCounters& frames = house.acquisition;
   frames.ledger.read([&] {
     to.set_frames_received(frames.frames_received.value());
-    to.set_frames_lost(frames_lost(frames));
+    to.set_frames_lost(frames.frames_lost());
   });
   to.set_volumes_interpolated(frames.volumes_interpolated.value());
   to.set_mismatch_deg(frames.mismatch_deg.value());

@@ -85,7 +85,7 @@ void run_cycles(const Options& options) {
     require(wait_until([&] { return house.counters().probes_lost.value() > losses; }),
             "the loss was not seen");
     lost_ms.push_back(static_cast<double>(now_ns() - unplugged_ns) / 1e6);
-    require(house.sum_holds(), "frames are not accounted for");
+    require(house.frames().sum_holds(), "frames are not accounted for");
     const std::int64_t plugged_ns = now_ns();
     house.probe().plug();
     next_volume();
@@ -104,7 +104,7 @@ void run_cycles(const Options& options) {
   print_resources("before", before);
   print_resources("after", after);
   house.stop();
-  require(house.sum_holds(), "frames are not accounted for");
+  require(house.frames().sum_holds(), "frames are not accounted for");
   require(after.files <= before.files, "file descriptors were left behind");
   require(after.threads <= before.threads, "threads were left behind");
   // What an allocator's pages do by themselves; a leak of one descriptor's buffers would be many times this.
@@ -124,7 +124,7 @@ void run_throughput(const Options& options) {
   std::uint64_t taken = 0;
   while (now_ns() - start_ns < static_cast<std::int64_t>(options.seconds * 1e9)) {
     if (house.ring().take()) ++taken;
-    require(house.sum_holds(), "frames are not accounted for");
+    require(house.frames().sum_holds(), "frames are not accounted for");
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   const double seconds = static_cast<double>(now_ns() - start_ns) / 1e9;
@@ -149,7 +149,7 @@ void run_throughput(const Options& options) {
              frames.volumes_incomplete.value(), ring.volumes_taken.value(), ring.volumes_dropped.value());
   print_resources("before", before);
   print_resources("after", after);
-  require(house.sum_holds(), "frames are not accounted for");
+  require(house.frames().sum_holds(), "frames are not accounted for");
   require(frames.frames_damaged.value() == 0 && house.counters().bytes_skipped.value() == 0,
           "bytes were lost");
   // Between the two ends stands only what was on its way when the reading ended.
@@ -182,7 +182,7 @@ void run_random(const Options& options) {
     house.probe().inject({.kind = FaultKind::kRandom});
     require(wait_until([&] { return house.counters().streams_restarted.value() > restarts; }),
             "the stream was not started again");
-    require(house.sum_holds(), "frames are not accounted for");
+    require(house.frames().sum_holds(), "frames are not accounted for");
     if (++rounds == 3) before = Resources::now();
   }
   const std::uint64_t volumes = house.ring().counters().volumes_published.value();

@@ -7,6 +7,7 @@ std::span<const FaultWord> fault_words() {
   static constexpr FaultWord kWords[] = {
       {FaultKind::kDrop, "drop"},
       {FaultKind::kInvalid, "invalid"},
+      {FaultKind::kMisfit, "misfit"},
       {FaultKind::kDamage, "damage"},
       {FaultKind::kDamageHeader, "damage-header"},
       {FaultKind::kCut, "cut"},

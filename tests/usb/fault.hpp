@@ -11,6 +11,7 @@ enum class FaultKind : std::uint8_t {
   // Of one frame: each waits for the next frame that goes on the pipe.
   kDrop,          ///< it is not sent: a gap in the sequence
   kInvalid,       ///< it is flagged as of no use
+  kMisfit,        ///< its header names a geometry that the probe does not have
   kDamage,        ///< one bit of its pixels is wrong
   kDamageHeader,  ///< one bit of its header is wrong
   kCut,           ///< it ends, and its transfer with it, in the midst of its pixels

@@ -8,7 +8,7 @@
 namespace fanlight::test {
 
 LiveHouse::LiveHouse(const Config& config) : bus_(config.udev) {
-  auto probe = UsbfsProbe::create(bus_, {.model = config.model});
+  auto probe = UsbfsProbe::create(bus_, {.model = config.model, .faults = config.faults});
   if (!probe) throw std::runtime_error(probe.error().message);
   probe_ = *std::move(probe);
   probe_->plug();
@@ -29,23 +29,6 @@ void LiveHouse::start() {
                                                        .writer_bell = writer_bell_,
                                                        .counters = frames_,
                                                        .ended_bell = server_bell_});
-}
-
-bool LiveHouse::sum_holds() const {
-  std::uint64_t received = 0;
-  std::uint64_t sum = 0;
-  frames_.ledger.read([&] {
-    received = frames_.frames_received.value();
-    sum = frames_.frames_pending.value();
-    for (const Counter* counter :
-         {&frames_.frames_assembled, &frames_.frames_invalid, &frames_.frames_damaged, &frames_.frames_cut,
-          &frames_.frames_misfit, &frames_.frames_repeated, &frames_.frames_late,
-          &frames_.frames_over_capacity, &frames_.frames_in_short_volumes,
-          &frames_.frames_in_incomplete_volumes, &frames_.frames_abandoned}) {
-      sum += counter->value();
-    }
-  });
-  return received == sum;
 }
 
 bool wait_until(const std::function<bool()>& holds, double most_s) {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/usb_source.hpp"
@@ -16,6 +17,7 @@ class LiveHouse {
  public:
   struct Config {
     ProbeModel::Config model;
+    std::string faults;  ///< FaultScript
     EmulatedBus::Udev udev = EmulatedBus::Udev::kOn;
     TransferQueue::Config reads;
   };
@@ -33,9 +35,6 @@ class LiveHouse {
   void start();
   /// Ends the reading; the counters stay.
   void stop() { acquisition_.reset(); }
-
-  /// Whether the sum of AcquisitionCounters holds now; any thread.
-  bool sum_holds() const;
 
  private:
   EmulatedBus bus_;

@@ -135,6 +135,7 @@ class ProbeModel {
   struct Pending {
     bool drop = false;
     bool invalid = false;
+    bool misfit = false;
     bool damage = false;
     bool damage_header = false;
     bool cut = false;

@@ -156,6 +156,7 @@ ProbeModel::UnderWay ProbeModel::drawn(const Taken& frame) {
   probe::FrameHeader header = frame.header;
   header.payload_crc32c = picture.crc32c;
   header.invalid = faults.invalid;
+  if (faults.misfit) header.geometry_revision += 1000;
 
   UnderWay made{.pixels = picture.pixels, .pictures = frame.pictures, .repeat = faults.repeat};
   made.ends_transfer = config_.ends_transfers || faults.cut;
@@ -203,6 +204,9 @@ void ProbeModel::inject(const Fault& fault, std::int64_t now_ns) {
       break;
     case FaultKind::kInvalid:
       pending_.invalid = true;
+      break;
+    case FaultKind::kMisfit:
+      pending_.misfit = true;
       break;
     case FaultKind::kDamage:
       pending_.damage = true;

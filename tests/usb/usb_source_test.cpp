@@ -79,6 +79,14 @@ TEST(UsbSource, AFrameThatTheProbeFlagsIsInvalid) {
   EXPECT_EQ(count(frames, FrameFault::kNone), 19U);
 }
 
+TEST(UsbSource, AFrameOfAnUnknownGeometryIsAMisfit) {
+  SourceRig rig("frame 12 misfit");
+  ASSERT_TRUE(rig.open());
+  const auto frames = rig.next(20);
+  EXPECT_EQ(frames[12].fault, FrameFault::kMisfit);
+  EXPECT_EQ(count(frames, FrameFault::kNone), 19U);
+}
+
 TEST(UsbSource, ADamagedHeaderIsAGapAndSkippedBytes) {
   SourceRig rig("frame 12 damage-header");
   ASSERT_TRUE(rig.open());
@@ -150,6 +158,17 @@ TEST(UsbSource, ASilentProbeIsStartedAgain) {
   EXPECT_TRUE(std::ranges::is_sorted(numbers)) << "numbers go on over a restart";
   EXPECT_EQ(std::ranges::adjacent_find(numbers), numbers.end());
   EXPECT_EQ(rig.counters().probes_lost.value(), 0U);
+}
+
+TEST(UsbSource, AProbeThatStaysSilentIsResetAndTakenAnew) {
+  SourceRig rig("frame 12 silent 8s");
+  ASSERT_TRUE(rig.open());
+  const auto frames = rig.next(20);
+  EXPECT_GE(rig.counters().transfers_timed_out.value(), 4U);
+  EXPECT_GE(rig.counters().probes_lost.value(), 1U);
+  EXPECT_EQ(rig.counters().probes_found.value(), 1 + rig.counters().probes_lost.value());
+  EXPECT_TRUE(frames[12].stamp.after_interruption);
+  EXPECT_EQ(count(frames, FrameFault::kNone), 20U);
 }
 
 TEST(UsbSource, AProbeThatRestartsByItselfShowsInTheSequence) {

@@ -50,23 +50,6 @@ void ReadingHouse::next_volume(const std::function<bool(const Volume&)>& looks) 
       "no such volume came");
 }
 
-bool ReadingHouse::sum_holds() const {
-  std::uint64_t received = 0;
-  std::uint64_t sum = 0;
-  frames_.ledger.read([&] {
-    received = frames_.frames_received.value();
-    sum = frames_.frames_pending.value();
-    for (const Counter* counter :
-         {&frames_.frames_assembled, &frames_.frames_invalid, &frames_.frames_damaged, &frames_.frames_cut,
-          &frames_.frames_misfit, &frames_.frames_repeated, &frames_.frames_late,
-          &frames_.frames_over_capacity, &frames_.frames_in_short_volumes,
-          &frames_.frames_in_incomplete_volumes, &frames_.frames_abandoned}) {
-      sum += counter->value();
-    }
-  });
-  return received == sum;
-}
-
 void await(const std::function<bool()>& holds, const std::string& otherwise) {
   constexpr std::int64_t kMostNs = 20'000'000'000;
   const std::int64_t end_ns = now_ns() + kMostNs;

@@ -36,9 +36,6 @@ class ReadingHouse {
   /// Waits for a volume that looks like this, taking it out of the ring. Throws likewise.
   void next_volume(const std::function<bool(const Volume&)>& looks);
 
-  /// Whether the sum of AcquisitionCounters holds now.
-  bool sum_holds() const;
-
  private:
   Doorbell reader_bell_;
   Doorbell writer_bell_;

@@ -63,7 +63,7 @@ std::string check_rate(ReadingHouse& house) {
   const double mb = static_cast<double>(house.counters().bytes_received.value() - start_bytes) / 1e6;
   const double seconds = static_cast<double>(now_ns() - start_ns) / 1e9;
   require(nothing_broken(house), frames_text(house));
-  require(house.sum_holds(), "frames are not accounted for");
+  require(house.frames().sum_holds(), "frames are not accounted for");
   return fmt::format("{:.1f} MB/s for {:.1f} s; frames {}", mb / seconds, seconds, frames_text(house));
 }
 
@@ -104,7 +104,7 @@ void run_cycle(GadgetProcess& gadget, ReadingHouse& house, CycleTimes& times) {
   const std::int64_t unplugged_ns = gadget.inject("unplug");
   await([&] { return house.counters().probes_lost.value() > lost; }, "the loss was not seen");
   times.noticed_ms.push_back(static_cast<double>(now_ns() - unplugged_ns) / 1e6);
-  require(house.sum_holds(), "frames are not accounted for after an unplug");
+  require(house.frames().sum_holds(), "frames are not accounted for after an unplug");
   const std::int64_t plugged_ns = gadget.inject("replug");
   house.next_volume();
   times.back_ms.push_back(static_cast<double>(now_ns() - plugged_ns) / 1e6);
@@ -178,7 +178,7 @@ std::string check_fault(GadgetProcess& gadget, ReadingHouse& house, const FaultC
   const std::uint64_t counted = check.counter->value() - before;
   const double ms = static_cast<double>(now_ns() - start_ns) / 1e6;
   house.next_volume();
-  require(house.sum_holds(), "frames are not accounted for");
+  require(house.frames().sum_holds(), "frames are not accounted for");
   return fmt::format("{} +{} after {:.0f} ms, the next volume after {:.0f} ms", check.counts, counted, ms,
                      static_cast<double>(now_ns() - start_ns) / 1e6);
 }
@@ -257,7 +257,7 @@ void check_small_probe(CheckList& checks, const std::string& program) {
   checks.run("settings in mid-stream", [&] { return check_settings(house); });
   house.stop();
   checks.run("accounting at the end", [&] {
-    require(house.sum_holds(), "frames are not accounted for");
+    require(house.frames().sum_holds(), "frames are not accounted for");
     return fmt::format("of {} frames received {} are in volumes, and each of the others has its name",
                        house.frames().frames_received.value(), house.frames().frames_assembled.value());
   });
