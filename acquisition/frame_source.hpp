@@ -19,6 +19,7 @@ struct SourceDescription {
   std::uint64_t largest_frame_bytes = 0;  ///< of the geometries that it may change to; 0: none larger
   bool counts_volumes = true;           ///< stamps name their sweep; otherwise it ends where the angle turns
   std::uint32_t frames_per_volume = 0;  ///< the most frames a sweep can have
+  std::uint32_t usual_frames = 0;       ///< as many as sweeps have at first; 0: frames_per_volume
   double first_angle_rad = 0;           ///< smallest and largest motor angle of a sweep
   double last_angle_rad = 0;
 };

@@ -163,6 +163,7 @@ Result<void> UsbSource::describe() {
     description_.largest_frame_bytes = std::uint64_t{capabilities->most_columns} * capabilities->most_rows;
     description_.frames_per_volume = volume_capacity(*capabilities);
   }
+  description_.usual_frames = settings->frames_a_volume;
   description_.last_angle_rad = radians(settings->sweep_deg / 2);
   description_.first_angle_rad = -description_.last_angle_rad;
   status_.identity = *std::move(identity);

@@ -33,10 +33,12 @@ class FrameStore {
   /// kUnavailable where it has no memory for them.
   static Result<FrameStore> create(const Gpu& gpu, const Config& config);
 
-  /// Whether it is made for frames of that geometry; millimetres do not matter.
-  bool suits(const FanGeometry& geometry) const {
-    return geometry.columns == config_.columns && geometry.rows == config_.rows;
+  /// Whether it has room for the volume, and for no larger frames; millimetres do not matter.
+  bool suits(const Volume& volume) const {
+    return volume.geometry().columns == config_.columns && volume.geometry().rows == config_.rows &&
+           volume.stamp().frames <= config_.frame_capacity;
   }
+  std::uint32_t frame_capacity() const { return config_.frame_capacity; }
 
   /// Copies the frames, in ascending order of angle, to where the GPU can fetch them. Precondition: it suits
   /// them, and nothing that was recorded is outstanding.

@@ -97,7 +97,7 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
     *wanted.buffer = std::move(*buffer);
   }
 
-  if (auto frames = create_frames(gpu, config_.geometry); !frames) return frames;
+  if (auto frames = create_frames(gpu, config_.geometry, config_.usual_frames); !frames) return frames;
   auto angles = GpuImage::create(gpu, VK_FORMAT_R32_SFLOAT,
                                  {static_cast<std::uint32_t>(table_.entries().size()), 1, 1});
   if (!angles) return angles.error();
@@ -108,19 +108,22 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
   return {};
 }
 
-Result<void> RenderSlot::create_frames(const Gpu& gpu, const FanGeometry& geometry) {
-  auto frames = FrameStore::create(gpu, {.columns = geometry.columns,
-                                         .rows = geometry.rows,
-                                         .frame_capacity = config_.frame_capacity,
-                                         .piece_samples = config_.band_samples});
-  if (!frames) return frames.error();
-  frames_ = std::move(*frames);
+Result<void> RenderSlot::create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames) {
+  auto made = FrameStore::create(gpu, {.columns = geometry.columns,
+                                       .rows = geometry.rows,
+                                       .frame_capacity = frames,
+                                       .piece_samples = config_.band_samples});
+  if (!made) return made.error();
+  frames_ = std::move(*made);
   return {};
 }
 
-Result<void> RenderSlot::replace_frames(const Gpu& gpu, const FanGeometry& geometry) {
+Result<void> RenderSlot::replace_frames(const Gpu& gpu, const Volume& volume) {
   frames_ = FrameStore();  // first, so that a volume as large as the GPU takes still has room
-  auto made = create_frames(gpu, geometry);
+  // A motor's sweeps are not all of one length: with some room to spare the next longer one needs no memory.
+  const std::uint32_t frames = volume.stamp().frames;
+  const std::uint32_t roomy = std::min(frames + frames / 8, config_.frame_capacity);
+  auto made = create_frames(gpu, volume.geometry(), std::max({frames, roomy, config_.usual_frames}));
   write_frame_descriptors(gpu);
   return made;
 }
@@ -206,8 +209,8 @@ void RenderSlot::follow(const Gpu& gpu, const RenderSlot& other) {
 }
 
 Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
-  if (!frames_.suits(volume.geometry())) {
-    if (auto made = replace_frames(gpu, volume.geometry()); !made) return made;
+  if (!frames_.suits(volume)) {
+    if (auto made = replace_frames(gpu, volume); !made) return made;
   }
   frames_.load(volume);
   geometry_ = volume.geometry();
@@ -218,7 +221,7 @@ Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
   extent_ = {.first_angle_rad = volume.angles_rad()[volume.by_angle().front()],
              .last_angle_rad = volume.angles_rad()[volume.by_angle().back()],
              .frames = volume_.frames,
-             .frame_capacity = config_.frame_capacity};
+             .frame_capacity = frames_.frame_capacity()};
   return {};
 }
 

@@ -39,6 +39,7 @@ class RenderSlot {
     double first_angle_rad = 0;
     double last_angle_rad = 0;
     std::uint32_t frame_capacity = 0;
+    std::uint32_t usual_frames = 0;  ///< that room is made for at once
     std::uint64_t band_samples = 0;  ///< about the most samples that one submission of pass 1 may take
   };
 
@@ -49,9 +50,10 @@ class RenderSlot {
   void follow(const Gpu& gpu, const RenderSlot& other);
 
   /// Copies the volume's frames, in ascending order of angle, to where the GPU can fetch them; the volume may
-  /// go when this returns. Where its columns or rows are not those of the last, the memory for frames is made
-  /// anew, the old given back first. Precondition: nothing is outstanding. Errors as FrameStore::create; then
-  /// light() still does what it did, but only a load() that succeeds may be followed by begin_cast().
+  /// go when this returns. Where its columns or rows are not those of the last, or its frames more than there
+  /// is room for, the memory for frames is made anew, the old given back first. Precondition: nothing is
+  /// outstanding. Errors as FrameStore::create; then light() still does what it did, but only a load() that
+  /// succeeds may be followed by begin_cast().
   Result<void> load(const Gpu& gpu, const Volume& volume);
 
   /// Sets passes 0 and 1 up; nothing is submitted yet. Also gives up a cast under way. Precondition: nothing
@@ -100,8 +102,8 @@ class RenderSlot {
   explicit RenderSlot(const Config& config)
       : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {}
   Result<void> create_memory(const Gpu& gpu);
-  Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry);
-  Result<void> replace_frames(const Gpu& gpu, const FanGeometry& geometry);
+  Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames);
+  Result<void> replace_frames(const Gpu& gpu, const Volume& volume);
   Result<void> create_commands(const Gpu& gpu);
   Result<void> create_descriptors(const Gpu& gpu, const Passes& passes);
   Result<void> submit_frames(const Gpu& gpu, const Passes& passes);

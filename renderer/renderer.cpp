@@ -59,6 +59,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
          .first_angle_rad = config.first_angle_rad,
          .last_angle_rad = config.last_angle_rad,
          .frame_capacity = config.frame_capacity,
+         .usual_frames = config.usual_frames > 0 ? config.usual_frames : config.frame_capacity,
          .band_samples = gpu.candidate().kind == kProcessorKind ? kProcessorBand : kGpuBand});
     if (!slot) return too_large(config, gpu, slot.error());
     flight.reset(new Flight{

@@ -27,6 +27,8 @@ class Renderer {
     double first_angle_rad = 0;  ///< between which most frames will lie
     double last_angle_rad = 0;
     std::uint32_t frame_capacity = 0;  ///< most frames of any volume
+    /// Of most volumes: room is made for them at once, for more when they come. 0: as frame_capacity.
+    std::uint32_t usual_frames = 0;
   };
   /// Both must outlive the renderer.
   struct Dependencies {
@@ -49,7 +51,8 @@ class Renderer {
 
   /// Takes a copy of the volume and casts it with the next advance(). A volume too large for the GPU's limits
   /// or memory is refused and counted, and what is shown stays. Allocates where its columns or rows are not
-  /// those of the volume it replaces. Precondition: wants_volume(), at most frame_capacity frames.
+  /// those of the volume it replaces, or its frames are more than any before. Precondition: wants_volume(),
+  /// at most frame_capacity frames.
   Result<void> load(const Volume& volume);
 
   /// Submits whatever is due and can go now. Never waits for the GPU.

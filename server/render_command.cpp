@@ -230,7 +230,8 @@ Result<void> render(const RenderOptions& options) {
                         .geometry = description.geometry,
                         .first_angle_rad = description.first_angle_rad,
                         .last_angle_rad = description.last_angle_rad,
-                        .frame_capacity = description.frames_per_volume},
+                        .frame_capacity = description.frames_per_volume,
+                        .usual_frames = description.usual_frames},
                        {.gpu = **gpu, .counters = counters}, {.revision = 1, .scene = *scene});
   if (!renderer) return renderer.error();
 

@@ -63,10 +63,11 @@ void log_start(const SourceDescription& description, const GpuInstance& instance
       "source {}: {} frames a volume of {} x {} pixels of {:.4f} x {:.4f} mm, {:.1f} to {:.1f} deg about an "
       "axis {:.1f} mm "
       "behind the probe face",
-      description.name, description.frames_per_volume, geometry.columns, geometry.rows,
-      geometry.pixel_width_mm, geometry.pixel_height_mm, degrees(description.first_angle_rad),
-      degrees(description.last_angle_rad), geometry.motor_radius_mm);
-  spdlog::info("the ring of volumes takes {:.0f} MB", static_cast<double>(ring.capacity_bytes()) / 1e6);
+      description.name,
+      description.usual_frames > 0 ? description.usual_frames : description.frames_per_volume,
+      geometry.columns, geometry.rows, geometry.pixel_width_mm, geometry.pixel_height_mm,
+      degrees(description.first_angle_rad), degrees(description.last_angle_rad), geometry.motor_radius_mm);
+  spdlog::info("the ring of volumes takes up to {:.0f} MB", static_cast<double>(ring.capacity_bytes()) / 1e6);
 }
 
 void log_end(const HouseCounters& house, const ServerCounters& server) {
@@ -134,7 +135,8 @@ Result<void> serve(const ServeOptions& options) {
                                     .geometry = description.geometry,
                                     .first_angle_rad = description.first_angle_rad,
                                     .last_angle_rad = description.last_angle_rad,
-                                    .frame_capacity = description.frames_per_volume},
+                                    .frame_capacity = description.frames_per_volume,
+                                    .usual_frames = description.usual_frames},
                                    {.gpu = **gpu, .counters = render_counters}, initial);
   if (!renderer) return renderer.error();
 

@@ -195,6 +195,33 @@ TEST_F(GeometryChangeTest, ShowsSweepsOfMoreAndFewerFrames) {
   }
 }
 
+TEST_F(GeometryChangeTest, MakesRoomForMoreFramesThanUsual) {
+  RenderCounters counters;
+  auto roomy = Renderer::create({.size = kSize,
+                                 .geometry = kCartesian,
+                                 .first_angle_rad = radians(-25),
+                                 .last_angle_rad = radians(25),
+                                 .frame_capacity = kFrameCapacity,
+                                 .usual_frames = 5},
+                                {.gpu = gpu(), .counters = counters}, {.revision = 1, .scene = scene_});
+  ASSERT_TRUE(roomy);
+  std::uint64_t id = 0;
+  for (const int frames : {5, 11, static_cast<int>(kFrameCapacity), 5}) {
+    const Volume volume = volume_of(kCartesian, ++id, 25, frames);
+    ASSERT_TRUE((*roomy)->load(volume));
+    const Shown now = shown(**roomy);
+    const Shown fresh = shown_afresh(volume, scene_);
+    // The texture's coordinates are divided by another number of slices: equal up to their rounding.
+    std::size_t apart = 0;
+    for (std::size_t at = 0; at < now.depths.cast_mm.size(); ++at) {
+      if (std::abs(now.depths.cast_mm[at] - fresh.depths.cast_mm[at]) > 0.02) ++apart;
+    }
+    EXPECT_LE(apart, now.depths.cast_mm.size() / 1000) << frames << " frames";
+  }
+  EXPECT_EQ(counters.volumes_refused.value(), 0U);
+  EXPECT_EQ(counters.volumes_unfiltered.value(), 0U);
+}
+
 TEST_F(GeometryChangeTest, ShowsAWiderSweepThanItWasMadeFor) {
   std::uint64_t id = 0;
   std::array<std::ptrdiff_t, 4> hits{};

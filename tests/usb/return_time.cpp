@@ -45,7 +45,8 @@ class Rendering {
          .geometry = source.geometry,
          .first_angle_rad = source.first_angle_rad,
          .last_angle_rad = source.last_angle_rad,
-         .frame_capacity = source.frames_per_volume},
+         .frame_capacity = source.frames_per_volume,
+         .usual_frames = source.usual_frames},
         {.gpu = *gpu_, .counters = counters_},
         {.revision = 1,
          .scene = scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height)}));
