@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace fanlight {
 
@@ -25,6 +26,12 @@ class DeviceClock {
     // Through unsigned numbers, where a nonsensical device time wraps instead of overflowing.
     const auto difference_ns =
         static_cast<std::int64_t>(static_cast<std::uint64_t>(arrival_ns) - device_time_ns);
+    // A time far ahead of all others is a probe that erred, unless the next says the same: then its clock was
+    // set.
+    const std::int64_t known_ns = std::min(current_ns_, last_ns_);
+    const bool leaps = known_ns != kNone && difference_ns < known_ns - kLeapNs;
+    if (leaps && !std::exchange(leapt_, true)) return arrival_ns;
+    leapt_ = leaps;
     current_ns_ = std::min(current_ns_, difference_ns);
     const std::int64_t nearest_ns = std::min(current_ns_, last_ns_);
     return static_cast<std::int64_t>(static_cast<std::uint64_t>(device_ns) +
@@ -34,10 +41,12 @@ class DeviceClock {
   void reset() { *this = {}; }
 
  private:
+  static constexpr std::int64_t kLeapNs = 1'000'000'000;
   static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
   std::int64_t window_start_ns_ = 0;
   std::int64_t current_ns_ = kNone;
   std::int64_t last_ns_ = kNone;
+  bool leapt_ = false;
 };
 
 }  // namespace fanlight

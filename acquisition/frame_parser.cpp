@@ -16,12 +16,22 @@ FrameParser::Event FrameParser::next(std::span<const std::uint8_t>& bytes) {
       if (reset()) return Event::kCut;
     }
   }
+  if (held_begin_ < held_end_) {
+    auto held = std::span<const std::uint8_t>(held_).first(held_end_).subspan(held_begin_);
+    const Event event = use(held);
+    held_begin_ = held_end_ - held.size();
+    if (event != Event::kMore) return event;
+  }
+  return use(bytes);
+}
+
+FrameParser::Event FrameParser::use(std::span<const std::uint8_t>& bytes) {
   if (in_frame_) return read_pixels(bytes);
   return find_frame(bytes) ? Event::kFrame : Event::kMore;
 }
 
 bool FrameParser::reset() {
-  bytes_skipped_ += std::exchange(kept_bytes_, 0);
+  bytes_skipped_ += std::exchange(kept_bytes_, 0) + held_end_ - std::exchange(held_begin_, held_end_);
   destination_ = {};
   return std::exchange(in_frame_, false);
 }
@@ -74,12 +84,21 @@ bool FrameParser::find_frame_from_kept(std::span<const std::uint8_t>& bytes) {
     const auto candidate = joined.subspan(begin);
     std::size_t header_bytes = 0;
     switch (probe::read_header(candidate, header_, header_bytes)) {
-      case HeaderCheck::kHeader:
+      case HeaderCheck::kHeader: {
         bytes_skipped_ += begin;
-        bytes = bytes.subspan(begin + header_bytes - kept_bytes_);
-        kept_bytes_ = 0;
+        const std::size_t end = begin + header_bytes;
         begin_frame();
+        // What looked like a longer header may have held back this one, and bytes after it.
+        if (end < kept_bytes_) {
+          held_ = kept_;
+          held_begin_ = end;
+          held_end_ = kept_bytes_;
+        } else {
+          bytes = bytes.subspan(end - kept_bytes_);
+        }
+        kept_bytes_ = 0;
         return true;
+      }
       case HeaderCheck::kMore:  // then the window holds all there is
         bytes_skipped_ += begin;
         std::ranges::copy(candidate, kept_.begin());

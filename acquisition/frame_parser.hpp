@@ -47,6 +47,7 @@ class FrameParser {
   std::uint64_t bytes_skipped() const { return bytes_skipped_; }
 
  private:
+  Event use(std::span<const std::uint8_t>& bytes);
   bool find_frame(std::span<const std::uint8_t>& bytes);
   bool find_frame_from_kept(std::span<const std::uint8_t>& bytes);
   void begin_frame();
@@ -61,6 +62,11 @@ class FrameParser {
   // The end of the bytes so far where it may be the beginning of a header.
   std::array<std::uint8_t, probe::kMostFrameHeaderBytes> kept_{};
   std::size_t kept_bytes_ = 0;
+  // Bytes that were kept for a header that was none, and come after one that was found among them: used
+  // before any others.
+  std::array<std::uint8_t, probe::kMostFrameHeaderBytes> held_{};
+  std::size_t held_begin_ = 0;
+  std::size_t held_end_ = 0;
   std::uint64_t bytes_skipped_ = 0;
 };
 

@@ -1,5 +1,6 @@
 #include "acquisition/transfer_queue.hpp"
 
+#include <algorithm>
 #include <new>
 #include <utility>
 
@@ -26,25 +27,28 @@ std::uint32_t TransferQueue::start(libusb_device_handle* handle, std::uint8_t en
   for (Slot& slot : slots_) {
     if (slot.transfer == nullptr) slot.transfer = libusb_alloc_transfer(0);
     if (slot.transfer == nullptr) throw std::bad_alloc();
-    std::uint8_t* const buffer = buffers_.get() + std::size_t{taken} * transfer_bytes_;
+    std::uint8_t* const buffer =
+        buffers_.get() + static_cast<std::size_t>(&slot - slots_.data()) * transfer_bytes_;
     // Without a timeout: it would end a read and lose nothing but time. Who waits watches the clock.
     libusb_fill_bulk_transfer(slot.transfer, handle, endpoint, buffer, static_cast<int>(transfer_bytes_),
                               &TransferQueue::ended, &slot, 0);
-    if (!submit(slot)) break;
-    ++taken;
+    if (submit(slot) == Outcome::kTaken) ++taken;
   }
   return taken;
 }
 
-bool TransferQueue::submit(Slot& slot) {
+TransferQueue::Outcome TransferQueue::submit(Slot& slot) {
   slot.done = false;
-  if (libusb_submit_transfer(slot.transfer) != LIBUSB_SUCCESS) return false;
+  const int failure = libusb_submit_transfer(slot.transfer);
+  slot.idle = failure != LIBUSB_SUCCESS;
+  if (failure == LIBUSB_ERROR_NO_DEVICE) return Outcome::kGone;
+  if (slot.idle) return Outcome::kRefused;
   if (waiting_.size() == waiting_.capacity()) {
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_begin_));
     waiting_begin_ = 0;
   }
   waiting_.push_back(&slot);
-  return true;
+  return Outcome::kTaken;
 }
 
 void LIBUSB_CALL TransferQueue::ended(libusb_transfer* transfer) {
@@ -60,9 +64,15 @@ const TransferQueue::Read* TransferQueue::front() {
   return &front_;
 }
 
-bool TransferQueue::pop() {
-  Slot& slot = *waiting_[waiting_begin_++];
-  return cancelled_ || submit(slot);
+std::uint32_t TransferQueue::pop() {
+  Slot& popped = *waiting_[waiting_begin_++];
+  popped.idle = true;
+  if (cancelled_) return 0;
+  std::uint32_t refused = submit(popped) == Outcome::kRefused ? 1 : 0;
+  // One at a time: where the system is short of memory, each attempt costs a call.
+  const auto idle = std::ranges::find(slots_, true, &Slot::idle);
+  if (refused == 0 && idle != slots_.end() && submit(*idle) == Outcome::kRefused) ++refused;
+  return refused;
 }
 
 void TransferQueue::cancel() {

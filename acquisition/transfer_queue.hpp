@@ -40,9 +40,9 @@ class TransferQueue {
   /// The oldest read, once it ended; nullptr while it is under way, or none is.
   const Read* front();
 
-  /// Gives front() back, and asks for its buffer's next read unless `cancel()` was called. False where the
-  /// system does not take it.
-  bool pop();
+  /// Gives front() back, and asks for its buffer's next read unless `cancel()` was called, and for those that
+  /// the system refused before. Returns how many it refuses now; one of a device that is gone is no refusal.
+  std::uint32_t pop();
 
   /// Asks for the end of all reads; they come to front() as LIBUSB_TRANSFER_CANCELLED or as what else they
   /// ended with.
@@ -58,10 +58,12 @@ class TransferQueue {
   struct Slot {
     libusb_transfer* transfer = nullptr;
     bool done = false;
+    bool idle = true;  // not asked for: the system refused it
   };
 
   static void LIBUSB_CALL ended(libusb_transfer* transfer);
-  bool submit(Slot& slot);
+  enum class Outcome : std::uint8_t { kTaken, kRefused, kGone };
+  Outcome submit(Slot& slot);
 
   std::uint32_t transfer_bytes_;
   std::unique_ptr<std::uint8_t[]> buffers_;

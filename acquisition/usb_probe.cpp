@@ -107,6 +107,10 @@ bool UsbProbe::find_interface(libusb_device* device) {
 Error UsbProbe::failed(const char* what, int failure) {
   const ErrorCode code = code_of(failure);
   if (code != ErrorCode::kNotFound) counters_.requests_failed.add();  // of a probe that is there
+  if (code == ErrorCode::kInvalidArgument) {
+    return {code,
+            fmt::format("the probe refused {}, expected one that it knows and a value that it offers", what)};
+  }
   return Error{code, fmt::format("the probe did not answer {} ({}), expected an answer within {} ms", what,
                                  libusb_strerror(failure), kRequestTimeoutMs)};
 }

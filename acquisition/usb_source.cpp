@@ -25,8 +25,18 @@ constexpr std::int64_t kEventsUs = 20'000;
 constexpr std::int64_t kLookNs = 250 * kNsInMs;
 // The protocol asks for a frame a second at least.
 constexpr std::int64_t kSilenceNs = 1'500 * kNsInMs;
+// Between two steps of a source that is listened to; far above what a busy machine makes of it.
+constexpr std::int64_t kPauseNs = 200 * kNsInMs;
+// What one volume may take of memory; the ring has some of them.
+constexpr std::uint64_t kMostVolumeBytes = 1 << 30;
+// A probe that has counted this far has lost its mind; it must not make our own count wrap.
+constexpr std::uint64_t kMostSequence = std::uint64_t{1} << 48;
 // A probe whose geometry is in doubt is not asked with every frame.
 constexpr std::int64_t kQuestionNs = 50 * kNsInMs;
+// A probe that is taken and lost without a frame is looked for after twice the time, up to 4 s, and reset now
+// and then.
+constexpr std::uint32_t kMostDoublings = 4;
+constexpr std::uint32_t kResetAfter = 3;
 // After so many repairs without a whole frame the probe is let go, reset, and taken anew.
 constexpr std::uint32_t kMostRepairs = 3;
 
@@ -36,9 +46,13 @@ void keep_last(std::uint64_t& next, std::uint64_t number) {
 }
 
 /// Frames that a volume must be able to hold. A probe that does not count its volumes may turn late, and
-/// until a turn is recognised the frames after it are put with those before.
+/// until a turn is recognised the frames after it are put with those before. Bounded by memory, whatever a
+/// probe offers.
 std::uint32_t volume_capacity(const probe::Capabilities& offered) {
-  return offered.counts_volumes ? offered.most_frames : offered.most_frames + offered.most_frames / 4 + 8;
+  const std::uint64_t frame_bytes = std::uint64_t{offered.most_columns} * offered.most_rows;
+  const std::uint32_t wanted =
+      offered.counts_volumes ? offered.most_frames : offered.most_frames + offered.most_frames / 4 + 8;
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, kMostVolumeBytes / frame_bytes));
 }
 
 Counter& counter_of(libusb_transfer_status trouble, ProbeCounters& counters) {
@@ -56,6 +70,36 @@ Result<void> check_setting(const char* name, double value, double least, double 
   if (value >= least && value <= most) return {};
   return Error{ErrorCode::kInvalidArgument, fmt::format("the probe's {} was to be {}{}, expected {} to {}{}",
                                                         name, value, unit, least, most, unit)};
+}
+
+Result<void> check_settings(const probe::Settings& settings, const probe::Capabilities& offered) {
+  auto outcome =
+      check_setting("sweep", settings.sweep_deg, offered.least_sweep_deg, offered.most_sweep_deg, " deg");
+  if (outcome) {
+    outcome = check_setting("number of frames a volume", settings.frames_a_volume, offered.least_frames,
+                            offered.most_frames, "");
+  }
+  if (outcome) {
+    outcome = check_setting("depth", settings.depth_mm, offered.least_depth_mm, offered.most_depth_mm, " mm");
+  }
+  return outcome;
+}
+
+/// Whether a probe that comes later can be read with what was made for the first.
+Result<void> check_fit(const probe::Capabilities& offered, const probe::Settings& settings,
+                       const FanGeometry& fan, const SourceDescription& made_for) {
+  if (offered.counts_volumes == made_for.counts_volumes &&
+      settings.frames_a_volume <= made_for.frames_per_volume &&
+      fan.frame_bytes() <= made_for.largest_frame_bytes) {
+    return {};
+  }
+  return Error{
+      ErrorCode::kUnsupported,
+      fmt::format("the probe that is plugged in sends {} frames a volume of {} bytes and {} its volumes; "
+                  "expected at most {} of {} bytes and one that {}, or a restart of Fanlight",
+                  settings.frames_a_volume, fan.frame_bytes(),
+                  offered.counts_volumes ? "counts" : "does not count", made_for.frames_per_volume,
+                  made_for.largest_frame_bytes, made_for.counts_volumes ? "does" : "does not")};
 }
 
 }  // namespace
@@ -118,6 +162,7 @@ Result<void> UsbSource::look_for_probe() {
     outcome = take(device);
     libusb_unref_device(device);
     if (outcome) return outcome;
+    say(outcome.error().message);
   }
   bus_->handle_events(kEventsUs);
   return outcome;
@@ -146,30 +191,40 @@ Result<void> UsbSource::take(libusb_device* device) {
 Result<void> UsbSource::describe() {
   auto identity = probe_->identity();
   if (!identity) return identity.error();
-  const auto capabilities = probe_->capabilities();
+  auto capabilities = probe_->capabilities();
   if (!capabilities) return capabilities.error();
   const auto settings = probe_->settings();
   if (!settings) return settings.error();
   const auto geometry = probe_->geometry();
   if (!geometry) return geometry.error();
-
-  const bool first = description_.name.empty();
-  if (!first && geometry->fan != description_.geometry) ++geometry_revision_;
-  geometry_ = *geometry;
-  description_.geometry = geometry->fan;
-  description_.counts_volumes = capabilities->counts_volumes;
-  if (first) {
+  if (auto checked = check_settings(*settings, *capabilities); !checked) {
+    return Error{ErrorCode::kBadInput,
+                 fmt::format("the probe is set to what it does not offer: {}", checked.error().message)};
+  }
+  if (description_.name.empty()) {
     description_.name = config_.address.text();
+    description_.counts_volumes = capabilities->counts_volumes;
     description_.largest_frame_bytes = std::uint64_t{capabilities->most_columns} * capabilities->most_rows;
     description_.frames_per_volume = volume_capacity(*capabilities);
+  } else if (geometry->fan != description_.geometry) {
+    ++geometry_revision_;
   }
-  description_.usual_frames = settings->frames_a_volume;
-  description_.last_angle_rad = radians(settings->sweep_deg / 2);
-  description_.first_angle_rad = -description_.last_angle_rad;
+  // What was made at first does not grow: the ring's memory, and how sweeps are told apart.
+  capabilities->most_frames = std::min(capabilities->most_frames, description_.frames_per_volume);
+  if (auto fits = check_fit(*capabilities, *settings, geometry->fan, description_); !fits) return fits;
+  geometry_ = *geometry;
+  description_.geometry = geometry->fan;
   status_.identity = *std::move(identity);
   status_.capabilities = *capabilities;
-  status_.settings = *settings;
+  use_settings(*settings);
   return {};
+}
+
+void UsbSource::use_settings(const probe::Settings& settings) {
+  status_.settings = settings;
+  description_.usual_frames = settings.frames_a_volume;
+  description_.last_angle_rad = radians(settings.sweep_deg / 2);
+  description_.first_angle_rad = -description_.last_angle_rad;
 }
 
 void UsbSource::wait_for_probe() {
@@ -179,9 +234,14 @@ void UsbSource::wait_for_probe() {
 void UsbSource::lose() {
   end_reads();
   reads_.release();
+  // One that came and went without a frame may be helped by a reset, and is not worth a look four times a
+  // second.
+  fruitless_ = status_.state == ProbeStatus::State::kStreaming ? 0 : fruitless_ + 1;
+  if (fruitless_ > 0 && fruitless_ % kResetAfter == 0) (void)probe_->reset();
   probe_ = nullptr;
-  next_look_ns_ = now_ns() + kLookNs;
+  next_look_ns_ = now_ns() + (kLookNs << std::min(fruitless_, kMostDoublings));
   link_.counters.probes_lost.add();
+  if (status_.state != ProbeStatus::State::kStreaming) return;
   ++status_.times_lost;
   publish(ProbeStatus::State::kLost);
 }
@@ -195,10 +255,18 @@ bool UsbSource::start_stream() {
   ++stream_;
   last_bytes_ns_ = last_frame_ns_ = now_ns();
   // Stopped first: a program that ended without a word may have left it streaming.
-  if (!probe_->stop() || !probe_->start()) return false;
-  streaming_ = reads_.start(probe_->handle(), probe_->endpoint()) > 0;
-  if (!streaming_) link_.counters.transfers_refused.add();
+  // A probe that refuses to stop is none that streams.
+  const auto stopped = probe_->stop();
+  if (!stopped && stopped.error().code != ErrorCode::kInvalidArgument) return false;
+  if (!probe_->start()) return false;
+  streaming_ = start_reads();
   return streaming_;
+}
+
+bool UsbSource::start_reads() {
+  const std::uint32_t taken = reads_.start(probe_->handle(), probe_->endpoint());
+  link_.counters.transfers_refused.add(config_.reads.transfers - taken);
+  return taken > 0;
 }
 
 void UsbSource::end_reads() {
@@ -245,6 +313,9 @@ FrameFault UsbSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_toke
 }
 
 std::optional<Event> UsbSource::step() {
+  // Whoever took the last frame may have waited for room: the probe was not silent, we did not listen.
+  const std::int64_t step_ns = now_ns();
+  if (step_ns - std::exchange(last_step_ns_, step_ns) > kPauseNs) last_bytes_ns_ = last_frame_ns_ = step_ns;
   if (!reading_) {
     const TransferQueue::Read* read = reads_.front();
     if (read == nullptr) {
@@ -289,7 +360,7 @@ void UsbSource::end_read() {
   const std::uint64_t skipped = parser_.bytes_skipped();
   counters.bytes_skipped.add(skipped - std::exchange(skipped_counted_, skipped));
   reading_ = false;
-  if (!reads_.pop()) counters.transfers_refused.add();
+  counters.transfers_refused.add(reads_.pop());
   if (now_ns() - last_frame_ns_ > kSilenceNs && !trouble_)
     restart_stream();  // bytes, but no frame among them
 }
@@ -306,7 +377,7 @@ void UsbSource::recover() {
     return;
   }
   counter_of(trouble, link_.counters).add();
-  if (!cleared || reads_.start(probe_->handle(), probe_->endpoint()) == 0) {
+  if (!cleared || !start_reads()) {
     lose();
     return;
   }
@@ -341,14 +412,17 @@ void UsbSource::give_up_when_hopeless() {
 void UsbSource::announce() {
   const probe::FrameHeader& header = parser_.header();
   last_frame_ns_ = now_ns();
-  if (status_.state != ProbeStatus::State::kStreaming) publish(ProbeStatus::State::kStreaming);
+  if (status_.state != ProbeStatus::State::kStreaming) {
+    status_.trouble.clear();
+    publish(ProbeStatus::State::kStreaming);
+  }
   fault_ = FrameFault::kNone;
   if (header.invalid) fault_ = FrameFault::kInvalid;
   if (header.format != probe::PixelFormat::kGrey8 || !knows_geometry_of(header) ||
       header.payload_bytes != description_.geometry.frame_bytes()) {
     fault_ = FrameFault::kMisfit;
   }
-  announced_ = {.sequence = first_sequence_ + header.sequence,
+  announced_ = {.sequence = first_sequence_ + std::min(header.sequence, kMostSequence),
                 .volume_index = first_volume_ + header.volume_index,
                 .frame_index = header.frame_index,
                 .frames_in_sweep = header.frames_in_sweep,
@@ -364,8 +438,8 @@ void UsbSource::announce() {
 bool UsbSource::knows_geometry_of(const probe::FrameHeader& header) {
   if (header.geometry_revision == geometry_.revision) return true;
   if (now_ns() - last_question_ns_ < kQuestionNs) return false;
-  last_question_ns_ = now_ns();
   const auto geometry = probe_->geometry();
+  last_question_ns_ = now_ns();
   if (!geometry) return false;
   geometry_ = *geometry;
   if (geometry_.fan != description_.geometry) {
@@ -394,14 +468,7 @@ void UsbSource::follow_orders() {
 Result<void> UsbSource::apply(const probe::Settings& wanted) {
   const probe::Capabilities& offered = status_.capabilities;
   const probe::Settings& now = status_.settings;
-  auto outcome =
-      check_setting("sweep", wanted.sweep_deg, offered.least_sweep_deg, offered.most_sweep_deg, " deg");
-  if (outcome) {
-    outcome = check_setting("number of frames a volume", wanted.frames_a_volume, offered.least_frames,
-                            std::min(offered.most_frames, description_.frames_per_volume), "");
-  }
-  if (outcome)
-    outcome = check_setting("depth", wanted.depth_mm, offered.least_depth_mm, offered.most_depth_mm, " mm");
+  auto outcome = check_settings(wanted, offered);
   using probe::Request;
   if (outcome && wanted.sweep_deg != now.sweep_deg) {
     outcome =
@@ -414,11 +481,18 @@ Result<void> UsbSource::apply(const probe::Settings& wanted) {
     outcome = probe_->set(Request::kSetDepth, static_cast<std::uint32_t>(std::lround(wanted.depth_mm * 1e3)));
   }
   const auto in_force = probe_->settings();
-  if (in_force) status_.settings = *in_force;
+  if (in_force) use_settings(*in_force);
   if (outcome && !in_force) outcome = in_force.error();
-  if (outcome) wanted_ = wanted;
+  // Also where a part of it was refused: what was taken before that stays.
+  if (in_force) wanted_ = *in_force;
   (outcome ? link_.counters.settings_taken : link_.counters.settings_refused).add();
   return outcome;
+}
+
+void UsbSource::say(const std::string& trouble) {
+  if (status_.trouble == trouble) return;
+  status_.trouble = trouble;
+  if (status_.state != ProbeStatus::State::kAbsent) publish(status_.state);
 }
 
 void UsbSource::publish(ProbeStatus::State state) {

@@ -53,6 +53,7 @@ class UsbSource final : public FrameSource {
   void wait_for_probe();
   void lose();
   bool start_stream();
+  bool start_reads();
   void end_reads();
 
   // While it streams.
@@ -69,6 +70,8 @@ class UsbSource final : public FrameSource {
   // Settings.
   void follow_orders();
   Result<void> apply(const probe::Settings& wanted);
+  void use_settings(const probe::Settings& settings);
+  void say(const std::string& trouble);
   void publish(ProbeStatus::State state);
 
   Config config_;
@@ -86,7 +89,9 @@ class UsbSource final : public FrameSource {
   std::int64_t next_look_ns_ = 0;
   std::int64_t last_bytes_ns_ = 0;
   std::int64_t last_frame_ns_ = 0;
-  std::int64_t last_question_ns_ = 0;   // for the geometry
+  std::int64_t last_question_ns_ = 0;  // for the geometry
+  std::int64_t last_step_ns_ = 0;
+  std::uint32_t fruitless_ = 0;         // times that a probe was taken and lost without a frame
   std::uint32_t repairs_in_a_row_ = 0;  // of the stream, without a whole frame in between
   std::uint64_t stream_ = 0;            // counts starts; 0: not yet started since the probe was taken
   bool streaming_ = false;

@@ -29,6 +29,7 @@ struct ProbeStatus {
   probe::Capabilities capabilities;
   probe::Settings settings;          ///< in force, or will be with the next sweep; as the probe answered
   std::uint64_t order_answered = 0;  ///< the newest order that was carried out or refused
+  std::string trouble;               ///< why a probe that is there is not read; empty without
   std::string refusal;               ///< why that order was refused; empty where it was carried out
 };
 

@@ -123,7 +123,7 @@ Result<void> RenderSlot::replace_frames(const Gpu& gpu, const Volume& volume) {
   // A motor's sweeps are not all of one length: with some room to spare the next longer one needs no memory.
   const std::uint32_t frames = volume.stamp().frames;
   const std::uint32_t roomy = std::min(frames + frames / 8, config_.frame_capacity);
-  auto made = create_frames(gpu, volume.geometry(), std::max({frames, roomy, config_.usual_frames}));
+  auto made = create_frames(gpu, volume.geometry(), std::max(frames, roomy));
   write_frame_descriptors(gpu);
   return made;
 }

@@ -52,6 +52,7 @@ v1::ProbeStatus ProbeDesk::message() const {
   message.set_model(status_.identity.model);
   message.set_serial(status_.identity.serial);
   message.set_firmware(status_.identity.firmware);
+  message.set_trouble(status_.trouble);
   *message.mutable_settings() = settings_message(status_.settings);
   const probe::Capabilities& offered = status_.capabilities;
   set_range(*message.mutable_sweep_deg(), offered.least_sweep_deg, offered.most_sweep_deg);

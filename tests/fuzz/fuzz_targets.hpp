@@ -10,7 +10,7 @@ namespace fanlight::test {
 
 /// FrameParser. The input is a script that puts a stream together (stream_script.hpp), so that the fuzzer
 /// gets past the checksums. Whatever comes: each frame that begins ends once, no pixel is written beside its
-/// place, every byte is accounted for, and it does not matter how the bytes of a transfer are divided.
+/// place, no byte beside those given is read, and it does not matter how the bytes of a transfer are divided.
 void fuzz_frame_parser(std::span<const std::uint8_t> input);
 
 /// The blocks that a probe answers: refused with a sentence, or read so that encoding them and reading them

@@ -29,6 +29,23 @@ class Script {
   std::span<const std::uint8_t> bytes_;
 };
 
+std::size_t length_of(std::uint8_t number) {
+  return probe::kFrameHeaderBytes + number % (probe::kMostFrameHeaderBytes - probe::kFrameHeaderBytes + 1);
+}
+
+void add_longer_header(std::vector<std::uint8_t>& to, std::uint32_t pixels, std::size_t length) {
+  constexpr std::size_t kChecksumBytes = 4;
+  const auto header = probe::encode(
+      {.payload_bytes = pixels, .payload_crc32c = crc32c(std::vector<std::uint8_t>(pixels, 0))});
+  std::vector<std::uint8_t> longer(header.begin(), header.end());
+  longer.resize(length - kChecksumBytes);
+  longer[6] = static_cast<std::uint8_t>(length);
+  longer[7] = static_cast<std::uint8_t>(length >> 8);
+  const std::uint32_t crc = crc32c(longer);
+  for (int byte = 0; byte < 4; ++byte) longer.push_back(static_cast<std::uint8_t>(crc >> (8 * byte)));
+  to.insert(to.end(), longer.begin(), longer.end());
+}
+
 }  // namespace
 
 ScriptedStream stream_of(std::span<const std::uint8_t> script) {
@@ -41,7 +58,7 @@ ScriptedStream stream_of(std::span<const std::uint8_t> script) {
     to.insert(to.end(), header.begin(), header.begin() + static_cast<std::ptrdiff_t>(length));
   };
   for (Script from(script); !from.ended();) {
-    switch (from.byte() % 6) {
+    switch (from.byte() % 8) {
       case 0:
         for (std::uint8_t left = from.byte(); left > 0 && !from.ended(); --left) to.push_back(from.byte());
         break;
@@ -65,9 +82,21 @@ ScriptedStream stream_of(std::span<const std::uint8_t> script) {
         if (from_end < to.size()) to[to.size() - 1 - from_end] ^= static_cast<std::uint8_t>(1U << bit);
         break;
       }
-      default:
+      case 5:
         add_header(1, 0, 0, from.byte() % probe::kFrameHeaderBytes);
         break;
+      case 6: {
+        const std::uint32_t pixels = from.number();
+        add_longer_header(to, pixels, length_of(from.byte()));
+        break;
+      }
+      default: {
+        const auto length =
+            static_cast<std::uint8_t>(length_of(from.byte()) - 1);  // 256 would not fit a byte
+        to.insert(to.end(),
+                  {probe::kMagic[0], probe::kMagic[1], probe::kMagic[2], probe::kMagic[3], 0, 1, length, 0});
+        break;
+      }
     }
   }
   return stream;

@@ -19,7 +19,9 @@ struct ScriptedStream {
 ///   3                     a new transfer
 ///   4 a b                 bit b % 8 of the byte a from the end is flipped
 ///   5 n                   a header cut off after n % 64 bytes
-/// Other orders are taken modulo 6; what is missing at the end counts as 0.
+///   6 a b n               a header of 64 + n % 193 bytes, as a later minor version may have, for 256 a + b
+///   pixels of 0 7 n                   what begins like a header of 64 + n % 193 bytes
+/// Other orders are taken modulo 8; what is missing at the end counts as 0.
 ScriptedStream stream_of(std::span<const std::uint8_t> script);
 
 }  // namespace fanlight::test

@@ -125,6 +125,31 @@ TEST_F(FrameParserTest, AHeaderMayBeDividedAnywhere) {
   EXPECT_EQ(parser.bytes_skipped(), 3 * (probe::kFrameHeaderBytes - 1));
 }
 
+// Eight bytes that begin like a header of 200 hold back a frame that lies whole behind them.
+TEST_F(FrameParserTest, AFrameBehindAFalseBeginningIsFound) {
+  const Bytes false_beginning = {'F', 'L', 'P', 'F', 0, 1, 200, 0};
+  for (const std::uint32_t size : {0U, 10U, 60U, 100U, 1000U}) {
+    sequences.clear();
+    const Bytes stream = false_beginning + frame(1, size) + frame(2, size);
+    for (std::size_t cut = 1; cut < stream.size(); ++cut) {
+      sequences.clear();
+      parser = {};
+      auto events = transfer(front(stream, cut));
+      // In memory of its own, right behind nothing of ours.
+      const Bytes rest(stream.begin() + static_cast<std::ptrdiff_t>(cut), stream.end());
+      for (std::span<const std::uint8_t> left = rest;;) {
+        const Event event = parser.next(left);
+        if (event == Event::kMore) break;
+        events.push_back(event);
+        if (event == Event::kFrame) sequences.push_back(parser.header().sequence);
+      }
+      transfer(Bytes(300, 0));  // decides what may still be waited for
+      EXPECT_EQ(sequences, (std::vector<std::uint64_t>{1, 2})) << size << " pixels, cut at " << cut;
+      EXPECT_EQ(std::ranges::count(events, Event::kDamaged), 0);
+    }
+  }
+}
+
 TEST_F(FrameParserTest, AFrameWithoutPixelsIsWhole) {
   EXPECT_EQ(transfer(frame(1, 0)), (std::vector{Event::kFrame, Event::kWhole}));
 }

@@ -56,8 +56,8 @@ EmulatedBus::Udev udev_of(const Options& options) {
 }
 
 void print_resources(const char* when, const Resources& held) {
-  fmt::print("{}: {} files, {} threads, {:.1f} MB resident\n", when, held.files, held.threads,
-             held.resident_mb);
+  fmt::print("{}: {} files, {} threads, {:.1f} MB resident, {:.2f} MB of heap\n", when, held.files,
+             held.threads, held.resident_mb, held.heap_mb);
 }
 
 /// Unplugs with transfers under way and plugs in again, over and over.

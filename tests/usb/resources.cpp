@@ -19,13 +19,15 @@ std::size_t entries(const char* folder) {
 
 Resources Resources::now() {
   malloc_trim(0);  // what was freed and is only kept for later is not held
+  const struct mallinfo2 heap = mallinfo2();
   std::size_t pages = 0;
   std::size_t resident_pages = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident_pages;
   const auto page_bytes = static_cast<double>(sysconf(_SC_PAGESIZE));
   return {.files = entries("/proc/self/fd"),
           .threads = entries("/proc/self/task"),
-          .resident_mb = static_cast<double>(resident_pages) * page_bytes / 1e6};
+          .resident_mb = static_cast<double>(resident_pages) * page_bytes / 1e6,
+          .heap_mb = static_cast<double>(heap.uordblks + heap.hblkhd) / 1e6};
 }
 
 }  // namespace fanlight::test
