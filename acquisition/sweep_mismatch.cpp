@@ -9,8 +9,8 @@ namespace fanlight {
 
 namespace {
 
-// One estimate alone still has a motion in it that changes.
-constexpr std::size_t kFewestEstimates = 2;
+// Fewer couples of estimates agree by chance.
+constexpr std::size_t kFewestCouples = 3;
 // Few, so that what is reported is news; enough, so that motion is not reported as a mismatch.
 constexpr std::size_t kReported = 4;
 
@@ -59,13 +59,34 @@ void SweepMismatch::compare(SweepDirection newest, const FanGeometry& geometry) 
   Estimate& estimate = estimates_[0];
   estimate.mismatch_rad = newest == SweepDirection::kBackward ? *shift_rad : -*shift_rad;
   estimates_in_a_row_ = std::min(estimates_in_a_row_ + 1, kMostEstimates);
-  const double estimated_rad = weighted(&Estimate::mismatch_rad, estimates_in_a_row_);
-  const bool changed = std::abs(estimated_rad - mismatch_rad_) >= kLeastChangeRad;
-  if (changed && estimates_in_a_row_ >= kFewestEstimates) mismatch_rad_ = estimated_rad;
+  if (estimates_in_a_row_ > 1) {
+    std::shift_right(couples_rad_.begin(), couples_rad_.end(), 1);
+    couples_rad_[0] = (estimates_[0].mismatch_rad + estimates_[1].mismatch_rad) / 2;
+    couples_ = std::min(couples_ + 1, kMostCouples);
+  }
+  if (couples_ >= kFewestCouples) {
+    const double believed = believed_rad();
+    if (std::abs(believed - mismatch_rad_) >= kLeastChangeRad) mismatch_rad_ = believed;
+  }
   const double corrected_rad =
       (sweeps_[1].corrected_rad + (sweeps_[2].corrected_rad + mismatch_rad_) / 2) / 2;
   estimate.left_rad = estimate.mismatch_rad - corrected_rad;
   report(geometry);
+}
+
+double SweepMismatch::believed_rad() const {
+  std::array<double, kMostCouples> sorted = couples_rad_;
+  const auto used = std::span(sorted).first(couples_);
+  const auto median = [&used] {
+    std::ranges::sort(used);
+    return (used[used.size() / 2] + used[(used.size() - 1) / 2]) / 2;
+  };
+  const double middle_rad = median();
+  for (double& couple : used) couple = std::abs(couple - middle_rad);
+  // 1.4826 makes the median deviation of a normal distribution its standard one; couples overlap by half.
+  const double error_rad = 1.4826 * median() / std::sqrt(std::max(1.0, static_cast<double>(couples_) / 2));
+  const double doubt = 2 * error_rad / std::max(std::abs(middle_rad), 1e-9);
+  return middle_rad * std::max(0.0, 1 - doubt * doubt);
 }
 
 double SweepMismatch::weighted(double Estimate::*value, std::size_t newest) const {

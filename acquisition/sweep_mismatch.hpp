@@ -17,10 +17,12 @@ namespace fanlight {
 /// A motor with lag and backlash tells angles that trail behind: a forward frame is truly at its measured
 /// angle plus d / 2, a backward one at minus d / 2 (only the difference d can be seen). Each sweep is
 /// compared with the one before and the one after it (shift_between). What motion of the scene is left in
-/// that has the other sign where forward and backward change their parts, so the newest estimates count
-/// together with binomial weights (1 1; 1 2 1; 1 3 3 1; ... of up to 8), in which every other one weighs as
-/// much as the rest: that also takes out a motion which grows or dies away. All of them compare measured
-/// angles, never the corrected ones, so the correction cannot feed on itself.
+/// that has the other sign where forward and backward change their parts, so that two estimates in a row are
+/// taken together. Of the last couples the median counts, less where they scatter: by 1 - (2 e / median)^2
+/// with e the standard error that their median deviation gives, and not at all below 0. A tilt of the probe
+/// is an outlier then, and a scene that moves too fast for the sweeps is left alone. All of them compare
+/// measured angles, never the corrected ones, so the correction cannot feed on itself. What swings with just
+/// half the rate of the volumes cannot be told from a mismatch.
 ///
 /// Sweeps of one direction, after the first, cost nothing. Allocates in the constructor alone. One thread,
 /// the acquisition thread.
@@ -38,7 +40,8 @@ class SweepMismatch {
 
  private:
   static constexpr std::size_t kCompared = 3;
-  static constexpr std::size_t kMostEstimates = 8;
+  static constexpr std::size_t kMostEstimates = 8;  // in a row
+  static constexpr std::size_t kMostCouples = 24;
   struct Sweep {
     SweepThumbnails thumbnails;
     double corrected_rad = 0;  // mismatch taken out of the volume
@@ -50,6 +53,7 @@ class SweepMismatch {
 
   void compare(SweepDirection newest, const FanGeometry& geometry);
   double weighted(double Estimate::*value, std::size_t newest) const;
+  double believed_rad() const;
   void report(const FanGeometry& geometry);
 
   AcquisitionCounters& counters_;
@@ -58,6 +62,8 @@ class SweepMismatch {
   std::optional<SweepDirection> direction_;           // of the newest
   std::array<Estimate, kMostEstimates> estimates_{};  // the newest first
   std::size_t estimates_in_a_row_ = 0;
+  std::array<double, kMostCouples> couples_rad_{};  // means of two estimates in a row, the newest first
+  std::size_t couples_ = 0;
   double mismatch_rad_ = 0;  // in force
 };
 

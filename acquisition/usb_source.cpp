@@ -114,16 +114,17 @@ Result<std::unique_ptr<UsbSource>> UsbSource::create(const Config& config, Probe
   }
   std::unique_ptr<UsbSource> made(new UsbSource(config, link));
   const std::int64_t give_up_ns = now_ns() + static_cast<std::int64_t>(std::min(config.wait_s, 1e9) * kNsInS);
+  // Why a device that is there is not read says more than that the last look found none.
+  Error reason{
+      ErrorCode::kNotFound,
+      fmt::format("no device {} is plugged in, expected a probe with that vendor, product and serial number "
+                  "(lsusb lists what is there)",
+                  config.address.text())};
   for (;;) {
-    auto looked = made->look_for_probe();
+    const auto looked = made->look_for_probe();
     if (made->probe_ != nullptr) break;
-    if (now_ns() < give_up_ns) continue;
-    if (!looked) return looked.error();
-    return Error{
-        ErrorCode::kNotFound,
-        fmt::format("no device {} is plugged in, expected a probe with that vendor, product and serial "
-                    "number (lsusb lists what is there)",
-                    config.address.text())};
+    if (!looked) reason = looked.error();
+    if (now_ns() >= give_up_ns) return reason;
   }
   const Settings& asked = config.settings;
   if (asked.sweep_deg || asked.frames_a_volume || asked.depth_mm) {
@@ -445,6 +446,7 @@ bool UsbSource::knows_geometry_of(const probe::FrameHeader& header) {
   if (geometry_.fan != description_.geometry) {
     ++geometry_revision_;
     description_.geometry = geometry_.fan;
+    publish(status_.state);
   }
   return header.geometry_revision == geometry_.revision;
 }
@@ -497,6 +499,7 @@ void UsbSource::say(const std::string& trouble) {
 
 void UsbSource::publish(ProbeStatus::State state) {
   status_.state = state;
+  status_.geometry = description_.geometry;
   link_.status.draft() = status_;
   link_.status.publish();
 }

@@ -27,6 +27,7 @@ struct ProbeStatus {
   std::uint64_t times_lost = 0;
   probe::Identity identity;
   probe::Capabilities capabilities;
+  FanGeometry geometry;              ///< of the frames that come now
   probe::Settings settings;          ///< in force, or will be with the next sweep; as the probe answered
   std::uint64_t order_answered = 0;  ///< the newest order that was carried out or refused
   std::string trouble;               ///< why a probe that is there is not read; empty without

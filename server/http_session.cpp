@@ -123,8 +123,10 @@ HttpSession::Response HttpSession::respond(const Request& request) {
   }
   const std::string_view path = std::string_view(request.target()).substr(0, request.target().find('?'));
   if (path == "/healthz") {
-    const std::string state = context_.source_state();
+    std::string state = context_.source_state();
     const bool healthy = state == "running" || state == "ended";
+    // Fanlight is well where somebody pulled a plug.
+    if (healthy && context_.probe.lost()) state = "waits for a probe that was lost";
     return response_with(healthy ? http::status::ok : http::status::service_unavailable,
                          "text/plain; charset=utf-8",
                          fmt::format("{}; source {}\n", healthy ? "ok" : "failing", state));

@@ -1,5 +1,7 @@
 #include "server/probe_desk.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace fanlight {
@@ -60,6 +62,14 @@ v1::ProbeStatus ProbeDesk::message() const {
   set_range(*message.mutable_depth_mm(), offered.least_depth_mm, offered.most_depth_mm);
   message.set_may_be_set(control_ == ProbeControl::kEveryone && status_.state != ProbeStatus::State::kAbsent);
   return message;
+}
+
+std::string ProbeDesk::sentence() const {
+  const probe::Settings& settings = status_.settings;
+  if (lost()) return fmt::format("the probe {} {} is lost", status_.identity.model, status_.identity.serial);
+  return fmt::format("the probe {} {} streams: {} deg, {} frames a volume, {} mm", status_.identity.model,
+                     status_.identity.serial, settings.sweep_deg, settings.frames_a_volume,
+                     settings.depth_mm);
 }
 
 v1::ProbeSettings settings_message(const probe::Settings& settings) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "proto/fanlight.pb.h"
 #include "proto/probe_link.hpp"
@@ -29,6 +30,12 @@ class ProbeDesk {
   Result<std::uint64_t> order(const v1::ProbeSettings& change);
 
   v1::ProbeStatus message() const;
+
+  /// For a person: "the probe FL-1 0007 streams: 70 deg, 35 frames a volume, 160 mm".
+  std::string sentence() const;
+
+  /// Whether a probe is waited for that was there before.
+  bool lost() const { return status_.state == ProbeStatus::State::kLost; }
 
  private:
   ProbeLink& link_;

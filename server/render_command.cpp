@@ -181,21 +181,25 @@ Result<void> render_all(const RenderOptions& options, VolumePicker& picker, Rend
   }
   const AcquisitionCounters& frames = picker.counters();
   std::uint64_t received = 0;
-  std::uint64_t lost = 0;
+  std::uint64_t unused = 0;
+  std::uint64_t missing = 0;
   frames.ledger.read([&] {
     received = frames.frames_received.value();
-    lost = frames.frames_lost();
+    unused = frames.frames_unused();
+    missing = frames.frames_missing.value();
   });
+  const std::uint64_t sweeps_dropped = frames.volumes_incomplete.value() + frames.volumes_short.value();
   if (options.json) {
-    const nlohmann::ordered_json report = {{"input", options.input},
-                                           {"pictures", rendered},
-                                           {"volumes_interpolated", interpolated},
-                                           {"frames_received", received},
-                                           {"frames_lost", lost}};
+    const nlohmann::ordered_json report = {
+        {"input", options.input},          {"pictures", rendered},    {"volumes_interpolated", interpolated},
+        {"frames_received", received},     {"frames_unused", unused}, {"frames_missing", missing},
+        {"sweeps_dropped", sweeps_dropped}};
     fmt::print("{}\n", report.dump());
   } else {
-    fmt::print("{} volumes of {}, {} of them with frames interpolated; {} frames received, {} lost\n",
-               rendered, options.input, interpolated, received, lost);
+    fmt::print("{} pictures of {}, {} of them of volumes with frames interpolated\n", rendered, options.input,
+               interpolated);
+    fmt::print("frames: {} received, {} of them in no volume, and {} that never came; sweeps dropped: {}\n",
+               received, unused, missing, sweeps_dropped);
   }
   if (rendered > 0) return {};
   return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};

@@ -14,6 +14,27 @@ Result<bool> SceneDesk::apply(const v1::Scene& change) {
   return true;
 }
 
+bool SceneDesk::suggest(const Scene& suggested) {
+  Scene default_scene = default_;
+  Scene scene = in_force_.scene;
+  for (const SceneField& field : scene_fields()) {
+    if (field.same(default_scene, suggested_)) field.copy(default_scene, suggested);
+    if (field.same(scene, suggested_)) field.copy(scene, suggested);
+  }
+  // What somebody chose may not go with what is new (a ray that would end before it starts): then all stays.
+  if (!check(default_scene) || !check(scene)) return false;
+  suggested_ = suggested;
+  const bool other_default = first_pass_changed(default_, default_scene) != FirstPass::kNone;
+  const bool other_scene = first_pass_changed(in_force_.scene, scene) != FirstPass::kNone;
+  default_ = default_scene;
+  if (other_scene) {
+    in_force_ = {.revision = in_force_.revision + 1, .scene = scene};
+    scenes_.draft() = in_force_;
+    scenes_.publish();
+  }
+  return other_default || other_scene;
+}
+
 v1::SceneState scene_state(const NumberedScene& scene) {
   v1::SceneState state;
   state.set_revision(scene.revision);

@@ -13,9 +13,10 @@ namespace fanlight {
 /// thread. Server thread only.
 class SceneDesk {
  public:
-  /// `initial` is what the renderer was made with; `scenes` must outlive the desk.
-  SceneDesk(const NumberedScene& initial, Mailbox<NumberedScene>& scenes)
-      : default_(initial.scene), in_force_(initial), scenes_(scenes) {}
+  /// `initial` is what the renderer was made with, `suggested` what it would have been had nobody asked for
+  /// anything; `scenes` must outlive the desk.
+  SceneDesk(const NumberedScene& initial, const Scene& suggested, Mailbox<NumberedScene>& scenes)
+      : suggested_(suggested), default_(initial.scene), in_force_(initial), scenes_(scenes) {}
 
   const NumberedScene& in_force() const { return in_force_; }
   const Scene& default_scene() const { return default_; }
@@ -24,7 +25,13 @@ class SceneDesk {
   /// that changes nothing keeps the revision.
   Result<bool> apply(const v1::Scene& change);
 
+  /// The source looks elsewhere now, and this would be the scene for it if nobody had asked for anything.
+  /// What is still as it was suggested for the last one follows, in the default and in the scene in force;
+  /// what somebody chose stays. True where either is another one now.
+  bool suggest(const Scene& suggested);
+
  private:
+  Scene suggested_;
   Scene default_;
   NumberedScene in_force_;
   Mailbox<NumberedScene>& scenes_;

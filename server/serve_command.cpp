@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <optional>
 
@@ -14,6 +13,7 @@
 #include "renderer/render_thread.hpp"
 #include "server/commands.hpp"
 #include "server/listen_address.hpp"
+#include "server/named_option.hpp"
 #include "server/probe_options.hpp"
 #include "server/scene_options.hpp"
 #include "server/stream_server.hpp"
@@ -28,6 +28,7 @@ struct ServeOptions {
   std::string geometry_path;
   std::string listen = "127.0.0.1:8080";
   bool open_network = false;
+  MismatchCorrection mismatch = MismatchCorrection::kOn;
   std::optional<RingPolicy> policy;           // absent: what suits the source
   std::optional<ProbeControl> probe_control;  // absent: everyone where only this machine reaches the server
   std::string size = "512x512";
@@ -108,8 +109,9 @@ Result<void> serve(const ServeOptions& options) {
   const auto source = open_source(options.source, playing, probe);
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
-  const auto scene = options.scene.applied_to(
-      scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad));
+  const Scene suggested =
+      scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
+  const auto scene = options.scene.applied_to(suggested);
   if (!scene) return scene.error();
   const NumberedScene initial{.revision = 1, .scene = *scene};
 
@@ -151,6 +153,7 @@ Result<void> serve(const ServeOptions& options) {
                                       .picture_width = size->width,
                                       .picture_height = size->height},
                             .initial_scene = initial,
+                            .suggested_scene = suggested,
                             .jpeg_quality = options.jpeg_quality,
                             .probe_control = options.probe_control.value_or(usual)},
                            {.bell = server_bell,
@@ -178,7 +181,8 @@ Result<void> serve(const ServeOptions& options) {
                                                 .ring = ring,
                                                 .writer_bell = acquisition_bell,
                                                 .counters = acquisition_counters,
-                                                .ended_bell = server_bell});
+                                                .ended_bell = server_bell},
+                                               options.mismatch);
     acquisition = &acquisition_thread;
     fmt::print("Fanlight shows {} on {}\n", description.name, page_url((*server)->endpoint()));
     std::fflush(stdout);
@@ -207,15 +211,12 @@ Command add_serve_command(CLI::App& program) {
                     "Allow an address that others can reach, without encryption");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
       ->type_name("FILE");
-  const std::map<std::string, ReplaySource::Ending> endings = {
-      {"once", ReplaySource::Ending::kOnce},
-      {"loop", ReplaySource::Ending::kLoop},
-      {"to-and-fro", ReplaySource::Ending::kToAndFro}};
-  command
-      ->add_option("--ending", options->playing.ending,
-                   "After the recording's last frame: once, loop or to-and-fro (the default)")
-      ->transform(CLI::CheckedTransformer(endings, CLI::ignore_case).description(""))
-      ->type_name("NAME");
+  add_named_option<ReplaySource::Ending, ReplaySource::Ending>(
+      *command, "--ending", options->playing.ending,
+      {{"once", ReplaySource::Ending::kOnce},
+       {"loop", ReplaySource::Ending::kLoop},
+       {"to-and-fro", ReplaySource::Ending::kToAndFro}},
+      "After the recording's last frame: once, loop or to-and-fro (the default)");
   command->add_option("--speed", options->playing.speed, "Of the recording: 1 as recorded, 0.01 to 1000")
       ->type_name("FACTOR");
   command->add_flag("--fast", options->playing.as_fast_as_taken,
@@ -232,23 +233,20 @@ Command add_serve_command(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(3, 64))
       ->type_name("N");
-  const std::map<std::string, RingPolicy> policies = {{"newest-wins", RingPolicy::kNewestWins},
-                                                      {"process-all", RingPolicy::kProcessAll}};
-  command
-      ->add_option(
-          "--policy", options->policy,
-          "Where volumes come faster than they are rendered: newest-wins drops older ones, process-all "
-          "makes the source wait (the default with --fast)")
-      ->transform(CLI::CheckedTransformer(policies, CLI::ignore_case).description(""))
-      ->type_name("NAME");
+  add_named_option<std::optional<RingPolicy>, RingPolicy>(
+      *command, "--policy", options->policy,
+      {{"newest-wins", RingPolicy::kNewestWins}, {"process-all", RingPolicy::kProcessAll}},
+      "Where volumes come faster than they are rendered: newest-wins drops older ones, process-all makes the "
+      "source wait (the default with --fast)");
+  add_named_option<MismatchCorrection, MismatchCorrection>(
+      *command, "--mismatch", options->mismatch,
+      {{"corrected", MismatchCorrection::kOn}, {"as-measured", MismatchCorrection::kOff}},
+      "Where forward and backward sweeps disagree: corrected (the default), or angles as-measured");
   add_probe_options(*command, options->playing);
-  const std::map<std::string, ProbeControl> controls = {{"everyone", ProbeControl::kEveryone},
-                                                        {"nobody", ProbeControl::kNobody}};
-  command
-      ->add_option("--probe-control", options->probe_control,
-                   "Which displays may set the probe: everyone (the default on a loopback address) or nobody")
-      ->transform(CLI::CheckedTransformer(controls, CLI::ignore_case).description(""))
-      ->type_name("NAME");
+  add_named_option<std::optional<ProbeControl>, ProbeControl>(
+      *command, "--probe-control", options->probe_control,
+      {{"everyone", ProbeControl::kEveryone}, {"nobody", ProbeControl::kNobody}},
+      "Which displays may set the probe: everyone (the default on a loopback address) or nobody");
   options->scene.add_to(*command);
   return [options]() { return serve(*options); };
 }

@@ -1,6 +1,7 @@
 #include "server/stream_server.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -17,7 +18,7 @@ using asio::ip::tcp;
 StreamServer::StreamServer(const Config& config, const Dependencies& dependencies)
     : config_(config),
       from_(dependencies),
-      desk_(config.initial_scene, dependencies.scenes),
+      desk_(config.initial_scene, config.suggested_scene, dependencies.scenes),
       probe_(dependencies.probe, config.probe_control),
       hub_({.jpeg_quality = config.jpeg_quality}, dependencies.counters),
       context_{config_.facts,
@@ -111,11 +112,25 @@ void StreamServer::watch_bell() {
 
 void StreamServer::bell_rang() {
   if (const Error* broken = from_.failures.newest()) return fail(*broken);
-  if (probe_.update()) {
-    for (StreamSession* session : hub_.sessions()) session->probe_changed();
-  }
+  if (probe_.update()) probe_told();
   if (const Picture* picture = from_.pictures.newest()) {
     if (auto shown = hub_.show(*picture); !shown) fail(shown.error());
+  }
+}
+
+void StreamServer::probe_told() {
+  const ProbeStatus& status = probe_.status();
+  if (status.state != logged_.state || status.trouble != logged_.trouble ||
+      status.settings != logged_.settings) {
+    logged_ = status;
+    spdlog::info("{}{}", probe_.sentence(), status.trouble.empty() ? "" : ": " + status.trouble);
+  }
+  const double half_rad = radians(status.settings.sweep_deg / 2);
+  const bool known = status.geometry.columns > 0;
+  const bool other = known && desk_.suggest(scene_for(status.geometry, -half_rad, half_rad));
+  for (StreamSession* session : hub_.sessions()) {
+    session->probe_changed();
+    if (other) session->scene_changed();
   }
 }
 

@@ -24,6 +24,7 @@ class StreamServer {
     boost::asio::ip::tcp::endpoint endpoint;
     HouseFacts facts;
     NumberedScene initial_scene;  ///< what the renderer was made with
+    Scene suggested_scene;        ///< scene_for() of the source: what nobody chose
     int jpeg_quality = 85;
     ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_connections = 256;
@@ -61,6 +62,7 @@ class StreamServer {
   void watch_bell();
   void bell_rang();
   void count_seconds();
+  void probe_told();
   void fail(const Error& error);
 
   Config config_;
@@ -68,6 +70,7 @@ class StreamServer {
   // The loop goes last: destroying it ends the sessions, which leave the hub.
   SceneDesk desk_;
   ProbeDesk probe_;
+  ProbeStatus logged_;  // of it, the last that the log has
   PictureHub hub_;
   StreamContext context_;
   std::size_t connections_ = 0;

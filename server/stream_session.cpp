@@ -237,6 +237,7 @@ void StreamSession::pump() {
   } else if (std::exchange(scene_due_, false)) {
     v1::ServerMessage message;
     *message.mutable_scene() = scene_state(context_.desk.in_force());
+    *message.mutable_scene()->mutable_default_scene() = scene_message(context_.desk.default_scene());
     write(serialised(message));
   } else if (std::exchange(probe_due_, false)) {
     v1::ServerMessage message;
@@ -310,8 +311,7 @@ SharedMessage StreamSession::statistics() const {
   to.set_pictures_sent(pictures_sent_);
   to.set_pictures_skipped(pictures_skipped_);
   to.set_sessions(static_cast<std::uint32_t>(context_.hub.sessions().size()));
-  const bool lost = context_.probe.status().state == ProbeStatus::State::kLost;
-  to.set_source_state(lost ? "probe lost" : context_.source_state());
+  to.set_source_state(context_.probe.lost() ? "probe lost" : context_.source_state());
   return serialised(message);
 }
 

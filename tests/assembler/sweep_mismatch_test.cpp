@@ -125,14 +125,40 @@ INSTANTIATE_TEST_SUITE_P(Of512, Mismatch, testing::Values(Case{"Moving_1_0", "la
                            return std::string(each.param.name);
                          });
 
+// Sweeps of almost two seconds, during which the face moves as far as it can: what cannot be told apart is
+// left alone.
+class SlowMismatch : public testing::TestWithParam<Case> {};
+
+TEST_P(SlowMismatch, DoesLittleHarm) {
+  Rig rig(GetParam().options);
+  const double injected_deg = rig.truly_left_deg(rig.next());
+  double worst_deg = 0;
+  double last_deg = 0;
+  for (int volume = 2; volume <= 40; ++volume) {
+    last_deg = rig.truly_left_deg(rig.next());
+    if (volume >= 10) worst_deg = std::max(worst_deg, std::abs(last_deg));
+  }
+  std::printf("%-34s of %.1f deg left: at worst %.3f deg from volume 10 on, %.3f after 40\n", GetParam().name,
+              injected_deg, worst_deg, last_deg);
+  EXPECT_LE(worst_deg, std::max(0.25, std::abs(injected_deg)));
+  EXPECT_LE(std::abs(last_deg), 0.25);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Injected, SlowMismatch,
+    testing::Values(Case{"Rate_20_0_0", "rate=20,columns=192,rows=192,seed=13"},
+                    Case{"Rate_20_1_0", "rate=20,lag=1,columns=192,rows=192,seed=14"},
+                    Case{"Rate_40_70_Frames_0_0", "rate=40,frames=70,columns=192,rows=192,seed=15"}),
+    [](const testing::TestParamInfo<Case>& each) { return std::string(each.param.name); });
+
 TEST(SweepMismatch, CorrectsEachDirectionByHalf) {
   Rig rig("lag=2,moving=off,speckle=off,columns=64,rows=64");
-  for (int volume = 1; volume <= 8; ++volume) {
+  for (int volume = 1; volume <= 10; ++volume) {
     const Volume& newest = rig.next();
     const bool forward = newest.stamp().direction == SweepDirection::kForward;
     const double correction_deg = degrees(newest.stamp().angle_correction_rad);
-    if (volume <= 3) {
-      EXPECT_EQ(correction_deg, 0) << "not before there are two estimates";
+    if (volume <= 5) {
+      EXPECT_EQ(correction_deg, 0) << "not before there are four estimates";
     } else {
       EXPECT_NEAR(correction_deg, forward ? 1 : -1, 0.02);
       const double first_deg = degrees(newest.angles_rad()[newest.by_angle().front()]);
@@ -203,6 +229,23 @@ TEST(SweepMismatch, AnExactRetraceStaysAsItIs) {
   }
   EXPECT_EQ(counters.mismatch_estimates.value(), 10U);
   EXPECT_EQ(counters.mismatch_left_deg.value(), 0);
+}
+
+// The probe is tilted by 2 deg between two sweeps and stays so.
+TEST(SweepMismatch, ATiltIsNoMismatch) {
+  AcquisitionCounters counters;
+  SweepMismatch mismatch(HandMade::kFrames, counters);
+  HandMade hand(small_frames(32));
+  double worst_deg = 0;
+  for (int i = 0; i < 30; ++i) {
+    const double tilt_deg = i < 9 ? 0 : 2;
+    const auto seen = [tilt_deg](std::uint32_t row, std::uint32_t column, double angle_deg) {
+      return hill(row, column, angle_deg + tilt_deg);
+    };
+    hand.sweep(mismatch, i % 2 == 0 ? kThere : kBack, -20, seen);
+    worst_deg = std::max(worst_deg, std::abs(counters.mismatch_deg.value()));
+  }
+  EXPECT_LE(worst_deg, 0.1);
 }
 
 TEST(SweepMismatch, SweepsOfOneDirectionAreNotCompared) {

@@ -80,6 +80,32 @@ TEST(ProbeStream, TellsOfTheProbeItsLossAndItsReturn) {
   EXPECT_EQ(client.next(Body::kStatistics).statistics().source_state(), "running");
 }
 
+// A probe that looks deeper than before: whatever nobody chose follows, or the picture would end where it
+// did.
+TEST(ProbeStream, TheSceneFollowsTheProbesDepthWhereNobodyChoseOtherwise) {
+  ProbeHouse played;
+  StreamClient client(played.house.endpoint());
+  client.next(Body::kHello);
+  v1::Scene chosen;
+  chosen.mutable_camera()->set_target_y_mm(33);
+  client.change(chosen);
+  auto status = a_status(ProbeStatus::State::kStreaming);
+  status.geometry = {.columns = 64,
+                     .rows = 64,
+                     .pixel_width_mm = 2,
+                     .pixel_height_mm = 3,
+                     .face_column = 31.5,
+                     .motor_radius_mm = 30};
+  played.tell(status);
+  const auto told = client.next(Body::kScene).scene();
+  const Scene expected = scene_for(status.geometry, radians(-35), radians(35));
+  EXPECT_EQ(told.scene().rays().end_mm(), expected.rays.end_mm);
+  EXPECT_EQ(told.default_scene().rays().end_mm(), expected.rays.end_mm);
+  EXPECT_EQ(told.scene().camera().target_y_mm(), 33);
+  EXPECT_EQ(told.default_scene().camera().target_y_mm(), expected.camera.target.y_mm);
+  EXPECT_EQ(told.revision(), 3U);
+}
+
 TEST(ProbeStream, AChangeIsAnsweredOnceTheProbeHasAnswered) {
   ProbeHouse played;
   StreamClient client(played.house.endpoint());

@@ -130,6 +130,7 @@ void run_throughput(const Options& options) {
   const double seconds = static_cast<double>(now_ns() - start_ns) / 1e9;
   const double mb = static_cast<double>(house.counters().bytes_received.value() - start_bytes) / 1e6;
   const Resources after = Resources::now();
+  const std::uint64_t dropped_before = house.probe().counters().frames_dropped;
   house.stop();
   const AcquisitionCounters& frames = house.frames();
   const RingCounters& ring = house.ring().counters();
@@ -156,8 +157,9 @@ void run_throughput(const Options& options) {
   const std::uint64_t known = frames.frames_received.value() + frames.frames_missing.value();
   require(known <= sent.frames_taken, "more frames were counted than there were");
   const std::uint64_t unread = sent.frames_taken - known;
-  const std::uint64_t on_its_way =
-      sent.frames_dropped + sent.frames_torn + 64;  // of them at the end, and 16 MB of reads
+  // What was being read when the reading ended, and what the probe then threw away.
+  const std::uint64_t read_ahead = 96;
+  const std::uint64_t on_its_way = sent.frames_dropped - dropped_before + sent.frames_torn + read_ahead;
   fmt::print("on their way at the end: {} frames\n", unread);
   require(unread <= on_its_way, "frames are lost that nobody counted");
   require(after.files <= before.files && after.threads <= before.threads,

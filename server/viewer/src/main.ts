@@ -7,6 +7,7 @@ import {
   type ProbeReply,
   type ProbeStatus,
   type SceneReply,
+  type SceneState,
   type ServerMessage,
 } from "../generated/fanlight_pb.js";
 import { Connection } from "./connection";
@@ -53,6 +54,7 @@ const condition: Condition = {
   pictureShown: false,
 };
 let hello: Hello | undefined;
+let defaults: Values = new Map();
 let controls: Controls | undefined;
 let shown: Picture | undefined;
 
@@ -117,7 +119,7 @@ function receive({ body }: ServerMessage): void {
       showCondition({ sourceState: body.value.sourceState });
       return statistics.counters(body.value);
     case "scene":
-      return body.value.scene && editor.adopt(body.value.revision, valuesOf(body.value.scene));
+      return sceneTold(body.value);
     case "sceneReply":
       return settle(body.value);
     case "probeStatus":
@@ -145,10 +147,10 @@ function begin(newHello: Hello): void {
   probeGroup.forget();
   askClock();
   statistics.start(newHello);
-  const defaults = newHello.defaultScene ? valuesOf(newHello.defaultScene) : (new Map() as Values);
-  orbit.start(newHello.fields, defaults);
   // A new session offers the same settings as a rule; then the reader's place in them is kept.
   if (!hello || !sameSettings(hello, newHello)) {
+    defaults = newHello.defaultScene ? valuesOf(newHello.defaultScene) : new Map();
+    orbit.start(newHello.fields, defaults);
     const unknown = unknownNames(newHello.fields);
     if (unknown.length > 0) console.warn(`The page knows settings that the server lacks: ${unknown.join(", ")}`);
     controls = new Controls(page.form, editor, effects, newHello.fields, defaults, probeGroup.root);
@@ -162,6 +164,15 @@ function begin(newHello: Hello): void {
     sourceState: "running",
     pictureShown: false,
   });
+}
+
+function sceneTold({ revision, scene, defaultScene }: SceneState): void {
+  if (defaultScene && hello) {
+    hello.defaultScene = defaultScene;
+    for (const [name, value] of valuesOf(defaultScene)) defaults.set(name, value); // the controls hold the same map
+    orbit.start(hello.fields, defaults);
+  }
+  if (scene) editor.adopt(revision, valuesOf(scene));
 }
 
 function settle({ requestId, outcome }: SceneReply): void {
