@@ -123,7 +123,7 @@ struct ProbeCounters {
   Counter transfers_completed;
   Counter transfers_short;       ///< ended in the midst of a frame
   Counter transfers_stalled;     ///< the pipe was halted, and cleared again
-  Counter transfers_timed_out;   ///< no byte came for a second; the stream was started again
+  Counter transfers_timed_out;   ///< no byte came for 1.5 s; the stream was started again
   Counter transfers_overflowed;  ///< the probe sent more than was asked for
   Counter transfers_failed;      ///< any other error on the bus
   Counter transfers_refused;     ///< the system did not take a read

@@ -76,6 +76,24 @@ TEST(ProbeProtocol, AHeaderLiesOnTheWireAsItsTextSays) {
   EXPECT_EQ(read, a_header());
 }
 
+// The example at the end of usb_probe.md.
+TEST(ProbeProtocol, TheExampleOfTheTextIsWhatWeSend) {
+  const std::array<std::uint8_t, kFrameHeaderBytes> example = {
+      0x46, 0x4C, 0x50, 0x46, 0x00, 0x01, 0x40, 0x00, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0x00, 0xCA, 0x9A, 0x3B, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x01, 0x00, 0x23, 0x00,
+      0xA0, 0xD4, 0x00, 0xFE, 0x00, 0x01, 0x00, 0x00, 0x07, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00,
+      0xC7, 0x4B, 0x67, 0x48, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x8F, 0x8F, 0x7E, 0x29};
+  EXPECT_EQ(encode(FrameHeader{.sequence = 1,
+                               .device_time_ns = 1'000'000'000,
+                               .frame_index = 1,
+                               .frames_in_sweep = 35,
+                               .angle_deg = -33.5,
+                               .geometry_revision = 7,
+                               .payload_bytes = 4,
+                               .payload_crc32c = crc32c(std::vector<std::uint8_t>(4, 0))}),
+            example);
+}
+
 TEST(ProbeProtocol, EveryFlippedBitOfAHeaderIsSeen) {
   const auto wire = encode(a_header());
   for (std::size_t bit = 0; bit < 8 * wire.size(); ++bit) {
