@@ -19,6 +19,7 @@ LiveHouse::LiveHouse(const Config& config) : bus_(config.udev) {
   ring_ = std::make_unique<VolumeRing>(
       VolumeRing::Config{.geometry = source_->description().geometry,
                          .frame_capacity = source_->description().frames_per_volume,
+                         .policy = config.policy,
                          .largest_frame_bytes = source_->description().largest_frame_bytes},
       VolumeRing::Dependencies{.reader_bell = reader_bell_, .writer_bell = writer_bell_});
 }

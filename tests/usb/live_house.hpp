@@ -20,6 +20,7 @@ class LiveHouse {
     std::string faults;  ///< FaultScript
     EmulatedBus::Udev udev = EmulatedBus::Udev::kOn;
     TransferQueue::Config reads;
+    RingPolicy policy = RingPolicy::kNewestWins;
   };
   /// Throws std::runtime_error with the sentence of what went wrong.
   explicit LiveHouse(const Config& config);

@@ -96,5 +96,27 @@ TEST(LiveHouse, AProbeThatDoesNotCountVolumesIsCutWhereItTurns) {
   EXPECT_TRUE(house.frames().sum_holds());
 }
 
+// Who renders every volume makes the probe wait. That is no silence of the probe's, and what it drops
+// meanwhile is counted.
+TEST(LiveHouse, WaitingForRoomIsNoSilence) {
+  auto model = small();
+  model.room_frames = 4;
+  LiveHouse house({.model = model,
+                   .reads = {.transfers = 16, .transfer_bytes = 16 << 10},
+                   .policy = RingPolicy::kProcessAll});
+  house.start();
+  const auto published = [&] { return house.ring().counters().volumes_published.value(); };
+  ASSERT_TRUE(wait_until([&] { return published() == 4; })) << "as many as have room";
+  std::this_thread::sleep_for(std::chrono::milliseconds(2000));  // longer than any silence is borne
+  for (std::uint64_t taken = 0; taken < 8;) {
+    if (house.ring().take()) ++taken;
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(house.counters().streams_restarted.value(), 0U);
+  EXPECT_GT(house.frames().frames_missing.value(), 200U) << "two seconds of frames";
+  house.stop();
+  EXPECT_TRUE(house.frames().sum_holds());
+}
+
 }  // namespace
 }  // namespace fanlight::test

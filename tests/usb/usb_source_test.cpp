@@ -341,6 +341,29 @@ TEST(UsbSource, TakesTheProbeWithTheSerialNumberAskedFor) {
   EXPECT_FALSE(rig.probe->streaming());
 }
 
+TEST(UsbSource, AnotherProbeThatDoesNotFitIsNotReadAndSaidSo) {
+  SourceRig rig;
+  ASSERT_TRUE(rig.open());
+  rig.next(5);
+  auto larger = SourceRig::small();
+  larger.serial = "0002";
+  larger.columns = larger.rows = 128;
+  const auto other = UsbfsProbe::create(rig.bus, {.model = larger}).value();
+  rig.probe->unplug();
+  other->plug();
+  std::jthread replacer([&] {
+    while (rig.status().trouble.empty()) std::this_thread::yield();
+    other->unplug();
+    rig.probe->plug();
+  });
+  const auto frames = rig.next_until([&] { return rig.counters().probes_found.value() == 2; });
+  EXPECT_FALSE(other->streaming());
+  EXPECT_EQ(count(rig.next(10), FrameFault::kNone), 10U);
+  replacer.join();
+  EXPECT_EQ(rig.status().trouble, "") << "it is over";
+  EXPECT_EQ(rig.status().state, ProbeStatus::State::kStreaming);
+}
+
 TEST(UsbSource, AProbeThatDoesNotAnswerIsAskedAgain) {
   SourceRig rig("at 0ms late-identity");
   ASSERT_TRUE(rig.open({}, "", 60)) << "the second question is answered";
