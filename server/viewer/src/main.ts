@@ -195,7 +195,7 @@ function probeTold(status: ProbeStatus): void {
   probe.tell(status.state, performance.now());
   probeGroup.tell(status);
   frames.reset(); // a probe that is back has its first frames counted within a second, and was not silent till then
-  showCondition({ silentSeconds: undefined });
+  showCondition({ silentSeconds: undefined, probeTrouble: status.trouble });
 }
 
 function pictureShown(picture: Picture): void {

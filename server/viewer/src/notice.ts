@@ -8,6 +8,8 @@ const kProbeLost = "probe lost"; // in Statistics; the probe's own status says i
 export interface Condition {
   connection: { state: "connecting" | "open" } | { state: "lost"; sentence: string; retrying: boolean };
   probe: ProbeNews | undefined;
+  /** Why a probe that is plugged in is not read; empty without. */
+  probeTrouble?: string;
   serverError: string | undefined;
   /** Seconds since the last frame came in, where that is worth saying. */
   silentSeconds: number | undefined;
@@ -24,7 +26,7 @@ export interface NoticeText {
 }
 
 export function noticeFor(condition: Condition): NoticeText | undefined {
-  const { connection, probe, serverError, silentSeconds, source, sourceState, pictureShown } = condition;
+  const { connection, probe, probeTrouble, serverError, silentSeconds, source, sourceState, pictureShown } = condition;
   if (connection.state === "lost") {
     const stale = pictureShown ? " The picture is not live." : "";
     const next = connection.retrying ? " Trying again." : "";
@@ -32,7 +34,10 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
   }
   if (connection.state === "connecting") return { kind: "connecting", title: "Connecting", detail: "" };
   if (probe?.state === "lost") {
-    const detail = `${sinceText(probe.since)}The picture goes on by itself when the probe is plugged in again.`;
+    const next = probeTrouble
+      ? `What is plugged in now is not read: ${probeTrouble}.`
+      : "The picture goes on by itself when the probe is plugged in again.";
+    const detail = sinceText(probe.since) + next;
     return { kind: "probe-lost", title: "Probe lost", detail };
   }
   if (serverError) return { kind: "error", title: "The server reports", detail: serverError };

@@ -41,6 +41,12 @@ test("a source that is over says so, whether it ended or failed", () => {
   assert.deepEqual([failed?.kind, failed?.detail], ["error", "the probe is gone"]);
 });
 
+test("a probe that is plugged in and not read says why", () => {
+  const probe = { state: "lost", since: undefined } as const;
+  const notice = noticeFor({ ...living, probe, probeTrouble: "the probe counts no volumes, expected one that does" });
+  assert.match(notice?.detail ?? "", /is not read: the probe counts no volumes, expected one that does\.$/);
+});
+
 test("a lost probe says since when, as well as that is known", () => {
   const wallMs = new Date(2026, 10, 20, 9, 5, 7).getTime();
   const told = (since: { wallMs: number; seen: boolean } | undefined) =>
