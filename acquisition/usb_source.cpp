@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "acquisition/probe_fit.hpp"
 #include "proto/clock.hpp"
 
 namespace fanlight {
@@ -27,8 +28,6 @@ constexpr std::int64_t kLookNs = 250 * kNsInMs;
 constexpr std::int64_t kSilenceNs = 1'500 * kNsInMs;
 // Between two steps of a source that is listened to; far above what a busy machine makes of it.
 constexpr std::int64_t kPauseNs = 200 * kNsInMs;
-// What one volume may take of memory; the ring has some of them.
-constexpr std::uint64_t kMostVolumeBytes = 1 << 30;
 // A probe that has counted this far has lost its mind; it must not make our own count wrap.
 constexpr std::uint64_t kMostSequence = std::uint64_t{1} << 48;
 // A probe whose geometry is in doubt is not asked with every frame.
@@ -45,16 +44,6 @@ void keep_last(std::uint64_t& next, std::uint64_t number) {
   next = std::max(next, number + 1);
 }
 
-/// Frames that a volume must be able to hold. A probe that does not count its volumes may turn late, and
-/// until a turn is recognised the frames after it are put with those before. Bounded by memory, whatever a
-/// probe offers.
-std::uint32_t volume_capacity(const probe::Capabilities& offered) {
-  const std::uint64_t frame_bytes = std::uint64_t{offered.most_columns} * offered.most_rows;
-  const std::uint32_t wanted =
-      offered.counts_volumes ? offered.most_frames : offered.most_frames + offered.most_frames / 4 + 8;
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, kMostVolumeBytes / frame_bytes));
-}
-
 Counter& counter_of(libusb_transfer_status trouble, ProbeCounters& counters) {
   switch (trouble) {
     case LIBUSB_TRANSFER_STALL:
@@ -64,42 +53,6 @@ Counter& counter_of(libusb_transfer_status trouble, ProbeCounters& counters) {
     default:
       return counters.transfers_failed;
   }
-}
-
-Result<void> check_setting(const char* name, double value, double least, double most, const char* unit) {
-  if (value >= least && value <= most) return {};
-  return Error{ErrorCode::kInvalidArgument, fmt::format("the probe's {} was to be {}{}, expected {} to {}{}",
-                                                        name, value, unit, least, most, unit)};
-}
-
-Result<void> check_settings(const probe::Settings& settings, const probe::Capabilities& offered) {
-  auto outcome =
-      check_setting("sweep", settings.sweep_deg, offered.least_sweep_deg, offered.most_sweep_deg, " deg");
-  if (outcome) {
-    outcome = check_setting("number of frames a volume", settings.frames_a_volume, offered.least_frames,
-                            offered.most_frames, "");
-  }
-  if (outcome) {
-    outcome = check_setting("depth", settings.depth_mm, offered.least_depth_mm, offered.most_depth_mm, " mm");
-  }
-  return outcome;
-}
-
-/// Whether a probe that comes later can be read with what was made for the first.
-Result<void> check_fit(const probe::Capabilities& offered, const probe::Settings& settings,
-                       const FanGeometry& fan, const SourceDescription& made_for) {
-  if (offered.counts_volumes == made_for.counts_volumes &&
-      settings.frames_a_volume <= made_for.frames_per_volume &&
-      fan.frame_bytes() <= made_for.largest_frame_bytes) {
-    return {};
-  }
-  return Error{
-      ErrorCode::kUnsupported,
-      fmt::format("the probe that is plugged in sends {} frames a volume of {} bytes and {} its volumes; "
-                  "expected at most {} of {} bytes and one that {}, or a restart of Fanlight",
-                  settings.frames_a_volume, fan.frame_bytes(),
-                  offered.counts_volumes ? "counts" : "does not count", made_for.frames_per_volume,
-                  made_for.largest_frame_bytes, made_for.counts_volumes ? "does" : "does not")};
 }
 
 }  // namespace
@@ -266,7 +219,8 @@ bool UsbSource::start_stream() {
 
 bool UsbSource::start_reads() {
   const std::uint32_t taken = reads_.start(probe_->handle(), probe_->endpoint());
-  link_.counters.transfers_refused.add(config_.reads.transfers - taken);
+  // None at all is most likely a probe that has just gone, and told as a loss.
+  if (taken > 0) link_.counters.transfers_refused.add(config_.reads.transfers - taken);
   return taken > 0;
 }
 
