@@ -36,12 +36,13 @@ class Auditor {
 };
 
 TEST(LiveHouse, EveryFaultIsCountedUnderItsName) {
-  // Sweeps 0 to 6 are whole but for one frame; number 8 lacks ten.
+  // Each of the first sweeps has one fault; number 8 lacks five frames, which do not lie side by side: the
+  // emulator asks its script before a frame that it sends, and may pass over one that follows a drop.
   LiveHouse house(
       {.model = small(),
        .faults = "frame 5 drop; frame 25 repeat; frame 46 swap; frame 65 damage; frame 85 cut; frame 105 "
                  "invalid; frame 125 misfit; frame 130 noise 500; frame 145 damage-header;"
-                 "frame 165 drop; frame 166 drop; frame 167 drop; frame 168 drop; frame 169 drop; frame 205 "
+                 "frame 165 drop; frame 167 drop; frame 169 drop; frame 171 drop; frame 173 drop; frame 205 "
                  "restart",
        .reads = {.transfers = 16, .transfer_bytes = 16 << 10}});
   const AcquisitionCounters& frames = house.frames();
@@ -58,7 +59,8 @@ TEST(LiveHouse, EveryFaultIsCountedUnderItsName) {
   EXPECT_EQ(frames.frames_invalid.value(), 1U);
   EXPECT_EQ(frames.frames_misfit.value(), 1U);
   EXPECT_GE(frames.frames_cut.value(), 1U) << "the one, and perhaps the one under way at the end";
-  EXPECT_EQ(frames.frames_missing.value(), 1U + 1 + 5) << "dropped, with a damaged header, and five in a row";
+  EXPECT_EQ(frames.frames_missing.value(), 1U + 1 + 5)
+      << "dropped, with a damaged header, and five of one sweep";
   EXPECT_EQ(frames.volumes_incomplete.value(), 1U);
   EXPECT_EQ(frames.frames_in_incomplete_volumes.value(), 15U);
   EXPECT_GE(frames.volumes_interpolated.value(), 5U);
