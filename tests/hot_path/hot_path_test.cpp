@@ -1,0 +1,185 @@
+// The two threads of the hot path at their work, hot from their first second on: where our code allocates,
+// locks or logs on one of them, the process aborts and says where.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "acquisition/pacer.hpp"
+#include "acquisition/phantom_source.hpp"
+#include "acquisition/replay_source.hpp"
+#include "proto/clock.hpp"
+#include "tests/hot_path/hot_house.hpp"
+#include "tests/support/igs_file.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace fanlight::test {
+namespace {
+
+constexpr std::int64_t kColdNs = 1'000'000'000;
+constexpr std::uint64_t kVolumes = 200;
+constexpr std::uint64_t kPicturesOfAScene = 8;
+
+/// Scenes that run every shader between them. The first time that one is shown, its pipelines are built and
+/// pass 0 takes its memory. On the way from one to another the renderer shows the old view in the new light,
+/// so that each projection is here with each kind of shadow.
+std::vector<Scene> tour(const Scene& first) {
+  std::vector<Scene> scenes(4, first);
+  scenes[1].camera.projection = Projection::kPerspective;
+  scenes[1].shadow.softness_mm = 0;
+  scenes[1].filter.kind = DepthFilter::kEdgePreserving;
+  scenes[2].camera.projection = Projection::kPerspective;
+  scenes[2].mode = Mode::kSlices;
+  scenes[2].speckle = {.filter = SpeckleFilter::kMedian, .size = 3};
+  scenes[2].finish.smoothing = Smoothing::kDiffusion;
+  scenes[3].shadow.softness_mm = 0;
+  scenes[3].mode = Mode::kSurfaceAndVolume;
+  scenes[3].speckle = {.filter = SpeckleFilter::kBox, .size = 3};
+  scenes[3].filter.kind = DepthFilter::kMean;
+  scenes[3].filter.weights = FilterWeights::kConfidence;
+  scenes[3].filter.steady = 0.3;
+  return scenes;
+}
+
+/// What a person moves all the time, moved for the n-th time.
+Scene moved(Scene scene, std::uint64_t n) {
+  scene.light.right_mm = -90 + static_cast<double>(n % 180);
+  scene.light.ambient = 0.1 + 0.05 * static_cast<double>(n % 5);
+  if (n % 2 == 0) scene.camera.yaw_deg = static_cast<double>(n % 40);
+  if (n % 3 == 0) scene.detector.threshold = 15 + static_cast<double>(n % 10);
+  if (n % 5 == 0) {
+    scene.filter.size = 9 + 2 * static_cast<int>(n % 7);
+    scene.filter.islands = 1 + 2 * static_cast<int>(n % 4);
+    scene.filter.holes = 1 + 2 * static_cast<int>(n % 4);
+  }
+  return scene;
+}
+
+/// Shows a scene until both of the renderer's slots have had it: they take volumes by turns.
+void see(HotHouse& house, const Scene& scene) {
+  const std::uint64_t revision = house.show(scene);
+  const Picture* picture = &house.next_picture();
+  while (picture->stamp.scene_revision < revision) picture = &house.next_picture();
+  const std::uint64_t volume = picture->stamp.volume.volume_id;
+  while (picture->stamp.volume.volume_id == volume) picture = &house.next_picture();
+}
+
+/// The first second, or longer where a machine needs longer to build the pipelines.
+void warm_up(HotHouse& house, const std::vector<Scene>& scenes) {
+  for (const Scene& scene : scenes) see(house, scene);
+  while (now_ns() - house.started_ns() < kColdNs) house.next_picture();
+}
+
+void expect_quiet_hot_path(FrameSource& source, RingPolicy policy) {
+  HotHouse house(source, policy);
+  const std::vector<Scene> scenes = tour(house.suggested());
+  warm_up(house, scenes);
+  house.make_hot();
+  const std::int64_t hot_since_ns = now_ns();
+  const std::uint64_t volumes_before = house.counters().volumes_rendered.value();
+  const std::uint64_t driver_before = calls_within_driver();
+  std::uint64_t pictures = 0;
+  while (house.counters().volumes_rendered.value() < volumes_before + kVolumes) {
+    house.next_picture();
+    ++pictures;
+    house.show(moved(scenes[pictures / kPicturesOfAScene % scenes.size()], pictures));
+  }
+  EXPECT_GT(pictures, kPicturesOfAScene * scenes.size()) << "not every scene was shown";
+  const std::uint64_t driver_calls = calls_within_driver() - driver_before;
+  EXPECT_GT(driver_calls, 0U) << "no driver does without: the hook did not see the render thread";
+  fmt::print("hot after {:.1f} s, for {:.1f} s: {} volumes, {} pictures, {} calls within the driver\n",
+             static_cast<double>(hot_since_ns - house.started_ns()) / 1e9,
+             static_cast<double>(now_ns() - hot_since_ns) / 1e9, kVolumes, pictures, driver_calls);
+}
+
+constexpr PhantomSource::Config kLive{
+    .frame_rate_hz = 500, .frames_per_volume = 16, .columns = 64, .rows = 64};
+
+/// A source that allocates for each frame. Slow, so that it is caught before the renderer has a volume.
+class WastefulSource final : public FrameSource {
+ public:
+  const SourceDescription& description() const override { return probe_->description(); }
+  Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override {
+    return probe_->next_frame(std::move(stop));
+  }
+  FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override {
+    std::free(std::malloc(pixels.size()));
+    return probe_->read_pixels(pixels, std::move(stop));
+  }
+
+ private:
+  std::unique_ptr<PhantomSource> probe_ =
+      PhantomSource::create({.frame_rate_hz = 20, .frames_per_volume = 16, .columns = 64, .rows = 64})
+          .value();
+};
+
+void run_hot_from_the_start(FrameSource& source, const Picture& blank) {
+  HotHouse house(source, RingPolicy::kNewestWins, blank);
+  house.make_hot();
+  for (;;) house.next_picture();
+}
+
+TEST(HotPathDeathTest, IsWatchedOnTheAcquisitionThread) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  WastefulSource source;
+  EXPECT_DEATH(run_hot_from_the_start(source, HotHouse::blank_picture()),
+               "hot path: malloc on the hot thread [0-9]+ ..acquisition...*fanlight::AcquisitionThread");
+}
+
+TEST(HotPathDeathTest, IsWatchedOnTheRenderThread) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  auto source = PhantomSource::create(kLive);
+  ASSERT_TRUE(source) << source.error().message;
+  // Whatever else the first second takes, pictures without memory take theirs.
+  EXPECT_DEATH(run_hot_from_the_start(**source, {}), "hot path: .*fanlight::Render");
+}
+
+// The first second is all that a start may take, also where no volume has come by then: what the first scene
+// needs must be there when the renderer has been made.
+TEST(HotPathTest, IsQuietAfterTheFirstSecondOfASlowProbe) {
+  auto source =
+      PhantomSource::create({.frame_rate_hz = 12, .frames_per_volume = 16, .columns = 64, .rows = 64});
+  ASSERT_TRUE(source) << source.error().message;
+  HotHouse house(**source, RingPolicy::kNewestWins);
+  Pacer().wait_until(house.started_ns() + kColdNs, {});
+  house.make_hot();
+  // The third is the first one's slot again.
+  while (house.next_picture().stamp.volume.volume_id < 3) {
+  }
+}
+
+TEST(HotPathTest, IsQuietWhereVolumesComeLive) {
+  auto source = PhantomSource::create(kLive);
+  ASSERT_TRUE(source) << source.error().message;
+  expect_quiet_hot_path(**source, RingPolicy::kNewestWins);
+}
+
+TEST(HotPathTest, IsQuietWhereEveryVolumeIsRendered) {
+  auto source = PhantomSource::create({.frames_per_volume = 16,
+                                       .columns = 64,
+                                       .rows = 64,
+                                       .lag_deg = 1,
+                                       .jitter_deg = 0.1,
+                                       .turning_frames = 2,
+                                       .index = PhantomSource::Index::kOff,
+                                       .lost_percent = 1,
+                                       .pace = PhantomSource::Pace::kUnpaced});
+  ASSERT_TRUE(source) << source.error().message;
+  expect_quiet_hot_path(**source, RingPolicy::kProcessAll);
+}
+
+TEST(HotPathTest, IsQuietWhereARecordingIsSweptToAndFro) {
+  const TemporaryFolder folder;
+  write_file(folder / "sweep.igs.mha", fan_recording(16, 4, 30).bytes());
+  auto source = ReplaySource::create({.recording = {.path = folder / "sweep.igs.mha", .geometry_path = {}},
+                                      .pace = ReplaySource::Pace::kAsFastAsTaken,
+                                      .ending = ReplaySource::Ending::kToAndFro});
+  ASSERT_TRUE(source) << source.error().message;
+  expect_quiet_hot_path(**source, RingPolicy::kProcessAll);
+}
+
+}  // namespace
+}  // namespace fanlight::test

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+
+#include "renderer/gpu.hpp"
+
+namespace fanlight::test {
+
+/// The GPU as it is used for real, without validation layers. Made at the first call, one for the process.
+inline const Gpu& plain_gpu() {
+  struct Rig {
+    std::unique_ptr<GpuInstance> instance;
+    std::unique_ptr<Gpu> gpu;
+  };
+  static const Rig rig = [] {
+    auto instance = GpuInstance::create({});
+    if (!instance) throw std::runtime_error(instance.error().message);
+    auto gpu = Gpu::create(**instance, "");
+    if (!gpu) throw std::runtime_error(gpu.error().message);
+    return Rig{std::move(*instance), std::move(*gpu)};
+  }();
+  return *rig.gpu;
+}
+
+}  // namespace fanlight::test
