@@ -20,7 +20,8 @@ AcquisitionThread::AcquisitionThread(const Dependencies& dependencies, MismatchC
     : dependencies_(dependencies),
       assembler_({.ring = dependencies.ring,
                   .writer_bell = dependencies.writer_bell,
-                  .counters = dependencies.counters},
+                  .counters = dependencies.counters,
+                  .feed = dependencies.feed},
                  sweeps_of(dependencies.source.description(), correction)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 

@@ -26,7 +26,8 @@ class AcquisitionThread {
     VolumeRing& ring;
     Doorbell& writer_bell;  ///< the ring's
     AcquisitionCounters& counters;
-    Doorbell& ended_bell;  ///< rung once, when the state is no longer kRunning
+    Doorbell& ended_bell;       ///< rung once, when the state is no longer kRunning
+    FrameFeed* feed = nullptr;  ///< gets each frame ahead of its volume; null where nobody wants that
   };
 
   /// Starts at once. Ends the process where the system has no thread to give.

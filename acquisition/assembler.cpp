@@ -77,7 +77,8 @@ std::span<std::uint8_t> Assembler::place(const FrameStamp& frame, const FanGeome
 }
 
 void Assembler::commit() {
-  const FrameStamp frame = *std::exchange(placed_, std::nullopt);
+  FrameStamp frame = *std::exchange(placed_, std::nullopt);
+  frame.arrival = ++committed_;
   {
     AcquisitionCounters& counters = dependencies_.counters;
     const Ledger::Entry entry(counters.ledger);
@@ -85,8 +86,13 @@ void Assembler::commit() {
     counters.frames_pending.set(++pending_);
     if (placed_arrival_ == Arrival::kReordered) counters.frames_reordered.add();
   }
-  stamps_[volume_->stamp().frames] = frame;
+  const std::uint32_t index = volume_->stamp().frames;
+  stamps_[index] = frame;
   volume_->add_frame(frame);
+  // Before the sweep can end with this frame, and its volume go to the reader.
+  if (dependencies_.feed != nullptr) {
+    dependencies_.feed->put(frame, volume_->geometry(), volume_->frame_pixels(index));
+  }
   mark(frame, SequenceWindow::Frame::kUsable);
   leave_sweep_after(frame);
 }

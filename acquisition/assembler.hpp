@@ -13,6 +13,7 @@
 #include "proto/counter.hpp"
 #include "proto/doorbell.hpp"
 #include "proto/frame.hpp"
+#include "proto/frame_feed.hpp"
 #include "proto/volume_ring.hpp"
 
 namespace fanlight {
@@ -50,11 +51,14 @@ class Assembler {
     std::uint32_t longest_gap_frames = 3;  ///< and no more of them in a row
     MismatchCorrection correction = MismatchCorrection::kOn;
   };
-  /// All must outlive the assembler. `writer_bell` is the one that the ring rings when a slot comes free.
+  /// All must outlive the assembler. `writer_bell` is the one that the ring rings when a slot comes free;
+  /// `feed` gets each committed frame as well, before its volume is published, and is null where nobody wants
+  /// frames ahead.
   struct Dependencies {
     VolumeRing& ring;
     Doorbell& writer_bell;
     AcquisitionCounters& counters;
+    FrameFeed* feed = nullptr;
   };
 
   explicit Assembler(const Dependencies& dependencies);
@@ -72,7 +76,8 @@ class Assembler {
   std::span<std::uint8_t> place(const FrameStamp& frame, const FanGeometry& geometry,
                                 const std::stop_token& stop);
 
-  /// Counts the frame just placed as part of its volume.
+  /// Counts the frame just placed as part of its volume, gives it its number of arrival and feeds it. Never
+  /// waits: a full feed goes without it.
   void commit();
 
   /// Counts a frame that is of no use, placed before or not; it can still be the last of its sweep.
@@ -133,6 +138,7 @@ class Assembler {
   Volume* volume_ = nullptr;        // of the sweep under way, from its first usable frame on
   std::vector<FrameStamp> stamps_;  // of its frames, in order of arrival
   std::uint32_t pending_ = 0;
+  std::uint64_t committed_ = 0;  // frames, ever
   std::optional<FrameStamp> placed_;
   Arrival placed_arrival_ = Arrival::kNewest;
   Sweep sweep_;

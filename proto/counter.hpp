@@ -143,6 +143,13 @@ struct RingCounters {
   Counter volumes_dropped;  ///< replaced unread by a newer one (newest wins)
 };
 
+/// Raised by the feed, on the acquisition thread: every frame that was committed while there was a feed is
+/// one of the two.
+struct FeedCounters {
+  Counter frames_fed;      ///< handed to the render thread ahead of their volume
+  Counter frames_not_fed;  ///< that found the feed full, or are too large for it: they come with their volume
+};
+
 /// Raised by the render thread. Of the volumes that it took from its ring
 ///   RingCounters::volumes_taken = volumes_rendered + volumes_skipped + volumes_refused + those in flight,
 /// at most two, none at rest and none when the renderer is gone. Who reads volumes_taken last never finds it

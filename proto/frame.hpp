@@ -20,6 +20,9 @@ struct FrameStamp {
   /// will not go on.
   bool after_interruption = false;
   std::int64_t capture_time_ns = 0;  ///< steady clock of this host (fanlight::now_ns)
+  /// Counts the frames that an assembler has committed, from 1: no two frames of a process, which has one
+  /// assembler, have the same. 0: not known; sources leave it so.
+  std::uint64_t arrival = 0;
 };
 
 /// Why a frame that came is of no use; the name of the counter that it moves.

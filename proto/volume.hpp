@@ -42,6 +42,7 @@ class Volume {
         // No make_unique: it would write every page before the first sweep.
         pixels_(new std::uint8_t[capacity_bytes_]),
         angles_rad_(frame_capacity),
+        arrivals_(frame_capacity),
         by_angle_(frame_capacity) {}
 
   const FanGeometry& geometry() const { return geometry_; }
@@ -78,7 +79,9 @@ class Volume {
     stamp_.first_capture_time_ns = std::min(stamp_.first_capture_time_ns, frame.capture_time_ns);
     stamp_.last_frame_sequence = std::max(stamp_.last_frame_sequence, frame.sequence);
     stamp_.last_capture_time_ns = std::max(stamp_.last_capture_time_ns, frame.capture_time_ns);
-    angles_rad_[stamp_.frames++] = frame.angle_rad;
+    angles_rad_[stamp_.frames] = frame.angle_rad;
+    arrivals_[stamp_.frames] = frame.arrival;
+    ++stamp_.frames;
   }
 
   /// Takes the last frames out again, down to the first `frames` of them. `last` is the stamp of the frame
@@ -112,6 +115,9 @@ class Volume {
   /// Motor angle of each frame, in order of arrival.
   std::span<const double> angles_rad() const { return std::span(angles_rad_).first(stamp_.frames); }
 
+  /// FrameStamp::arrival of each frame, in order of arrival: which of them a FrameFeed has brought already.
+  std::span<const std::uint64_t> arrivals() const { return std::span(arrivals_).first(stamp_.frames); }
+
   /// Pixels of frame `index` (order of arrival): rows x columns bytes, row major, row 0 nearest the probe.
   std::span<const std::uint8_t> frame_pixels(std::uint32_t index) const {
     return {pixels_.get() + geometry_.frame_bytes() * index, geometry_.frame_bytes()};
@@ -125,6 +131,7 @@ class Volume {
   std::uint64_t capacity_bytes_;
   std::unique_ptr<std::uint8_t[]> pixels_;
   std::vector<double> angles_rad_;
+  std::vector<std::uint64_t> arrivals_;
   std::vector<std::uint32_t> by_angle_;
   VolumeStamp stamp_;
 };

@@ -4,17 +4,16 @@ namespace fanlight {
 
 namespace {
 
-void image_barrier(VkCommandBuffer commands, VkImage image, bool before_copy) {
+void image_barrier(VkCommandBuffer commands, VkImage image, VkImageLayout from, VkImageLayout to) {
+  const bool before_copy = to == VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
   const VkImageMemoryBarrier2 change{
       .sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
       .srcStageMask = before_copy ? VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT : VK_PIPELINE_STAGE_2_COPY_BIT,
       .srcAccessMask = before_copy ? VK_ACCESS_2_NONE : VK_ACCESS_2_TRANSFER_WRITE_BIT,
       .dstStageMask = before_copy ? VK_PIPELINE_STAGE_2_COPY_BIT : VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
       .dstAccessMask = before_copy ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
-      // The copy replaces all that is read afterwards, so what was there may go.
-      .oldLayout = before_copy ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-      .newLayout =
-          before_copy ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+      .oldLayout = from,
+      .newLayout = to,
       .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .image = image,
@@ -45,13 +44,19 @@ void pass_barrier(VkCommandBuffer commands) {
 }
 
 void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuImage& to,
-                   std::uint32_t row_texels, std::uint32_t slices) {
-  image_barrier(commands, to.get(), true);
-  const VkBufferImageCopy all{.bufferRowLength = row_texels,
-                              .imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
-                              .imageExtent = {to.extent().width, to.extent().height, slices}};
-  vkCmdCopyBufferToImage(commands, from.get(), to.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &all);
-  image_barrier(commands, to.get(), false);
+                   const SliceCopy& copy) {
+  image_barrier(commands, to.get(),
+                copy.keeps_others ? VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
+                VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+  const VkBufferImageCopy slices{
+      .bufferOffset = std::uint64_t{copy.row_texels} * to.extent().height * copy.first_slice,
+      .bufferRowLength = copy.row_texels,
+      .imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
+      .imageOffset = {.z = static_cast<std::int32_t>(copy.first_slice)},
+      .imageExtent = {to.extent().width, to.extent().height, copy.slices}};
+  vkCmdCopyBufferToImage(commands, from.get(), to.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &slices);
+  image_barrier(commands, to.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
 }
 
 }  // namespace fanlight

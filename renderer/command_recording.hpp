@@ -19,9 +19,16 @@ void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stage, VkAcces
 /// Between two shaders, the second of which reads what the first wrote.
 void pass_barrier(VkCommandBuffer commands);
 
-/// Replaces the first `slices` of a texture; shaders may read it afterwards. `row_texels`: from one row to
-/// the next in the buffer.
+/// Some slices of a texture, from a buffer that holds all of them.
+struct SliceCopy {
+  std::uint32_t row_texels = 0;  ///< from one row to the next in the buffer
+  std::uint32_t first_slice = 0;
+  std::uint32_t slices = 1;
+  bool keeps_others = false;  ///< what is in the other slices stays
+};
+
+/// Replaces slices of a texture of a byte a texel, or the only slice of any; shaders may read it afterwards.
 void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuImage& to,
-                   std::uint32_t row_texels, std::uint32_t slices);
+                   const SliceCopy& copy);
 
 }  // namespace fanlight

@@ -1,5 +1,7 @@
 #include "renderer/descriptor_sets.hpp"
 
+#include <algorithm>
+
 #include "renderer/vulkan_result.hpp"
 #include "shaders/bindings.h"
 
@@ -8,10 +10,15 @@ namespace fanlight {
 Result<DescriptorSets> DescriptorSets::create(const Gpu& gpu, const Passes& passes) {
   DescriptorSets made;
   constexpr std::uint32_t kSets = std::tuple_size_v<decltype(made.sets_)>;
-  const std::array<VkDescriptorPoolSize, 3> sizes = {
-      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2 * kSets},
-       {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSets},
-       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, FANLIGHT_STORAGE_BUFFERS * kSets}}};
+  std::array<VkDescriptorPoolSize, 5> sizes = {{{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 0},
+                                                {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 0},
+                                                {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 0},
+                                                {VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER, 0},
+                                                {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 0}}};
+  for (std::uint32_t binding = 0; binding < FANLIGHT_BINDINGS; ++binding) {
+    const auto size = std::ranges::find(sizes, Passes::descriptor_type(binding), &VkDescriptorPoolSize::type);
+    size->descriptorCount += kSets;
+  }
   const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                              .maxSets = kSets,
                                              .poolSizeCount = sizes.size(),
@@ -33,20 +40,19 @@ Result<DescriptorSets> DescriptorSets::create(const Gpu& gpu, const Passes& pass
 }
 
 void DescriptorSets::write(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const {
-  const bool uniform =
-      binding == FANLIGHT_BINDING_CAST_PARAMETERS || binding == FANLIGHT_BINDING_LIGHT_PARAMETERS;
   for (std::size_t set = 0; set < sets_.size(); ++set) {
     std::uint32_t place = binding;
     if (set == 1 && binding == FANLIGHT_BINDING_LIT) place = FANLIGHT_BINDING_DIFFUSED;
     if (set == 1 && binding == FANLIGHT_BINDING_DIFFUSED) place = FANLIGHT_BINDING_LIT;
     const VkDescriptorBufferInfo info{.buffer = buffer.get(), .range = VK_WHOLE_SIZE};
-    const VkWriteDescriptorSet write{
-        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-        .dstSet = sets_[set],
-        .dstBinding = place,
-        .descriptorCount = 1,
-        .descriptorType = uniform ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-        .pBufferInfo = &info};
+    const VkBufferView texels = buffer.texels();
+    const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                     .dstSet = sets_[set],
+                                     .dstBinding = place,
+                                     .descriptorCount = 1,
+                                     .descriptorType = Passes::descriptor_type(binding),
+                                     .pBufferInfo = &info,
+                                     .pTexelBufferView = &texels};
     vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);
   }
 }

@@ -31,6 +31,7 @@ class DeviceHandle {
 };
 
 using BufferHandle = DeviceHandle<VkBuffer, vkDestroyBuffer>;
+using BufferViewHandle = DeviceHandle<VkBufferView, vkDestroyBufferView>;
 using CommandPoolHandle = DeviceHandle<VkCommandPool, vkDestroyCommandPool>;
 using DescriptorPoolHandle = DeviceHandle<VkDescriptorPool, vkDestroyDescriptorPool>;
 using DescriptorSetLayoutHandle = DeviceHandle<VkDescriptorSetLayout, vkDestroyDescriptorSetLayout>;

@@ -16,7 +16,16 @@ namespace {
 constexpr std::uint32_t kWords = 64;
 constexpr std::uint32_t kStretch = 64;
 
+constexpr std::uint32_t blocks_along(std::uint32_t pixels) {
+  return groups(pixels, FANLIGHT_BLOCK);
+}
+
+// To write buffers and read them as texels.
+constexpr VkBufferUsageFlags kTexels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+constexpr VkBufferUsageFlags kWrittenTexels = kTexels | VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
+
 Result<void> check_limits(const FrameStore::Config& config, const VkPhysicalDeviceLimits& limits) {
+  if (config.sampling == Sampling::kGathering) return {};  // buffers know their own
   if (std::max({config.columns, config.rows, config.frame_capacity}) <= limits.maxImageDimension3D) return {};
   return Error{ErrorCode::kUnsupported,
                fmt::format("a volume of {} x {} x {} is too large for this GPU, expected at most {} each way",
@@ -29,43 +38,83 @@ Result<FrameStore> FrameStore::create(const Gpu& gpu, const Config& config) {
   if (auto fits = check_limits(config, gpu.limits()); !fits) return fits.error();
   FrameStore made;
   made.config_ = config;
-  auto staged = GpuBuffer::create(gpu, made.frame_bytes() * config.frame_capacity,
-                                  VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                  BufferPlace::kToGpu);
+  made.arrivals_.resize(config.frame_capacity);
+  made.prepared_.resize(config.frame_capacity);
+  auto staged =
+      GpuBuffer::create(gpu, made.frame_bytes() * config.frame_capacity,
+                        kTexels | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu, VK_FORMAT_R32_UINT);
   if (!staged) return staged.error();
   made.staged_ = std::move(*staged);
-  auto texture =
-      GpuImage::create(gpu, VK_FORMAT_R8_UNORM, {config.columns, config.rows, config.frame_capacity});
-  if (!texture) return texture.error();
-  made.texture_ = std::move(*texture);
+  const std::uint64_t bounds_bytes = sizeof(std::uint32_t) * std::uint64_t{blocks_along(config.columns)} *
+                                     blocks_along(config.rows) * config.frame_capacity;
+  for (GpuBuffer* const each : {&made.blocks_, &made.bounds_}) {
+    auto buffer =
+        GpuBuffer::create(gpu, bounds_bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
+    if (!buffer) return buffer.error();
+    *each = std::move(*buffer);
+  }
+  if (auto volume = made.create_volume(gpu); !volume) return volume.error();
   return made;
 }
 
+Result<void> FrameStore::create_volume(const Gpu& gpu) {
+  if (config_.sampling == Sampling::kTexture) {
+    auto texture = GpuImage::create(gpu, VK_FORMAT_R8_UNORM,
+                                    {config_.columns, config_.rows, std::max(config_.frame_capacity, 2U)});
+    if (!texture) return texture.error();
+    texture_ = std::move(*texture);
+    return {};
+  }
+  // A frame more: what is mixed by a share of 0 behind the last frame, or after its last column, must be
+  // there.
+  const std::uint64_t words = std::uint64_t{FANLIGHT_PACKED_STRIDE(config_.columns)} *
+                              FANLIGHT_PACKED_ROWS(config_.rows) *
+                              (std::uint64_t{config_.frame_capacity} + 1);
+  auto packed = GpuBuffer::create(gpu, words * sizeof(std::uint32_t), kWrittenTexels, BufferPlace::kDevice,
+                                  VK_FORMAT_R32_UINT);
+  if (!packed) return packed.error();
+  packed_ = std::move(*packed);
+  return {};
+}
+
+void FrameStore::hold(std::uint32_t frames) {
+  // The filter reads neighbours, and at the ends there are fewer.
+  if (frames != frames_ && !prepares_single_frames()) prepared_.assign(prepared_.size(), false);
+  frames_ = frames;
+}
+
 void FrameStore::load(const Volume& volume) {
-  const auto staged = staged_.mapped();
+  hold(volume.stamp().frames);
+  const auto order = volume.by_angle();
+  for (std::uint32_t place = 0; place < frames_; ++place) {
+    const std::uint64_t arrival = volume.arrivals()[order[place]];
+    if (arrival != 0 && arrivals_[place] == arrival) continue;
+    put(place, arrival, volume.frame_pixels(order[place]));
+  }
+}
+
+void FrameStore::stage(std::uint32_t place, std::uint32_t frames, std::uint64_t arrival,
+                       std::span<const std::uint8_t> pixels) {
+  hold(frames);
+  put(place, arrival, pixels);
+}
+
+void FrameStore::put(std::uint32_t place, std::uint64_t arrival, std::span<const std::uint8_t> pixels) {
   const std::size_t columns = config_.columns;
   const std::size_t row_bytes = std::size_t{kPixelsInWord} * words_in_row();
-  std::uint8_t* to = staged.data();
-  for (const std::uint32_t index : volume.by_angle()) {
-    const std::uint8_t* from = volume.frame_pixels(index).data();
-    if (row_bytes == columns) {
-      to = std::copy_n(from, frame_bytes(), to);
-      continue;
-    }
+  std::uint8_t* to = staged_.mapped().data() + frame_bytes() * place;
+  const std::uint8_t* from = pixels.data();
+  if (row_bytes == columns) {
+    std::copy_n(from, frame_bytes(), to);
+  } else {
     for (std::uint32_t row = 0; row < config_.rows; ++row, from += columns) {
       to = std::fill_n(std::copy_n(from, columns, to), row_bytes - columns, std::uint8_t{0});
     }
   }
-  frames_ = volume.stamp().frames;
-  next_frame_ = 0;
-  prepared_.reset();
-}
-
-bool FrameStore::fits(const Gpu& gpu, const Scene::Speckle& options) const {
-  if (options.filter == SpeckleFilter::kNone) return true;
-  const bool guided = options.filter == SpeckleFilter::kGuided;
-  return staged_.bytes() <= gpu.limits().maxStorageBufferRange &&
-         (!guided || frames_at_a_time(gpu, options) > 0);
+  arrivals_[place] = arrival;
+  const auto beside = filters() ? static_cast<std::uint32_t>(wanted_.across / 2) : 0U;
+  const std::uint32_t last = std::min(place + beside, config_.frame_capacity - 1);
+  for (std::uint32_t each = place - std::min(place, beside); each <= last; ++each) prepared_[each] = false;
 }
 
 std::uint64_t FrameStore::frames_at_a_time(const Gpu& gpu, const Scene::Speckle& options) const {
@@ -82,34 +131,39 @@ std::uint64_t FrameStore::frames_at_a_time(const Gpu& gpu, const Scene::Speckle&
   return std::max(fitting(std::min(limit, kMostBytes)), std::min<std::uint64_t>(fitting(limit), 1));
 }
 
-Result<void> FrameStore::create_memory(const Gpu& gpu, const Scene::Speckle& options) {
+Result<void> FrameStore::create_filter_memory(const Gpu& gpu, const Scene::Speckle& options) {
   if (options.filter != SpeckleFilter::kNone && filtered_.bytes() == 0) {
-    auto made = GpuBuffer::create(gpu, staged_.bytes(),
-                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
-                                  BufferPlace::kDevice);
+    auto made = GpuBuffer::create(gpu, staged_.bytes(), kWrittenTexels | VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+                                  BufferPlace::kDevice, VK_FORMAT_R32_UINT);
     if (!made) return made.error();
     filtered_ = std::move(*made);
-    took_memory_ = true;
+    bindings_changed_ = true;
   }
-  const std::uint64_t frames =
-      frames_at_a_time(gpu, options) + 2 * (static_cast<std::uint64_t>(options.across) / 2);
+  if (options.filter != SpeckleFilter::kGuided) return {};
+  const std::uint64_t at_a_time = frames_at_a_time(gpu, options);
+  if (at_a_time == 0) return Error{ErrorCode::kUnsupported, "a frame is too large for the guided filter"};
+  const std::uint64_t frames = at_a_time + 2 * (static_cast<std::uint64_t>(options.across) / 2);
   const std::uint64_t bytes = frames * frame_bytes() * sizeof(std::uint32_t);
-  if (options.filter == SpeckleFilter::kGuided && coefficients_.bytes() < bytes) {
+  if (coefficients_.bytes() < bytes) {
     auto made = GpuBuffer::create(gpu, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
     if (!made) return made.error();
     coefficients_ = std::move(*made);
-    took_memory_ = true;
+    bindings_changed_ = true;
   }
   return {};
 }
 
 FrameStore::Bindings FrameStore::bindings() const {
   // Until a filter is asked for there is no memory for it, and nothing reads or writes what stands there.
-  const bool there = filtered_.bytes() > 0;
-  const bool guided = coefficients_.bytes() > 0;
-  return {{{FANLIGHT_BINDING_FRAMES, there ? &staged_ : nullptr},
-           {FANLIGHT_BINDING_PREPARED, there ? &filtered_ : nullptr},
-           {FANLIGHT_BINDING_COEFFICIENTS, guided ? &coefficients_ : nullptr}}};
+  const auto there = [](const GpuBuffer& buffer) { return buffer.bytes() > 0 ? &buffer : nullptr; };
+  return {{{FANLIGHT_BINDING_FRAMES, there(staged_)},
+           {FANLIGHT_BINDING_PREPARED, there(filtered_)},
+           {FANLIGHT_BINDING_COEFFICIENTS, there(coefficients_)},
+           {FANLIGHT_BINDING_READY, there(filters() ? filtered_ : staged_)},
+           {FANLIGHT_BINDING_COLUMNS, there(packed_)},
+           {FANLIGHT_BINDING_PACKED, there(packed_)},
+           {FANLIGHT_BINDING_BLOCKS, there(blocks_)},
+           {FANLIGHT_BINDING_BOUNDS, there(bounds_)}}};
 }
 
 Result<void> FrameStore::find_pipelines(Passes& passes) {
@@ -130,12 +184,24 @@ Result<void> FrameStore::find_pipelines(Passes& passes) {
 
 Result<void> FrameStore::begin(const Gpu& gpu, Passes& passes, const Scene::Speckle& options) {
   const Scene::Speckle before = std::exchange(wanted_, options);
-  took_memory_ = false;
-  left_out_ = !fits(gpu, options) || !create_memory(gpu, options);
-  if (left_out_) wanted_.filter = SpeckleFilter::kNone;
-  if (wanted_ != before) next_frame_ = 0;
+  bindings_changed_ = (before.filter == SpeckleFilter::kNone) != (options.filter == SpeckleFilter::kNone);
+  left_out_ = !create_filter_memory(gpu, options);
+  if (left_out_) {
+    wanted_.filter = SpeckleFilter::kNone;
+    bindings_changed_ = true;
+  }
+  if (wanted_ != before) prepared_.assign(prepared_.size(), false);
   piece_frames_ = piece_frames(gpu);
   return find_pipelines(passes);
+}
+
+std::optional<FrameStore::Piece> FrameStore::next_piece() const {
+  Piece piece;
+  while (piece.first < frames_ && prepared_[piece.first]) ++piece.first;
+  if (piece.first == frames_) return {};
+  piece.end = piece.first;
+  while (piece.end < std::min(piece.first + piece_frames_, frames_) && !prepared_[piece.end]) ++piece.end;
+  return piece;
 }
 
 std::uint32_t FrameStore::piece_frames(const Gpu& gpu) const {
@@ -151,10 +217,15 @@ std::uint32_t FrameStore::piece_frames(const Gpu& gpu) const {
   return static_cast<std::uint32_t>(std::clamp(frames, 1.0, static_cast<double>(most)));
 }
 
-void FrameStore::record_filter(VkCommandBuffer commands, const Passes& passes) {
-  if (!filters()) return;
-  const std::uint32_t first = next_frame_;
-  const std::uint32_t end = piece_end();
+void FrameStore::record_piece(VkCommandBuffer commands, const Passes& passes) {
+  const Piece piece = *next_piece();
+  if (filters()) record_filter(commands, passes, piece);
+  record_copies(commands, passes, piece);
+  std::fill(prepared_.begin() + piece.first, prepared_.begin() + piece.end, true);
+}
+
+void FrameStore::record_filter(VkCommandBuffer commands, const Passes& passes, Piece piece) {
+  const auto [first, end] = piece;
   const bool guided = wanted_.filter == SpeckleFilter::kGuided;
   const std::uint32_t down =
       wanted_.filter == SpeckleFilter::kMedian ? config_.rows : groups(config_.rows, kStretch);
@@ -174,17 +245,44 @@ void FrameStore::record_filter(VkCommandBuffer commands, const Passes& passes) {
     vkCmdDispatch(commands, groups(words_in_row(), kWords), down, to - from);
     barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
             VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT,
-            VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
-                VK_ACCESS_2_TRANSFER_READ_BIT);
+            VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
+                VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
   };
   if (guided) filter(pipelines_[0], constants.first_kept, std::min(end + beside, frames_));
   filter(pipelines_[guided ? 1 : 0], first, end);
-  next_frame_ = end;
 }
 
-void FrameStore::record_upload(VkCommandBuffer commands) {
-  copy_to_image(commands, filters() ? filtered_ : staged_, texture_, kPixelsInWord * words_in_row(), frames_);
-  prepared_ = wanted_;
+void FrameStore::record_copies(VkCommandBuffer commands, const Passes& passes, Piece piece) {
+  const std::uint32_t frames = piece.end - piece.first;
+  const shaders::PrepareConstants constants{.columns = config_.columns,
+                                            .rows = config_.rows,
+                                            .frames = frames_,
+                                            .first_frame = piece.first,
+                                            .first_kept = 0,
+                                            .radius_across = 0,
+                                            .noise = 0};
+  vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants, &constants);
+  const auto run = [&](Shader shader, std::uint32_t across, std::uint32_t down) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, passes.fixed(shader));
+    vkCmdDispatch(commands, groups(across, kWords), down, frames);
+  };
+  const std::uint32_t blocks_across = blocks_along(config_.columns);
+  const std::uint32_t blocks_down = blocks_along(config_.rows);
+  run(Shader::kBlocks, blocks_across, blocks_down);
+  if (config_.sampling == Sampling::kGathering) {
+    run(Shader::kPack, words_in_row(), FANLIGHT_PACKED_ROWS(config_.rows));
+  } else {
+    copy_to_image(commands, filters() ? filtered_ : staged_, texture_,
+                  {.row_texels = kPixelsInWord * words_in_row(),
+                   .first_slice = piece.first,
+                   .slices = frames,
+                   .keeps_others = std::exchange(texture_written_, true)});
+  }
+  pass_barrier(commands);
+  run(Shader::kBounds, blocks_across, blocks_down);
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
 }
 
 }  // namespace fanlight

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "proto/scene.hpp"
 #include "proto/volume.hpp"
@@ -13,11 +14,13 @@
 
 namespace fanlight {
 
-/// The frames of one volume on their way to pass 1: staged as they came, through pass 0, into the texture
-/// that rays sample. Render thread only.
+/// The frames of one volume on their way to pass 1: staged as they came, through pass 0, to where rays sample
+/// them, and with the bounds of their grey levels by which rays pass over what can hold nothing. Each frame
+/// has a place, by ascending angle; a frame that is there already, known by its arrival number, is not taken
+/// again, so that what came ahead of its volume costs nothing when that is whole. Render thread only.
 ///
-/// Life: load(volume) -> begin(options) -> record_filter() until at_last_piece() was recorded ->
-/// record_upload() -> done(), and again from begin(), for other options, or load().
+/// Life: load(volume), or stage() of single frames -> begin(options) -> record_piece() until done(); again
+/// from begin(), for other options, or from load() or stage().
 class FrameStore {
  public:
   struct Config {
@@ -25,6 +28,7 @@ class FrameStore {
     std::uint32_t rows = 0;
     std::uint32_t frame_capacity = 0;
     std::uint64_t piece_samples = 0;  ///< about the work of one piece, in samples of pass 1
+    Sampling sampling = Sampling::kTexture;
   };
 
   /// A store that holds no volume and no memory.
@@ -35,68 +39,86 @@ class FrameStore {
 
   /// Whether it has room for the volume, and for no larger frames; millimetres do not matter.
   bool suits(const Volume& volume) const {
-    return volume.geometry().columns == config_.columns && volume.geometry().rows == config_.rows &&
-           volume.stamp().frames <= config_.frame_capacity;
+    return suits(volume.geometry()) && volume.stamp().frames <= config_.frame_capacity;
+  }
+  bool suits(const FanGeometry& geometry) const {
+    return geometry.columns == config_.columns && geometry.rows == config_.rows;
   }
   std::uint32_t frame_capacity() const { return config_.frame_capacity; }
 
-  /// Copies the frames, in ascending order of angle, to where the GPU can fetch them. Precondition: it suits
-  /// them, and nothing that was recorded is outstanding.
+  /// Copies the frames that are not there yet, in ascending order of angle, to where the GPU can fetch them.
+  /// Precondition: it suits them, and nothing that was recorded is outstanding.
   void load(const Volume& volume);
 
-  /// Sets pass 0 up. Where the volume exceeds what a shader of this GPU can address in one buffer, or there
-  /// is no memory for it, the filter is left out. Options that are those of the last call go on where that
-  /// is. Precondition as load(). Error: a pipeline that cannot be built.
+  /// Puts one frame in its place of `frames`, which may be others than those of the last volume. Precondition
+  /// as load().
+  void stage(std::uint32_t place, std::uint32_t frames, std::uint64_t arrival,
+             std::span<const std::uint8_t> pixels);
+
+  /// Sets pass 0 up. Where there is no memory for the filter, it is left out. Options that are those of the
+  /// last call go on where that is. Precondition as load(). Error: a pipeline that cannot be built.
   Result<void> begin(const Gpu& gpu, Passes& passes, const Scene::Speckle& options);
   bool filter_left_out() const { return left_out_; }
 
-  /// Whether the texture holds the volume as the last begin() wants it.
-  bool done() const { return prepared_ == wanted_; }
-  /// Whether the next piece is the first, or the last, after which the upload is due.
-  bool at_first_piece() const { return next_frame_ == 0; }
-  bool at_last_piece() const { return wanted_.filter == SpeckleFilter::kNone || piece_end() == frames_; }
-  bool filters() const { return wanted_.filter != SpeckleFilter::kNone; }
+  /// Whether all frames are where rays sample them, as the last begin() wants them.
+  bool done() const { return !next_piece(); }
+  /// Whether a frame can be prepared before its neighbours are there.
+  bool prepares_single_frames() const {
+    return wanted_.filter == SpeckleFilter::kNone || wanted_.across == 1;
+  }
 
-  /// Records the next piece of pass 0, some frames; nothing where there is no filter. The slot's descriptors
-  /// are bound.
-  void record_filter(VkCommandBuffer commands, const Passes& passes);
-  /// Records the upload into the texture. Precondition: every piece was recorded.
-  void record_upload(VkCommandBuffer commands);
+  /// Records pass 0 for the next piece, some frames. The slot's descriptors are bound. Precondition: !done().
+  void record_piece(VkCommandBuffer commands, const Passes& passes);
 
+  /// Null where rays gather words.
   const GpuImage& texture() const { return texture_; }
 
   /// Buffers for the descriptors of FANLIGHT_BINDING_..., nullptr for one that nothing uses. They are others
-  /// where the last begin() took memory.
-  using Bindings = std::array<std::pair<std::uint32_t, const GpuBuffer*>, 3>;
+  /// where the last begin() says so.
+  using Bindings = std::array<std::pair<std::uint32_t, const GpuBuffer*>, 8>;
   Bindings bindings() const;
-  bool took_memory() const { return took_memory_; }
+  bool bindings_changed() const { return bindings_changed_; }
 
  private:
   // Pass 0 reads four pixels at once, so that rows of the staged frames are padded to whole words.
   static constexpr std::uint32_t kPixelsInWord = 4;
+  struct Piece {
+    std::uint32_t first = 0;
+    std::uint32_t end = 0;
+  };
   std::uint32_t words_in_row() const { return (config_.columns + kPixelsInWord - 1) / kPixelsInWord; }
   std::uint64_t frame_bytes() const { return std::uint64_t{kPixelsInWord} * words_in_row() * config_.rows; }
-  bool fits(const Gpu& gpu, const Scene::Speckle& options) const;
+  bool filters() const { return wanted_.filter != SpeckleFilter::kNone; }
   std::uint64_t frames_at_a_time(const Gpu& gpu, const Scene::Speckle& options) const;
   std::uint32_t piece_frames(const Gpu& gpu) const;
-  std::uint32_t piece_end() const { return std::min(next_frame_ + piece_frames_, frames_); }
-  Result<void> create_memory(const Gpu& gpu, const Scene::Speckle& options);
+  std::optional<Piece> next_piece() const;
+  void hold(std::uint32_t frames);
+  void put(std::uint32_t place, std::uint64_t arrival, std::span<const std::uint8_t> pixels);
+  Result<void> create_volume(const Gpu& gpu);
+  Result<void> create_filter_memory(const Gpu& gpu, const Scene::Speckle& options);
   Result<void> find_pipelines(Passes& passes);
+  void record_filter(VkCommandBuffer commands, const Passes& passes, Piece piece);
+  void record_copies(VkCommandBuffer commands, const Passes& passes, Piece piece);
 
   Config config_;
   std::uint32_t frames_ = 0;
   Scene::Speckle wanted_;
-  std::optional<Scene::Speckle> prepared_;  // how the frames in the texture were prepared
   bool left_out_ = false;
-  bool took_memory_ = false;
-  std::uint32_t next_frame_ = 0;  // the first that pass 0 has yet to filter
+  bool bindings_changed_ = false;
   std::uint32_t piece_frames_ = 0;
   std::array<VkPipeline, 2> pipelines_{};  // the first and, for a guided filter, second half
+  // By place: which frame is staged there, 0 where it has no number; and whether rays sample it as is wanted.
+  std::vector<std::uint64_t> arrivals_;
+  std::vector<bool> prepared_;
 
   GpuBuffer staged_;
   GpuBuffer coefficients_;  // this and the next: only where pass 0 was ever asked for
   GpuBuffer filtered_;
+  GpuBuffer blocks_;
+  GpuBuffer bounds_;
+  GpuBuffer packed_;  // this or the texture
   GpuImage texture_;
+  bool texture_written_ = false;
 };
 
 }  // namespace fanlight

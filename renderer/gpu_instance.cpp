@@ -99,7 +99,6 @@ void refuse_for_features(GpuCandidate& candidate) {
 
 void refuse_for_formats(GpuCandidate& candidate) {
   const std::pair<VkFormat, const char*> wanted[] = {{VK_FORMAT_R8_UNORM, "R8_UNORM"},
-                                                     {VK_FORMAT_R32_SFLOAT, "R32_SFLOAT"},
                                                      {VK_FORMAT_R32G32B32A32_SFLOAT, "R32G32B32A32_SFLOAT"}};
   for (const auto& [format, name] : wanted) {
     VkFormatProperties properties{};

@@ -31,7 +31,7 @@ Result<MemoryHandle> allocate(const Gpu& gpu, const VkMemoryRequirements& needs,
 }  // namespace
 
 Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, std::uint64_t bytes, VkBufferUsageFlags usage,
-                                    BufferPlace place) {
+                                    BufferPlace place, VkFormat texels) {
   if (bytes > gpu.largest_buffer_bytes()) return more_than(gpu.largest_buffer_bytes(), bytes);
   GpuBuffer made;
   made.bytes_ = bytes;
@@ -53,6 +53,20 @@ Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, std::uint64_t bytes, VkBuffe
   made.memory_ = std::move(*memory);
   result = vkBindBufferMemory(gpu.device(), buffer, made.memory_.get(), 0);
   if (result != VK_SUCCESS) return vulkan_error("vkBindBufferMemory", result);
+
+  if (texels != VK_FORMAT_UNDEFINED) {
+    constexpr std::uint64_t kTexelBytes = 4;  // of every format that is used
+    const std::uint64_t most_bytes = kTexelBytes * gpu.limits().maxTexelBufferElements;
+    if (bytes > most_bytes) return more_than(most_bytes, bytes);
+    const VkBufferViewCreateInfo view_info{.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
+                                           .buffer = buffer,
+                                           .format = texels,
+                                           .range = VK_WHOLE_SIZE};
+    VkBufferView view = VK_NULL_HANDLE;
+    result = vkCreateBufferView(gpu.device(), &view_info, nullptr, &view);
+    if (result != VK_SUCCESS) return vulkan_error("vkCreateBufferView", result);
+    made.view_ = BufferViewHandle(gpu.device(), view);
+  }
 
   if (place != BufferPlace::kDevice) {
     void* mapped = nullptr;

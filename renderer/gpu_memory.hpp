@@ -19,10 +19,12 @@ enum class BufferPlace : std::uint8_t {
 class GpuBuffer {
  public:
   GpuBuffer() = default;
+  /// With a format, shaders may read and write it as texels of that.
   static Result<GpuBuffer> create(const Gpu& gpu, std::uint64_t bytes, VkBufferUsageFlags usage,
-                                  BufferPlace place);
+                                  BufferPlace place, VkFormat texels = VK_FORMAT_UNDEFINED);
 
   VkBuffer get() const { return buffer_.get(); }
+  VkBufferView texels() const { return view_.get(); }
   std::uint64_t bytes() const { return bytes_; }
 
   /// The mapped bytes; empty for BufferPlace::kDevice. Coherent: no flush is needed.
@@ -36,6 +38,7 @@ class GpuBuffer {
  private:
   MemoryHandle memory_;
   BufferHandle buffer_;  // after the memory it is bound to, so that it goes first
+  BufferViewHandle view_;
   std::uint64_t bytes_ = 0;
   std::uint8_t* mapped_ = nullptr;
 };

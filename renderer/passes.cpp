@@ -11,36 +11,95 @@ namespace fanlight {
 
 namespace {
 
-VkDescriptorType type_of(std::uint32_t binding) {
+/// Whether pass 1 can pass over anything: a mean or a minimum needs all of a ray.
+bool may_skip(const Scene& scene, Skipping skipping) {
+  const int kept = kept_by(scene.mode);
+  return skipping == Skipping::kOn && (kept == FANLIGHT_KEEP_NOTHING || kept == FANLIGHT_KEEP_COLOUR);
+}
+
+}  // namespace
+
+VkDescriptorType Passes::descriptor_type(std::uint32_t binding) {
   switch (binding) {
     case FANLIGHT_BINDING_CAST_PARAMETERS:
     case FANLIGHT_BINDING_LIGHT_PARAMETERS:
       return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     case FANLIGHT_BINDING_VOLUME:
-    case FANLIGHT_BINDING_ANGLE_TABLE:
     case FANLIGHT_BINDING_TRANSFER:
       return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+    case FANLIGHT_BINDING_ANGLE_TABLE:
+    case FANLIGHT_BINDING_FRAMES:
+    case FANLIGHT_BINDING_READY:
+    case FANLIGHT_BINDING_COLUMNS:
+      return VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+    case FANLIGHT_BINDING_PREPARED:
+    case FANLIGHT_BINDING_PACKED:
+      return VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER;
     default:
       return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
   }
 }
 
-std::span<const std::uint32_t> spirv_of(Shader shader) {
-  const std::array<std::span<const std::uint32_t>, kShaders> all = {
-      shaders::box_spirv,     shaders::median_spirv,    shaders::guide_spirv,        shaders::guided_spirv,
-      shaders::cast_spirv,    shaders::slice_spirv,     shaders::steady_spirv,       shaders::islands_spirv,
-      shaders::holes_spirv,   shaders::mean_rows_spirv, shaders::mean_columns_spirv, shaders::smooth_spirv,
-      shaders::nearest_spirv, shaders::light_spirv,     shaders::diffuse_spirv,      shaders::finish_spirv};
-  return all[static_cast<std::size_t>(shader)];
+std::span<const std::uint32_t> Passes::spirv_of(Shader shader) const {
+  const bool gathering = sampling_ == Sampling::kGathering;
+  switch (shader) {
+    case Shader::kBox:
+      return shaders::box_spirv;
+    case Shader::kMedian:
+      return shaders::median_spirv;
+    case Shader::kGuide:
+      return shaders::guide_spirv;
+    case Shader::kGuided:
+      return shaders::guided_spirv;
+    case Shader::kBlocks:
+      return shaders::blocks_spirv;
+    case Shader::kBounds:
+      return shaders::bounds_spirv;
+    case Shader::kPack:
+      return shaders::pack_spirv;
+    case Shader::kSegments:
+      return shaders::segments_spirv;
+    case Shader::kCast:
+      return gathering ? shaders::cast_gathering_spirv : shaders::cast_spirv;
+    case Shader::kSlice:
+      return gathering ? shaders::slice_gathering_spirv : shaders::slice_spirv;
+    case Shader::kSteady:
+      return shaders::steady_spirv;
+    case Shader::kTiles:
+      return shaders::tiles_spirv;
+    case Shader::kUneven:
+      return shaders::uneven_spirv;
+    case Shader::kIslands:
+      return shaders::islands_spirv;
+    case Shader::kConfidence:
+      return gathering ? shaders::confidence_gathering_spirv : shaders::confidence_spirv;
+    case Shader::kHoles:
+      return shaders::holes_spirv;
+    case Shader::kMeanRows:
+      return shaders::mean_rows_spirv;
+    case Shader::kMeanColumns:
+      return shaders::mean_columns_spirv;
+    case Shader::kSmooth:
+      return shaders::smooth_spirv;
+    case Shader::kNearest:
+      return shaders::nearest_spirv;
+    case Shader::kLight:
+      return shaders::light_spirv;
+    case Shader::kDiffuse:
+      return shaders::diffuse_spirv;
+    case Shader::kFinish:
+      return shaders::finish_spirv;
+  }
+  return {};
 }
 
-}  // namespace
-
-Result<std::unique_ptr<Passes>> Passes::create(const Gpu& gpu) {
-  std::unique_ptr<Passes> made(new Passes(gpu));
+Result<std::unique_ptr<Passes>> Passes::create(const Gpu& gpu, Sampling sampling) {
+  std::unique_ptr<Passes> made(new Passes(gpu, sampling));
   if (auto layouts = made->create_layouts(); !layouts) return layouts.error();
-  for (const Shader shader : {Shader::kSteady, Shader::kIslands, Shader::kHoles, Shader::kMeanRows,
-                              Shader::kMeanColumns, Shader::kNearest, Shader::kDiffuse, Shader::kFinish}) {
+  for (const Shader shader :
+       {Shader::kBlocks, Shader::kBounds, Shader::kPack, Shader::kSteady, Shader::kTiles, Shader::kUneven,
+        Shader::kIslands, Shader::kHoles, Shader::kMeanRows, Shader::kMeanColumns, Shader::kNearest,
+        Shader::kDiffuse, Shader::kFinish}) {
     if (auto built = made->pipeline(shader, {}); !built) return built.error();
   }
   return made;
@@ -64,7 +123,7 @@ Result<void> Passes::create_layouts() {
 
   std::array<VkDescriptorSetLayoutBinding, FANLIGHT_BINDINGS> bindings{};
   for (std::uint32_t binding = 0; binding < bindings.size(); ++binding) {
-    const VkDescriptorType type = type_of(binding);
+    const VkDescriptorType type = descriptor_type(binding);
     bindings[binding] = {
         .binding = binding,
         .descriptorType = type,
@@ -140,10 +199,22 @@ Result<VkPipeline> Passes::speckle(Shader shader, const Scene::Speckle& options)
   return pipeline(shader, {options.size, shader == Shader::kMedian ? options.across : 0});
 }
 
-Result<VkPipeline> Passes::cast(const Scene& scene, FrameKind kind) {
+Result<VkPipeline> Passes::cast(const Scene& scene, FrameKind kind, Skipping skipping) {
   return pipeline(Shader::kCast,
                   {scene.detector.window, kept_by(scene.mode), kind == FrameKind::kConvexLines ? 1 : 0,
-                   scene.detector.place == SurfacePlace::kRefined ? 1 : 0, scene.rays.window / 2});
+                   scene.detector.place == SurfacePlace::kRefined ? 1 : 0, scene.rays.window / 2,
+                   may_skip(scene, skipping) ? 1 : 0});
+}
+
+Result<VkPipeline> Passes::segments(const Scene& scene, FrameKind kind, Skipping skipping) {
+  if (!may_skip(scene, skipping)) return VkPipeline{VK_NULL_HANDLE};
+  return pipeline(Shader::kSegments,
+                  {scene.detector.window, kept_by(scene.mode), kind == FrameKind::kConvexLines ? 1 : 0});
+}
+
+Result<VkPipeline> Passes::confidence(const Scene& scene, FrameKind kind) {
+  return pipeline(Shader::kConfidence, {scene.detector.window, 0, kind == FrameKind::kConvexLines ? 1 : 0, 0,
+                                        scene.rays.window / 2});
 }
 
 Result<VkPipeline> Passes::light(const Scene& scene) {

@@ -20,10 +20,17 @@ enum class Shader : std::uint8_t {
   kMedian,
   kGuide,
   kGuided,
-  kCast,  // pass 1
+  kBlocks,
+  kBounds,
+  kPack,
+  kSegments,  // pass 1
+  kCast,
   kSlice,
   kSteady,  // pass 2
+  kTiles,
+  kUneven,
   kIslands,
+  kConfidence,
   kHoles,
   kMeanRows,
   kMeanColumns,
@@ -33,7 +40,12 @@ enum class Shader : std::uint8_t {
   kDiffuse,  // pass 3
   kFinish
 };
-inline constexpr std::size_t kShaders = 16;
+
+/// Whether pass 1 passes over what can hold no surface; the pictures are the same. Off to compare.
+enum class Skipping : std::uint8_t { kOn, kOff };
+
+/// Where pass 1 samples the volume: a texture, or words that a processor gathers (shaders/pack.comp).
+enum class Sampling : std::uint8_t { kTexture, kGathering };
 
 /// The compute pipelines of all passes and the one descriptor set layout that they share
 /// (shaders/bindings.h). Render thread only.
@@ -42,7 +54,11 @@ inline constexpr std::size_t kShaders = 16;
 /// this is made, the others when first asked for, and kept.
 class Passes {
  public:
-  static Result<std::unique_ptr<Passes>> create(const Gpu& gpu);
+  static Result<std::unique_ptr<Passes>> create(const Gpu& gpu, Sampling sampling);
+
+  static VkDescriptorType descriptor_type(std::uint32_t binding);
+
+  Sampling sampling() const { return sampling_; }
 
   VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
   VkPipelineLayout layout() const { return layout_.get(); }
@@ -53,9 +69,14 @@ class Passes {
   /// Pass 0's filter, with a window of size x size pixels and `across` frames; kGuided has two halves.
   Result<VkPipeline> speckle(Shader shader, const Scene::Speckle& options);
 
-  /// Pass 1 for what a scene asks of it, and for frames of that kind.
-  Result<VkPipeline> cast(const Scene& scene, FrameKind kind);
+  /// Pass 1 for what a scene asks of it, and for frames of that kind: the rays, and the pass before them that
+  /// tells them what to pass over, where anything can be: null for modes that keep all of a ray.
+  Result<VkPipeline> cast(const Scene& scene, FrameKind kind, Skipping skipping);
+  Result<VkPipeline> segments(const Scene& scene, FrameKind kind, Skipping skipping);
   Result<VkPipeline> slice(FrameKind kind);
+
+  /// What pass 2's filter weighs pixels by.
+  Result<VkPipeline> confidence(const Scene& scene, FrameKind kind);
 
   /// One half of pass 2's Gaussian or edge-preserving filter.
   enum class Axis : std::uint8_t { kRows, kColumns };
@@ -69,14 +90,16 @@ class Passes {
 
  private:
   /// Values of the specialisation constants 0, 1, ... of a shader.
-  using Constants = std::array<std::int32_t, 5>;
+  using Constants = std::array<std::int32_t, 6>;
 
-  explicit Passes(const Gpu& gpu) : gpu_(gpu) {}
+  Passes(const Gpu& gpu, Sampling sampling) : gpu_(gpu), sampling_(sampling) {}
+  std::span<const std::uint32_t> spirv_of(Shader shader) const;
   Result<void> create_layouts();
   Result<VkPipeline> pipeline(Shader shader, const Constants& constants);
   Result<PipelineHandle> build(Shader shader, const Constants& constants);
 
   const Gpu& gpu_;
+  Sampling sampling_;
   SamplerHandle sampler_;  // part of the set layout for as long as that lives
   DescriptorSetLayoutHandle set_layout_;
   PipelineLayoutHandle layout_;

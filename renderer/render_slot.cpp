@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <functional>
+#include <numeric>
 #include <utility>
 
+#include "proto/clock.hpp"
 #include "renderer/command_recording.hpp"
 #include "renderer/vulkan_result.hpp"
 #include "shaders/bindings.h"
@@ -17,7 +20,7 @@ namespace {
 enum Query : std::uint32_t {
   kPrepareBegin,
   kPrepareEnd,
-  kUploadEnd,
+  kUploadBegin,
   kCastBegin,
   kCastEnd,
   kFilterBegin,
@@ -61,6 +64,7 @@ Result<RenderSlot> RenderSlot::create(const Gpu& gpu, const Passes& passes, cons
 
 Result<void> RenderSlot::create_memory(const Gpu& gpu) {
   const std::uint64_t pixels = std::uint64_t{config_.size.width} * config_.size.height;
+  const std::uint64_t tiles = std::uint64_t{tiles_across()} * tiles_down();
   constexpr VkBufferUsageFlags kStorage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
 
@@ -79,8 +83,11 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
       {&staged_transfer_, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
       {&depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&confidence_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&segments_, tiles * sizeof(glm::uvec4), kStorage, BufferPlace::kDevice},
       {&volume_colour_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&steady_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&tile_depths_, tiles * sizeof(glm::vec2), kStorage, BufferPlace::kDevice},
+      {&uneven_, tiles * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&filled_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&weights_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&row_sums_, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
@@ -98,8 +105,9 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
   }
 
   if (auto frames = create_frames(gpu, config_.geometry, config_.usual_frames); !frames) return frames;
-  auto angles = GpuImage::create(gpu, VK_FORMAT_R32_SFLOAT,
-                                 {static_cast<std::uint32_t>(table_.entries().size()), 1, 1});
+  auto angles = GpuBuffer::create(gpu, table_.entries().size_bytes(),
+                                  VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                  BufferPlace::kDevice, VK_FORMAT_R32_SFLOAT);
   if (!angles) return angles.error();
   angles_ = std::move(*angles);
   auto transfer = GpuImage::create(gpu, VK_FORMAT_R32G32B32A32_SFLOAT, {TransferTable().size(), 1, 1});
@@ -112,7 +120,8 @@ Result<void> RenderSlot::create_frames(const Gpu& gpu, const FanGeometry& geomet
   auto made = FrameStore::create(gpu, {.columns = geometry.columns,
                                        .rows = geometry.rows,
                                        .frame_capacity = frames,
-                                       .piece_samples = config_.band_samples});
+                                       .piece_samples = config_.band_samples,
+                                       .sampling = config_.sampling});
   if (!made) return made.error();
   frames_ = std::move(*made);
   return {};
@@ -175,11 +184,15 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters_},
       {FANLIGHT_BINDING_DEPTH, &depth_},
       {FANLIGHT_BINDING_CONFIDENCE, &confidence_},
+      {FANLIGHT_BINDING_SEGMENTS, &segments_},
+      {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
       {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour_},
       {FANLIGHT_BINDING_PREVIOUS, &steady_},
       {FANLIGHT_BINDING_STEADY, &steady_},
       // Without islands, the depth map stands where the filtered one will.
       {FANLIGHT_BINDING_CLEANED, &smooth_depth_},
+      {FANLIGHT_BINDING_TILE_DEPTHS, &tile_depths_},
+      {FANLIGHT_BINDING_UNEVEN, &uneven_},
       {FANLIGHT_BINDING_FILLED, &filled_},
       {FANLIGHT_BINDING_WEIGHTS, &weights_},
       {FANLIGHT_BINDING_ROW_SUMS, &row_sums_},
@@ -190,17 +203,17 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
       {FANLIGHT_BINDING_FINISHED, &finished_}};
   for (const auto& [binding, buffer] : buffers) descriptors_.write(gpu, binding, *buffer);
   write_frame_descriptors(gpu);
-  descriptors_.write(gpu, FANLIGHT_BINDING_ANGLE_TABLE, angles_);
   descriptors_.write(gpu, FANLIGHT_BINDING_TRANSFER, transfer_);
   return {};
 }
 
 void RenderSlot::write_frame_descriptors(const Gpu& gpu) const {
-  // A descriptor must name something, also where nothing will use it.
-  const bool there = frames_.texture().get() != VK_NULL_HANDLE;
-  descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, there ? frames_.texture() : angles_);
+  // What is not there, no pipeline uses until it is.
+  if (frames_.texture().get() != VK_NULL_HANDLE) {
+    descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, frames_.texture());
+  }
   for (const auto& [binding, buffer] : frames_.bindings()) {
-    descriptors_.write(gpu, binding, buffer != nullptr ? *buffer : depth_);
+    if (buffer != nullptr) descriptors_.write(gpu, binding, *buffer);
   }
 }
 
@@ -216,6 +229,7 @@ Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
   geometry_ = volume.geometry();
   if (table_.place(volume)) {
     std::memcpy(staged_angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
+    angles_due_ = true;
   }
   volume_ = volume.stamp();
   extent_ = {.first_angle_rad = volume.angles_rad()[volume.by_angle().front()],
@@ -225,16 +239,40 @@ Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
   return {};
 }
 
+void RenderSlot::stage(const FanGeometry& geometry, std::uint32_t place, std::uint32_t frames,
+                       std::uint64_t arrival, std::span<const std::uint8_t> pixels) {
+  if (!frames_.suits(geometry) || std::max(place + 1, frames) > frames_.frame_capacity()) return;
+  frames_.stage(place, frames, arrival, pixels);
+  frames_gone_ = true;
+}
+
+Result<bool> RenderSlot::prepare_ahead(const Gpu& gpu, Passes& passes, const Scene::Speckle& options) {
+  if (!frames_gone_) return false;
+  if (auto begun = frames_.begin(gpu, passes, options); !begun) return begun.error();
+  if (frames_.bindings_changed()) write_frame_descriptors(gpu);
+  if (!frames_.prepares_single_frames() || frames_.done()) return false;
+  if (auto begun = begin(cast_commands_); !begun) return begun.error();
+  descriptors_.bind(cast_commands_, passes, Order::kLitToDiffused);
+  frames_.record_piece(cast_commands_, passes);
+  if (auto submitted = submit(gpu.cast_queue(), cast_commands_); !submitted) return submitted.error();
+  return true;
+}
+
 void RenderSlot::stamp_time(VkCommandBuffer commands, std::uint32_t query) const {
   vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_.get(), query);
 }
 
 Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene) {
   if (auto begun = frames_.begin(gpu, passes, scene.speckle); !begun) return begun;
-  if (frames_.took_memory()) write_frame_descriptors(gpu);
-  auto cast = passes.cast(scene, geometry_.kind);
+  if (frames_.bindings_changed()) write_frame_descriptors(gpu);
+  auto cast = passes.cast(scene, geometry_.kind, config_.skipping);
   if (!cast) return cast.error();
   cast_pipeline_ = *cast;
+  auto segments = passes.segments(scene, geometry_.kind, config_.skipping);
+  if (!segments) return segments.error();
+  segments_pipeline_ = *segments;
+  confidence_known_ = false;
+  frames_gone_ = false;
   slice_pipeline_ = VK_NULL_HANDLE;
   if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
     auto slice = passes.slice(geometry_.kind);
@@ -246,6 +284,7 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   const shaders::CastParameters parameters = cast_parameters(scene, config_.size, geometry_, table_, extent_);
   cast_parameters_.mapped_as<shaders::CastParameters>() = parameters;
   farthest_mm_ = parameters.end;
+  segments_in_ray_ = groups(parameters.steps, 1U << parameters.segment_shift);
   vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
   const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
   const std::uint64_t tile_samples =
@@ -255,6 +294,7 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   band_tiles_ = static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
   next_tile_ = 0;
+  preparing_ = false;
   if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
     transfer_due_ = true;  // and stays so where a cast is given up before its first band
     staged_transfer_.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
@@ -269,15 +309,9 @@ Result<void> RenderSlot::submit_frames(const Gpu& gpu, const Passes& passes) {
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
   descriptors_.bind(commands, passes, Order::kLitToDiffused);
-  if (frames_.filters() && frames_.at_first_piece()) stamp_time(commands, kPrepareBegin);
-  const bool last = frames_.at_last_piece();
-  frames_.record_filter(commands, passes);
-  if (last) {
-    stamp_time(commands, kPrepareEnd);
-    frames_.record_upload(commands);
-    copy_to_image(commands, staged_angles_, angles_, angles_.extent().width, 1);
-    stamp_time(commands, kUploadEnd);
-  }
+  if (!std::exchange(preparing_, true)) stamp_time(commands, kPrepareBegin);
+  frames_.record_piece(commands, passes);
+  if (frames_.done()) stamp_time(commands, kPrepareEnd);
   return submit(gpu.cast_queue(), commands);
 }
 
@@ -286,9 +320,7 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin(commands); !begun) return begun;
   descriptors_.bind(commands, passes, Order::kLitToDiffused);
-  if (next_tile_ == 0) stamp_time(commands, kCastBegin);
-  if (std::exchange(transfer_due_, false))
-    copy_to_image(commands, staged_transfer_, transfer_, transfer_.extent().width, 1);
+  if (next_tile_ == 0) record_before_rays(commands);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipeline_);
   vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof next_tile_,
                      &next_tile_);
@@ -303,6 +335,22 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   }
   if (cast_submitted()) stamp_time(commands, kCastEnd);
   return submit(gpu.cast_queue(), commands);
+}
+
+void RenderSlot::record_before_rays(VkCommandBuffer commands) {
+  stamp_time(commands, kUploadBegin);
+  if (std::exchange(angles_due_, false)) {
+    const VkBufferCopy all{.size = angles_.bytes()};
+    vkCmdCopyBuffer(commands, staged_angles_.get(), angles_.get(), 1, &all);
+    barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+  }
+  if (std::exchange(transfer_due_, false)) copy_to_image(commands, staged_transfer_, transfer_, {});
+  stamp_time(commands, kCastBegin);
+  if (segments_pipeline_ == VK_NULL_HANDLE) return;
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, segments_pipeline_);
+  vkCmdDispatch(commands, groups(tiles_across() * tiles_down(), kLines), 1, 1);
+  pass_barrier(commands);
 }
 
 Result<void> RenderSlot::record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene) {
@@ -322,7 +370,10 @@ Result<void> RenderSlot::record_depth_filter(VkCommandBuffer commands, Passes& p
     }
   }
   const Step steps[] = {{passes.fixed(Shader::kSteady), tiles_across(), tiles_down()},
+                        {passes.fixed(Shader::kTiles), groups(tiles_across() * tiles_down(), kLines), 1},
+                        {passes.fixed(Shader::kUneven), groups(tiles_across() * tiles_down(), kLines), 1},
                         {passes.fixed(Shader::kIslands), tiles_across(), tiles_down()},
+                        {confidence_pipeline_, tiles_across(), tiles_down()},
                         {passes.fixed(Shader::kHoles), tiles_across(), tiles_down()},
                         halves[0],
                         halves[1],
@@ -332,6 +383,7 @@ Result<void> RenderSlot::record_depth_filter(VkCommandBuffer commands, Passes& p
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
   for (const Step& step : steps) {
+    if (step.pipeline == VK_NULL_HANDLE) continue;
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, step.pipeline);
     vkCmdDispatch(commands, step.groups_across, step.groups_down, 1);
     pass_barrier(commands);
@@ -361,6 +413,16 @@ Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scen
   // A cast has reset all queries and may be writing its own now.
   if (!std::exchange(cast_since_light_, false)) vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
 
+  confidence_pipeline_ = VK_NULL_HANDLE;
+  const bool by_confidence = scene.filter.weights == FilterWeights::kConfidence;
+  // The next volume's picture will have it.
+  if (by_confidence && !confidence_known_ && frames_gone_) {
+    light_parameters_.mapped_as<shaders::LightParameters>().confidence_counts = 0;
+  } else if (by_confidence && !std::exchange(confidence_known_, true)) {
+    auto confidence = passes.confidence(scene, geometry_.kind);
+    if (!confidence) return confidence.error();
+    confidence_pipeline_ = *confidence;
+  }
   auto lit = passes.light(scene);
   if (!lit) return lit.error();
   const VkCommandBuffer commands = light_commands_;
@@ -416,6 +478,7 @@ Result<void> RenderSlot::submit(VkQueue queue, VkCommandBuffer commands) {
   result = vkQueueSubmit2(queue, 1, &info, VK_NULL_HANDLE);
   if (result != VK_SUCCESS) return vulkan_error("vkQueueSubmit2", result);
   ++submissions_;
+  submitted_ns_ = now_ns();
   return {};
 }
 
@@ -427,7 +490,8 @@ std::uint64_t RenderSlot::outstanding(const Gpu& gpu) const {
 
 Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
   const GpuBuffer* const maps[] = {&depth_, &confidence_, &smooth_depth_};
-  auto copy = GpuBuffer::create(gpu, std::size(maps) * depth_.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+  const std::uint64_t maps_bytes = std::size(maps) * depth_.bytes();
+  auto copy = GpuBuffer::create(gpu, maps_bytes + segments_.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                 BufferPlace::kFromGpu);
   if (!copy) return copy.error();
   if (auto begun = begin(light_commands_); !begun) return begun.error();
@@ -435,6 +499,8 @@ Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
     const VkBufferCopy region{.dstOffset = map * depth_.bytes(), .size = depth_.bytes()};
     vkCmdCopyBuffer(light_commands_, maps[map]->get(), copy->get(), 1, &region);
   }
+  const VkBufferCopy region{.dstOffset = maps_bytes, .size = segments_.bytes()};
+  vkCmdCopyBuffer(light_commands_, segments_.get(), copy->get(), 1, &region);
   barrier(light_commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   if (auto submitted = submit(gpu.light_queue(), light_commands_); !submitted) return submitted.error();
@@ -450,7 +516,17 @@ Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
   const auto map = [&](std::size_t index) {
     return std::vector<float>(values + index * pixels(), values + (index + 1) * pixels());
   };
-  return DepthMaps{.cast_mm = map(0), .confidence = map(1), .smooth_mm = map(2)};
+  const auto* words = reinterpret_cast<const std::uint32_t*>(copy->mapped().data() + maps_bytes);
+  const std::uint64_t sampled = std::transform_reduce(
+      words, words + segments_.bytes() / sizeof *words, std::uint64_t{0}, std::plus(),
+      [](std::uint32_t word) { return static_cast<std::uint64_t>(std::popcount(word)); });
+  const auto segments = static_cast<double>(std::uint64_t{tiles_across()} * tiles_down() * segments_in_ray_);
+  return DepthMaps{.cast_mm = map(0),
+                   .confidence = confidence_known_ ? map(1) : std::vector<float>(),
+                   .smooth_mm = map(2),
+                   .sampled_share = segments_pipeline_ == VK_NULL_HANDLE
+                                        ? 1
+                                        : static_cast<double>(sampled) / std::max(segments, 1.0)};
 }
 
 std::array<double, kStages> RenderSlot::stage_ms(const Gpu& gpu) const {
@@ -466,7 +542,7 @@ std::array<double, kStages> RenderSlot::stage_ms(const Gpu& gpu) const {
     vkGetQueryPoolResults(gpu.device(), times_.get(), query, 1, sizeof ticks[query], &ticks[query],
                           sizeof ticks[query], VK_QUERY_RESULT_64_BIT);
   }
-  return {between(kPrepareBegin, kPrepareEnd), between(kPrepareEnd, kUploadEnd),
+  return {between(kPrepareBegin, kPrepareEnd), between(kUploadBegin, kCastBegin),
           between(kCastBegin, kCastEnd),       between(kFilterBegin, kLightBegin),
           between(kLightBegin, kLightEnd),     between(kLightEnd, kFinishEnd),
           between(kFinishEnd, kReadBackEnd)};

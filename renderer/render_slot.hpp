@@ -18,9 +18,13 @@ namespace fanlight {
 
 /// What a picture knows of depths; see RenderSlot::read_depth.
 struct DepthMaps {
-  std::vector<float> cast_mm;     ///< of pass 1
-  std::vector<float> confidence;  ///< edge contrast over the noise beside it; 0 without a surface
-  std::vector<float> smooth_mm;   ///< after pass 2's filter
+  std::vector<float> cast_mm;  ///< of pass 1
+  /// Edge contrast over the noise beside it, 0 without a surface; empty where the filter does not weigh by
+  /// it.
+  std::vector<float> confidence;
+  std::vector<float> smooth_mm;  ///< after pass 2's filter
+  /// Of the segments of all tiles' rays, those that rays had to sample; 1 where pass 1 passes over nothing.
+  double sampled_share = 1;
 };
 
 /// Everything that one volume in flight needs on the GPU: its frames, its angle table, its depth map, its
@@ -41,6 +45,8 @@ class RenderSlot {
     std::uint32_t frame_capacity = 0;
     std::uint32_t usual_frames = 0;  ///< that room is made for at once
     std::uint64_t band_samples = 0;  ///< about the most samples that one submission of pass 1 may take
+    Skipping skipping = Skipping::kOn;
+    Sampling sampling = Sampling::kTexture;
   };
 
   static Result<RenderSlot> create(const Gpu& gpu, const Passes& passes, const Config& config);
@@ -55,6 +61,15 @@ class RenderSlot {
   /// outstanding. Errors as FrameStore::create; then light() still does what it did, but only a load() that
   /// succeeds may be followed by begin_cast().
   Result<void> load(const Gpu& gpu, const Volume& volume);
+
+  /// Puts a frame of the volume to come in its place of `frames`, ahead of the others. What was cast before
+  /// can still be lit. Nothing where it does not fit. Precondition: nothing is outstanding.
+  void stage(const FanGeometry& geometry, std::uint32_t place, std::uint32_t frames, std::uint64_t arrival,
+             std::span<const std::uint8_t> pixels);
+
+  /// Submits pass 0 for frames that are staged ahead; false where there are none to prepare before their
+  /// volume is whole. Precondition: nothing is outstanding.
+  Result<bool> prepare_ahead(const Gpu& gpu, Passes& passes, const Scene::Speckle& options);
 
   /// Sets passes 0 and 1 up; nothing is submitted yet. Also gives up a cast under way. Precondition: nothing
   /// is outstanding. Error: a pipeline that cannot be built.
@@ -82,6 +97,9 @@ class RenderSlot {
   VkSemaphore timeline() const { return timeline_.get(); }
   std::uint64_t submissions() const { return submissions_; }
 
+  /// When the last of them was made (fanlight::now_ns).
+  std::int64_t submitted_ns() const { return submitted_ns_; }
+
   /// How many submissions the GPU has not finished.
   std::uint64_t outstanding(const Gpu& gpu) const;
 
@@ -107,6 +125,7 @@ class RenderSlot {
   Result<void> create_commands(const Gpu& gpu);
   Result<void> create_descriptors(const Gpu& gpu, const Passes& passes);
   Result<void> submit_frames(const Gpu& gpu, const Passes& passes);
+  void record_before_rays(VkCommandBuffer commands);
   Result<void> record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene);
   void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
   void write_frame_descriptors(const Gpu& gpu) const;
@@ -125,14 +144,21 @@ class RenderSlot {
   std::optional<TransferFunction> transferred_;  // of the table on the GPU, and for samples so far apart
   float transferred_step_mm_ = 0;
   bool transfer_due_ = false;
+  bool angles_due_ = false;
 
   // Of the cast under way.
   double farthest_mm_ = 0;  // no surface lies deeper
   VkPipeline cast_pipeline_ = VK_NULL_HANDLE;
-  VkPipeline slice_pipeline_ = VK_NULL_HANDLE;  // null where the mode shows no planes
-  std::uint32_t band_tiles_ = 0;                // of each band
-  std::uint32_t next_tile_ = 0;                 // the first of the next band
+  VkPipeline slice_pipeline_ = VK_NULL_HANDLE;       // null where the mode shows no planes
+  VkPipeline segments_pipeline_ = VK_NULL_HANDLE;    // null where rays pass over nothing
+  VkPipeline confidence_pipeline_ = VK_NULL_HANDLE;  // null where nothing counts by it
+  bool confidence_known_ = false;                    // of the depth map
+  bool frames_gone_ = false;                         // others were staged since the cast
+  std::uint32_t band_tiles_ = 0;                     // of each band
+  std::uint32_t next_tile_ = 0;                      // the first of the next band
+  std::uint32_t segments_in_ray_ = 0;
   bool cast_since_light_ = false;
+  bool preparing_ = false;               // pass 0 has begun
   std::optional<Scene::Filter> filter_;  // what the filtered depth map was made with
 
   GpuBuffer cast_parameters_;
@@ -140,12 +166,15 @@ class RenderSlot {
   GpuBuffer staged_angles_;
   GpuBuffer staged_transfer_;
   FrameStore frames_;
-  GpuImage angles_;
+  GpuBuffer angles_;
   GpuImage transfer_;
   GpuBuffer depth_;
   GpuBuffer confidence_;
+  GpuBuffer segments_;
   GpuBuffer volume_colour_;
   GpuBuffer steady_;
+  GpuBuffer tile_depths_;
+  GpuBuffer uneven_;
   GpuBuffer filled_;
   GpuBuffer weights_;
   GpuBuffer row_sums_;  // then pass 2's picture
@@ -162,6 +191,7 @@ class RenderSlot {
   QueryPoolHandle times_;
   SemaphoreHandle timeline_;
   std::uint64_t submissions_ = 0;
+  std::int64_t submitted_ns_ = 0;
 };
 
 }  // namespace fanlight

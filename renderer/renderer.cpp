@@ -45,11 +45,15 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   const Gpu& gpu = dependencies.gpu;
   if (auto fits = check_picture(config, gpu.limits()); !fits) return fits.error();
   std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene));
-  auto passes = Passes::create(gpu);
+  const bool processor = gpu.candidate().kind == kProcessorKind;
+  const Sampling sampling = config.sampling.value_or(processor ? Sampling::kGathering : Sampling::kTexture);
+  auto passes = Passes::create(gpu, sampling);
   if (!passes) return passes.error();
   made->passes_ = std::move(*passes);
+  made->angles_rad_.reserve(config.frame_capacity);
   // The first volume need not wait for its largest pipeline.
-  if (auto cast = made->passes_->cast(scene.scene, config.geometry.kind); !cast) return cast.error();
+  if (auto cast = made->passes_->cast(scene.scene, config.geometry.kind, config.skipping); !cast)
+    return cast.error();
 
   for (auto& flight : made->flights_) {
     auto slot = RenderSlot::create(
@@ -60,7 +64,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
          .last_angle_rad = config.last_angle_rad,
          .frame_capacity = config.frame_capacity,
          .usual_frames = config.usual_frames > 0 ? config.usual_frames : config.frame_capacity,
-         .band_samples = gpu.candidate().kind == kProcessorKind ? kProcessorBand : kGpuBand});
+         .band_samples = processor ? kProcessorBand : kGpuBand,
+         .skipping = config.skipping,
+         .sampling = sampling});
     if (!slot) return too_large(config, gpu, slot.error());
     flight.reset(new Flight{
         .slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}, .filtered_view = {}});
@@ -80,7 +86,8 @@ Renderer::~Renderer() {
 bool Renderer::wants_volume() const {
   const bool casting =
       std::ranges::any_of(flights_, [](const auto& flight) { return flight->phase == Phase::kCasting; });
-  return !casting && flights_[1 - newest_]->phase == Phase::kIdle;
+  const Flight& next = *flights_[1 - newest_];
+  return !casting && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
 }
 
 Result<void> Renderer::load(const Volume& volume) {
@@ -93,7 +100,28 @@ Result<void> Renderer::load(const Volume& volume) {
     return {};
   }
   newest_ = 1 - newest_;
+  angles_rad_.clear();
+  for (const std::uint32_t index : volume.by_angle()) angles_rad_.push_back(volume.angles_rad()[index]);
   return begin_cast(next);
+}
+
+bool Renderer::wants_frame() const {
+  const Flight& next = *flights_[1 - newest_];
+  return !angles_rad_.empty() && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
+}
+
+std::uint32_t Renderer::place_of(double angle_rad) const {
+  const auto above = std::ranges::lower_bound(angles_rad_, angle_rad);
+  if (above == angles_rad_.begin()) return 0;
+  const bool last = above == angles_rad_.end();
+  const bool below_is_nearer = last || angle_rad - above[-1] < *above - angle_rad;
+  return static_cast<std::uint32_t>(above - angles_rad_.begin()) - (below_is_nearer ? 1 : 0);
+}
+
+void Renderer::take_frame(const FedFrame& frame) {
+  flights_[1 - newest_]->slot.stage(frame.geometry, place_of(frame.stamp.angle_rad),
+                                    static_cast<std::uint32_t>(angles_rad_.size()), frame.stamp.arrival,
+                                    frame.pixels);
 }
 
 Result<void> Renderer::begin_cast(Flight& flight) {
@@ -162,8 +190,19 @@ Result<void> Renderer::advance() {
   }
   // A band waits for the one before it to be done, and the light for the last: what is submitted early stands
   // in the way of a moved light, or shows an old one.
-  if (newest.phase != Phase::kCasting || newest.slot.outstanding(gpu_) > 0) return {};
-  return newest.slot.cast_submitted() ? light(newest) : newest.slot.cast_next_band(gpu_, *passes_);
+  if (newest.phase == Phase::kCasting) {
+    if (newest.slot.outstanding(gpu_) > 0) return {};
+    return newest.slot.cast_submitted() ? light(newest) : newest.slot.cast_next_band(gpu_, *passes_);
+  }
+  return prepare_ahead();
+}
+
+Result<void> Renderer::prepare_ahead() {
+  if (!wants_frame()) return {};
+  if (auto begun = flights_[1 - newest_]->slot.prepare_ahead(gpu_, *passes_, scene_.scene.speckle); !begun) {
+    return begun.error();
+  }
+  return {};
 }
 
 bool Renderer::collect(Picture& picture) {
@@ -196,26 +235,27 @@ bool Renderer::collect(Picture& picture) {
 }
 
 bool Renderer::busy() const {
-  return std::ranges::any_of(flights_, [](const auto& flight) { return flight->phase != Phase::kIdle; });
+  return std::ranges::any_of(flights_, [this](const auto& flight) {
+    return flight->phase != Phase::kIdle || flight->slot.outstanding(gpu_) > 0;
+  });
 }
 
 Result<void> Renderer::wait(std::int64_t timeout_ns) {
-  std::array<VkSemaphore, 2> timelines{};
-  std::array<std::uint64_t, 2> values{};
-  std::uint32_t count = 0;
+  // One semaphore, the one that will be signalled first: Mesa waits for any of two in a busy loop, which
+  // costs lavapipe half of two cores. On two queues the other may be done before; timeout_ns bounds what that
+  // costs.
+  const Flight* first = nullptr;
   for (const auto& flight : flights_) {
-    const std::uint64_t outstanding = flight->slot.outstanding(gpu_);
-    if (outstanding == 0) continue;
-    timelines[count] = flight->slot.timeline();
-    values[count] = flight->slot.submissions() - outstanding + 1;
-    ++count;
+    if (flight->slot.outstanding(gpu_) == 0) continue;
+    if (first == nullptr || flight->slot.submitted_ns() < first->slot.submitted_ns()) first = flight.get();
   }
-  if (count == 0) return {};
+  if (first == nullptr) return {};
+  const VkSemaphore timeline = first->slot.timeline();
+  const std::uint64_t value = first->slot.submissions();
   const VkSemaphoreWaitInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                 .flags = VK_SEMAPHORE_WAIT_ANY_BIT,
-                                 .semaphoreCount = count,
-                                 .pSemaphores = timelines.data(),
-                                 .pValues = values.data()};
+                                 .semaphoreCount = 1,
+                                 .pSemaphores = &timeline,
+                                 .pValues = &value};
   const VkResult result = vkWaitSemaphores(gpu_.device(), &info, static_cast<std::uint64_t>(timeout_ns));
   if (result != VK_SUCCESS && result != VK_TIMEOUT) return vulkan_error("vkWaitSemaphores", result);
   return {};

@@ -3,8 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "proto/counter.hpp"
+#include "proto/frame_feed.hpp"
 #include "proto/picture.hpp"
 #include "proto/volume.hpp"
 #include "renderer/gpu.hpp"
@@ -29,6 +32,9 @@ class Renderer {
     std::uint32_t frame_capacity = 0;  ///< most frames of any volume
     /// Of most volumes: room is made for them at once, for more when they come. 0: as frame_capacity.
     std::uint32_t usual_frames = 0;
+    Skipping skipping = Skipping::kOn;
+    /// Absent: what suits the GPU.
+    std::optional<Sampling> sampling;
   };
   /// Both must outlive the renderer.
   struct Dependencies {
@@ -54,6 +60,14 @@ class Renderer {
   /// those of the volume it replaces, or its frames are more than any before. Precondition: wants_volume(),
   /// at most frame_capacity frames.
   Result<void> load(const Volume& volume);
+
+  /// Whether take_frame() would be taken: the slot of the volume to come is free.
+  bool wants_frame() const;
+
+  /// Takes a copy of a frame of the volume to come, for pass 0 to be done with it before the others are
+  /// there. Its place is guessed by its angle from the last volume's; load() mends wrong guesses.
+  /// Precondition: wants_frame().
+  void take_frame(const FedFrame& frame);
 
   /// Submits whatever is due and can go now. Never waits for the GPU.
   Result<void> advance();
@@ -91,7 +105,9 @@ class Renderer {
   Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene)
       : config_(config), gpu_(dependencies.gpu), counters_(dependencies.counters), scene_(scene) {}
   Result<void> begin_cast(Flight& flight);
+  std::uint32_t place_of(double angle_rad) const;
   Result<void> light(Flight& flight);
+  Result<void> prepare_ahead();
   RenderSlot::Past past_of(const Flight& flight) const;
   bool view_changed(const Flight& flight) const;
   bool light_changed(const Flight& flight) const;
@@ -104,6 +120,7 @@ class Renderer {
   std::size_t newest_ = 0;  // the flight loaded last; the other one takes the next volume
   std::size_t shown_ = 0;   // the flight whose picture was collected last
   std::uint64_t shown_volume_id_ = 0;
+  std::vector<double> angles_rad_;  // of the last volume's frames, ascending
   NumberedScene scene_;
   std::uint64_t pictures_ = 0;
 };

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "shaders/bindings.h"
+#include "shaders/prepare_constants.h"
 
 namespace fanlight {
 
@@ -109,10 +110,9 @@ void set_samples(shaders::CastParameters& to, const Scene& scene, double finest_
 
 void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const AngleTable& table,
                 const VolumeExtent& volume) {
-  // A texture's first entry has its centre half an entry from the border.
-  const auto entries = static_cast<double>(table.entries().size());
-  to.angle_scale = static_cast<float>(table.scale() / entries);
-  to.angle_offset = static_cast<float>((table.offset() + 0.5) / entries);
+  to.angle_scale = static_cast<float>(table.scale());
+  to.angle_offset = static_cast<float>(table.offset());
+  to.last_angle_entry = static_cast<float>(table.entries().size() - 1);
   const double column = geometry.polar() ? radians(geometry.line_pitch_deg) : geometry.pixel_width_mm;
   to.column_scale = static_cast<float>(1 / column);
   to.column_offset = static_cast<float>(geometry.face_column);
@@ -122,6 +122,8 @@ void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const 
   to.last_row = static_cast<float>(geometry.rows - 1);
   to.last_frame = static_cast<float>(volume.frames - 1);
   to.voxel_scale = 1.0F / glm::vec3(geometry.columns, geometry.rows, volume.frame_capacity);
+  to.packed_stride = static_cast<int>(FANLIGHT_PACKED_STRIDE(geometry.columns));
+  to.packed_rows = static_cast<int>(FANLIGHT_PACKED_ROWS(geometry.rows));
   to.left = static_cast<float>(geometry.left_mm());
   to.right_side = static_cast<float>(geometry.right_mm());
   to.first_angle = {std::cos(volume.first_angle_rad), std::sin(volume.first_angle_rad)};
@@ -279,6 +281,22 @@ void set_light(shaders::LightParameters& to, const Scene& scene) {
   to.softness = static_cast<float>(scene.shadow.softness_mm);
 }
 
+void set_segments(shaders::CastParameters& to, const Scene& scene) {
+  to.segment_shift = FANLIGHT_LEAST_SEGMENT_SHIFT;
+  while ((to.steps - 1) >> to.segment_shift >= FANLIGHT_MOST_SEGMENTS && to.steps > 0) ++to.segment_shift;
+  const TransferFunction& transfer = scene.transfer;
+  const auto seen = [&](int level) { return transfer.at(level).opacity_per_mm > 0; };
+  constexpr int kLevels = 256;
+  int first = 0;
+  while (first < kLevels && !seen(first)) ++first;
+  int last = kLevels - 1;
+  while (last > first && !seen(last)) --last;
+  // Between two levels the table is linear.
+  to.least_seen = static_cast<float>((first - 1) / kGreyLevels);
+  to.greatest_seen = static_cast<float>((last + 1) / kGreyLevels);
+  to.across = scene.rays.window / 2;
+}
+
 int shown_by(Mode mode) {
   switch (mode) {
     case Mode::kSurface:
@@ -360,6 +378,7 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   to.edge_sign = scene.detector.sign == EdgeSign::kDarkToBright   ? 1
                  : scene.detector.sign == EdgeSign::kBrightToDark ? -1
                                                                   : 0;
+  set_segments(to, scene);
   return to;
 }
 

@@ -14,5 +14,6 @@ using Command = std::function<Result<void>()>;
 Command add_serve_command(CLI::App& program);
 Command add_render_command(CLI::App& program);
 Command add_info_command(CLI::App& program);
+Command add_bench_command(CLI::App& program);
 
 }  // namespace fanlight

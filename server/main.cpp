@@ -17,6 +17,7 @@ int run(int argc, char** argv) {
   const std::vector<std::pair<std::string, fanlight::Command>> commands = {
       {"serve", fanlight::add_serve_command(program)},
       {"render", fanlight::add_render_command(program)},
+      {"bench", fanlight::add_bench_command(program)},
       {"info", fanlight::add_info_command(program)}};
   try {
     program.parse(argc, argv);

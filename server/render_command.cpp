@@ -16,6 +16,7 @@
 #include "server/picture_file.hpp"
 #include "server/probe_options.hpp"
 #include "server/scene_options.hpp"
+#include "server/volume_picker.hpp"
 
 namespace fanlight {
 
@@ -34,59 +35,6 @@ struct RenderOptions {
   std::string gpu;
   bool json = false;
   SceneOptions scene;
-};
-
-/// A source played as fast as its volumes are taken, none left out.
-class VolumePicker {
- public:
-  explicit VolumePicker(FrameSource& source)
-      : ring_({.geometry = source.description().geometry,
-               .frame_capacity = source.description().frames_per_volume,
-               .slots = 3,
-               .policy = RingPolicy::kProcessAll,
-               .largest_frame_bytes = source.description().largest_frame_bytes},
-              {.reader_bell = bell_, .writer_bell = writer_bell_}),
-        acquisition_({.source = source,
-                      .ring = ring_,
-                      .writer_bell = writer_bell_,
-                      .counters = counters_,
-                      .ended_bell = bell_}) {}
-
-  /// The next volume, which stays valid as long as this does; an empty lease at the end of the source.
-  Result<VolumeRing::Lease> next() {
-    for (;;) {
-      // The state goes first: what was published before the end is then sure to be seen.
-      const auto state = acquisition_.state();
-      if (auto volume = ring_.take()) return volume;
-      if (state == AcquisitionThread::State::kFailed) return acquisition_.error();
-      if (state != AcquisitionThread::State::kRunning) return VolumeRing::Lease();
-      bell_.wait(-1);
-    }
-  }
-
-  /// The volume of that number, from 0.
-  Result<VolumeRing::Lease> pick(std::int64_t wanted) {
-    for (std::int64_t seen = 0;; ++seen) {
-      auto volume = next();
-      if (!volume) return volume;
-      if (!*volume) {
-        return Error{
-            ErrorCode::kNotFound,
-            fmt::format("volume {} was asked for, but the source has {} that can be rendered, counted from 0",
-                        wanted, seen)};
-      }
-      if (seen == wanted) return volume;
-    }
-  }
-
-  const AcquisitionCounters& counters() const { return counters_; }
-
- private:
-  Doorbell bell_;
-  Doorbell writer_bell_;
-  AcquisitionCounters counters_;
-  VolumeRing ring_;
-  AcquisitionThread acquisition_;
 };
 
 Result<Picture> render_once(Renderer& renderer, const Volume& volume) {

@@ -5,11 +5,11 @@
 #define FANLIGHT_BINDING_CAST_PARAMETERS 0
 #define FANLIGHT_BINDING_LIGHT_PARAMETERS 1
 #define FANLIGHT_BINDING_VOLUME 2           // 3D texture: column, row, frame by ascending angle
-#define FANLIGHT_BINDING_ANGLE_TABLE 3      // 1D texture: frame coordinate by tan(angle / 2)
+#define FANLIGHT_BINDING_ANGLE_TABLE 3      // texels: frame coordinate by tan(angle / 2)
 #define FANLIGHT_BINDING_TRANSFER 4         // 1D texture: colour and opacity of one sample by grey level
-#define FANLIGHT_BINDING_FRAMES 5           // uint a four pixels: the frames as they came, by ascending angle
+#define FANLIGHT_BINDING_FRAMES 5           // texels of four pixels: the frames as they came, by ascending angle
 #define FANLIGHT_BINDING_COEFFICIENTS 6     // uvec4 a four pixels: unorm16 pairs of pass 0's guided filter
-#define FANLIGHT_BINDING_PREPARED 7         // uint a four pixels: the frames after pass 0
+#define FANLIGHT_BINDING_PREPARED 7         // the same texels after pass 0, to be written
 #define FANLIGHT_BINDING_DEPTH 8            // float a pixel: pass 1's depth map, mm
 #define FANLIGHT_BINDING_CONFIDENCE 9       // float a pixel: edge contrast over the noise beside it
 #define FANLIGHT_BINDING_VOLUME_COLOUR 10   // packed RGBA8 a pixel: pass 1's colours
@@ -24,9 +24,24 @@
 #define FANLIGHT_BINDING_DIFFUSED 19        // the same after a step of pass 3's diffusion
 #define FANLIGHT_BINDING_FINISHED 20        // packed RGBA8 a pixel: pass 3's picture
 #define FANLIGHT_BINDING_NEAREST 21         // uint: the bits of the smallest depth in the filtered map
-#define FANLIGHT_BINDINGS 22
-// Of these; the others are two uniform buffers and three textures.
-#define FANLIGHT_STORAGE_BUFFERS 17
+#define FANLIGHT_BINDING_READY 22           // texels of four pixels: the frames as pass 1 is to see them
+#define FANLIGHT_BINDING_COLUMNS 23         // texels of four rows of a column: the same, for gathering
+#define FANLIGHT_BINDING_PACKED 24          // these, to be written
+#define FANLIGHT_BINDING_BLOCKS 25          // uint a block of a frame: its least and greatest grey level
+#define FANLIGHT_BINDING_BOUNDS 26          // uint a block: those of it and the blocks about it
+#define FANLIGHT_BINDING_SEGMENTS 27        // uvec4 a tile: a bit a segment of its rays
+#define FANLIGHT_BINDING_TILE_DEPTHS 28     // vec2 a tile of 8 x 8 pixels: its least and greatest depth, mm
+#define FANLIGHT_BINDING_UNEVEN 29          // uint a tile: 1 where islands or holes may be
+#define FANLIGHT_BINDINGS 30
+// Of these; the others are two uniform buffers, two textures, and texels to read and to write.
+#define FANLIGHT_STORAGE_BUFFERS 20
+
+// Pixels of a frame whose grey levels are bounded together, each way.
+#define FANLIGHT_BLOCK 8
+// Of a tile's rays at most: bits of a uvec4.
+#define FANLIGHT_MOST_SEGMENTS 128
+// The least number of samples in a segment, as a power of two.
+#define FANLIGHT_LEAST_SEGMENT_SHIFT 3
 
 // A depth is never negative, so this cannot be mistaken for one.
 #define FANLIGHT_NO_SURFACE -1.0

@@ -19,21 +19,26 @@ layout(constant_id = 2) const bool kPolar = false;
 layout(constant_id = 3) const bool kRefined = true;
 // A sample is the mean of (2 k + 1)^2 across the ray.
 layout(constant_id = 4) const int kAcross = 0;
+// Rays pass over the segments in which segments.comp found nothing to be seen.
+layout(constant_id = 5) const bool kSkipping = true;
 
 // Tiles are numbered along the rows of tiles; a work group takes the one of its own number after this.
 layout(push_constant, scalar) uniform Band { uint first_tile; };
-layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters rays; };
+layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters parameters; };
 layout(binding = FANLIGHT_BINDING_TRANSFER) uniform sampler1D transfer;
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) writeonly buffer DepthMap { float depth[]; };
-layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) writeonly buffer Confidences { float confidence[]; };
+layout(binding = FANLIGHT_BINDING_SEGMENTS, scalar) readonly buffer Segments { uvec4 segments[]; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours { uint volume_colour[]; };
+// A copy of the parameters: read once, not at every step of the loop.
+CastParameters rays;
 #include "fan_volume.h"
+#include "ray.h"
 
 // An opacity from which nothing behind changes the picture by a level of 255.
 const float kOpaque = 0.997;
-// The least noise that a confidence is measured by: a grey level.
-const float kLeastNoise = 1.0 / 255.0;
 const int kHalf = kWindow / 2;
+// Samples between two looks whether the ray is done or may pass over some: at most half a window.
+const int kStretch = (kWindow + 3) / 4;
 
 // The part of a ray in which anything was scanned: between the first and last column, the first and last frame, and
 // within the last row: a convex body, so one stretch. Empty where its end lies before its start.
@@ -54,61 +59,6 @@ vec2 stretch_in_frames(vec3 from, vec3 forward) {
   return misses ? vec2(1.0, 0.0) : vec2(max(part.x, disc.x), min(part.y, disc.y));
 }
 
-// Steps of the window across the ray.
-vec3 across_right;
-vec3 across_up;
-
-// The echo at a point of the ray: the mean over the window across it, of what was scanned of it.
-float sample_at(vec3 at) {
-  float middle = echo(at);
-  if (kAcross == 0) return middle;
-  float sum = 0.0;
-  float count = 0.0;
-  [[dont_unroll]] for (int right = -kAcross; right <= kAcross; ++right) {
-    [[dont_unroll]] for (int up = -kAcross; up <= kAcross; ++up) {
-      vec3 beside = at + float(right) * across_right + float(up) * across_up;
-      // The ray has been cut to the frames, its neighbours have not.
-      vec2 part = between_frames(vec2(0.0, 0.0), beside, vec3(0.0));
-      float value = part.x <= part.y ? echo(beside) : -1.0;
-      sum += max(value, 0.0);
-      count += value >= 0.0 ? 1.0 : 0.0;
-    }
-  }
-  return middle < 0.0 ? middle : sum / count;
-}
-
-// Mean and variance of the samples on one side of the surface, and their number.
-struct Side {
-  float mean;
-  float variance;
-  float count;
-};
-
-Side side_of(vec3 from, vec3 forward, float at, float spacing) {
-  float sum = 0.0;
-  float squares = 0.0;
-  float count = 0.0;
-  for (int index = 0; index < kHalf; ++index) {
-    float t = at + (float(index) + 0.5) * spacing;
-    vec2 part = between_frames(vec2(t, t), from, forward);
-    float value = part.x <= part.y ? sample_at(from + t * forward) : -1.0;
-    float scanned = value >= 0.0 ? 1.0 : 0.0;
-    sum += scanned * value;
-    squares += scanned * value * value;
-    count += scanned;
-  }
-  float mean = sum / max(count, 1.0);
-  return Side(mean, max(squares / max(count, 1.0) - mean * mean, 0.0), count);
-}
-
-// Contrast of the edge over the noise beside it.
-float confidence_at(vec3 from, vec3 forward, float surface, float spacing) {
-  Side near = side_of(from, forward, surface, -spacing);
-  Side far = side_of(from, forward, surface, spacing);
-  float noise = max(sqrt(0.5 * (near.variance + far.variance)), kLeastNoise);
-  return min(near.count, far.count) > 0.0 ? abs(far.mean - near.mean) / noise : 0.0;
-}
-
 // Where an edge peaks, in samples from the peak's own: the top of the parabola through it and its neighbours, where
 // both are known (not negative).
 float peak_offset(float before, float peak, float after) {
@@ -119,7 +69,20 @@ float peak_offset(float before, float peak, float after) {
 
 vec4 transfer_at(float value) { return textureLod(transfer, (value * 255.0 + 0.5) / 256.0, 0.0); }
 
+// The first sample from `from` on that lies in a segment that matters; beyond every ray where none does.
+uint next_that_matters(uvec4 segments_of_tile, uint from) {
+  uint segment = from >> rays.segment_shift;
+  uint found = 1u << 24;
+  [[unroll]] for (int part = FANLIGHT_MOST_SEGMENTS / 32 - 1; part >= 0; --part) {
+    int behind = int(segment) - 32 * part;  // so many segments of this part are passed
+    uint left = behind >= 32 ? 0u : segments_of_tile[part] & (~0u << uint(max(behind, 0)));
+    found = left != 0u ? uint(32 * part + findLSB(left)) : found;
+  }
+  return max(from, found << rays.segment_shift);
+}
+
 void main() {
+  rays = parameters;
   uint tile = first_tile + gl_WorkGroupID.x;
   uint tiles_across = (rays.width + 7u) / 8u;
   uvec2 pixel = 8u * uvec2(tile % tiles_across, tile / tiles_across) + gl_LocalInvocationID.xy;
@@ -127,25 +90,20 @@ void main() {
   uvec2 in_view = pixel - uvec2(rays.view_left, rays.view_top);  // beyond the size where it lies before
   bool has_ray = in_view.x < rays.view_width && in_view.y < rays.view_height;
 
-  vec3 from = rays.origin + float(pixel.x) * rays.right_step + float(pixel.y) * rays.down_step;
-  vec3 forward = rays.forward + float(pixel.x) * rays.right_turn + float(pixel.y) * rays.down_turn;
-  float stride = length(forward);  // mm of ray a mm of depth
-  float spacing = rays.step / stride;
-  across_right = rays.step * normalize(rays.right - dot(rays.right, forward) / (stride * stride) * forward);
-  across_up = cross(across_right, forward) / stride;
+  Ray ray = ray_of(vec2(pixel));
 
   // Beyond what is shown, the detector's windows have samples to stand on.
-  vec2 shown = cropped(vec2(rays.start, rays.end), from, forward);
-  vec2 stretch = stretch_in_frames(from, forward);
-  float beyond_crop = 2.0 * float(kWindow) * spacing;
+  vec2 shown = cropped(vec2(rays.start, rays.end), ray.from, ray.forward);
+  vec2 stretch = stretch_in_frames(ray.from, ray.forward);
+  float beyond_crop = 2.0 * float(kWindow) * ray.spacing;
   stretch = vec2(max(stretch.x, shown.x - beyond_crop), min(stretch.y, shown.y + beyond_crop));
   if (!has_ray || shown.x > shown.y) stretch = vec2(1.0, 0.0);
   // Whole samples only, so that cutting a ray never moves one.
   float most = float(rays.steps);
-  uint sample_index = uint(clamp(ceil((stretch.x - rays.start) / spacing), 0.0, most));
-  uint end = stretch.x > stretch.y ? 0u : uint(clamp(floor((stretch.y - rays.start) / spacing) + 1.0, 0.0, most));
+  uint sample_index = uint(clamp(ceil((stretch.x - rays.start) / ray.spacing), 0.0, most));
+  uint end = stretch.x > stretch.y ? 0u : uint(clamp(floor((stretch.y - rays.start) / ray.spacing) + 1.0, 0.0, most));
 
-  float window[kWindow];
+  float window[kWindow];  // the last samples, oldest first
   [[unroll]] for (int slot = 0; slot < kWindow; ++slot) window[slot] = 0.0;
   float difference = 0.0;    // sum of the newest half of the window - sum of the oldest half
   int scanned_in_a_row = 0;  // an edge of the fan is not an edge of tissue
@@ -166,23 +124,32 @@ void main() {
   float sum = 0.0;
   float count = 0.0;
 
-  // The circular buffer is the inner loop: slot is a constant once it is unrolled.
+  uvec4 segments_of_tile = kSkipping ? segments[tile] : uvec4(0u);
   bool done = false;
   while (sample_index < end && !done) {
-    [[unroll]] for (int slot = 0; slot < kWindow; ++slot) {
-      // The window's last round may go beyond the ray's end.
+    if (kSkipping) {
+      // The detector begins anew before the next segment that matters, a window earlier.
+      uint next = in_edge ? sample_index : next_that_matters(segments_of_tile, sample_index);
+      uint from = max(next, uint(kWindow)) - uint(kWindow);
+      bool passes_over = from > sample_index;
+      sample_index = next >= end ? end : passes_over ? from : sample_index;
+      [[unroll]] for (int slot = 0; slot < kWindow; ++slot) window[slot] = passes_over ? 0.0 : window[slot];
+      difference = passes_over ? 0.0 : difference;
+      scanned_in_a_row = passes_over ? 0 : scanned_in_a_row;
+    }
+    float fresh[kStretch];
+    [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+      // The last stretch may go beyond the ray's end.
       bool taken = sample_index < end;
-      float t = rays.start + float(sample_index) * spacing;
-      float value = sample_at(from + t * forward);
+      float t = rays.start + float(sample_index) * ray.spacing;
+      float value = sample_at(ray, t);
       scanned_in_a_row = taken && value >= 0.0 ? scanned_in_a_row + 1 : 0;
       bool scanned = scanned_in_a_row > 0;
       value = max(value, 0.0);
+      fresh[slot] = value;
 
       // The sample that moves from the newest half to the oldest, and the one that leaves.
-      float middle = window[(slot + kHalf) % kWindow];
-      float oldest = window[slot];
-      window[slot] = value;
-      difference += value - 2.0 * middle + oldest;
+      difference += value - 2.0 * window[slot + kHalf] + window[slot];
 
       float edge = rays.edge_sign == 0 ? abs(difference) : float(rays.edge_sign) * difference;
       float index = float(sample_index);
@@ -210,7 +177,7 @@ void main() {
         float beyond = first || rise <= 0.0 ? 0.0 : clamp((edge - level) / rise, 0.0, 1.0);
         found = crossed ? index - kBack - beyond : -1.0;
       }
-      float place = rays.start + found * spacing;
+      float place = rays.start + found * ray.spacing;
       bool is_surface = found >= 0.0 && surface < 0.0 && place >= shown.x && place <= shown.y;
       surface = is_surface ? place : surface;
       last_edge = edge;
@@ -219,7 +186,8 @@ void main() {
         bool kept = scanned && t >= shown.x && t <= shown.y;
         if (kKeep == FANLIGHT_KEEP_COLOUR) {
           vec4 look = transfer_at(value);
-          float share = kept ? (1.0 - opacity) * look.a : 0.0;
+          // By the sample, not by the stretch: how a ray is cut into those shall not show.
+          float share = kept && opacity < kOpaque ? (1.0 - opacity) * look.a : 0.0;
           colour += share * look.rgb;
           opacity += share;
         }
@@ -232,25 +200,22 @@ void main() {
       }
       ++sample_index;
     }
+    [[unroll]] for (int slot = 0; slot < kWindow - kStretch; ++slot) window[slot] = window[slot + kStretch];
+    [[unroll]] for (int slot = 0; slot < kStretch; ++slot) window[kWindow - kStretch + slot] = fresh[slot];
     bool settled = kKeep == FANLIGHT_KEEP_NOTHING || (kKeep == FANLIGHT_KEEP_COLOUR && opacity >= kOpaque);
     done = settled && surface >= 0.0;
   }
   if (kRefined && in_edge && surface < 0.0) {
     // The ray ended on the edge.
     float found = peak_index - (float(kHalf) - 0.5) + peak_offset(before_peak, peak, after_peak);
-    float place = rays.start + found * spacing;
+    float place = rays.start + found * ray.spacing;
     surface = place >= shown.x && place <= shown.y ? place : surface;
   }
-
-  float sure = 0.0;
-  // A loop, not a branch: where no lane has a surface, nothing is sampled.
-  for (int once = surface >= 0.0 ? 0 : 1; once < 1; ++once) sure = confidence_at(from, forward, surface, spacing);
 
   if (kKeep == FANLIGHT_KEEP_MAXIMUM) colour = vec3(max(extreme, 0.0));
   if (kKeep == FANLIGHT_KEEP_MINIMUM) colour = vec3(extreme > 1.0 ? 0.0 : extreme);
   if (kKeep == FANLIGHT_KEEP_MEAN) colour = vec3(sum / max(count, 1.0));
   uint index = pixel.y * rays.width + pixel.x;
   depth[index] = surface;
-  confidence[index] = sure;
   volume_colour[index] = packUnorm4x8(vec4(colour, 1.0));
 }

@@ -41,9 +41,10 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float step;   // distance of samples, along the ray
   uint steps;   // on a ray at most
 
-  // tan(angle / 2) * angle_scale + angle_offset is the place in the angle table, 0 to 1.
+  // tan(angle / 2) * angle_scale + angle_offset is the place in the angle table, 0 for its first entry.
   float angle_scale;
   float angle_offset;
+  float last_angle_entry;
 
   // The column is lateral * column_scale + column_offset, with x for lateral, or the scan line's angle (rad). The row is
   // along * row_scale + row_offset, with the in-plane depth for along, or the distance from the array. In pixels whose
@@ -56,6 +57,8 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float last_row;
   float last_frame;    // its number, by ascending angle
   vec3 voxel_scale;    // 1 / (size of the volume texture)
+  int packed_stride;   // where the volume is gathered: see FANLIGHT_PACKED_STRIDE
+  int packed_rows;
   float probe_radius;  // of the array's curvature
 
   // What the frames cover: x from left to right, angles from the first frame's to the last's, given as
@@ -83,6 +86,13 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
 
   float threshold;  // of the detector, 0 to 1
   int edge_sign;    // +1 dark to bright, -1 bright to dark, 0 either
+
+  // A tile's rays are cut into segments of 1 << segment_shift samples. Grey levels outside least_seen to greatest_seen,
+  // 0 to 1, are transparent.
+  uint segment_shift;
+  float least_seen;
+  float greatest_seen;
+  int across;  // a sample reaches so many steps across its ray
 
   uint slices;  // of slice_planes that are in use
   Slice slice_planes[FANLIGHT_MOST_SLICES];

@@ -1,10 +1,15 @@
 // Reads the volume at points of the body, through the angle table: for the passes that sample it. The includer
-// has declared the parameters as `rays`, and the specialisation constant kPolar.
+// has declared the parameters as `rays`, and the specialisation constant kPolar. With FANLIGHT_GATHERING the volume is
+// read from words by hand, for a processor, which gathers words faster than it samples a texture; else from a texture.
 #ifndef FANLIGHT_SHADERS_FAN_VOLUME_H
 #define FANLIGHT_SHADERS_FAN_VOLUME_H
 
+#ifdef FANLIGHT_GATHERING
+layout(binding = FANLIGHT_BINDING_COLUMNS) uniform usamplerBuffer packed_columns;
+#else
 layout(binding = FANLIGHT_BINDING_VOLUME) uniform sampler3D volume;
-layout(binding = FANLIGHT_BINDING_ANGLE_TABLE) uniform sampler1D angle_table;
+#endif
+#include "angle_table.h"
 
 // The angle of (across, along) to the second axis, for up to 90 degrees either way: the half angle's tangent, halved
 // once more, then the series, whose first term left out is below 1e-7 of a radian there.
@@ -21,14 +26,26 @@ float angle_between(float across, float along, float length) {
   return 4.0 * t * (1.0 - u * series);
 }
 
-// The coordinate among the frames of the half plane through the sweep axis in which the point (along, across) lies,
-// `length` from the axis. The table is even in the tangent of the half angle, which takes no arc function.
-float frame_at(float across, float along, float length) {
-  float place = across / max(length + along, 1e-6) * rays.angle_scale + rays.angle_offset;
-  float frame = textureLod(angle_table, place, 0.0).x;
-  // A sample just inside the first or last frame could else reach for a frame that is not there.
-  return clamp(frame, 0.0, rays.last_frame);
+#ifdef FANLIGHT_GATHERING
+// Between the voxels about a place, as a texture's linear filter mixes them.
+float volume_at(vec3 voxel) {
+  vec3 inside = clamp(voxel, vec3(0.0), vec3(rays.last_column, rays.last_row, rays.last_frame));
+  vec3 first = floor(inside);
+  vec3 share = inside - first;
+  // A packed row begins every three rows; half a row keeps the quotient clear of rounding.
+  float packed_row = floor((first.y + 0.5) * (1.0 / 3.0));
+  int shift = 8 * int(first.y - 3.0 * packed_row);
+  int here = (int(first.z) * rays.packed_rows + int(packed_row)) * rays.packed_stride + int(first.x);
+  int behind = here + rays.packed_rows * rays.packed_stride;
+  uvec4 words = uvec4(texelFetch(packed_columns, here).x, texelFetch(packed_columns, here + 1).x,
+                      texelFetch(packed_columns, behind).x, texelFetch(packed_columns, behind + 1).x) >> shift;
+  vec4 rows = mix(vec4(words & 0xFFu), vec4(words >> 8 & 0xFFu), share.y);
+  vec2 columns = mix(rows.xz, rows.yw, share.x);
+  return mix(columns.x, columns.y, share.z) * (1.0 / 255.0);
 }
+#else
+float volume_at(vec3 voxel) { return textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x; }
+#endif
 
 // The echo at a point between the first and last frame, 0 to 1, or negative where nothing was scanned: above the
 // probe face, beside the frame or its sector.
@@ -50,7 +67,7 @@ float echo(vec3 at) {
     voxel.y = rho * rays.row_scale + rays.row_offset;
   }
   voxel.z = frame;
-  float value = textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x;
+  float value = volume_at(voxel);
 
   // Each distance is positive on the scanned side: the smallest decides, without a branch.
   float beside = from_apex * rays.sector_tangent - abs(at.x) - rays.sector_margin;

@@ -11,7 +11,7 @@
 layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
 #include "frame_words.h"
 
-layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint frames[]; };
+layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
 layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) writeonly buffer Coefficients { uvec4 coefficients[]; };
 
 struct Sums {
@@ -20,7 +20,7 @@ struct Sums {
 };
 
 Sums entry(uint word) {
-  uvec4 grey = pixels_of(frames[word]);
+  uvec4 grey = pixels_of(texelFetch(frames, int(word)).x);
   return Sums(grey, grey * grey);
 }
 

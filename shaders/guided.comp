@@ -9,9 +9,9 @@
 layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
 #include "frame_words.h"
 
-layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint frames[]; };
+layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
 layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) readonly buffer Coefficients { uvec4 coefficients[]; };
-layout(binding = FANLIGHT_BINDING_PREPARED, scalar) writeonly buffer Prepared { uint prepared[]; };
+layout(binding = FANLIGHT_BINDING_PREPARED, r32ui) writeonly uniform uimageBuffer prepared;
 
 struct Sums {
   uvec4 first;   // of a, in 1/65535
@@ -25,8 +25,8 @@ Sums entry(uint word) {
 
 void put(uint word, Sums sums, uvec4 numbers) {
   vec4 scale = 1.0 / (65535.0 * vec4(numbers));
-  vec4 grey = scale * vec4(sums.first) * vec4(pixels_of(frames[word])) + 255.0 * scale * vec4(sums.second);
-  prepared[word] = word_of(uvec4(min(grey + 0.5, 255.0)));
+  vec4 grey = scale * vec4(sums.first) * vec4(pixels_of(texelFetch(frames, int(word)).x)) + 255.0 * scale * vec4(sums.second);
+  imageStore(prepared, int(word), uvec4(word_of(uvec4(min(grey + 0.5, 255.0)))));
 }
 
 #include "column_walk.h"

@@ -13,7 +13,9 @@ layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) readonly buffer Confidence
 layout(binding = FANLIGHT_BINDING_CLEANED, scalar) readonly buffer Cleaned { float cleaned[]; };
 layout(binding = FANLIGHT_BINDING_FILLED, scalar) writeonly buffer Filled { float filled[]; };
 layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) writeonly buffer Weights { uint weights[]; };
+layout(binding = FANLIGHT_BINDING_UNEVEN, scalar) readonly buffer Uneven { uint uneven[]; };
 #include "surface_map.h"
+#include "tiles.h"
 
 float filling(ivec2 pixel) {
   ivec4 window = window_about(pixel, lighting.holes_radius);
@@ -53,7 +55,8 @@ void main() {
   if (pixel.x >= int(lighting.width) || pixel.y >= int(lighting.height)) return;
   uint index = index_of(pixel);
   float here = cleaned[index];
-  bool is_hole = here < 0.0 && lighting.holes_radius > 0 && in_view(pixel);
+  bool may_be_hole = uneven[tile_of(uvec2(pixel), lighting.width)] != 0u;
+  bool is_hole = here < 0.0 && may_be_hole && lighting.holes_radius > 0 && in_view(pixel);
   float sure = clamp(floor(4.0 * confidence[index] + 0.5), 1.0, float(FANLIGHT_MOST_WEIGHT));
   uint weight = here >= 0.0 && lighting.confidence_counts != 0 ? uint(sure) : 1u;
   // A loop, not a branch: where no lane is in a hole, nothing is read.

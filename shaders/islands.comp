@@ -11,7 +11,9 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_STEADY, scalar) readonly buffer Steady { float steady[]; };
 layout(binding = FANLIGHT_BINDING_CLEANED, scalar) writeonly buffer Cleaned { float cleaned[]; };
+layout(binding = FANLIGHT_BINDING_UNEVEN, scalar) readonly buffer Uneven { uint uneven[]; };
 #include "surface_map.h"
+#include "tiles.h"
 
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -19,8 +21,10 @@ void main() {
   float here = steady[index_of(pixel)];
   ivec4 window = window_about(pixel, lighting.islands_radius);
   ivec2 size = window.zw - window.xy + 1;
-  int alike = 0;
-  for (int y = window.y; y <= window.w; ++y) {
+  bool may_go = here >= 0.0 && uneven[tile_of(uvec2(pixel), lighting.width)] != 0u;
+  int alike = may_go ? 0 : size.x * size.y;
+  // Loops alone save work: where no pixel of a tile may go, nothing is read.
+  for (int y = window.y; y <= (may_go ? window.w : -1); ++y) {
     for (int x = window.x; x <= window.z; ++x) {
       alike += same_surface(here, steady[index_of(ivec2(x, y))]) ? 1 : 0;
     }

@@ -14,8 +14,8 @@ layout(local_size_x = 64) in;  // neighbouring words; y: the row, z: the frame
 layout(constant_id = 0) const int kSide = 5;
 layout(constant_id = 1) const int kAcross = 1;
 
-layout(binding = FANLIGHT_BINDING_FRAMES, scalar) readonly buffer Frames { uint frames[]; };
-layout(binding = FANLIGHT_BINDING_PREPARED, scalar) writeonly buffer Prepared { uint prepared[]; };
+layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
+layout(binding = FANLIGHT_BINDING_PREPARED, r32ui) writeonly uniform uimageBuffer prepared;
 
 const int kWindow = kSide * kSide * kAcross;
 
@@ -26,7 +26,7 @@ int grey_at(ivec3 at) {
   ivec3 size = ivec3(prepare.columns, prepare.rows, prepare.frames);
   bool inside = all(greaterThanEqual(at, ivec3(0))) && all(lessThan(at, size));
   ivec3 clamped = clamp(at, ivec3(0), size - 1);
-  uint word = frames[word_at(clamped.x / 4, clamped.y, clamped.z)];
+  uint word = texelFetch(frames, int(word_at(clamped.x / 4, clamped.y, clamped.z))).x;
   return inside ? int(word >> (8 * (clamped.x % 4)) & 0xFFu) : kAbsent;
 }
 
@@ -59,5 +59,5 @@ void main() {
   int frame = int(prepare.first_frame + gl_WorkGroupID.z);
   uvec4 medians = uvec4(0u);
   for (int pixel = 0; pixel < 4; ++pixel) medians[pixel] = uint(median_at(ivec3(4 * word + pixel, row, frame)));
-  prepared[word_at(word, row, frame)] = word_of(medians);
+  imageStore(prepared, int(word_at(word, row, frame)), uvec4(word_of(medians)));
 }

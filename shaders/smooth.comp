@@ -41,7 +41,9 @@ void main() {
   // Sums of weight, weight * distance and weight * distance^2; of weight * depth and weight * distance * depth.
   vec3 spread = vec3(0.0);
   vec2 depths = vec2(0.0);
-  for (int at = first; at <= last; ++at) {
+  bool has_surface = weights[index] > 0u;
+  // A loop, not a branch: where no pixel of a tile has a surface, nothing is read.
+  for (int at = first; at <= (has_surface ? last : -1); ++at) {
     uint there = index_of(pixel + (at - here_at) * axis);
     float away = float(at - here_at);
     float off = depth_at(there) - middle;
@@ -56,7 +58,7 @@ void main() {
   float line = (spread.z * depths.x - spread.y * depths.y) / determinant;
   float fitted = middle + (is_line ? line : depths.x / max(spread.x, 1e-30));
   if (kColumns) {
-    smooth_depth[index] = weights[index] > 0u ? fitted : FANLIGHT_NO_SURFACE;
+    smooth_depth[index] = has_surface ? fitted : FANLIGHT_NO_SURFACE;
   } else {
     row_depths[index] = fitted;
   }

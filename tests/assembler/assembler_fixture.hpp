@@ -27,20 +27,25 @@ inline std::uint64_t sum_of_fates(const AcquisitionCounters& counters) {
   return sum;
 }
 
-/// An assembler, its ring, and the hand-made frames of a source that sweeps to and fro, 2 deg a frame.
+/// An assembler, its ring and its feed, and the hand-made frames of a source that sweeps to and fro, 2 deg a
+/// frame.
 class AssemblerTest : public testing::Test {
  protected:
   struct Set {
     RingPolicy policy = RingPolicy::kNewestWins;
     std::uint32_t capacity = 5;
     Assembler::Config config = {};
+    std::uint32_t feed_slots = 8;
   };
 
   AssemblerTest() : AssemblerTest(Set{}) {}
   explicit AssemblerTest(const Set& set)
       : ring_({.geometry = small_geometry(), .frame_capacity = set.capacity, .policy = set.policy},
               {.reader_bell = reader_bell_, .writer_bell = writer_bell_}),
-        assembler_({.ring = ring_, .writer_bell = writer_bell_, .counters = counters_}, set.config) {}
+        feed_({.largest_frame_bytes = small_geometry().frame_bytes(), .slots = set.feed_slots},
+              {.reader_bell = reader_bell_}),
+        assembler_({.ring = ring_, .writer_bell = writer_bell_, .counters = counters_, .feed = &feed_},
+                   set.config) {}
 
   /// The source's next frame.
   FrameStamp frame(std::uint64_t volume_index, std::uint32_t frame_index, std::uint32_t frames_in_sweep) {
@@ -84,6 +89,7 @@ class AssemblerTest : public testing::Test {
   FanGeometry geometry_ = small_geometry();
   std::uint32_t revision_ = 0;
   VolumeRing ring_;
+  FrameFeed feed_;
   Assembler assembler_;
   std::uint64_t sequence_ = 0;
 };

@@ -86,13 +86,16 @@ class GeometryChangeTest : public GpuTest {
     return scene;
   }
 
+  static inline std::optional<Sampling> sampling;  // of all renderers of a test
+
   static std::unique_ptr<Renderer> renderer_for(const FanGeometry& geometry, double half_deg,
                                                 const Scene& scene, RenderCounters& counters) {
     auto made = Renderer::create({.size = kSize,
                                   .geometry = geometry,
                                   .first_angle_rad = radians(-half_deg),
                                   .last_angle_rad = radians(half_deg),
-                                  .frame_capacity = kFrameCapacity},
+                                  .frame_capacity = kFrameCapacity,
+                                  .sampling = sampling},
                                  {.gpu = gpu(), .counters = counters}, {.revision = 1, .scene = scene});
     if (!made) throw std::runtime_error(made.error().message);
     return std::move(*made);
@@ -273,7 +276,20 @@ TEST_F(GeometryChangeTest, RelightsTheVolumeOnShowWhileOneOfAnotherGeometryIsCas
   expect_same(shown(*renderer_), shown_afresh(cast_meanwhile, moved), "the volume that was cast meanwhile");
 }
 
-TEST_F(GeometryChangeTest, RefusesAVolumeBeyondTheLimitsOfTheGpuAndGoesOn) {
+/// Textures have limits of their own, also where the processor renders and would gather.
+class TextureLimitTest : public GeometryChangeTest {
+ protected:
+  void SetUp() override {
+    sampling = Sampling::kTexture;
+    renderer_ = renderer_for(kCartesian, 25, scene_, counters_);
+  }
+  void TearDown() override {
+    sampling.reset();
+    GeometryChangeTest::TearDown();
+  }
+};
+
+TEST_F(TextureLimitTest, RefusesAVolumeBeyondTheLimitsOfTheGpuAndGoesOn) {
   const Volume on_show = volume_of(of_another_size(), 1);
   ASSERT_TRUE(renderer_->load(on_show));
   next_picture(*renderer_);
@@ -287,7 +303,7 @@ TEST_F(GeometryChangeTest, RefusesAVolumeBeyondTheLimitsOfTheGpuAndGoesOn) {
   EXPECT_EQ(counters_.volumes_skipped.value(), 0U);
 }
 
-TEST_F(GeometryChangeTest, RefusesAVolumeThatWouldReplaceTheOneOnShowBeforeTheNextIsDone) {
+TEST_F(TextureLimitTest, RefusesAVolumeThatWouldReplaceTheOneOnShowBeforeTheNextIsDone) {
   ASSERT_TRUE(renderer_->load(volume_of(kCartesian, 1)));
   next_picture(*renderer_);
   const Volume next = volume_of(of_another_size(), 2);

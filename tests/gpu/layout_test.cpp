@@ -81,6 +81,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, steps),
                             OFFSET(CastParameters, angle_scale),
                             OFFSET(CastParameters, angle_offset),
+                            OFFSET(CastParameters, last_angle_entry),
 
                             OFFSET(CastParameters, column_scale),
                             OFFSET(CastParameters, column_offset),
@@ -90,6 +91,8 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, last_row),
                             OFFSET(CastParameters, last_frame),
                             OFFSET(CastParameters, voxel_scale),
+                            OFFSET(CastParameters, packed_stride),
+                            OFFSET(CastParameters, packed_rows),
                             OFFSET(CastParameters, probe_radius),
                             OFFSET(CastParameters, left),
                             OFFSET(CastParameters, right_side),
@@ -107,9 +110,14 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, clip2),
                             OFFSET(CastParameters, threshold),
                             OFFSET(CastParameters, edge_sign),
+                            OFFSET(CastParameters, segment_shift),
+                            OFFSET(CastParameters, least_seen),
+                            OFFSET(CastParameters, greatest_seen),
+                            OFFSET(CastParameters, across),
                             OFFSET(CastParameters, slices),
                             OFFSET(CastParameters, slice_planes)};
-  for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv}) {
+  for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv, shaders::confidence_spirv,
+                           shaders::segments_spirv, shaders::cast_gathering_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "CastParameters"), expected);
   }
 }
@@ -165,9 +173,10 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
                             OFFSET(LightParameters, diffusion_scale),
                             OFFSET(LightParameters, map_colours),
                             OFFSET(LightParameters, map_points)};
-  for (const auto spirv : {shaders::steady_spirv, shaders::islands_spirv, shaders::holes_spirv,
-                           shaders::mean_rows_spirv, shaders::mean_columns_spirv, shaders::smooth_spirv,
-                           shaders::light_spirv, shaders::diffuse_spirv, shaders::finish_spirv}) {
+  for (const auto spirv :
+       {shaders::steady_spirv, shaders::tiles_spirv, shaders::uneven_spirv, shaders::islands_spirv,
+        shaders::holes_spirv, shaders::mean_rows_spirv, shaders::mean_columns_spirv, shaders::smooth_spirv,
+        shaders::light_spirv, shaders::diffuse_spirv, shaders::finish_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "LightParameters"), expected);
   }
 }

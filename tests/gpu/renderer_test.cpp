@@ -74,7 +74,7 @@ TEST_F(RendererTest, RunsEachPassOnlyForAChangeThatNeedsIt) {
     EXPECT_EQ(counters_.pass1_runs.value() - pass1_runs, field.first_pass <= FirstPass::kCast ? 1U : 0U)
         << field.name;
     const auto ran = [&](Stage stage) { return picture.stamp.stage_ms[static_cast<std::size_t>(stage)] > 0; };
-    EXPECT_EQ(ran(Stage::kUpload), field.first_pass == FirstPass::kPrepare) << field.name;
+    EXPECT_EQ(ran(Stage::kPrepare), field.first_pass == FirstPass::kPrepare) << field.name;
     EXPECT_EQ(ran(Stage::kCast), field.first_pass <= FirstPass::kCast) << field.name;
     EXPECT_EQ(ran(Stage::kFilter), field.first_pass <= FirstPass::kFilter) << field.name;
     EXPECT_TRUE(ran(Stage::kLight)) << field.name;

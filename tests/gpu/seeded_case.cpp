@@ -230,6 +230,7 @@ SeededCase seeded_case(std::uint32_t seed) {
   constexpr PictureSize kSizes[] = {{61, 53}, {40, 64}, {33, 47}, {58, 37}};
   Dice dice(seed);
   SeededCase made;
+  made.seed = seed;
   made.geometry = made_geometry(dice);
   made.angles_rad = made_angles(dice);
   made.size = kSizes[dice.whole(0, 3)];

@@ -12,6 +12,7 @@ namespace fanlight::test {
 
 /// Something to render and a way to see it, with every option of the scene drawn from the seed.
 struct SeededCase {
+  std::uint32_t seed = 0;
   FanGeometry geometry;
   std::vector<double> angles_rad;  ///< in order of arrival: forward, backward or out of order
   PictureSize size;                ///< mostly no multiple of a work group

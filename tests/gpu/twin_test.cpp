@@ -100,7 +100,10 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     raw.finish.smoothing = Smoothing::kNone;
     raw.finish.colours = ColourMap::kNone;
     RenderCounters counters;
-    const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, raw, counters);
+    // Where the processor renders too, both ways to sample are held to the twin.
+    const Sampling sampling = given.seed % 2 == 0 ? Sampling::kTexture : Sampling::kGathering;
+    const auto renderer =
+        made_renderer(given.geometry, given.angles_rad, given.size, raw, counters, {.sampling = sampling});
     Rendered rendered;
     if (before != nullptr) {
       if (auto loaded = renderer->load(*before); !loaded) throw std::runtime_error(loaded.error().message);
@@ -124,8 +127,11 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     const Rendered gpu = render(given, volume, steady ? &before : nullptr);
 
     const TwinCast cast = twin_cast(given.scene, given.size, twin_prepare(given.scene.speckle, volume));
+    // Where pixels do not count by it there is none.
+    auto confidence = as_double(gpu.depths.confidence);
+    confidence.resize(gpu.depths.cast_mm.size());
     const auto filtered_mm = twin_depth_filter(given.scene, given.size, as_double(gpu.depths.cast_mm),
-                                               as_double(gpu.depths.confidence), as_double(gpu.previous_mm));
+                                               confidence, as_double(gpu.previous_mm));
     Agreements agreements;
     compare_maps(given, gpu.depths, cast, filtered_mm, agreements);
     const auto lit = twin_light(as_double(gpu.depths.smooth_mm), cast.colour, given.size, given.scene);
@@ -155,7 +161,8 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
         compare_depths(gpu.cast_mm, cast.depth_mm, pixel, agreements[kHit], agreements[kDepth]);
         compare_depths(gpu.smooth_mm, filtered_mm, pixel, agreements[kFilteredHit],
                        agreements[kFilteredDepth]);
-        if (gpu.cast_mm[pixel] < 0 || cast.depth_mm[pixel] < 0) continue;
+        const bool both = gpu.cast_mm[pixel] >= 0 && cast.depth_mm[pixel] >= 0;
+        if (!both || gpu.confidence.empty()) continue;
         const double apart = std::abs(gpu.confidence[pixel] - cast.confidence[pixel]);
         agreements[kConfidence].count(apart <= std::max(0.02, 0.02 * cast.confidence[pixel]));
       }

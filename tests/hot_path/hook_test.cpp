@@ -116,9 +116,10 @@ TEST_F(HookDeathTest, CatchesWhatWeAskOfTheDriver) {
     (void)GpuBuffer::create(gpu, 64, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
   };
   expect_caught(take_memory, "vkAllocateMemory");
-  auto passes = Passes::create(gpu);
+  auto passes = Passes::create(gpu, Sampling::kGathering);
   ASSERT_TRUE(passes);
-  expect_caught([&] { (void)(*passes)->cast({}, FrameKind::kCartesian); }, "vkCreateComputePipelines");
+  expect_caught([&] { (void)(*passes)->cast({}, FrameKind::kCartesian, Skipping::kOn); },
+                "vkCreateComputePipelines");
 }
 
 TEST_F(HookDeathTest, CatchesOurCodeWhereTheDriverCallsIt) {

@@ -3,10 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 
 #include "renderer/renderer.hpp"
 
 namespace fanlight::test {
+
+/// How pass 1 works; the pictures are the same.
+struct Casting {
+  Skipping skipping = Skipping::kOn;
+  std::optional<Sampling> sampling;
+};
 
 /// A GPU with the validation layers on; a test that gets a message from them fails. One for the process.
 class GpuTest : public testing::Test {
@@ -19,13 +26,16 @@ class GpuTest : public testing::Test {
 
   static std::unique_ptr<Renderer> made_renderer(const FanGeometry& geometry,
                                                  std::span<const double> angles_rad, PictureSize size,
-                                                 const Scene& scene, RenderCounters& counters) {
+                                                 const Scene& scene, RenderCounters& counters,
+                                                 const Casting& casting = {}) {
     const auto [first, last] = std::ranges::minmax(angles_rad);
     auto renderer = Renderer::create({.size = size,
                                       .geometry = geometry,
                                       .first_angle_rad = first,
                                       .last_angle_rad = last,
-                                      .frame_capacity = static_cast<std::uint32_t>(angles_rad.size())},
+                                      .frame_capacity = static_cast<std::uint32_t>(angles_rad.size()),
+                                      .skipping = casting.skipping,
+                                      .sampling = casting.sampling},
                                      {.gpu = gpu(), .counters = counters}, {.revision = 1, .scene = scene});
     if (!renderer) throw std::runtime_error(renderer.error().message);
     return std::move(*renderer);

@@ -62,17 +62,21 @@ struct Acquisition {
               .frame_capacity = source.description().frames_per_volume,
               .policy = policy},
              {.reader_bell = reader_bell, .writer_bell = writer_bell}),
+        feed({.largest_frame_bytes = source.description().geometry.frame_bytes()},
+             {.reader_bell = reader_bell}),
         thread({.source = source,
                 .ring = ring,
                 .writer_bell = writer_bell,
                 .counters = counters,
-                .ended_bell = ended_bell}) {}
+                .ended_bell = ended_bell,
+                .feed = &feed}) {}
 
   Doorbell reader_bell;
   Doorbell writer_bell;
   Doorbell ended_bell;
   AcquisitionCounters counters;
   VolumeRing ring;
+  FrameFeed feed;
   AcquisitionThread thread;
 };
 
@@ -86,6 +90,35 @@ TEST(AcquisitionThread, EndsWithItsSourceAndPublishesTheLastSweep) {
   EXPECT_EQ(volume->stamp().frames, 5U);
   EXPECT_EQ(acquisition.counters.frames_invalid.value(), 1U);
   EXPECT_EQ(acquisition.counters.frames_received.value(), 6U);
+}
+
+TEST(AcquisitionThread, FeedsTheFramesOfItsVolume) {
+  ScriptedSource source(6, ScriptedSource::Then::kEnd);
+  Acquisition acquisition(source);
+  EXPECT_TRUE(acquisition.ended_bell.wait(-1));
+  const auto volume = acquisition.ring.take();
+  ASSERT_TRUE(volume);
+  ASSERT_EQ(volume->arrivals().size(), 5U);
+  for (const std::uint64_t arrival : volume->arrivals()) {
+    const FedFrame* const fed = acquisition.feed.front();
+    ASSERT_NE(fed, nullptr);
+    EXPECT_EQ(fed->stamp.arrival, arrival);
+    EXPECT_EQ(fed->geometry, source.description().geometry);
+    EXPECT_EQ(std::ranges::count(fed->pixels, 1), 16);
+    acquisition.feed.pop();
+  }
+  EXPECT_EQ(acquisition.feed.front(), nullptr);
+}
+
+TEST(AcquisitionThread, NeverWaitsForAFullFeed) {
+  ScriptedSource source(20, ScriptedSource::Then::kEnd);
+  Acquisition acquisition(source);
+  EXPECT_TRUE(acquisition.ended_bell.wait(-1));
+  const auto volume = acquisition.ring.take();
+  ASSERT_TRUE(volume);
+  EXPECT_EQ(volume->stamp().frames, 19U);
+  EXPECT_EQ(acquisition.feed.counters().frames_fed.value(), FrameFeed::Config{}.slots);
+  EXPECT_EQ(acquisition.feed.counters().frames_not_fed.value(), 19U - FrameFeed::Config{}.slots);
 }
 
 TEST(AcquisitionThread, KeepsTheErrorOfItsSource) {

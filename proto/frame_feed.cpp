@@ -1,0 +1,42 @@
+#include "proto/frame_feed.hpp"
+
+#include <algorithm>
+
+namespace fanlight {
+
+FrameFeed::FrameFeed(const Config& config, const Dependencies& dependencies)
+    : largest_frame_bytes_(config.largest_frame_bytes),
+      dependencies_(dependencies),
+      // No make_unique: it would write every page before the first frame.
+      pixels_(new std::uint8_t[config.largest_frame_bytes * config.slots]),
+      slots_(config.slots) {}
+
+bool FrameFeed::put(const FrameStamp& stamp, const FanGeometry& geometry,
+                    std::span<const std::uint8_t> pixels) {
+  const std::uint64_t number = put_.load(std::memory_order_relaxed);  // nobody else writes it
+  const bool full = number - popped_.load(std::memory_order_acquire) == slots_.size();
+  if (full || pixels.size() > largest_frame_bytes_) {
+    counters_.frames_not_fed.add();
+    return false;
+  }
+  const std::uint64_t slot = number % slots_.size();
+  std::uint8_t* const copy = pixels_.get() + largest_frame_bytes_ * slot;
+  std::ranges::copy(pixels, copy);
+  slots_[slot] = {.stamp = stamp, .geometry = geometry, .pixels = {copy, pixels.size()}};
+  counters_.frames_fed.add();
+  put_.store(number + 1, std::memory_order_release);
+  dependencies_.reader_bell.ring();
+  return true;
+}
+
+const FedFrame* FrameFeed::front() const {
+  const std::uint64_t number = popped_.load(std::memory_order_relaxed);  // nobody else writes it
+  if (number == put_.load(std::memory_order_acquire)) return nullptr;
+  return &slots_[number % slots_.size()];
+}
+
+void FrameFeed::pop() {
+  popped_.fetch_add(1, std::memory_order_release);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "acquisition/frame_source.hpp"
+#include "proto/frame_feed.hpp"
+#include "proto/volume.hpp"
+
+namespace fanlight {
+
+/// The first volumes of a source, shown over and over as if they had just come: each time with numbers of its
+/// own, so that nothing that was kept of the last time stands in for work.
+class BenchVolumes {
+ public:
+  /// Reads `count` volumes. Errors: those of open_source(), or a source with none.
+  static Result<BenchVolumes> create(const std::string& input, std::uint32_t count);
+
+  const SourceDescription& description() const { return description_; }
+  std::uint32_t frame_capacity() const { return next_.frame_capacity(); }
+
+  /// The next volume, with all frames in it; valid until the next call.
+  const Volume& next();
+
+  /// Its frames one by one, in order of arrival, as a feed hands them on.
+  FedFrame frame(std::uint32_t index) const;
+
+ private:
+  struct Kept {
+    std::vector<FrameStamp> stamps;
+    std::vector<std::uint8_t> pixels;  // frames x rows x columns
+    FanGeometry geometry;
+  };
+  BenchVolumes(const SourceDescription& description, std::vector<Kept> kept, std::uint32_t frame_capacity);
+
+  SourceDescription description_;
+  std::vector<Kept> kept_;
+  std::vector<FrameStamp> stamps_;  // of next_
+  Volume next_;
+  std::uint64_t shown_ = 0;
+  std::uint64_t arrivals_ = 0;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,67 @@
+// Pass 2, where pixels count by it: how sure each surface is, from the samples beside it.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_control_flow_attributes : require
+#include "bindings.h"
+#include "cast_parameters.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// As in cast.comp.
+layout(constant_id = 0) const int kWindow = 8;
+layout(constant_id = 2) const bool kPolar = false;
+layout(constant_id = 4) const int kAcross = 0;
+
+layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters rays; };
+layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
+layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) writeonly buffer Confidences { float confidence[]; };
+#include "fan_volume.h"
+#include "ray.h"
+
+// The least noise that a confidence is measured by: a grey level.
+const float kLeastNoise = 1.0 / 255.0;
+const int kHalf = kWindow / 2;
+
+// Mean and variance of the samples on one side of the surface, and their number.
+struct Side {
+  float mean;
+  float variance;
+  float count;
+};
+
+Side side_of(Ray ray, float at, float spacing) {
+  float sum = 0.0;
+  float squares = 0.0;
+  float count = 0.0;
+  for (int index = 0; index < kHalf; ++index) {
+    float t = at + (float(index) + 0.5) * spacing;
+    vec2 part = between_frames(vec2(t, t), ray.from, ray.forward);
+    float value = part.x <= part.y ? sample_at(ray, t) : -1.0;
+    float scanned = value >= 0.0 ? 1.0 : 0.0;
+    sum += scanned * value;
+    squares += scanned * value * value;
+    count += scanned;
+  }
+  float mean = sum / max(count, 1.0);
+  return Side(mean, max(squares / max(count, 1.0) - mean * mean, 0.0), count);
+}
+
+// Contrast of the edge over the noise beside it.
+float confidence_at(Ray ray, float surface) {
+  Side near = side_of(ray, surface, -ray.spacing);
+  Side far = side_of(ray, surface, ray.spacing);
+  float noise = max(sqrt(0.5 * (near.variance + far.variance)), kLeastNoise);
+  return min(near.count, far.count) > 0.0 ? abs(far.mean - near.mean) / noise : 0.0;
+}
+
+void main() {
+  uvec2 pixel = gl_GlobalInvocationID.xy;
+  if (pixel.x >= rays.width || pixel.y >= rays.height) return;
+  uint index = pixel.y * rays.width + pixel.x;
+  float surface = depth[index];
+  float sure = 0.0;
+  // A loop, not a branch: where no lane has a surface, nothing is sampled.
+  for (int once = surface >= 0.0 ? 0 : 1; once < 1; ++once) sure = confidence_at(ray_of(vec2(pixel)), surface);
+  confidence[index] = sure;
+}

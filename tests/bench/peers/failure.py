@@ -1,0 +1,2 @@
+class Failure(Exception):
+    """One sentence for a person: what went wrong, and what was expected."""

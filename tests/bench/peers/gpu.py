@@ -1,0 +1,14 @@
+import vtkmodules.vtkRenderingVolumeOpenGL2 as opengl
+
+from ray_casting import ray_cast
+
+
+class Gpu:
+    """Ray casting in a fragment shader: on Mesa's llvmpipe, which is all that Xvfb offers."""
+
+    NAME = "gpu"
+
+    def __init__(self, image, level):
+        mapper = opengl.vtkOpenGLGPUVolumeRayCastMapper()
+        mapper.UseJitteringOff()
+        self.prop = ray_cast(mapper, image, level)

@@ -1,0 +1,81 @@
+// Pass 1 with and without passing over what can hold nothing: the same bits, over seeded volumes, views and
+// options.
+#include <fmt/format.h>
+
+#include <bit>
+
+#include "tests/gpu/seeded_case.hpp"
+#include "tests/support/gpu_rig.hpp"
+#include "tests/support/made_volume.hpp"
+
+namespace fanlight::test {
+namespace {
+
+constexpr std::uint32_t kCasesInABatch = 20;
+
+struct Cast {
+  DepthMaps depths;
+  Picture picture;
+};
+
+class SkippingTest : public GpuTest, public testing::WithParamInterface<std::uint32_t> {
+ protected:
+  static Cast cast(const SeededCase& given, const Scene& scene, const Volume& volume,
+                   const Casting& casting) {
+    RenderCounters counters;
+    const auto renderer =
+        made_renderer(given.geometry, given.angles_rad, given.size, scene, counters, casting);
+    if (auto loaded = renderer->load(volume); !loaded) throw std::runtime_error(loaded.error().message);
+    Cast made{.depths = {}, .picture = next_picture(*renderer)};
+    made.depths = *renderer->read_depth();
+    return made;
+  }
+
+  /// The share of segments that had to be sampled.
+  static double compare(const SeededCase& given, const Scene& scene, Sampling sampling) {
+    const Volume volume = made_volume(given.geometry, given.angles_rad, given.grey);
+    const Cast plain = cast(given, scene, volume, {.skipping = Skipping::kOff, .sampling = sampling});
+    const Cast skipping = cast(given, scene, volume, {.skipping = Skipping::kOn, .sampling = sampling});
+    std::size_t other_depths = 0;
+    for (std::size_t pixel = 0; pixel < plain.depths.cast_mm.size(); ++pixel) {
+      other_depths += std::bit_cast<std::uint32_t>(plain.depths.cast_mm[pixel]) !=
+                              std::bit_cast<std::uint32_t>(skipping.depths.cast_mm[pixel])
+                          ? 1
+                          : 0;
+    }
+    EXPECT_EQ(other_depths, 0U);
+    EXPECT_EQ(plain.picture.rgba, skipping.picture.rgba);
+    EXPECT_EQ(plain.depths.sampled_share, 1);
+    return skipping.depths.sampled_share;
+  }
+};
+
+TEST_P(SkippingTest, ChangesNoBit) {
+  double least_share = 1;
+  double sum = 0;
+  for (std::uint32_t seed = GetParam(); seed < GetParam() + kCasesInABatch; ++seed) {
+    SCOPED_TRACE(fmt::format("seed {}", seed));
+    const SeededCase given = seeded_case(seed);
+    const Sampling sampling = seed % 2 == 0 ? Sampling::kGathering : Sampling::kTexture;
+    double share = compare(given, given.scene, sampling);
+    // A threshold that the noise does not reach: more to pass over.
+    Scene quiet = given.scene;
+    quiet.detector.threshold = std::min(2 * quiet.detector.threshold, 250.0);
+    share = std::min(share, compare(given, quiet, sampling));
+    // And what is transparent in a volume's colours.
+    Scene composited = quiet;
+    composited.mode = Mode::kVolume;
+    share = std::min(share, compare(given, composited, sampling));
+    least_share = std::min(least_share, share);
+    sum += share;
+  }
+  EXPECT_LT(sum / kCasesInABatch, 0.9) << "too little was passed over to prove anything";
+  fmt::print("seeds {} to {}: sampled {:.2f} of the segments, {:.2f} at the least\n", GetParam(),
+             GetParam() + kCasesInABatch - 1, sum / kCasesInABatch, least_share);
+}
+
+// 200 cases, three scenes each.
+INSTANTIATE_TEST_SUITE_P(Seeds, SkippingTest, testing::Range(0U, 200U, kCasesInABatch));
+
+}  // namespace
+}  // namespace fanlight::test

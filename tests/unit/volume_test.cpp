@@ -1,0 +1,60 @@
+#include "proto/volume.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace fanlight {
+namespace {
+
+using Numbers = std::vector<std::uint64_t>;
+
+class VolumeTest : public testing::Test {
+ protected:
+  static constexpr std::uint32_t kCapacity = 4;
+
+  void add(std::uint64_t arrival, double angle_rad) {
+    volume_.add_frame({.sequence = 100 + arrival, .angle_rad = angle_rad, .arrival = arrival});
+  }
+
+  Volume volume_{{.columns = 4, .rows = 3, .pixel_width_mm = 1, .pixel_height_mm = 1, .motor_radius_mm = 30},
+                 kCapacity};
+};
+
+TEST_F(VolumeTest, KeepsTheNumberOfEachFrame) {
+  EXPECT_TRUE(volume_.arrivals().empty());
+  const std::uint64_t* const memory = volume_.arrivals().data();
+  add(41, 0.3);
+  add(42, 0.2);
+  add(44, 0.1);
+  add(0, 0.0);  // not known
+  EXPECT_TRUE(volume_.full());
+  EXPECT_TRUE(std::ranges::equal(volume_.arrivals(), Numbers{41, 42, 44, 0}));
+  EXPECT_EQ(volume_.arrivals().data(), memory) << "taken by the constructor";
+}
+
+TEST_F(VolumeTest, NumbersStayInTheOrderOfArrival) {
+  add(1, 0.3);
+  add(2, 0.2);
+  add(3, 0.1);
+  volume_.turn_by(0.01);
+  volume_.sort_by_angle();
+  EXPECT_TRUE(std::ranges::equal(volume_.arrivals(), Numbers{1, 2, 3}));
+  EXPECT_EQ(volume_.arrivals()[volume_.by_angle()[0]], 3U);
+}
+
+TEST_F(VolumeTest, FramesTakenOutTakeTheirNumbersAlong) {
+  add(1, 0.1);
+  add(2, 0.2);
+  add(3, 0.3);
+  volume_.keep_first(2, {.sequence = 102, .angle_rad = 0.2, .arrival = 2});
+  EXPECT_TRUE(std::ranges::equal(volume_.arrivals(), Numbers{1, 2}));
+  add(4, 0.4);
+  EXPECT_TRUE(std::ranges::equal(volume_.arrivals(), Numbers{1, 2, 4}));
+  volume_.clear();
+  EXPECT_TRUE(volume_.arrivals().empty());
+}
+
+}  // namespace
+}  // namespace fanlight
