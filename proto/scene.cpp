@@ -16,6 +16,7 @@ constexpr std::string_view kProjections[] = {"parallel", "perspective"};
 constexpr std::string_view kSpeckleFilters[] = {"none", "box", "median", "guided"};
 constexpr std::string_view kSigns[] = {"dark-to-bright", "bright-to-dark", "either"};
 constexpr std::string_view kPlaces[] = {"first-crossing", "refined"};
+constexpr std::string_view kRefreshes[] = {"volume", "frame"};
 constexpr std::string_view kModes[] = {
     "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth", "slice", "slices"};
 constexpr std::string_view kDepthFilters[] = {"mean", "gaussian", "edge-preserving"};
@@ -229,6 +230,9 @@ const SceneField kFields[] = {
                                     200, 0, FirstPass::kLight),
     // Surface mode ends each ray at the surface, so that the volume's colours are only there when asked for.
     choice<MEMBER(mode)>("mode", "what the picture shows", FirstPass::kCast, kModes),
+    choice<MEMBER(refresh)>("refresh",
+                            "when the picture follows the probe: when a sweep is whole, or with every frame",
+                            FirstPass::kNone, kRefreshes),
     choice<MEMBER(finish.smoothing)>(
         "finish.smoothing", "smoothing of the picture: none, 2 x 2 mean, or diffusion that keeps edges",
         FirstPass::kLight, kSmoothings),

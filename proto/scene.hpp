@@ -34,6 +34,9 @@ enum class Mode : std::uint8_t {
 };
 /// Pass 2's filter of the depth map.
 enum class DepthFilter : std::uint8_t { kMean, kGaussian, kEdgePreserving };
+/// When the picture follows the probe: when a sweep is whole, or with every frame, which replaces its place
+/// in the last sweep.
+enum class Refresh : std::uint8_t { kVolume, kFrame };
 /// What each pixel counts for in that filter.
 enum class FilterWeights : std::uint8_t { kEven, kConfidence };
 enum class Normals : std::uint8_t { kThreeNeighbours, kCentral };
@@ -147,6 +150,7 @@ struct Scene {
   } shadow;
 
   Mode mode = Mode::kSurface;
+  Refresh refresh = Refresh::kVolume;
 
   struct Finish {
     Smoothing smoothing = Smoothing::kMean;

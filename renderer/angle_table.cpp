@@ -35,20 +35,16 @@ void AngleTable::span(double first_angle_rad, double last_angle_rad) {
   }
 }
 
-bool AngleTable::place(const Volume& volume) {
-  const auto order = volume.by_angle();
-  const auto angle = [&](std::size_t place) { return volume.angles_rad()[order[place]]; };
-  bool changed = placed_frames_ != order.size();
-  for (std::size_t place = 0; place < order.size(); ++place) {
-    changed |= placed_angles_[place] != angle(place);
-    placed_angles_[place] = angle(place);
-  }
-  placed_frames_ = static_cast<std::uint32_t>(order.size());
+bool AngleTable::place(std::span<const double> angles_rad) {
+  const bool changed = placed_frames_ != angles_rad.size() ||
+                       !std::ranges::equal(angles_rad, std::span(placed_angles_).first(placed_frames_));
+  std::ranges::copy(angles_rad, placed_angles_.begin());
+  placed_frames_ = static_cast<std::uint32_t>(angles_rad.size());
   if (!changed) return false;
 
-  const std::size_t last = order.size() - 1;
-  span(std::min(expected_first_rad_, angle(0)), std::max(expected_last_rad_, angle(last)));
-  const double mean_step_rad = (angle(last) - angle(0)) / static_cast<double>(last);
+  const std::size_t last = angles_rad.size() - 1;
+  span(std::min(expected_first_rad_, angles_rad.front()), std::max(expected_last_rad_, angles_rad.back()));
+  const double mean_step_rad = (angles_rad.back() - angles_rad.front()) / static_cast<double>(last);
   // Angles only grow along the table, so the frame below an entry is found by walking on.
   std::size_t below = 0;
   for (std::size_t entry = 0; entry < kEntries; ++entry) {

@@ -4,8 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "proto/volume.hpp"
-
 namespace fanlight {
 
 /// The look-up table of the paper, from a place in the body to the frame coordinate, so that the ray caster
@@ -21,11 +19,11 @@ class AngleTable {
   /// +-90 deg. All memory is allocated here.
   AngleTable(double first_angle_rad, double last_angle_rad, std::uint32_t frame_capacity);
 
-  /// Fills in the frame coordinates of a volume. Where its sweep is wider than the constructor was told, the
-  /// entries are spread to cover that too, for this volume alone. Precondition: sorted by angle, at least two
-  /// different angles. Allocates nothing. False where the angles are those of the last call, so that nothing
-  /// changed.
-  bool place(const Volume& volume);
+  /// Fills in the frame coordinates of frames at these angles, ascending. Where their sweep is wider than the
+  /// constructor was told, the entries are spread to cover that too, for these frames alone. Precondition: at
+  /// least two different angles. Allocates nothing. False where the angles are those of the last call, so
+  /// that nothing changed.
+  bool place(std::span<const double> angles_rad);
 
   std::span<const float> entries() const { return entries_; }
 

@@ -1,5 +1,7 @@
 #include "renderer/command_recording.hpp"
 
+#include "renderer/vulkan_result.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -25,6 +27,14 @@ void image_barrier(VkCommandBuffer commands, VkImage image, VkImageLayout from, 
 }
 
 }  // namespace
+
+Result<void> begin_commands(VkCommandBuffer commands) {
+  const VkCommandBufferBeginInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                      .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
+  const VkResult result = vkBeginCommandBuffer(commands, &info);
+  if (result != VK_SUCCESS) return vulkan_error("vkBeginCommandBuffer", result);
+  return {};
+}
 
 void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stage, VkAccessFlags2 from_access,
              VkPipelineStageFlags2 to_stage, VkAccessFlags2 to_access) {

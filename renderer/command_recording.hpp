@@ -12,6 +12,9 @@ constexpr std::uint32_t groups(std::uint32_t items, std::uint32_t of) {
   return (items + of - 1) / of;
 }
 
+/// Begins a command buffer that is submitted once.
+Result<void> begin_commands(VkCommandBuffer commands);
+
 /// What was written in the first stage is there for the second.
 void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stage, VkAccessFlags2 from_access,
              VkPipelineStageFlags2 to_stage, VkAccessFlags2 to_access);

@@ -88,7 +88,7 @@ void FrameStore::load(const Volume& volume) {
   const auto order = volume.by_angle();
   for (std::uint32_t place = 0; place < frames_; ++place) {
     const std::uint64_t arrival = volume.arrivals()[order[place]];
-    if (arrival != 0 && arrivals_[place] == arrival) continue;
+    if (holds(place, arrival)) continue;
     put(place, arrival, volume.frame_pixels(order[place]));
   }
 }
@@ -112,7 +112,7 @@ void FrameStore::put(std::uint32_t place, std::uint64_t arrival, std::span<const
     }
   }
   arrivals_[place] = arrival;
-  const auto beside = filters() ? static_cast<std::uint32_t>(wanted_.across / 2) : 0U;
+  const std::uint32_t beside = reach_across();
   const std::uint32_t last = std::min(place + beside, config_.frame_capacity - 1);
   for (std::uint32_t each = place - std::min(place, beside); each <= last; ++each) prepared_[each] = false;
 }
@@ -213,7 +213,7 @@ std::uint32_t FrameStore::piece_frames(const Gpu& gpu) const {
                                                                                       : 1.5);
   const double frames =
       static_cast<double>(config_.piece_samples) / (samples * static_cast<double>(frame_bytes()));
-  const std::uint64_t most = guided ? frames_at_a_time(gpu, wanted_) : frames_;
+  const std::uint64_t most = guided ? frames_at_a_time(gpu, wanted_) : std::max(frames_, 1U);
   return static_cast<std::uint32_t>(std::clamp(frames, 1.0, static_cast<double>(most)));
 }
 

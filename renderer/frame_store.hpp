@@ -67,6 +67,18 @@ class FrameStore {
     return wanted_.filter == SpeckleFilter::kNone || wanted_.across == 1;
   }
 
+  /// Whether that frame is the one in a place.
+  bool holds(std::uint32_t place, std::uint64_t arrival) const {
+    return arrival != 0 && arrivals_[place] == arrival;
+  }
+  /// How many frames away pass 0 still mixes into a frame: the guided filter takes a mean of means.
+  std::uint32_t reach_across() const {
+    const auto radius = static_cast<std::uint32_t>(wanted_.across) / 2;
+    return wanted_.filter == SpeckleFilter::kNone     ? 0
+           : wanted_.filter == SpeckleFilter::kGuided ? 2 * radius
+                                                      : radius;
+  }
+
   /// Records pass 0 for the next piece, some frames. The slot's descriptors are bound. Precondition: !done().
   void record_piece(VkCommandBuffer commands, const Passes& passes);
 

@@ -59,6 +59,8 @@ std::span<const std::uint32_t> Passes::spirv_of(Shader shader) const {
       return shaders::pack_spirv;
     case Shader::kSegments:
       return shaders::segments_spirv;
+    case Shader::kChanged:
+      return shaders::changed_spirv;
     case Shader::kCast:
       return gathering ? shaders::cast_gathering_spirv : shaders::cast_spirv;
     case Shader::kSlice:
@@ -101,6 +103,13 @@ Result<std::unique_ptr<Passes>> Passes::create(const Gpu& gpu, Sampling sampling
         Shader::kIslands, Shader::kHoles, Shader::kMeanRows, Shader::kMeanColumns, Shader::kNearest,
         Shader::kDiffuse, Shader::kFinish}) {
     if (auto built = made->pipeline(shader, {}); !built) return built.error();
+  }
+  // A light and a filter may be asked for in mid-stream, where nobody should wait for a pipeline.
+  for (const std::int32_t first : {0, 1}) {
+    for (const std::int32_t second : {0, 1}) {
+      if (auto built = made->pipeline(Shader::kLight, {first, second}); !built) return built.error();
+      if (auto built = made->pipeline(Shader::kSmooth, {first, second}); !built) return built.error();
+    }
   }
   return made;
 }
@@ -199,17 +208,21 @@ Result<VkPipeline> Passes::speckle(Shader shader, const Scene::Speckle& options)
   return pipeline(shader, {options.size, shader == Shader::kMedian ? options.across : 0});
 }
 
-Result<VkPipeline> Passes::cast(const Scene& scene, FrameKind kind, Skipping skipping) {
+Result<VkPipeline> Passes::cast(const Scene& scene, FrameKind kind, Skipping skipping, int tiles) {
   return pipeline(Shader::kCast,
                   {scene.detector.window, kept_by(scene.mode), kind == FrameKind::kConvexLines ? 1 : 0,
                    scene.detector.place == SurfacePlace::kRefined ? 1 : 0, scene.rays.window / 2,
-                   may_skip(scene, skipping) ? 1 : 0});
+                   may_skip(scene, skipping) ? 1 : 0, tiles});
 }
 
 Result<VkPipeline> Passes::segments(const Scene& scene, FrameKind kind, Skipping skipping) {
   if (!may_skip(scene, skipping)) return VkPipeline{VK_NULL_HANDLE};
   return pipeline(Shader::kSegments,
                   {scene.detector.window, kept_by(scene.mode), kind == FrameKind::kConvexLines ? 1 : 0});
+}
+
+Result<VkPipeline> Passes::changed(const Scene& scene) {
+  return pipeline(Shader::kChanged, {scene.detector.window});
 }
 
 Result<VkPipeline> Passes::confidence(const Scene& scene, FrameKind kind) {

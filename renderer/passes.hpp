@@ -24,6 +24,7 @@ enum class Shader : std::uint8_t {
   kBounds,
   kPack,
   kSegments,  // pass 1
+  kChanged,
   kCast,
   kSlice,
   kSteady,  // pass 2
@@ -50,8 +51,8 @@ enum class Sampling : std::uint8_t { kTexture, kGathering };
 /// The compute pipelines of all passes and the one descriptor set layout that they share
 /// (shaders/bindings.h). Render thread only.
 ///
-/// A pipeline is a shader with the options that are constants to it. The ones without options are built when
-/// this is made, the others when first asked for, and kept.
+/// A pipeline is a shader with the options that are constants to it. Those of passes 2 and 3 are built when
+/// this is made, but for the confidence, the others when first asked for, and kept.
 class Passes {
  public:
   static Result<std::unique_ptr<Passes>> create(const Gpu& gpu, Sampling sampling);
@@ -71,9 +72,13 @@ class Passes {
 
   /// Pass 1 for what a scene asks of it, and for frames of that kind: the rays, and the pass before them that
   /// tells them what to pass over, where anything can be: null for modes that keep all of a ray.
-  Result<VkPipeline> cast(const Scene& scene, FrameKind kind, Skipping skipping);
+  /// `tiles`: FANLIGHT_CAST_...
+  Result<VkPipeline> cast(const Scene& scene, FrameKind kind, Skipping skipping, int tiles);
   Result<VkPipeline> segments(const Scene& scene, FrameKind kind, Skipping skipping);
   Result<VkPipeline> slice(FrameKind kind);
+
+  /// Which tiles to cast again where frames were replaced.
+  Result<VkPipeline> changed(const Scene& scene);
 
   /// What pass 2's filter weighs pixels by.
   Result<VkPipeline> confidence(const Scene& scene, FrameKind kind);
@@ -90,7 +95,7 @@ class Passes {
 
  private:
   /// Values of the specialisation constants 0, 1, ... of a shader.
-  using Constants = std::array<std::int32_t, 6>;
+  using Constants = std::array<std::int32_t, 7>;
 
   Passes(const Gpu& gpu, Sampling sampling) : gpu_(gpu), sampling_(sampling) {}
   std::span<const std::uint32_t> spirv_of(Shader shader) const;

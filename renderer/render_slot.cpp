@@ -16,21 +16,6 @@ namespace fanlight {
 
 namespace {
 
-// Time stamps, each before or after a stage; those of a stage that did not run are not written.
-enum Query : std::uint32_t {
-  kPrepareBegin,
-  kPrepareEnd,
-  kUploadBegin,
-  kCastBegin,
-  kCastEnd,
-  kFilterBegin,
-  kLightBegin,
-  kLightEnd,
-  kFinishEnd,
-  kReadBackEnd,
-  kQueries
-};
-
 // Group sizes of the shaders: tiles of 8 x 8 pixels; 8 rows or columns.
 constexpr std::uint32_t kTile = 8;
 constexpr std::uint32_t kLines = 8;
@@ -42,14 +27,6 @@ using Order = DescriptorSets::Order;
 /// Each step of the diffusion leaves its picture where the next one reads.
 Order order_after(int steps) {
   return steps % 2 == 0 ? Order::kLitToDiffused : Order::kDiffusedToLit;
-}
-
-Result<void> begin(VkCommandBuffer commands) {
-  const VkCommandBufferBeginInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                      .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
-  const VkResult result = vkBeginCommandBuffer(commands, &info);
-  if (result != VK_SUCCESS) return vulkan_error("vkBeginCommandBuffer", result);
-  return {};
 }
 
 }  // namespace
@@ -68,6 +45,9 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
   constexpr VkBufferUsageFlags kStorage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
 
+  constexpr VkBufferUsageFlags kFilled =
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+
   struct Wanted {
     GpuBuffer* buffer;
     std::uint64_t bytes;
@@ -84,6 +64,10 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
       {&depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&confidence_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&segments_, tiles * sizeof(glm::uvec4), kStorage, BufferPlace::kDevice},
+      {&old_segments_, tiles * sizeof(glm::uvec4), kFilled, BufferPlace::kDevice},
+      {&reached_, tiles * sizeof(std::uint32_t), kFilled, BufferPlace::kDevice},
+      {&tile_list_, (3 + tiles) * sizeof(std::uint32_t), kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+       BufferPlace::kDevice},
       {&volume_colour_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&steady_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&tile_depths_, tiles * sizeof(glm::vec2), kStorage, BufferPlace::kDevice},
@@ -185,6 +169,9 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
       {FANLIGHT_BINDING_DEPTH, &depth_},
       {FANLIGHT_BINDING_CONFIDENCE, &confidence_},
       {FANLIGHT_BINDING_SEGMENTS, &segments_},
+      {FANLIGHT_BINDING_OLD_SEGMENTS, &old_segments_},
+      {FANLIGHT_BINDING_REACHED, &reached_},
+      {FANLIGHT_BINDING_TILE_LIST, &tile_list_},
       {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
       {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour_},
       {FANLIGHT_BINDING_PREVIOUS, &steady_},
@@ -217,6 +204,33 @@ void RenderSlot::write_frame_descriptors(const Gpu& gpu) const {
   }
 }
 
+Result<void> RenderSlot::prepare(const Gpu& gpu, Passes& passes, const Scene& scene) {
+  geometry_ = config_.geometry;
+  if (auto begun = frames_.begin(gpu, passes, scene.speckle); !begun) return begun;
+  write_frame_descriptors(gpu);
+  return find_cast_pipelines(passes, scene);
+}
+
+Result<void> RenderSlot::find_cast_pipelines(Passes& passes, const Scene& scene) {
+  // What is drawn with every frame will be drawn again in part.
+  notes_reach_ = scene.refresh == Refresh::kFrame;
+  auto cast = passes.cast(scene, geometry_.kind, config_.skipping,
+                          notes_reach_ ? FANLIGHT_CAST_ALL_NOTED : FANLIGHT_CAST_ALL);
+  if (!cast) return cast.error();
+  cast_pipeline_ = *cast;
+  auto segments = passes.segments(scene, geometry_.kind, config_.skipping);
+  if (!segments) return segments.error();
+  segments_pipeline_ = *segments;
+  notes_reach_ = notes_reach_ && segments_pipeline_ != VK_NULL_HANDLE;
+  slice_pipeline_ = VK_NULL_HANDLE;
+  if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
+    auto slice = passes.slice(geometry_.kind);
+    if (!slice) return slice.error();
+    slice_pipeline_ = *slice;
+  }
+  return {};
+}
+
 void RenderSlot::follow(const Gpu& gpu, const RenderSlot& other) {
   descriptors_.write(gpu, FANLIGHT_BINDING_PREVIOUS, other.steady_);
 }
@@ -227,16 +241,22 @@ Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
   }
   frames_.load(volume);
   geometry_ = volume.geometry();
-  if (table_.place(volume)) {
+  angles_rad_.clear();
+  for (const std::uint32_t index : volume.by_angle()) angles_rad_.push_back(volume.angles_rad()[index]);
+  place_angles();
+  volume_ = volume.stamp();
+  return {};
+}
+
+void RenderSlot::place_angles() {
+  if (table_.place(angles_rad_)) {
     std::memcpy(staged_angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
     angles_due_ = true;
   }
-  volume_ = volume.stamp();
-  extent_ = {.first_angle_rad = volume.angles_rad()[volume.by_angle().front()],
-             .last_angle_rad = volume.angles_rad()[volume.by_angle().back()],
-             .frames = volume_.frames,
+  extent_ = {.first_angle_rad = angles_rad_.front(),
+             .last_angle_rad = angles_rad_.back(),
+             .frames = static_cast<std::uint32_t>(angles_rad_.size()),
              .frame_capacity = frames_.frame_capacity()};
-  return {};
 }
 
 void RenderSlot::stage(const FanGeometry& geometry, std::uint32_t place, std::uint32_t frames,
@@ -251,7 +271,7 @@ Result<bool> RenderSlot::prepare_ahead(const Gpu& gpu, Passes& passes, const Sce
   if (auto begun = frames_.begin(gpu, passes, options); !begun) return begun.error();
   if (frames_.bindings_changed()) write_frame_descriptors(gpu);
   if (!frames_.prepares_single_frames() || frames_.done()) return false;
-  if (auto begun = begin(cast_commands_); !begun) return begun.error();
+  if (auto begun = begin_commands(cast_commands_); !begun) return begun.error();
   descriptors_.bind(cast_commands_, passes, Order::kLitToDiffused);
   frames_.record_piece(cast_commands_, passes);
   if (auto submitted = submit(gpu.cast_queue(), cast_commands_); !submitted) return submitted.error();
@@ -265,20 +285,11 @@ void RenderSlot::stamp_time(VkCommandBuffer commands, std::uint32_t query) const
 Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene) {
   if (auto begun = frames_.begin(gpu, passes, scene.speckle); !begun) return begun;
   if (frames_.bindings_changed()) write_frame_descriptors(gpu);
-  auto cast = passes.cast(scene, geometry_.kind, config_.skipping);
-  if (!cast) return cast.error();
-  cast_pipeline_ = *cast;
-  auto segments = passes.segments(scene, geometry_.kind, config_.skipping);
-  if (!segments) return segments.error();
-  segments_pipeline_ = *segments;
+  if (auto found = find_cast_pipelines(passes, scene); !found) return found;
   confidence_known_ = false;
   frames_gone_ = false;
-  slice_pipeline_ = VK_NULL_HANDLE;
-  if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
-    auto slice = passes.slice(geometry_.kind);
-    if (!slice) return slice.error();
-    slice_pipeline_ = *slice;
-  }
+  changed_.reset();
+  changed_beyond_ = false;
 
   // Memory that the GPU reads may be slow to read here: what is needed of it is kept.
   const shaders::CastParameters parameters = cast_parameters(scene, config_.size, geometry_, table_, extent_);
@@ -307,7 +318,7 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
 
 Result<void> RenderSlot::submit_frames(const Gpu& gpu, const Passes& passes) {
   const VkCommandBuffer commands = cast_commands_;
-  if (auto begun = begin(commands); !begun) return begun;
+  if (auto begun = begin_commands(commands); !begun) return begun;
   descriptors_.bind(commands, passes, Order::kLitToDiffused);
   if (!std::exchange(preparing_, true)) stamp_time(commands, kPrepareBegin);
   frames_.record_piece(commands, passes);
@@ -318,7 +329,7 @@ Result<void> RenderSlot::submit_frames(const Gpu& gpu, const Passes& passes) {
 Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   if (!frames_.done()) return submit_frames(gpu, passes);
   const VkCommandBuffer commands = cast_commands_;
-  if (auto begun = begin(commands); !begun) return begun;
+  if (auto begun = begin_commands(commands); !begun) return begun;
   descriptors_.bind(commands, passes, Order::kLitToDiffused);
   if (next_tile_ == 0) record_before_rays(commands);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipeline_);
@@ -327,18 +338,12 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   const std::uint32_t tiles = std::min(band_tiles_, tiles_across() * tiles_down() - next_tile_);
   vkCmdDispatch(commands, tiles, 1, 1);
   next_tile_ += tiles;
-  if (cast_submitted() && slice_pipeline_ != VK_NULL_HANDLE) {
-    barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, slice_pipeline_);
-    vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
-  }
+  if (cast_submitted()) record_slices(commands);
   if (cast_submitted()) stamp_time(commands, kCastEnd);
   return submit(gpu.cast_queue(), commands);
 }
 
-void RenderSlot::record_before_rays(VkCommandBuffer commands) {
-  stamp_time(commands, kUploadBegin);
+void RenderSlot::record_tables(VkCommandBuffer commands) {
   if (std::exchange(angles_due_, false)) {
     const VkBufferCopy all{.size = angles_.bytes()};
     vkCmdCopyBuffer(commands, staged_angles_.get(), angles_.get(), 1, &all);
@@ -346,11 +351,34 @@ void RenderSlot::record_before_rays(VkCommandBuffer commands) {
             VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
   }
   if (std::exchange(transfer_due_, false)) copy_to_image(commands, staged_transfer_, transfer_, {});
+}
+
+void RenderSlot::record_before_rays(VkCommandBuffer commands) {
+  stamp_time(commands, kUploadBegin);
+  record_tables(commands);
   stamp_time(commands, kCastBegin);
+  if (notes_reach_) {
+    vkCmdFillBuffer(commands, reached_.get(), 0, VK_WHOLE_SIZE, 0);
+    barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+            VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  }
+  record_segments(commands);
+}
+
+void RenderSlot::record_segments(VkCommandBuffer commands) const {
   if (segments_pipeline_ == VK_NULL_HANDLE) return;
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, segments_pipeline_);
   vkCmdDispatch(commands, groups(tiles_across() * tiles_down(), kLines), 1, 1);
   pass_barrier(commands);
+}
+
+void RenderSlot::record_slices(VkCommandBuffer commands) const {
+  if (slice_pipeline_ == VK_NULL_HANDLE) return;
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, slice_pipeline_);
+  vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
 }
 
 Result<void> RenderSlot::record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene) {
@@ -426,7 +454,7 @@ Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scen
   auto lit = passes.light(scene);
   if (!lit) return lit.error();
   const VkCommandBuffer commands = light_commands_;
-  if (auto begun = begin(commands); !begun) return begun;
+  if (auto begun = begin_commands(commands); !begun) return begun;
   // The other slot's filter may have come just before, and this one's may follow it.
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
@@ -494,7 +522,7 @@ Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
   auto copy = GpuBuffer::create(gpu, maps_bytes + segments_.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                 BufferPlace::kFromGpu);
   if (!copy) return copy.error();
-  if (auto begun = begin(light_commands_); !begun) return begun.error();
+  if (auto begun = begin_commands(light_commands_); !begun) return begun.error();
   for (std::size_t map = 0; map < std::size(maps); ++map) {
     const VkBufferCopy region{.dstOffset = map * depth_.bytes(), .size = depth_.bytes()};
     vkCmdCopyBuffer(light_commands_, maps[map]->get(), copy->get(), 1, &region);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "proto/frame_feed.hpp"
 #include "proto/picture.hpp"
 #include "proto/volume.hpp"
 #include "renderer/angle_table.hpp"
@@ -51,6 +52,10 @@ class RenderSlot {
 
   static Result<RenderSlot> create(const Gpu& gpu, const Passes& passes, const Config& config);
 
+  /// Takes the memory and builds the pipelines that casting this scene will need, so that the first volume
+  /// need not. Before the first volume. Error: a pipeline that cannot be built.
+  Result<void> prepare(const Gpu& gpu, Passes& passes, const Scene& scene);
+
   /// The slot of the volumes before and after this one's, whose depth maps this one's are drawn towards.
   /// Once, before the first volume.
   void follow(const Gpu& gpu, const RenderSlot& other);
@@ -71,9 +76,30 @@ class RenderSlot {
   /// volume is whole. Precondition: nothing is outstanding.
   Result<bool> prepare_ahead(const Gpu& gpu, Passes& passes, const Scene::Speckle& options);
 
+  /// Replaces one frame of the volume that was cast by a newer one, at an angle between those beside it, and
+  /// says so in volume(). False, and nothing is done, where it does not fit. Precondition: nothing is
+  /// outstanding.
+  bool replace(const FedFrame& frame, std::uint32_t place, double angle_rad);
+
+  /// The volume that the frames of replace() made up is whole: takes what is missing of it, its angles and
+  /// its stamp. Precondition and error as load().
+  Result<void> complete(const Gpu& gpu, const Volume& volume);
+
+  /// Whether the cast is not of the frames that are there, and whether recast() can mend it: else
+  /// begin_cast() must.
+  bool changed() const { return changed_.has_value() || changed_beyond_; }
+  bool can_recast() const { return changed_.has_value() && !changed_beyond_ && notes_reach_; }
+
+  /// Submits passes 0 and 1 for the frames that were replaced, of pass 1 the tiles whose rays they can have
+  /// changed; light() comes next. Precondition: can_recast(), nothing is outstanding, the scene is that of
+  /// the cast.
+  Result<void> recast(const Gpu& gpu, Passes& passes, const Scene& scene);
+
   /// Sets passes 0 and 1 up; nothing is submitted yet. Also gives up a cast under way. Precondition: nothing
   /// is outstanding. Error: a pipeline that cannot be built.
   Result<void> begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene);
+  /// Of the last volume or frames, ascending.
+  std::span<const double> angles_rad() const { return angles_rad_; }
 
   /// Submits what is due next: a piece of pass 0, some frames, the last one with the upload; or a band of
   /// pass 1, some tiles of the picture. Precondition: nothing is outstanding.
@@ -125,9 +151,16 @@ class RenderSlot {
   Result<void> create_commands(const Gpu& gpu);
   Result<void> create_descriptors(const Gpu& gpu, const Passes& passes);
   Result<void> submit_frames(const Gpu& gpu, const Passes& passes);
+  Result<void> find_cast_pipelines(Passes& passes, const Scene& scene);
+  void record_tables(VkCommandBuffer commands);
   void record_before_rays(VkCommandBuffer commands);
+  void change(std::uint32_t place);
+  void record_segments(VkCommandBuffer commands) const;
+  void record_slices(VkCommandBuffer commands) const;
+  void record_changed_tiles(VkCommandBuffer commands, const Passes& passes, VkPipeline changed) const;
   Result<void> record_depth_filter(VkCommandBuffer commands, Passes& passes, const Scene& scene);
   void record_finish(VkCommandBuffer commands, const Passes& passes, const Scene& scene) const;
+  void place_angles();
   void write_frame_descriptors(const Gpu& gpu) const;
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
   // Pass 1 works on tiles of 8 x 8 pixels, numbered along the rows of tiles.
@@ -136,9 +169,33 @@ class RenderSlot {
   Result<void> submit(VkQueue queue, VkCommandBuffer commands);
   void stamp_time(VkCommandBuffer commands, std::uint32_t query) const;
 
+  // Time stamps, each before or after a stage; those of a stage that did not run are not written.
+  enum Query : std::uint32_t {
+    kPrepareBegin,
+    kPrepareEnd,
+    kUploadBegin,
+    kCastBegin,
+    kCastEnd,
+    kFilterBegin,
+    kLightBegin,
+    kLightEnd,
+    kFinishEnd,
+    kReadBackEnd,
+    kQueries
+  };
+
   Config config_;
   AngleTable table_;
-  FanGeometry geometry_;  // of the volume, as are the next two
+  std::vector<double> angles_rad_;  // of the frames, ascending
+  // By place, frames that are not those of the cast; and whether more changed than frames within the fan.
+  struct Places {
+    std::uint32_t first = 0;
+    std::uint32_t last = 0;
+  };
+  std::optional<Places> changed_;
+  bool changed_beyond_ = false;
+  bool notes_reach_ = false;  // the cast noted how far its rays looked
+  FanGeometry geometry_;      // of the volume, as are the next two
   VolumeStamp volume_;
   VolumeExtent extent_;
   std::optional<TransferFunction> transferred_;  // of the table on the GPU, and for samples so far apart
@@ -171,6 +228,9 @@ class RenderSlot {
   GpuBuffer depth_;
   GpuBuffer confidence_;
   GpuBuffer segments_;
+  GpuBuffer old_segments_;
+  GpuBuffer reached_;
+  GpuBuffer tile_list_;
   GpuBuffer volume_colour_;
   GpuBuffer steady_;
   GpuBuffer tile_depths_;

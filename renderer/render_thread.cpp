@@ -1,5 +1,7 @@
 #include "renderer/render_thread.hpp"
 
+#include <pthread.h>
+
 namespace fanlight {
 
 namespace {
@@ -20,6 +22,7 @@ RenderThread::~RenderThread() {
 }
 
 void RenderThread::run(const std::stop_token& stop) {
+  pthread_setname_np(pthread_self(), "render");
   while (!stop.stop_requested()) {
     if (const auto done = step(); !done) {
       to_.failures.draft() = done.error();
@@ -31,11 +34,8 @@ void RenderThread::run(const std::stop_token& stop) {
 
 Result<void> RenderThread::step() {
   if (const NumberedScene* newest = to_.scenes.newest()) renderer_->show(*newest);
-  if (renderer_->wants_volume()) {
-    if (const auto volume = to_.ring.take()) {
-      if (auto loaded = renderer_->load(*volume); !loaded) return loaded;
-    }
-  }
+  if (auto taken = take_volume(); !taken) return taken;
+  take_frames();
   if (auto advanced = renderer_->advance(); !advanced) return advanced;
   if (renderer_->collect(to_.pictures.draft())) {
     if (to_.pictures.publish()) to_.counters.pictures_replaced.add();
@@ -44,6 +44,23 @@ Result<void> RenderThread::step() {
   if (renderer_->busy()) return renderer_->wait(kLookNs);
   to_.bell.wait(-1);
   return {};
+}
+
+Result<void> RenderThread::take_volume() {
+  if (!renderer_->wants_volume()) return {};
+  const auto volume = to_.ring.take();
+  return volume ? renderer_->load(*volume) : Result<void>();
+}
+
+void RenderThread::take_frames() {
+  if (to_.feed == nullptr) return;
+  // A volume that waits goes first: the frames are those of one after it.
+  while (!to_.ring.has_published() && renderer_->wants_frame()) {
+    const FedFrame* const frame = to_.feed->front();
+    if (frame == nullptr) return;
+    renderer_->take_frame(*frame);
+    to_.feed->pop();
+  }
 }
 
 }  // namespace fanlight

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "proto/doorbell.hpp"
+#include "proto/frame_feed.hpp"
 #include "proto/mailbox.hpp"
 #include "proto/picture.hpp"
 #include "proto/volume_ring.hpp"
@@ -24,6 +25,8 @@ class RenderThread {
     Doorbell& bell;
     /// Left here once if the renderer can't go on (the GPU was lost); the thread has then ended.
     Mailbox<Error>& failures;
+    /// Frames ahead of their volumes; may be null.
+    FrameFeed* feed = nullptr;
   };
 
   RenderThread(std::unique_ptr<Renderer> renderer, const Dependencies& dependencies);
@@ -32,6 +35,8 @@ class RenderThread {
  private:
   void run(const std::stop_token& stop);
   Result<void> step();
+  Result<void> take_volume();
+  void take_frames();
 
   std::unique_ptr<Renderer> renderer_;
   Dependencies to_;

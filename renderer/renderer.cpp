@@ -50,10 +50,6 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   auto passes = Passes::create(gpu, sampling);
   if (!passes) return passes.error();
   made->passes_ = std::move(*passes);
-  made->angles_rad_.reserve(config.frame_capacity);
-  // The first volume need not wait for its largest pipeline.
-  if (auto cast = made->passes_->cast(scene.scene, config.geometry.kind, config.skipping); !cast)
-    return cast.error();
 
   for (auto& flight : made->flights_) {
     auto slot = RenderSlot::create(
@@ -68,6 +64,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
          .skipping = config.skipping,
          .sampling = sampling});
     if (!slot) return too_large(config, gpu, slot.error());
+    if (auto ready = slot->prepare(gpu, *made->passes_, scene.scene); !ready) return ready.error();
     flight.reset(new Flight{
         .slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}, .filtered_view = {}});
   }
@@ -86,11 +83,12 @@ Renderer::~Renderer() {
 bool Renderer::wants_volume() const {
   const bool casting =
       std::ranges::any_of(flights_, [](const auto& flight) { return flight->phase == Phase::kCasting; });
-  const Flight& next = *flights_[1 - newest_];
+  const Flight& next = *flights_[this->next()];
   return !casting && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
 }
 
 Result<void> Renderer::load(const Volume& volume) {
+  if (rolls()) return complete(volume);
   Flight& next = *flights_[1 - newest_];
   next.awaits_picture = true;
   if (auto loaded = next.slot.load(gpu_, volume); !loaded) {
@@ -100,28 +98,65 @@ Result<void> Renderer::load(const Volume& volume) {
     return {};
   }
   newest_ = 1 - newest_;
-  angles_rad_.clear();
-  for (const std::uint32_t index : volume.by_angle()) angles_rad_.push_back(volume.angles_rad()[index]);
   return begin_cast(next);
 }
 
+bool Renderer::rolls() const {
+  return scene_.scene.refresh == Refresh::kFrame && flights_[newest_]->slot.loaded() &&
+         flights_[newest_]->cast_scene.scene.refresh == Refresh::kFrame;
+}
+
+Result<void> Renderer::complete(const Volume& volume) {
+  Flight& flight = *flights_[newest_];
+  if (std::exchange(flight.awaits_picture, true)) counters_.volumes_skipped.add();
+  if (auto completed = flight.slot.complete(gpu_, volume); !completed) {
+    if (completed.error().code == ErrorCode::kBroken) return completed;
+    flight.awaits_picture = false;
+    counters_.volumes_refused.add();
+    return {};
+  }
+  if (!flight.slot.changed()) return light(flight);
+  return flight.slot.can_recast() ? recast(flight) : begin_cast(flight);
+}
+
+Result<void> Renderer::recast(Flight& flight) {
+  if (auto cast = flight.slot.recast(gpu_, *passes_, flight.cast_scene.scene); !cast) return cast;
+  flight.phase = Phase::kCasting;
+  counters_.pass1_runs.add();
+  return {};
+}
+
+std::size_t Renderer::next() const {
+  return rolls() ? newest_ : 1 - newest_;
+}
+
 bool Renderer::wants_frame() const {
-  const Flight& next = *flights_[1 - newest_];
-  return !angles_rad_.empty() && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
+  const Flight& next = *flights_[this->next()];
+  return next.slot.loaded() && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
 }
 
 std::uint32_t Renderer::place_of(double angle_rad) const {
-  const auto above = std::ranges::lower_bound(angles_rad_, angle_rad);
-  if (above == angles_rad_.begin()) return 0;
-  const bool last = above == angles_rad_.end();
-  const bool below_is_nearer = last || angle_rad - above[-1] < *above - angle_rad;
-  return static_cast<std::uint32_t>(above - angles_rad_.begin()) - (below_is_nearer ? 1 : 0);
+  const auto angles_rad = flights_[newest_]->slot.angles_rad();
+  const auto above = std::ranges::lower_bound(angles_rad, angle_rad);
+  if (above == angles_rad.begin()) return 0;
+  const bool below_is_nearer = above == angles_rad.end() || angle_rad - above[-1] < *above - angle_rad;
+  return static_cast<std::uint32_t>(above - angles_rad.begin()) - (below_is_nearer ? 1 : 0);
 }
 
 void Renderer::take_frame(const FedFrame& frame) {
+  if (rolls()) {
+    RenderSlot& slot = flights_[newest_]->slot;
+    // The correction of the mismatch turns the sweeps of the one direction one way, of the other the other.
+    const VolumeStamp& last = slot.volume();
+    const double turn_rad =
+        frame.stamp.direction == last.direction ? last.angle_correction_rad : -last.angle_correction_rad;
+    const double angle_rad = frame.stamp.angle_rad + turn_rad;
+    slot.replace(frame, place_of(angle_rad), angle_rad);
+    return;
+  }
   flights_[1 - newest_]->slot.stage(frame.geometry, place_of(frame.stamp.angle_rad),
-                                    static_cast<std::uint32_t>(angles_rad_.size()), frame.stamp.arrival,
-                                    frame.pixels);
+                                    static_cast<std::uint32_t>(flights_[newest_]->slot.angles_rad().size()),
+                                    frame.stamp.arrival, frame.pixels);
 }
 
 Result<void> Renderer::begin_cast(Flight& flight) {
@@ -138,6 +173,7 @@ bool Renderer::view_changed(const Flight& flight) const {
 }
 
 RenderSlot::Past Renderer::past_of(const Flight& flight) const {
+  if (rolls()) return RenderSlot::Past::kNone;  // there is one slot, and no last volume beside it
   const Flight& other = &flight == flights_[0].get() ? *flights_[1] : *flights_[0];
   const bool before =
       other.filtered_volume_id > 0 && other.filtered_volume_id < flight.slot.volume().volume_id;
@@ -190,6 +226,10 @@ Result<void> Renderer::advance() {
   }
   // A band waits for the one before it to be done, and the light for the last: what is submitted early stands
   // in the way of a moved light, or shows an old one.
+  if (rolls() && newest.phase == Phase::kIdle && newest.slot.outstanding(gpu_) == 0 &&
+      newest.slot.changed()) {
+    return newest.slot.can_recast() ? recast(newest) : begin_cast(newest);
+  }
   if (newest.phase == Phase::kCasting) {
     if (newest.slot.outstanding(gpu_) > 0) return {};
     return newest.slot.cast_submitted() ? light(newest) : newest.slot.cast_next_band(gpu_, *passes_);
@@ -198,7 +238,7 @@ Result<void> Renderer::advance() {
 }
 
 Result<void> Renderer::prepare_ahead() {
-  if (!wants_frame()) return {};
+  if (rolls() || !wants_frame()) return {};
   if (auto begun = flights_[1 - newest_]->slot.prepare_ahead(gpu_, *passes_, scene_.scene.speckle); !begun) {
     return begun.error();
   }

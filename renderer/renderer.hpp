@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "proto/counter.hpp"
 #include "proto/frame_feed.hpp"
@@ -108,6 +107,11 @@ class Renderer {
   std::uint32_t place_of(double angle_rad) const;
   Result<void> light(Flight& flight);
   Result<void> prepare_ahead();
+  // Refresh::kFrame: one slot, whose frames are replaced as they come.
+  bool rolls() const;
+  std::size_t next() const;
+  Result<void> complete(const Volume& volume);
+  Result<void> recast(Flight& flight);
   RenderSlot::Past past_of(const Flight& flight) const;
   bool view_changed(const Flight& flight) const;
   bool light_changed(const Flight& flight) const;
@@ -120,7 +124,6 @@ class Renderer {
   std::size_t newest_ = 0;  // the flight loaded last; the other one takes the next volume
   std::size_t shown_ = 0;   // the flight whose picture was collected last
   std::uint64_t shown_volume_id_ = 0;
-  std::vector<double> angles_rad_;  // of the last volume's frames, ascending
   NumberedScene scene_;
   std::uint64_t pictures_ = 0;
 };

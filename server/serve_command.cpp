@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -127,6 +128,9 @@ Result<void> serve(const ServeOptions& options) {
                    .policy = options.policy.value_or(suitable),
                    .largest_frame_bytes = description.largest_frame_bytes},
                   {.reader_bell = render_bell, .writer_bell = acquisition_bell});
+  FrameFeed feed({.largest_frame_bytes = std::max<std::uint64_t>(description.geometry.frame_bytes(),
+                                                                description.largest_frame_bytes)},
+                 {.reader_bell = render_bell});
   Mailbox<NumberedScene> scenes(render_bell);
   Picture blank;
   blank.rgba.resize(std::size_t{size->width} * size->height * 4);
@@ -142,7 +146,8 @@ Result<void> serve(const ServeOptions& options) {
                                    {.gpu = **gpu, .counters = render_counters}, initial);
   if (!renderer) return renderer.error();
 
-  const HouseCounters house{acquisition_counters, ring.counters(), render_counters, probe.counters};
+  const HouseCounters house{acquisition_counters, ring.counters(), feed.counters(), render_counters,
+                            probe.counters};
   const ProbeControl usual =
       endpoint->address().is_loopback() ? ProbeControl::kEveryone : ProbeControl::kNobody;
   const AcquisitionThread* acquisition = nullptr;
@@ -176,12 +181,14 @@ Result<void> serve(const ServeOptions& options) {
                                                             .pictures = pictures,
                                                             .counters = render_counters,
                                                             .bell = render_bell,
-                                                            .failures = failures});
+                                                            .failures = failures,
+                                                            .feed = &feed});
     const AcquisitionThread acquisition_thread({.source = **source,
                                                 .ring = ring,
                                                 .writer_bell = acquisition_bell,
                                                 .counters = acquisition_counters,
-                                                .ended_bell = server_bell},
+                                                .ended_bell = server_bell,
+                                                .feed = &feed},
                                                options.mismatch);
     acquisition = &acquisition_thread;
     fmt::print("Fanlight shows {} on {}\n", description.name, page_url((*server)->endpoint()));

@@ -66,9 +66,12 @@ void add_probe(std::vector<NamedCount>& to, const ProbeCounters& from) {
   to.insert(to.end(), std::begin(counts), std::end(counts));
 }
 
-void add_volumes_and_pictures(std::vector<NamedCount>& to, const RingCounters& ring,
+void add_volumes_and_pictures(std::vector<NamedCount>& to, const RingCounters& ring, const FeedCounters& feed,
                               const RenderCounters& render) {
   const NamedCount counts[] = {
+      {"frames_fed", "Frames handed to the renderer ahead of their volume", feed.frames_fed.value()},
+      {"frames_not_fed", "Frames that found no room on that way, and came with their volume alone",
+       feed.frames_not_fed.value()},
       {"volumes_published", "Volumes put into the ring", ring.volumes_published.value()},
       {"volumes_taken", "Volumes that the renderer took", ring.volumes_taken.value()},
       {"volumes_dropped", "Volumes replaced unread by a newer one", ring.volumes_dropped.value()},
@@ -116,7 +119,7 @@ std::vector<NamedCount> named_counts(const HouseCounters& house, const ServerCou
     add_acquisition(counts, house.acquisition);
   });
   add_probe(counts, house.probe);
-  add_volumes_and_pictures(counts, house.ring, house.render);
+  add_volumes_and_pictures(counts, house.ring, house.feed, house.render);
   add_server(counts, server);
   return counts;
 }

@@ -29,6 +29,7 @@ struct ServerCounters {
 struct HouseCounters {
   const AcquisitionCounters& acquisition;
   const RingCounters& ring;
+  const FeedCounters& feed;
   const RenderCounters& render;
   const ProbeCounters& probe;
 };

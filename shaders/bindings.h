@@ -32,9 +32,12 @@
 #define FANLIGHT_BINDING_SEGMENTS 27        // uvec4 a tile: a bit a segment of its rays
 #define FANLIGHT_BINDING_TILE_DEPTHS 28     // vec2 a tile of 8 x 8 pixels: its least and greatest depth, mm
 #define FANLIGHT_BINDING_UNEVEN 29          // uint a tile: 1 where islands or holes may be
-#define FANLIGHT_BINDINGS 30
+#define FANLIGHT_BINDING_REACHED 30         // uint a tile: no ray of it looked at a sample with this number or a later one
+#define FANLIGHT_BINDING_OLD_SEGMENTS 31    // uvec4 a tile: its segments before frames were replaced
+#define FANLIGHT_BINDING_TILE_LIST 32       // uint: how many tiles, 1, 1, and their numbers: those to be cast again
+#define FANLIGHT_BINDINGS 33
 // Of these; the others are two uniform buffers, two textures, and texels to read and to write.
-#define FANLIGHT_STORAGE_BUFFERS 20
+#define FANLIGHT_STORAGE_BUFFERS 23
 
 // Pixels of a frame whose grey levels are bounded together, each way.
 #define FANLIGHT_BLOCK 8
@@ -60,6 +63,11 @@
 #define FANLIGHT_SHOW_SURFACE 0
 #define FANLIGHT_SHOW_DEPTH 1
 #define FANLIGHT_SHOW_COLOUR 2
+
+// Which tiles pass 1 casts: all, without or with a note of how far their rays looked, or those of a list, with it.
+#define FANLIGHT_CAST_ALL 0
+#define FANLIGHT_CAST_ALL_NOTED 1
+#define FANLIGHT_CAST_LISTED 2
 
 // The confidence counts in whole weights, so that sums are exact.
 #define FANLIGHT_MOST_WEIGHT 15

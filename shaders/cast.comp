@@ -21,6 +21,8 @@ layout(constant_id = 3) const bool kRefined = true;
 layout(constant_id = 4) const int kAcross = 0;
 // Rays pass over the segments in which segments.comp found nothing to be seen.
 layout(constant_id = 5) const bool kSkipping = true;
+// FANLIGHT_CAST_...
+layout(constant_id = 6) const int kTiles = FANLIGHT_CAST_ALL;
 
 // Tiles are numbered along the rows of tiles; a work group takes the one of its own number after this.
 layout(push_constant, scalar) uniform Band { uint first_tile; };
@@ -28,6 +30,8 @@ layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { 
 layout(binding = FANLIGHT_BINDING_TRANSFER) uniform sampler1D transfer;
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) writeonly buffer DepthMap { float depth[]; };
 layout(binding = FANLIGHT_BINDING_SEGMENTS, scalar) readonly buffer Segments { uvec4 segments[]; };
+layout(binding = FANLIGHT_BINDING_REACHED, scalar) buffer Reached { uint reached[]; };
+layout(binding = FANLIGHT_BINDING_TILE_LIST, scalar) readonly buffer TileList { uint tile_list[]; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours { uint volume_colour[]; };
 // A copy of the parameters: read once, not at every step of the loop.
 CastParameters rays;
@@ -83,7 +87,7 @@ uint next_that_matters(uvec4 segments_of_tile, uint from) {
 
 void main() {
   rays = parameters;
-  uint tile = first_tile + gl_WorkGroupID.x;
+  uint tile = kTiles == FANLIGHT_CAST_LISTED ? tile_list[3 + gl_WorkGroupID.x] : first_tile + gl_WorkGroupID.x;
   uint tiles_across = (rays.width + 7u) / 8u;
   uvec2 pixel = 8u * uvec2(tile % tiles_across, tile / tiles_across) + gl_LocalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
@@ -217,5 +221,6 @@ void main() {
   if (kKeep == FANLIGHT_KEEP_MEAN) colour = vec3(sum / max(count, 1.0));
   uint index = pixel.y * rays.width + pixel.x;
   depth[index] = surface;
+  if (kTiles != FANLIGHT_CAST_ALL) atomicMax(reached[tile], sample_index);
   volume_colour[index] = packUnorm4x8(vec4(colour, 1.0));
 }

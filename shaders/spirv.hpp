@@ -14,6 +14,7 @@ extern const std::span<const std::uint32_t> blocks_spirv;
 extern const std::span<const std::uint32_t> bounds_spirv;
 extern const std::span<const std::uint32_t> pack_spirv;
 extern const std::span<const std::uint32_t> segments_spirv;
+extern const std::span<const std::uint32_t> changed_spirv;
 extern const std::span<const std::uint32_t> cast_spirv;
 extern const std::span<const std::uint32_t> slice_spirv;
 extern const std::span<const std::uint32_t> steady_spirv;

@@ -80,13 +80,14 @@ BENCHMARK(mismatch_of_a_volume)->Unit(benchmark::kMillisecond);
 
 void angle_table_of_new_angles(benchmark::State& state) {
   const Volume volume = first_volume();
-  Volume other(volume.geometry(), volume.frame_capacity());
-  for (const double angle_rad : volume.angles_rad()) other.add_frame({.angle_rad = 0.99 * angle_rad});
-  other.sort_by_angle();
-  AngleTable table(volume.angles_rad().front(), volume.angles_rad().back(), volume.frame_capacity());
+  std::vector<double> angles_rad(volume.angles_rad().begin(), volume.angles_rad().end());
+  std::ranges::sort(angles_rad);
+  std::vector<double> others_rad = angles_rad;
+  for (double& angle_rad : others_rad) angle_rad *= 0.99;
+  AngleTable table(angles_rad.front(), angles_rad.back(), volume.frame_capacity());
   for (auto _ : state) {
-    table.place(other);
-    table.place(volume);
+    table.place(others_rad);
+    table.place(angles_rad);
   }
   state.SetItemsProcessed(2 * state.iterations());
 }

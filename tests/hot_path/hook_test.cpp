@@ -118,7 +118,7 @@ TEST_F(HookDeathTest, CatchesWhatWeAskOfTheDriver) {
   expect_caught(take_memory, "vkAllocateMemory");
   auto passes = Passes::create(gpu, Sampling::kGathering);
   ASSERT_TRUE(passes);
-  expect_caught([&] { (void)(*passes)->cast({}, FrameKind::kCartesian, Skipping::kOn); },
+  expect_caught([&] { (void)(*passes)->cast({}, FrameKind::kCartesian, Skipping::kOn, 0); },
                 "vkCreateComputePipelines");
 }
 

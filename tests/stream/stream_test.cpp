@@ -284,6 +284,7 @@ TEST(Stream, SaysWhyItCannotListen) {
   Mailbox<Error> failures(bell);
   const AcquisitionCounters acquisition;
   const RingCounters ring;
+  const FeedCounters feed;
   const RenderCounters render;
   ProbeLink probe(bell, bell);
   ServerCounters counters;
@@ -292,7 +293,7 @@ TEST(Stream, SaysWhyItCannotListen) {
                                             .pictures = pictures,
                                             .scenes = scenes,
                                             .failures = failures,
-                                            .house = {acquisition, ring, render, probe.counters},
+                                            .house = {acquisition, ring, feed, render, probe.counters},
                                             .probe = probe,
                                             .counters = counters,
                                             .source_state = {}});

@@ -30,7 +30,7 @@ class FakeHouse {
          .pictures = pictures_,
          .scenes = scenes_,
          .failures = failures_,
-         .house = {acquisition_, ring_, render_, probe_.counters},
+         .house = {acquisition_, ring_, feed_, render_, probe_.counters},
          .probe = probe_,
          .counters = counters_,
          .source_state = [this] { return source_state_; }});
@@ -103,6 +103,7 @@ class FakeHouse {
   Mailbox<Error> failures_{bell_};
   AcquisitionCounters acquisition_;
   RingCounters ring_;
+  FeedCounters feed_;
   RenderCounters render_;
   Doorbell acquisition_bell_;
   ProbeLink probe_{acquisition_bell_, bell_};
