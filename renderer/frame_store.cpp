@@ -118,8 +118,8 @@ void FrameStore::put(std::uint32_t place, std::uint64_t arrival, std::span<const
 }
 
 std::uint64_t FrameStore::frames_at_a_time(const Gpu& gpu, const Scene::Speckle& options) const {
-  // More would save nothing: a dispatch over some frames keeps every GPU busy.
-  constexpr std::uint64_t kMostBytes = 64 << 20;
+  // More would save nothing: a dispatch over some frames keeps every GPU busy, and a processor by less.
+  const std::uint64_t most_bytes = gpu.candidate().kind == kProcessorKind ? 4 << 20 : 64 << 20;
   const std::uint64_t coefficient_bytes = frame_bytes() * sizeof(std::uint32_t);  // of a frame
   const std::uint64_t beside = 2 * (static_cast<std::uint64_t>(options.across) / 2);
   const auto fitting = [&](std::uint64_t bytes) {
@@ -128,7 +128,7 @@ std::uint64_t FrameStore::frames_at_a_time(const Gpu& gpu, const Scene::Speckle&
   };
   const std::uint64_t limit = gpu.limits().maxStorageBufferRange;
   // Very large frames take what they need, one at a time.
-  return std::max(fitting(std::min(limit, kMostBytes)), std::min<std::uint64_t>(fitting(limit), 1));
+  return std::max(fitting(std::min(limit, most_bytes)), std::min<std::uint64_t>(fitting(limit), 1));
 }
 
 Result<void> FrameStore::create_filter_memory(const Gpu& gpu, const Scene::Speckle& options) {

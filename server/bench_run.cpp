@@ -73,6 +73,20 @@ class BenchRig {
     return picture_since(from_ns);
   }
 
+  /// Each frame of the next sweep as it comes, from the call to the picture that shows it, ms.
+  Result<std::vector<double>> rolling_sweep() {
+    std::vector<double> each_ms;
+    const Volume& volume = volumes_.next();
+    for (std::uint32_t index = 0; index < volume.stamp().frames; ++index) {
+      const std::int64_t from_ns = now_ns();
+      renderer_->take_frame(volumes_.frame(index));
+      const auto picture_ms = picture_since(from_ns);
+      if (!picture_ms) return picture_ms.error();
+      each_ms.push_back(*picture_ms);
+    }
+    return each_ms;
+  }
+
   Result<double> change(void (*how)(Scene&, double sign)) {
     sign_ = -sign_;
     how(scene_.scene, sign_);
@@ -142,6 +156,12 @@ Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds
   BenchRig unskipped(gpu, *volumes, *scene, row.picture);
   if (auto started = unskipped.start(Skipping::kOff); !started) return started.error();
 
+  Scene with_every_frame = *scene;
+  with_every_frame.refresh = Refresh::kFrame;
+  BenchRig rolling(gpu, *volumes, with_every_frame, row.picture);
+  if (auto started = rolling.start(Skipping::kOn); !started) return started.error();
+  if (auto first = rolling.whole_volume(); !first) return first.error();
+
   BenchTimes times;
   const auto note = [&](int round, const char* name, double ms) {
     if (round > 0) times.ms[name].push_back(ms);
@@ -163,6 +183,9 @@ Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds
     const auto light = rig.change(move_light);
     if (!light) return light.error();
     note(round, "light_moved", *light);
+    const auto frames = rolling.rolling_sweep();
+    if (!frames) return frames.error();
+    for (const double ms : *frames) note(round, "frame", ms);
     const auto plain = unskipped.whole_volume();
     if (!plain) return plain.error();
     note(round, "cast_unskipped", cast_ms(unskipped.picture()));

@@ -21,8 +21,9 @@ struct BenchTimes {
 ///   new_volume    the last frame of a volume has come, the others were there and prepared -> its picture
 ///   whole_volume  all of a volume comes at once -> its picture
 ///   camera        the camera turns by a degree -> the picture of the same volume
-///   light         the light moves -> the same
-///   cast_unskipped, cast_skipped: pass 1 alone, the same volume, with nothing passed over and as usual
+///   light_moved   the light moves -> the same
+///   frame         a frame comes and replaces its place in the last sweep -> its picture (each of a sweep)
+///   cast_unskipped: pass 1 alone, of whole_volume, with nothing passed over
 Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds);
 
 /// The value below which that share of the times lies.
