@@ -1,5 +1,5 @@
-// Pass 0: bounds over each block and the blocks about it in its frame, so that one look-up bounds what lies up to a block's
-// side beside the block.
+// Pass 0: bounds over each block and the blocks right of and below it in its frame, so that one look-up bounds most boxes of
+// pixels that begin in the block.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -21,8 +21,9 @@ void main() {
   int frame = int(prepare.first_frame + gl_WorkGroupID.z) * down;
   uint least = 255u;
   uint greatest = 0u;
-  for (int y = max(block.y - 1, 0); y <= min(block.y + 1, down - 1); ++y) {
-    for (int x = max(block.x - 1, 0); x <= min(block.x + 1, across - 1); ++x) {
+  ivec2 last = min(block + FANLIGHT_BLOCKS_IN_BOUND, ivec2(across, down)) - 1;
+  for (int y = block.y; y <= last.y; ++y) {
+    for (int x = block.x; x <= last.x; ++x) {
       uint bound = blocks[(frame + y) * across + x];
       least = min(least, least_of(bound));
       greatest = max(greatest, greatest_of(bound));
