@@ -85,6 +85,38 @@ int next_in(uvec4 segments_of_tile, int from) {
   return max(from, found << rays.segment_shift);
 }
 
+// The echoes at the next samples. Those of one ray do not wait for each other: a step of all of them before the next step
+// of any keeps a processor busy, which sees no farther than one sample ahead.
+void samples_from(Ray ray, float index, out float values[kStretch]) {
+  if (kAcross > 0) {
+    [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+      values[slot] = sample_at(ray, rays.start + (index + float(slot)) * ray.spacing);
+    }
+    return;
+  }
+  vec3 at[kStretch];
+  float from_axis[kStretch];
+  Angle angles[kStretch];
+  Place places[kStretch];
+  Voxels voxels[kStretch];
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+    at[slot] = ray.from + (rays.start + (index + float(slot)) * ray.spacing) * ray.forward;
+    from_axis[slot] = from_axis_of(at[slot]);
+  }
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+    angles[slot] = angle_at(at[slot].z, at[slot].y + rays.motor_radius, from_axis[slot]);
+  }
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+    places[slot] = place_in_frame(at[slot], from_axis[slot]);
+    places[slot].voxel.z = frame_of(angles[slot]);
+  }
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) voxels[slot] = voxels_at(places[slot].voxel);
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+    float value = mixed(voxels[slot]);
+    values[slot] = exact(places[slot].inside >= 0.0 ? value : -1.0);
+  }
+}
+
 // What a ray shows.
 struct Found {
   float surface;  // its depth
@@ -151,11 +183,12 @@ Found found_along(Ray ray, uvec4 segments_of_tile) {
     }
     while (index < end && !done && (index < run_end || edge.under_way)) {
       float fresh[kStretch];
+      samples_from(ray, index, fresh);
       [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
         // The last stretch may go beyond the ray's end.
         bool taken = index < end;
         float t = rays.start + index * ray.spacing;
-        float value = sample_at(ray, t);
+        float value = fresh[slot];
         bool scanned = taken && value >= 0.0;
         in_a_row = scanned ? in_a_row + 1 : 0;
         value = max(value, 0.0);
