@@ -17,6 +17,10 @@ bool may_skip(const Scene& scene, Skipping skipping) {
   return skipping == Skipping::kOn && (kept == FANLIGHT_KEEP_NOTHING || kept == FANLIGHT_KEEP_COLOUR);
 }
 
+int sign_of(EdgeSign sign) {
+  return sign == EdgeSign::kDarkToBright ? 1 : sign == EdgeSign::kBrightToDark ? -1 : 0;
+}
+
 }  // namespace
 
 VkDescriptorType Passes::descriptor_type(std::uint32_t binding) {
@@ -212,7 +216,7 @@ Result<VkPipeline> Passes::cast(const Scene& scene, FrameKind kind, Skipping ski
   return pipeline(Shader::kCast,
                   {scene.detector.window, kept_by(scene.mode), kind == FrameKind::kConvexLines ? 1 : 0,
                    scene.detector.place == SurfacePlace::kRefined ? 1 : 0, scene.rays.window / 2,
-                   may_skip(scene, skipping) ? 1 : 0, tiles});
+                   may_skip(scene, skipping) ? 1 : 0, sign_of(scene.detector.sign), tiles});
 }
 
 Result<VkPipeline> Passes::segments(const Scene& scene, FrameKind kind, Skipping skipping) {

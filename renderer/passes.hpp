@@ -95,7 +95,7 @@ class Passes {
 
  private:
   /// Values of the specialisation constants 0, 1, ... of a shader.
-  using Constants = std::array<std::int32_t, 7>;
+  using Constants = std::array<std::int32_t, 8>;
 
   Passes(const Gpu& gpu, Sampling sampling) : gpu_(gpu), sampling_(sampling) {}
   std::span<const std::uint32_t> spirv_of(Shader shader) const;

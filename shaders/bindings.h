@@ -28,7 +28,7 @@
 #define FANLIGHT_BINDING_COLUMNS 23         // texels of four rows of a column: the same, for gathering
 #define FANLIGHT_BINDING_PACKED 24          // these, to be written
 #define FANLIGHT_BINDING_BLOCKS 25          // uint a block of a frame: its least and greatest grey level
-#define FANLIGHT_BINDING_BOUNDS 26          // uint a block: those of it and the blocks about it
+#define FANLIGHT_BINDING_BOUNDS 26          // uint a block: those of it and the blocks behind it
 #define FANLIGHT_BINDING_SEGMENTS 27        // uvec4 a tile: a bit a segment of its rays
 #define FANLIGHT_BINDING_TILE_DEPTHS 28     // vec2 a tile of 8 x 8 pixels: its least and greatest depth, mm
 #define FANLIGHT_BINDING_UNEVEN 29          // uint a tile: 1 where islands or holes may be
@@ -39,8 +39,10 @@
 // Of these; the others are two uniform buffers, two textures, and texels to read and to write.
 #define FANLIGHT_STORAGE_BUFFERS 23
 
-// Pixels of a frame whose grey levels are bounded together, each way.
-#define FANLIGHT_BLOCK 8
+// Pixels of a frame whose grey levels are bounded together, each way; and how many such blocks a bound covers, from its
+// own one on.
+#define FANLIGHT_BLOCK 4
+#define FANLIGHT_BLOCKS_IN_BOUND 4
 // Of a tile's rays at most: bits of a uvec4.
 #define FANLIGHT_MOST_SEGMENTS 128
 // The least number of samples in a segment, as a power of two.

@@ -21,8 +21,10 @@ layout(constant_id = 3) const bool kRefined = true;
 layout(constant_id = 4) const int kAcross = 0;
 // Rays pass over the segments in which segments.comp found nothing to be seen.
 layout(constant_id = 5) const bool kSkipping = true;
+// The edges that are surfaces: +1 dark to bright, -1 bright to dark, 0 either.
+layout(constant_id = 6) const int kSign = 0;
 // FANLIGHT_CAST_...
-layout(constant_id = 6) const int kTiles = FANLIGHT_CAST_ALL;
+layout(constant_id = 7) const int kTiles = FANLIGHT_CAST_ALL;
 
 // Tiles are numbered along the rows of tiles; a work group takes the one of its own number after this.
 layout(push_constant, scalar) uniform Band { uint first_tile; };
@@ -38,6 +40,8 @@ CastParameters rays;
 #include "fan_volume.h"
 #include "ray.h"
 
+// Before the window is full there is no last edge: lower than any, and so far that no rise from it has a middle.
+const float kNoEdge = -1e9;
 // An opacity from which nothing behind changes the picture by a level of 255.
 const float kOpaque = 0.997;
 const int kHalf = kWindow / 2;
@@ -73,53 +77,91 @@ float peak_offset(float before, float peak, float after) {
 
 vec4 transfer_at(float value) { return textureLod(transfer, (value * 255.0 + 0.5) / 256.0, 0.0); }
 
-// The first sample from `from` on that lies in a segment that matters; beyond every ray where none does.
-uint next_that_matters(uvec4 segments_of_tile, uint from) {
-  uint segment = from >> rays.segment_shift;
-  uint found = 1u << 24;
+// The first sample from `from` on that lies in a segment whose bit is set; beyond every ray where none does.
+int next_in(uvec4 segments_of_tile, int from) {
+  int segment = from >> rays.segment_shift;
+  int found = 1 << 16;
   [[unroll]] for (int part = FANLIGHT_MOST_SEGMENTS / 32 - 1; part >= 0; --part) {
-    int behind = int(segment) - 32 * part;  // so many segments of this part are passed
+    int behind = segment - 32 * part;  // so many segments of this part are passed
     uint left = behind >= 32 ? 0u : segments_of_tile[part] & (~0u << uint(max(behind, 0)));
-    found = left != 0u ? uint(32 * part + findLSB(left)) : found;
+    found = left != 0u ? 32 * part + findLSB(left) : found;
   }
   return max(from, found << rays.segment_shift);
 }
 
-void main() {
-  rays = parameters;
-  uint tile = kTiles == FANLIGHT_CAST_LISTED ? tile_list[3 + gl_WorkGroupID.x] : first_tile + gl_WorkGroupID.x;
-  uint tiles_across = (rays.width + 7u) / 8u;
-  uvec2 pixel = 8u * uvec2(tile % tiles_across, tile / tiles_across) + gl_LocalInvocationID.xy;
-  if (pixel.x >= rays.width || pixel.y >= rays.height) return;
-  uvec2 in_view = pixel - uvec2(rays.view_left, rays.view_top);  // beyond the size where it lies before
-  bool has_ray = in_view.x < rays.view_width && in_view.y < rays.view_height;
+// The echoes at the next samples. Those of one ray do not wait for each other: a step of all of them before the next step
+// of any keeps a processor busy, which sees no farther than one sample ahead.
+void samples_from(Ray ray, float index, out float values[kStretch]) {
+  if (kAcross > 0) {
+    [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+      values[slot] = sample_at(ray, rays.start + (index + float(slot)) * ray.spacing);
+    }
+    return;
+  }
+  vec3 at[kStretch];
+  float from_axis[kStretch];
+  Angle angles[kStretch];
+  Place places[kStretch];
+  Voxels voxels[kStretch];
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+    at[slot] = ray.from + (rays.start + (index + float(slot)) * ray.spacing) * ray.forward;
+    from_axis[slot] = from_axis_of(at[slot]);
+  }
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+    angles[slot] = angle_at(at[slot].z, at[slot].y + rays.motor_radius, from_axis[slot]);
+  }
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+    places[slot] = place_in_frame(at[slot], from_axis[slot]);
+    places[slot].voxel.z = frame_of(angles[slot]);
+  }
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) voxels[slot] = voxels_at(places[slot].voxel);
+  [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+    float value = mixed(voxels[slot]);
+    values[slot] = exact(places[slot].inside >= 0.0 ? value : -1.0);
+  }
+}
 
-  Ray ray = ray_of(vec2(pixel));
+// What a ray shows.
+struct Found {
+  float surface;  // its depth
+  vec3 colour;
+  uint reached;  // the first sample that it did not look at
+};
 
+// The edge under way: its peak so far, which sample that was, and the edge's height beside it (negative: not known).
+struct Edge {
+  bool under_way;
+  float peak;
+  float index;
+  float before;
+  float after;
+};
+
+// The middle between the halves of the window whose newest sample this is, in samples from the ray's start.
+float middle_of(float newest) { return newest - (float(kHalf) - 0.5); }
+
+float place_of(Edge edge) { return middle_of(edge.index) + peak_offset(edge.before, edge.peak, edge.after); }
+
+Found found_along(Ray ray, uvec4 segments_of_tile) {
   // Beyond what is shown, the detector's windows have samples to stand on.
   vec2 shown = cropped(vec2(rays.start, rays.end), ray.from, ray.forward);
   vec2 stretch = stretch_in_frames(ray.from, ray.forward);
   float beyond_crop = 2.0 * float(kWindow) * ray.spacing;
   stretch = vec2(max(stretch.x, shown.x - beyond_crop), min(stretch.y, shown.y + beyond_crop));
-  if (!has_ray || shown.x > shown.y) stretch = vec2(1.0, 0.0);
-  // Whole samples only, so that cutting a ray never moves one.
-  float most = float(rays.steps);
-  uint sample_index = uint(clamp(ceil((stretch.x - rays.start) / ray.spacing), 0.0, most));
-  uint end = stretch.x > stretch.y ? 0u : uint(clamp(floor((stretch.y - rays.start) / ray.spacing) + 1.0, 0.0, most));
+  if (shown.x > shown.y) stretch = vec2(1.0, 0.0);
+  // Whole samples only, so that cutting a ray never moves one. They are counted in floats, which a processor need not
+  // convert.
+  float most = float(int(rays.steps));
+  float index = clamp(ceil((stretch.x - rays.start) / ray.spacing), 0.0, most);
+  float end = stretch.x > stretch.y ? 0.0 : clamp(floor((stretch.y - rays.start) / ray.spacing) + 1.0, 0.0, most);
 
   float window[kWindow];  // the last samples, oldest first
   [[unroll]] for (int slot = 0; slot < kWindow; ++slot) window[slot] = 0.0;
-  float difference = 0.0;    // sum of the newest half of the window - sum of the oldest half
-  int scanned_in_a_row = 0;  // an edge of the fan is not an edge of tissue
-  float last_edge = 0.0;
+  float difference = 0.0;  // sum of the newest half of the window - sum of the oldest half
+  int in_a_row = 0;        // samples that were scanned: an edge of the fan is not an edge of tissue
+  float last_edge = kNoEdge;
   const float level = rays.threshold * float(kHalf);
-
-  // The edge under way: its peak so far, which sample that was, and the edge's height beside it (-1: not known).
-  float peak = 0.0;
-  float peak_index = 0.0;
-  float before_peak = -1.0;
-  float after_peak = -1.0;
-  bool in_edge = false;
+  Edge edge = Edge(false, 0.0, 0.0, -1.0, -1.0);
 
   float surface = FANLIGHT_NO_SURFACE;
   vec3 colour = vec3(0.0);
@@ -128,99 +170,122 @@ void main() {
   float sum = 0.0;
   float count = 0.0;
 
-  uvec4 segments_of_tile = kSkipping ? segments[tile] : uvec4(0u);
   bool done = false;
-  while (sample_index < end && !done) {
+  // A run of segments that matter at a turn: looking for the next one at every stretch took a third of the time.
+  while (index < end && !done) {
+    float run_end = end;
     if (kSkipping) {
+      int next = next_in(segments_of_tile, int(index));
+      run_end = min(end, float(next_in(~segments_of_tile, next)));
       // The detector begins anew before the next segment that matters, a window earlier.
-      uint next = in_edge ? sample_index : next_that_matters(segments_of_tile, sample_index);
-      uint from = max(next, uint(kWindow)) - uint(kWindow);
-      bool passes_over = from > sample_index;
-      sample_index = next >= end ? end : passes_over ? from : sample_index;
+      float from = next >= int(end) ? end : float(next - kWindow);
+      bool passes_over = from > index;
+      index = max(from, index);
       [[unroll]] for (int slot = 0; slot < kWindow; ++slot) window[slot] = passes_over ? 0.0 : window[slot];
       difference = passes_over ? 0.0 : difference;
-      scanned_in_a_row = passes_over ? 0 : scanned_in_a_row;
+      in_a_row = passes_over ? 0 : in_a_row;
+      last_edge = passes_over ? kNoEdge : last_edge;
     }
-    float fresh[kStretch];
-    [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
-      // The last stretch may go beyond the ray's end.
-      bool taken = sample_index < end;
-      float t = rays.start + float(sample_index) * ray.spacing;
-      float value = sample_at(ray, t);
-      scanned_in_a_row = taken && value >= 0.0 ? scanned_in_a_row + 1 : 0;
-      bool scanned = scanned_in_a_row > 0;
-      value = max(value, 0.0);
-      fresh[slot] = value;
+    while (index < end && !done && (index < run_end || edge.under_way)) {
+      float fresh[kStretch];
+      samples_from(ray, index, fresh);
+      [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
+        // The last stretch may go beyond the ray's end.
+        bool taken = index < end;
+        float t = rays.start + index * ray.spacing;
+        float value = fresh[slot];
+        bool scanned = taken && value >= 0.0;
+        in_a_row = scanned ? in_a_row + 1 : 0;
+        value = max(value, 0.0);
+        fresh[slot] = value;
 
-      // The sample that moves from the newest half to the oldest, and the one that leaves.
-      difference += value - 2.0 * window[slot + kHalf] + window[slot];
+        // The sample that moves from the newest half to the oldest, and the one that leaves.
+        difference += value - 2.0 * window[slot + kHalf] + window[slot];
 
-      float edge = rays.edge_sign == 0 ? abs(difference) : float(rays.edge_sign) * difference;
-      float index = float(sample_index);
-      bool full = scanned_in_a_row >= kWindow;
-      bool first = scanned_in_a_row == kWindow;  // there is no last edge then
-      bool crossed = full && !in_edge && edge > level && (first || last_edge <= level);
+        float height = kSign == 0 ? abs(difference) : float(kSign) * difference;
+        bool full = in_a_row >= kWindow;
+        bool crossed = full && height > level && last_edge <= level;
 
-      // In samples from the ray's start: the middle between the window's halves lies this far back.
-      const float kBack = float(kHalf) - 0.5;
-      float found = -1.0;
-      if (kRefined) {
-        after_peak = in_edge && full && index == peak_index + 1.0 ? edge : after_peak;
-        bool ended = in_edge && (!full || edge <= max(level, 0.5 * peak));
-        found = ended ? peak_index - kBack + peak_offset(before_peak, peak, after_peak) : -1.0;
-        in_edge = in_edge && !ended;
-        bool higher = crossed || (in_edge && edge > peak);
-        peak = higher ? edge : peak;
-        peak_index = higher ? index : peak_index;
-        before_peak = higher ? (first ? -1.0 : last_edge) : before_peak;
-        after_peak = higher ? -1.0 : after_peak;
-        in_edge = in_edge || crossed;
-      } else {
-        // The crossing of the level lies between this step and the last.
-        float rise = edge - last_edge;
-        float beyond = first || rise <= 0.0 ? 0.0 : clamp((edge - level) / rise, 0.0, 1.0);
-        found = crossed ? index - kBack - beyond : -1.0;
-      }
-      float place = rays.start + found * ray.spacing;
-      bool is_surface = found >= 0.0 && surface < 0.0 && place >= shown.x && place <= shown.y;
-      surface = is_surface ? place : surface;
-      last_edge = edge;
-
-      if (kKeep != FANLIGHT_KEEP_NOTHING) {
-        bool kept = scanned && t >= shown.x && t <= shown.y;
-        if (kKeep == FANLIGHT_KEEP_COLOUR) {
-          vec4 look = transfer_at(value);
-          // By the sample, not by the stretch: how a ray is cut into those shall not show.
-          float share = kept && opacity < kOpaque ? (1.0 - opacity) * look.a : 0.0;
-          colour += share * look.rgb;
-          opacity += share;
+        // In samples from the ray's start.
+        float found = -1.0;
+        if (kRefined) {
+          edge.after = index == edge.index + 1.0 && full ? height : edge.after;
+          bool ended = edge.under_way && (!full || height <= max(level, 0.5 * edge.peak));
+          found = ended ? place_of(edge) : -1.0;
+          crossed = crossed && !edge.under_way;
+          edge.under_way = edge.under_way && !ended;
+          bool higher = crossed || (edge.under_way && height > edge.peak);
+          edge.peak = higher ? height : edge.peak;
+          edge.index = higher ? index : edge.index;
+          edge.before = higher ? last_edge : edge.before;
+          edge.after = higher ? -1.0 : edge.after;
+          edge.under_way = edge.under_way || crossed;
+        } else {
+          // The crossing of the level lies between this step and the last.
+          float beyond = min((height - level) / (height - last_edge), 1.0);
+          found = crossed ? middle_of(index) - beyond : -1.0;
         }
-        if (kKeep == FANLIGHT_KEEP_MAXIMUM) extreme = kept ? max(extreme, value) : extreme;
-        if (kKeep == FANLIGHT_KEEP_MINIMUM) extreme = kept ? min(extreme, value) : extreme;
-        if (kKeep == FANLIGHT_KEEP_MEAN) {
-          sum += kept ? value : 0.0;
-          count += kept ? 1.0 : 0.0;
+        float place = rays.start + found * ray.spacing;
+        bool is_surface = found >= 0.0 && surface < 0.0 && place >= shown.x && place <= shown.y;
+        surface = is_surface ? place : surface;
+        last_edge = full ? height : kNoEdge;
+
+        if (kKeep != FANLIGHT_KEEP_NOTHING) {
+          bool kept = scanned && t >= shown.x && t <= shown.y;
+          if (kKeep == FANLIGHT_KEEP_COLOUR) {
+            vec4 look = transfer_at(value);
+            // By the sample, not by the stretch: how a ray is cut into those shall not show.
+            float share = kept && opacity < kOpaque ? (1.0 - opacity) * look.a : 0.0;
+            colour += share * look.rgb;
+            opacity += share;
+          }
+          if (kKeep == FANLIGHT_KEEP_MAXIMUM) extreme = kept ? max(extreme, value) : extreme;
+          if (kKeep == FANLIGHT_KEEP_MINIMUM) extreme = kept ? min(extreme, value) : extreme;
+          if (kKeep == FANLIGHT_KEEP_MEAN) {
+            sum += kept ? value : 0.0;
+            count += kept ? 1.0 : 0.0;
+          }
         }
+        index += 1.0;
       }
-      ++sample_index;
+      [[unroll]] for (int slot = 0; slot < kWindow - kStretch; ++slot) window[slot] = window[slot + kStretch];
+      [[unroll]] for (int slot = 0; slot < kStretch; ++slot) window[kWindow - kStretch + slot] = fresh[slot];
+      bool settled = kKeep == FANLIGHT_KEEP_NOTHING || (kKeep == FANLIGHT_KEEP_COLOUR && opacity >= kOpaque);
+      done = settled && surface >= 0.0;
     }
-    [[unroll]] for (int slot = 0; slot < kWindow - kStretch; ++slot) window[slot] = window[slot + kStretch];
-    [[unroll]] for (int slot = 0; slot < kStretch; ++slot) window[kWindow - kStretch + slot] = fresh[slot];
-    bool settled = kKeep == FANLIGHT_KEEP_NOTHING || (kKeep == FANLIGHT_KEEP_COLOUR && opacity >= kOpaque);
-    done = settled && surface >= 0.0;
   }
-  if (kRefined && in_edge && surface < 0.0) {
+  if (kRefined && edge.under_way && surface < 0.0) {
     // The ray ended on the edge.
-    float found = peak_index - (float(kHalf) - 0.5) + peak_offset(before_peak, peak, after_peak);
-    float place = rays.start + found * ray.spacing;
+    float place = rays.start + place_of(edge) * ray.spacing;
     surface = place >= shown.x && place <= shown.y ? place : surface;
   }
 
   if (kKeep == FANLIGHT_KEEP_MAXIMUM) colour = vec3(max(extreme, 0.0));
   if (kKeep == FANLIGHT_KEEP_MINIMUM) colour = vec3(extreme > 1.0 ? 0.0 : extreme);
   if (kKeep == FANLIGHT_KEEP_MEAN) colour = vec3(sum / max(count, 1.0));
+  return Found(surface, colour, uint(int(index)));
+}
+
+void main() {
+  rays = parameters;
+  uint tile = kTiles == FANLIGHT_CAST_LISTED ? tile_list[3 + gl_WorkGroupID.x] : first_tile + gl_WorkGroupID.x;
+  // In floats: integers are divided lane by lane. Half a tile keeps the quotient clear of rounding.
+  int tiles_across = int(rays.width + 7u) / 8;
+  int tile_row = int((float(int(tile)) + 0.5) / float(tiles_across));
+  uvec2 pixel = 8u * uvec2(int(tile) - tile_row * tiles_across, tile_row) + gl_LocalInvocationID.xy;
+  if (pixel.x >= rays.width || pixel.y >= rays.height) return;
+  uvec2 in_view = pixel - uvec2(rays.view_left, rays.view_top);  // beyond the size where it lies before
+  bool has_ray = in_view.x < rays.view_width && in_view.y < rays.view_height;
+
+  Found found = Found(FANLIGHT_NO_SURFACE, vec3(0.0), has_ray ? rays.steps : 0u);
+  uvec4 segments_of_tile = kSkipping ? segments[tile] : uvec4(~0u);
+  // A loop of one turn at most, since lavapipe walks through the inside of every `if`: where there is nothing to find in
+  // the tile, the rays need not even be set up.
+  for (bool due = has_ray && segments_of_tile != uvec4(0u); due; due = false) {
+    found = found_along(ray_of(vec2(pixel)), segments_of_tile);
+  }
   uint index = pixel.y * rays.width + pixel.x;
-  depth[index] = surface;
-  if (kTiles != FANLIGHT_CAST_ALL) atomicMax(reached[tile], sample_index);
-  volume_colour[index] = packUnorm4x8(vec4(colour, 1.0));
+  depth[index] = found.surface;
+  if (kTiles != FANLIGHT_CAST_ALL) atomicMax(reached[tile], found.reached);
+  volume_colour[index] = packUnorm4x8(vec4(found.colour, 1.0));
 }

@@ -21,11 +21,11 @@ layout(binding = FANLIGHT_BINDING_REACHED, scalar) buffer Reached { uint reached
 layout(binding = FANLIGHT_BINDING_TILE_LIST, scalar) buffer TileList { uint tile_list[]; };
 CastParameters rays;
 #include "angle_table.h"
-#include "ball.h"
+#include "cell.h"
 
-// Whether samples of the ball mix a voxel of the replaced frames.
-bool mixes_changed(vec3 centre, float reach) {
-  ivec2 frames = frames_about(centre, reach);
+// Whether samples of the cell mix a voxel of the replaced frames.
+bool mixes_changed(Cell cell) {
+  ivec2 frames = frames_in(extent_of(cell));
   return frames.x <= last_changed && frames.y >= first_changed;
 }
 
@@ -35,18 +35,12 @@ void main() {
   uint tiles_across = (rays.width + 7u) / 8u;
   uint tiles_down = (rays.height + 7u) / 8u;
   if (tile >= tiles_across * tiles_down) return;
-  vec2 middle = 8.0 * vec2(tile % tiles_across, tile / tiles_across) + kTileReach;
-  Line through = line_of(middle);
+  Tile about = tile_about(8.0 * vec2(tile % tiles_across, tile / tiles_across) + kTileReach);
   int samples = 1 << rays.segment_shift;
   // A window reaches back from its newest sample; and an edge that ends with its segment is placed by one sample more.
   float half_length = 0.5 * float(samples + kWindow);
   float first_middle = 0.5 * float(samples - kWindow);
   int count = int((min(reached[tile], rays.steps) + uint(samples) - 1u) >> rays.segment_shift);
-  int of_ray = int((rays.steps + uint(samples) - 1u) >> rays.segment_shift);
-  float widest = float(max(of_ray - 1, 1));
-  float beside = 1.5 * float(rays.across) * rays.step;
-  float first_reach = reach_about(middle, first_middle, half_length);
-  float last_reach = reach_about(middle, first_middle + widest * float(samples), half_length);
 
   bool again = false;
   for (int part = 0; part < FANLIGHT_MOST_SEGMENTS / 32; ++part) {
@@ -56,9 +50,7 @@ void main() {
     while (bits != 0u && !again) {
       int segment = 32 * part + findLSB(bits);
       bits &= bits - 1u;
-      float reach = kSlackShare * (mix(first_reach, last_reach, float(segment) / widest) + beside) + kSlackMm;
-      vec3 centre = through.first + (float(segment * samples) + first_middle) * through.step;
-      again = mixes_changed(centre, reach);
+      again = mixes_changed(Cell(about, float(segment * samples) + first_middle, half_length));
     }
   }
   for (int once = again ? 0 : 1; once < 1; ++once) {

@@ -27,54 +27,81 @@ float angle_between(float across, float along, float length) {
 }
 
 #ifdef FANLIGHT_GATHERING
-// Between the voxels about a place, as a texture's linear filter mixes them.
-float volume_at(vec3 voxel) {
+// The words about a voxel's place, and where in them it lies.
+struct Voxels {
+  uvec4 words;
+  int shift;
+  vec3 share;
+};
+
+Voxels voxels_at(vec3 voxel) {
   vec3 inside = clamp(voxel, vec3(0.0), vec3(rays.last_column, rays.last_row, rays.last_frame));
   vec3 first = floor(inside);
-  vec3 share = inside - first;
   // A packed row begins every three rows; half a row keeps the quotient clear of rounding.
   float packed_row = floor((first.y + 0.5) * (1.0 / 3.0));
-  int shift = 8 * int(first.y - 3.0 * packed_row);
   int here = (int(first.z) * rays.packed_rows + int(packed_row)) * rays.packed_stride + int(first.x);
   int behind = here + rays.packed_rows * rays.packed_stride;
   uvec4 words = uvec4(texelFetch(packed_columns, here).x, texelFetch(packed_columns, here + 1).x,
-                      texelFetch(packed_columns, behind).x, texelFetch(packed_columns, behind + 1).x) >> shift;
-  vec4 rows = mix(vec4(words & 0xFFu), vec4(words >> 8 & 0xFFu), share.y);
-  vec2 columns = mix(rows.xz, rows.yw, share.x);
-  return mix(columns.x, columns.y, share.z) * (1.0 / 255.0);
+                      texelFetch(packed_columns, behind).x, texelFetch(packed_columns, behind + 1).x);
+  return Voxels(words, 8 * int(first.y - 3.0 * packed_row), inside - first);
+}
+
+// Between them, as a texture's linear filter mixes them.
+float mixed(Voxels voxels) {
+  uvec4 words = voxels.words >> voxels.shift;
+  vec4 rows = mix(vec4(words & 0xFFu), vec4(words >> 8 & 0xFFu), voxels.share.y);
+  vec2 columns = mix(rows.xz, rows.yw, voxels.share.x);
+  return mix(columns.x, columns.y, voxels.share.z) * (1.0 / 255.0);
 }
 #else
-float volume_at(vec3 voxel) { return textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x; }
+#define Voxels float
+float voxels_at(vec3 voxel) { return textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x; }
+float mixed(float value) { return value; }
 #endif
 
-// The echo at a point between the first and last frame, 0 to 1, or negative where nothing was scanned: above the
-// probe face, beside the frame or its sector.
-float echo(vec3 at) {
-  float along_axis = at.y + rays.motor_radius;
-  float from_axis = sqrt(along_axis * along_axis + at.z * at.z);
-  float rho = from_axis - rays.motor_radius;
-  float frame = frame_at(at.z, along_axis, from_axis);
+// A point between the first and last frame, on its way to its voxel.
+struct Place {
+  vec3 voxel;
+  // The least of the distances to what was not scanned, each positive on the scanned side: above the probe face, beside
+  // the frame or its sector.
+  float inside;
+};
 
+// Its column and row.
+Place place_in_frame(vec3 at, float from_axis) {
+  float rho = from_axis - rays.motor_radius;
   float from_apex = rho + rays.probe_radius;
   float reach = at.x * at.x + from_apex * from_apex;
-  vec3 voxel;
+  Place place;
   if (kPolar) {
     float radius = sqrt(reach);
-    voxel.x = angle_between(at.x, from_apex, radius) * rays.column_scale + rays.column_offset;
-    voxel.y = (radius - rays.probe_radius) * rays.row_scale + rays.row_offset;
+    place.voxel.x = angle_between(at.x, from_apex, radius) * rays.column_scale + rays.column_offset;
+    place.voxel.y = (radius - rays.probe_radius) * rays.row_scale + rays.row_offset;
   } else {
-    voxel.x = at.x * rays.column_scale + rays.column_offset;
-    voxel.y = rho * rays.row_scale + rays.row_offset;
+    place.voxel.x = at.x * rays.column_scale + rays.column_offset;
+    place.voxel.y = rho * rays.row_scale + rays.row_offset;
   }
-  voxel.z = frame;
-  float value = volume_at(voxel);
-
-  // Each distance is positive on the scanned side: the smallest decides, without a branch.
+  place.voxel.z = 0.0;
   float beside = from_apex * rays.sector_tangent - abs(at.x) - rays.sector_margin;
   float within = min(reach - rays.sector_near_squared, rays.sector_far_squared - reach);
-  float column = min(voxel.x, rays.last_column - voxel.x);
-  float row = min(voxel.y, rays.last_row - voxel.y);
-  return min(min(beside, within), min(column, row)) >= 0.0 ? value : -1.0;
+  float column = min(place.voxel.x, rays.last_column - place.voxel.x);
+  float row = min(place.voxel.y, rays.last_row - place.voxel.y);
+  place.inside = min(min(beside, within), min(column, row));
+  return place;
+}
+
+float from_axis_of(vec3 at) {
+  float along_axis = at.y + rays.motor_radius;
+  return sqrt(along_axis * along_axis + at.z * at.z);
+}
+
+// The echo at a point between the first and last frame, 0 to 1, or negative where nothing was scanned.
+float echo(vec3 at) {
+  float from_axis = from_axis_of(at);
+  Place place = place_in_frame(at, from_axis);
+  place.voxel.z = frame_at(at.z, at.y + rays.motor_radius, from_axis);
+  float value = mixed(voxels_at(place.voxel));
+  return place.inside >= 0.0 ? value : -1.0;
 }
 
 // The part of a ray, from + t * forward, that satisfies a + b t >= 0, as a narrower (first, last).

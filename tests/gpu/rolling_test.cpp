@@ -132,7 +132,7 @@ TEST_P(RollingTest, MendsWhatDidNotComeAheadOfItsVolume) {
   EXPECT_EQ(now.picture.rgba, afresh.picture.rgba);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RollingTest, testing::Range(0U, 40U));
+INSTANTIATE_TEST_SUITE_P(Seeds, RollingTest, testing::Range(0U, 12U));
 
 }  // namespace
 }  // namespace fanlight::test
