@@ -1,5 +1,9 @@
 #include "renderer/render_thread.hpp"
 
+#include <algorithm>
+
+#include "proto/clock.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -12,6 +16,8 @@ constexpr std::int64_t kLookNs = 2'000'000;
 RenderThread::RenderThread(std::unique_ptr<Renderer> renderer, const Dependencies& dependencies)
     : renderer_(std::move(renderer)),
       to_(dependencies),
+      asked_(renderer_->scene()),
+      finest_mm_(renderer_->config().geometry.finest_mm()),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 RenderThread::~RenderThread() {
@@ -20,6 +26,7 @@ RenderThread::~RenderThread() {
 }
 
 void RenderThread::run(const std::stop_token& stop) {
+  deadline_.scene_came(asked_.scene, now_ns());
   while (!stop.stop_requested()) {
     if (const auto done = step(); !done) {
       to_.failures.draft() = done.error();
@@ -29,20 +36,48 @@ void RenderThread::run(const std::stop_token& stop) {
   }
 }
 
+void RenderThread::take_scene() {
+  if (const NumberedScene* newest = to_.scenes.newest()) {
+    asked_ = *newest;
+    deadline_.scene_came(asked_.scene, now_ns());
+    renderer_->show(asked_);
+  }
+  if (deadline_.in_force(now_ns()) != renderer_->scene().deadline) show_planned();
+}
+
+void RenderThread::show_planned() {
+  const DeadlineState state = deadline_.in_force(now_ns());
+  renderer_->show({.revision = asked_.revision,
+                   .scene = planned(asked_.scene, state.measures, finest_mm_),
+                   .deadline = state});
+}
+
+void RenderThread::rest() {
+  const std::int64_t now = now_ns();
+  if (deadline_.in_force(now) != renderer_->scene().deadline) return;  // it has just become another one
+  const auto change_ns = deadline_.next_change_ns(now);
+  to_.bell.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
+}
+
 Result<void> RenderThread::step() {
-  if (const NumberedScene* newest = to_.scenes.newest()) renderer_->show(*newest);
+  take_scene();
   if (renderer_->wants_volume()) {
     if (const auto volume = to_.ring.take()) {
+      if (finest_mm_ != volume->geometry().finest_mm()) {
+        finest_mm_ = volume->geometry().finest_mm();
+        show_planned();
+      }
       if (auto loaded = renderer_->load(*volume); !loaded) return loaded;
     }
   }
   if (auto advanced = renderer_->advance(); !advanced) return advanced;
   if (renderer_->collect(to_.pictures.draft())) {
+    deadline_.picture_finished(to_.pictures.draft().stamp);
     if (to_.pictures.publish()) to_.counters.pictures_replaced.add();
     return {};  // its slot is free now: look for work before sleeping
   }
   if (renderer_->busy()) return renderer_->wait(kLookNs);
-  to_.bell.wait(-1);
+  rest();
   return {};
 }
 

@@ -6,7 +6,7 @@
 #include "bindings.h"
 #include "cast_parameters.h"
 
-layout(local_size_x = 8, local_size_y = 8) in;  // a tile
+layout(local_size_x = 8, local_size_y = 8) in;  // a tile: 8 x 8 rays
 
 // Samples that the detector compares, even. A constant, so that the loop over the window unrolls and the
 // window lives in registers: indexed at run time it would live in memory.
@@ -84,13 +84,19 @@ uint next_that_matters(uvec4 segments_of_tile, uint from) {
 void main() {
   rays = parameters;
   uint tile = first_tile + gl_WorkGroupID.x;
-  uint tiles_across = (rays.width + 7u) / 8u;
-  uvec2 pixel = 8u * uvec2(tile % tiles_across, tile / tiles_across) + gl_LocalInvocationID.xy;
+  uint tile_side = 8u * rays.pixel_stride;
+  uint tiles_across = (rays.width + tile_side - 1u) / tile_side;
+  uvec2 pixel =
+      tile_side * uvec2(tile % tiles_across, tile / tiles_across) + rays.pixel_stride * gl_LocalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
-  uvec2 in_view = pixel - uvec2(rays.view_left, rays.view_top);  // beyond the size where it lies before
-  bool has_ray = in_view.x < rays.view_width && in_view.y < rays.view_height;
+  // Of several pixels for one ray, the first that lies in the viewport.
+  uvec2 view_first = uvec2(rays.view_left, rays.view_top);
+  uvec2 seen_pixel = rays.pixel_stride > 1u ? max(pixel, view_first) : pixel;
+  uvec2 in_view = seen_pixel - view_first;  // beyond the size where it lies before
+  bool has_ray = all(lessThan(seen_pixel, pixel + rays.pixel_stride)) && in_view.x < rays.view_width &&
+                 in_view.y < rays.view_height;
 
-  Ray ray = ray_of(vec2(pixel));
+  Ray ray = ray_of(vec2(seen_pixel));
 
   // Beyond what is shown, the detector's windows have samples to stand on.
   vec2 shown = cropped(vec2(rays.start, rays.end), ray.from, ray.forward);
@@ -215,7 +221,16 @@ void main() {
   if (kKeep == FANLIGHT_KEEP_MAXIMUM) colour = vec3(max(extreme, 0.0));
   if (kKeep == FANLIGHT_KEEP_MINIMUM) colour = vec3(extreme > 1.0 ? 0.0 : extreme);
   if (kKeep == FANLIGHT_KEEP_MEAN) colour = vec3(sum / max(count, 1.0));
-  uint index = pixel.y * rays.width + pixel.x;
-  depth[index] = surface;
-  volume_colour[index] = packUnorm4x8(vec4(colour, 1.0));
+  uint packed_colour = packUnorm4x8(vec4(colour, 1.0));
+  for (uint down = 0u; down < rays.pixel_stride; ++down) {
+    for (uint across = 0u; across < rays.pixel_stride; ++across) {
+      uvec2 shown_pixel = pixel + uvec2(across, down);
+      if (shown_pixel.x >= rays.width || shown_pixel.y >= rays.height) continue;
+      uvec2 place = shown_pixel - view_first;
+      bool in_viewport = place.x < rays.view_width && place.y < rays.view_height;
+      uint index = shown_pixel.y * rays.width + shown_pixel.x;
+      depth[index] = in_viewport ? surface : FANLIGHT_NO_SURFACE;
+      volume_colour[index] = in_viewport ? packed_colour : packUnorm4x8(vec4(0.0, 0.0, 0.0, 1.0));
+    }
+  }
 }

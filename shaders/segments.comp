@@ -25,8 +25,8 @@ CastParameters rays;
 #include "angle_table.h"
 #include "blocks.h"
 
-// A tile of 8 x 8 pixels: from its middle to its outermost pixels.
-const float kTileReach = 3.5;
+// A tile of 8 x 8 rays: from its middle to its outermost pixels.
+float tile_reach;
 // So much wider is a ball taken than it is, for rounding, and for the curve of what lies between a tile's corners.
 const float kSlackShare = 1.02;
 const float kSlackMm = 0.01;
@@ -69,7 +69,7 @@ float reach_about(vec2 middle, float index, float half_length) {
   vec3 centre = through.first + index * through.step;
   float reach_squared = 0.0;
   for (int corner = 0; corner < 8; ++corner) {
-    vec2 side = vec2((corner & 1) != 0 ? kTileReach : -kTileReach, (corner & 2) != 0 ? kTileReach : -kTileReach);
+    vec2 side = vec2((corner & 1) != 0 ? tile_reach : -tile_reach, (corner & 2) != 0 ? tile_reach : -tile_reach);
     Line line = line_of(middle + side);
     vec3 away = line.first + (index + ((corner & 4) != 0 ? half_length : -half_length)) * line.step - centre;
     reach_squared = max(reach_squared, dot(away, away));
@@ -151,10 +151,12 @@ Levels levels_about(vec3 centre, float reach) {
 void main() {
   rays = parameters;
   uint tile = gl_GlobalInvocationID.x;
-  uint tiles_across = (rays.width + 7u) / 8u;
-  uint tiles_down = (rays.height + 7u) / 8u;
+  uint tile_side = 8u * rays.pixel_stride;
+  uint tiles_across = (rays.width + tile_side - 1u) / tile_side;
+  uint tiles_down = (rays.height + tile_side - 1u) / tile_side;
   if (tile >= tiles_across * tiles_down) return;
-  vec2 middle = 8.0 * vec2(tile % tiles_across, tile / tiles_across) + kTileReach;
+  tile_reach = 0.5 * float(tile_side - 1u);
+  vec2 middle = float(tile_side) * vec2(tile % tiles_across, tile / tiles_across) + tile_reach;
   Line through = line_of(middle);
   int samples = 1 << rays.segment_shift;
   float half_length = 0.5 * float(samples - 1);
