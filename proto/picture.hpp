@@ -16,12 +16,34 @@ inline constexpr std::array<std::string_view, 7> kStageNames = {"prepare", "uplo
                                                                 "light",   "finish", "read_back"};
 inline constexpr std::size_t kStages = kStageNames.size();
 
+/// What the plan of a scene (deadline.plan) takes from a picture so that their rate holds.
+struct DeadlineMeasures {
+  bool coarse = false;         ///< a ray for 2 x 2 pixels
+  bool wide_step = false;      ///< samples twice as far apart
+  bool cheap_filters = false;  ///< no speckle filter; a moving mean of depths, islands and holes left alone
+
+  bool operator==(const DeadlineMeasures&) const = default;
+};
+
+/// How far the plan has come, 0 to kMostDeadlineLevel, and what it takes at this moment.
+struct DeadlineState {
+  std::uint8_t level = 0;
+  DeadlineMeasures measures;
+
+  bool operator==(const DeadlineState&) const = default;
+};
+
+/// 1: coarse while the view moves; 2: always; 3: and a wide step; 4: and cheap filters.
+inline constexpr std::uint8_t kMostDeadlineLevel = 4;
+
 /// Identity and time of one picture.
 struct PictureStamp {
   std::uint64_t picture_id = 0;      ///< counts the pictures of a renderer from 1
   std::uint64_t scene_revision = 0;  ///< of the scene that it shows
   std::uint64_t pass1_runs = 0;      ///< of the renderer when this picture was submitted
   std::uint64_t pass2_runs = 0;
+  std::uint8_t deadline_level = 0;  ///< see DeadlineState
+  DeadlineMeasures measures;        ///< that this picture was made with
   VolumeStamp volume;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
   std::int64_t finished_time_ns = 0;       ///< fanlight::now_ns
@@ -39,6 +61,7 @@ struct Picture {
 struct NumberedScene {
   std::uint64_t revision = 0;
   Scene scene;
+  DeadlineState deadline{};  ///< where the scene is not the one asked for but what its plan made of that
 };
 
 }  // namespace fanlight

@@ -25,6 +25,7 @@ constexpr std::string_view kNormals[] = {"three-neighbours", "central"};
 constexpr std::string_view kLightKinds[] = {"point", "directional"};
 constexpr std::string_view kSmoothings[] = {"none", "mean", "diffusion"};
 constexpr std::string_view kColourMaps[] = {"none", "grey", "sepia", "gold", "ice", "heat"};
+constexpr std::string_view kDeadlinePlans[] = {"off", "hold-rate"};
 
 using Choices = std::span<const std::string_view>;
 
@@ -121,6 +122,9 @@ const SceneField kFields[] = {
     row<MEMBER(rays.window)>("rays.window", "samples",
                              "each sample is the mean of so many by so many across the ray, odd", 1, 7, 2,
                              FirstPass::kCast),
+    row<MEMBER(rays.stride)>("rays.stride", "pixels",
+                             "one ray for so many by so many pixels: 2 is coarse, and casts a quarter", 1, 2,
+                             1, FirstPass::kCast),
     row<MEMBER(crop.left_mm)>("crop.left_mm", "mm", "nothing is shown below this lateral position (x)", -1000,
                               1000, 0, FirstPass::kCast),
     row<MEMBER(crop.right_mm)>("crop.right_mm", "mm", "nor above this", -1000, 1000, 0, FirstPass::kCast),
@@ -242,6 +246,14 @@ const SceneField kFields[] = {
                                     "diffusion: steps well above this stay", 1, 100, 0, FirstPass::kLight),
     choice<MEMBER(finish.colours)>("finish.colours", "colour map of the picture's brightness",
                                    FirstPass::kLight, kColourMaps),
+    // They change no pass of a picture; but a change wants its picture, and the light's is the cheapest.
+    choice<MEMBER(deadline.plan)>(
+        "deadline.plan",
+        "where the machine cannot keep up: nothing, or hold the rate with a coarser picture while the view "
+        "moves, then always, then a wider step, then cheaper filters",
+        FirstPass::kLight, kDeadlinePlans),
+    row<MEMBER(deadline.rate_hz)>("deadline.rate_hz", "Hz", "pictures a second that the plan holds", 1, 60, 0,
+                                  FirstPass::kLight),
 };
 
 #undef MEMBER

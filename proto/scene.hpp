@@ -44,6 +44,8 @@ enum class LightKind : std::uint8_t { kPoint, kDirectional };
 /// Pass 3.
 enum class Smoothing : std::uint8_t { kNone, kMean, kDiffusion };
 enum class ColourMap : std::uint8_t { kNone, kGrey, kSepia, kGold, kIce, kHeat };
+/// What happens where the machine cannot keep up.
+enum class DeadlinePlan : std::uint8_t { kOff, kHoldRate };
 
 /// Everything that a person may change about a picture. Plain numbers; the ranges, units and meanings
 /// stand in scene_fields(), the one table from which the command line, the network and the page read them.
@@ -69,6 +71,7 @@ struct Scene {
     double end_mm = 160;
     double step_mm = 0;  ///< 0: the finest distance of pixels in the frame
     int window = 1;  ///< each sample is the mean of window x window ones, a step apart across the ray; odd
+    int stride = 1;  ///< one ray for stride x stride pixels, through the first of them
   } rays;
 
   /// Nothing outside is shown: a box in the transducer frame, and two planes.
@@ -158,6 +161,12 @@ struct Scene {
     double conductance = 12;  ///< of the diffusion, grey levels: steps well above it stay
     ColourMap colours = ColourMap::kNone;
   } finish;
+
+  /// Held by renderer/deadline.hpp, where pictures are made one after the other; one by itself has no rate.
+  struct Deadline {
+    DeadlinePlan plan = DeadlinePlan::kOff;
+    double rate_hz = 15;  ///< wanted pictures a second
+  } deadline;
 };
 
 /// The first pass that a change of a field runs again.

@@ -300,8 +300,9 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
   const std::uint64_t tile_samples =
       std::uint64_t{kTile} * kTile * samples_across * std::max(parameters.steps, 1U);
-  const std::uint64_t most_tiles =
-      std::min(tiles_across() * tiles_down(), gpu.limits().maxComputeWorkGroupCount[0]);
+  const std::uint32_t tile_side = kTile * parameters.pixel_stride;
+  cast_tiles_ = groups(config_.size.width, tile_side) * groups(config_.size.height, tile_side);
+  const std::uint64_t most_tiles = std::min(cast_tiles_, gpu.limits().maxComputeWorkGroupCount[0]);
   band_tiles_ = static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
   next_tile_ = 0;
@@ -335,7 +336,7 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipeline_);
   vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof next_tile_,
                      &next_tile_);
-  const std::uint32_t tiles = std::min(band_tiles_, tiles_across() * tiles_down() - next_tile_);
+  const std::uint32_t tiles = std::min(band_tiles_, cast_tiles_ - next_tile_);
   vkCmdDispatch(commands, tiles, 1, 1);
   next_tile_ += tiles;
   if (cast_submitted()) record_slices(commands);
@@ -369,7 +370,7 @@ void RenderSlot::record_before_rays(VkCommandBuffer commands) {
 void RenderSlot::record_segments(VkCommandBuffer commands) const {
   if (segments_pipeline_ == VK_NULL_HANDLE) return;
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, segments_pipeline_);
-  vkCmdDispatch(commands, groups(tiles_across() * tiles_down(), kLines), 1, 1);
+  vkCmdDispatch(commands, groups(cast_tiles_, kLines), 1, 1);
   pass_barrier(commands);
 }
 
@@ -546,9 +547,9 @@ Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
   };
   const auto* words = reinterpret_cast<const std::uint32_t*>(copy->mapped().data() + maps_bytes);
   const std::uint64_t sampled = std::transform_reduce(
-      words, words + segments_.bytes() / sizeof *words, std::uint64_t{0}, std::plus(),
+      words, words + cast_tiles_ * sizeof(glm::uvec4) / sizeof *words, std::uint64_t{0}, std::plus(),
       [](std::uint32_t word) { return static_cast<std::uint64_t>(std::popcount(word)); });
-  const auto segments = static_cast<double>(std::uint64_t{tiles_across()} * tiles_down() * segments_in_ray_);
+  const auto segments = static_cast<double>(std::uint64_t{cast_tiles_} * segments_in_ray_);
   return DepthMaps{.cast_mm = map(0),
                    .confidence = confidence_known_ ? map(1) : std::vector<float>(),
                    .smooth_mm = map(2),

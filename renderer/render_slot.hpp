@@ -104,7 +104,7 @@ class RenderSlot {
   /// Submits what is due next: a piece of pass 0, some frames, the last one with the upload; or a band of
   /// pass 1, some tiles of the picture. Precondition: nothing is outstanding.
   Result<void> cast_next_band(const Gpu& gpu, const Passes& passes);
-  bool cast_submitted() const { return frames_.done() && next_tile_ == tiles_across() * tiles_down(); }
+  bool cast_submitted() const { return frames_.done() && next_tile_ == cast_tiles_; }
 
   /// Whether the other slot's depth map is that of the last volume under the same view.
   enum class Past : std::uint8_t { kNone, kKnown };
@@ -163,7 +163,8 @@ class RenderSlot {
   void place_angles();
   void write_frame_descriptors(const Gpu& gpu) const;
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
-  // Pass 1 works on tiles of 8 x 8 pixels, numbered along the rows of tiles.
+  // Passes 2 and 3 work on tiles of 8 x 8 pixels, numbered along the rows of tiles; pass 1 on tiles of 8 x 8
+  // rays, which are the same where each pixel has its ray.
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }
   std::uint32_t tiles_down() const { return (config_.size.height + 7) / 8; }
   Result<void> submit(VkQueue queue, VkCommandBuffer commands);
@@ -211,6 +212,7 @@ class RenderSlot {
   VkPipeline confidence_pipeline_ = VK_NULL_HANDLE;  // null where nothing counts by it
   bool confidence_known_ = false;                    // of the depth map
   bool frames_gone_ = false;                         // others were staged since the cast
+  std::uint32_t cast_tiles_ = 0;                     // of the whole picture
   std::uint32_t band_tiles_ = 0;                     // of each band
   std::uint32_t next_tile_ = 0;                      // the first of the next band
   std::uint32_t segments_in_ray_ = 0;

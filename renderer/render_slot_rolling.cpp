@@ -102,7 +102,7 @@ void RenderSlot::record_changed_tiles(VkCommandBuffer commands, const Passes& pa
                                               static_cast<std::int32_t>(changed_->last) + beside};
   vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof frames, frames.data());
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, changed);
-  vkCmdDispatch(commands, groups(tiles_across() * tiles_down(), kLines), 1, 1);
+  vkCmdDispatch(commands, groups(cast_tiles_, kLines), 1, 1);
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |

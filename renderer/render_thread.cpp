@@ -2,6 +2,10 @@
 
 #include <pthread.h>
 
+#include <algorithm>
+
+#include "proto/clock.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -14,6 +18,8 @@ constexpr std::int64_t kLookNs = 2'000'000;
 RenderThread::RenderThread(std::unique_ptr<Renderer> renderer, const Dependencies& dependencies)
     : renderer_(std::move(renderer)),
       to_(dependencies),
+      asked_(renderer_->scene()),
+      finest_mm_(renderer_->config().geometry.finest_mm()),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 RenderThread::~RenderThread() {
@@ -23,6 +29,7 @@ RenderThread::~RenderThread() {
 
 void RenderThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "render");
+  deadline_.scene_came(asked_.scene, now_ns());
   while (!stop.stop_requested()) {
     if (const auto done = step(); !done) {
       to_.failures.draft() = done.error();
@@ -32,24 +39,53 @@ void RenderThread::run(const std::stop_token& stop) {
   }
 }
 
+void RenderThread::take_scene() {
+  if (const NumberedScene* newest = to_.scenes.newest()) {
+    asked_ = *newest;
+    deadline_.scene_came(asked_.scene, now_ns());
+    renderer_->show(asked_);
+  }
+  if (deadline_.in_force(now_ns()) != renderer_->scene().deadline) show_planned();
+}
+
+void RenderThread::show_planned() {
+  const DeadlineState state = deadline_.in_force(now_ns());
+  renderer_->show({.revision = asked_.revision,
+                   .scene = planned(asked_.scene, state.measures, finest_mm_),
+                   .deadline = state});
+}
+
+void RenderThread::rest() {
+  const std::int64_t now = now_ns();
+  if (deadline_.in_force(now) != renderer_->scene().deadline) return;  // it has just become another one
+  const auto change_ns = deadline_.next_change_ns(now);
+  to_.bell.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
+}
+
 Result<void> RenderThread::step() {
-  if (const NumberedScene* newest = to_.scenes.newest()) renderer_->show(*newest);
+  take_scene();
   if (auto taken = take_volume(); !taken) return taken;
   take_frames();
   if (auto advanced = renderer_->advance(); !advanced) return advanced;
   if (renderer_->collect(to_.pictures.draft())) {
+    deadline_.picture_finished(to_.pictures.draft().stamp);
     if (to_.pictures.publish()) to_.counters.pictures_replaced.add();
     return {};  // its slot is free now: look for work before sleeping
   }
   if (renderer_->busy()) return renderer_->wait(kLookNs);
-  to_.bell.wait(-1);
+  rest();
   return {};
 }
 
 Result<void> RenderThread::take_volume() {
   if (!renderer_->wants_volume()) return {};
   const auto volume = to_.ring.take();
-  return volume ? renderer_->load(*volume) : Result<void>();
+  if (!volume) return {};
+  if (finest_mm_ != volume->geometry().finest_mm()) {
+    finest_mm_ = volume->geometry().finest_mm();
+    show_planned();
+  }
+  return renderer_->load(*volume);
 }
 
 void RenderThread::take_frames() {

@@ -8,12 +8,14 @@
 #include "proto/mailbox.hpp"
 #include "proto/picture.hpp"
 #include "proto/volume_ring.hpp"
+#include "renderer/deadline.hpp"
 #include "renderer/renderer.hpp"
 
 namespace fanlight {
 
 /// The thread that owns the renderer: takes volumes from the ring and scenes from a mailbox, leaves pictures
-/// in another. Sleeps on its bell while there is nothing to do. Starts when made, ends when destroyed.
+/// in another. Holds the rate of pictures where the scene has a plan for it. Sleeps on its bell while there
+/// is nothing to do. Starts when made, ends when destroyed.
 class RenderThread {
  public:
   /// All must outlive the thread. `bell` is the one that the ring and the scene mailbox ring for a reader.
@@ -37,10 +39,16 @@ class RenderThread {
   Result<void> step();
   Result<void> take_volume();
   void take_frames();
+  void take_scene();
+  void show_planned();
+  void rest();
 
   std::unique_ptr<Renderer> renderer_;
   Dependencies to_;
-  std::jthread thread_;  // last: it uses the others
+  Deadline deadline_;
+  NumberedScene asked_;   // the renderer has what its plan makes of it
+  double finest_mm_ = 0;  // step of the newest volume's rays where the scene names none
+  std::jthread thread_;   // last: it uses the others
 };
 
 }  // namespace fanlight

@@ -185,7 +185,7 @@ RenderSlot::Past Renderer::past_of(const Flight& flight) const {
 bool Renderer::light_changed(const Flight& flight) const {
   // With the view unchanged every new revision gets its picture, even one that went back to what is shown:
   // whoever asked for it waits for its number.
-  if (!view_changed(flight)) return flight.lit_scene.revision != scene_.revision;
+  if (!view_changed(flight) && flight.lit_scene.revision != scene_.revision) return true;
   const Scene possible = relit(flight.cast_scene.scene, scene_.scene);
   return first_pass_changed(flight.lit_scene.scene, possible) != FirstPass::kNone;
 }
@@ -202,7 +202,10 @@ Result<void> Renderer::light(Flight& flight) {
   flight.stamp = {.scene_revision = flight.lit_scene.revision,
                   .pass1_runs = counters_.pass1_runs.value(),
                   .pass2_runs = counters_.pass2_runs.value(),
+                  .deadline_level = scene_.deadline.level,
+                  .measures = flight.cast_scene.deadline.measures,
                   .volume = flight.slot.volume()};
+  flight.stamp.measures.cheap_filters = scene_.deadline.measures.cheap_filters;
   return {};
 }
 

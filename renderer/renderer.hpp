@@ -84,6 +84,7 @@ class Renderer {
   Result<DepthMaps> read_depth();
 
   const Config& config() const { return config_; }
+  const NumberedScene& scene() const { return scene_; }
 
  private:
   /// idle -> casting (pass 1's bands are being submitted) -> lighting (passes 2 and 3 were) -> idle.

@@ -88,6 +88,7 @@ void set_rays(shaders::CastParameters& to, const Scene& scene, PictureSize size)
   to.view_top = port.top;
   to.view_width = port.width;
   to.view_height = port.height;
+  to.pixel_stride = static_cast<std::uint32_t>(scene.rays.stride);
 }
 
 void set_samples(shaders::CastParameters& to, const Scene& scene, double finest_mm, double farthest_mm) {

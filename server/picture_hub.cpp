@@ -26,6 +26,11 @@ void describe(v1::Picture& message, const Picture& picture) {
     time.set_name(std::string(kStageNames[stage]));
     time.set_milliseconds(stamp.stage_ms[stage]);
   }
+  message.set_deadline_level(stamp.deadline_level);
+  const DeadlineMeasures& measures = stamp.measures;
+  if (measures.coarse) message.add_measures("coarse picture");
+  if (measures.wide_step) message.add_measures("wide step");
+  if (measures.cheap_filters) message.add_measures("cheap filters");
   message.set_width(picture.width);
   message.set_height(picture.height);
 }

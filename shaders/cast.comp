@@ -6,7 +6,7 @@
 #include "bindings.h"
 #include "cast_parameters.h"
 
-layout(local_size_x = 8, local_size_y = 8) in;  // a tile
+layout(local_size_x = 8, local_size_y = 8) in;  // a tile: 8 x 8 rays
 
 // Samples that the detector compares, even. A constant, so that the loop over the window unrolls and the
 // window lives in registers: indexed at run time it would live in memory.
@@ -269,23 +269,38 @@ Found found_along(Ray ray, uvec4 segments_of_tile) {
 void main() {
   rays = parameters;
   uint tile = kTiles == FANLIGHT_CAST_LISTED ? tile_list[3 + gl_WorkGroupID.x] : first_tile + gl_WorkGroupID.x;
+  uint tile_side = 8u * rays.pixel_stride;
   // In floats: integers are divided lane by lane. Half a tile keeps the quotient clear of rounding.
-  int tiles_across = int(rays.width + 7u) / 8;
+  int tiles_across = int((rays.width + tile_side - 1u) / tile_side);
   int tile_row = int((float(int(tile)) + 0.5) / float(tiles_across));
-  uvec2 pixel = 8u * uvec2(int(tile) - tile_row * tiles_across, tile_row) + gl_LocalInvocationID.xy;
+  uvec2 pixel = tile_side * uvec2(int(tile) - tile_row * tiles_across, tile_row) +
+                rays.pixel_stride * gl_LocalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
-  uvec2 in_view = pixel - uvec2(rays.view_left, rays.view_top);  // beyond the size where it lies before
-  bool has_ray = in_view.x < rays.view_width && in_view.y < rays.view_height;
+  // Of several pixels for one ray, the first that lies in the viewport.
+  uvec2 view_first = uvec2(rays.view_left, rays.view_top);
+  uvec2 seen_pixel = rays.pixel_stride > 1u ? max(pixel, view_first) : pixel;
+  uvec2 in_view = seen_pixel - view_first;  // beyond the size where it lies before
+  bool has_ray = all(lessThan(seen_pixel, pixel + rays.pixel_stride)) && in_view.x < rays.view_width &&
+                 in_view.y < rays.view_height;
 
   Found found = Found(FANLIGHT_NO_SURFACE, vec3(0.0), has_ray ? rays.steps : 0u);
   uvec4 segments_of_tile = kSkipping ? segments[tile] : uvec4(~0u);
   // A loop of one turn at most, since lavapipe walks through the inside of every `if`: where there is nothing to find in
   // the tile, the rays need not even be set up.
   for (bool due = has_ray && segments_of_tile != uvec4(0u); due; due = false) {
-    found = found_along(ray_of(vec2(pixel)), segments_of_tile);
+    found = found_along(ray_of(vec2(seen_pixel)), segments_of_tile);
   }
-  uint index = pixel.y * rays.width + pixel.x;
-  depth[index] = found.surface;
   if (kTiles != FANLIGHT_CAST_ALL) atomicMax(reached[tile], found.reached);
-  volume_colour[index] = packUnorm4x8(vec4(found.colour, 1.0));
+  uint packed_colour = packUnorm4x8(vec4(found.colour, 1.0));
+  for (uint down = 0u; down < rays.pixel_stride; ++down) {
+    for (uint across = 0u; across < rays.pixel_stride; ++across) {
+      uvec2 shown_pixel = pixel + uvec2(across, down);
+      if (shown_pixel.x >= rays.width || shown_pixel.y >= rays.height) continue;
+      uvec2 place = shown_pixel - view_first;
+      bool in_viewport = place.x < rays.view_width && place.y < rays.view_height;
+      uint index = shown_pixel.y * rays.width + shown_pixel.x;
+      depth[index] = in_viewport ? found.surface : FANLIGHT_NO_SURFACE;
+      volume_colour[index] = in_viewport ? packed_colour : packUnorm4x8(vec4(0.0, 0.0, 0.0, 1.0));
+    }
+  }
 }

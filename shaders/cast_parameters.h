@@ -34,6 +34,7 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   uint view_top;
   uint view_width;
   uint view_height;
+  uint pixel_stride;  // 1 or 2: a ray for so many by so many pixels, through the first of them
 
   float start;  // depth of the first sample below the view plane
   float end;    // no sample lies deeper

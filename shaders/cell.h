@@ -3,8 +3,12 @@
 #ifndef FANLIGHT_SHADERS_CELL_H
 #define FANLIGHT_SHADERS_CELL_H
 
-// A tile of 8 x 8 pixels: from its middle to its outermost pixels.
-const float kTileReach = 3.5;
+// Pixels along a side of a tile of 8 x 8 rays, and from its middle to its outermost ones.
+uint tile_side() { return 8u * rays.pixel_stride; }
+float tile_reach() { return 0.5 * float(tile_side() - 1u); }
+
+uvec2 cast_tiles() { return (uvec2(rays.width, rays.height) + tile_side() - 1u) / tile_side(); }
+
 // So much wider is a cell taken than it is, for rounding, and for the curve of what lies between a tile's corners.
 const float kSlackShare = 1.02;
 const float kSlackMm = 0.01;
@@ -26,11 +30,13 @@ struct Tile {
   Line corners[4];
 };
 
-Tile tile_about(vec2 middle) {
+Tile tile_numbered(uint number) {
+  uint across = cast_tiles().x;
+  vec2 middle = float(tile_side()) * vec2(number % across, number / across) + tile_reach();
   Tile tile;
   tile.middle = line_of(middle);
   [[unroll]] for (int corner = 0; corner < 4; ++corner) {
-    vec2 side = vec2((corner & 1) != 0 ? kTileReach : -kTileReach, (corner & 2) != 0 ? kTileReach : -kTileReach);
+    vec2 side = tile_reach() * vec2((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0);
     Line line = line_of(middle + side);
     tile.corners[corner] = Line(line.first - tile.middle.first, line.step - tile.middle.step);
   }

@@ -32,10 +32,8 @@ bool mixes_changed(Cell cell) {
 void main() {
   rays = parameters;
   uint tile = gl_GlobalInvocationID.x;
-  uint tiles_across = (rays.width + 7u) / 8u;
-  uint tiles_down = (rays.height + 7u) / 8u;
-  if (tile >= tiles_across * tiles_down) return;
-  Tile about = tile_about(8.0 * vec2(tile % tiles_across, tile / tiles_across) + kTileReach);
+  if (tile >= cast_tiles().x * cast_tiles().y) return;
+  Tile about = tile_numbered(tile);
   int samples = 1 << rays.segment_shift;
   // A window reaches back from its newest sample; and an edge that ends with its segment is placed by one sample more.
   float half_length = 0.5 * float(samples + kWindow);

@@ -96,10 +96,8 @@ Levels levels_in(Cell cell) {
 void main() {
   rays = parameters;
   uint tile = gl_GlobalInvocationID.x;
-  uint tiles_across = (rays.width + 7u) / 8u;
-  uint tiles_down = (rays.height + 7u) / 8u;
-  if (tile >= tiles_across * tiles_down) return;
-  Tile about = tile_about(8.0 * vec2(tile % tiles_across, tile / tiles_across) + kTileReach);
+  if (tile >= cast_tiles().x * cast_tiles().y) return;
+  Tile about = tile_numbered(tile);
   int samples = 1 << rays.segment_shift;
   float half_length = 0.5 * float(samples - 1);
   int count = int((rays.steps + uint(samples) - 1u) >> rays.segment_shift);

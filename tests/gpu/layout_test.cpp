@@ -74,6 +74,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, view_top),
                             OFFSET(CastParameters, view_width),
                             OFFSET(CastParameters, view_height),
+                            OFFSET(CastParameters, pixel_stride),
                             OFFSET(CastParameters, start),
                             OFFSET(CastParameters, end),
                             OFFSET(CastParameters, eye),

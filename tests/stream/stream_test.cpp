@@ -83,6 +83,23 @@ TEST(Stream, ShowsThePictureOnShowToWhoComesLater) {
   EXPECT_EQ(picture.jpeg().substr(0, 2), "\xFF\xD8");
 }
 
+TEST(Stream, SaysWhatThePlanTookFromThePicture) {
+  FakeHouse house;
+  StreamClient client(house.endpoint());
+  house.show({.picture_id = 1}, 128);
+  const auto full = client.next(Body::kPicture).picture();
+  EXPECT_EQ(full.deadline_level(), 0U);
+  EXPECT_EQ(full.measures_size(), 0);
+  house.show({.picture_id = 2,
+              .deadline_level = 4,
+              .measures = {.coarse = true, .wide_step = true, .cheap_filters = true}},
+             128);
+  const auto coarse = client.next(Body::kPicture).picture();
+  EXPECT_EQ(coarse.deadline_level(), 4U);
+  EXPECT_EQ(std::vector<std::string>(coarse.measures().begin(), coarse.measures().end()),
+            (std::vector<std::string>{"coarse picture", "wide step", "cheap filters"}));
+}
+
 TEST(Stream, EncodesOnceForManyAndNotAtAllForNobody) {
   FakeHouse house;
   house.show(1, 10);

@@ -48,14 +48,16 @@ class FakeHouse {
   const ServerCounters& counters() const { return counters_; }
 
   /// Shows a picture of one grey level, with this id.
-  void show(std::uint64_t picture_id, std::uint8_t grey) {
-    show(picture_id, kWidth, kHeight, [grey](std::size_t /*value*/) { return grey; });
+  void show(std::uint64_t picture_id, std::uint8_t grey) { show({.picture_id = picture_id}, grey); }
+  /// The same with more of a stamp.
+  void show(const PictureStamp& stamp, std::uint8_t grey) {
+    show(stamp, kWidth, kHeight, [grey](std::size_t /*value*/) { return grey; });
   }
 
   /// Shows a picture that no codec makes small: about half a megabyte as JPEG.
   void show_noise(std::uint64_t picture_id) {
     std::uint32_t state = static_cast<std::uint32_t>(picture_id);
-    show(picture_id, 640, 480, [&state](std::size_t /*value*/) {
+    show({.picture_id = picture_id}, 640, 480, [&state](std::size_t /*value*/) {
       state = 1'664'525 * state + 1'013'904'223;  // Numerical Recipes' quick generator
       return static_cast<std::uint8_t>(state >> 24);
     });
@@ -85,9 +87,11 @@ class FakeHouse {
 
  private:
   template <typename Value>
-  void show(std::uint64_t picture_id, std::uint32_t width, std::uint32_t height, Value value) {
+  void show(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height, Value value) {
     Picture& picture = pictures_.draft();
-    picture.stamp = {.picture_id = picture_id, .scene_revision = 1, .finished_time_ns = now_ns()};
+    picture.stamp = stamp;
+    picture.stamp.scene_revision = 1;
+    picture.stamp.finished_time_ns = now_ns();
     picture.width = width;
     picture.height = height;
     picture.rgba.resize(std::size_t{4} * width * height);

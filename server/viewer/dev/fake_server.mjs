@@ -161,6 +161,7 @@ function render() {
     angleCorrectionDeg: probe ? kMismatch.mismatchDeg / 2 : 0,
     pass1Runs,
     pass2Runs,
+    ...(scene["deadline.plan"] !== 0 && { deadlineLevel: 2, measures: ["coarse picture"] }),
     ...picture,
     stages: ["upload", "cast", "filter", "light", "finish", "read_back"].map((name) => ({
       name,

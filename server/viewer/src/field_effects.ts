@@ -39,6 +39,7 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   "shadow.softness_mm": [["shadow.coefficient", "is below", 1]],
   "finish.iterations": [["finish.smoothing", "is", "diffusion"]],
   "finish.conductance": [["finish.smoothing", "is", "diffusion"]],
+  "deadline.rate_hz": [["deadline.plan", "is not", "off"]],
   "camera.opening_deg": [["camera.projection", "is", "perspective"]],
   "clip1.distance_mm": normalGiven("clip1"),
   "clip2.distance_mm": normalGiven("clip2"),

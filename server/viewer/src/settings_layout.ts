@@ -42,6 +42,7 @@ const kGroups = new Map([
   ["clip2", "Clip plane 2"],
   ["transfer", "Volume colours"],
   ["slice", "Slice"],
+  ["deadline", "Picture rate"],
 ]);
 
 export function sections(fields: readonly SceneField[]): Section[] {
