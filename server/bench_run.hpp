@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/frame_source.hpp"
+#include "proto/scene.hpp"
 #include "renderer/gpu.hpp"
 #include "server/bench_rows.hpp"
 
@@ -24,6 +26,9 @@ struct BenchTimes {
 ///   light         the light moves -> the same
 ///   cast_unskipped, cast_skipped: pass 1 alone, the same volume, with nothing passed over and as usual
 Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds);
+
+/// The scene of a row: the source's, with the row's settings.
+Result<Scene> bench_scene(const BenchRow& row, const SourceDescription& source);
 
 /// The value below which that share of the times lies.
 double quantile(std::vector<double> times_ms, double share);

@@ -83,7 +83,11 @@ uint next_that_matters(uvec4 segments_of_tile, uint from) {
 
 void main() {
   rays = parameters;
-  uint tile = first_tile + gl_WorkGroupID.x;
+  // lavapipe gives half of the groups to each of two threads, and the dispatch takes as long as the slower
+  // half: each gets every other tile.
+  uint half_of_band = (gl_NumWorkGroups.x + 1) / 2;
+  bool later = gl_WorkGroupID.x >= half_of_band;
+  uint tile = first_tile + 2 * (gl_WorkGroupID.x - (later ? half_of_band : 0)) + uint(later);
   uint tiles_across = (rays.width + 7u) / 8u;
   uvec2 pixel = 8u * uvec2(tile % tiles_across, tile / tiles_across) + gl_LocalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
