@@ -558,13 +558,15 @@ Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
                                         : static_cast<double>(sampled) / std::max(segments, 1.0)};
 }
 
-std::array<double, kStages> RenderSlot::stage_ms(const Gpu& gpu) const {
+std::array<StageSpan, kStages> RenderSlot::stage_spans(const Gpu& gpu) const {
   std::array<std::uint64_t, kQueries> ticks{};
-  const double ms_per_tick = gpu.limits().timestampPeriod / 1e6;
   const auto between = [&](Query from, Query to) {
-    return ticks[to] > ticks[from] && ticks[from] > 0
-               ? static_cast<double>(ticks[to] - ticks[from]) * ms_per_tick
-               : 0.0;
+    if (ticks[from] == 0 || ticks[to] <= ticks[from]) return StageSpan{};
+    // A GPU may count nanoseconds since 1970, more of them than a double tells apart.
+    const auto ns = [&](Query query) {
+      return static_cast<std::int64_t>(static_cast<long double>(ticks[query]) * gpu.limits().timestampPeriod);
+    };
+    return StageSpan{.begin_ns = ns(from), .end_ns = ns(to)};
   };
   // Queries that were not written since they were reset stay 0.
   for (std::uint32_t query = 0; query < kQueries; ++query) {
@@ -575,6 +577,14 @@ std::array<double, kStages> RenderSlot::stage_ms(const Gpu& gpu) const {
           between(kCastBegin, kCastEnd),       between(kFilterBegin, kLightBegin),
           between(kLightBegin, kLightEnd),     between(kLightEnd, kFinishEnd),
           between(kFinishEnd, kReadBackEnd)};
+}
+
+std::array<double, kStages> RenderSlot::stage_ms(const Gpu& gpu) const {
+  std::array<double, kStages> ms{};
+  std::ranges::transform(stage_spans(gpu), ms.begin(), [](const StageSpan& span) {
+    return static_cast<double>(span.end_ns - span.begin_ns) / 1e6;
+  });
+  return ms;
 }
 
 }  // namespace fanlight

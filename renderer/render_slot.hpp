@@ -28,6 +28,12 @@ struct DepthMaps {
   double sampled_share = 1;
 };
 
+/// When a stage of a picture ran, on the device's clock, ns; both 0 where it did not.
+struct StageSpan {
+  std::int64_t begin_ns = 0;
+  std::int64_t end_ns = 0;
+};
+
 /// Everything that one volume in flight needs on the GPU: its frames, its angle table, its depth map, its
 /// picture, and the commands that make one from the other. Two may be in flight; they share nothing but that
 /// the filter of each reads the last depth map of the other, on the one queue that runs both. Render thread
@@ -133,6 +139,9 @@ class RenderSlot {
 
   /// The finished picture: height x width x RGBA, top row first.
   std::span<const std::uint8_t> picture() const { return read_back_.mapped(); }
+
+  /// When each stage ran; nothing for those that the last submissions did not contain.
+  std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const;
 
   /// Milliseconds of each stage; 0 for those that the last submissions did not contain.
   std::array<double, kStages> stage_ms(const Gpu& gpu) const;

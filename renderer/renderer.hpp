@@ -74,6 +74,10 @@ class Renderer {
   /// True where a picture was done and has been copied to `picture`, whose buffer is reused.
   bool collect(Picture& picture);
 
+  /// When each stage of the picture collected last ran. Precondition: its slot has not taken another volume
+  /// since. For benchmarks.
+  std::array<StageSpan, kStages> stage_spans() const { return flights_[shown_]->slot.stage_spans(gpu_); }
+
   /// Whether anything is under way on the GPU.
   bool busy() const;
 

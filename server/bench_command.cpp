@@ -1,10 +1,17 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "renderer/gpu.hpp"
+#include "server/bench_pipeline.hpp"
 #include "server/bench_run.hpp"
 #include "server/commands.hpp"
 
@@ -17,6 +24,7 @@ struct BenchOptions {
   int count = 9;
   std::string gpu;
   bool json = false;
+  int volumes = 8;
 };
 
 nlohmann::ordered_json as_json(const BenchRow& row, const BenchTimes& times, int rounds) {
@@ -39,6 +47,20 @@ void print_row(const BenchRow& row, const BenchTimes& times) {
   std::fflush(stdout);
 }
 
+/// The row of that very name, or else all whose name contains it. Error: none does.
+Result<std::vector<BenchRow>> chosen_rows(std::string_view only) {
+  std::vector<BenchRow> chosen;
+  for (const BenchRow& row : bench_rows()) {
+    if (row.name == only) return std::vector{row};
+    if (row.name.find(only) != std::string_view::npos) chosen.push_back(row);
+  }
+  if (chosen.empty()) {
+    return Error{ErrorCode::kNotFound, fmt::format("no row has {} in its name, expected one as {}", only,
+                                                   bench_rows().front().name)};
+  }
+  return chosen;
+}
+
 Result<void> bench(const BenchOptions& options) {
   const auto instance = GpuInstance::create({});
   if (!instance) return instance.error();
@@ -46,8 +68,9 @@ Result<void> bench(const BenchOptions& options) {
   if (!gpu) return gpu.error();
   nlohmann::ordered_json report = {{"device", (*gpu)->candidate().name},
                                    {"rows", nlohmann::ordered_json::array()}};
-  for (const BenchRow& row : bench_rows()) {
-    if (row.name.find(options.only) == std::string_view::npos) continue;
+  const auto rows = chosen_rows(options.only);
+  if (!rows) return rows.error();
+  for (const BenchRow& row : *rows) {
     const auto times = run_bench_row(**gpu, row, options.count);
     if (!times) return times.error();
     report["rows"].push_back(as_json(row, *times, options.count));
@@ -57,19 +80,115 @@ Result<void> bench(const BenchOptions& options) {
   return {};
 }
 
+double ratio(const PipelineTimes& times) {
+  return quantile(times.pipelined.volumes_a_second, 0.5) / quantile(times.serial.volumes_a_second, 0.5);
+}
+
+nlohmann::ordered_json as_json(const PipelineFigures& figures) {
+  return {{"volumes", figures.volumes},
+          {"pictures", figures.pictures},
+          {"encoded", figures.encoded},
+          {"volumes_a_second", figures.volumes_a_second},
+          {"volumes_a_second_p50", quantile(figures.volumes_a_second, 0.5)},
+          {"light_ms", {{"p50", quantile(figures.light_ms, 0.5)}, {"p99", quantile(figures.light_ms, 0.99)}}},
+          {"busy_cores", figures.busy_cores}};
+}
+
+nlohmann::ordered_json as_json(const BenchRow& row, const PipelineTimes& times) {
+  return {{"name", row.name},
+          {"input", row.input},
+          {"picture", row.picture},
+          {"settings", row.settings},
+          {"serial", as_json(times.serial)},
+          {"pipelined", as_json(times.pipelined)},
+          {"pipelined_over_serial", ratio(times)},
+          {"shares",
+           {{"light_in_cast", times.light_in_cast},
+            {"light_in_work", times.light_in_work},
+            {"upload_in_work", times.upload_in_work},
+            {"read_back_in_work", times.read_back_in_work},
+            {"encoding_in_work", times.encoding_in_work}}}};
+}
+
+void print_figures(std::string_view name, const PipelineFigures& figures) {
+  fmt::print(
+      "  {:<10} {:7.3f} volumes a second, passes 2 and 3 done {:.1f} ms after pass 1, {:.2f} cores busy\n",
+      name, quantile(figures.volumes_a_second, 0.5), quantile(figures.light_ms, 0.5), figures.busy_cores);
+}
+
+void print_pipeline(const BenchRow& row, const PipelineTimes& times) {
+  fmt::print("{}: {} volumes, {} pictures, {} encoded\n", row.name, times.pipelined.volumes,
+             times.pipelined.pictures, times.pipelined.encoded);
+  print_figures("serial", times.serial);
+  print_figures("pipelined", times.pipelined);
+  fmt::print("  pipelined over serial {:.3f}\n", ratio(times));
+  fmt::print("  of passes 2 and 3, {:.1f} % lay in another volume's pass 1, {:.1f} % in its passes 0 and 1\n",
+             100 * times.light_in_cast, 100 * times.light_in_work);
+  fmt::print(
+      "  of upload {:.1f} %, of read-back {:.1f} %, of encoding {:.1f} % lay in what the GPU did for "
+      "others\n",
+      100 * times.upload_in_work, 100 * times.read_back_in_work, 100 * times.encoding_in_work);
+  std::fflush(stdout);
+}
+
+Result<void> bench_pipeline(const BenchOptions& options) {
+  const auto instance = GpuInstance::create({});
+  if (!instance) return instance.error();
+  const auto gpu = Gpu::create(**instance, options.gpu);
+  if (!gpu) return gpu.error();
+  nlohmann::ordered_json report = {{"device", (*gpu)->candidate().name},
+                                   {"mechanism", pipeline_mechanism(**gpu)},
+                                   {"blocks", options.count},
+                                   {"volumes_a_block", options.volumes},
+                                   {"rows", nlohmann::ordered_json::array()}};
+  if (!options.json) {
+    fmt::print("{}, {}; medians of {} blocks of {} volumes each way, in turn\n", (*gpu)->candidate().name,
+               pipeline_mechanism(**gpu), options.count, options.volumes);
+  }
+  std::vector<BenchRow> rows;
+  const std::string_view only = options.only;
+  for (const std::string_view name : only.empty() ? pipeline_rows() : std::span(&only, 1)) {
+    const auto chosen = chosen_rows(name);
+    if (!chosen) return chosen.error();
+    std::ranges::copy(*chosen, std::back_inserter(rows));
+  }
+  for (const BenchRow& row : rows) {
+    const auto times = run_bench_pipeline(**gpu, row, options.count, options.volumes);
+    if (!times) return times.error();
+    report["rows"].push_back(as_json(row, *times));
+    if (!options.json) print_pipeline(row, *times);
+  }
+  if (options.json) fmt::print("{}\n", report.dump(1));
+  return {};
+}
+
+void add_options(CLI::App& command, BenchOptions& options) {
+  command.add_option("--only", options.only, "The row of that name, or else rows whose name contains it")
+      ->type_name("NAME");
+  command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command.add_flag("--json", options.json, "Print the report as JSON");
+}
+
 }  // namespace
 
 Command add_bench_command(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("bench", "Measures how long pictures take");
+  CLI::App* const command = program.add_subcommand("bench", "Measures how long pictures take");
+  CLI::App* const pipeline =
+      command->add_subcommand("pipeline", "Measures what it brings to work at several volumes at once");
   const auto options = std::make_shared<BenchOptions>();
-  command->add_option("--only", options->only, "Rows whose name contains this")->type_name("NAME");
-  command->add_option("--count", options->count, "Rounds of each row")
+  for (const auto& [app, what] :
+       {std::pair(command, "Rounds of each row"), std::pair(pipeline, "Blocks of each way")}) {
+    add_options(*app, *options);
+    app->add_option("--count", options->count, what)
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000))
+        ->type_name("N");
+  }
+  pipeline->add_option("--volumes", options->volumes, "Volumes of each block")
       ->capture_default_str()
-      ->check(CLI::Range(1, 100000))
+      ->check(CLI::Range(1, 1000))
       ->type_name("N");
-  command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
-  command->add_flag("--json", options->json, "Print the report as JSON");
-  return [options]() { return bench(*options); };
+  return [options, pipeline]() { return pipeline->parsed() ? bench_pipeline(*options) : bench(*options); };
 }
 
 }  // namespace fanlight

@@ -112,8 +112,7 @@ class BenchRig {
   Result<double> picture_since(std::int64_t from_ns) {
     for (;;) {
       if (auto advanced = renderer_->advance(); !advanced) return advanced.error();
-      if (renderer_->collect(shown_))
-        return static_cast<double>(now_ns() - from_ns) / 1e6;
+      if (renderer_->collect(shown_)) return static_cast<double>(now_ns() - from_ns) / 1e6;
       if (auto waited = renderer_->wait(kSecondNs); !waited) return waited.error();
     }
   }
@@ -146,10 +145,7 @@ Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds
   constexpr std::uint32_t kVolumes = 3;
   auto volumes = BenchVolumes::create(std::string(row.input), kVolumes);
   if (!volumes) return volumes.error();
-  const SourceDescription& source = volumes->description();
-  const auto scene = applied(scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad,
-                                       static_cast<std::uint32_t>(row.picture)),
-                             row.settings);
+  const auto scene = bench_scene(row, volumes->description());
   if (!scene) return scene.error();
   BenchRig rig(gpu, *volumes, *scene, row.picture);
   if (auto started = rig.start(Skipping::kOn); !started) return started.error();
@@ -195,6 +191,12 @@ Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds
   const auto surfaces = std::ranges::count_if(depths->smooth_mm, [](float depth) { return depth >= 0; });
   times.surface_share = static_cast<double>(surfaces) / static_cast<double>(depths->smooth_mm.size());
   return times;
+}
+
+Result<Scene> bench_scene(const BenchRow& row, const SourceDescription& source) {
+  return applied(scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad,
+                           static_cast<std::uint32_t>(row.picture)),
+                 row.settings);
 }
 
 double quantile(std::vector<double> times_ms, double share) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/frame_source.hpp"
+#include "proto/scene.hpp"
 #include "renderer/gpu.hpp"
 #include "server/bench_rows.hpp"
 
@@ -25,6 +27,9 @@ struct BenchTimes {
 ///   frame         a frame comes and replaces its place in the last sweep -> its picture (each of a sweep)
 ///   cast_unskipped: pass 1 alone, of whole_volume, with nothing passed over
 Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds);
+
+/// The scene of a row: the source's, with the row's settings.
+Result<Scene> bench_scene(const BenchRow& row, const SourceDescription& source);
 
 /// The value below which that share of the times lies.
 double quantile(std::vector<double> times_ms, double share);

@@ -15,13 +15,13 @@ Result<BenchVolumes> BenchVolumes::create(const std::string& input, std::uint32_
   const SourceDescription description = (*source)->description();
   VolumePicker picker(**source);
   std::vector<Kept> kept;
-  std::uint32_t most_frames = 0;
   while (kept.size() < count) {
     const auto volume = picker.next();
     if (!volume) return volume.error();
     if (!*volume) break;
     const VolumeStamp& stamp = (*volume)->stamp();
-    Kept one{.stamps = {}, .pixels = {}, .geometry = (*volume)->geometry()};
+    const std::uint32_t capacity = std::max(stamp.frames, description.usual_frames);
+    Kept one{.stamps = {}, .volume = Volume((*volume)->geometry(), capacity)};
     for (std::uint32_t index = 0; index < stamp.frames; ++index) {
       one.stamps.push_back({.sequence = stamp.first_frame_sequence + index,
                             .volume_index = stamp.source_volume_index,
@@ -30,42 +30,40 @@ Result<BenchVolumes> BenchVolumes::create(const std::string& input, std::uint32_
                             .direction = stamp.direction,
                             .angle_rad = (*volume)->angles_rad()[index],
                             .capture_time_ns = stamp.first_capture_time_ns});
-      const auto pixels = (*volume)->frame_pixels(index);
-      one.pixels.insert(one.pixels.end(), pixels.begin(), pixels.end());
+      std::ranges::copy((*volume)->frame_pixels(index), one.volume.next_frame_pixels().begin());
+      one.volume.add_frame(one.stamps.back());
     }
-    most_frames = std::max(most_frames, stamp.frames);
     kept.push_back(std::move(one));
   }
   if (kept.empty()) {
     return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one"};
   }
-  return BenchVolumes(description, std::move(kept), std::max(most_frames, description.usual_frames));
+  return BenchVolumes(description, std::move(kept));
 }
 
-BenchVolumes::BenchVolumes(const SourceDescription& description, std::vector<Kept> kept,
-                           std::uint32_t frame_capacity)
-    : description_(description),
-      kept_(std::move(kept)),
-      next_(description.geometry, frame_capacity, description.largest_frame_bytes) {}
+std::uint32_t BenchVolumes::frame_capacity() const {
+  std::uint32_t most = 0;
+  for (const Kept& kept : kept_) most = std::max(most, kept.volume.frame_capacity());
+  return most;
+}
 
 const Volume& BenchVolumes::next() {
-  const Kept& kept = kept_[shown_ % kept_.size()];
-  next_.clear();
-  next_.set_geometry(kept.geometry);
-  stamps_ = kept.stamps;
-  const std::uint64_t frame_bytes = kept.geometry.frame_bytes();
-  for (std::size_t index = 0; index < stamps_.size(); ++index) {
-    stamps_[index].arrival = ++arrivals_;
-    std::copy_n(kept.pixels.data() + index * frame_bytes, frame_bytes, next_.next_frame_pixels().data());
-    next_.add_frame(stamps_[index]);
+  Kept& kept = kept_[shown_++ % kept_.size()];
+  kept.volume.clear();
+  for (FrameStamp& stamp : kept.stamps) {
+    stamp.arrival = ++arrivals_;
+    kept.volume.add_frame(stamp);
   }
-  next_.sort_by_angle();
-  next_.stamp().volume_id = ++shown_;
-  return next_;
+  kept.volume.sort_by_angle();
+  kept.volume.stamp().volume_id = shown_;
+  return kept.volume;
 }
 
 FedFrame BenchVolumes::frame(std::uint32_t index) const {
-  return {.stamp = stamps_[index], .geometry = next_.geometry(), .pixels = next_.frame_pixels(index)};
+  const Kept& kept = kept_[(shown_ - 1) % kept_.size()];
+  return {.stamp = kept.stamps[index],
+          .geometry = kept.volume.geometry(),
+          .pixels = kept.volume.frame_pixels(index)};
 }
 
 }  // namespace fanlight

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "acquisition/frame_source.hpp"
@@ -11,33 +12,33 @@
 namespace fanlight {
 
 /// The first volumes of a source, shown over and over as if they had just come: each time with numbers of its
-/// own, so that nothing that was kept of the last time stands in for work.
+/// own, so that nothing that was kept of the last time stands in for work. Their pixels are not copied for
+/// it.
 class BenchVolumes {
  public:
   /// Reads `count` volumes. Errors: those of open_source(), or a source with none.
   static Result<BenchVolumes> create(const std::string& input, std::uint32_t count);
 
   const SourceDescription& description() const { return description_; }
-  std::uint32_t frame_capacity() const { return next_.frame_capacity(); }
+  std::uint32_t frame_capacity() const;
 
   /// The next volume, with all frames in it; valid until the next call.
   const Volume& next();
 
-  /// Its frames one by one, in order of arrival, as a feed hands them on.
+  /// The frames of the volume that next() gave last, one by one, in order of arrival, as a feed hands them
+  /// on.
   FedFrame frame(std::uint32_t index) const;
 
  private:
   struct Kept {
     std::vector<FrameStamp> stamps;
-    std::vector<std::uint8_t> pixels;  // frames x rows x columns
-    FanGeometry geometry;
+    Volume volume;
   };
-  BenchVolumes(const SourceDescription& description, std::vector<Kept> kept, std::uint32_t frame_capacity);
+  BenchVolumes(const SourceDescription& description, std::vector<Kept> kept)
+      : description_(description), kept_(std::move(kept)) {}
 
   SourceDescription description_;
   std::vector<Kept> kept_;
-  std::vector<FrameStamp> stamps_;  // of next_
-  Volume next_;
   std::uint64_t shown_ = 0;
   std::uint64_t arrivals_ = 0;
 };

@@ -268,7 +268,12 @@ Found found_along(Ray ray, uvec4 segments_of_tile) {
 
 void main() {
   rays = parameters;
-  uint tile = kTiles == FANLIGHT_CAST_LISTED ? tile_list[3 + gl_WorkGroupID.x] : first_tile + gl_WorkGroupID.x;
+  // lavapipe gives half of the groups to each of two threads, and the dispatch takes as long as the slower half: each gets
+  // every other tile.
+  uint half_of_band = (gl_NumWorkGroups.x + 1u) / 2u;
+  bool later = gl_WorkGroupID.x >= half_of_band;
+  uint in_band = 2u * (gl_WorkGroupID.x - (later ? half_of_band : 0u)) + uint(later);
+  uint tile = kTiles == FANLIGHT_CAST_LISTED ? tile_list[3u + in_band] : first_tile + in_band;
   uint tile_side = 8u * rays.pixel_stride;
   // In floats: integers are divided lane by lane. Half a tile keeps the quotient clear of rounding.
   int tiles_across = int((rays.width + tile_side - 1u) / tile_side);
