@@ -89,8 +89,8 @@ int next_in(uvec4 segments_of_tile, int from) {
   return max(from, found << rays.segment_shift);
 }
 
-// The echoes at the next samples. Those of one ray do not wait for each other: a step of all of them before the next step
-// of any keeps a processor busy, which sees no farther than one sample ahead.
+// The echoes at the next samples, which do not depend on each other: a step of all of them comes before the next step of
+// any, since a processor that takes them one by one waits for each. It took a fifth to a third off the pass on lavapipe.
 void samples_from(Ray ray, float index, out float values[kStretch]) {
   if (kAcross > 0) {
     [[unroll]] for (int slot = 0; slot < kStretch; ++slot) {
@@ -171,7 +171,7 @@ Found found_along(Ray ray, uvec4 segments_of_tile) {
   float count = 0.0;
 
   bool done = false;
-  // A run of segments that matter at a turn: looking for the next one at every stretch took a third of the time.
+  // A turn is a run of segments that matter, so that the next one is not looked for at every stretch.
   while (index < end && !done) {
     float run_end = end;
     if (kSkipping) {

@@ -78,7 +78,7 @@ Extent extent_of(Cell cell) {
   float along = centre.y + rays.motor_radius;
   float from_axis = sqrt(along * along + centre.z * centre.z);
   // Away from the sweep axis, and about it.
-  vec2 away = vec2(along, centre.z) / max(from_axis, 1e-6);
+  vec2 away = from_axis > 1e-6 ? vec2(along, centre.z) / from_axis : vec2(1.0, 0.0);
   float reach_x = reach_along(cell, vec3(1.0, 0.0, 0.0));
   float reach_away = reach_along(cell, vec3(0.0, away));
   float reach_about = reach_along(cell, vec3(0.0, -away.y, away.x));
