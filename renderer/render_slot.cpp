@@ -94,6 +94,13 @@ Result<void> RenderSlot::create_memory(const Gpu& gpu) {
                                   BufferPlace::kDevice, VK_FORMAT_R32_SFLOAT);
   if (!angles) return angles.error();
   angles_ = std::move(*angles);
+  auto nothing =
+      GpuBuffer::create(gpu, sizeof(std::uint32_t),
+                        VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                            VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT,
+                        BufferPlace::kDevice, VK_FORMAT_R32_UINT);
+  if (!nothing) return nothing.error();
+  nothing_ = std::move(*nothing);
   auto transfer = GpuImage::create(gpu, VK_FORMAT_R32G32B32A32_SFLOAT, {TransferTable().size(), 1, 1});
   if (!transfer) return transfer.error();
   transfer_ = std::move(*transfer);
@@ -195,12 +202,12 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
 }
 
 void RenderSlot::write_frame_descriptors(const Gpu& gpu) const {
-  // What is not there, no pipeline uses until it is.
-  if (frames_.texture().get() != VK_NULL_HANDLE) {
-    descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, frames_.texture());
-  }
+  // A descriptor must name something that is there, also where no pipeline will use it: lavapipe looks at
+  // all.
+  const bool there = frames_.texture().get() != VK_NULL_HANDLE;
+  descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, there ? frames_.texture() : transfer_);
   for (const auto& [binding, buffer] : frames_.bindings()) {
-    if (buffer != nullptr) descriptors_.write(gpu, binding, *buffer);
+    descriptors_.write(gpu, binding, buffer != nullptr ? *buffer : nothing_);
   }
 }
 

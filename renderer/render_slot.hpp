@@ -234,6 +234,7 @@ class RenderSlot {
   GpuBuffer staged_angles_;
   GpuBuffer staged_transfer_;
   FrameStore frames_;
+  GpuBuffer nothing_;  // stands where a frame store has no buffer
   GpuBuffer angles_;
   GpuImage transfer_;
   GpuBuffer depth_;

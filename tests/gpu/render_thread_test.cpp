@@ -31,7 +31,9 @@ constexpr PictureSize kSize{.width = 64, .height = 64};
 class RenderThreadTest : public GpuTest {
  protected:
   void SetUp() override {
-    auto renderer = made_renderer(kGeometry, angles_rad_, kSize, scene_, counters_);
+    // A texture, whose limits a test can go beyond without taking the machine's memory.
+    auto renderer = made_renderer(kGeometry, angles_rad_, kSize, scene_, counters_,
+                                  {.sampling = Sampling::kTexture});
     thread_ = std::make_unique<RenderThread>(std::move(renderer),
                                              RenderThread::Dependencies{.ring = ring_,
                                                                         .scenes = scenes_,
