@@ -63,9 +63,12 @@ std::optional<std::int64_t> Deadline::next_change_ns(std::int64_t now_ns) const 
 void Deadline::picture_finished(const PictureStamp& stamp) {
   if (scene_.deadline.plan == DeadlinePlan::kOff) return;
   const std::int64_t now_ns = stamp.finished_time_ns;
-  const bool new_volume = stamp.volume.volume_id != last_volume_id_;
+  // A frame that replaces another makes no new volume, but a picture that was waited for.
+  const bool new_volume =
+      stamp.volume.volume_id != last_volume_id_ || stamp.volume.last_frame_sequence != last_frame_sequence_;
   if (new_volume) {
     last_volume_id_ = stamp.volume.volume_id;
+    last_frame_sequence_ = stamp.volume.last_frame_sequence;
     last_volume_ns_ = now_ns;
   }
   const bool has_cast = stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)] > 0;

@@ -63,6 +63,7 @@ class Deadline {
   std::int64_t last_moved_ns_ = -kMovingNs;
   std::int64_t last_volume_ns_ = 0;
   std::uint64_t last_volume_id_ = 0;
+  std::uint64_t last_frame_sequence_ = 0;
 
   // Of the pictures since the level or what is taken changed: work.
   std::array<double, kFew> work_ms_{};

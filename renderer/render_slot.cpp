@@ -229,6 +229,12 @@ Result<void> RenderSlot::find_cast_pipelines(Passes& passes, const Scene& scene)
   if (!segments) return segments.error();
   segments_pipeline_ = *segments;
   notes_reach_ = notes_reach_ && segments_pipeline_ != VK_NULL_HANDLE;
+  if (notes_reach_) {
+    // For recast(), where nobody should wait for a pipeline.
+    auto listed = passes.cast(scene, geometry_.kind, config_.skipping, FANLIGHT_CAST_LISTED);
+    if (!listed) return listed.error();
+    if (auto changed = passes.changed(scene); !changed) return changed.error();
+  }
   slice_pipeline_ = VK_NULL_HANDLE;
   if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
     auto slice = passes.slice(geometry_.kind);

@@ -87,8 +87,11 @@ class RenderSlot {
   /// outstanding.
   bool replace(const FedFrame& frame, std::uint32_t place, double angle_rad);
 
+  /// Whether it has room for the volume, and for no larger frames.
+  bool suits(const Volume& volume) const { return frames_.suits(volume); }
+
   /// The volume that the frames of replace() made up is whole: takes what is missing of it, its angles and
-  /// its stamp. Precondition and error as load().
+  /// its stamp. Precondition: suits(volume). Error as load().
   Result<void> complete(const Gpu& gpu, const Volume& volume);
 
   /// Whether the cast is not of the frames that are there, and whether recast() can mend it: else

@@ -83,12 +83,18 @@ Renderer::~Renderer() {
 bool Renderer::wants_volume() const {
   const bool casting =
       std::ranges::any_of(flights_, [](const auto& flight) { return flight->phase == Phase::kCasting; });
-  const Flight& next = *flights_[this->next()];
-  return !casting && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
+  // Where frames roll, a volume may take either slot.
+  const auto is_free = [this](const Flight& flight) {
+    return flight.phase == Phase::kIdle && flight.slot.outstanding(gpu_) == 0;
+  };
+  return !casting && is_free(*flights_[1 - newest_]) && (!rolls() || is_free(*flights_[newest_]));
 }
 
 Result<void> Renderer::load(const Volume& volume) {
-  if (rolls()) return complete(volume);
+  const auto arrivals = volume.arrivals();
+  newest_arrival_ = arrivals.empty() ? 0 : *std::ranges::max_element(arrivals);
+  // One that does not fit takes the other slot, so that a refusal leaves what is shown.
+  if (rolls() && flights_[newest_]->slot.suits(volume)) return complete(volume);
   Flight& next = *flights_[1 - newest_];
   next.awaits_picture = true;
   if (auto loaded = next.slot.load(gpu_, volume); !loaded) {
@@ -131,8 +137,9 @@ std::size_t Renderer::next() const {
 }
 
 bool Renderer::wants_frame() const {
+  // Places are guessed from the last volume's.
   const Flight& next = *flights_[this->next()];
-  return next.slot.loaded() && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
+  return flights_[newest_]->slot.loaded() && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
 }
 
 std::uint32_t Renderer::place_of(double angle_rad) const {
@@ -144,6 +151,8 @@ std::uint32_t Renderer::place_of(double angle_rad) const {
 }
 
 void Renderer::take_frame(const FedFrame& frame) {
+  // One that waited in the feed while its volume was taken, or a newer one.
+  if (frame.stamp.arrival != 0 && frame.stamp.arrival <= newest_arrival_) return;
   if (rolls()) {
     RenderSlot& slot = flights_[newest_]->slot;
     // The correction of the mismatch turns the sweeps of the one direction one way, of the other the other.

@@ -129,6 +129,7 @@ class Renderer {
   std::size_t newest_ = 0;  // the flight loaded last; the other one takes the next volume
   std::size_t shown_ = 0;   // the flight whose picture was collected last
   std::uint64_t shown_volume_id_ = 0;
+  std::uint64_t newest_arrival_ = 0;  // of the frames of the last volume
   NumberedScene scene_;
   std::uint64_t pictures_ = 0;
 };

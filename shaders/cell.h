@@ -24,20 +24,28 @@ Line line_of(vec2 pixel) {
   return Line(from + rays.start * forward, rays.step * normalize(forward));
 }
 
+// A tile's outermost rays: those of its corners, and of the middles of its edges, since rays from an eye reach farther
+// there than between the corners where a tile is wide.
+const int kOutermost = 8;
+const vec2 kSides[kOutermost] = vec2[](vec2(-1, -1), vec2(0, -1), vec2(1, -1), vec2(-1, 0), vec2(1, 0), vec2(-1, 1),
+                                       vec2(0, 1), vec2(1, 1));
+
 // The rays of a tile's corners, seen from the ray of its middle.
 struct Tile {
+  float bulge;  // how much farther rays from an eye reach between the outermost ones, as a share
   Line middle;
-  Line corners[4];
+  Line corners[kOutermost];
 };
 
 Tile tile_numbered(uint number) {
   uint across = cast_tiles().x;
   vec2 middle = float(tile_side()) * vec2(number % across, number / across) + tile_reach();
   Tile tile;
+  float turn = tile_reach() * length(rays.right_turn);
+  tile.bulge = turn * turn;
   tile.middle = line_of(middle);
-  [[unroll]] for (int corner = 0; corner < 4; ++corner) {
-    vec2 side = tile_reach() * vec2((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0);
-    Line line = line_of(middle + side);
+  [[unroll]] for (int corner = 0; corner < kOutermost; ++corner) {
+    Line line = line_of(middle + tile_reach() * kSides[corner]);
     tile.corners[corner] = Line(line.first - tile.middle.first, line.step - tile.middle.step);
   }
   return tile;
@@ -55,13 +63,13 @@ vec3 centre_of(Cell cell) { return cell.tile.middle.first + cell.index * cell.ti
 // How far the cell reaches from its centre along a unit vector, to either side.
 float reach_along(Cell cell, vec3 direction) {
   float reach = 0.0;
-  [[unroll]] for (int corner = 0; corner < 4; ++corner) {
+  [[unroll]] for (int corner = 0; corner < kOutermost; ++corner) {
     Line line = cell.tile.corners[corner];
     float aside = abs(dot(line.first + cell.index * line.step, direction));
     reach = max(reach, aside + cell.half_length * abs(dot(cell.tile.middle.step + line.step, direction)));
   }
   float across = 1.5 * float(rays.across) * rays.step;  // the window across the ray, to its corners
-  return kSlackShare * (reach + across) + kSlackMm;
+  return (kSlackShare + cell.tile.bulge) * (reach + across) + kSlackMm;
 }
 
 // What the cell covers: x, the distance from the sweep axis, and angles about that axis, by the tangent of half the middle
