@@ -156,7 +156,9 @@ class RenderSlot {
 
  private:
   explicit RenderSlot(const Config& config)
-      : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {}
+      : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {
+    angles_rad_.reserve(config.frame_capacity);
+  }
   Result<void> create_memory(const Gpu& gpu);
   Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames);
   Result<void> replace_frames(const Gpu& gpu, const Volume& volume);
