@@ -37,12 +37,20 @@ nlohmann::ordered_json as_json(const BenchRow& row, const BenchTimes& times, int
           {"stages_ms", stages}};
 }
 
+/// What the table shows, in its order; the JSON has all.
+constexpr const char* kColumns[] = {"new_volume",  "cast",         "filter",        "light",
+                                    "finish",      "read_back",    "camera",        "frame",
+                                    "light_moved", "whole_volume", "whole_prepare", "cast_unskipped"};
+
+void print_head() {
+  fmt::print("ms, medians\n{:<22}", "");
+  for (const char* const name : kColumns) fmt::print(" {:>14}", name);
+  fmt::print("\n");
+}
+
 void print_row(const BenchRow& row, const BenchTimes& times) {
   fmt::print("{:<22}", row.name);
-  for (const auto* name : {"new_volume", "cast", "filter", "light", "finish", "read_back", "camera",
-                           "light_moved", "whole_volume", "whole_prepare", "cast_unskipped"}) {
-    fmt::print(" {:>9.2f}", quantile(times.ms.at(name), 0.5));
-  }
+  for (const char* const name : kColumns) fmt::print(" {:>14.2f}", quantile(times.ms.at(name), 0.5));
   fmt::print("\n");
   std::fflush(stdout);
 }
@@ -74,6 +82,7 @@ Result<void> bench(const BenchOptions& options) {
     const auto times = run_bench_row(**gpu, row, options.count);
     if (!times) return times.error();
     report["rows"].push_back(as_json(row, *times, options.count));
+    if (!options.json && report["rows"].size() == 1) print_head();
     if (!options.json) print_row(row, *times);
   }
   if (options.json) fmt::print("{}\n", report.dump(1));
