@@ -74,6 +74,22 @@ TEST_P(SkippingTest, ChangesNoBit) {
              GetParam() + kCasesInABatch - 1, sum / kCasesInABatch, least_share);
 }
 
+// Where a tile is wide, as seen from an eye, its rays reach farther between its corners than at them.
+TEST_P(SkippingTest, ChangesNoBitOfASmallPictureOfAWideView) {
+  for (const std::uint32_t side : {16U, 48U}) {
+    for (const int stride : {1, 2}) {
+      SeededCase given = seeded_case(GetParam());
+      given.size = {side, side};
+      given.scene.camera.projection = Projection::kPerspective;
+      given.scene.camera.opening_deg = 120;
+      given.scene.rays.stride = stride;
+      given.scene.mode = Mode::kSurface;
+      SCOPED_TRACE(fmt::format("seed {}, side {}, stride {}", GetParam(), side, stride));
+      compare(given, given.scene, Sampling::kGathering);
+    }
+  }
+}
+
 // 200 cases, three scenes each.
 INSTANTIATE_TEST_SUITE_P(Seeds, SkippingTest, testing::Range(0U, 200U, kCasesInABatch));
 
