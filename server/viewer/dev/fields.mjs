@@ -27,7 +27,9 @@ const framed = {
 // or text_row<...>(name, help, pass)
 const kRow = /(row|choice|text_row)<MEMBER\(([\w.]+)\)>\(((?:"[^"]*"|[^")])*)\)/g;
 const rows = [...source.matchAll(kRow)].map(([, kind, member, list]) => {
-  const given = [...list.matchAll(/"([^"]*)"|([^\s,]+)/g)].map(([, text, other]) => text ?? other);
+  // Literals that follow one another on the next line are one.
+  const joined = list.replace(/"\s*\n\s*"/g, "");
+  const given = [...joined.matchAll(/"([^"]*)"|([^\s,]+)/g)].map(([, text, other]) => text ?? other);
   return { kind, member, given };
 });
 if (rows.length !== source.split("<MEMBER(").length - 1) throw new Error("a row of proto/scene.cpp was not understood");
