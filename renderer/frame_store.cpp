@@ -183,10 +183,16 @@ Result<void> FrameStore::find_pipelines(Passes& passes) {
 }
 
 Result<void> FrameStore::begin(const Gpu& gpu, Passes& passes, const Scene::Speckle& options) {
+  if (left_out_ && options == refused_) {
+    bindings_changed_ = false;  // asked for again with every frame, there would still be no memory
+    piece_frames_ = piece_frames(gpu);
+    return {};
+  }
   const Scene::Speckle before = std::exchange(wanted_, options);
   bindings_changed_ = (before.filter == SpeckleFilter::kNone) != (options.filter == SpeckleFilter::kNone);
   left_out_ = !create_filter_memory(gpu, options);
   if (left_out_) {
+    refused_ = options;
     wanted_.filter = SpeckleFilter::kNone;
     bindings_changed_ = true;
   }

@@ -115,6 +115,7 @@ class FrameStore {
   Config config_;
   std::uint32_t frames_ = 0;
   Scene::Speckle wanted_;
+  Scene::Speckle refused_;  // what was left out, where anything was
   bool left_out_ = false;
   bool bindings_changed_ = false;
   std::uint32_t piece_frames_ = 0;

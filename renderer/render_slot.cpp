@@ -315,7 +315,9 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
       std::uint64_t{kTile} * kTile * samples_across * std::max(parameters.steps, 1U);
   const std::uint32_t tile_side = kTile * parameters.pixel_stride;
   cast_tiles_ = groups(config_.size.width, tile_side) * groups(config_.size.height, tile_side);
-  const std::uint64_t most_tiles = std::min(cast_tiles_, gpu.limits().maxComputeWorkGroupCount[0]);
+  const std::uint32_t most_groups = gpu.limits().maxComputeWorkGroupCount[0];
+  notes_reach_ = notes_reach_ && cast_tiles_ <= most_groups;  // a list of tiles is not cut into bands
+  const std::uint64_t most_tiles = std::min(cast_tiles_, most_groups);
   band_tiles_ = static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
   next_tile_ = 0;
@@ -347,8 +349,8 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   descriptors_.bind(commands, passes, Order::kLitToDiffused);
   if (next_tile_ == 0) record_before_rays(commands);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipeline_);
-  vkCmdPushConstants(commands, passes.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof next_tile_,
-                     &next_tile_);
+  // Not as a push constant: lavapipe keeps a copy of the shader for each value that it sees.
+  cast_parameters_.mapped_as<shaders::CastParameters>().first_tile = next_tile_;
   const std::uint32_t tiles = std::min(band_tiles_, cast_tiles_ - next_tile_);
   vkCmdDispatch(commands, tiles, 1, 1);
   next_tile_ += tiles;

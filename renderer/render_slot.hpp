@@ -66,11 +66,11 @@ class RenderSlot {
   /// Once, before the first volume.
   void follow(const Gpu& gpu, const RenderSlot& other);
 
-  /// Copies the volume's frames, in ascending order of angle, to where the GPU can fetch them; the volume may
-  /// go when this returns. Where its columns or rows are not those of the last, or its frames more than there
-  /// is room for, the memory for frames is made anew, the old given back first. Precondition: nothing is
-  /// outstanding. Errors as FrameStore::create; then light() still does what it did, but only a load() that
-  /// succeeds may be followed by begin_cast().
+  /// Copies the frames of the volume that are not there yet, in ascending order of angle, to where the GPU
+  /// can fetch them; the volume may go when this returns. Where its columns or rows are not those of the
+  /// last, or its frames more than there is room for, the memory for frames is made anew, the old given back
+  /// first. Precondition: nothing is outstanding. Errors as FrameStore::create; then light() still does what
+  /// it did, but only a load() that succeeds may be followed by begin_cast().
   Result<void> load(const Gpu& gpu, const Volume& volume);
 
   /// Puts a frame of the volume to come in its place of `frames`, ahead of the others. What was cast before

@@ -236,13 +236,13 @@ Result<void> Renderer::advance() {
   if (shown.phase == Phase::kIdle && shown.slot.loaded() && light_changed(shown)) {
     if (auto submitted = light(shown); !submitted) return submitted;
   }
-  // A band waits for the one before it to be done, and the light for the last: what is submitted early stands
-  // in the way of a moved light, or shows an old one.
   if (rolls() && newest.phase == Phase::kIdle && newest.slot.outstanding(gpu_) == 0 &&
       newest.slot.changed()) {
     return newest.slot.can_recast() ? recast(newest) : begin_cast(newest);
   }
   if (newest.phase == Phase::kCasting) {
+    // A band waits for the one before it to be done, and the light for the last: what is submitted early
+    // stands in the way of a moved light, or shows an old one.
     if (newest.slot.outstanding(gpu_) > 0) return {};
     return newest.slot.cast_submitted() ? light(newest) : newest.slot.cast_next_band(gpu_, *passes_);
   }

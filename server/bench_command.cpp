@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "renderer/gpu.hpp"
+#include "server/bench_memory.hpp"
 #include "server/bench_pipeline.hpp"
 #include "server/bench_run.hpp"
 #include "server/commands.hpp"
@@ -21,10 +22,13 @@ namespace {
 
 struct BenchOptions {
   std::string only;
+  std::string input;
+  std::string geometry_path;
   int count = 9;
   std::string gpu;
   bool json = false;
   int volumes = 8;
+  int memory_volumes = 100;
 };
 
 nlohmann::ordered_json as_json(const BenchRow& row, const BenchTimes& times, int rounds) {
@@ -32,8 +36,9 @@ nlohmann::ordered_json as_json(const BenchRow& row, const BenchTimes& times, int
   for (const auto& [name, ms] : times.ms) {
     stages[name] = {{"p50", quantile(ms, 0.5)}, {"p99", quantile(ms, 0.99)}, {"least", quantile(ms, 0)}};
   }
-  return {{"name", row.name},         {"input", row.input}, {"picture", row.picture},
-          {"settings", row.settings}, {"rounds", rounds},   {"surface_share", times.surface_share},
+  return {{"name", row.name},       {"input", row.input},
+          {"picture", row.picture}, {"settings", fmt::format("{} {}", row.method, row.settings)},
+          {"rounds", rounds},       {"surface_share", times.surface_share},
           {"stages_ms", stages}};
 }
 
@@ -69,6 +74,23 @@ Result<std::vector<BenchRow>> chosen_rows(std::string_view only) {
   return chosen;
 }
 
+Result<std::vector<BenchRow>> chosen_rows(std::span<const std::string_view> names) {
+  std::vector<BenchRow> rows;
+  for (const std::string_view name : names) {
+    const auto chosen = chosen_rows(name);
+    if (!chosen) return chosen.error();
+    std::ranges::copy(*chosen, std::back_inserter(rows));
+  }
+  return rows;
+}
+
+/// The source asked for, or else the rows.
+Result<std::vector<BenchRow>> chosen_rows(const BenchOptions& options) {
+  if (options.input.empty()) return chosen_rows(std::string_view(options.only));
+  return std::vector{
+      BenchRow{.name = "input", .input = options.input, .geometry_path = options.geometry_path}};
+}
+
 Result<void> bench(const BenchOptions& options) {
   const auto instance = GpuInstance::create({});
   if (!instance) return instance.error();
@@ -76,7 +98,7 @@ Result<void> bench(const BenchOptions& options) {
   if (!gpu) return gpu.error();
   nlohmann::ordered_json report = {{"device", (*gpu)->candidate().name},
                                    {"rows", nlohmann::ordered_json::array()}};
-  const auto rows = chosen_rows(options.only);
+  const auto rows = chosen_rows(options);
   if (!rows) return rows.error();
   for (const BenchRow& row : *rows) {
     const auto times = run_bench_row(**gpu, row, options.count);
@@ -107,7 +129,7 @@ nlohmann::ordered_json as_json(const BenchRow& row, const PipelineTimes& times) 
   return {{"name", row.name},
           {"input", row.input},
           {"picture", row.picture},
-          {"settings", row.settings},
+          {"settings", fmt::format("{} {}", row.method, row.settings)},
           {"serial", as_json(times.serial)},
           {"pipelined", as_json(times.pipelined)},
           {"pipelined_over_serial", ratio(times)},
@@ -154,14 +176,10 @@ Result<void> bench_pipeline(const BenchOptions& options) {
     fmt::print("{}, {}; medians of {} blocks of {} volumes each way, in turn\n", (*gpu)->candidate().name,
                pipeline_mechanism(**gpu), options.count, options.volumes);
   }
-  std::vector<BenchRow> rows;
-  const std::string_view only = options.only;
-  for (const std::string_view name : only.empty() ? pipeline_rows() : std::span(&only, 1)) {
-    const auto chosen = chosen_rows(name);
-    if (!chosen) return chosen.error();
-    std::ranges::copy(*chosen, std::back_inserter(rows));
-  }
-  for (const BenchRow& row : rows) {
+  const auto rows =
+      options.only.empty() && options.input.empty() ? chosen_rows(pipeline_rows()) : chosen_rows(options);
+  if (!rows) return rows.error();
+  for (const BenchRow& row : *rows) {
     const auto times = run_bench_pipeline(**gpu, row, options.count, options.volumes);
     if (!times) return times.error();
     report["rows"].push_back(as_json(row, *times));
@@ -171,9 +189,48 @@ Result<void> bench_pipeline(const BenchOptions& options) {
   return {};
 }
 
+Result<void> bench_memory(const BenchOptions& options) {
+  const auto instance = GpuInstance::create({});
+  if (!instance) return instance.error();
+  const auto gpu = Gpu::create(**instance, options.gpu);
+  if (!gpu) return gpu.error();
+  BenchOptions one_row = options;
+  if (one_row.only.empty()) one_row.only = "r1/paper";
+  const auto rows = chosen_rows(one_row);
+  if (!rows) return rows.error();
+  const BenchRow& row = rows->front();
+  nlohmann::ordered_json report = {{"device", (*gpu)->candidate().name},
+                                   {"name", row.name},
+                                   {"input", row.input},
+                                   {"held", nlohmann::ordered_json::array()}};
+  if (!options.json) fmt::print("{}: MB\n   volumes   resident        own  ring of 4\n", row.name);
+  const auto tell = [&](const HeldMemory& held) {
+    report["held"].push_back({{"volumes", held.volumes},
+                              {"resident_mb", held.resident_mb},
+                              {"own_mb", held.own_mb},
+                              {"ring_mb", held.ring_mb}});
+    if (options.json) return;
+    fmt::print("{:10} {:10.1f} {:10.1f} {:10.1f}\n", held.volumes, held.resident_mb, held.own_mb,
+               held.ring_mb);
+    std::fflush(stdout);
+  };
+  const auto done = run_bench_memory(**gpu, row, static_cast<std::uint64_t>(options.memory_volumes), tell);
+  if (!done) return done.error();
+  if (options.json) fmt::print("{}\n", report.dump(1));
+  return {};
+}
+
 void add_options(CLI::App& command, BenchOptions& options) {
   command.add_option("--only", options.only, "The row of that name, or else rows whose name contains it")
       ->type_name("NAME");
+  command
+      .add_option("--input", options.input,
+                  "In place of the rows: the default scene of this source, as for `fanlight render`")
+      ->excludes("--only")
+      ->type_name("SOURCE");
+  command.add_option("--geometry", options.geometry_path, "TOML file with the recording's geometry")
+      ->needs("--input")
+      ->type_name("FILE");
   command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
   command.add_flag("--json", options.json, "Print the report as JSON");
 }
@@ -184,6 +241,8 @@ Command add_bench_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand("bench", "Measures how long pictures take");
   CLI::App* const pipeline =
       command->add_subcommand("pipeline", "Measures what it brings to work at several volumes at once");
+  CLI::App* const memory =
+      command->add_subcommand("memory", "Tells how much memory a row takes, and whether it grows");
   const auto options = std::make_shared<BenchOptions>();
   for (const auto& [app, what] :
        {std::pair(command, "Rounds of each row"), std::pair(pipeline, "Blocks of each way")}) {
@@ -197,7 +256,15 @@ Command add_bench_command(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
-  return [options, pipeline]() { return pipeline->parsed() ? bench_pipeline(*options) : bench(*options); };
+  add_options(*memory, *options);
+  memory->add_option("--volumes", options->memory_volumes, "Volumes to render")
+      ->capture_default_str()
+      ->check(CLI::Range(10, 1'000'000))
+      ->type_name("N");
+  return [options, pipeline, memory]() {
+    if (pipeline->parsed()) return bench_pipeline(*options);
+    return memory->parsed() ? bench_memory(*options) : bench(*options);
+  };
 }
 
 }  // namespace fanlight

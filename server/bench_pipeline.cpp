@@ -271,7 +271,7 @@ void add_block(PipelineFigures& figures, const Block& block) {
 
 Result<PipelineTimes> run_bench_pipeline(const Gpu& gpu, const BenchRow& row, int blocks, int volumes) {
   constexpr std::uint32_t kVolumes = 3;
-  auto shown = BenchVolumes::create(std::string(row.input), kVolumes);
+  auto shown = BenchVolumes::create(row, kVolumes);
   if (!shown) return shown.error();
   const SourceDescription& source = shown->description();
   const auto scene = bench_scene(row, source);

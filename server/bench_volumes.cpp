@@ -1,16 +1,20 @@
 #include "server/bench_volumes.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <string>
 #include <utility>
 
 #include "server/volume_picker.hpp"
 
 namespace fanlight {
 
-Result<BenchVolumes> BenchVolumes::create(const std::string& input, std::uint32_t count) {
+Result<BenchVolumes> BenchVolumes::create(const BenchRow& row, std::uint32_t count) {
   Doorbell bell;
   ProbeLink probe(bell, bell);
-  auto source = open_source(input, {.as_fast_as_taken = true}, probe);
+  auto source = open_source(
+      std::string(row.input),
+      {.geometry_path = std::filesystem::path(row.geometry_path), .as_fast_as_taken = true}, probe);
   if (!source) return source.error();
   const SourceDescription description = (*source)->description();
   VolumePicker picker(**source);
@@ -45,6 +49,12 @@ std::uint32_t BenchVolumes::frame_capacity() const {
   std::uint32_t most = 0;
   for (const Kept& kept : kept_) most = std::max(most, kept.volume.frame_capacity());
   return most;
+}
+
+std::size_t BenchVolumes::held_bytes() const {
+  std::size_t bytes = 0;
+  for (const Kept& one : kept_) bytes += one.stamps.size() * one.volume.geometry().frame_bytes();
+  return bytes;
 }
 
 const Volume& BenchVolumes::next() {

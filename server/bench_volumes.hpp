@@ -1,13 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "acquisition/frame_source.hpp"
 #include "proto/frame_feed.hpp"
 #include "proto/volume.hpp"
+#include "server/bench_rows.hpp"
 
 namespace fanlight {
 
@@ -16,11 +17,12 @@ namespace fanlight {
 /// it.
 class BenchVolumes {
  public:
-  /// Reads `count` volumes. Errors: those of open_source(), or a source with none.
-  static Result<BenchVolumes> create(const std::string& input, std::uint32_t count);
+  /// Reads `count` volumes of the row's source. Errors: those of open_source(), or a source with none.
+  static Result<BenchVolumes> create(const BenchRow& row, std::uint32_t count);
 
   const SourceDescription& description() const { return description_; }
   std::uint32_t frame_capacity() const;
+  std::size_t held_bytes() const;  ///< of pixels
 
   /// The next volume, with all frames in it; valid until the next call.
   const Volume& next();

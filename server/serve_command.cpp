@@ -129,7 +129,7 @@ Result<void> serve(const ServeOptions& options) {
                    .largest_frame_bytes = description.largest_frame_bytes},
                   {.reader_bell = render_bell, .writer_bell = acquisition_bell});
   FrameFeed feed({.largest_frame_bytes = std::max<std::uint64_t>(description.geometry.frame_bytes(),
-                                                                description.largest_frame_bytes)},
+                                                                 description.largest_frame_bytes)},
                  {.reader_bell = render_bell});
   Mailbox<NumberedScene> scenes(render_bell);
   Picture blank;

@@ -27,8 +27,6 @@ layout(constant_id = 6) const int kSign = 0;
 layout(constant_id = 7) const int kTiles = FANLIGHT_CAST_ALL;
 
 // Tiles are numbered along the rows of tiles; a work group takes the one of its own number after this.
-layout(push_constant, scalar) uniform Band { uint first_tile; };
-layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters parameters; };
 layout(binding = FANLIGHT_BINDING_TRANSFER) uniform sampler1D transfer;
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) writeonly buffer DepthMap { float depth[]; };
 layout(binding = FANLIGHT_BINDING_SEGMENTS, scalar) readonly buffer Segments { uvec4 segments[]; };
@@ -267,13 +265,13 @@ Found found_along(Ray ray, uvec4 segments_of_tile) {
 }
 
 void main() {
-  rays = parameters;
+  rays = parameters[FANLIGHT_THE_ONLY];
   // lavapipe gives half of the groups to each of two threads, and the dispatch takes as long as the slower half: each gets
   // every other tile.
   uint half_of_band = (gl_NumWorkGroups.x + 1u) / 2u;
   bool later = gl_WorkGroupID.x >= half_of_band;
   uint in_band = 2u * (gl_WorkGroupID.x - (later ? half_of_band : 0u)) + uint(later);
-  uint tile = kTiles == FANLIGHT_CAST_LISTED ? tile_list[3u + in_band] : first_tile + in_band;
+  uint tile = kTiles == FANLIGHT_CAST_LISTED ? tile_list[3u + in_band] : rays.first_tile + in_band;
   uint tile_side = 8u * rays.pixel_stride;
   // In floats: integers are divided lane by lane. Half a tile keeps the quotient clear of rounding.
   int tiles_across = int((rays.width + tile_side - 1u) / tile_side);

@@ -95,9 +95,15 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float greatest_seen;
   int across;  // a sample reaches so many steps across its ray
 
+  uint first_tile;  // of the band that is cast
+
   uint slices;  // of slice_planes that are in use
   Slice slice_planes[FANLIGHT_MOST_SLICES];
 }
 FANLIGHT_SHADER_STRUCT_END
+
+#ifndef __cplusplus
+layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters parameters[1]; };
+#endif
 
 #endif

@@ -14,7 +14,6 @@ layout(local_size_x = 8) in;  // tiles
 layout(constant_id = 0) const int kWindow = 8;
 
 layout(push_constant, scalar) uniform Changed { int first_changed; int last_changed; };  // frames
-layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters parameters; };
 layout(binding = FANLIGHT_BINDING_SEGMENTS, scalar) readonly buffer Segments { uvec4 segments[]; };
 layout(binding = FANLIGHT_BINDING_OLD_SEGMENTS, scalar) readonly buffer OldSegments { uvec4 old_segments[]; };
 layout(binding = FANLIGHT_BINDING_REACHED, scalar) buffer Reached { uint reached[]; };
@@ -30,7 +29,7 @@ bool mixes_changed(Cell cell) {
 }
 
 void main() {
-  rays = parameters;
+  rays = parameters[FANLIGHT_THE_ONLY];
   uint tile = gl_GlobalInvocationID.x;
   if (tile >= cast_tiles().x * cast_tiles().y) return;
   Tile about = tile_numbered(tile);

@@ -13,7 +13,7 @@ layout(constant_id = 0) const int kWindow = 8;
 layout(constant_id = 2) const bool kPolar = false;
 layout(constant_id = 4) const int kAcross = 0;
 
-layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters rays; };
+#define rays parameters[FANLIGHT_THE_ONLY]
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
 layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) writeonly buffer Confidences { float confidence[]; };
 #include "fan_volume.h"

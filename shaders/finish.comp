@@ -8,7 +8,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_LIT, scalar) readonly buffer Lit { uvec2 lit[]; };
 layout(binding = FANLIGHT_BINDING_FINISHED, scalar) writeonly buffer Finished { uint finished[]; };
 #include "lit_picture.h"

@@ -8,7 +8,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) readonly buffer Confidences { float confidence[]; };
 layout(binding = FANLIGHT_BINDING_CLEANED, scalar) readonly buffer Cleaned { float cleaned[]; };
 layout(binding = FANLIGHT_BINDING_FILLED, scalar) writeonly buffer Filled { float filled[]; };

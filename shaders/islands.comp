@@ -8,7 +8,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_STEADY, scalar) readonly buffer Steady { float steady[]; };
 layout(binding = FANLIGHT_BINDING_CLEANED, scalar) writeonly buffer Cleaned { float cleaned[]; };
 layout(binding = FANLIGHT_BINDING_UNEVEN, scalar) readonly buffer Uneven { uint uneven[]; };

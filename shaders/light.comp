@@ -12,7 +12,6 @@ layout(constant_id = 0) const bool kPerspective = false;
 // The lamp has a radius.
 layout(constant_id = 1) const bool kSoftShadows = true;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours { uint volume_colour[]; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth { float smooth_depth[]; };
 layout(binding = FANLIGHT_BINDING_NEAREST, scalar) readonly buffer Nearest { uint nearest; };

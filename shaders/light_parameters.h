@@ -57,4 +57,9 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
 }
 FANLIGHT_SHADER_STRUCT_END
 
+#ifndef __cplusplus
+layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters parameters[1]; };
+#define lighting parameters[FANLIGHT_THE_ONLY]
+#endif
+
 #endif

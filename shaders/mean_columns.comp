@@ -8,7 +8,6 @@
 
 layout(local_size_x = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) readonly buffer Weights { uint weights[]; };
 layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) readonly buffer RowSums { uvec2 row_sums[]; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) writeonly buffer Smooth { float smooth_depth[]; };

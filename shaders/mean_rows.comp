@@ -9,7 +9,6 @@
 
 layout(local_size_x = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_FILLED, scalar) readonly buffer Filled { float filled[]; };
 layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) readonly buffer Weights { uint weights[]; };
 layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) writeonly buffer RowSums { uvec2 row_sums[]; };

@@ -7,7 +7,6 @@
 
 layout(local_size_x = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth { float smooth_depth[]; };
 layout(binding = FANLIGHT_BINDING_NEAREST, scalar) buffer Nearest { uint nearest; };
 

@@ -17,7 +17,6 @@ layout(constant_id = 0) const int kWindow = 8;
 layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
 layout(constant_id = 2) const bool kPolar = false;
 
-layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters parameters; };
 layout(binding = FANLIGHT_BINDING_BOUNDS, scalar) readonly buffer Bounds { uint bounds[]; };
 layout(binding = FANLIGHT_BINDING_SEGMENTS, scalar) writeonly buffer Segments { uvec4 segments[]; };
 // A copy of the parameters: read once, not at every step of the loops.
@@ -94,7 +93,7 @@ Levels levels_in(Cell cell) {
 }
 
 void main() {
-  rays = parameters;
+  rays = parameters[FANLIGHT_THE_ONLY];
   uint tile = gl_GlobalInvocationID.x;
   if (tile >= cast_tiles().x * cast_tiles().y) return;
   Tile about = tile_numbered(tile);

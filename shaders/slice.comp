@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 2) const bool kPolar = false;
 
-layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters rays; };
+#define rays parameters[FANLIGHT_THE_ONLY]
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours { uint volume_colour[]; };
 #include "fan_volume.h"
 

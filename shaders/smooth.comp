@@ -15,7 +15,6 @@ layout(constant_id = 0) const bool kColumns = false;
 // Depths further off than a step of a surface count nothing, those near it less (Tukey's biweight).
 layout(constant_id = 1) const bool kKeepsEdges = false;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_FILLED, scalar) readonly buffer Filled { float filled[]; };
 layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) readonly buffer Weights { uint weights[]; };
 layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) buffer RowSums { float row_depths[]; };

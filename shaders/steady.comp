@@ -7,7 +7,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
 layout(binding = FANLIGHT_BINDING_PREVIOUS, scalar) readonly buffer Previous { float previous[]; };
 layout(binding = FANLIGHT_BINDING_STEADY, scalar) writeonly buffer Steady { float steady[]; };

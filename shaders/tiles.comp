@@ -8,7 +8,6 @@
 
 layout(local_size_x = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_STEADY, scalar) readonly buffer Steady { float steady[]; };
 layout(binding = FANLIGHT_BINDING_TILE_DEPTHS, scalar) writeonly buffer Tiles { vec2 tile_depths[]; };
 #include "tiles.h"

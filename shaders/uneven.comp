@@ -8,7 +8,6 @@
 
 layout(local_size_x = 8) in;  // tiles
 
-layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters { LightParameters lighting; };
 layout(binding = FANLIGHT_BINDING_TILE_DEPTHS, scalar) readonly buffer Tiles { vec2 tile_depths[]; };
 layout(binding = FANLIGHT_BINDING_UNEVEN, scalar) writeonly buffer Uneven { uint uneven[]; };
 #include "tiles.h"

@@ -23,6 +23,10 @@ using uint = std::uint32_t;
 #else
 #define FANLIGHT_SHADER_STRUCT(name) struct name
 #define FANLIGHT_SHADER_STRUCT_END ;
+// The only element of the parameters, in dispatches one group deep, at an offset that no compiler knows: where Mesa's
+// lavapipe (22.3) knows the offset of a value that alone decides a branch, it makes a shader of its own for that value,
+// anew at every dispatch, and keeps them all.
+#define FANLIGHT_THE_ONLY gl_WorkGroupID.z
 #endif
 
 #endif
