@@ -33,78 +33,13 @@ Order order_after(int steps) {
 
 Result<RenderSlot> RenderSlot::create(const Gpu& gpu, const Passes& passes, const Config& config) {
   RenderSlot made(config);
-  if (auto step = made.create_memory(gpu); !step) return step.error();
+  auto memory = SlotMemory::create(gpu, config.size, made.table_.entries().size_bytes());
+  if (!memory) return memory.error();
+  made.memory_ = std::move(*memory);
+  if (auto step = made.create_frames(gpu, config.geometry, config.usual_frames); !step) return step.error();
   if (auto step = made.create_commands(gpu); !step) return step.error();
   if (auto step = made.create_descriptors(gpu, passes); !step) return step.error();
   return made;
-}
-
-Result<void> RenderSlot::create_memory(const Gpu& gpu) {
-  const std::uint64_t pixels = std::uint64_t{config_.size.width} * config_.size.height;
-  const std::uint64_t tiles = std::uint64_t{tiles_across()} * tiles_down();
-  constexpr VkBufferUsageFlags kStorage =
-      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
-
-  constexpr VkBufferUsageFlags kFilled =
-      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-
-  struct Wanted {
-    GpuBuffer* buffer;
-    std::uint64_t bytes;
-    VkBufferUsageFlags usage;
-    BufferPlace place;
-  };
-  const Wanted buffers[] = {
-      {&cast_parameters_, sizeof(shaders::CastParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
-       BufferPlace::kToGpu},
-      {&light_parameters_, sizeof(shaders::LightParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
-       BufferPlace::kToGpu},
-      {&staged_angles_, table_.entries().size_bytes(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
-      {&staged_transfer_, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
-      {&depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
-      {&confidence_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
-      {&segments_, tiles * sizeof(glm::uvec4), kStorage, BufferPlace::kDevice},
-      {&old_segments_, tiles * sizeof(glm::uvec4), kFilled, BufferPlace::kDevice},
-      {&reached_, tiles * sizeof(std::uint32_t), kFilled, BufferPlace::kDevice},
-      {&tile_list_, (3 + tiles) * sizeof(std::uint32_t), kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
-       BufferPlace::kDevice},
-      {&volume_colour_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
-      {&steady_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
-      {&tile_depths_, tiles * sizeof(glm::vec2), kStorage, BufferPlace::kDevice},
-      {&uneven_, tiles * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
-      {&filled_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
-      {&weights_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
-      {&row_sums_, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
-      {&smooth_depth_, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
-      {&nearest_, sizeof(std::uint32_t),
-       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kDevice},
-      {&diffused_, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
-      {&finished_, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
-      {&read_back_, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
-  };
-  for (const Wanted& wanted : buffers) {
-    auto buffer = GpuBuffer::create(gpu, wanted.bytes, wanted.usage, wanted.place);
-    if (!buffer) return buffer.error();
-    *wanted.buffer = std::move(*buffer);
-  }
-
-  if (auto frames = create_frames(gpu, config_.geometry, config_.usual_frames); !frames) return frames;
-  auto angles = GpuBuffer::create(gpu, table_.entries().size_bytes(),
-                                  VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                                  BufferPlace::kDevice, VK_FORMAT_R32_SFLOAT);
-  if (!angles) return angles.error();
-  angles_ = std::move(*angles);
-  auto nothing =
-      GpuBuffer::create(gpu, sizeof(std::uint32_t),
-                        VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
-                            VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT,
-                        BufferPlace::kDevice, VK_FORMAT_R32_UINT);
-  if (!nothing) return nothing.error();
-  nothing_ = std::move(*nothing);
-  auto transfer = GpuImage::create(gpu, VK_FORMAT_R32G32B32A32_SFLOAT, {TransferTable().size(), 1, 1});
-  if (!transfer) return transfer.error();
-  transfer_ = std::move(*transfer);
-  return {};
 }
 
 Result<void> RenderSlot::create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames) {
@@ -147,13 +82,9 @@ Result<void> RenderSlot::create_commands(const Gpu& gpu) {
   cast_commands_ = buffers[0];
   light_commands_ = buffers[1];
 
-  const VkQueryPoolCreateInfo query_info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                         .queryType = VK_QUERY_TYPE_TIMESTAMP,
-                                         .queryCount = kQueries};
-  VkQueryPool times = VK_NULL_HANDLE;
-  result = vkCreateQueryPool(gpu.device(), &query_info, nullptr, &times);
-  if (result != VK_SUCCESS) return vulkan_error("vkCreateQueryPool", result);
-  times_ = QueryPoolHandle(gpu.device(), times);
+  auto clock = StageClock::create(gpu);
+  if (!clock) return clock.error();
+  clock_ = std::move(*clock);
 
   const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
                                        .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
@@ -170,34 +101,8 @@ Result<void> RenderSlot::create_descriptors(const Gpu& gpu, const Passes& passes
   auto made = DescriptorSets::create(gpu, passes);
   if (!made) return made.error();
   descriptors_ = std::move(*made);
-  const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
-      {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters_},
-      {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters_},
-      {FANLIGHT_BINDING_DEPTH, &depth_},
-      {FANLIGHT_BINDING_CONFIDENCE, &confidence_},
-      {FANLIGHT_BINDING_SEGMENTS, &segments_},
-      {FANLIGHT_BINDING_OLD_SEGMENTS, &old_segments_},
-      {FANLIGHT_BINDING_REACHED, &reached_},
-      {FANLIGHT_BINDING_TILE_LIST, &tile_list_},
-      {FANLIGHT_BINDING_ANGLE_TABLE, &angles_},
-      {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour_},
-      {FANLIGHT_BINDING_PREVIOUS, &steady_},
-      {FANLIGHT_BINDING_STEADY, &steady_},
-      // Without islands, the depth map stands where the filtered one will.
-      {FANLIGHT_BINDING_CLEANED, &smooth_depth_},
-      {FANLIGHT_BINDING_TILE_DEPTHS, &tile_depths_},
-      {FANLIGHT_BINDING_UNEVEN, &uneven_},
-      {FANLIGHT_BINDING_FILLED, &filled_},
-      {FANLIGHT_BINDING_WEIGHTS, &weights_},
-      {FANLIGHT_BINDING_ROW_SUMS, &row_sums_},
-      {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth_},
-      {FANLIGHT_BINDING_NEAREST, &nearest_},
-      {FANLIGHT_BINDING_LIT, &row_sums_},
-      {FANLIGHT_BINDING_DIFFUSED, &diffused_},
-      {FANLIGHT_BINDING_FINISHED, &finished_}};
-  for (const auto& [binding, buffer] : buffers) descriptors_.write(gpu, binding, *buffer);
+  memory_.write_to(gpu, descriptors_);
   write_frame_descriptors(gpu);
-  descriptors_.write(gpu, FANLIGHT_BINDING_TRANSFER, transfer_);
   return {};
 }
 
@@ -205,9 +110,9 @@ void RenderSlot::write_frame_descriptors(const Gpu& gpu) const {
   // A descriptor must name something that is there, also where no pipeline will use it: lavapipe looks at
   // all.
   const bool there = frames_.texture().get() != VK_NULL_HANDLE;
-  descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, there ? frames_.texture() : transfer_);
+  descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, there ? frames_.texture() : memory_.transfer);
   for (const auto& [binding, buffer] : frames_.bindings()) {
-    descriptors_.write(gpu, binding, buffer != nullptr ? *buffer : nothing_);
+    descriptors_.write(gpu, binding, buffer != nullptr ? *buffer : memory_.nothing);
   }
 }
 
@@ -245,7 +150,7 @@ Result<void> RenderSlot::find_cast_pipelines(Passes& passes, const Scene& scene)
 }
 
 void RenderSlot::follow(const Gpu& gpu, const RenderSlot& other) {
-  descriptors_.write(gpu, FANLIGHT_BINDING_PREVIOUS, other.steady_);
+  descriptors_.write(gpu, FANLIGHT_BINDING_PREVIOUS, other.memory_.steady);
 }
 
 Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
@@ -263,7 +168,8 @@ Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
 
 void RenderSlot::place_angles() {
   if (table_.place(angles_rad_)) {
-    std::memcpy(staged_angles_.mapped().data(), table_.entries().data(), table_.entries().size_bytes());
+    std::memcpy(memory_.staged_angles.mapped().data(), table_.entries().data(),
+                table_.entries().size_bytes());
     angles_due_ = true;
   }
   extent_ = {.first_angle_rad = angles_rad_.front(),
@@ -291,10 +197,6 @@ Result<bool> RenderSlot::prepare_ahead(const Gpu& gpu, Passes& passes, const Sce
   return true;
 }
 
-void RenderSlot::stamp_time(VkCommandBuffer commands, std::uint32_t query) const {
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_.get(), query);
-}
-
 Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene& scene) {
   if (auto begun = frames_.begin(gpu, passes, scene.speckle); !begun) return begun;
   if (frames_.bindings_changed()) write_frame_descriptors(gpu);
@@ -306,10 +208,10 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
 
   // Memory that the GPU reads may be slow to read here: what is needed of it is kept.
   const shaders::CastParameters parameters = cast_parameters(scene, config_.size, geometry_, table_, extent_);
-  cast_parameters_.mapped_as<shaders::CastParameters>() = parameters;
+  memory_.cast_parameters.mapped_as<shaders::CastParameters>() = parameters;
   farthest_mm_ = parameters.end;
   segments_in_ray_ = groups(parameters.steps, 1U << parameters.segment_shift);
-  vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
+  clock_.reset(gpu);
   const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
   const std::uint64_t tile_samples =
       std::uint64_t{kTile} * kTile * samples_across * std::max(parameters.steps, 1U);
@@ -324,7 +226,7 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
   preparing_ = false;
   if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
     transfer_due_ = true;  // and stays so where a cast is given up before its first band
-    staged_transfer_.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
+    memory_.staged_transfer.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
     transferred_ = scene.transfer;
     transferred_step_mm_ = parameters.step;
   }
@@ -336,9 +238,9 @@ Result<void> RenderSlot::submit_frames(const Gpu& gpu, const Passes& passes) {
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
   descriptors_.bind(commands, passes, Order::kLitToDiffused);
-  if (!std::exchange(preparing_, true)) stamp_time(commands, kPrepareBegin);
+  if (!std::exchange(preparing_, true)) clock_.stamp(commands, StageClock::kPrepareBegin);
   frames_.record_piece(commands, passes);
-  if (frames_.done()) stamp_time(commands, kPrepareEnd);
+  if (frames_.done()) clock_.stamp(commands, StageClock::kPrepareEnd);
   return submit(gpu.cast_queue(), commands);
 }
 
@@ -350,31 +252,32 @@ Result<void> RenderSlot::cast_next_band(const Gpu& gpu, const Passes& passes) {
   if (next_tile_ == 0) record_before_rays(commands);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipeline_);
   // Not as a push constant: lavapipe keeps a copy of the shader for each value that it sees.
-  cast_parameters_.mapped_as<shaders::CastParameters>().first_tile = next_tile_;
+  memory_.cast_parameters.mapped_as<shaders::CastParameters>().first_tile = next_tile_;
   const std::uint32_t tiles = std::min(band_tiles_, cast_tiles_ - next_tile_);
   vkCmdDispatch(commands, tiles, 1, 1);
   next_tile_ += tiles;
   if (cast_submitted()) record_slices(commands);
-  if (cast_submitted()) stamp_time(commands, kCastEnd);
+  if (cast_submitted()) clock_.stamp(commands, StageClock::kCastEnd);
   return submit(gpu.cast_queue(), commands);
 }
 
 void RenderSlot::record_tables(VkCommandBuffer commands) {
   if (std::exchange(angles_due_, false)) {
-    const VkBufferCopy all{.size = angles_.bytes()};
-    vkCmdCopyBuffer(commands, staged_angles_.get(), angles_.get(), 1, &all);
+    const VkBufferCopy all{.size = memory_.angles.bytes()};
+    vkCmdCopyBuffer(commands, memory_.staged_angles.get(), memory_.angles.get(), 1, &all);
     barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
   }
-  if (std::exchange(transfer_due_, false)) copy_to_image(commands, staged_transfer_, transfer_, {});
+  if (std::exchange(transfer_due_, false))
+    copy_to_image(commands, memory_.staged_transfer, memory_.transfer, {});
 }
 
 void RenderSlot::record_before_rays(VkCommandBuffer commands) {
-  stamp_time(commands, kUploadBegin);
+  clock_.stamp(commands, StageClock::kUploadBegin);
   record_tables(commands);
-  stamp_time(commands, kCastBegin);
+  clock_.stamp(commands, StageClock::kCastBegin);
   if (notes_reach_) {
-    vkCmdFillBuffer(commands, reached_.get(), 0, VK_WHOLE_SIZE, 0);
+    vkCmdFillBuffer(commands, memory_.reached.get(), 0, VK_WHOLE_SIZE, 0);
     barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
             VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
@@ -422,7 +325,8 @@ Result<void> RenderSlot::record_depth_filter(VkCommandBuffer commands, Passes& p
                         halves[0],
                         halves[1],
                         {passes.fixed(Shader::kNearest), groups(config_.size.height, kLines), 1}};
-  vkCmdFillBuffer(commands, nearest_.get(), 0, VK_WHOLE_SIZE, std::bit_cast<std::uint32_t>(kFarthestMm));
+  vkCmdFillBuffer(commands, memory_.nearest.get(), 0, VK_WHOLE_SIZE,
+                  std::bit_cast<std::uint32_t>(kFarthestMm));
   barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
@@ -451,17 +355,17 @@ void RenderSlot::record_finish(VkCommandBuffer commands, const Passes& passes, c
 Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scene, Past past) {
   shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
   if (past == Past::kNone) parameters.steady = 0;
-  light_parameters_.mapped_as<shaders::LightParameters>() = parameters;
+  memory_.light_parameters.mapped_as<shaders::LightParameters>() = parameters;
   const bool filter_due = cast_since_light_ || filter_ != scene.filter;
   filter_ = scene.filter;
   // A cast has reset all queries and may be writing its own now.
-  if (!std::exchange(cast_since_light_, false)) vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
+  if (!std::exchange(cast_since_light_, false)) clock_.reset(gpu);
 
   confidence_pipeline_ = VK_NULL_HANDLE;
   const bool by_confidence = scene.filter.weights == FilterWeights::kConfidence;
   // The next volume's picture will have it.
   if (by_confidence && !confidence_known_ && frames_gone_) {
-    light_parameters_.mapped_as<shaders::LightParameters>().confidence_counts = 0;
+    memory_.light_parameters.mapped_as<shaders::LightParameters>().confidence_counts = 0;
   } else if (by_confidence && !std::exchange(confidence_known_, true)) {
     auto confidence = passes.confidence(scene, geometry_.kind);
     if (!confidence) return confidence.error();
@@ -479,23 +383,23 @@ Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scen
               VK_ACCESS_2_TRANSFER_WRITE_BIT);
   descriptors_.bind(commands, passes, Order::kLitToDiffused);
   if (filter_due) {
-    stamp_time(commands, kFilterBegin);
+    clock_.stamp(commands, StageClock::kFilterBegin);
     if (auto recorded = record_depth_filter(commands, passes, scene); !recorded) return recorded;
   }
-  stamp_time(commands, kLightBegin);
+  clock_.stamp(commands, StageClock::kLightBegin);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, *lit);
   vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
   pass_barrier(commands);
-  stamp_time(commands, kLightEnd);
+  clock_.stamp(commands, StageClock::kLightEnd);
   record_finish(commands, passes, scene);
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
-  stamp_time(commands, kFinishEnd);
-  const VkBufferCopy all{.size = read_back_.bytes()};
-  vkCmdCopyBuffer(commands, finished_.get(), read_back_.get(), 1, &all);
+  clock_.stamp(commands, StageClock::kFinishEnd);
+  const VkBufferCopy all{.size = memory_.read_back.bytes()};
+  vkCmdCopyBuffer(commands, memory_.finished.get(), memory_.read_back.get(), 1, &all);
   barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
-  stamp_time(commands, kReadBackEnd);
+  clock_.stamp(commands, StageClock::kReadBackEnd);
   return submit(gpu.light_queue(), commands);
 }
 
@@ -533,18 +437,18 @@ std::uint64_t RenderSlot::outstanding(const Gpu& gpu) const {
 }
 
 Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
-  const GpuBuffer* const maps[] = {&depth_, &confidence_, &smooth_depth_};
-  const std::uint64_t maps_bytes = std::size(maps) * depth_.bytes();
-  auto copy = GpuBuffer::create(gpu, maps_bytes + segments_.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+  const GpuBuffer* const maps[] = {&memory_.depth, &memory_.confidence, &memory_.smooth_depth};
+  const std::uint64_t maps_bytes = std::size(maps) * memory_.depth.bytes();
+  auto copy = GpuBuffer::create(gpu, maps_bytes + memory_.segments.bytes(), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                 BufferPlace::kFromGpu);
   if (!copy) return copy.error();
   if (auto begun = begin_commands(light_commands_); !begun) return begun.error();
   for (std::size_t map = 0; map < std::size(maps); ++map) {
-    const VkBufferCopy region{.dstOffset = map * depth_.bytes(), .size = depth_.bytes()};
+    const VkBufferCopy region{.dstOffset = map * memory_.depth.bytes(), .size = memory_.depth.bytes()};
     vkCmdCopyBuffer(light_commands_, maps[map]->get(), copy->get(), 1, &region);
   }
-  const VkBufferCopy region{.dstOffset = maps_bytes, .size = segments_.bytes()};
-  vkCmdCopyBuffer(light_commands_, segments_.get(), copy->get(), 1, &region);
+  const VkBufferCopy region{.dstOffset = maps_bytes, .size = memory_.segments.bytes()};
+  vkCmdCopyBuffer(light_commands_, memory_.segments.get(), copy->get(), 1, &region);
   barrier(light_commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   if (auto submitted = submit(gpu.light_queue(), light_commands_); !submitted) return submitted.error();
@@ -571,35 +475,6 @@ Result<DepthMaps> RenderSlot::read_depth(const Gpu& gpu) {
                    .sampled_share = segments_pipeline_ == VK_NULL_HANDLE
                                         ? 1
                                         : static_cast<double>(sampled) / std::max(segments, 1.0)};
-}
-
-std::array<StageSpan, kStages> RenderSlot::stage_spans(const Gpu& gpu) const {
-  std::array<std::uint64_t, kQueries> ticks{};
-  const auto between = [&](Query from, Query to) {
-    if (ticks[from] == 0 || ticks[to] <= ticks[from]) return StageSpan{};
-    // A GPU may count nanoseconds since 1970, more of them than a double tells apart.
-    const auto ns = [&](Query query) {
-      return static_cast<std::int64_t>(static_cast<long double>(ticks[query]) * gpu.limits().timestampPeriod);
-    };
-    return StageSpan{.begin_ns = ns(from), .end_ns = ns(to)};
-  };
-  // Queries that were not written since they were reset stay 0.
-  for (std::uint32_t query = 0; query < kQueries; ++query) {
-    vkGetQueryPoolResults(gpu.device(), times_.get(), query, 1, sizeof ticks[query], &ticks[query],
-                          sizeof ticks[query], VK_QUERY_RESULT_64_BIT);
-  }
-  return {between(kPrepareBegin, kPrepareEnd), between(kUploadBegin, kCastBegin),
-          between(kCastBegin, kCastEnd),       between(kFilterBegin, kLightBegin),
-          between(kLightBegin, kLightEnd),     between(kLightEnd, kFinishEnd),
-          between(kFinishEnd, kReadBackEnd)};
-}
-
-std::array<double, kStages> RenderSlot::stage_ms(const Gpu& gpu) const {
-  std::array<double, kStages> ms{};
-  std::ranges::transform(stage_spans(gpu), ms.begin(), [](const StageSpan& span) {
-    return static_cast<double>(span.end_ns - span.begin_ns) / 1e6;
-  });
-  return ms;
 }
 
 }  // namespace fanlight

@@ -11,8 +11,9 @@
 #include "renderer/angle_table.hpp"
 #include "renderer/descriptor_sets.hpp"
 #include "renderer/frame_store.hpp"
-#include "renderer/gpu_memory.hpp"
 #include "renderer/passes.hpp"
+#include "renderer/slot_memory.hpp"
+#include "renderer/stage_clock.hpp"
 #include "renderer/view.hpp"
 
 namespace fanlight {
@@ -26,12 +27,6 @@ struct DepthMaps {
   std::vector<float> smooth_mm;  ///< after pass 2's filter
   /// Of the segments of all tiles' rays, those that rays had to sample; 1 where pass 1 passes over nothing.
   double sampled_share = 1;
-};
-
-/// When a stage of a picture ran, on the device's clock, ns; both 0 where it did not.
-struct StageSpan {
-  std::int64_t begin_ns = 0;
-  std::int64_t end_ns = 0;
 };
 
 /// Everything that one volume in flight needs on the GPU: its frames, its angle table, its depth map, its
@@ -141,13 +136,13 @@ class RenderSlot {
   // The following read what the GPU wrote: only when nothing is outstanding.
 
   /// The finished picture: height x width x RGBA, top row first.
-  std::span<const std::uint8_t> picture() const { return read_back_.mapped(); }
+  std::span<const std::uint8_t> picture() const { return memory_.read_back.mapped(); }
 
   /// When each stage ran; nothing for those that the last submissions did not contain.
-  std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const;
+  std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const { return clock_.spans(gpu); }
 
   /// Milliseconds of each stage; 0 for those that the last submissions did not contain.
-  std::array<double, kStages> stage_ms(const Gpu& gpu) const;
+  std::array<double, kStages> stage_ms(const Gpu& gpu) const { return clock_.ms(gpu); }
 
   /// The depth maps of pass 1 and of pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none, and the
   /// confidence: height x width, top row first. Waits for the copy and allocates: for tests and one-shot
@@ -159,7 +154,6 @@ class RenderSlot {
       : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {
     angles_rad_.reserve(config.frame_capacity);
   }
-  Result<void> create_memory(const Gpu& gpu);
   Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames);
   Result<void> replace_frames(const Gpu& gpu, const Volume& volume);
   Result<void> create_commands(const Gpu& gpu);
@@ -182,22 +176,6 @@ class RenderSlot {
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }
   std::uint32_t tiles_down() const { return (config_.size.height + 7) / 8; }
   Result<void> submit(VkQueue queue, VkCommandBuffer commands);
-  void stamp_time(VkCommandBuffer commands, std::uint32_t query) const;
-
-  // Time stamps, each before or after a stage; those of a stage that did not run are not written.
-  enum Query : std::uint32_t {
-    kPrepareBegin,
-    kPrepareEnd,
-    kUploadBegin,
-    kCastBegin,
-    kCastEnd,
-    kFilterBegin,
-    kLightBegin,
-    kLightEnd,
-    kFinishEnd,
-    kReadBackEnd,
-    kQueries
-  };
 
   Config config_;
   AngleTable table_;
@@ -234,38 +212,13 @@ class RenderSlot {
   bool preparing_ = false;               // pass 0 has begun
   std::optional<Scene::Filter> filter_;  // what the filtered depth map was made with
 
-  GpuBuffer cast_parameters_;
-  GpuBuffer light_parameters_;
-  GpuBuffer staged_angles_;
-  GpuBuffer staged_transfer_;
+  SlotMemory memory_;
   FrameStore frames_;
-  GpuBuffer nothing_;  // stands where a frame store has no buffer
-  GpuBuffer angles_;
-  GpuImage transfer_;
-  GpuBuffer depth_;
-  GpuBuffer confidence_;
-  GpuBuffer segments_;
-  GpuBuffer old_segments_;
-  GpuBuffer reached_;
-  GpuBuffer tile_list_;
-  GpuBuffer volume_colour_;
-  GpuBuffer steady_;
-  GpuBuffer tile_depths_;
-  GpuBuffer uneven_;
-  GpuBuffer filled_;
-  GpuBuffer weights_;
-  GpuBuffer row_sums_;  // then pass 2's picture
-  GpuBuffer smooth_depth_;
-  GpuBuffer nearest_;
-  GpuBuffer diffused_;
-  GpuBuffer finished_;
-  GpuBuffer read_back_;
-
   DescriptorSets descriptors_;
   CommandPoolHandle command_pool_;
   VkCommandBuffer cast_commands_ = VK_NULL_HANDLE;  // the pool's, as is the next
   VkCommandBuffer light_commands_ = VK_NULL_HANDLE;
-  QueryPoolHandle times_;
+  StageClock clock_;
   SemaphoreHandle timeline_;
   std::uint64_t submissions_ = 0;
   std::int64_t submitted_ns_ = 0;

@@ -62,22 +62,22 @@ Result<void> RenderSlot::recast(const Gpu& gpu, Passes& passes, const Scene& sce
   if (!listed) return listed.error();
   auto changed = passes.changed(scene);
   if (!changed) return changed.error();
-  vkResetQueryPool(gpu.device(), times_.get(), 0, kQueries);
+  clock_.reset(gpu);
 
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
   descriptors_.bind(commands, passes, DescriptorSets::Order::kLitToDiffused);
-  stamp_time(commands, kPrepareBegin);
+  clock_.stamp(commands, StageClock::kPrepareBegin);
   while (!frames_.done()) frames_.record_piece(commands, passes);
-  stamp_time(commands, kPrepareEnd);
-  stamp_time(commands, kUploadBegin);
+  clock_.stamp(commands, StageClock::kPrepareEnd);
+  clock_.stamp(commands, StageClock::kUploadBegin);
   record_tables(commands);
-  stamp_time(commands, kCastBegin);
+  clock_.stamp(commands, StageClock::kCastBegin);
   record_changed_tiles(commands, passes, *changed);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, *listed);
-  vkCmdDispatchIndirect(commands, tile_list_.get(), 0);
+  vkCmdDispatchIndirect(commands, memory_.tile_list.get(), 0);
   record_slices(commands);
-  stamp_time(commands, kCastEnd);
+  clock_.stamp(commands, StageClock::kCastEnd);
   confidence_known_ = false;
   frames_gone_ = false;
   cast_since_light_ = true;
@@ -88,9 +88,9 @@ Result<void> RenderSlot::recast(const Gpu& gpu, Passes& passes, const Scene& sce
 void RenderSlot::record_changed_tiles(VkCommandBuffer commands, const Passes& passes,
                                       VkPipeline changed) const {
   constexpr std::array<std::uint32_t, 3> kNone = {0, 1, 1};
-  const VkBufferCopy all{.size = segments_.bytes()};
-  vkCmdCopyBuffer(commands, segments_.get(), old_segments_.get(), 1, &all);
-  vkCmdUpdateBuffer(commands, tile_list_.get(), 0, sizeof kNone, kNone.data());
+  const VkBufferCopy all{.size = memory_.segments.bytes()};
+  vkCmdCopyBuffer(commands, memory_.segments.get(), memory_.old_segments.get(), 1, &all);
+  vkCmdUpdateBuffer(commands, memory_.tile_list.get(), 0, sizeof kNone, kNone.data());
   barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
           VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,

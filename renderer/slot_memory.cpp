@@ -1,0 +1,118 @@
+#include "renderer/slot_memory.hpp"
+
+#include <utility>
+
+#include "renderer/command_recording.hpp"
+#include "renderer/view.hpp"
+#include "shaders/bindings.h"
+#include "shaders/cast_parameters.h"
+#include "shaders/light_parameters.h"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::uint32_t kTile = 8;  // pixels along a side of a group's tile
+
+}  // namespace
+
+Result<SlotMemory> SlotMemory::create(const Gpu& gpu, PictureSize size, std::uint64_t angle_table_bytes) {
+  SlotMemory made;
+  const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
+  const std::uint64_t tiles = std::uint64_t{groups(size.width, kTile)} * groups(size.height, kTile);
+  constexpr VkBufferUsageFlags kStorage =
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+
+  constexpr VkBufferUsageFlags kFilled =
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+
+  struct Wanted {
+    GpuBuffer* buffer;
+    std::uint64_t bytes;
+    VkBufferUsageFlags usage;
+    BufferPlace place;
+  };
+  const Wanted buffers[] = {
+      {&made.cast_parameters, sizeof(shaders::CastParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
+       BufferPlace::kToGpu},
+      {&made.light_parameters, sizeof(shaders::LightParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
+       BufferPlace::kToGpu},
+      {&made.staged_angles, angle_table_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
+      {&made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
+      {&made.depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&made.confidence, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&made.segments, tiles * sizeof(glm::uvec4), kStorage, BufferPlace::kDevice},
+      {&made.old_segments, tiles * sizeof(glm::uvec4), kFilled, BufferPlace::kDevice},
+      {&made.reached, tiles * sizeof(std::uint32_t), kFilled, BufferPlace::kDevice},
+      {&made.tile_list, (3 + tiles) * sizeof(std::uint32_t), kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+       BufferPlace::kDevice},
+      {&made.volume_colour, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {&made.steady, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&made.tile_depths, tiles * sizeof(glm::vec2), kStorage, BufferPlace::kDevice},
+      {&made.uneven, tiles * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {&made.filled, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&made.weights, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {&made.row_sums, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
+      {&made.smooth_depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {&made.nearest, sizeof(std::uint32_t),
+       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kDevice},
+      {&made.diffused, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
+      {&made.finished, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {&made.read_back, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+       BufferPlace::kFromGpu},
+  };
+  for (const Wanted& wanted : buffers) {
+    auto buffer = GpuBuffer::create(gpu, wanted.bytes, wanted.usage, wanted.place);
+    if (!buffer) return buffer.error();
+    *wanted.buffer = std::move(*buffer);
+  }
+
+  auto angles = GpuBuffer::create(gpu, angle_table_bytes,
+                                  VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                  BufferPlace::kDevice, VK_FORMAT_R32_SFLOAT);
+  if (!angles) return angles.error();
+  made.angles = std::move(*angles);
+  auto nothing =
+      GpuBuffer::create(gpu, sizeof(std::uint32_t),
+                        VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                            VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT,
+                        BufferPlace::kDevice, VK_FORMAT_R32_UINT);
+  if (!nothing) return nothing.error();
+  made.nothing = std::move(*nothing);
+  auto transfer = GpuImage::create(gpu, VK_FORMAT_R32G32B32A32_SFLOAT, {TransferTable().size(), 1, 1});
+  if (!transfer) return transfer.error();
+  made.transfer = std::move(*transfer);
+  return made;
+}
+
+void SlotMemory::write_to(const Gpu& gpu, DescriptorSets& descriptors) const {
+  const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
+      {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters},
+      {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters},
+      {FANLIGHT_BINDING_DEPTH, &depth},
+      {FANLIGHT_BINDING_CONFIDENCE, &confidence},
+      {FANLIGHT_BINDING_SEGMENTS, &segments},
+      {FANLIGHT_BINDING_OLD_SEGMENTS, &old_segments},
+      {FANLIGHT_BINDING_REACHED, &reached},
+      {FANLIGHT_BINDING_TILE_LIST, &tile_list},
+      {FANLIGHT_BINDING_ANGLE_TABLE, &angles},
+      {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour},
+      {FANLIGHT_BINDING_PREVIOUS, &steady},
+      {FANLIGHT_BINDING_STEADY, &steady},
+      // Without islands, the depth map stands where the filtered one will.
+      {FANLIGHT_BINDING_CLEANED, &smooth_depth},
+      {FANLIGHT_BINDING_TILE_DEPTHS, &tile_depths},
+      {FANLIGHT_BINDING_UNEVEN, &uneven},
+      {FANLIGHT_BINDING_FILLED, &filled},
+      {FANLIGHT_BINDING_WEIGHTS, &weights},
+      {FANLIGHT_BINDING_ROW_SUMS, &row_sums},
+      {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth},
+      {FANLIGHT_BINDING_NEAREST, &nearest},
+      {FANLIGHT_BINDING_LIT, &row_sums},
+      {FANLIGHT_BINDING_DIFFUSED, &diffused},
+      {FANLIGHT_BINDING_FINISHED, &finished}};
+  for (const auto& [binding, buffer] : buffers) descriptors.write(gpu, binding, *buffer);
+  descriptors.write(gpu, FANLIGHT_BINDING_TRANSFER, transfer);
+}
+
+}  // namespace fanlight
