@@ -48,8 +48,8 @@ Result<FrameStore> FrameStore::create(const Gpu& gpu, const Config& config) {
   const std::uint64_t bounds_bytes = sizeof(std::uint32_t) * std::uint64_t{blocks_along(config.columns)} *
                                      blocks_along(config.rows) * config.frame_capacity;
   for (GpuBuffer* const each : {&made.blocks_, &made.bounds_}) {
-    auto buffer =
-        GpuBuffer::create(gpu, bounds_bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
+    auto buffer = GpuBuffer::create(gpu, bounds_bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTexels,
+                                    BufferPlace::kDevice, VK_FORMAT_R32_UINT);
     if (!buffer) return buffer.error();
     *each = std::move(*buffer);
   }
@@ -163,7 +163,9 @@ FrameStore::Bindings FrameStore::bindings() const {
            {FANLIGHT_BINDING_COLUMNS, there(packed_)},
            {FANLIGHT_BINDING_PACKED, there(packed_)},
            {FANLIGHT_BINDING_BLOCKS, there(blocks_)},
-           {FANLIGHT_BINDING_BOUNDS, there(bounds_)}}};
+           {FANLIGHT_BINDING_BOUNDS, there(bounds_)},
+           {FANLIGHT_BINDING_BLOCK_TEXELS, there(blocks_)},
+           {FANLIGHT_BINDING_BOUND_TEXELS, there(bounds_)}}};
 }
 
 Result<void> FrameStore::find_pipelines(Passes& passes) {

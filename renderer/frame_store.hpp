@@ -87,7 +87,7 @@ class FrameStore {
 
   /// Buffers for the descriptors of FANLIGHT_BINDING_..., nullptr for one that nothing uses. They are others
   /// where the last begin() says so.
-  using Bindings = std::array<std::pair<std::uint32_t, const GpuBuffer*>, 8>;
+  using Bindings = std::array<std::pair<std::uint32_t, const GpuBuffer*>, 10>;
   Bindings bindings() const;
   bool bindings_changed() const { return bindings_changed_; }
 

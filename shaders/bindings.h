@@ -35,7 +35,9 @@
 #define FANLIGHT_BINDING_REACHED 30         // uint a tile: no ray of it looked at a sample with this number or a later one
 #define FANLIGHT_BINDING_OLD_SEGMENTS 31    // uvec4 a tile: its segments before frames were replaced
 #define FANLIGHT_BINDING_TILE_LIST 32       // uint: how many tiles, 1, 1, and their numbers: those to be cast again
-#define FANLIGHT_BINDINGS 33
+#define FANLIGHT_BINDING_BLOCK_TEXELS 33    // the blocks, to be read: lavapipe gathers texels faster than words
+#define FANLIGHT_BINDING_BOUND_TEXELS 34    // the bounds, likewise
+#define FANLIGHT_BINDINGS 35
 // Of these; the others are two uniform buffers, two textures, and texels to read and to write.
 #define FANLIGHT_STORAGE_BUFFERS 23
 

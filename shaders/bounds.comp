@@ -9,7 +9,7 @@
 layout(local_size_x = 64) in;  // as in blocks.comp
 
 layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
-layout(binding = FANLIGHT_BINDING_BLOCKS, scalar) readonly buffer Blocks { uint blocks[]; };
+layout(binding = FANLIGHT_BINDING_BLOCK_TEXELS) uniform usamplerBuffer blocks;
 layout(binding = FANLIGHT_BINDING_BOUNDS, scalar) writeonly buffer Bounds { uint bounds[]; };
 #include "blocks.h"
 
@@ -24,7 +24,7 @@ void main() {
   ivec2 last = min(block + FANLIGHT_BLOCKS_IN_BOUND, ivec2(across, down)) - 1;
   for (int y = block.y; y <= last.y; ++y) {
     for (int x = block.x; x <= last.x; ++x) {
-      uint bound = blocks[(frame + y) * across + x];
+      uint bound = texelFetch(blocks, (frame + y) * across + x).x;
       least = min(least, least_of(bound));
       greatest = max(greatest, greatest_of(bound));
     }

@@ -17,7 +17,7 @@ layout(constant_id = 0) const int kWindow = 8;
 layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
 layout(constant_id = 2) const bool kPolar = false;
 
-layout(binding = FANLIGHT_BINDING_BOUNDS, scalar) readonly buffer Bounds { uint bounds[]; };
+layout(binding = FANLIGHT_BINDING_BOUND_TEXELS) uniform usamplerBuffer bounds;
 layout(binding = FANLIGHT_BINDING_SEGMENTS, scalar) writeonly buffer Segments { uvec4 segments[]; };
 // A copy of the parameters: read once, not at every step of the loops.
 CastParameters rays;
@@ -83,7 +83,7 @@ Levels levels_in(Cell cell) {
     for (int y = first.y; y <= last.y; y += FANLIGHT_BLOCKS_IN_BOUND) {
       int row = (frame * blocks_down + y) * blocks_across;
       for (int x = first.x; x <= last.x; x += FANLIGHT_BLOCKS_IN_BOUND) {
-        uint bound = bounds[row + x];
+        uint bound = texelFetch(bounds, row + x).x;
         least = min(least, least_of(bound));
         greatest = max(greatest, greatest_of(bound));
       }
