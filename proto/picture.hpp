@@ -36,6 +36,20 @@ struct DeadlineState {
 /// 1: coarse while the view moves; 2: always; 3: and a wide step; 4: and cheap filters.
 inline constexpr std::uint8_t kMostDeadlineLevel = 4;
 
+/// Where a picture's pixels lie, in the transducer frame. The point at depth d of pixel (column, row) is
+/// origin + d * forward + (mm_per_pixel + d * mm_per_pixel_per_mm) * ((column - middle_column) * right +
+/// (row - middle_row) * down). Depths lie along forward, unit vectors all three.
+struct PictureView {
+  std::array<double, 3> origin_mm{};
+  std::array<double, 3> right{};
+  std::array<double, 3> down{};
+  std::array<double, 3> forward{};
+  double mm_per_pixel = 0;         ///< in the view plane
+  double mm_per_pixel_per_mm = 0;  ///< 0 in a parallel projection
+  double middle_column = 0;
+  double middle_row = 0;
+};
+
 /// Identity and time of one picture.
 struct PictureStamp {
   std::uint64_t picture_id = 0;      ///< counts the pictures of a renderer from 1
@@ -45,17 +59,28 @@ struct PictureStamp {
   std::uint8_t deadline_level = 0;  ///< see DeadlineState
   DeadlineMeasures measures;        ///< that this picture was made with
   VolumeStamp volume;
+  PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
   std::int64_t finished_time_ns = 0;       ///< fanlight::now_ns
 };
 
 /// One finished picture. `rgba`: height x width x 4 bytes, row major, top row first, sRGB values, alpha 255.
+/// `depth_mm`: height x width, likewise, of the surface as it is lit; negative where there is none.
 struct Picture {
   PictureStamp stamp;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::vector<std::uint8_t> rgba;
+  std::vector<float> depth_mm;
 };
+
+/// A black one with all the memory that it will need, so that taking a finished one allocates nothing.
+inline Picture blank_picture(std::uint32_t width, std::uint32_t height) {
+  Picture blank{.width = width, .height = height};
+  blank.rgba.resize(std::size_t{4} * width * height);
+  blank.depth_mm.resize(std::size_t{width} * height);
+  return blank;
+}
 
 /// A scene and the number under which the server accepted it.
 struct NumberedScene {

@@ -397,6 +397,8 @@ Result<void> RenderSlot::light(const Gpu& gpu, Passes& passes, const Scene& scen
   clock_.stamp(commands, StageClock::kFinishEnd);
   const VkBufferCopy all{.size = memory_.read_back.bytes()};
   vkCmdCopyBuffer(commands, memory_.finished.get(), memory_.read_back.get(), 1, &all);
+  const VkBufferCopy depths{.size = memory_.read_back_depth.bytes()};
+  vkCmdCopyBuffer(commands, memory_.smooth_depth.get(), memory_.read_back_depth.get(), 1, &depths);
   barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   clock_.stamp(commands, StageClock::kReadBackEnd);

@@ -138,6 +138,13 @@ class RenderSlot {
   /// The finished picture: height x width x RGBA, top row first.
   std::span<const std::uint8_t> picture() const { return memory_.read_back.mapped(); }
 
+  /// Its depth map after pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none: height x width, top row
+  /// first.
+  std::span<const float> depth_mm() const {
+    const auto bytes = memory_.read_back_depth.mapped();
+    return {reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)};
+  }
+
   /// When each stage ran; nothing for those that the last submissions did not contain.
   std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const { return clock_.spans(gpu); }
 

@@ -213,7 +213,8 @@ Result<void> Renderer::light(Flight& flight) {
                   .pass2_runs = counters_.pass2_runs.value(),
                   .deadline_level = scene_.deadline.level,
                   .measures = flight.cast_scene.deadline.measures,
-                  .volume = flight.slot.volume()};
+                  .volume = flight.slot.volume(),
+                  .view = picture_view(flight.cast_scene.scene, config_.size)};
   flight.stamp.measures.cheap_filters = scene_.deadline.measures.cheap_filters;
   return {};
 }
@@ -280,6 +281,8 @@ bool Renderer::collect(Picture& picture) {
     picture.height = config_.size.height;
     const auto rgba = flight.slot.picture();
     picture.rgba.assign(rgba.begin(), rgba.end());
+    const auto depth_mm = flight.slot.depth_mm();
+    picture.depth_mm.assign(depth_mm.begin(), depth_mm.end());
     if (first) counters_.volumes_rendered.add();
     return true;
   }

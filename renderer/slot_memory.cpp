@@ -60,6 +60,8 @@ Result<SlotMemory> SlotMemory::create(const Gpu& gpu, PictureSize size, std::uin
       {&made.finished, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
       {&made.read_back, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
        BufferPlace::kFromGpu},
+      {&made.read_back_depth, pixels * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+       BufferPlace::kFromGpu},
   };
   for (const Wanted& wanted : buffers) {
     auto buffer = GpuBuffer::create(gpu, wanted.bytes, wanted.usage, wanted.place);

@@ -51,6 +51,7 @@ struct SlotMemory {
   GpuBuffer diffused;
   GpuBuffer finished;
   GpuBuffer read_back;
+  GpuBuffer read_back_depth;
 };
 
 }  // namespace fanlight

@@ -91,6 +91,10 @@ void set_rays(shaders::CastParameters& to, const Scene& scene, PictureSize size)
   to.pixel_stride = static_cast<std::uint32_t>(scene.rays.stride);
 }
 
+std::array<double, 3> array(const glm::dvec3& vector) {
+  return {vector.x, vector.y, vector.z};
+}
+
 void set_samples(shaders::CastParameters& to, const Scene& scene, double finest_mm, double farthest_mm) {
   const Scene::Rays& rays = scene.rays;
   const double end_mm = std::min(rays.end_mm, farthest_mm);
@@ -363,6 +367,21 @@ int kept_by(Mode mode) {
     default:
       return FANLIGHT_KEEP_NOTHING;
   }
+}
+
+PictureView picture_view(const Scene& scene, PictureSize size) {
+  const ViewFrame view = view_frame(scene.camera);
+  const Viewport port = viewport(scene, size);
+  const double eye_mm = eye_distance_mm(scene.camera);
+  const bool widens = perspective(scene.camera);
+  return {.origin_mm = array(view.centre),
+          .right = array(view.right),
+          .down = array(-view.up),
+          .forward = array(view.forward),
+          .mm_per_pixel = port.pixel_mm * (widens ? eye_height_mm(scene.camera) / eye_mm : 1),
+          .mm_per_pixel_per_mm = widens ? port.pixel_mm / eye_mm : 0,
+          .middle_column = port.centre_column(),
+          .middle_row = port.centre_row()};
 }
 
 shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,

@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 
 #include "proto/fan_geometry.hpp"
+#include "proto/picture.hpp"
 #include "proto/scene.hpp"
 #include "renderer/angle_table.hpp"
 #include "shaders/cast_parameters.h"
@@ -44,6 +45,9 @@ struct Viewport {
 };
 
 Viewport viewport(const Scene& scene, PictureSize size);
+
+/// Where the pixels of the viewport lie.
+PictureView picture_view(const Scene& scene, PictureSize size);
 
 /// In perspective, from the eye to the target: field / (2 tan(opening / 2)).
 double eye_distance_mm(const Scene::Camera& camera);

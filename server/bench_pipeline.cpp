@@ -15,7 +15,7 @@
 #include "renderer/renderer.hpp"
 #include "server/bench_run.hpp"
 #include "server/bench_volumes.hpp"
-#include "server/picture_encoder.hpp"
+#include "server/jpeg_coder.hpp"
 
 namespace fanlight {
 
@@ -161,7 +161,7 @@ class EncodingThread {
         continue;
       }
       const std::int64_t from_ns = now_ns();
-      if (const auto jpeg = encoder_.encode(*picture); !jpeg) {
+      if (const auto jpeg = encoder_.encode(pixels_of(*picture), true); !jpeg) {
         failure_ = jpeg.error();
         return;
       }
@@ -173,7 +173,7 @@ class EncodingThread {
 
   Doorbell bell_;
   Mailbox<Picture> pictures_;
-  PictureEncoder encoder_{kJpegQuality};
+  JpegCoder encoder_{kJpegQuality};
   std::vector<Encoding> done_;  // the thread's until it has ended, as is the next
   std::optional<Error> failure_;
   std::jthread thread_;  // last: it uses the others
@@ -195,7 +195,7 @@ class PipelineRig {
       }
       note(block, picture_);
       const std::int64_t from_ns = now_ns();
-      if (auto jpeg = encoder_.encode(picture_); !jpeg) return jpeg.error();
+      if (auto jpeg = encoder_.encode(pixels_of(picture_), true); !jpeg) return jpeg.error();
       block.encodings.push_back(
           {.volume_id = picture_.stamp.volume.volume_id, .span = {.begin_ns = from_ns, .end_ns = now_ns()}});
     }
@@ -246,7 +246,7 @@ class PipelineRig {
 
   BenchVolumes& volumes_;
   Renderer& renderer_;
-  PictureEncoder encoder_{kJpegQuality};
+  JpegCoder encoder_{kJpegQuality};
   Picture picture_;
   std::uint64_t loaded_ = 0;  // the last volume's number
 };

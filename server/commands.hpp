@@ -15,5 +15,8 @@ Command add_serve_command(CLI::App& program);
 Command add_render_command(CLI::App& program);
 Command add_info_command(CLI::App& program);
 Command add_bench_command(CLI::App& program);
+Command add_watch_command(CLI::App& program);
+Command add_token_command(CLI::App& program);
+Command add_audit_command(CLI::App& program);
 
 }  // namespace fanlight

@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <boost/asio/ip/address.hpp>
+#include <boost/beast/core/stream_traits.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <nlohmann/json.hpp>
 
 #include "server/metrics_text.hpp"
 #include "server/page_files.hpp"
+#include "server/script_door.hpp"
+#include "server/stream_protocol.hpp"
 #include "server/stream_session.hpp"
 
 namespace fanlight {
@@ -20,6 +24,7 @@ namespace http = boost::beast::http;
 namespace {
 
 constexpr std::uint32_t kLargestHeaderBytes = 8 << 10;
+constexpr std::uint64_t kLargestBodyBytes = 64 << 10;
 constexpr auto kRequestTime = std::chrono::seconds(10);
 
 // The page loads nothing from elsewhere and runs nothing that is not a file of ours.
@@ -37,11 +42,17 @@ std::string_view content_type(std::string_view name) {
 HttpSession::Response response_with(http::status status, std::string_view type, std::string body) {
   HttpSession::Response response(status, 11);
   response.set(http::field::content_type, type);
-  response.set(http::field::cache_control, "no-cache");
-  response.set("X-Content-Type-Options", "nosniff");
-  response.set("Content-Security-Policy", kContentPolicy);
   response.body() = std::move(body);
   return response;
+}
+
+std::string address_text(Connection& connection) {
+  beast::error_code gone;
+  const auto peer = connection.next_layer().socket().remote_endpoint(gone);
+  if (gone) return "gone";
+  const std::string host = peer.address().to_string();
+  return peer.address().is_v6() ? fmt::format("[{}]:{}", host, peer.port())
+                                : fmt::format("{}:{}", host, peer.port());
 }
 
 /// A page of another site may open a WebSocket to us in the user's name; browsers say where it came from.
@@ -67,12 +78,30 @@ bool is_loopback_host(std::string_view host) {
 
 }  // namespace
 
+HttpSession::HttpSession(Connection connection, ConnectionPlace place, const StreamContext& context)
+    : place_(std::move(place)),
+      connection_(std::move(connection)),
+      context_(context),
+      address_(address_text(connection_)) {}
+
+void HttpSession::start() {
+  if (!connection_.is_tls()) return read();
+  beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  connection_.async_handshake([self = shared_from_this()](beast::error_code failure) {
+    if (failure) {
+      self->context_.counters.handshakes_failed.add();
+    } else {
+      self->read();
+    }
+  });
+}
+
 void HttpSession::read() {
   parser_.emplace();
   parser_->header_limit(kLargestHeaderBytes);
-  parser_->body_limit(0);
-  stream_.expires_after(kRequestTime);
-  http::async_read(stream_, incoming_, *parser_,
+  parser_->body_limit(kLargestBodyBytes);
+  beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  http::async_read(connection_, incoming_, *parser_,
                    [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
                      self->received(failure);
                    });
@@ -84,44 +113,108 @@ void HttpSession::received(beast::error_code failure) {
   if (failure) {
     // Only what HTTP itself finds wrong can be answered; a broken connection cannot.
     if (failure.category() != make_error_code(http::error::bad_method).category()) return;
-    Response response =
-        refusal(http::status::bad_request, fmt::format("the request could not be read ({}), expected a GET "
-                                                       "without a body and at most {} bytes of header",
-                                                       failure.message(), kLargestHeaderBytes));
+    Response response = refusal(
+        http::status::bad_request,
+        fmt::format("the request could not be read ({}), expected at most {} bytes of header and {} of body",
+                    failure.message(), kLargestHeaderBytes, kLargestBodyBytes));
     response.keep_alive(false);
     send(std::move(response));
     return;
   }
-  const Request request = parser_->release();
+  serve(parser_->release());
+}
+
+void HttpSession::serve(const Request& request) {
   const std::string_view host = request[http::field::host];
   if (context_.loopback_only && !host.empty() && !is_loopback_host(host)) {
     return reply(request,
                  refusal(http::status::misdirected_request,
                          "the request names another host, expected localhost or a loopback address"));
   }
-  if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
-    if (from_elsewhere(request)) {
-      return reply(request, refusal(http::status::forbidden,
-                                    "the stream was asked for by a page of another site, expected our own"));
-    }
-    std::make_shared<StreamSession>(std::move(stream_), std::move(place_), context_)->start(request);
-    return;
+  if (from_elsewhere(request)) {
+    context_.audit.note({.name = "unknown", .address = address_},
+                        {.what = "request", .result = "refused: from a page of another site"},
+                        {{"origin", std::string(request[http::field::origin].substr(0, 256))}});
+    return reply(request, refusal(http::status::forbidden,
+                                  "the request comes from a page of another site, expected our own"));
   }
-  reply(request, respond(request));
+  const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
+  if (reads && !request.body().empty()) {
+    Response response = refusal(http::status::bad_request, "a GET came with a body, expected none");
+    response.keep_alive(false);
+    return send(std::move(response));
+  }
+  auto visitor = recognise(request);
+  if (!visitor) {
+    const bool wait = visitor.error().code == ErrorCode::kUnavailable;
+    Response response =
+        refusal(wait ? http::status::too_many_requests : http::status::unauthorized, visitor.error().message);
+    response.set(http::field::www_authenticate, "Bearer");
+    return reply(request, std::move(response));
+  }
+  if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
+    return upgrade(request, std::move(*visitor));
+  }
+  reply(request, respond(request, *visitor));
+}
+
+Result<std::optional<Visitor>> HttpSession::recognise(const Request& request) {
+  if (!context_.access.asks()) return std::optional(context_.access.anyone(address_));
+  constexpr std::string_view kBearer = "Bearer ";
+  const std::string_view given = request[http::field::authorization];
+  if (given.starts_with(kBearer)) {
+    auto visitor = context_.access.by_token(given.substr(kBearer.size()), address_);
+    if (!visitor) return visitor.error();
+    return std::optional(std::move(*visitor));
+  }
+  if (const auto fingerprint = connection_.client_fingerprint()) {
+    auto visitor = context_.access.by_certificate(*fingerprint, address_);
+    if (!visitor) return visitor.error();
+    return std::optional(std::move(*visitor));
+  }
+  return std::optional<Visitor>();
+}
+
+void HttpSession::upgrade(const Request& request, std::optional<Visitor> visitor) {
+  const auto protocol = agreed_protocol(request["Sec-WebSocket-Protocol"]);
+  if (!protocol) return reply(request, refusal(http::status::bad_request, protocol.error().message));
+  std::make_shared<StreamSession>(std::move(connection_), std::move(place_), context_, address_)
+      ->start(request, *protocol, std::move(visitor));
 }
 
 void HttpSession::reply(const Request& request, Response response) {
   response.keep_alive(request.keep_alive());
+  response.set(http::field::cache_control, "no-store");
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Content-Security-Policy", kContentPolicy);
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  if (connection_.is_tls()) response.set("Strict-Transport-Security", "max-age=31536000");
   response.prepare_payload();
   if (request.method() == http::verb::head) response.body().clear();
   send(std::move(response));
 }
 
-HttpSession::Response HttpSession::respond(const Request& request) {
+HttpSession::Response HttpSession::respond(const Request& request, const std::optional<Visitor>& visitor) {
+  const std::string_view path = std::string_view(request.target()).substr(0, request.target().find('?'));
+  // The page and the health tell nothing of what is scanned, and the page must be there to log in.
+  const bool guarded = path == "/metrics" || path.starts_with("/api/");
+  if (guarded && !visitor) {
+    Response response =
+        refusal(http::status::unauthorized, "expected a token, as Authorization: Bearer TOKEN");
+    response.set(http::field::www_authenticate, "Bearer");
+    return response;
+  }
+  if (path.starts_with("/api/")) {
+    Response response = ScriptDoor(context_).respond(request, path, *visitor);
+    if (http::to_status_class(response.result()) == http::status_class::client_error) {
+      context_.counters.requests_refused.add();
+    }
+    return response;
+  }
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
     return refusal(http::status::method_not_allowed, "expected the method GET or HEAD");
   }
-  const std::string_view path = std::string_view(request.target()).substr(0, request.target().find('?'));
   if (path == "/healthz") {
     std::string state = context_.source_state();
     const bool healthy = state == "running" || state == "ended";
@@ -139,8 +232,9 @@ HttpSession::Response HttpSession::respond(const Request& request) {
       path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   const auto file = std::ranges::find(page_files(), name, &PageFile::name);
   if (file == page_files().end()) {
-    return refusal(http::status::not_found,
-                   "there is nothing here, expected /, /stream, /healthz or /metrics");
+    return refusal(
+        http::status::not_found,
+        "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene or /api/picture.png");
   }
   return response_with(http::status::ok, content_type(name), std::string(file->bytes));
 }
@@ -153,15 +247,15 @@ HttpSession::Response HttpSession::refusal(http::status status, const std::strin
 void HttpSession::send(Response response) {
   if (!response.has_content_length()) response.prepare_payload();
   response_ = std::move(response);
-  stream_.expires_after(kRequestTime);
-  http::async_write(stream_, *response_,
+  beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  http::async_write(connection_, *response_,
                     [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
                       if (failure) return;
                       if (self->response_->keep_alive()) {
                         self->read();
                       } else {
-                        beast::error_code ignored;
-                        self->stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+                        beast::get_lowest_layer(self->connection_).expires_after(kRequestTime);
+                        self->connection_.async_shutdown([self](beast::error_code /*closed either way*/) {});
                       }
                     });
 }

@@ -27,10 +27,10 @@ Result<boost::asio::ip::tcp::endpoint> parse_listen_address(std::string_view tex
   return boost::asio::ip::tcp::endpoint(address, port);
 }
 
-std::string page_url(const boost::asio::ip::tcp::endpoint& endpoint) {
+std::string page_url(const boost::asio::ip::tcp::endpoint& endpoint, bool tls) {
   const auto address = endpoint.address();
   const std::string host = address.is_v6() ? fmt::format("[{}]", address.to_string()) : address.to_string();
-  return fmt::format("http://{}:{}/", host, endpoint.port());
+  return fmt::format("{}://{}:{}/", tls ? "https" : "http", host, endpoint.port());
 }
 
 }  // namespace fanlight

@@ -12,6 +12,6 @@ namespace fanlight {
 Result<boost::asio::ip::tcp::endpoint> parse_listen_address(std::string_view text);
 
 /// The page's address as a person types it: "http://127.0.0.1:8080/".
-std::string page_url(const boost::asio::ip::tcp::endpoint& endpoint);
+std::string page_url(const boost::asio::ip::tcp::endpoint& endpoint, bool tls);
 
 }  // namespace fanlight

@@ -1,11 +1,12 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <unordered_set>
 
 #include "proto/picture.hpp"
-#include "server/picture_encoder.hpp"
+#include "server/picture_coder.hpp"
 #include "server/server_counters.hpp"
 
 namespace fanlight {
@@ -15,34 +16,55 @@ class StreamSession;
 /// A serialised ServerMessage, shared by all sessions that send it. Server thread only.
 using SharedMessage = std::shared_ptr<const std::string>;
 
-/// Hands each picture to every session, encoded once however many there are, and not at all while there is
-/// none. Server thread only.
+/// A picture as it goes to sessions.
+struct PictureOffer {
+  SharedMessage message;
+  std::uint64_t picture_id = 0;
+  std::uint64_t scene_revision = 0;
+  bool key = true;  ///< it can be shown without those before it
+};
+
+/// Hands each picture to every session, encoded once for all that want it alike, and not at all for nobody.
+/// Server thread only.
 class PictureHub {
  public:
-  struct Config {
-    int jpeg_quality = 85;
-  };
+  explicit PictureHub(ServerCounters& counters) : counters_(counters) {}
 
-  PictureHub(const Config& config, ServerCounters& counters)
-      : encoder_(config.jpeg_quality), counters_(counters) {}
-
-  /// Offers the picture, which must stay as it is until the next call, to all sessions.
+  /// Offers the picture, which must stay as it is until the next call, to all sessions that one is due to.
   Result<void> show(const Picture& picture);
 
   /// From now on the session is offered each picture, beginning with the one on show.
   Result<void> add(StreamSession& session);
   void remove(StreamSession& session) { sessions_.erase(&session); }
 
+  /// The session wants its pictures otherwise now, or has missed one without which the next cannot be shown:
+  /// offers it the one on show anew, so that nothing need come before it.
+  Result<void> begin_anew(StreamSession& session);
+
   const std::unordered_set<StreamSession*>& sessions() const { return sessions_; }
 
- private:
-  Result<void> encode();
+  /// The newest picture; null before the first.
+  const Picture* on_show() const { return on_show_; }
 
-  PictureEncoder encoder_;
+  /// The same as a file.
+  Result<std::string> png();
+
+ private:
+  struct Coding {
+    std::unique_ptr<PictureCoder> coder;
+    PictureScaler scaler;
+    PictureOffer offer;  // of the picture on show, where somebody asked for it
+  };
+  Result<PictureOffer> coded(const StreamSettings& settings, bool key);
+  void forget_unused();
+
   ServerCounters& counters_;
   std::unordered_set<StreamSession*> sessions_;
+  std::map<StreamSettings, Coding> codings_;  // by what the code depends on
   const Picture* on_show_ = nullptr;
-  SharedMessage message_;  // of the picture on show, once somebody asked for it
+  std::int64_t last_shown_ns_ = 0;
+  PictureScaler scaler_;
+  std::unique_ptr<PictureCoder> png_;
 };
 
 }  // namespace fanlight

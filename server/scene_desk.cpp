@@ -4,8 +4,8 @@
 
 namespace fanlight {
 
-Result<bool> SceneDesk::apply(const v1::Scene& change) {
-  auto changed = changed_scene(in_force_.scene, change);
+Result<bool> SceneDesk::apply(const v1::Scene& change, const SceneField** refused) {
+  auto changed = changed_scene(in_force_.scene, change, refused);
   if (!changed) return changed.error();
   if (first_pass_changed(in_force_.scene, *changed) == FirstPass::kNone) return false;
   in_force_ = {.revision = in_force_.revision + 1, .scene = *changed};

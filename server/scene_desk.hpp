@@ -22,8 +22,8 @@ class SceneDesk {
   const Scene& default_scene() const { return default_; }
 
   /// Takes all of the change or, with an Error, none of it. True where the scene is another one now; a change
-  /// that changes nothing keeps the revision.
-  Result<bool> apply(const v1::Scene& change);
+  /// that changes nothing keeps the revision. `refused`: as in changed_scene().
+  Result<bool> apply(const v1::Scene& change, const SceneField** refused = nullptr);
 
   /// The source looks elsewhere now, and this would be the scene for it if nobody had asked for anything.
   /// What is still as it was suggested for the last one follows, in the default and in the scene in force;

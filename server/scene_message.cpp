@@ -38,42 +38,72 @@ MessageField message_field(std::string_view name) {
 
 }  // namespace
 
-v1::Scene scene_message(const Scene& scene) {
-  v1::Scene message;
-  for (const SceneField& field : scene_fields()) {
-    const auto [group, value] = message_field(field.name);
-    Message* holder = group == nullptr ? &message : message.GetReflection()->MutableMessage(&message, group);
-    const auto* reflection = holder->GetReflection();
-    if (field.is_text()) {
-      reflection->SetString(holder, value, field.get_text(scene));
-    } else if (value->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
-      reflection->SetDouble(holder, value, field.get(scene));
-    } else {
-      reflection->SetUInt32(holder, value, static_cast<std::uint32_t>(field.get(scene)));
-    }
-  }
-  return message;
-}
-
-Result<Scene> changed_scene(const Scene& scene, const v1::Scene& change) {
-  Scene changed = scene;
+void for_each_change(const v1::Scene& change,
+                     const std::function<void(const SceneField&, std::variant<double, std::string>)>& each) {
   for (const SceneField& field : scene_fields()) {
     const auto [group, value] = message_field(field.name);
     const Message& holder = group == nullptr ? change : change.GetReflection()->GetMessage(change, group);
     const auto* reflection = holder.GetReflection();
     if (!reflection->HasField(holder, value)) continue;
     if (field.is_text()) {
-      if (auto set = set_field(changed, field, reflection->GetString(holder, value)); !set)
-        return set.error();
-      continue;
+      each(field, reflection->GetString(holder, value));
+    } else if (value->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
+      each(field, reflection->GetDouble(holder, value));
+    } else {
+      each(field, static_cast<double>(reflection->GetUInt32(holder, value)));
     }
-    const double given = value->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE
-                             ? reflection->GetDouble(holder, value)
-                             : reflection->GetUInt32(holder, value);
-    if (auto set = set_field(changed, field, given); !set) return set.error();
   }
+}
+
+void put_change(v1::Scene& change, const SceneField& field, const std::variant<double, std::string>& given) {
+  const auto [group, value] = message_field(field.name);
+  Message* holder = group == nullptr ? &change : change.GetReflection()->MutableMessage(&change, group);
+  const auto* reflection = holder->GetReflection();
+  if (field.is_text()) {
+    reflection->SetString(holder, value, std::get<std::string>(given));
+  } else if (value->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
+    reflection->SetDouble(holder, value, std::get<double>(given));
+  } else {
+    reflection->SetUInt32(holder, value, static_cast<std::uint32_t>(std::get<double>(given)));
+  }
+}
+
+v1::Scene scene_message(const Scene& scene) {
+  v1::Scene message;
+  for (const SceneField& field : scene_fields()) {
+    if (field.is_text()) {
+      put_change(message, field, field.get_text(scene));
+    } else {
+      put_change(message, field, field.get(scene));
+    }
+  }
+  return message;
+}
+
+Result<Scene> changed_scene(const Scene& scene, const v1::Scene& change, const SceneField** refused) {
+  Scene changed = scene;
+  Result<void> all;
+  if (refused != nullptr) *refused = nullptr;
+  for_each_change(change, [&](const SceneField& field, const std::variant<double, std::string>& value) {
+    if (!all) return;
+    const auto* number = std::get_if<double>(&value);
+    all = number != nullptr ? set_field(changed, field, *number)
+                            : set_field(changed, field, std::string_view(std::get<std::string>(value)));
+    if (!all && refused != nullptr) *refused = &field;
+  });
+  if (!all) return all.error();
   if (auto whole = check(changed); !whole) return whole.error();
   return changed;
+}
+
+void describe(v1::Error& message, const Error& error, const SceneField* field) {
+  message.set_message(error.message);
+  if (field == nullptr) return;
+  message.set_field(std::string(field->name));
+  for (const std::string_view choice : field->choices) message.add_choices(std::string(choice));
+  if (field->is_text() || !field->choices.empty()) return;
+  message.set_minimum(field->minimum);
+  message.set_maximum(field->maximum);
 }
 
 void add_scene_fields(v1::Hello& hello) {

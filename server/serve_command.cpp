@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -28,10 +29,13 @@ struct ServeOptions {
   SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
   std::string geometry_path;
   std::string listen = "127.0.0.1:8080";
-  bool open_network = false;
+  TlsFiles tls;
+  std::string tokens;
+  std::string audit_log;
+  double control_lapse_s = 60;
   MismatchCorrection mismatch = MismatchCorrection::kOn;
-  std::optional<RingPolicy> policy;           // absent: what suits the source
-  std::optional<ProbeControl> probe_control;  // absent: everyone where only this machine reaches the server
+  std::optional<RingPolicy> policy;  // absent: what suits the source
+  ProbeControl probe_control = ProbeControl::kEveryone;
   std::string size = "512x512";
   std::string gpu;
   int jpeg_quality = 85;
@@ -41,13 +45,19 @@ struct ServeOptions {
 
 Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& options) {
   auto endpoint = parse_listen_address(options.listen);
-  if (endpoint && !endpoint->address().is_loopback() && !options.open_network) {
+  if (!endpoint) return endpoint;
+  if (!endpoint->address().is_loopback() && (options.tls.empty() || options.tokens.empty())) {
     return Error{
         ErrorCode::kInvalidArgument,
-        fmt::format(
-            "listening on {} would let everyone on its network watch and control, without encryption; "
-            "expected a loopback address such as 127.0.0.1:8080, or --open-network to allow it",
-            options.listen)};
+        fmt::format("listening on {} would let everyone on its network watch and control; expected "
+                    "--tls-certificate, --tls-key and --tokens, or a loopback address such as 127.0.0.1:8080",
+                    options.listen)};
+  }
+  if (!options.tls.client_ca.empty() && options.tokens.empty()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--client-ca says who signs certificates, not whose may come in; expected --tokens with "
+                 "[[certificate]] "
+                 "entries too"};
   }
   return endpoint;
 }
@@ -132,9 +142,7 @@ Result<void> serve(const ServeOptions& options) {
                                                                  description.largest_frame_bytes)},
                  {.reader_bell = render_bell});
   Mailbox<NumberedScene> scenes(render_bell);
-  Picture blank;
-  blank.rgba.resize(std::size_t{size->width} * size->height * 4);
-  Mailbox<Picture> pictures(server_bell, blank);
+  Mailbox<Picture> pictures(server_bell, blank_picture(size->width, size->height));
   Mailbox<Error> failures(server_bell);
 
   auto renderer = Renderer::create({.size = *size,
@@ -148,19 +156,21 @@ Result<void> serve(const ServeOptions& options) {
 
   const HouseCounters house{acquisition_counters, ring.counters(), feed.counters(), render_counters,
                             probe.counters};
-  const ProbeControl usual =
-      endpoint->address().is_loopback() ? ProbeControl::kEveryone : ProbeControl::kNobody;
   const AcquisitionThread* acquisition = nullptr;
   const auto server =
       StreamServer::create({.endpoint = *endpoint,
                             .facts = {.source = description.name,
                                       .device = (*gpu)->candidate().name,
                                       .picture_width = size->width,
-                                      .picture_height = size->height},
+                                      .picture_height = size->height,
+                                      .jpeg_quality = options.jpeg_quality},
                             .initial_scene = initial,
                             .suggested_scene = suggested,
-                            .jpeg_quality = options.jpeg_quality,
-                            .probe_control = options.probe_control.value_or(usual)},
+                            .tls = options.tls,
+                            .credentials = options.tokens,
+                            .audit_log = options.audit_log,
+                            .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
+                            .probe_control = options.probe_control},
                            {.bell = server_bell,
                             .pictures = pictures,
                             .scenes = scenes,
@@ -191,7 +201,8 @@ Result<void> serve(const ServeOptions& options) {
                                                 .feed = &feed},
                                                options.mismatch);
     acquisition = &acquisition_thread;
-    fmt::print("Fanlight shows {} on {}\n", description.name, page_url((*server)->endpoint()));
+    fmt::print("Fanlight shows {} on {}\n", description.name,
+               page_url((*server)->endpoint(), !options.tls.empty()));
     std::fflush(stdout);
     served = (*server)->run();
   }
@@ -214,8 +225,29 @@ Command add_serve_command(CLI::App& program) {
   command->add_option("--listen", options->listen, "Address and port; port 0 takes a free one")
       ->capture_default_str()
       ->type_name("ADDR:PORT");
-  command->add_flag("--open-network", options->open_network,
-                    "Allow an address that others can reach, without encryption");
+  auto* const certificate = command
+                                ->add_option("--tls-certificate", options->tls.certificate,
+                                             "The server's, and those up to its root, PEM")
+                                ->type_name("FILE");
+  auto* const key =
+      command->add_option("--tls-key", options->tls.key, "Its private key, PEM")->type_name("FILE");
+  certificate->needs(key);
+  key->needs(certificate);
+  command->add_option("--client-ca", options->tls.client_ca, "Who signs clients' certificates, PEM")
+      ->needs(certificate)
+      ->type_name("FILE");
+  command
+      ->add_option("--tokens", options->tokens,
+                   "Who may come in, as `fanlight token` writes it; read again where it changes")
+      ->type_name("FILE");
+  command->add_option("--audit-log", options->audit_log, "Appends who changed what, a line of JSON each")
+      ->type_name("FILE");
+  command
+      ->add_option("--control-lapse", options->control_lapse_s,
+                   "The control is free again after so much silence")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 86400))
+      ->type_name("S");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
       ->type_name("FILE");
   add_named_option<ReplaySource::Ending, ReplaySource::Ending>(
@@ -250,10 +282,10 @@ Command add_serve_command(CLI::App& program) {
       {{"corrected", MismatchCorrection::kOn}, {"as-measured", MismatchCorrection::kOff}},
       "Where forward and backward sweeps disagree: corrected (the default), or angles as-measured");
   add_probe_options(*command, options->playing);
-  add_named_option<std::optional<ProbeControl>, ProbeControl>(
+  add_named_option<ProbeControl, ProbeControl>(
       *command, "--probe-control", options->probe_control,
       {{"everyone", ProbeControl::kEveryone}, {"nobody", ProbeControl::kNobody}},
-      "Which displays may set the probe: everyone (the default on a loopback address) or nobody");
+      "Whether whoever is in control may set the probe: everyone (the default) or nobody");
   options->scene.add_to(*command);
   return [options]() { return serve(*options); };
 }

@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <unordered_set>
 #include <utility>
 
+#include "server/access_desk.hpp"
+#include "server/control_desk.hpp"
 #include "server/picture_hub.hpp"
 #include "server/probe_desk.hpp"
 #include "server/scene_desk.hpp"
@@ -19,6 +22,7 @@ struct HouseFacts {
   std::string device;
   std::uint32_t picture_width = 0;
   std::uint32_t picture_height = 0;
+  int jpeg_quality = 85;  ///< where a session asks for none
 };
 
 /// One of the connections that a server allows at once, counted while it lives.
@@ -45,6 +49,15 @@ struct StreamContext {
   SceneDesk& desk;
   ProbeDesk& probe;
   PictureHub& hub;
+  AccessDesk& access;
+  ControlDesk& control;
+  AuditLog& audit;
+  std::unordered_set<StreamSession*>& strangers;  ///< connected, and not yet known
+  std::uint64_t& sessions_so_far;                 ///< each takes the next number
 };
+
+/// Tells every session but one of what it should know. `session`: 0 for none.
+void tell_of_scene(const StreamContext& context, std::uint64_t but_session);
+void tell_of_control(const StreamContext& context);
 
 }  // namespace fanlight

@@ -5,7 +5,11 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
+#include "proto/clock.hpp"
 #include "server/http_session.hpp"
 #include "server/listen_address.hpp"
 #include "server/stream_session.hpp"
@@ -15,12 +19,16 @@ namespace fanlight {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-StreamServer::StreamServer(const Config& config, const Dependencies& dependencies)
+StreamServer::StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit,
+                           AccessDesk access)
     : config_(config),
       from_(dependencies),
       desk_(config.initial_scene, config.suggested_scene, dependencies.scenes),
       probe_(dependencies.probe, config.probe_control),
-      hub_({.jpeg_quality = config.jpeg_quality}, dependencies.counters),
+      hub_(dependencies.counters),
+      audit_(std::move(audit)),
+      access_(std::move(access)),
+      control_(config.control_lapse_ms),
       context_{config_.facts,
                from_.house,
                from_.source_state,
@@ -28,15 +36,42 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                config.endpoint.address().is_loopback(),
                desk_,
                probe_,
-               hub_} {}
+               hub_,
+               access_,
+               control_,
+               audit_,
+               strangers_,
+               sessions_so_far_} {
+  access_.audit_to(audit_);
+}
 
 Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& config,
                                                            const Dependencies& dependencies) {
-  std::unique_ptr<StreamServer> made(new StreamServer(config, dependencies));
+  AuditLog audit;
+  if (!config.audit_log.empty()) {
+    auto opened = AuditLog::open(config.audit_log);
+    if (!opened) return opened.error();
+    audit = std::move(*opened);
+  }
+  auto access = AccessDesk::create(config.credentials);
+  if (!access) return access.error();
+  std::unique_ptr<StreamServer> made(
+      new StreamServer(config, dependencies, std::move(audit), std::move(*access)));
+  if (!config.tls.empty()) {
+    if (auto read = made->read_certificates(); !read) return read.error();
+  }
   if (auto listening = made->listen(); !listening) return listening.error();
   // The descriptor closes what it watches, and the bell is not ours.
   made->bell_.assign(dup(dependencies.bell.file_descriptor()));
   return made;
+}
+
+Result<void> StreamServer::read_certificates() {
+  certificates_written_ = newest_write(config_.tls);
+  auto context = make_tls_context(config_.tls);
+  if (!context) return context.error();
+  tls_ = std::move(*context);
+  return {};
 }
 
 Result<void> StreamServer::listen() {
@@ -49,7 +84,7 @@ Result<void> StreamServer::listen() {
     return Error{
         ErrorCode::kUnavailable,
         fmt::format("listening on {} failed ({}), expected an address of this machine and a free port",
-                    page_url(config_.endpoint), failure.message())};
+                    page_url(config_.endpoint, !config_.tls.empty()), failure.message())};
   }
   return {};
 }
@@ -94,7 +129,8 @@ void StreamServer::accepted(boost::system::error_code failure, tcp::socket socke
   if (connections_ < config_.most_connections) {
     boost::system::error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
-    std::make_shared<HttpSession>(std::move(socket), ConnectionPlace(connections_), context_)->read();
+    auto connection = tls_ != nullptr ? Connection(std::move(socket), tls_) : Connection(std::move(socket));
+    std::make_shared<HttpSession>(std::move(connection), ConnectionPlace(connections_), context_)->start();
   } else {
     from_.counters.connections_refused.add();  // and closed, as the socket goes
   }
@@ -138,9 +174,53 @@ void StreamServer::count_seconds() {
   second_.expires_after(std::chrono::seconds(1));
   second_.async_wait([this](boost::system::error_code failure) {
     if (failure) return;
-    for (StreamSession* session : hub_.sessions()) session->statistics_due();
+    second_passed();
     count_seconds();
   });
+}
+
+void StreamServer::second_passed() {
+  std::string trouble;
+  if (access_.reload(trouble)) {
+    audit_.note({.name = "fanlight"},
+                {.what = "credentials_read", .result = trouble.empty() ? "done" : trouble});
+    if (trouble.empty()) {
+      spdlog::info("read the credentials again");
+    } else {
+      spdlog::error("the credentials stay as they were: {}", trouble);
+    }
+  }
+  if (!config_.tls.empty() && newest_write(config_.tls) != certificates_written_) {
+    const auto read = read_certificates();
+    audit_.note({.name = "fanlight"},
+                {.what = "certificates_read", .result = read ? "done" : read.error().message});
+    if (read) {
+      spdlog::info("read the certificates again");
+    } else {
+      spdlog::error("the certificates stay as they were: {}", read.error().message);
+    }
+  }
+  if (control_.lapse(now_ns() / 1'000'000)) {
+    audit_.note({.name = "fanlight"}, {.what = "control", .result = "lapsed"},
+                {{"in_control", control_.state().holder.session}});
+    tell_of_control(context_);
+  }
+  // Some of them may leave.
+  std::vector<std::shared_ptr<StreamSession>> sessions;
+  for (const auto* some : {&hub_.sessions(), &std::as_const(strangers_)}) {
+    for (StreamSession* session : *some) sessions.push_back(session->shared_from_this());
+  }
+  for (const auto& session : sessions) session->second_passed();
+}
+
+void tell_of_scene(const StreamContext& context, std::uint64_t but_session) {
+  for (StreamSession* session : context.hub.sessions()) {
+    if (session->id() != but_session) session->scene_changed();
+  }
+}
+
+void tell_of_control(const StreamContext& context) {
+  for (StreamSession* session : context.hub.sessions()) session->control_changed();
 }
 
 }  // namespace fanlight

@@ -5,6 +5,7 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "proto/doorbell.hpp"
 #include "proto/mailbox.hpp"
 #include "server/stream_context.hpp"
+#include "server/tls_context.hpp"
 
 namespace fanlight {
 
@@ -23,11 +25,14 @@ class StreamServer {
   struct Config {
     boost::asio::ip::tcp::endpoint endpoint;
     HouseFacts facts;
-    NumberedScene initial_scene;  ///< what the renderer was made with
-    Scene suggested_scene;        ///< scene_for() of the source: what nobody chose
-    int jpeg_quality = 85;
+    NumberedScene initial_scene;        ///< what the renderer was made with
+    Scene suggested_scene;              ///< scene_for() of the source: what nobody chose
+    TlsFiles tls;                       ///< empty: no TLS
+    std::filesystem::path credentials;  ///< empty: everyone may do everything
+    std::filesystem::path audit_log;    ///< empty: none is kept
+    std::int64_t control_lapse_ms = 60'000;
     ProbeControl probe_control = ProbeControl::kEveryone;
-    std::size_t most_connections = 256;
+    std::size_t most_connections = 2048;
   };
   /// All must outlive the server. `bell` is the one that the mailboxes ring for their reader, and whoever
   /// changes what source_state() says.
@@ -42,7 +47,8 @@ class StreamServer {
     std::function<std::string()> source_state;
   };
 
-  /// Listens; connections wait until run(). kUnavailable where the address is in use or not ours.
+  /// Listens; connections wait until run(). kUnavailable where the address is in use or not ours; the errors
+  /// of the files in the configuration.
   static Result<std::unique_ptr<StreamServer>> create(const Config& config, const Dependencies& dependencies);
 
   /// Where it listens, with the port that was chosen.
@@ -55,13 +61,15 @@ class StreamServer {
   void stop() { loop_.stop(); }
 
  private:
-  StreamServer(const Config& config, const Dependencies& dependencies);
+  StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, AccessDesk access);
   Result<void> listen();
+  Result<void> read_certificates();
   void accept();
   void accepted(boost::system::error_code failure, boost::asio::ip::tcp::socket socket);
   void watch_bell();
   void bell_rang();
   void count_seconds();
+  void second_passed();
   void probe_told();
   void fail(const Error& error);
 
@@ -72,7 +80,14 @@ class StreamServer {
   ProbeDesk probe_;
   ProbeStatus logged_;  // of it, the last that the log has
   PictureHub hub_;
+  AuditLog audit_;
+  AccessDesk access_;
+  ControlDesk control_;
+  std::unordered_set<StreamSession*> strangers_;
+  std::uint64_t sessions_so_far_ = 0;
   StreamContext context_;
+  std::shared_ptr<boost::asio::ssl::context> tls_;  // null: none
+  std::filesystem::file_time_type certificates_written_{};
   std::size_t connections_ = 0;
   boost::asio::io_context loop_{1};
   boost::asio::ip::tcp::acceptor acceptor_{loop_};

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <boost/asio/buffer.hpp>
+#include <nlohmann/json.hpp>
 
 #include "proto/clock.hpp"
+#include "server/scene_json.hpp"
 #include "server/scene_message.hpp"
+#include "server/stream_protocol.hpp"
 
 namespace fanlight {
 
@@ -14,14 +17,16 @@ namespace websocket = boost::beast::websocket;
 
 namespace {
 
-constexpr std::uint32_t kProtocolVersion = 1;
-
 // A scene change with every field is under 1 KB.
 constexpr std::size_t kLargestMessageBytes = 64 << 10;
 // Up to here a message is read to its end, so that its sender can be told why it was refused; beyond, the
 // connection is cut.
 constexpr std::size_t kLargestReadBytes = 1 << 20;
 constexpr std::size_t kMostAnswers = 16;
+// A dragged light comes with every picture of a fast screen; more is read in the next second.
+constexpr int kMostMessagesASecond = 500;
+constexpr int kSecondsForALogin = 10;
+constexpr int kSecondsWithoutProgress = 5;
 
 SharedMessage serialised(const v1::ServerMessage& message) {
   return std::make_shared<const std::string>(message.SerializeAsString());
@@ -29,61 +34,117 @@ SharedMessage serialised(const v1::ServerMessage& message) {
 
 }  // namespace
 
+StreamSession::StreamSession(Connection connection, ConnectionPlace place, const StreamContext& context,
+                             std::string address)
+    : id_(++context.sessions_so_far),
+      place_(std::move(place)),
+      socket_(std::move(connection)),
+      context_(context),
+      address_(std::move(address)),
+      readings_left_(kMostMessagesASecond),
+      settings_{.quality = context.facts.jpeg_quality} {}
+
 StreamSession::~StreamSession() {
   leave();
 }
 
-void StreamSession::start(const beast::http::request<beast::http::empty_body>& request) {
+void StreamSession::start(const beast::http::request<beast::http::string_body>& request,
+                          std::string_view protocol, std::optional<Visitor> visitor) {
+  visitor_ = std::move(visitor);
   // The WebSocket keeps its own time from here on.
   beast::get_lowest_layer(socket_).expires_never();
   socket_.set_option(websocket::stream_base::timeout{.handshake_timeout = std::chrono::seconds(10),
                                                      .idle_timeout = std::chrono::seconds(10),
                                                      .keep_alive_pings = true});
+  if (!protocol.empty()) {
+    socket_.set_option(websocket::stream_base::decorator(
+        [protocol = std::string(protocol)](websocket::response_type& response) {
+          response.set(beast::http::field::sec_websocket_protocol, protocol);
+        }));
+  }
   socket_.read_message_max(kLargestReadBytes);
   socket_.binary(true);
   socket_.auto_fragment(false);
   socket_.async_accept(request, [self = shared_from_this()](beast::error_code failure) {
-    if (!failure) self->opened();
+    if (!failure) self->accepted();
   });
 }
 
-void StreamSession::opened() {
-  open_ = true;
-  context_.counters.sessions_opened.add();
-  answers_.push_back(hello());
-  probe_due_ = context_.probe.status().state != ProbeStatus::State::kAbsent;
-  if (auto added = context_.hub.add(*this); !added) {
-    close(websocket::close_code::internal_error, "the picture could not be encoded");
+void StreamSession::accepted() {
+  connected_ = true;
+  context_.strangers.insert(this);
+  if (visitor_) {
+    enter(*visitor_, "");
+  } else {
+    v1::ServerMessage message;
+    message.mutable_login_needed()->set_message(
+        "this server needs a token, expected a login with one made by `fanlight token add`");
+    answer(message);
   }
   read();
   pump();
 }
 
+void StreamSession::enter(Visitor visitor, const std::string& name) {
+  visitor_ = std::move(visitor);
+  name_ = name.empty() ? visitor_->name : name;
+  context_.strangers.erase(this);
+  open_ = true;
+  context_.counters.sessions_opened.add();
+  audit("session_opened", "done");
+  answers_.push_back(hello());
+  probe_due_ = context_.probe.status().state != ProbeStatus::State::kAbsent;
+  if (auto added = context_.hub.add(*this); !added) {
+    close(websocket::close_code::internal_error, "the picture could not be encoded");
+  }
+}
+
 void StreamSession::leave() {
+  connected_ = false;
+  context_.strangers.erase(this);
   if (!open_) return;
   open_ = false;
   context_.hub.remove(*this);
   context_.counters.sessions_closed.add();
-  for (const bool unsent : {waiting_picture_ != nullptr, picture_under_way_}) {
-    if (unsent) context_.counters.pictures_skipped.add();
-  }
-  waiting_picture_ = nullptr;
-  picture_under_way_ = false;
-}
-
-void StreamSession::offer(const SharedMessage& picture) {
-  ++pictures_offered_;
-  context_.counters.pictures_offered.add();
-  if (waiting_picture_ != nullptr) {
+  skip_waiting();
+  if (std::exchange(picture_under_way_, false)) {
     ++pictures_skipped_;
     context_.counters.pictures_skipped.add();
   }
-  waiting_picture_ = picture;
+  audit_changes();
+  audit("session_closed", closing_ ? std::string(closing_->reason.c_str()) : "the display left");
+  if (context_.control.left(id_, now_ns() / 1'000'000)) tell_of_control(context_);
+}
+
+void StreamSession::skip_waiting() {
+  if (waiting_.message == nullptr) return;
+  waiting_.message = nullptr;
+  ++pictures_skipped_;
+  context_.counters.pictures_skipped.add();
+}
+
+void StreamSession::offer(const PictureOffer& picture) {
+  ++pictures_offered_;
+  context_.counters.pictures_offered.add();
+  const bool missed = waiting_.message != nullptr;
+  skip_waiting();
+  needs_key_ |= missed;
+  waiting_ = picture;
+  if (needs_key_ && !picture.key) {
+    skip_waiting();  // the display could make nothing of it
+  } else {
+    needs_key_ = false;
+  }
   pump();
 }
 
 void StreamSession::scene_changed() {
   scene_due_ = true;
+  pump();
+}
+
+void StreamSession::control_changed() {
+  control_due_ = true;
   pump();
 }
 
@@ -93,8 +154,22 @@ void StreamSession::probe_changed() {
   pump();
 }
 
-void StreamSession::statistics_due() {
-  statistics_due_ = true;
+void StreamSession::second_passed() {
+  ++seconds_;
+  readings_left_ = kMostMessagesASecond;
+  audit_changes();
+  const int stalled = stall_.seconds_stalled(beast::get_lowest_layer(socket_).socket().native_handle(),
+                                             under_way_ != nullptr);
+  if (stalled >= kSecondsWithoutProgress) {
+    context_.counters.sessions_stalled.add();
+    return cut("it took nothing for 5 s");
+  }
+  if (!open_ && seconds_ >= kSecondsForALogin) close(websocket::close_code::policy_error, "no token came");
+  if (open_ && !context_.access.may_stay(*visitor_)) {
+    close(websocket::close_code::policy_error, "the token or certificate is not valid any more");
+  }
+  statistics_due_ = open_;
+  read();
   pump();
 }
 
@@ -103,9 +178,17 @@ void StreamSession::close(websocket::close_code code, const std::string& reason)
   pump();
 }
 
+void StreamSession::cut(const char* why) {
+  // A close frame would wait behind the picture that is not taken.
+  if (!closing_) closing_.emplace(websocket::close_code::going_away, why);
+  leave();
+  beast::get_lowest_layer(socket_).close();
+}
+
 void StreamSession::read() {
-  if (reading_ || closing_ || answers_.size() >= kMostAnswers) return;
+  if (!connected_ || reading_ || closing_ || answers_.size() >= kMostAnswers || readings_left_ <= 0) return;
   reading_ = true;
+  --readings_left_;
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code failure, std::size_t bytes) {
     self->received(failure, bytes);
   });
@@ -136,83 +219,6 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
   pump();
 }
 
-void StreamSession::handle(const v1::ClientMessage& message) {
-  switch (message.body_case()) {
-    case v1::ClientMessage::kSceneChange:
-      change_scene(message.scene_change());
-      break;
-    case v1::ClientMessage::kClockRequest: {
-      v1::ServerMessage reply;
-      reply.mutable_clock_reply()->set_client_time_ms(message.clock_request().client_time_ms());
-      reply.mutable_clock_reply()->set_server_time_ns(now_ns());
-      answer(reply);
-      break;
-    }
-    case v1::ClientMessage::kProbeChange:
-      change_probe(message.probe_change());
-      break;
-    case v1::ClientMessage::BODY_NOT_SET:
-      refuse("a message has no body, expected a scene_change, a probe_change or a clock_request");
-      break;
-  }
-}
-
-void StreamSession::change_scene(const v1::SceneChange& change) {
-  v1::ServerMessage message;
-  v1::SceneReply& reply = *message.mutable_scene_reply();
-  reply.set_request_id(change.request_id());
-  const auto applied = context_.desk.apply(change.scene());
-  if (applied) {
-    context_.counters.scene_changes.add();
-    *reply.mutable_in_force() = scene_state(context_.desk.in_force());
-  } else {
-    context_.counters.scene_refusals.add();
-    reply.mutable_refused()->set_message(applied.error().message);
-  }
-  answer(message);
-  if (!applied || !*applied) return;
-  for (StreamSession* session : context_.hub.sessions()) {
-    if (session != this) session->scene_changed();
-  }
-}
-
-void StreamSession::change_probe(const v1::ProbeChange& change) {
-  // They wait for the probe, and the session must go on reading meanwhile.
-  const bool room = probe_questions_.size() < kMostAnswers;
-  const auto order =
-      room ? context_.probe.order(change.settings())
-           : Error{
-                 ErrorCode::kUnavailable,
-                 fmt::format("{} changes of the probe are unanswered, expected some patience", kMostAnswers)};
-  if (order) {
-    probe_questions_.push_back({.order = *order, .request_id = change.request_id()});
-    return;
-  }
-  context_.counters.probe_refusals.add();
-  v1::ServerMessage message;
-  message.mutable_probe_reply()->set_request_id(change.request_id());
-  message.mutable_probe_reply()->mutable_refused()->set_message(order.error().message);
-  answer(message);
-}
-
-void StreamSession::answer_probe_changes() {
-  const ProbeStatus& status = context_.probe.status();
-  while (!probe_questions_.empty() && probe_questions_.front().order <= status.order_answered) {
-    v1::ServerMessage message;
-    v1::ProbeReply& reply = *message.mutable_probe_reply();
-    reply.set_request_id(probe_questions_.front().request_id);
-    probe_questions_.pop_front();
-    if (status.refusal.empty()) {
-      context_.counters.probe_changes.add();
-      *reply.mutable_in_force() = settings_message(status.settings);
-    } else {
-      context_.counters.probe_refusals.add();
-      reply.mutable_refused()->set_message(status.refusal);
-    }
-    answer(message);
-  }
-}
-
 void StreamSession::refuse(const std::string& sentence) {
   context_.counters.messages_refused.add();
   v1::ServerMessage message;
@@ -224,8 +230,20 @@ void StreamSession::answer(const v1::ServerMessage& message) {
   answers_.push_back(serialised(message));
 }
 
+void StreamSession::audit(const char* what, const std::string& result) {
+  context_.audit.note(*visitor_, {.what = what, .session = id_, .result = result});
+}
+
+void StreamSession::audit_changes() {
+  const std::uint64_t count = std::exchange(changes_unaudited_count_, 0);
+  if (count == 0) return;
+  context_.audit.note(*visitor_, {.what = "scene_change", .session = id_, .result = "done"},
+                      {{"changes", count}, {"to", change_json(changes_unaudited_)}});
+  changes_unaudited_.Clear();
+}
+
 void StreamSession::pump() {
-  if (!open_ || under_way_ != nullptr || close_sent_) return;
+  if (!connected_ || under_way_ != nullptr || close_sent_) return;
   if (!answers_.empty()) {
     const SharedMessage next = answers_.front();
     answers_.pop_front();
@@ -234,6 +252,10 @@ void StreamSession::pump() {
     close_sent_ = true;
     socket_.async_close(
         *closing_, [self = shared_from_this()](beast::error_code /*gone either way*/) { self->leave(); });
+  } else if (std::exchange(control_due_, false)) {
+    v1::ServerMessage message;
+    *message.mutable_control() = control_state();
+    write(serialised(message));
   } else if (std::exchange(scene_due_, false)) {
     v1::ServerMessage message;
     *message.mutable_scene() = scene_state(context_.desk.in_force());
@@ -245,10 +267,30 @@ void StreamSession::pump() {
     write(serialised(message));
   } else if (std::exchange(statistics_due_, false)) {
     write(statistics());
-  } else if (waiting_picture_ != nullptr) {
-    picture_under_way_ = true;
-    write(std::exchange(waiting_picture_, nullptr));
+  } else if (waiting_.message != nullptr) {
+    send_picture();
+  } else if (open_ && needs_key_) {
+    // Nothing newer may come for long, and the display is behind.
+    if (auto begun = context_.hub.begin_anew(*this); !begun) {
+      close(websocket::close_code::internal_error, "the picture could not be encoded");
+    }
   }
+}
+
+void StreamSession::send_picture() {
+  // Who changed the scene learns first which picture has it.
+  if (!changes_unseen_.empty() && changes_unseen_.front().revision <= waiting_.scene_revision) {
+    v1::ServerMessage message;
+    v1::SceneShown& shown = *message.mutable_scene_shown();
+    shown.set_request_id(changes_unseen_.front().request_id);
+    shown.set_revision(changes_unseen_.front().revision);
+    shown.set_picture_id(waiting_.picture_id);
+    changes_unseen_.pop_front();
+    write(serialised(message));
+    return;
+  }
+  picture_under_way_ = true;
+  write(std::exchange(waiting_.message, nullptr));
 }
 
 void StreamSession::write(const SharedMessage& message) {
@@ -282,10 +324,29 @@ SharedMessage StreamSession::hello() const {
   hello.set_device(context_.facts.device);
   hello.set_picture_width(context_.facts.picture_width);
   hello.set_picture_height(context_.facts.picture_height);
+  hello.set_session_id(id_);
+  hello.set_role(static_cast<v1::Role>(visitor_->role));
+  hello.set_name(name_);
+  *hello.mutable_control() = control_state();
   add_scene_fields(hello);
   *hello.mutable_scene() = scene_state(context_.desk.in_force());
   *hello.mutable_default_scene() = scene_message(context_.desk.default_scene());
   return serialised(message);
+}
+
+v1::ControlState StreamSession::control_state() const {
+  const ControlDesk::State& state = context_.control.state();
+  v1::ControlState message;
+  message.set_holder_session(state.holder.session);
+  message.set_holder_name(state.holder.name);
+  message.set_lapses_after_s(static_cast<double>(context_.control.lapse_ms()) / 1000);
+  message.set_mine(context_.control.holds(id_));
+  for (const ControlDesk::Party& party : state.asking) {
+    v1::ControlState::Asking& asking = *message.add_asking();
+    asking.set_session(party.session);
+    asking.set_name(party.name);
+  }
+  return message;
 }
 
 SharedMessage StreamSession::statistics() const {

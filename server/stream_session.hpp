@@ -1,9 +1,8 @@
 #pragma once
 
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
-#include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
+#include <boost/beast/http/string_body.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <deque>
 #include <memory>
@@ -11,67 +10,109 @@
 #include <string>
 
 #include "proto/fanlight.pb.h"
+#include "server/connection.hpp"
+#include "server/stall_watch.hpp"
 #include "server/stream_context.hpp"
+#include "server/stream_settings.hpp"
 
 namespace fanlight {
 
-/// One display on its WebSocket. At most one write is under way; besides the few answers that are due, at
-/// most one picture waits, and a newer one takes its place and is counted as a skip. A display that does not
-/// read costs itself pictures and nobody else anything; one that answers no ping for ten seconds is dropped.
+/// One display on its WebSocket: what it sends and is sent. At most one write is under way; besides the few
+/// answers that are due, at most one picture waits, and a newer one takes its place and is counted as a skip.
+/// A display that does not read costs itself pictures and nobody else anything; one that takes nothing for
+/// five seconds, or answers no ping for ten, is dropped. What it asks for is judged in stream_requests.cpp.
 ///
-/// Life: made -> start() -> open (in the hub) -> closing -> gone; kept alive by its own pending operations.
-/// Server thread only.
+/// Life: made -> start() -> (a stranger until its token is known ->) open (in the hub) -> closing -> gone;
+/// kept alive by its own pending operations. Server thread only.
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
-  StreamSession(boost::beast::tcp_stream stream, ConnectionPlace place, const StreamContext& context)
-      : place_(std::move(place)), socket_(std::move(stream)), context_(context) {}
+  StreamSession(Connection connection, ConnectionPlace place, const StreamContext& context,
+                std::string address);
   ~StreamSession();
 
-  /// Answers the upgrade request and goes on from there.
-  void start(const boost::beast::http::request<boost::beast::http::empty_body>& request);
+  /// Answers the upgrade request and goes on from there. `protocol`: what was agreed on, or empty. Without a
+  /// visitor it must show a token first.
+  void start(const boost::beast::http::request<boost::beast::http::string_body>& request,
+             std::string_view protocol, std::optional<Visitor> visitor);
+
+  std::uint64_t id() const { return id_; }
+  const StreamSettings& settings() const { return settings_; }
 
   /// The newest picture; replaces one that still waits.
-  void offer(const SharedMessage& picture);
+  void offer(const PictureOffer& picture);
 
   /// Someone changed the scene: tell this display as soon as its socket is free.
   void scene_changed();
 
+  /// Someone else is in control, or nobody.
+  void control_changed();
+
   /// The probe's state is another one: tell this display, and answer what it asked of the probe.
   void probe_changed();
 
-  /// A second has passed: send the statistics.
-  void statistics_due();
+  /// A second has passed: sends the statistics, and looks after what has taken too long.
+  void second_passed();
 
   /// Sends a close frame with this reason, at most 123 bytes, after the write under way.
   void close(boost::beast::websocket::close_code code, const std::string& reason);
 
  private:
-  void opened();
+  void accepted();
+  void enter(Visitor visitor, const std::string& name);
   void read();
   void received(boost::beast::error_code failure, std::size_t bytes);
   void handle(const v1::ClientMessage& message);
+  void log_in(const v1::Login& login);
   void change_scene(const v1::SceneChange& change);
   void change_probe(const v1::ProbeChange& change);
   void answer_probe_changes();
+  void change_control(const v1::ControlRequest& request);
+  Result<bool> wish(const v1::ControlRequest& request);
+  void change_stream(const v1::StreamRequest& request);
+  void tell_depth(const v1::DepthRequest& request);
   void refuse(const std::string& sentence);
   void answer(const v1::ServerMessage& message);
+  void audit(const char* what, const std::string& result);
+  void audit_changes();
+  ControlDesk::Party party() const { return {.session = id_, .name = name_}; }
   void pump();
+  void send_picture();
   void write(const SharedMessage& message);
   void written(boost::beast::error_code failure);
+  void skip_waiting();
+  void cut(const char* why);
   void leave();
   SharedMessage hello() const;
   SharedMessage statistics() const;
+  v1::ControlState control_state() const;
 
+  std::uint64_t id_;
   ConnectionPlace place_;
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  boost::beast::websocket::stream<Connection> socket_;
   StreamContext context_;
+  std::string address_;
+  std::optional<Visitor> visitor_;  // none: a stranger
+  std::string name_;                // as others see it
+  int seconds_ = 0;                 // since the upgrade
+  StallWatch stall_;
   boost::beast::flat_buffer incoming_;
   std::deque<SharedMessage> answers_;  // bounded: nothing more is read while it is full
-  SharedMessage waiting_picture_;
+  int readings_left_;                  // of this second
+  StreamSettings settings_;
+  PictureOffer waiting_;
   SharedMessage under_way_;
   bool picture_under_way_ = false;
+  bool needs_key_ = false;  // it missed a picture that the next ones build upon
   bool scene_due_ = false;
+  bool control_due_ = false;
   bool probe_due_ = false;
+  struct SceneQuestion {
+    std::uint64_t revision;
+    std::uint64_t request_id;
+  };
+  std::deque<SceneQuestion> changes_unseen_;  // bounded: the oldest go unanswered
+  v1::Scene changes_unaudited_;               // of this second
+  std::uint64_t changes_unaudited_count_ = 0;
   struct ProbeQuestion {
     std::uint64_t order;       // its number at the desk
     std::uint64_t request_id;  // its client's
@@ -79,7 +120,8 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   std::deque<ProbeQuestion> probe_questions_;  // bounded: more are refused
   bool statistics_due_ = false;
   bool reading_ = false;
-  bool open_ = false;
+  bool connected_ = false;  // the WebSocket is open
+  bool open_ = false;       // and in the hub
   std::optional<boost::beast::websocket::close_reason> closing_;
   bool close_sent_ = false;
   std::uint64_t pictures_offered_ = 0;

@@ -5,7 +5,7 @@
 #include "acquisition/sweep_mismatch.hpp"
 #include "proto/volume_ring.hpp"
 #include "renderer/angle_table.hpp"
-#include "server/picture_encoder.hpp"
+#include "server/jpeg_coder.hpp"
 
 namespace fanlight {
 namespace {
@@ -99,8 +99,8 @@ void picture_to_jpeg(benchmark::State& state) {
   const auto frame = volume.frame_pixels(volume.stamp().frames / 2);
   for (std::size_t value = 0; value < std::size_t{4} * 512 * 512; ++value)
     picture.rgba.push_back(frame[value / 4]);
-  PictureEncoder encoder(85);
-  for (auto _ : state) benchmark::DoNotOptimize(encoder.encode(picture));
+  JpegCoder encoder(85);
+  for (auto _ : state) benchmark::DoNotOptimize(encoder.encode(pixels_of(picture), true));
 }
 BENCHMARK(picture_to_jpeg)->Unit(benchmark::kMillisecond);
 

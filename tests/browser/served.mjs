@@ -9,17 +9,17 @@ export class Served {
   #process;
   #output = "";
 
-  /** Resolves when the server says where it listens; `port` 0 takes a free one. */
-  static async start(source, port = 0) {
+  /** Resolves when the server says where it listens; `port` 0 takes a free one. `more`: options. */
+  static async start(source, port = 0, more = []) {
     const served = new Served();
-    await served.#begin(source, port);
+    await served.#begin(source, port, more);
     return served;
   }
 
-  async #begin(source, port) {
+  async #begin(source, port, more) {
     const binary = process.env.FANLIGHT_BIN;
     if (!binary) throw new Error("FANLIGHT_BIN is not set, expected the path of the fanlight binary");
-    const command = [binary, "serve", "--source", source, "--listen", `127.0.0.1:${port}`];
+    const command = [binary, "serve", "--source", source, "--listen", `127.0.0.1:${port}`, ...more];
     this.#process = spawn(command[0], command.slice(1), { stdio: ["ignore", "pipe", "pipe"] });
     try {
       await new Promise((resolve, reject) => {

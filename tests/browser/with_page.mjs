@@ -10,15 +10,16 @@ before(async () => {
 after(() => browser?.close());
 
 /** Runs the steps with a server and a page; whatever happens, takes a screenshot and ends both. */
-export async function withPage(name, source, steps) {
-  let server = await Served.start(source);
+export async function withPage(name, source, steps, more = []) {
+  let server = await Served.start(source, 0, more);
   let viewer;
   try {
     viewer = await ViewerPage.open(browser, server.url);
     const restart = async () => {
-      server = await Served.start(source, server.port);
+      server = await Served.start(source, server.port, more);
     };
-    await steps(viewer, { end: (signal) => server.end(signal), restart, url: server.url });
+    const another = () => ViewerPage.open(browser, server.url);
+    await steps(viewer, { end: (signal) => server.end(signal), restart, another, url: server.url });
   } catch (error) {
     error.message += `\nthe page complained: ${JSON.stringify(viewer?.complaints)}\nthe server printed:\n${server.output}`;
     throw error;

@@ -115,6 +115,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, least_seen),
                             OFFSET(CastParameters, greatest_seen),
                             OFFSET(CastParameters, across),
+                            OFFSET(CastParameters, first_tile),
                             OFFSET(CastParameters, slices),
                             OFFSET(CastParameters, slice_planes)};
   for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv, shaders::confidence_spirv,

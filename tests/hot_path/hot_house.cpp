@@ -56,9 +56,7 @@ std::unique_ptr<Renderer> renderer_for(const SourceDescription& source, const Sc
 }  // namespace
 
 Picture HotHouse::blank_picture() {
-  Picture blank;
-  blank.rgba.resize(std::size_t{4} * kSize.width * kSize.height);
-  return blank;
+  return fanlight::blank_picture(kSize.width, kSize.height);
 }
 
 HotHouse::HotHouse(FrameSource& source, RingPolicy policy, const Picture& blank)

@@ -105,8 +105,8 @@ TEST(Http, RefusesWhatIsNoRequest) {
 }
 
 TEST(ListenAddress, IsReadOrRefused) {
-  EXPECT_EQ(page_url(parse_listen_address("127.0.0.1:8080").value()), "http://127.0.0.1:8080/");
-  EXPECT_EQ(page_url(parse_listen_address("[::1]:80").value()), "http://[::1]:80/");
+  EXPECT_EQ(page_url(parse_listen_address("127.0.0.1:8080").value(), false), "http://127.0.0.1:8080/");
+  EXPECT_EQ(page_url(parse_listen_address("[::1]:80").value(), false), "http://[::1]:80/");
   for (const char* text : {"", ":", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1",
                            "localhost:80", "127.0.0.1:80x", "300.0.0.1:80", "[::1:80"}) {
     const auto refused = parse_listen_address(text);

@@ -60,7 +60,7 @@ TEST(Stream, GreetsWithTheSceneAndItsFields) {
   const auto message = client.next();
   ASSERT_EQ(message.body_case(), Body::kHello);
   const v1::Hello& hello = message.hello();
-  EXPECT_EQ(hello.protocol_version(), 1U);
+  EXPECT_EQ(hello.protocol_version(), 2U);
   EXPECT_EQ(hello.source(), "fake:");
   EXPECT_EQ(hello.picture_width(), FakeHouse::kWidth);
   ASSERT_EQ(static_cast<std::size_t>(hello.fields_size()), scene_fields().size());

@@ -19,21 +19,23 @@ class FakeHouse {
 
   explicit FakeHouse(std::size_t most_connections = 64, std::string source_state = "running",
                      ProbeControl probe_control = ProbeControl::kEveryone)
+      : FakeHouse({.probe_control = probe_control, .most_connections = most_connections},
+                  std::move(source_state)) {}
+
+  /// With what of the configuration concerns who may come in; the rest is the house's own.
+  explicit FakeHouse(StreamServer::Config config, std::string source_state = "running")
       : source_state_(std::move(source_state)) {
-    auto made = StreamServer::create(
-        {.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0},
-         .facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight},
-         .initial_scene = {.revision = 1, .scene = {}},
-         .probe_control = probe_control,
-         .most_connections = most_connections},
-        {.bell = bell_,
-         .pictures = pictures_,
-         .scenes = scenes_,
-         .failures = failures_,
-         .house = {acquisition_, ring_, feed_, render_, probe_.counters},
-         .probe = probe_,
-         .counters = counters_,
-         .source_state = [this] { return source_state_; }});
+    config.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0};
+    config.facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
+    config.initial_scene = {.revision = 1, .scene = {}};
+    auto made = StreamServer::create(config, {.bell = bell_,
+                                              .pictures = pictures_,
+                                              .scenes = scenes_,
+                                              .failures = failures_,
+                                              .house = {acquisition_, ring_, feed_, render_, probe_.counters},
+                                              .probe = probe_,
+                                              .counters = counters_,
+                                              .source_state = [this] { return source_state_; }});
     if (!made) throw std::runtime_error(made.error().message);
     server_ = std::move(*made);
     endpoint_ = server_->endpoint();

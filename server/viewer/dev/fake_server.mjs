@@ -76,7 +76,7 @@ streams.on("connection", (socket) => {
   socket.on("close", () => sessions.delete(socket));
   socket.on("message", (bytes) => answer(socket, fromBinary(ClientMessageSchema, bytes).body));
   tell(socket, "hello", {
-    protocolVersion: 1,
+    protocolVersion: 2,
     serverVersion: "fake",
     source: options.source,
     device: "no GPU: synthetic pictures",

@@ -2,6 +2,7 @@
 import { create, fromBinary, toBinary, type MessageInitShape } from "@bufbuild/protobuf";
 import { ClientMessageSchema, ServerMessageSchema, type ServerMessage } from "../generated/fanlight_pb.js";
 
+const kProtocol = "fanlight.v2";
 const kFirstRetryMs = 500;
 const kLongestRetryMs = 4000;
 // The server sends statistics once a second; a session this silent is dead even if TCP has not noticed.
@@ -27,7 +28,7 @@ export class Connection {
 
   open(): void {
     this.events.connecting();
-    const socket = new WebSocket(this.url);
+    const socket = new WebSocket(this.url, kProtocol);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.heardMs = performance.now();

@@ -2,6 +2,7 @@
 import { create, equals } from "@bufbuild/protobuf";
 import {
   HelloSchema,
+  type ControlState,
   type Hello,
   type Picture,
   type ProbeReply,
@@ -11,9 +12,12 @@ import {
   type ServerMessage,
 } from "../generated/fanlight_pb.js";
 import { Connection } from "./connection";
+import { ControlBar, controlText } from "./control_bar";
 import { Controls } from "./controls";
 import { FieldEffects, unknownNames } from "./field_effects";
+import { canDecodeFilm } from "./film_decoder";
 import { LightHandle } from "./light_handle";
+import { LoginForm } from "./login_form";
 import { FrameWatch, noticeFor, notLiveText, type Condition } from "./notice";
 import { Orbit } from "./orbit";
 import { PictureInput } from "./picture_input";
@@ -27,7 +31,7 @@ import { SettingsEditor } from "./settings_editor";
 import { StatisticsView } from "./statistics";
 import { Tools } from "./tools";
 
-const kProtocolVersion = 1;
+const kProtocolVersion = 2;
 const kClockMs = 500;
 
 const page = {
@@ -42,6 +46,9 @@ const page = {
   notice: find("#notice", HTMLElement),
   refusal: find("#refusal", HTMLElement),
   form: find("#controls", HTMLFormElement),
+  control: find("#control", HTMLElement),
+  login: find("#login", HTMLFormElement),
+  codec: find("#codec", HTMLSelectElement),
 };
 
 const condition: Condition = {
@@ -57,6 +64,8 @@ let hello: Hello | undefined;
 let defaults: Values = new Map();
 let controls: Controls | undefined;
 let shown: Picture | undefined;
+let mayChange = true;
+let loggingIn = false;
 
 const clock = new ServerClock();
 const frames = new FrameWatch();
@@ -97,13 +106,26 @@ const effects = new FieldEffects(editor);
 const isLit = () => effects.missing("light") === undefined;
 const light = new LightHandle(editor, page.canvas, page.light, isLit);
 const orbit = new Orbit(editor, page.canvas);
-const view = new PictureView(page.canvas, page.frame, pictureShown, (sentence) =>
-  showCondition({ serverError: sentence }),
+const view = new PictureView(
+  page.canvas,
+  page.frame,
+  pictureShown,
+  (sentence) => showCondition({ serverError: sentence }),
+  () => {
+    page.codec.value = "0"; // what every browser decodes
+    askForStream();
+  },
+);
+const login = new LoginForm(page.login, () => connection.open());
+const controlBar = new ControlBar(page.control, (wish, toSession) =>
+  connection.send({ case: "control", value: { wish, toSession } }),
 );
 
 const tools = new Tools(page.tools, page.canvas);
 new PictureInput(page.canvas, () => tools.chosen(), light, orbit);
 page.resetView.onclick = () => orbit.reset();
+page.codec.onchange = askForStream;
+page.codec.querySelector<HTMLOptionElement>('[value="2"]')!.disabled = !canDecodeFilm();
 window.setInterval(askClock, kClockMs);
 window.setInterval(() => showCondition({ silentSeconds: frames.silentSeconds(performance.now()) }), 1000);
 connection.open();
@@ -128,7 +150,19 @@ function receive({ body }: ServerMessage): void {
       return settleProbe(body.value);
     case "clockReply":
       return clock.add(body.value.clientTimeMs, body.value.serverTimeNs, performance.now());
+    case "control":
+      return controlTold(body.value);
+    case "controlReply":
+      if (body.value.outcome.case === "refused") return showRefusal(body.value.outcome.value.message);
+      if (body.value.outcome.case === "state") controlTold(body.value.outcome.value);
+      return hideRefusal();
+    case "streamReply":
+      if (body.value.outcome.case === "refused") showRefusal(body.value.outcome.value.message);
+      return;
+    case "loginNeeded":
+      return logIn("");
     case "error":
+      if (loggingIn) return logIn(body.value.message);
       return showCondition({ serverError: body.value.message });
   }
 }
@@ -141,6 +175,7 @@ function begin(newHello: Hello): void {
     showCondition({ connection: { state: "lost", sentence, retrying: false } });
     return;
   }
+  loggingIn = false;
   clock.reset();
   frames.reset();
   probe.reset();
@@ -156,6 +191,8 @@ function begin(newHello: Hello): void {
     controls = new Controls(page.form, editor, effects, newHello.fields, defaults, probeGroup.root);
   }
   hello = newHello;
+  if (hello.control) controlTold(hello.control);
+  if (page.codec.value !== "0") askForStream();
   page.source.textContent = hello.source;
   if (hello.scene?.scene) editor.start(hello.fields, hello.scene.revision, valuesOf(hello.scene.scene));
   showCondition({
@@ -164,6 +201,30 @@ function begin(newHello: Hello): void {
     sourceState: "running",
     pictureShown: false,
   });
+}
+
+/** With the token that is kept; or asks for one, with the reason why the last one was refused. */
+function logIn(refusal: string): void {
+  if (login.token && !refusal) {
+    loggingIn = true;
+    connection.send({ case: "login", value: { token: login.token } });
+    return;
+  }
+  loggingIn = false;
+  connection.end(); // the server waits ten seconds, a person may need more
+  login.ask(refusal);
+}
+
+function controlTold(state: ControlState): void {
+  if (!hello) return;
+  const text = controlText(state, hello.role, hello.sessionId);
+  mayChange = text.mayChange;
+  controlBar.show(text);
+  showCondition({});
+}
+
+function askForStream(): void {
+  connection.send({ case: "stream", value: { codec: Number(page.codec.value) } });
 }
 
 function sceneTold({ revision, scene, defaultScene }: SceneState): void {
@@ -225,7 +286,7 @@ function showCondition(change: Partial<Condition>): void {
   const state = condition.connection.state;
   document.documentElement.dataset.connection = state;
   page.connection.textContent = { connecting: "Connecting", open: "Connected", lost: "Connection lost" }[state];
-  page.form.inert = page.resetView.disabled = state !== "open";
+  page.form.inert = page.resetView.disabled = state !== "open" || !mayChange;
   const notice = noticeFor(condition);
   page.notice.hidden = !notice;
   page.notice.dataset.kind = notice?.kind ?? "";

@@ -1,23 +1,32 @@
-// The canvas. At most one picture is being decoded and at most one waits, the newest.
+// The canvas. At most one picture is being decoded and at most one waits, the newest; of a film, none is left out.
 import type { Picture } from "../generated/fanlight_pb.js";
+import { FilmDecoder } from "./film_decoder";
 
 export class PictureView {
   private decoding = false;
   private waiting: Picture | undefined;
   private readonly context: CanvasRenderingContext2D;
+  private readonly film: FilmDecoder;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly frame: HTMLElement,
     private readonly shown: (picture: Picture) => void,
     private readonly unreadable: (sentence: string) => void,
+    filmFailed: () => void,
   ) {
     const context = canvas.getContext("2d", { alpha: false });
     if (!context) throw new Error("This browser has no 2D canvas.");
     this.context = context;
+    this.film = new FilmDecoder((frame, picture) => {
+      this.draw(frame, frame.displayWidth, frame.displayHeight);
+      this.shown(picture);
+    }, filmFailed);
   }
 
   show(picture: Picture): void {
+    if (picture.h264.length > 0) return this.film.decode(picture);
+    this.film.end();
     this.waiting = picture;
     if (!this.decoding) void this.decode();
   }
@@ -28,8 +37,8 @@ export class PictureView {
       const picture = this.waiting;
       this.waiting = undefined;
       try {
-        const bitmap = await createImageBitmap(new Blob([picture.jpeg], { type: "image/jpeg" }));
-        this.draw(bitmap);
+        const bitmap = await createImageBitmap(blobOf(picture));
+        this.draw(bitmap, bitmap.width, bitmap.height);
         bitmap.close();
         this.shown(picture);
       } catch {
@@ -39,13 +48,19 @@ export class PictureView {
     this.decoding = false;
   }
 
-  private draw(bitmap: ImageBitmap): void {
-    if (this.canvas.width !== bitmap.width || this.canvas.height !== bitmap.height) {
-      this.canvas.width = bitmap.width;
-      this.canvas.height = bitmap.height;
-      this.frame.style.setProperty("--aspect", String(bitmap.width / bitmap.height));
+  private draw(image: CanvasImageSource, width: number, height: number): void {
+    if (this.canvas.width !== width || this.canvas.height !== height) {
+      this.canvas.width = width;
+      this.canvas.height = height;
+      this.frame.style.setProperty("--aspect", String(width / height));
     }
-    this.context.drawImage(bitmap, 0, 0);
+    this.context.drawImage(image, 0, 0);
     this.frame.hidden = false;
   }
+}
+
+function blobOf(picture: Picture): Blob {
+  return picture.png.length > 0
+    ? new Blob([picture.png], { type: "image/png" })
+    : new Blob([picture.jpeg], { type: "image/jpeg" });
 }

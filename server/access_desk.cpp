@@ -1,0 +1,96 @@
+#include "server/access_desk.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <system_error>
+
+#include "proto/clock.hpp"
+
+namespace fanlight {
+
+namespace {
+
+std::int64_t unix_s() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::int64_t steady_ms() {
+  return now_ns() / 1'000'000;
+}
+
+/// Without the port: another one is no other person.
+std::string host_of(const std::string& address) {
+  return address.substr(0, address.rfind(':'));
+}
+
+std::filesystem::file_time_type written(const std::filesystem::path& path) {
+  std::error_code missing;
+  const auto time = std::filesystem::last_write_time(path, missing);
+  return missing ? std::filesystem::file_time_type{} : time;
+}
+
+}  // namespace
+
+Result<AccessDesk> AccessDesk::create(const std::filesystem::path& credentials) {
+  AccessDesk made(credentials);
+  if (!made.asks()) return made;
+  made.written_ = written(credentials);
+  auto known = Credentials::load(credentials);
+  if (!known) return known.error();
+  made.known_ = std::move(*known);
+  return made;
+}
+
+Visitor AccessDesk::anyone(const std::string& address) const {
+  return {.role = Role::kAdmin, .name = "loopback", .address = address};
+}
+
+Result<Visitor> AccessDesk::judge(const Result<Credentials::Entry>& entry, const std::string& address) {
+  const std::string host = host_of(address);
+  if (!entry) {
+    guard_.failed(host, steady_ms());
+    audit_->note({.name = "unknown", .address = address},
+                 {.what = "login", .result = "refused: " + entry.error().message});
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "this token or certificate does not open Fanlight, expected one that is known and has not expired"};
+  }
+  guard_.succeeded(host);
+  return Visitor{.role = entry->role, .name = entry->name, .proof = entry->id, .address = address};
+}
+
+Result<Visitor> AccessDesk::by_token(std::string_view token, const std::string& address) {
+  if (const std::int64_t wait_ms = guard_.wait_ms(host_of(address), steady_ms()); wait_ms > 0) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("the last try from this address failed, expected the next one in {} s",
+                             (wait_ms + 999) / 1000)};
+  }
+  return judge(known_.token(token, unix_s()), address);
+}
+
+Result<Visitor> AccessDesk::by_certificate(const Digest& fingerprint, const std::string& address) {
+  return judge(known_.certificate(fingerprint), address);
+}
+
+bool AccessDesk::may_stay(const Visitor& visitor) const {
+  return !asks() || known_.holds(visitor.proof, visitor.role, unix_s());
+}
+
+bool AccessDesk::reload(std::string& trouble) {
+  trouble.clear();
+  if (!asks()) return false;
+  const auto time = written(path_);
+  if (time == written_) return false;
+  written_ = time;
+  auto known = Credentials::load(path_);
+  if (known) {
+    known_ = std::move(*known);
+  } else {
+    trouble = known.error().message;
+  }
+  return true;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,18 @@
+#include "server/connection.hpp"
+
+#include <openssl/ssl.h>
+
+#include "server/tls_context.hpp"
+
+namespace fanlight {
+
+std::optional<Digest> Connection::client_fingerprint() {
+  if (!is_tls()) return std::nullopt;
+  X509* const certificate = SSL_get1_peer_certificate(std::get<Tls>(stream_).native_handle());
+  if (certificate == nullptr) return std::nullopt;
+  const Digest digest = fingerprint(certificate);
+  X509_free(certificate);
+  return digest;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,114 @@
+#include "server/script_door.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "server/scene_json.hpp"
+#include "server/scene_message.hpp"
+
+namespace fanlight {
+
+namespace http = boost::beast::http;
+
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+ScriptDoor::Response json_response(http::status status, const ordered_json& body) {
+  ScriptDoor::Response response(status, 11);
+  response.set(http::field::content_type, "application/json");
+  response.body() = body.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return response;
+}
+
+ScriptDoor::Response refusal(http::status status, const std::string& sentence,
+                             const SceneField* field = nullptr) {
+  ordered_json error = {{"message", sentence}};
+  if (field != nullptr) error.update(range_json(*field));
+  return json_response(status, {{"error", error}});
+}
+
+ordered_json state_json(const NumberedScene& scene) {
+  return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
+}
+
+}  // namespace
+
+ScriptDoor::Response ScriptDoor::respond(const Request& request, std::string_view path,
+                                         const Visitor& visitor) {
+  const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
+  if (path == "/api/scene" && reads) return scene();
+  if (path == "/api/scene" && request.method() == http::verb::patch) return change_scene(request, visitor);
+  if (path == "/api/picture.png" && reads) return picture();
+  if (path == "/api/scene" || path == "/api/picture.png") {
+    Response response =
+        refusal(http::status::method_not_allowed,
+                path == "/api/scene" ? "expected the method GET or PATCH" : "expected the method GET");
+    response.set(http::field::allow, path == "/api/scene" ? "GET, HEAD, PATCH" : "GET, HEAD");
+    return response;
+  }
+  return refusal(http::status::not_found, "there is nothing here, expected /api/scene or /api/picture.png");
+}
+
+ScriptDoor::Response ScriptDoor::scene() const {
+  return json_response(http::status::ok, state_json(context_.desk.in_force()));
+}
+
+ScriptDoor::Response ScriptDoor::change_scene(const Request& request, const Visitor& visitor) {
+  // A form of another site cannot say that it is JSON without asking first.
+  const std::string_view type = request[http::field::content_type];
+  if (!type.starts_with("application/json") && !type.starts_with("application/merge-patch+json")) {
+    return refusal(http::status::unsupported_media_type, "expected Content-Type: application/json");
+  }
+  const auto audited = [&](const std::string& result, const ordered_json& details) {
+    context_.audit.note(visitor, {.what = "scene_change", .result = result}, details);
+  };
+  if (const auto may = context_.control.may_change({.session = 0, .name = visitor.name}, visitor.role);
+      !may) {
+    context_.counters.scene_refusals.add();
+    audited("refused: " + may.error().message, nullptr);
+    return refusal(visitor.role == Role::kViewer ? http::status::forbidden : http::status::conflict,
+                   may.error().message);
+  }
+  const auto parsed = json::parse(request.body(), nullptr, false);
+  if (parsed.is_discarded()) {
+    context_.counters.scene_refusals.add();
+    return refusal(http::status::bad_request,
+                   "the body is no JSON, expected an object with fields of the scene");
+  }
+  const auto change = scene_change_from_json(parsed);
+  const SceneField* refused = nullptr;
+  const auto applied = change ? context_.desk.apply(*change, &refused) : Result<bool>(change.error());
+  if (!applied) {
+    context_.counters.scene_refusals.add();
+    if (change) audited("refused: " + applied.error().message, change_json(*change));
+    return refusal(http::status::unprocessable_entity, applied.error().message, refused);
+  }
+  context_.counters.scene_changes.add();
+  audited("done", change_json(*change));
+  if (*applied) tell_of_scene(context_, 0);
+  return scene();
+}
+
+ScriptDoor::Response ScriptDoor::picture() const {
+  const Picture* const picture = context_.hub.on_show();
+  if (picture == nullptr) {
+    Response response =
+        refusal(http::status::service_unavailable, "there is no picture yet, expected some patience");
+    response.set(http::field::retry_after, "1");
+    return response;
+  }
+  auto png = context_.hub.png();
+  if (!png) return refusal(http::status::internal_server_error, png.error().message);
+  Response response(http::status::ok, 11);
+  response.set(http::field::content_type, "image/png");
+  response.set("X-Fanlight-Picture-Id", std::to_string(picture->stamp.picture_id));
+  response.set("X-Fanlight-Volume-Id", std::to_string(picture->stamp.volume.volume_id));
+  response.set("X-Fanlight-Scene-Revision", std::to_string(picture->stamp.scene_revision));
+  response.body() = std::move(*png);
+  return response;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,25 @@
+#include "server/stall_watch.hpp"
+
+// The kernel's own header has the counters of bytes, glibc's has not.
+#include <linux/sockios.h>
+#include <linux/tcp.h>
+#include <netinet/in.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+namespace fanlight {
+
+int StallWatch::seconds_stalled(int socket, bool writing) {
+  tcp_info info{};
+  socklen_t bytes = sizeof info;
+  if (getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &bytes) != 0) return 0;
+  int unsent = 0;
+  if (ioctl(socket, SIOCOUTQ, &unsent) != 0) unsent = 0;
+  const bool waits = writing || unsent > 0;
+  const bool moved = info.tcpi_bytes_acked != acknowledged_;
+  acknowledged_ = info.tcpi_bytes_acked;
+  seconds_ = waits && !moved ? seconds_ + 1 : 0;
+  return seconds_;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,54 @@
+// H.264 pictures through WebCodecs, in the order in which they came.
+import type { Picture } from "../generated/fanlight_pb.js";
+
+const kCodec = "avc1.42E01F"; // constrained baseline; Annex B, since no description is given
+
+export function canDecodeFilm(): boolean {
+  return "VideoDecoder" in window; // only where the page came from localhost or over TLS
+}
+
+export class FilmDecoder {
+  private decoder: VideoDecoder | undefined;
+  private readonly pending = new Map<number, Picture>();
+
+  constructor(
+    private readonly decoded: (frame: VideoFrame, picture: Picture) => void,
+    private readonly failed: () => void,
+  ) {}
+
+  decode(picture: Picture): void {
+    if (!this.decoder) {
+      if (!picture.keyPicture) return; // it needs one that came before this decoder
+      this.decoder = this.begin();
+    }
+    const timestamp = Number(picture.pictureId);
+    this.pending.set(timestamp, picture);
+    const type = picture.keyPicture ? "key" : "delta";
+    this.decoder.decode(new EncodedVideoChunk({ type, timestamp, data: picture.h264 }));
+  }
+
+  end(): void {
+    if (this.decoder?.state !== "closed") this.decoder?.close();
+    this.decoder = undefined;
+    this.pending.clear();
+  }
+
+  private begin(): VideoDecoder {
+    const decoder = new VideoDecoder({
+      output: (frame) => {
+        const picture = this.pending.get(frame.timestamp);
+        for (const timestamp of this.pending.keys()) {
+          if (timestamp <= frame.timestamp) this.pending.delete(timestamp);
+        }
+        if (picture) this.decoded(frame, picture);
+        frame.close();
+      },
+      error: () => {
+        this.end();
+        this.failed();
+      },
+    });
+    decoder.configure({ codec: kCodec, optimizeForLatency: true });
+    return decoder;
+  }
+}

@@ -1,0 +1,178 @@
+// Tokens: made, written, judged, taken back; and the patience that a wrong one costs.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+
+#include "server/access_desk.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace fanlight::test {
+namespace {
+
+constexpr std::int64_t kNow = 1'800'000'000;  // 2027-01-15
+
+TEST(Credentials, KnowATokenByItsHashAlone) {
+  const TemporaryFolder folder;
+  const auto file = folder / "tokens.toml";
+  const NewToken made = make_token("theatre \"3\"\n", Role::kOperator, std::nullopt);
+  ASSERT_TRUE(append_token(file, made.entry));
+  std::ifstream text(file);
+  const std::string all((std::istreambuf_iterator<char>(text)), {});
+  EXPECT_EQ(all.find(made.text), std::string::npos);
+  EXPECT_EQ(all.find(made.text.substr(12)), std::string::npos) << "the secret part is in the file";
+  struct stat status {};
+  ASSERT_EQ(stat(file.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0600U);
+
+  const auto known = Credentials::load(file);
+  ASSERT_TRUE(known) << known.error().message;
+  const auto entry = known->token(made.text, kNow);
+  ASSERT_TRUE(entry) << entry.error().message;
+  EXPECT_EQ(entry->name, "theatre \"3\"\n");
+  EXPECT_EQ(entry->role, Role::kOperator);
+  EXPECT_TRUE(known->holds(entry->id, Role::kOperator, kNow));
+  EXPECT_FALSE(known->holds(entry->id, Role::kAdmin, kNow));
+}
+
+TEST(Credentials, RefuseWhatIsNearlyRight) {
+  const TemporaryFolder folder;
+  const NewToken made = make_token("a", Role::kAdmin, std::nullopt);
+  ASSERT_TRUE(append_token(folder / "t", made.entry));
+  const Credentials known = Credentials::load(folder / "t").value();
+  for (std::size_t at = 0; at < made.text.size(); ++at) {
+    std::string other = made.text;
+    other[at] = other[at] == '0' ? '1' : '0';
+    EXPECT_FALSE(known.token(other, kNow)) << at;
+  }
+  for (const std::string& other : {std::string(), made.text + "0", made.text.substr(1),
+                                   std::string(5000, 'f'), made.text.substr(0, made.text.size() - 1)}) {
+    EXPECT_FALSE(known.token(other, kNow));
+  }
+}
+
+TEST(Credentials, ExpireAtTheBeginningOfTheDay) {
+  const TemporaryFolder folder;
+  const std::int64_t day_s = parse_day("2027-01-15").value();
+  const NewToken made = make_token("a", Role::kViewer, day_s);
+  ASSERT_TRUE(append_token(folder / "t", made.entry));
+  const Credentials known = Credentials::load(folder / "t").value();
+  EXPECT_TRUE(known.token(made.text, day_s - 1));
+  EXPECT_FALSE(known.token(made.text, day_s));
+  EXPECT_FALSE(known.holds(made.entry.id, Role::kViewer, day_s));
+  EXPECT_EQ(day_text(day_s), "2027-01-15");
+  for (const char* text :
+       {"", "2027-02-30", "2027-13-01", "27-01-01", "2027-1-1", "2027-01-01T", "abcd-ef-gh"}) {
+    EXPECT_FALSE(parse_day(text)) << text;
+  }
+}
+
+TEST(Credentials, AreTakenBackOneByOne) {
+  const TemporaryFolder folder;
+  const auto file = folder / "t";
+  const NewToken first = make_token("first", Role::kViewer, std::nullopt);
+  const NewToken second = make_token("second", Role::kViewer, std::nullopt);
+  ASSERT_TRUE(append_token(file, first.entry));
+  std::ofstream(file, std::ios::app)
+      << "# a remark\n[[certificate]]\nname = \"c\"\nrole = \"admin\"\nsha256 = \"" << hex(sha256("x"))
+      << "\"\n\n";
+  ASSERT_TRUE(append_token(file, second.entry));
+  ASSERT_TRUE(remove_token(file, first.entry.id));
+  const Credentials known = Credentials::load(file).value();
+  EXPECT_FALSE(known.token(first.text, kNow));
+  EXPECT_TRUE(known.token(second.text, kNow));
+  EXPECT_TRUE(known.certificate(sha256("x")));
+  EXPECT_EQ(remove_token(file, first.entry.id).error().code, ErrorCode::kNotFound);
+}
+
+TEST(Credentials, SayWhatIsWrongWithTheirFile) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& text) {
+    std::ofstream(folder / "t") << text;
+    const auto known = Credentials::load(folder / "t");
+    return known ? "" : known.error().message;
+  };
+  const std::string hash = hex(sha256("x"));
+  EXPECT_NE(refused("nonsense").find("TOML"), std::string::npos);
+  EXPECT_NE(refused("[token]\nid = 1\n").find("[[token]]"), std::string::npos);
+  EXPECT_NE(refused("[[token]]\nid=\"12345678\"\nname=\"a\"\nrole=\"king\"\nsha256=\"" + hash + "\"\n")
+                .find("role"),
+            std::string::npos);
+  EXPECT_NE(refused("[[token]]\nid=\"12345678\"\nname=\"a\"\nrole=\"admin\"\nsha256=\"12\"\n").find("sha256"),
+            std::string::npos);
+  EXPECT_NE(refused("[[token]]\nid=\"1\"\nname=\"a\"\nrole=\"admin\"\nsha256=\"" + hash + "\"\n").find("id"),
+            std::string::npos);
+  EXPECT_NE(refused("[[token]]\nid=\"12345678\"\nname=\"a\"\nrole=\"admin\"\nsha256=\"" + hash +
+                    "\"\nexpires=\"soon\"\n")
+                .find("expires"),
+            std::string::npos);
+  chmod((folder / "t").c_str(), 0666);
+  EXPECT_NE(refused("").find("others"), std::string::npos);
+  EXPECT_EQ(Credentials::load(folder / "none").error().code, ErrorCode::kNotFound);
+}
+
+TEST(LoginGuard, MakesGuessingSlow) {
+  LoginGuard guard;
+  std::int64_t now_ms = 5'000'000;
+  EXPECT_EQ(guard.wait_ms("a", now_ms), 0);
+  std::int64_t waited_ms = 0;
+  for (int wrong = 0; wrong < 20; ++wrong) {
+    guard.failed("a", now_ms);
+    const std::int64_t wait_ms = guard.wait_ms("a", now_ms);
+    EXPECT_GE(wait_ms, 1000);
+    EXPECT_LE(wait_ms, 60'000);
+    waited_ms += wait_ms;
+    now_ms += wait_ms;
+  }
+  EXPECT_GT(waited_ms, 14 * 60'000);
+  EXPECT_EQ(guard.wait_ms("b", now_ms), 0) << "one address, not all";
+  guard.succeeded("a");
+  EXPECT_EQ(guard.wait_ms("a", now_ms), 0);
+}
+
+TEST(LoginGuard, ForgetsAndStaysSmall) {
+  LoginGuard guard;
+  guard.failed("a", 0);
+  guard.failed("a", 1000);
+  guard.failed("a", 1'000'000);
+  EXPECT_EQ(guard.wait_ms("a", 1'000'000), 1000);
+  for (int address = 0; address < 100'000; ++address)
+    guard.failed(std::to_string(address), 2'000'000 + address);
+  EXPECT_EQ(guard.wait_ms("0", 2'000'000), 0) << "the stalest made room";
+  EXPECT_GT(guard.wait_ms("99999", 2'099'999), 0);
+}
+
+TEST(AccessDesk, ReadsItsFileAgain) {
+  const TemporaryFolder folder;
+  const auto file = folder / "t";
+  const NewToken made = make_token("a", Role::kViewer, std::nullopt);
+  ASSERT_TRUE(append_token(file, made.entry));
+  AuditLog none;
+  AccessDesk desk = AccessDesk::create(file).value();
+  desk.audit_to(none);
+  const auto visitor = desk.by_token(made.text, "10.0.0.1:5");
+  ASSERT_TRUE(visitor);
+  std::string trouble;
+  EXPECT_FALSE(desk.reload(trouble));
+  int age = 0;
+  const auto touch = [&] {
+    std::filesystem::last_write_time(
+        file, std::filesystem::file_time_type::clock::now() + std::chrono::seconds(++age));
+  };
+  std::ofstream(file, std::ios::app) << "[[token]]\n";
+  touch();
+  EXPECT_TRUE(desk.reload(trouble));
+  EXPECT_NE(trouble, "");
+  EXPECT_TRUE(desk.may_stay(*visitor)) << "what cannot be read changes nothing";
+  std::ofstream(file) << "";
+  touch();
+  EXPECT_TRUE(desk.reload(trouble));
+  EXPECT_EQ(trouble, "");
+  EXPECT_FALSE(desk.may_stay(*visitor));
+  EXPECT_FALSE(desk.by_token(made.text, "10.0.0.1:5"));
+  EXPECT_EQ(desk.by_token(made.text, "10.0.0.1:6").error().code, ErrorCode::kUnavailable)
+      << "too soon, from any port";
+}
+
+}  // namespace
+}  // namespace fanlight::test

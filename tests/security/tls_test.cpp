@@ -1,0 +1,177 @@
+// TLS as it is on the wire: what is spoken, what is refused, and certificates of clients and of the server.
+#include <gtest/gtest.h>
+
+#include <boost/asio/read.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/asio/write.hpp>
+
+#include "tests/support/guarded_house.hpp"
+
+namespace fanlight::test {
+namespace {
+
+namespace asio = boost::asio;
+namespace ssl = boost::asio::ssl;
+
+/// Shakes hands as told, says the request, and returns the answer; what failed, where that did.
+std::string https(const GuardedHouse& guarded, ssl::context& context, const std::string& request) {
+  asio::io_context loop;
+  ssl::stream<asio::ip::tcp::socket> stream(loop, context);
+  boost::system::error_code failure;
+  stream.lowest_layer().connect(const_cast<GuardedHouse&>(guarded).house().endpoint());
+  stream.handshake(ssl::stream_base::client, failure);
+  if (failure) return "handshake: " + failure.message();
+  asio::write(stream, asio::buffer(request), failure);
+  std::string answer;
+  asio::read(stream, asio::dynamic_buffer(answer), failure);
+  return answer.empty() ? failure.message() : answer;
+}
+
+std::string get(const std::string& target, const std::string& more = "") {
+  return "GET " + target + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + more + "\r\n";
+}
+
+ssl::context client() {
+  return ssl::context(ssl::context::tls_client);
+}
+
+TEST(Tls, GuardsTheScriptsDoorAndTheMetrics) {
+  GuardedHouse guarded;
+  auto context = client();
+  EXPECT_NE(https(guarded, context, get("/")).find("200"), std::string::npos) << "the page, to log in on";
+  EXPECT_NE(https(guarded, context, get("/healthz")).find("200"), std::string::npos);
+  for (const char* target : {"/metrics", "/api/scene", "/api/picture.png"}) {
+    EXPECT_NE(https(guarded, context, get(target)).find("401"), std::string::npos) << target;
+    const std::string with = "Authorization: Bearer " + guarded.token(Role::kViewer).text + "\r\n";
+    EXPECT_EQ(https(guarded, context, get(target, with)).find("401"), std::string::npos) << target;
+  }
+  EXPECT_NE(https(guarded, context, get("/")).find("Strict-Transport-Security"), std::string::npos);
+}
+
+TEST(Tls, AViewersScriptMayReadAndNotChange) {
+  GuardedHouse guarded;
+  auto context = client();
+  const auto patch = [&](Role role) {
+    const std::string body = R"({"light": {"up_mm": 33}})";
+    return https(guarded, context,
+                 "PATCH /api/scene HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Type: "
+                 "application/json\r\n"
+                 "Authorization: Bearer " +
+                     guarded.token(role).text + "\r\nContent-Length: " + std::to_string(body.size()) +
+                     "\r\n\r\n" + body);
+  };
+  EXPECT_NE(patch(Role::kViewer).find("403"), std::string::npos);
+  EXPECT_FALSE(guarded.house().has_scene());
+  EXPECT_NE(patch(Role::kOperator).find("\"up_mm\": 33"), std::string::npos);
+  EXPECT_EQ(guarded.house().next_scene().scene.light.up_mm, 33);
+}
+
+TEST(Tls, SpeaksNothingOlderAndNothingWeaker) {
+  GuardedHouse guarded;
+  const auto handshake = [&](int least, int most, const char* ciphers) {
+    auto context = client();
+    SSL_CTX_set_security_level(context.native_handle(), 0);  // ours refuses, not the test's own library
+    SSL_CTX_set_min_proto_version(context.native_handle(), least);
+    SSL_CTX_set_max_proto_version(context.native_handle(), most);
+    if (ciphers != nullptr) SSL_CTX_set_cipher_list(context.native_handle(), ciphers);
+    return https(guarded, context, get("/healthz"));
+  };
+  EXPECT_NE(handshake(TLS1_3_VERSION, TLS1_3_VERSION, nullptr).find("200"), std::string::npos);
+  EXPECT_NE(handshake(TLS1_2_VERSION, TLS1_2_VERSION, "ECDHE-ECDSA-AES128-GCM-SHA256").find("200"),
+            std::string::npos);
+  for (const int version : {TLS1_VERSION, TLS1_1_VERSION}) {
+    EXPECT_NE(handshake(version, version, nullptr).find("handshake"), std::string::npos) << version;
+  }
+  for (const char* weak : {"ECDHE-ECDSA-AES128-SHA", "ECDHE-ECDSA-AES128-SHA256", "AES128-GCM-SHA256"}) {
+    EXPECT_NE(handshake(TLS1_2_VERSION, TLS1_2_VERSION, weak).find("handshake"), std::string::npos) << weak;
+  }
+}
+
+TEST(Tls, AClientsCertificateTakesThePlaceOfAToken) {
+  GuardedHouse guarded;
+  const StreamClient::Config console{.url = guarded.url(),
+                                     .server_ca = guarded.file("server.pem"),
+                                     .certificate = guarded.file("client.pem"),
+                                     .key = guarded.file("client.key")};
+  const auto known = fanlight::StreamClient::connect(console);
+  ASSERT_TRUE(known) << known.error().message;
+  EXPECT_EQ((*known)->hello().name(), "console");
+  EXPECT_EQ((*known)->hello().role(), v1::OPERATOR);
+}
+
+TEST(Tls, RefusesCertificatesThatAreUnknownForeignOrExpired) {
+  GuardedHouse guarded;
+  const auto come = [&](const MadeCertificate& certificate) {
+    certificate.write(guarded.file("other.pem"), guarded.file("other.key"));
+    const auto client = fanlight::StreamClient::connect({.url = guarded.url(),
+                                                         .server_ca = guarded.file("server.pem"),
+                                                         .certificate = guarded.file("other.pem"),
+                                                         .key = guarded.file("other.key")});
+    return client ? "" : client.error().message;
+  };
+  EXPECT_NE(come(MadeCertificate({.name = "signed, not listed"}, &guarded.authority())).find("does not open"),
+            std::string::npos);
+  EXPECT_NE(come(MadeCertificate({.name = "its own"})), "");
+  EXPECT_NE(come(MadeCertificate({.name = "old", .from_s = -7200, .to_s = -3600}, &guarded.authority())), "");
+  EXPECT_EQ(guarded.audited("login").size(), 1U);
+  for (int tries = 0; tries < 100 && guarded.house().counters().handshakes_failed.value() < 2; ++tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(guarded.house().counters().handshakes_failed.value(), 2U);
+}
+
+TEST(Tls, TakesARenewedCertificateWithoutARestart) {
+  GuardedHouse guarded;
+  const auto before = guarded.come_in(Role::kViewer);
+  const MadeCertificate renewed({.name = "renewed"});
+  renewed.write(guarded.file("server.pem"), guarded.file("server.key"));
+  ASSERT_EQ(guarded.audited("certificates_read").size(), 1U);
+  EXPECT_TRUE(fanlight::StreamClient::connect(guarded.display(Role::kViewer)))
+      << "which trusts the new one alone";
+  EXPECT_TRUE(before->next()) << "who is in stays in";
+  std::ofstream(guarded.file("server.pem")) << "nonsense";
+  EXPECT_NE(guarded.audited("certificates_read", 2).back()["result"], "done");
+  EXPECT_TRUE(before->next());
+}
+
+TEST(Tls, SurvivesNonsense) {
+  GuardedHouse guarded;
+  asio::io_context loop;
+  std::vector<asio::ip::tcp::socket> half_open;
+  std::uint32_t state = 1;
+  for (int round = 0; round < 200; ++round) {
+    asio::ip::tcp::socket socket(loop);
+    socket.connect(guarded.house().endpoint());
+    std::string bytes(static_cast<std::size_t>(round), '\0');
+    for (char& byte : bytes) byte = static_cast<char>((state = 1'664'525 * state + 1'013'904'223) >> 24);
+    if (round % 3 == 0 && bytes.size() > 3)
+      bytes.replace(0, 3, "\x16\x03\x01");  // the beginning of a ClientHello
+    boost::system::error_code ignored;
+    asio::write(socket, asio::buffer(bytes), ignored);
+    if (round % 2 == 0) half_open.push_back(std::move(socket));
+  }
+  EXPECT_TRUE(fanlight::StreamClient::connect(guarded.display(Role::kViewer)));
+}
+
+TEST(Tls, APageOfAnotherSiteIsRefusedAndAudited) {
+  GuardedHouse guarded;
+  auto context = client();
+  const std::string with = "Authorization: Bearer " + guarded.token(Role::kAdmin).text +
+                           "\r\nOrigin: https://elsewhere.example\r\n";
+  EXPECT_NE(https(guarded, context, get("/api/scene", with)).find("403"), std::string::npos);
+  EXPECT_EQ(guarded.audited("request").size(), 1U);
+}
+
+TEST(Tls, StartsWithoutAFileOfItsOnlyToSayWhich) {
+  StreamServer::Config config;
+  config.tls = {.certificate = "/nowhere.pem", .key = "/nowhere.key"};
+  try {
+    FakeHouse house(config);
+    FAIL();
+  } catch (const std::runtime_error& refused) {
+    EXPECT_NE(std::string(refused.what()).find("/nowhere.pem"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace fanlight::test
