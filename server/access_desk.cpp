@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <system_error>
+#include <utility>
 
 #include "proto/clock.hpp"
 
@@ -49,29 +50,29 @@ Visitor AccessDesk::anyone(const std::string& address) const {
 
 Result<Visitor> AccessDesk::judge(const Result<Credentials::Entry>& entry, const std::string& address) {
   const std::string host = host_of(address);
-  if (!entry) {
-    guard_.failed(host, steady_ms());
-    audit_->note({.name = "unknown", .address = address},
-                 {.what = "login", .result = "refused: " + entry.error().message});
-    return Error{
-        ErrorCode::kInvalidArgument,
-        "this token or certificate does not open Fanlight, expected one that is known and has not expired"};
+  // What is right is never made to wait: others may share its address.
+  if (entry) {
+    return Visitor{.role = entry->role, .name = entry->name, .proof = entry->id, .address = address};
   }
-  guard_.succeeded(host);
-  return Visitor{.role = entry->role, .name = entry->name, .proof = entry->id, .address = address};
+  if (const std::int64_t wait_ms = guard_.wait_ms(host, steady_ms()); wait_ms > 0) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("the last try from this address failed too, expected the next one in {} s",
+                             (wait_ms + 999) / 1000)};
+  }
+  guard_.failed(host, steady_ms());
+  audit_->note_refusal({.name = "unknown", .address = address},
+                       {.what = "login", .result = "refused: " + entry.error().message});
+  return Error{
+      ErrorCode::kInvalidArgument,
+      "this token or certificate does not open Fanlight, expected one that is known and has not expired"};
 }
 
 Result<Visitor> AccessDesk::by_token(std::string_view token, const std::string& address) {
-  if (const std::int64_t wait_ms = guard_.wait_ms(host_of(address), steady_ms()); wait_ms > 0) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("the last try from this address failed, expected the next one in {} s",
-                             (wait_ms + 999) / 1000)};
-  }
   return judge(known_.token(token, unix_s()), address);
 }
 
 Result<Visitor> AccessDesk::by_certificate(const Digest& fingerprint, const std::string& address) {
-  return judge(known_.certificate(fingerprint), address);
+  return judge(known_.certificate(fingerprint, unix_s()), address);
 }
 
 bool AccessDesk::may_stay(const Visitor& visitor) const {
@@ -83,14 +84,15 @@ bool AccessDesk::reload(std::string& trouble) {
   if (!asks()) return false;
   const auto time = written(path_);
   if (time == written_) return false;
-  written_ = time;
   auto known = Credentials::load(path_);
   if (known) {
+    written_ = time;
     known_ = std::move(*known);
-  } else {
-    trouble = known.error().message;
+    trouble_.clear();
+    return true;
   }
-  return true;
+  trouble = known.error().message;
+  return std::exchange(trouble_, trouble) != trouble;
 }
 
 }  // namespace fanlight

@@ -35,8 +35,8 @@ class AccessDesk {
   /// Whether somebody who came in may stay.
   bool may_stay(const Visitor& visitor) const;
 
-  /// Reads the file again where it was written; what cannot be read leaves what was known in force. True
-  /// where there is something to say, in `trouble` where it is one.
+  /// Reads the file again where it was written; what cannot be read leaves what was known in force, and is
+  /// tried again. True where there is something new to say, in `trouble` where it is one.
   bool reload(std::string& trouble);
 
  private:
@@ -47,6 +47,7 @@ class AccessDesk {
   AuditLog* audit_ = nullptr;
   Credentials known_;
   std::filesystem::file_time_type written_{};
+  std::string trouble_;
   LoginGuard guard_;
 };
 

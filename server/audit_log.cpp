@@ -38,6 +38,8 @@ AuditLog& AuditLog::operator=(AuditLog&& other) noexcept {
   std::swap(lines_lost_, other.lines_lost_);
   std::swap(newest_hash_, other.newest_hash_);
   std::swap(bytes_, other.bytes_);
+  std::swap(refusals_left_, other.refusals_left_);
+  std::swap(refusals_unlisted_, other.refusals_unlisted_);
   return *this;
 }
 
@@ -91,6 +93,28 @@ void AuditLog::note(const Visitor& who, const Event& event, const nlohmann::json
   newest_hash_ = hex(sha256(std::string_view(text).substr(0, text.size() - 1)));
 }
 
+void AuditLog::note_refusal(const Visitor& who, const Event& event) {
+  note_refusal(who, event, nullptr);
+}
+
+void AuditLog::note_refusal(const Visitor& who, const Event& event, const nlohmann::json& details) {
+  if (refusals_left_ <= 0) {
+    ++refusals_unlisted_;
+    return;
+  }
+  --refusals_left_;
+  note(who, event, details);
+}
+
+void AuditLog::second_passed() {
+  refusals_left_ = kRefusalsASecond;
+  const std::uint64_t unlisted = std::exchange(refusals_unlisted_, 0);
+  if (unlisted > 0) {
+    note({.name = "fanlight"}, {.what = "refusals", .result = "more than are listed"},
+         {{"unlisted", unlisted}});
+  }
+}
+
 Result<AuditSummary> verify_audit_log(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) {
@@ -100,8 +124,8 @@ Result<AuditSummary> verify_audit_log(const std::filesystem::path& path) {
   AuditSummary summary{.newest_hash = std::string(kBeginning)};
   for (std::string text; std::getline(file, text);) {
     const auto line = nlohmann::json::parse(text, nullptr, false);
-    const bool follows = line.is_object() && line.value("line", std::uint64_t{0}) == summary.lines + 1 &&
-                         line.value("follows", "") == summary.newest_hash;
+    const bool follows = line.is_object() && line.contains("line") && line["line"] == summary.lines + 1 &&
+                         line.contains("follows") && line["follows"] == summary.newest_hash;
     if (!follows || file.eof()) {
       return Error{ErrorCode::kBadInput, fmt::format("line {} of the audit log {} does not follow from the "
                                                      "one before it: the log was changed or cut; "

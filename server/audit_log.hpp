@@ -37,16 +37,28 @@ class AuditLog {
   void note(const Visitor& who, const Event& event, const nlohmann::json& details);
   void note(const Visitor& who, const Event& event);
 
+  /// The same for what anybody may cause as often as they like, refusals above all: so many a second, and of
+  /// the others their number.
+  void note_refusal(const Visitor& who, const Event& event, const nlohmann::json& details);
+  void note_refusal(const Visitor& who, const Event& event);
+
+  /// A second has passed.
+  void second_passed();
+
   std::uint64_t lines() const { return lines_; }
   std::uint64_t lines_lost() const { return lines_lost_; }
   const std::string& newest_hash() const { return newest_hash_; }
 
  private:
+  static constexpr int kRefusalsASecond = 20;
+
   int file_ = -1;
   std::uint64_t lines_ = 0;
   std::uint64_t lines_lost_ = 0;
   std::uint64_t bytes_ = 0;  // of the file
   std::string newest_hash_;
+  int refusals_left_ = kRefusalsASecond;
+  std::uint64_t refusals_unlisted_ = 0;
 };
 
 /// What a file holds that holds together.

@@ -15,4 +15,10 @@ std::optional<Digest> Connection::client_fingerprint() {
   return digest;
 }
 
+std::string Connection::certificate_trouble() {
+  if (!is_tls()) return {};
+  const long result = SSL_get_verify_result(std::get<Tls>(stream_).native_handle());
+  return result == X509_V_OK ? "" : X509_verify_cert_error_string(result);
+}
+
 }  // namespace fanlight

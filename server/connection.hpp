@@ -8,6 +8,7 @@
 #include <boost/beast/websocket/teardown.hpp>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -37,6 +38,9 @@ class Connection {
 
   /// Of the certificate that the client showed and that was found to be signed and in time.
   std::optional<Digest> client_fingerprint();
+
+  /// What was wrong with the certificate that the client showed; empty where nothing was, or none was shown.
+  std::string certificate_trouble();
 
   // What Beast and Asio ask of a stream.
   executor_type get_executor() { return next_layer().get_executor(); }

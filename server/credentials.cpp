@@ -122,11 +122,15 @@ Result<Credentials::Entry> Credentials::token(std::string_view text, std::int64_
   return *entry;
 }
 
-Result<Credentials::Entry> Credentials::certificate(const Digest& fingerprint) const {
+Result<Credentials::Entry> Credentials::certificate(const Digest& fingerprint, std::int64_t now_s) const {
   const auto entry = std::ranges::find_if(
       certificates_, [&](const Entry& one) { return same_digest(one.hash, fingerprint); });
   if (entry == certificates_.end()) {
     return Error{ErrorCode::kInvalidArgument, "the certificate is not among those that may come in"};
+  }
+  if (expired(*entry, now_s)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the certificate's entry has expired on {}", day_text(*entry->expires_s))};
   }
   return *entry;
 }
@@ -186,7 +190,14 @@ Result<void> remove_token(const std::filesystem::path& path, std::string_view id
   const std::filesystem::path next = path.string() + ".new";
   std::error_code failure;
   std::filesystem::remove(next, failure);
+  struct stat status {};
   if (auto written = append_text(next, kept); !written) return written;
+  // Whoever could read the old one must be able to read this.
+  if (stat(path.c_str(), &status) == 0 && (chown(next.c_str(), status.st_uid, status.st_gid) != 0 ||
+                                           chmod(next.c_str(), status.st_mode & 0777) != 0)) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} could not be given to the owner of {}", next.string(), path.string())};
+  }
   std::filesystem::rename(next, path, failure);
   if (failure) {
     return Error{ErrorCode::kUnavailable,

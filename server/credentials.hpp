@@ -48,7 +48,7 @@ class Credentials {
   Result<Entry> token(std::string_view text, std::int64_t now_s) const;
 
   /// Whose certificate has this fingerprint.
-  Result<Entry> certificate(const Digest& fingerprint) const;
+  Result<Entry> certificate(const Digest& fingerprint, std::int64_t now_s) const;
 
   /// Whether who came in with this proof may stay: the entry is there, with the role that it had, and has not
   /// expired.

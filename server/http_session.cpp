@@ -90,6 +90,11 @@ void HttpSession::start() {
   connection_.async_handshake([self = shared_from_this()](beast::error_code failure) {
     if (failure) {
       self->context_.counters.handshakes_failed.add();
+      if (const std::string wrong = self->connection_.certificate_trouble(); !wrong.empty()) {
+        self->context_.audit.note_refusal(
+            {.name = "unknown", .address = self->address_},
+            {.what = "login", .result = "refused: the certificate shown: " + wrong});
+      }
     } else {
       self->read();
     }
@@ -132,11 +137,13 @@ void HttpSession::serve(const Request& request) {
                          "the request names another host, expected localhost or a loopback address"));
   }
   if (from_elsewhere(request)) {
-    context_.audit.note({.name = "unknown", .address = address_},
-                        {.what = "request", .result = "refused: from a page of another site"},
-                        {{"origin", std::string(request[http::field::origin].substr(0, 256))}});
-    return reply(request, refusal(http::status::forbidden,
-                                  "the request comes from a page of another site, expected our own"));
+    context_.audit.note_refusal({.name = "unknown", .address = address_},
+                                {.what = "request", .result = "refused: from a page of another site"},
+                                {{"origin", std::string(request[http::field::origin].substr(0, 64))}});
+    Response response =
+        refusal(http::status::forbidden, "the request comes from a page of another site, expected our own");
+    response.keep_alive(false);
+    return send(std::move(response));
   }
   const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
   if (reads && !request.body().empty()) {

@@ -6,16 +6,14 @@
 
 namespace fanlight {
 
-/// Makes guessing slow: after a failed try an address waits a second, after the next two, four, ... up to a
-/// minute, and what it tries meanwhile is refused unread. A success, or ten quiet minutes, wipe the slate.
-/// One thread.
+/// Makes guessing slow, and its record short: after a failed try the next counts only after a second, then
+/// after two, four, ... up to a minute. Ten quiet minutes wipe the slate. One thread.
 class LoginGuard {
  public:
-  /// Milliseconds until the address may try; 0: now.
+  /// Milliseconds until another failure of the address is looked at; 0: now.
   std::int64_t wait_ms(const std::string& address, std::int64_t now_ms) const;
 
   void failed(const std::string& address, std::int64_t now_ms);
-  void succeeded(const std::string& address) { tries_.erase(address); }
 
  private:
   struct Tries {

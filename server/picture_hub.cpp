@@ -1,5 +1,10 @@
 #include "server/picture_hub.hpp"
 
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "proto/clock.hpp"
 #include "proto/fanlight.pb.h"
 #include "server/picture_message.hpp"
 #include "server/stream_session.hpp"
@@ -54,22 +59,32 @@ Result<PictureOffer> PictureHub::coded(const StreamSettings& settings, bool key)
                   .picture_id = on_show_->stamp.picture_id,
                   .scene_revision = on_show_->stamp.scene_revision,
                   .key = code->key};
+  if (code->key) {
+    coding.key_wanted = false;
+    coding.key_ns = now_ns();
+  }
   counters_.pictures_encoded.add();
   return coding.offer;
 }
 
-Result<void> PictureHub::show(const Picture& picture) {
+void PictureHub::show(const Picture& picture) {
   const std::int64_t shown_ns = picture.stamp.finished_time_ns;
   for (auto& [settings, coding] : codings_) coding.offer.message = nullptr;
+  png_ = nullptr;
   on_show_ = &picture;
+  std::vector<StreamSession*> unserved;
   for (StreamSession* session : sessions_) {
     if (!picture_due(session->settings().rate_hz, last_shown_ns_, shown_ns)) continue;
-    const auto offer = coded(session->settings(), false);
-    if (!offer) return offer.error();
-    session->offer(*offer);
+    const auto coding = codings_.find(coding_key(session->settings()));
+    const bool key = coding != codings_.end() && coding->second.key_wanted;
+    if (const auto offer = coded(session->settings(), key)) {
+      session->offer(*offer);
+    } else {
+      unserved.push_back(session);
+    }
   }
   last_shown_ns_ = shown_ns;
-  return {};
+  for (StreamSession* session : unserved) session->unserved();
 }
 
 Result<void> PictureHub::add(StreamSession& session) {
@@ -77,24 +92,38 @@ Result<void> PictureHub::add(StreamSession& session) {
   return begin_anew(session);
 }
 
+Result<void> PictureHub::has_room(const StreamSettings& settings) {
+  constexpr std::size_t kMostCodings = 16;
+  forget_unused();
+  if (codings_.contains(coding_key(settings)) || codings_.size() < kMostCodings) return {};
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("pictures are encoded in {} ways already, expected one of those or some patience",
+                           kMostCodings)};
+}
+
 Result<void> PictureHub::begin_anew(StreamSession& session) {
+  constexpr std::int64_t kStillNs = 500'000'000;
+  constexpr std::int64_t kBetweenKeysNs = 1'000'000'000;
   forget_unused();
   if (on_show_ == nullptr) return {};
   const StreamSettings by = coding_key(session.settings());
-  const auto offer = coded(by, true);
-  if (!offer) return offer.error();
-  if (!offer->key) {
-    return Error{ErrorCode::kBroken,
-                 "a picture that should need none before it does, expected the encoder to obey"};
-  }
-  if (by.codec != StreamSettings::Codec::kH264) {
-    session.offer(*offer);
+  const auto known = codings_.find(by);
+  if (by.codec == StreamSettings::Codec::kH264 && known != codings_.end()) {
+    // A key picture is large, and goes to all who share the film: with the next one, where that comes soon.
+    const std::int64_t now = now_ns();
+    known->second.key_wanted = true;
+    if (now - last_shown_ns_ < kStillNs || now - known->second.key_ns < kBetweenKeysNs) return {};
+    known->second.offer.message = nullptr;
+    const auto offer = coded(by, true);
+    if (!offer) return offer.error();
+    for (StreamSession* each : sessions_) {
+      if (coding_key(each->settings()) == by) each->offer(*offer);
+    }
     return {};
   }
-  // What comes next builds upon this one, for all who share it.
-  for (StreamSession* each : sessions_) {
-    if (coding_key(each->settings()) == by) each->offer(*offer);
-  }
+  const auto offer = coded(by, true);
+  if (!offer) return offer.error();
+  session.offer(*offer);
   return {};
 }
 
@@ -107,16 +136,17 @@ void PictureHub::forget_unused() {
   });
 }
 
-Result<std::string> PictureHub::png() {
-  const StreamSettings settings{.codec = StreamSettings::Codec::kPng};
-  if (png_ == nullptr) {
-    auto coder = make_coder(settings);
+Result<SharedMessage> PictureHub::png() {
+  if (png_ != nullptr) return png_;
+  if (png_coder_ == nullptr) {
+    auto coder = make_coder({.codec = StreamSettings::Codec::kPng});
     if (!coder) return coder.error();
-    png_ = std::move(*coder);
+    png_coder_ = std::move(*coder);
   }
-  const auto code = png_->encode(pixels_of(*on_show_), true);
+  const auto code = png_coder_->encode(pixels_of(*on_show_), true);
   if (!code) return code.error();
-  return std::string(code->bytes.begin(), code->bytes.end());
+  png_ = std::make_shared<const std::string>(code->bytes.begin(), code->bytes.end());
+  return png_;
 }
 
 }  // namespace fanlight

@@ -30,15 +30,22 @@ class PictureHub {
  public:
   explicit PictureHub(ServerCounters& counters) : counters_(counters) {}
 
-  /// Offers the picture, which must stay as it is until the next call, to all sessions that one is due to.
-  Result<void> show(const Picture& picture);
+  /// Offers the picture, which must stay as it is until the next call, to all sessions that one is due to. A
+  /// session whose picture cannot be encoded is closed.
+  void show(const Picture& picture);
 
-  /// From now on the session is offered each picture, beginning with the one on show.
+  /// From now on the session is offered each picture, beginning with the one on show. Error: its picture
+  /// cannot be encoded.
   Result<void> add(StreamSession& session);
+
+  /// Whether pictures can be had in this way too: only so many ways at a time. Error, kUnavailable: no more.
+  Result<void> has_room(const StreamSettings& settings);
+
   void remove(StreamSession& session) { sessions_.erase(&session); }
 
   /// The session wants its pictures otherwise now, or has missed one without which the next cannot be shown:
-  /// offers it the one on show anew, so that nothing need come before it.
+  /// offers it the one on show, or, of a film that others watch as well, sees to it that the next is a key
+  /// picture.
   Result<void> begin_anew(StreamSession& session);
 
   const std::unordered_set<StreamSession*>& sessions() const { return sessions_; }
@@ -46,14 +53,16 @@ class PictureHub {
   /// The newest picture; null before the first.
   const Picture* on_show() const { return on_show_; }
 
-  /// The same as a file.
-  Result<std::string> png();
+  /// The same as a file, encoded once.
+  Result<SharedMessage> png();
 
  private:
   struct Coding {
     std::unique_ptr<PictureCoder> coder;
     PictureScaler scaler;
-    PictureOffer offer;  // of the picture on show, where somebody asked for it
+    PictureOffer offer;       // of the picture on show, where somebody asked for it
+    bool key_wanted = false;  // of the next
+    std::int64_t key_ns = 0;  // when the last one was made
   };
   Result<PictureOffer> coded(const StreamSettings& settings, bool key);
   void forget_unused();
@@ -63,8 +72,8 @@ class PictureHub {
   std::map<StreamSettings, Coding> codings_;  // by what the code depends on
   const Picture* on_show_ = nullptr;
   std::int64_t last_shown_ns_ = 0;
-  PictureScaler scaler_;
-  std::unique_ptr<PictureCoder> png_;
+  std::unique_ptr<PictureCoder> png_coder_;
+  SharedMessage png_;  // of the picture on show, once somebody asked for it
 };
 
 }  // namespace fanlight

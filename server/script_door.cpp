@@ -63,7 +63,9 @@ ScriptDoor::Response ScriptDoor::change_scene(const Request& request, const Visi
     return refusal(http::status::unsupported_media_type, "expected Content-Type: application/json");
   }
   const auto audited = [&](const std::string& result, const ordered_json& details) {
-    context_.audit.note(visitor, {.what = "scene_change", .result = result}, details);
+    if (result == "done")
+      return context_.audit.note(visitor, {.what = "scene_change", .result = result}, details);
+    context_.audit.note_refusal(visitor, {.what = "scene_change", .result = result}, details);
   };
   if (const auto may = context_.control.may_change({.session = 0, .name = visitor.name}, visitor.role);
       !may) {
@@ -100,14 +102,14 @@ ScriptDoor::Response ScriptDoor::picture() const {
     response.set(http::field::retry_after, "1");
     return response;
   }
-  auto png = context_.hub.png();
+  const auto png = context_.hub.png();
   if (!png) return refusal(http::status::internal_server_error, png.error().message);
   Response response(http::status::ok, 11);
   response.set(http::field::content_type, "image/png");
   response.set("X-Fanlight-Picture-Id", std::to_string(picture->stamp.picture_id));
   response.set("X-Fanlight-Volume-Id", std::to_string(picture->stamp.volume.volume_id));
   response.set("X-Fanlight-Scene-Revision", std::to_string(picture->stamp.scene_revision));
-  response.body() = std::move(*png);
+  response.body() = **png;
   return response;
 }
 

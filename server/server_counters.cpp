@@ -101,6 +101,8 @@ void add_server(std::vector<NamedCount>& to, const ServerCounters& from) {
       {"sessions_closed", "Displays that left", from.sessions_closed.value()},
       {"connections_refused", "Connections beyond the limit", from.connections_refused.value()},
       {"handshakes_failed", "TLS handshakes that came to nothing", from.handshakes_failed.value()},
+      {"encodings_failed", "Displays closed since their picture could not be encoded",
+       from.encodings_failed.value()},
       {"sessions_stalled", "Displays dropped since they took nothing for five seconds",
        from.sessions_stalled.value()},
       {"control_refusals", "Wishes to be in control that were not granted", from.control_refusals.value()},

@@ -14,6 +14,7 @@ struct ServerCounters {
   Counter sessions_closed;
   Counter connections_refused;  ///< beyond the limit
   Counter handshakes_failed;    ///< TLS that came to nothing
+  Counter encodings_failed;     ///< sessions closed since their picture could not be encoded
   Counter sessions_stalled;     ///< dropped since they took nothing for five seconds
   Counter control_refusals;     ///< wishes to be in control that were not granted
   Counter requests_refused;     ///< HTTP that was malformed, too long or for something that is not there

@@ -84,6 +84,10 @@ Result<void> StreamClient::open(const Config& config) {
   tcp::resolver resolver(loop_);
   const auto places = resolver.resolve(url->host, url->port, failure);
   if (failure) return broken("finding " + url->host, failure);
+  if (!config.token.empty() && !url->tls && !places.begin()->endpoint().address().is_loopback()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "a token would travel in the clear, expected https:// or a loopback address"};
+  }
   if (url->tls) {
     auto context = client_context(config);
     if (!context) return context.error();

@@ -84,11 +84,13 @@ void StreamSession::change_scene(const v1::SceneChange& change) {
   const std::uint64_t holder = context_.control.state().holder.session;
   const SceneField* refused = nullptr;
   Result<bool> applied = false;
-  if (auto may = context_.control.use(party(), visitor_->role, now_ms()); may) {
+  if (auto may = context_.control.may_change(party(), visitor_->role); may) {
     applied = context_.desk.apply(change.scene(), &refused);
   } else {
     applied = may.error();
   }
+  // What was refused takes no control.
+  if (applied) (void)context_.control.use(party(), visitor_->role, now_ms());
   if (applied) {
     context_.counters.scene_changes.add();
     *reply.mutable_in_force() = scene_state(context_.desk.in_force());
@@ -180,7 +182,7 @@ void StreamSession::change_control(const v1::ControlRequest& request) {
   }
   answer(message);
   if (request.wish() == v1::ControlRequest::KEEP && done) return;  // many, and nothing new
-  context_.audit.note(
+  context_.audit.note_refusal(  // also what is granted: it can be asked for as often
       *visitor_,
       {.what = "control", .session = id_, .result = done ? "done" : "refused: " + done.error().message},
       {{"wish", v1::ControlRequest::Wish_Name(request.wish())},
@@ -192,7 +194,14 @@ void StreamSession::change_stream(const v1::StreamRequest& request) {
   v1::ServerMessage message;
   v1::StreamReply& reply = *message.mutable_stream_reply();
   reply.set_request_id(request.request_id());
-  const auto settings = parse_stream_request(request, context_.facts.jpeg_quality);
+  auto settings = parse_stream_request(request, context_.facts.jpeg_quality);
+  const bool other = settings && *settings != settings_;
+  if (other && stream_changes_left_-- <= 0) {
+    settings = Error{ErrorCode::kUnavailable,
+                     "the stream was changed several times within a second, expected some patience"};
+  } else if (other) {
+    if (auto room = context_.hub.has_room(*settings); !room) settings = room.error();
+  }
   if (!settings) {
     context_.counters.messages_refused.add();
     reply.mutable_refused()->set_message(settings.error().message);
@@ -200,12 +209,11 @@ void StreamSession::change_stream(const v1::StreamRequest& request) {
   }
   *reply.mutable_in_force() = stream_message(*settings);
   answer(message);
+  if (!other) return;
   settings_ = *settings;
   skip_waiting();
-  needs_key_ = false;
-  if (auto begun = context_.hub.begin_anew(*this); !begun) {
-    close(websocket::close_code::internal_error, "the picture could not be encoded");
-  }
+  needs_key_ = settings_.codec == StreamSettings::Codec::kH264;
+  if (auto begun = context_.hub.begin_anew(*this); !begun) unserved();
 }
 
 void StreamSession::tell_depth(const v1::DepthRequest& request) {

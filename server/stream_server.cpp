@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -18,6 +20,22 @@ namespace fanlight {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
+
+namespace {
+
+/// How many connections the kernel's limit on descriptors leaves room for, which is raised as far as it may
+/// be: without one to spare, no file could be read again.
+std::size_t descriptors_for(std::size_t connections) {
+  constexpr rlim_t kOthers = 64;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return connections;
+  limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, connections + kOthers));
+  setrlimit(RLIMIT_NOFILE, &limit);
+  getrlimit(RLIMIT_NOFILE, &limit);
+  return limit.rlim_cur > kOthers ? limit.rlim_cur - kOthers : 1;
+}
+
+}  // namespace
 
 StreamServer::StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit,
                            AccessDesk access)
@@ -45,8 +63,10 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
   access_.audit_to(audit_);
 }
 
-Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& config,
+Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
                                                            const Dependencies& dependencies) {
+  Config config = wanted;
+  config.most_connections = std::min(config.most_connections, descriptors_for(config.most_connections));
   AuditLog audit;
   if (!config.audit_log.empty()) {
     auto opened = AuditLog::open(config.audit_log);
@@ -67,9 +87,10 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& config,
 }
 
 Result<void> StreamServer::read_certificates() {
-  certificates_written_ = newest_write(config_.tls);
+  const auto written = newest_write(config_.tls);
   auto context = make_tls_context(config_.tls);
   if (!context) return context.error();
+  certificates_written_ = written;
   tls_ = std::move(*context);
   return {};
 }
@@ -101,6 +122,9 @@ Result<void> StreamServer::run() {
   bell_rang();  // what was left before the watch began
   count_seconds();
   loop_.run();
+  if (audit_.lines() > 0)
+    spdlog::info("the audit log has {} lines, the newest with the hash {}", audit_.lines(),
+                 audit_.newest_hash());
   if (failure_) return *failure_;
   return {};
 }
@@ -150,7 +174,7 @@ void StreamServer::bell_rang() {
   if (const Error* broken = from_.failures.newest()) return fail(*broken);
   if (probe_.update()) probe_told();
   if (const Picture* picture = from_.pictures.newest()) {
-    if (auto shown = hub_.show(*picture); !shown) fail(shown.error());
+    hub_.show(*picture);
   }
 }
 
@@ -191,13 +215,12 @@ void StreamServer::second_passed() {
     }
   }
   if (!config_.tls.empty() && newest_write(config_.tls) != certificates_written_) {
+    // What cannot be read is tried again, and told of once.
     const auto read = read_certificates();
-    audit_.note({.name = "fanlight"},
-                {.what = "certificates_read", .result = read ? "done" : read.error().message});
-    if (read) {
-      spdlog::info("read the certificates again");
-    } else {
-      spdlog::error("the certificates stay as they were: {}", read.error().message);
+    const std::string result = read ? "done" : read.error().message;
+    if (std::exchange(certificates_result_, read ? "" : result) != result) {
+      audit_.note({.name = "fanlight"}, {.what = "certificates_read", .result = result});
+      spdlog::info("the certificates were read again: {}", result);
     }
   }
   if (control_.lapse(now_ns() / 1'000'000)) {
@@ -205,12 +228,21 @@ void StreamServer::second_passed() {
                 {{"in_control", control_.state().holder.session}});
     tell_of_control(context_);
   }
+  audit_.second_passed();
   // Some of them may leave.
+  for (const auto& session : all_sessions()) session->second_passed();
+}
+
+std::vector<std::shared_ptr<StreamSession>> StreamServer::all_sessions() const {
   std::vector<std::shared_ptr<StreamSession>> sessions;
-  for (const auto* some : {&hub_.sessions(), &std::as_const(strangers_)}) {
+  for (const auto* some : {&hub_.sessions(), &strangers_}) {
     for (StreamSession* session : *some) sessions.push_back(session->shared_from_this());
   }
-  for (const auto& session : sessions) session->second_passed();
+  return sessions;
+}
+
+StreamServer::~StreamServer() {
+  for (const auto& session : all_sessions()) session->abandon();
 }
 
 void tell_of_scene(const StreamContext& context, std::uint64_t but_session) {

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "proto/doorbell.hpp"
 #include "proto/mailbox.hpp"
@@ -51,6 +52,8 @@ class StreamServer {
   /// of the files in the configuration.
   static Result<std::unique_ptr<StreamServer>> create(const Config& config, const Dependencies& dependencies);
 
+  ~StreamServer();
+
   /// Where it listens, with the port that was chosen.
   boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
 
@@ -70,6 +73,7 @@ class StreamServer {
   void bell_rang();
   void count_seconds();
   void second_passed();
+  std::vector<std::shared_ptr<StreamSession>> all_sessions() const;
   void probe_told();
   void fail(const Error& error);
 
@@ -88,6 +92,7 @@ class StreamServer {
   StreamContext context_;
   std::shared_ptr<boost::asio::ssl::context> tls_;  // null: none
   std::filesystem::file_time_type certificates_written_{};
+  std::string certificates_result_;  // the last trouble with them that was told
   std::size_t connections_ = 0;
   boost::asio::io_context loop_{1};
   boost::asio::ip::tcp::acceptor acceptor_{loop_};

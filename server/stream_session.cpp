@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <nlohmann/json.hpp>
 
@@ -25,6 +26,11 @@ constexpr std::size_t kLargestReadBytes = 1 << 20;
 constexpr std::size_t kMostAnswers = 16;
 // A dragged light comes with every picture of a fast screen; more is read in the next second.
 constexpr int kMostMessagesASecond = 500;
+constexpr std::size_t kMostBytesASecond = 256 << 10;
+// Each may have a picture encoded anew.
+constexpr int kMostStreamChangesASecond = 3;
+// Who has shown no token yet has a login to say, and nothing else.
+constexpr std::size_t kLargestStrangersMessageBytes = 4 << 10;
 constexpr int kSecondsForALogin = 10;
 constexpr int kSecondsWithoutProgress = 5;
 
@@ -42,6 +48,8 @@ StreamSession::StreamSession(Connection connection, ConnectionPlace place, const
       context_(context),
       address_(std::move(address)),
       readings_left_(kMostMessagesASecond),
+      bytes_left_(kMostBytesASecond),
+      stream_changes_left_(kMostStreamChangesASecond),
       settings_{.quality = context.facts.jpeg_quality} {}
 
 StreamSession::~StreamSession() {
@@ -62,7 +70,7 @@ void StreamSession::start(const beast::http::request<beast::http::string_body>& 
           response.set(beast::http::field::sec_websocket_protocol, protocol);
         }));
   }
-  socket_.read_message_max(kLargestReadBytes);
+  socket_.read_message_max(kLargestStrangersMessageBytes);
   socket_.binary(true);
   socket_.auto_fragment(false);
   socket_.async_accept(request, [self = shared_from_this()](beast::error_code failure) {
@@ -72,6 +80,7 @@ void StreamSession::start(const beast::http::request<beast::http::string_body>& 
 
 void StreamSession::accepted() {
   connected_ = true;
+  self_ = shared_from_this();
   context_.strangers.insert(this);
   if (visitor_) {
     enter(*visitor_, "");
@@ -89,18 +98,26 @@ void StreamSession::enter(Visitor visitor, const std::string& name) {
   visitor_ = std::move(visitor);
   name_ = name.empty() ? visitor_->name : name;
   context_.strangers.erase(this);
+  socket_.read_message_max(kLargestReadBytes);
   open_ = true;
   context_.counters.sessions_opened.add();
   audit("session_opened", "done");
   answers_.push_back(hello());
   probe_due_ = context_.probe.status().state != ProbeStatus::State::kAbsent;
-  if (auto added = context_.hub.add(*this); !added) {
-    close(websocket::close_code::internal_error, "the picture could not be encoded");
-  }
+  if (auto added = context_.hub.add(*this); !added) unserved();
+}
+
+void StreamSession::unserved() {
+  context_.counters.encodings_failed.add();
+  close(websocket::close_code::internal_error, "the picture could not be encoded");
 }
 
 void StreamSession::leave() {
+  const auto self = std::move(self_);  // may be the last that keeps it
   connected_ = false;
+  // What is still under way to a peer that has gone, or that does not read, would keep the connection for
+  // ever.
+  if (self != nullptr) beast::get_lowest_layer(socket_).close();
   context_.strangers.erase(this);
   if (!open_) return;
   open_ = false;
@@ -157,6 +174,9 @@ void StreamSession::probe_changed() {
 void StreamSession::second_passed() {
   ++seconds_;
   readings_left_ = kMostMessagesASecond;
+  bytes_left_ = kMostBytesASecond;
+  stream_changes_left_ = kMostStreamChangesASecond;
+  if (closing_ && ++seconds_closing_ >= kSecondsWithoutProgress) return cut("it was told to go and did not");
   audit_changes();
   const int stalled = stall_.seconds_stalled(beast::get_lowest_layer(socket_).socket().native_handle(),
                                              under_way_ != nullptr);
@@ -182,11 +202,11 @@ void StreamSession::cut(const char* why) {
   // A close frame would wait behind the picture that is not taken.
   if (!closing_) closing_.emplace(websocket::close_code::going_away, why);
   leave();
-  beast::get_lowest_layer(socket_).close();
 }
 
 void StreamSession::read() {
-  if (!connected_ || reading_ || closing_ || answers_.size() >= kMostAnswers || readings_left_ <= 0) return;
+  if (!connected_ || reading_ || closing_ || answers_.size() >= kMostAnswers) return;
+  if (readings_left_ <= 0 || bytes_left_ == 0) return;  // till the next second
   reading_ = true;
   --readings_left_;
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code failure, std::size_t bytes) {
@@ -201,6 +221,7 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
     leave();
     return;
   }
+  bytes_left_ -= std::min(bytes_left_, bytes);
   v1::ClientMessage message;
   const auto data = incoming_.cdata();
   if (bytes > kLargestMessageBytes) {
@@ -231,7 +252,9 @@ void StreamSession::answer(const v1::ServerMessage& message) {
 }
 
 void StreamSession::audit(const char* what, const std::string& result) {
-  context_.audit.note(*visitor_, {.what = what, .session = id_, .result = result});
+  const AuditLog::Event event{.what = what, .session = id_, .result = result};
+  if (result.starts_with("refused")) return context_.audit.note_refusal(*visitor_, event);
+  context_.audit.note(*visitor_, event);
 }
 
 void StreamSession::audit_changes() {
@@ -271,9 +294,7 @@ void StreamSession::pump() {
     send_picture();
   } else if (open_ && needs_key_) {
     // Nothing newer may come for long, and the display is behind.
-    if (auto begun = context_.hub.begin_anew(*this); !begun) {
-      close(websocket::close_code::internal_error, "the picture could not be encoded");
-    }
+    if (auto begun = context_.hub.begin_anew(*this); !begun) unserved();
   }
 }
 

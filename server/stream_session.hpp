@@ -53,6 +53,12 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   /// A second has passed: sends the statistics, and looks after what has taken too long.
   void second_passed();
 
+  /// Its picture could not be encoded.
+  void unserved();
+
+  /// The server ends.
+  void abandon() { leave(); }
+
   /// Sends a close frame with this reason, at most 123 bytes, after the write under way.
   void close(boost::beast::websocket::close_code code, const std::string& reason);
 
@@ -86,6 +92,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   SharedMessage statistics() const;
   v1::ControlState control_state() const;
 
+  std::shared_ptr<StreamSession> self_;  // while connected: it may have nothing pending, and still be there
   std::uint64_t id_;
   ConnectionPlace place_;
   boost::beast::websocket::stream<Connection> socket_;
@@ -97,7 +104,9 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   StallWatch stall_;
   boost::beast::flat_buffer incoming_;
   std::deque<SharedMessage> answers_;  // bounded: nothing more is read while it is full
-  int readings_left_;                  // of this second
+  int readings_left_;                  // of this second, as are the next two
+  std::size_t bytes_left_;
+  int stream_changes_left_;
   StreamSettings settings_;
   PictureOffer waiting_;
   SharedMessage under_way_;
@@ -124,6 +133,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   bool open_ = false;       // and in the hub
   std::optional<boost::beast::websocket::close_reason> closing_;
   bool close_sent_ = false;
+  int seconds_closing_ = 0;
   std::uint64_t pictures_offered_ = 0;
   std::uint64_t pictures_sent_ = 0;
   std::uint64_t pictures_skipped_ = 0;

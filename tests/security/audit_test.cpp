@@ -85,6 +85,21 @@ TEST(AuditLog, CountsWhatADiskHasNoRoomFor) {
   EXPECT_EQ(log->lines_lost(), 1U);
 }
 
+TEST(AuditLog, IsNotFloodedByWhatAnybodyMayCause) {
+  const TemporaryFolder folder;
+  AuditLog log = AuditLog::open(folder / "log").value();
+  for (int refusal = 0; refusal < 10'000; ++refusal)
+    log.note_refusal(kSomebody, {.what = "login", .result = "refused"});
+  EXPECT_LE(log.lines(), 20U);
+  log.note(kSomebody, {.what = "scene_change", .result = "done"});
+  log.second_passed();
+  log.note_refusal(kSomebody, {.what = "login", .result = "refused"});
+  const auto lines = lines_of(folder / "log");
+  ASSERT_EQ(lines.size(), 23U);
+  EXPECT_EQ(nlohmann::json::parse(lines[21])["details"]["unlisted"], 9980);
+  EXPECT_TRUE(verify_audit_log(folder / "log"));
+}
+
 TEST(AuditLog, KeepsNothingWhereNobodyAskedForOne) {
   AuditLog none;
   none.note(kSomebody, {.what = "login", .result = "done"});

@@ -132,11 +132,10 @@ TEST(Roles, WrongTokensAreRefusedAuditedAndMadeToWait) {
   const auto wrong = StreamClient::connect(display);
   ASSERT_FALSE(wrong);
   EXPECT_NE(wrong.error().message.find("expected one that is known"), std::string::npos);
-  const auto soon = StreamClient::connect(guarded.display(Role::kViewer));
-  ASSERT_FALSE(soon) << "also the right one must wait";
+  const auto soon = StreamClient::connect(display);
+  ASSERT_FALSE(soon);
   EXPECT_NE(soon.error().message.find("expected the next one in"), std::string::npos);
-  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
-  EXPECT_TRUE(StreamClient::connect(guarded.display(Role::kViewer)));
+  EXPECT_TRUE(StreamClient::connect(guarded.display(Role::kViewer))) << "others may share the address";
   const auto lines = guarded.audited("login");
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_EQ(std::string(lines[0]["result"]).find(display.token), std::string::npos);

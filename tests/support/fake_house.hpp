@@ -1,5 +1,9 @@
 #pragma once
 
+#include <pthread.h>
+
+#include <cmath>
+#include <ctime>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -65,6 +69,48 @@ class FakeHouse {
     });
   }
 
+  /// Shows a picture with depths, `at(column, row)` mm, seen along y, half a millimetre a pixel from (5, 6)
+  /// on.
+  template <typename At>
+  void show_depths(std::uint64_t picture_id, At at) {
+    std::vector<float>& depth_mm = pictures_.draft().depth_mm;
+    depth_mm.clear();
+    for (std::uint32_t row = 0; row < kHeight; ++row) {
+      for (std::uint32_t column = 0; column < kWidth; ++column) depth_mm.push_back(at(column, row));
+    }
+    show({.picture_id = picture_id,
+          .view = {.right = {1, 0, 0},
+                   .down = {0, 0, -1},
+                   .forward = {0, 1, 0},
+                   .mm_per_pixel = 0.5,
+                   .middle_column = 5,
+                   .middle_row = 6}},
+         128);
+  }
+
+  /// Shows a shaded dome of 512 x 512 with a grain that differs from picture to picture: about what a surface
+  /// is to a codec.
+  void show_surface(std::uint64_t picture_id) {
+    constexpr std::uint32_t kSide = 512;
+    show({.picture_id = picture_id}, kSide, kSide, [picture_id](std::size_t at) {
+      const double x = (static_cast<double>(at / 4 % kSide) - 256) / 200;
+      const double y = (static_cast<double>(at / 4 / kSide) - 256) / 200;
+      const double height = 1 - x * x - y * y;
+      if (height <= 0) return std::uint8_t{0};
+      const double grain = 12 * std::sin(40 * x + 0.3 * static_cast<double>(picture_id)) * std::sin(40 * y);
+      return static_cast<std::uint8_t>(40 + 180 * std::sqrt(height) + grain);
+    });
+  }
+
+  /// Processor time of the server's thread so far.
+  double server_processor_s() {
+    clockid_t clock{};
+    timespec time{};
+    if (pthread_getcpuclockid(thread_.native_handle(), &clock) != 0 || clock_gettime(clock, &time) != 0)
+      return 0;
+    return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) / 1e9;
+  }
+
   /// The newest scene that came out, waiting for it.
   NumberedScene next_scene() {
     for (;;) {
@@ -93,11 +139,11 @@ class FakeHouse {
     Picture& picture = pictures_.draft();
     picture.stamp = stamp;
     picture.stamp.scene_revision = 1;
-    picture.stamp.finished_time_ns = now_ns();
     picture.width = width;
     picture.height = height;
     picture.rgba.resize(std::size_t{4} * width * height);
     for (std::size_t at = 0; at < picture.rgba.size(); ++at) picture.rgba[at] = value(at);
+    picture.stamp.finished_time_ns = now_ns();
     pictures_.publish();
   }
 

@@ -1,0 +1,128 @@
+// 100 000 messages that are nearly right, storms of connections, and connections that are left half open: the
+// server goes on serving, and counts what it refused.
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+#include "tests/support/fake_house.hpp"
+#include "tests/support/stream_client.hpp"
+
+namespace fanlight::test {
+namespace {
+
+using Body = v1::ServerMessage;
+
+/// Numerical Recipes' quick generator: the same messages in every run.
+class Dice {
+ public:
+  explicit Dice(std::uint32_t seed) : state_(seed) {}
+  std::uint32_t below(std::uint32_t most) {
+    state_ = 1'664'525 * state_ + 1'013'904'223;
+    return static_cast<std::uint32_t>((std::uint64_t{state_} * most) >> 32);
+  }
+
+ private:
+  std::uint32_t state_;
+};
+
+std::vector<std::string> seeds() {
+  std::vector<v1::ClientMessage> messages(7);
+  messages[0].mutable_scene_change()->mutable_scene()->mutable_light()->set_up_mm(3);
+  messages[0].mutable_scene_change()->mutable_scene()->mutable_transfer()->set_points("7 #102030 0.25");
+  messages[1].mutable_clock_request()->set_client_time_ms(5);
+  messages[2].mutable_probe_change()->mutable_settings()->set_sweep_deg(40);
+  messages[3].mutable_login()->set_token("fl_12345678_");
+  messages[4].mutable_control()->set_wish(v1::ControlRequest::GRANT);
+  messages[4].mutable_control()->set_to_session(2);
+  messages[5].mutable_stream()->set_codec(v1::StreamRequest::H264);
+  messages[5].mutable_stream()->set_width(64);
+  messages[6].mutable_depth()->add_pixels()->set_column(7);
+  std::vector<std::string> bytes;
+  for (const v1::ClientMessage& message : messages) bytes.push_back(message.SerializeAsString());
+  return bytes;
+}
+
+std::string mutated(std::string bytes, Dice& dice) {
+  for (std::uint32_t change = 0; change <= dice.below(4); ++change) {
+    const auto at = dice.below(static_cast<std::uint32_t>(bytes.size()));
+    switch (dice.below(4)) {
+      case 0:
+        bytes[at] = static_cast<char>(dice.below(256));
+        break;
+      case 1:
+        bytes.insert(at, 1 + dice.below(8), static_cast<char>(dice.below(256)));
+        break;
+      case 2:
+        if (bytes.size() > 1) bytes.erase(at, 1);
+        break;
+      default:
+        bytes[at] = static_cast<char>(bytes[at] ^ (1 << dice.below(8)));
+    }
+  }
+  return bytes;
+}
+
+TEST(Mutated, MessagesLeaveTheServerServing) {
+  constexpr int kClients = 50;
+  constexpr int kMessagesEach = 2000;
+  FakeHouse house;
+  house.show(1, 128);
+  const auto all = seeds();
+  std::vector<std::jthread> clients;
+  std::atomic<int> cut = 0;
+  for (int number = 0; number < kClients; ++number) {
+    clients.emplace_back([&, number] {
+      StreamClient client(house.endpoint());
+      Dice dice(static_cast<std::uint32_t>(number));
+      // What comes back is read by another, or the server would stop reading what we say.
+      std::jthread reader([&] {
+        try {
+          for (;;) client.next();
+        } catch (const std::exception&) {
+        }
+      });
+      try {
+        for (int message = 0; message < kMessagesEach; ++message)
+          client.send_bytes(mutated(all[dice.below(static_cast<std::uint32_t>(all.size()))], dice));
+      } catch (const boost::system::system_error&) {
+        ++cut;
+      }
+      boost::system::error_code ignored;
+      client.socket().next_layer().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+    });
+  }
+  clients.clear();
+  EXPECT_EQ(cut, 0) << "a message that cannot be read is no reason to end a session";
+  EXPECT_GT(house.counters().messages_refused.value(), 10'000U);
+  StreamClient after(house.endpoint());
+  after.next(Body::kHello);
+  house.show(2, 60);
+  while (after.next(Body::kPicture).picture().picture_id() != 2) {
+  }
+}
+
+TEST(Mutated, StormsAndHalfOpenConnectionsLeaveTheServerServing) {
+  FakeHouse house(2000);
+  boost::asio::io_context loop;
+  std::vector<boost::asio::ip::tcp::socket> half_open;
+  for (int connection = 0; connection < 600; ++connection) {
+    boost::asio::ip::tcp::socket socket(loop);
+    socket.connect(house.endpoint());
+    const std::string begun = "GET /stream HTTP/1.1\r\nHost: localhost\r\n";
+    if (connection % 3 > 0)
+      boost::asio::write(socket, boost::asio::buffer(begun.substr(0, 10U * (connection % 5))));
+    if (connection % 2 == 0) {
+      socket.set_option(boost::asio::socket_base::linger(true, 0));  // a reset
+    } else if (half_open.size() < 200) {
+      half_open.push_back(std::move(socket));
+    }
+  }
+  StreamClient client(house.endpoint());
+  client.next(Body::kHello);
+  house.show(3, 70);
+  EXPECT_EQ(client.next(Body::kPicture).picture().picture_id(), 3U);
+}
+
+}  // namespace
+}  // namespace fanlight::test
