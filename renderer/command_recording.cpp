@@ -50,7 +50,8 @@ void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stage, VkAcces
 
 void pass_barrier(VkCommandBuffer commands) {
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
 }
 
 void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuImage& to,

@@ -288,9 +288,7 @@ void FrameStore::record_copies(VkCommandBuffer commands, const Passes& passes, P
   }
   pass_barrier(commands);
   run(Shader::kBounds, blocks_across, blocks_down);
-  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
-          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+  pass_barrier(commands);
 }
 
 }  // namespace fanlight
