@@ -55,7 +55,6 @@ class Credentials {
   bool holds(const std::string& proof, Role role, std::int64_t now_s) const;
 
   const std::vector<Entry>& tokens() const { return tokens_; }
-  bool empty() const { return tokens_.empty() && certificates_.empty(); }
 
  private:
   std::vector<Entry> tokens_;

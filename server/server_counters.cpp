@@ -105,6 +105,8 @@ void add_server(std::vector<NamedCount>& to, const ServerCounters& from) {
        from.encodings_failed.value()},
       {"sessions_stalled", "Displays dropped since they took nothing for five seconds",
        from.sessions_stalled.value()},
+      {"audit_lines_lost", "Lines of the audit log that the disk had no room for",
+       from.audit_lines_lost.value()},
       {"control_refusals", "Wishes to be in control that were not granted", from.control_refusals.value()},
       {"requests_refused", "HTTP requests that were refused", from.requests_refused.value()},
       {"messages_refused", "WebSocket messages that were refused", from.messages_refused.value()},

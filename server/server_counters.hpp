@@ -12,13 +12,14 @@ namespace fanlight {
 struct ServerCounters {
   Counter sessions_opened;
   Counter sessions_closed;
-  Counter connections_refused;  ///< beyond the limit
-  Counter handshakes_failed;    ///< TLS that came to nothing
-  Counter encodings_failed;     ///< sessions closed since their picture could not be encoded
-  Counter sessions_stalled;     ///< dropped since they took nothing for five seconds
-  Counter control_refusals;     ///< wishes to be in control that were not granted
-  Counter requests_refused;     ///< HTTP that was malformed, too long or for something that is not there
-  Counter messages_refused;     ///< malformed, oversized or unexpected WebSocket messages
+  Counter connections_refused;            ///< beyond the limit
+  Counter handshakes_failed;              ///< TLS that came to nothing
+  Counter encodings_failed;               ///< sessions closed since their picture could not be encoded
+  Counter sessions_stalled;               ///< dropped since they took nothing for five seconds
+  Gauge<std::uint64_t> audit_lines_lost;  ///< that the disk had no room for
+  Counter control_refusals;               ///< wishes to be in control that were not granted
+  Counter requests_refused;  ///< HTTP that was malformed, too long or for something that is not there
+  Counter messages_refused;  ///< malformed, oversized or unexpected WebSocket messages
   Counter scene_changes;
   Counter scene_refusals;  ///< changes with a value that is not allowed
   Counter probe_changes;

@@ -148,7 +148,6 @@ Result<void> StreamClient::greet(const Config& config) {
 }
 
 Result<v1::ServerMessage> StreamClient::next() {
-  if (stopped_) return Error{ErrorCode::kStopped, "stopped"};
   beast::flat_buffer incoming;
   boost::system::error_code failure;
   std::string reason;
@@ -161,7 +160,6 @@ Result<v1::ServerMessage> StreamClient::next() {
   } else {
     read(std::get<Plain>(socket_));
   }
-  if (stopped_) return Error{ErrorCode::kStopped, "stopped"};
   if (failure == websocket::error::closed || (failure && !reason.empty())) {
     return Error{ErrorCode::kStopped,
                  fmt::format("the server closed{}{}", reason.empty() ? "" : ": ", reason)};

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
@@ -38,9 +37,6 @@ class StreamClient {
   Result<v1::ServerMessage> next();
   Result<void> send(const v1::ClientMessage& message);
 
-  /// From any thread, or a signal handler: next() returns kStopped with its next message.
-  void stop() { stopped_ = true; }
-
  private:
   using Plain = boost::beast::websocket::stream<boost::beast::tcp_stream>;
   using Tls = boost::beast::websocket::stream<boost::beast::ssl_stream<boost::beast::tcp_stream>>;
@@ -53,7 +49,6 @@ class StreamClient {
   std::unique_ptr<boost::asio::ssl::context> context_;
   std::variant<std::monostate, Plain, Tls> socket_;
   v1::Hello hello_;
-  std::atomic<bool> stopped_ = false;
 };
 
 }  // namespace fanlight

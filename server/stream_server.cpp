@@ -1,6 +1,7 @@
 #include "server/stream_server.hpp"
 
 #include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -61,6 +62,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                strangers_,
                sessions_so_far_} {
   access_.audit_to(audit_);
+  // What a display says wrongly is answered and counted here; the library would write a line for each.
+  google::protobuf::SetLogHandler(nullptr);
 }
 
 Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
@@ -229,6 +232,7 @@ void StreamServer::second_passed() {
     tell_of_control(context_);
   }
   audit_.second_passed();
+  from_.counters.audit_lines_lost.set(audit_.lines_lost());
   // Some of them may leave.
   for (const auto& session : all_sessions()) session->second_passed();
 }

@@ -148,6 +148,39 @@ TEST(Codec, ScalesToWhatFits) {
   EXPECT_NEAR(half.rgba[4 * (100 * 320 + 50)], rgba[4 * (200 * 640 + 100)], 4);
 }
 
+TEST(Codec, WhateverMayBeAskedForCanBeEncoded) {
+  struct Size {
+    std::uint32_t width;
+    std::uint32_t height;
+  };
+  for (const Size size : {Size{1, 1}, Size{16, 900}, Size{641, 479}}) {
+    const Bytes rgba = waves(size.width, size.height, 0);
+    const Pixels pixels{.width = size.width, .height = size.height, .rgba = rgba};
+    for (const std::uint32_t side : {0U, 16U, 17U, 4096U}) {
+      for (const int kbps : {50, 4000, 200'000}) {
+        for (const double rate_hz : {0.1, 0.0, 240.0}) {
+          for (const auto codec :
+               {StreamSettings::Codec::kJpeg, StreamSettings::Codec::kPng, StreamSettings::Codec::kH264}) {
+            const StreamSettings settings{.codec = codec,
+                                          .bit_rate_kbps = kbps,
+                                          .most_width = side,
+                                          .most_height = side,
+                                          .rate_hz = rate_hz};
+            auto coder = make_coder(settings);
+            ASSERT_TRUE(coder);
+            PictureScaler scaler;
+            for (int picture = 0; picture < 3; ++picture) {
+              const auto code = (*coder)->encode(scaler.fitted(pixels, settings), false);
+              EXPECT_TRUE(code) << code.error().message << ", asked for " << side << " pixels, " << kbps
+                                << " kbit/s, " << rate_hz << " Hz of " << size.width << " x " << size.height;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(StreamSettings, AreCheckedAndFilledIn) {
   const auto parsed = [](auto set) {
     v1::StreamRequest request;
