@@ -273,15 +273,15 @@ bool Renderer::collect(Picture& picture) {
     shown_ = index;
     shown_volume_id_ = flight.stamp.volume.volume_id;
     flight.stamp.picture_id = ++pictures_;
-    flight.stamp.stage_ms = flight.slot.stage_ms(gpu_);
+    flight.stamp.stage_ms = flight.slot.view().stage_ms(gpu_);
     flight.stamp.finished_time_ns = now_ns();
     counters_.pictures_finished.add();
     picture.stamp = flight.stamp;
     picture.width = config_.size.width;
     picture.height = config_.size.height;
-    const auto rgba = flight.slot.picture();
+    const auto rgba = flight.slot.view().picture();
     picture.rgba.assign(rgba.begin(), rgba.end());
-    const auto depth_mm = flight.slot.depth_mm();
+    const auto depth_mm = flight.slot.view().depth_mm();
     picture.depth_mm.assign(depth_mm.begin(), depth_mm.end());
     if (first) counters_.volumes_rendered.add();
     return true;
@@ -302,11 +302,12 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
   const Flight* first = nullptr;
   for (const auto& flight : flights_) {
     if (flight->slot.outstanding(gpu_) == 0) continue;
-    if (first == nullptr || flight->slot.submitted_ns() < first->slot.submitted_ns()) first = flight.get();
+    if (first == nullptr || flight->slot.view().submitted_ns() < first->slot.view().submitted_ns())
+      first = flight.get();
   }
   if (first == nullptr) return {};
-  const VkSemaphore timeline = first->slot.timeline();
-  const std::uint64_t value = first->slot.submissions();
+  const VkSemaphore timeline = first->slot.view().timeline();
+  const std::uint64_t value = first->slot.view().submissions();
   const VkSemaphoreWaitInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
                                  .semaphoreCount = 1,
                                  .pSemaphores = &timeline,
@@ -317,7 +318,7 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
 }
 
 Result<DepthMaps> Renderer::read_depth() {
-  return flights_[shown_]->slot.read_depth(gpu_);
+  return flights_[shown_]->slot.view().read_depth(gpu_);
 }
 
 }  // namespace fanlight

@@ -76,7 +76,9 @@ class Renderer {
 
   /// When each stage of the picture collected last ran. Precondition: its slot has not taken another volume
   /// since. For benchmarks.
-  std::array<StageSpan, kStages> stage_spans() const { return flights_[shown_]->slot.stage_spans(gpu_); }
+  std::array<StageSpan, kStages> stage_spans() const {
+    return flights_[shown_]->slot.view().stage_spans(gpu_);
+  }
 
   /// Whether anything is under way on the GPU.
   bool busy() const;

@@ -16,7 +16,7 @@ constexpr std::uint32_t kTile = 8;  // pixels along a side of a group's tile
 
 }  // namespace
 
-Result<SlotMemory> SlotMemory::create(const Gpu& gpu, PictureSize size, std::uint64_t angle_table_bytes) {
+Result<SlotMemory> SlotMemory::create(const Gpu& gpu, PictureSize size) {
   SlotMemory made;
   const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
   const std::uint64_t tiles = std::uint64_t{groups(size.width, kTile)} * groups(size.height, kTile);
@@ -37,7 +37,6 @@ Result<SlotMemory> SlotMemory::create(const Gpu& gpu, PictureSize size, std::uin
        BufferPlace::kToGpu},
       {&made.light_parameters, sizeof(shaders::LightParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
        BufferPlace::kToGpu},
-      {&made.staged_angles, angle_table_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
       {&made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu},
       {&made.depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {&made.confidence, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
@@ -69,11 +68,6 @@ Result<SlotMemory> SlotMemory::create(const Gpu& gpu, PictureSize size, std::uin
     *wanted.buffer = std::move(*buffer);
   }
 
-  auto angles = GpuBuffer::create(gpu, angle_table_bytes,
-                                  VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                                  BufferPlace::kDevice, VK_FORMAT_R32_SFLOAT);
-  if (!angles) return angles.error();
-  made.angles = std::move(*angles);
   auto nothing =
       GpuBuffer::create(gpu, sizeof(std::uint32_t),
                         VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
@@ -89,16 +83,12 @@ Result<SlotMemory> SlotMemory::create(const Gpu& gpu, PictureSize size, std::uin
 
 void SlotMemory::write_to(const Gpu& gpu, DescriptorSets& descriptors) const {
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
-      {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters},
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters},
-      {FANLIGHT_BINDING_DEPTH, &depth},
       {FANLIGHT_BINDING_CONFIDENCE, &confidence},
       {FANLIGHT_BINDING_SEGMENTS, &segments},
       {FANLIGHT_BINDING_OLD_SEGMENTS, &old_segments},
       {FANLIGHT_BINDING_REACHED, &reached},
       {FANLIGHT_BINDING_TILE_LIST, &tile_list},
-      {FANLIGHT_BINDING_ANGLE_TABLE, &angles},
-      {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour},
       {FANLIGHT_BINDING_PREVIOUS, &steady},
       {FANLIGHT_BINDING_STEADY, &steady},
       // Without islands, the depth map stands where the filtered one will.
@@ -115,6 +105,13 @@ void SlotMemory::write_to(const Gpu& gpu, DescriptorSets& descriptors) const {
       {FANLIGHT_BINDING_FINISHED, &finished}};
   for (const auto& [binding, buffer] : buffers) descriptors.write(gpu, binding, *buffer);
   descriptors.write(gpu, FANLIGHT_BINDING_TRANSFER, transfer);
+  write_cast_to(gpu, descriptors);
+}
+
+void SlotMemory::write_cast_to(const Gpu& gpu, DescriptorSets& descriptors) const {
+  descriptors.write(gpu, FANLIGHT_BINDING_CAST_PARAMETERS, cast_parameters);
+  descriptors.write(gpu, FANLIGHT_BINDING_DEPTH, depth);
+  descriptors.write(gpu, FANLIGHT_BINDING_VOLUME_COLOUR, volume_colour);
 }
 
 }  // namespace fanlight

@@ -9,24 +9,25 @@
 
 namespace fanlight {
 
-/// The memory of a render slot, but for its frames: parameters and tables, and the maps that each pass leaves
+/// The memory of a view: parameters and tables, and the maps that each pass leaves
 /// for the next, all of the picture's size. Maps: height x width, top row first; tiles of 8 x 8 pixels along
 /// the rows of tiles.
 struct SlotMemory {
   /// Error: memory that the GPU refuses.
-  static Result<SlotMemory> create(const Gpu& gpu, PictureSize size, std::uint64_t angle_table_bytes);
+  static Result<SlotMemory> create(const Gpu& gpu, PictureSize size);
 
-  /// Names all of it in the sets; a slot that follows another writes FANLIGHT_BINDING_PREVIOUS anew.
+  /// Names all of it in the sets; a view that follows another writes FANLIGHT_BINDING_PREVIOUS anew.
   void write_to(const Gpu& gpu, DescriptorSets& descriptors) const;
+
+  /// Of it, what passes 2 and 3 take from pass 1.
+  void write_cast_to(const Gpu& gpu, DescriptorSets& descriptors) const;
 
   // Written by the host.
   GpuBuffer cast_parameters;
   GpuBuffer light_parameters;
-  GpuBuffer staged_angles;
   GpuBuffer staged_transfer;
   // Tables.
   GpuBuffer nothing;  ///< stands where a frame store has no buffer
-  GpuBuffer angles;
   GpuImage transfer;
   // Pass 1: mm, contrast over noise, RGBA.
   GpuBuffer depth;
