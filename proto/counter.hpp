@@ -166,6 +166,13 @@ struct RenderCounters {
   Counter pictures_finished;
   Counter pictures_outdated;  ///< done after a picture of a newer volume, and so not shown
   Counter pictures_replaced;  ///< replaced unread in the picture mailbox by a newer one
+
+  // Of private views; none of the above counts them.
+  Counter private_casts;
+  Counter private_casts_given_up;  ///< since the main view took their frames, or nobody wanted them any more
+  Counter private_pictures;
+  /// Of the last second or two, the share of time in which the main view had work under way.
+  Gauge<double> main_busy_share;
 };
 
 }  // namespace fanlight

@@ -52,7 +52,8 @@ struct PictureView {
 
 /// Identity and time of one picture.
 struct PictureStamp {
-  std::uint64_t picture_id = 0;      ///< counts the pictures of a renderer from 1
+  std::uint64_t view_id = 0;         ///< 0: the main view; else PrivateView::view_id
+  std::uint64_t picture_id = 0;      ///< counts the pictures of a view from 1
   std::uint64_t scene_revision = 0;  ///< of the scene that it shows
   std::uint64_t pass1_runs = 0;      ///< of the renderer when this picture was submitted
   std::uint64_t pass2_runs = 0;

@@ -51,6 +51,7 @@ Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
   if (!frames_.suits(volume)) {
     if (auto made = replace_frames(gpu, volume); !made) return made;
   }
+  ++frames_turn_;
   frames_.load(volume);
   geometry_ = volume.geometry();
   angles_rad_.clear();
@@ -71,6 +72,7 @@ void RenderSlot::place_angles() {
 void RenderSlot::stage(const FanGeometry& geometry, std::uint32_t place, std::uint32_t frames,
                        std::uint64_t arrival, std::span<const std::uint8_t> pixels) {
   if (!frames_.suits(geometry) || std::max(place + 1, frames) > frames_.frame_capacity()) return;
+  ++frames_turn_;
   frames_.stage(place, frames, arrival, pixels);
   frames_gone_ = true;
 }
@@ -94,6 +96,7 @@ Result<void> RenderSlot::begin_cast(const Gpu& gpu, Passes& passes, const Scene&
 Result<void> RenderSlot::begin_frames(const Gpu& gpu, Passes& passes, const Scene::Speckle& options) {
   if (auto begun = frames_.begin(gpu, passes, options); !begun) return begun;
   if (frames_.bindings_changed()) view_.see(gpu, seen());
+  if (!frames_.done()) ++frames_turn_;
   return {};
 }
 

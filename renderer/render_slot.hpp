@@ -113,8 +113,15 @@ class RenderSlot {
             .table = table_,
             .geometry = geometry_,
             .extent = extent_,
-            .frames_gone = frames_gone_};
+            .frames_gone = frames_gone_,
+            .timeline = view_.timeline(),
+            .submissions = view_.submissions()};
   }
+
+  /// Whether the frames are those of the main view's cast, where rays sample them; and a number that is
+  /// another one when they have changed.
+  bool frames_ready() const { return loaded() && frames_.done() && !changed(); }
+  std::uint64_t frames_turn() const { return frames_turn_; }
 
   /// Whether the cast under way leaves out the speckle filter asked for; see FrameStore::begin.
   bool filter_left_out() const { return frames_.filter_left_out(); }
@@ -143,6 +150,7 @@ class RenderSlot {
   VolumeStamp volume_;
   VolumeExtent extent_;
   bool frames_gone_ = false;  // others were staged since the cast
+  std::uint64_t frames_turn_ = 0;
   FrameStore frames_;
   AngleBuffer angles_;
   VolumeView view_;  // last: it names the others' memory

@@ -21,6 +21,7 @@ bool RenderSlot::replace(const FedFrame& frame, std::uint32_t place, double angl
   if (!in_order) return false;
   frames_.stage(place, static_cast<std::uint32_t>(angles_rad_.size()), frame.stamp.arrival, frame.pixels);
   change(place);
+  ++frames_turn_;
   if (angles_rad_[place] != angle_rad) {
     // At the border of the fan the angle decides how far every ray goes.
     changed_beyond_ |= place == 0 || place + 1 == angles_rad_.size();

@@ -12,6 +12,8 @@ namespace {
 
 // While the GPU works the thread waits for it, and looks this often whether a scene or a volume has come.
 constexpr std::int64_t kLookNs = 2'000'000;
+// Over which the main view's share of the time is told.
+constexpr std::int64_t kWindowNs = 1'000'000'000;
 
 }  // namespace
 
@@ -66,15 +68,34 @@ Result<void> RenderThread::step() {
   take_scene();
   if (auto taken = take_volume(); !taken) return taken;
   take_frames();
+  if (auto taken = take_private_views(); !taken) return taken;
   if (auto advanced = renderer_->advance(); !advanced) return advanced;
   if (renderer_->collect(to_.pictures.draft())) {
     deadline_.picture_finished(to_.pictures.draft().stamp);
     if (to_.pictures.publish()) to_.counters.pictures_replaced.add();
     return {};  // its slot is free now: look for work before sleeping
   }
+  // Nothing of the main view waits for what comes next.
+  if (renderer_->collect_private()) return {};
+  if (!renderer_->main_busy() && !to_.ring.has_published()) {
+    if (auto advanced = renderer_->advance_private(); !advanced) return advanced;
+  }
+  note_busy();
   if (renderer_->busy()) return renderer_->wait(kLookNs);
   rest();
   return {};
+}
+
+void RenderThread::note_busy() {
+  const std::int64_t now = now_ns();
+  if (was_busy_) busy_ns_ += now - noted_ns_;
+  was_busy_ = renderer_->main_busy();
+  noted_ns_ = now;
+  if (window_ns_ == 0) window_ns_ = now;
+  if (now - window_ns_ < kWindowNs) return;
+  to_.counters.main_busy_share.set(static_cast<double>(busy_ns_) / static_cast<double>(now - window_ns_));
+  window_ns_ = now;
+  busy_ns_ = 0;
 }
 
 Result<void> RenderThread::take_volume() {
@@ -86,6 +107,11 @@ Result<void> RenderThread::take_volume() {
     show_planned();
   }
   return renderer_->load(*volume);
+}
+
+Result<void> RenderThread::take_private_views() {
+  const PrivateViews* const views = to_.private_views == nullptr ? nullptr : to_.private_views->newest();
+  return views == nullptr ? Result<void>{} : renderer_->want(*views);
 }
 
 void RenderThread::take_frames() {

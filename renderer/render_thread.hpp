@@ -29,6 +29,8 @@ class RenderThread {
     Mailbox<Error>& failures;
     /// Frames ahead of their volumes; may be null.
     FrameFeed* feed = nullptr;
+    /// Views beside the main one; may be null.
+    Mailbox<PrivateViews>* private_views = nullptr;
   };
 
   RenderThread(std::unique_ptr<Renderer> renderer, const Dependencies& dependencies);
@@ -39,6 +41,8 @@ class RenderThread {
   Result<void> step();
   Result<void> take_volume();
   void take_frames();
+  Result<void> take_private_views();
+  void note_busy();
   void take_scene();
   void show_planned();
   void rest();
@@ -46,7 +50,11 @@ class RenderThread {
   std::unique_ptr<Renderer> renderer_;
   Dependencies to_;
   Deadline deadline_;
-  NumberedScene asked_;   // the renderer has what its plan makes of it
+  NumberedScene asked_;         // the renderer has what its plan makes of it
+  std::int64_t noted_ns_ = 0;   // of the last step
+  std::int64_t window_ns_ = 0;  // since when the next is counted
+  std::int64_t busy_ns_ = 0;    // of the main view
+  bool was_busy_ = false;
   double finest_mm_ = 0;  // step of the newest volume's rays where the scene names none
   std::jthread thread_;   // last: it uses the others
 };

@@ -16,6 +16,8 @@ namespace {
 // and the end of the process, wait for a band.
 constexpr std::uint64_t kProcessorBand = 8'000'000;
 constexpr std::uint64_t kGpuBand = 500'000'000;
+// A private view's bands are smaller by this, since the main view waits for them.
+constexpr std::uint64_t kPrivatePieces = 4;
 
 Result<void> check_picture(const Renderer::Config& config, const VkPhysicalDeviceLimits& limits) {
   const std::uint32_t most_pixels = limits.maxStorageBufferRange / sizeof(glm::uvec2);
@@ -44,12 +46,14 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
                                                    const NumberedScene& scene) {
   const Gpu& gpu = dependencies.gpu;
   if (auto fits = check_picture(config, gpu.limits()); !fits) return fits.error();
-  std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene));
   const bool processor = gpu.candidate().kind == kProcessorKind;
   const Sampling sampling = config.sampling.value_or(processor ? Sampling::kGathering : Sampling::kTexture);
+  const std::uint64_t band_samples = processor ? kProcessorBand : kGpuBand;
   auto passes = Passes::create(gpu, sampling);
   if (!passes) return passes.error();
-  made->passes_ = std::move(*passes);
+  std::unique_ptr<Renderer> made(new Renderer(
+      config, dependencies, scene, std::move(*passes),
+      {.size = config.size, .band_samples = band_samples / kPrivatePieces, .skipping = config.skipping}));
 
   for (auto& flight : made->flights_) {
     auto slot = RenderSlot::create(
@@ -60,7 +64,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
          .last_angle_rad = config.last_angle_rad,
          .frame_capacity = config.frame_capacity,
          .usual_frames = config.usual_frames > 0 ? config.usual_frames : config.frame_capacity,
-         .band_samples = processor ? kProcessorBand : kGpuBand,
+         .band_samples = band_samples,
          .skipping = config.skipping,
          .sampling = sampling});
     if (!slot) return too_large(config, gpu, slot.error());
@@ -85,7 +89,7 @@ bool Renderer::wants_volume() const {
       std::ranges::any_of(flights_, [](const auto& flight) { return flight->phase == Phase::kCasting; });
   // Where frames roll, a volume may take either slot.
   const auto is_free = [this](const Flight& flight) {
-    return flight.phase == Phase::kIdle && flight.slot.outstanding(gpu_) == 0;
+    return flight.phase == Phase::kIdle && settled(flight);
   };
   return !casting && is_free(*flights_[1 - newest_]) && (!rolls() || is_free(*flights_[newest_]));
 }
@@ -129,6 +133,7 @@ Result<void> Renderer::recast(Flight& flight) {
   if (auto cast = flight.slot.recast(gpu_, *passes_, flight.cast_scene.scene); !cast) return cast;
   flight.phase = Phase::kCasting;
   counters_.pass1_runs.add();
+  flight.cast = counters_.pass1_runs.value();
   return {};
 }
 
@@ -139,7 +144,7 @@ std::size_t Renderer::next() const {
 bool Renderer::wants_frame() const {
   // Places are guessed from the last volume's.
   const Flight& next = *flights_[this->next()];
-  return flights_[newest_]->slot.loaded() && next.phase == Phase::kIdle && next.slot.outstanding(gpu_) == 0;
+  return flights_[newest_]->slot.loaded() && next.phase == Phase::kIdle && settled(next);
 }
 
 std::uint32_t Renderer::place_of(double angle_rad) const {
@@ -174,6 +179,7 @@ Result<void> Renderer::begin_cast(Flight& flight) {
   flight.cast_scene = scene_;
   flight.phase = Phase::kCasting;
   counters_.pass1_runs.add();
+  flight.cast = counters_.pass1_runs.value();
   return {};
 }
 
@@ -221,7 +227,7 @@ Result<void> Renderer::light(Flight& flight) {
 
 Result<void> Renderer::advance() {
   Flight& newest = *flights_[newest_];
-  if (newest.phase == Phase::kIdle && newest.slot.loaded() && view_changed(newest)) {
+  if (newest.phase == Phase::kIdle && newest.slot.loaded() && settled(newest) && view_changed(newest)) {
     if (auto begun = begin_cast(newest); !begun) return begun;
   }
   // A cast for a view that nobody wants any more gives way, but not twice in a row: a camera that never rests
@@ -237,8 +243,7 @@ Result<void> Renderer::advance() {
   if (shown.phase == Phase::kIdle && shown.slot.loaded() && light_changed(shown)) {
     if (auto submitted = light(shown); !submitted) return submitted;
   }
-  if (rolls() && newest.phase == Phase::kIdle && newest.slot.outstanding(gpu_) == 0 &&
-      newest.slot.changed()) {
+  if (rolls() && newest.phase == Phase::kIdle && settled(newest) && newest.slot.changed()) {
     return newest.slot.can_recast() ? recast(newest) : begin_cast(newest);
   }
   if (newest.phase == Phase::kCasting) {
@@ -289,7 +294,25 @@ bool Renderer::collect(Picture& picture) {
   return false;
 }
 
-bool Renderer::busy() const {
+bool Renderer::settled(const Flight& flight) const {
+  return flight.slot.outstanding(gpu_) == 0 && !private_.reads(flight.slot);
+}
+
+Result<void> Renderer::want(const PrivateViews& views) {
+  return private_.want(views);
+}
+
+Result<void> Renderer::advance_private() {
+  Flight& shown = *flights_[shown_];
+  if (busy() || !shown.slot.loaded() || shown.cast == 0 || view_changed(shown)) return {};
+  return private_.advance({.slot = shown.slot,
+                           .last = flights_[1 - shown_]->slot,
+                           .cast_scene = shown.cast_scene.scene,
+                           .cast = shown.cast,
+                           .past = past_of(shown)});
+}
+
+bool Renderer::main_busy() const {
   return std::ranges::any_of(flights_, [this](const auto& flight) {
     return flight->phase != Phase::kIdle || flight->slot.outstanding(gpu_) > 0;
   });
@@ -305,9 +328,12 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
     if (first == nullptr || flight->slot.view().submitted_ns() < first->slot.view().submitted_ns())
       first = flight.get();
   }
-  if (first == nullptr) return {};
-  const VkSemaphore timeline = first->slot.view().timeline();
-  const std::uint64_t value = first->slot.view().submissions();
+  const VolumeView* view = first != nullptr ? &first->slot.view() : nullptr;
+  const VolumeView* beside = private_.under_way();
+  if (view == nullptr || (beside != nullptr && beside->submitted_ns() < view->submitted_ns())) view = beside;
+  if (view == nullptr) return {};
+  const VkSemaphore timeline = view->timeline();
+  const std::uint64_t value = view->submissions();
   const VkSemaphoreWaitInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
                                  .semaphoreCount = 1,
                                  .pSemaphores = &timeline,

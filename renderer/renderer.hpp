@@ -11,6 +11,7 @@
 #include "proto/volume.hpp"
 #include "renderer/gpu.hpp"
 #include "renderer/passes.hpp"
+#include "renderer/private_renderer.hpp"
 #include "renderer/render_slot.hpp"
 
 namespace fanlight {
@@ -80,8 +81,19 @@ class Renderer {
     return flights_[shown_]->slot.view().stage_spans(gpu_);
   }
 
-  /// Whether anything is under way on the GPU.
-  bool busy() const;
+  /// Private views of what is shown, from now on; allocates with one that is new.
+  Result<void> want(const PrivateViews& views);
+
+  /// Submits a piece of a private view's work, where some is due and the main view has none under way. The
+  /// main view's next work waits for that piece.
+  Result<void> advance_private();
+
+  /// Leaves private pictures that are done in their mailboxes; whether there was one.
+  bool collect_private() { return private_.collect(); }
+
+  /// Whether anything is under way on the GPU; of the main view alone.
+  bool busy() const { return main_busy() || private_.under_way() != nullptr; }
+  bool main_busy() const;
 
   /// Waits until the GPU has done something more, timeout_ns at most.
   Result<void> wait(std::int64_t timeout_ns);
@@ -100,6 +112,7 @@ class Renderer {
     Phase phase = Phase::kIdle;
     NumberedScene cast_scene;  // of the depth map in the slot
     NumberedScene lit_scene;   // of the picture in the slot
+    std::uint64_t cast = 0;    // counts the depth maps
     PictureStamp stamp;
     bool awaits_picture = false;  // its volume has had none
     bool gave_up_cast = false;    // the cast under way replaces one for a view that nobody wants any more
@@ -108,8 +121,15 @@ class Renderer {
     Scene filtered_view;
   };
 
-  Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene)
-      : config_(config), gpu_(dependencies.gpu), counters_(dependencies.counters), scene_(scene) {}
+  Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene,
+           std::unique_ptr<Passes> passes, const VolumeView::Config& private_views)
+      : config_(config),
+        gpu_(dependencies.gpu),
+        counters_(dependencies.counters),
+        passes_(std::move(passes)),
+        private_(gpu_, *passes_, counters_, private_views),
+        scene_(scene) {}
+  bool settled(const Flight& flight) const;
   Result<void> begin_cast(Flight& flight);
   std::uint32_t place_of(double angle_rad) const;
   Result<void> light(Flight& flight);
@@ -128,6 +148,7 @@ class Renderer {
   RenderCounters& counters_;
   std::unique_ptr<Passes> passes_;
   std::array<std::unique_ptr<Flight>, 2> flights_;
+  PrivateRenderer private_;
   std::size_t newest_ = 0;  // the flight loaded last; the other one takes the next volume
   std::size_t shown_ = 0;   // the flight whose picture was collected last
   std::uint64_t shown_volume_id_ = 0;

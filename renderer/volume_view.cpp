@@ -87,6 +87,12 @@ void VolumeView::see(const Gpu& gpu, const SeenVolume& volume) {
   }
   descriptors_.write(gpu, FANLIGHT_BINDING_ANGLE_TABLE, volume.angles.entries());
   memory_.write_cast_to(gpu, descriptors_);
+  wait_for(volume);
+}
+
+void VolumeView::wait_for(const SeenVolume& volume) {
+  others_timeline_ = volume.timeline == timeline_.get() ? VK_NULL_HANDLE : volume.timeline;
+  others_submissions_ = volume.submissions;
 }
 
 void VolumeView::follow(const Gpu& gpu, const VolumeView& other) {
@@ -391,10 +397,14 @@ Result<void> VolumeView::light(const Gpu& gpu, Passes& passes, const Scene& scen
 Result<void> VolumeView::submit(VkQueue queue, VkCommandBuffer commands) {
   VkResult result = vkEndCommandBuffer(commands);
   if (result != VK_SUCCESS) return vulkan_error("vkEndCommandBuffer", result);
-  const VkSemaphoreSubmitInfo after{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-                                    .semaphore = timeline_.get(),
-                                    .value = submissions_,
-                                    .stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT};
+  const VkSemaphoreSubmitInfo after[] = {{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
+                                          .semaphore = timeline_.get(),
+                                          .value = submissions_,
+                                          .stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT},
+                                         {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
+                                          .semaphore = others_timeline_,
+                                          .value = others_submissions_,
+                                          .stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT}};
   const VkSemaphoreSubmitInfo done{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
                                    .semaphore = timeline_.get(),
                                    .value = submissions_ + 1,
@@ -402,8 +412,8 @@ Result<void> VolumeView::submit(VkQueue queue, VkCommandBuffer commands) {
   const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
                                          .commandBuffer = commands};
   const VkSubmitInfo2 info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
-                           .waitSemaphoreInfoCount = 1,
-                           .pWaitSemaphoreInfos = &after,
+                           .waitSemaphoreInfoCount = others_timeline_ == VK_NULL_HANDLE ? 1U : 2U,
+                           .pWaitSemaphoreInfos = after,
                            .commandBufferInfoCount = 1,
                            .pCommandBufferInfos = &buffer,
                            .signalSemaphoreInfoCount = 1,

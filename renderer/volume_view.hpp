@@ -37,6 +37,9 @@ struct SeenVolume {
   const FanGeometry& geometry;
   const VolumeExtent& extent;
   bool frames_gone = false;  ///< others were staged since the cast
+  /// What wrote all of it: is done when the timeline has come to this value.
+  VkSemaphore timeline = VK_NULL_HANDLE;
+  std::uint64_t submissions = 0;
 };
 
 /// One view of a volume: its depth map, its picture, and the commands of the passes that make one from the
@@ -155,6 +158,7 @@ class VolumeView {
   // rays, which are the same where each pixel has its ray.
   std::uint32_t tiles_across() const { return (config_.size.width + 7) / 8; }
   std::uint32_t tiles_down() const { return (config_.size.height + 7) / 8; }
+  void wait_for(const SeenVolume& volume);
   Result<void> submit(VkQueue queue, VkCommandBuffer commands);
 
   Config config_;
@@ -185,6 +189,8 @@ class VolumeView {
   VkCommandBuffer light_commands_ = VK_NULL_HANDLE;
   StageClock clock_;
   SemaphoreHandle timeline_;
+  VkSemaphore others_timeline_ = VK_NULL_HANDLE;  // whose work this one's reads the results of; null: its own
+  std::uint64_t others_submissions_ = 0;
   std::uint64_t submissions_ = 0;
   std::int64_t submitted_ns_ = 0;
 };

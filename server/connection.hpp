@@ -6,6 +6,8 @@
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/beast/websocket/ssl.hpp>
 #include <boost/beast/websocket/teardown.hpp>
+#include <boost/container/static_vector.hpp>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,12 +31,10 @@ class Connection {
 
   bool is_tls() const { return context_ != nullptr; }
 
+  using Done = std::function<void(boost::beast::error_code)>;
+
   /// Precondition: is_tls().
-  template <typename Handler>
-  void async_handshake(Handler&& handler) {
-    std::get<Tls>(stream_).async_handshake(boost::asio::ssl::stream_base::server,
-                                           std::forward<Handler>(handler));
-  }
+  void async_handshake(Done done);
 
   /// Of the certificate that the client showed and that was found to be signed and in time.
   std::optional<Digest> client_fingerprint();
@@ -50,37 +50,56 @@ class Connection {
   const next_layer_type& next_layer() const { return const_cast<Connection*>(this)->next_layer(); }
 
   template <typename Buffers, typename Handler>
-  auto async_read_some(const Buffers& buffers, Handler&& handler) {
-    return is_tls() ? std::get<Tls>(stream_).async_read_some(buffers, std::forward<Handler>(handler))
-                    : next_layer().async_read_some(buffers, std::forward<Handler>(handler));
+  void async_read_some(const Buffers& buffers, Handler&& handler) {
+    read_some(gathered<MutableBuffers>(buffers), erased(std::forward<Handler>(handler)));
   }
   template <typename Buffers, typename Handler>
-  auto async_write_some(const Buffers& buffers, Handler&& handler) {
-    return is_tls() ? std::get<Tls>(stream_).async_write_some(buffers, std::forward<Handler>(handler))
-                    : next_layer().async_write_some(buffers, std::forward<Handler>(handler));
+  void async_write_some(const Buffers& buffers, Handler&& handler) {
+    write_some(gathered<ConstBuffers>(buffers), erased(std::forward<Handler>(handler)));
   }
 
   /// Says good-bye and closes.
-  template <typename Handler>
-  void async_shutdown(Handler&& handler) {
-    if (is_tls()) return std::get<Tls>(stream_).async_shutdown(std::forward<Handler>(handler));
-    boost::beast::error_code failure;
-    next_layer().socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, failure);
-    handler(failure);
-  }
+  void async_shutdown(Done done);
 
   template <typename Handler>
   friend void async_teardown(boost::beast::role_type role, Connection& connection, Handler&& handler) {
-    using boost::beast::websocket::async_teardown;
-    if (connection.is_tls()) {
-      async_teardown(role, std::get<Tls>(connection.stream_), std::forward<Handler>(handler));
-    } else {
-      async_teardown(role, connection.next_layer().socket(), std::forward<Handler>(handler));
-    }
+    connection.tear_down(role, [kept = kept_for_copies(std::forward<Handler>(handler))](
+                                   boost::beast::error_code failure) { (*kept)(failure); });
   }
 
  private:
   using Tls = boost::beast::ssl_stream<next_layer_type>;
+  // One type each for buffers and handlers, whatever Beast brings: else every operation of HTTP and WebSocket
+  // is compiled anew down to the socket, with TLS and without, which took the compiler minutes and gigabytes.
+  using MutableBuffers = boost::container::static_vector<boost::asio::mutable_buffer, 8>;
+  using ConstBuffers = boost::container::static_vector<boost::asio::const_buffer, 8>;
+  using Moved = std::function<void(boost::beast::error_code, std::size_t)>;
+
+  /// The first of them: fewer bytes than were offered are always allowed.
+  template <typename To, typename From>
+  static To gathered(const From& buffers) {
+    To to;
+    for (auto buffer = boost::asio::buffer_sequence_begin(buffers);
+         buffer != boost::asio::buffer_sequence_end(buffers) && to.size() < to.capacity(); ++buffer) {
+      if ((*buffer).size() > 0) to.push_back(*buffer);  // Beast's have no ->
+    }
+    return to;
+  }
+
+  // Beast's handlers can be moved only, and a std::function must be copied.
+  template <typename Handler>
+  static auto kept_for_copies(Handler&& handler) {
+    return std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
+  }
+  template <typename Handler>
+  static Moved erased(Handler&& handler) {
+    return [kept = kept_for_copies(std::forward<Handler>(handler))](
+               boost::beast::error_code failure, std::size_t bytes) { (*kept)(failure, bytes); };
+  }
+
+  void read_some(const MutableBuffers& buffers, Moved moved);
+  void write_some(const ConstBuffers& buffers, Moved moved);
+  void tear_down(boost::beast::role_type role, Done done);
 
   std::shared_ptr<boost::asio::ssl::context> context_;  // outlives the stream
   std::variant<next_layer_type, Tls> stream_;

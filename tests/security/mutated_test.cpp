@@ -2,6 +2,9 @@
 // server goes on serving, and counts what it refused.
 #include <gtest/gtest.h>
 
+#include <boost/asio/io_context.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket/stream.hpp>
 #include <memory>
 #include <vector>
 

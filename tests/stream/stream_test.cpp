@@ -179,7 +179,7 @@ TEST(Stream, TellsAndClosesWhoSendsTooMuch) {
   client.send_bytes(std::string(100'000, 'x'));
   EXPECT_NE(client.next(Body::kError).error().message().find("expected at most 65536"), std::string::npos);
   EXPECT_THROW(for (;;) client.next(), system_error);
-  EXPECT_EQ(client.socket().reason().code, boost::beast::websocket::close_code::too_big);
+  EXPECT_EQ(client.close_code(), 1009);
 
   StreamClient flooder(house.endpoint());
   EXPECT_THROW(
@@ -243,7 +243,7 @@ TEST(Stream, SurvivesDisplaysThatVanish) {
     StreamClient client(house.endpoint());
     client.next(Body::kHello);
     house.show(round, 1);
-    client.socket().next_layer().close();
+    client.vanish();
   }
   StreamClient last(house.endpoint());
   house.show(1000, 1);
@@ -272,7 +272,7 @@ TEST(Stream, ClosesConnectionsBeyondTheLimit) {
     StreamClient second(house.endpoint());
     second.next(Body::kHello);
     EXPECT_THROW(StreamClient(house.endpoint()), system_error);
-    second.socket().close(boost::beast::websocket::close_code::normal);
+    second.close();
   }
   // The place is free again as soon as the server has seen the close.
   for (bool open = false; !open;) {
