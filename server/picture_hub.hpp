@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <unordered_set>
+#include <utility>
 
 #include "proto/picture.hpp"
 #include "server/picture_coder.hpp"
@@ -21,25 +22,30 @@ struct PictureOffer {
   SharedMessage message;
   std::uint64_t picture_id = 0;
   std::uint64_t scene_revision = 0;
+  std::uint64_t view_id = 0;
   bool key = true;  ///< it can be shown without those before it
 };
 
-/// Hands each picture to every session, encoded once for all that want it alike, and not at all for nobody.
-/// Server thread only.
+/// Hands each picture to every session that sees its view, encoded once for all that want it alike, and not
+/// at all for nobody. Server thread only.
 class PictureHub {
  public:
   explicit PictureHub(ServerCounters& counters) : counters_(counters) {}
 
-  /// Offers the picture, which must stay as it is until the next call, to all sessions that one is due to. A
+  /// Offers the picture, which must stay as it is until the next call for its view, to all sessions that see
+  /// the view and that one is due to. A session sees its private view from that one's first picture on. A
   /// session whose picture cannot be encoded is closed.
   void show(const Picture& picture);
+
+  /// The session has no private view any more: it sees the main one.
+  void forget_view(StreamSession& session);
 
   /// From now on the session is offered each picture, beginning with the one on show. Error: its picture
   /// cannot be encoded.
   Result<void> add(StreamSession& session);
 
   /// Whether pictures can be had in this way too: only so many ways at a time. Error, kUnavailable: no more.
-  Result<void> has_room(const StreamSettings& settings);
+  Result<void> has_room(std::uint64_t view_id, const StreamSettings& settings);
 
   void remove(StreamSession& session) { sessions_.erase(&session); }
 
@@ -50,10 +56,13 @@ class PictureHub {
 
   const std::unordered_set<StreamSession*>& sessions() const { return sessions_; }
 
-  /// The newest picture; null before the first.
-  const Picture* on_show() const { return on_show_; }
+  /// The newest picture of a view; null before the first.
+  const Picture* on_show(std::uint64_t view_id = 0) const {
+    const auto shown = on_show_.find(view_id);
+    return shown == on_show_.end() ? nullptr : shown->second.picture;
+  }
 
-  /// The same as a file, encoded once.
+  /// That of the main view as a file, encoded once.
   Result<SharedMessage> png();
 
  private:
@@ -64,14 +73,20 @@ class PictureHub {
     bool key_wanted = false;  // of the next
     std::int64_t key_ns = 0;  // when the last one was made
   };
-  Result<PictureOffer> coded(const StreamSettings& settings, bool key);
+  /// The view, and of the settings what the code depends on.
+  using Way = std::pair<std::uint64_t, StreamSettings>;
+  static Way way_of(const StreamSession& session);
+  Result<PictureOffer> coded(const Way& way, bool key);
   void forget_unused();
 
   ServerCounters& counters_;
   std::unordered_set<StreamSession*> sessions_;
-  std::map<StreamSettings, Coding> codings_;  // by what the code depends on
-  const Picture* on_show_ = nullptr;
-  std::int64_t last_shown_ns_ = 0;
+  struct OnShow {
+    const Picture* picture = nullptr;
+    std::int64_t since_ns = 0;
+  };
+  std::map<Way, Coding> codings_;
+  std::map<std::uint64_t, OnShow> on_show_;  // by view
   std::unique_ptr<PictureCoder> png_coder_;
   SharedMessage png_;  // of the picture on show, once somebody asked for it
 };

@@ -32,6 +32,7 @@ void describe(v1::View& message, const PictureView& view) {
 void describe(v1::Picture& message, const Picture& picture) {
   const PictureStamp& stamp = picture.stamp;
   message.set_picture_id(stamp.picture_id);
+  message.set_private_view(stamp.view_id != 0);
   message.set_volume_id(stamp.volume.volume_id);
   message.set_first_frame_sequence(stamp.volume.first_frame_sequence);
   message.set_last_frame_sequence(stamp.volume.last_frame_sequence);

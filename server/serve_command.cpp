@@ -33,6 +33,7 @@ struct ServeOptions {
   std::string tokens;
   std::string audit_log;
   double control_lapse_s = 60;
+  std::size_t private_views = kMostPrivateViews;
   MismatchCorrection mismatch = MismatchCorrection::kOn;
   std::optional<RingPolicy> policy;  // absent: what suits the source
   ProbeControl probe_control = ProbeControl::kEveryone;
@@ -142,6 +143,7 @@ Result<void> serve(const ServeOptions& options) {
                                                                  description.largest_frame_bytes)},
                  {.reader_bell = render_bell});
   Mailbox<NumberedScene> scenes(render_bell);
+  Mailbox<PrivateViews> private_views(render_bell);
   Mailbox<Picture> pictures(server_bell, blank_picture(size->width, size->height));
   Mailbox<Error> failures(server_bell);
 
@@ -170,7 +172,8 @@ Result<void> serve(const ServeOptions& options) {
                             .credentials = options.tokens,
                             .audit_log = options.audit_log,
                             .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
-                            .probe_control = options.probe_control},
+                            .probe_control = options.probe_control,
+                            .most_private_views = options.private_views},
                            {.bell = server_bell,
                             .pictures = pictures,
                             .scenes = scenes,
@@ -178,7 +181,8 @@ Result<void> serve(const ServeOptions& options) {
                             .house = house,
                             .probe = probe,
                             .counters = server_counters,
-                            .source_state = [&acquisition] { return state_text(*acquisition); }});
+                            .source_state = [&acquisition] { return state_text(*acquisition); },
+                            .private_views = &private_views});
   if (!server) return server.error();
 
   // stdout is for the address alone, so that a script can read it.
@@ -192,7 +196,8 @@ Result<void> serve(const ServeOptions& options) {
                                                             .counters = render_counters,
                                                             .bell = render_bell,
                                                             .failures = failures,
-                                                            .feed = &feed});
+                                                            .feed = &feed,
+                                                            .private_views = &private_views});
     const AcquisitionThread acquisition_thread({.source = **source,
                                                 .ring = ring,
                                                 .writer_bell = acquisition_bell,
@@ -248,6 +253,12 @@ Command add_serve_command(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(1, 86400))
       ->type_name("S");
+  command
+      ->add_option("--private-views", options->private_views,
+                   "Displays that may have a light or a camera of their own at once")
+      ->capture_default_str()
+      ->check(CLI::Range(std::size_t{0}, kMostPrivateViews))
+      ->type_name("N");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
       ->type_name("FILE");
   add_named_option<ReplaySource::Ending, ReplaySource::Ending>(

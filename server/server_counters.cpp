@@ -87,6 +87,10 @@ void add_volumes_and_pictures(std::vector<NamedCount>& to, const RingCounters& r
       {"pictures_outdated", "Pictures done after one of a newer volume", render.pictures_outdated.value()},
       {"pictures_replaced", "Pictures replaced before the server read them",
        render.pictures_replaced.value()},
+      {"private_casts", "Ray casts of private views", render.private_casts.value()},
+      {"private_casts_given_up", "Of those, given up since the main view took their frames",
+       render.private_casts_given_up.value()},
+      {"private_pictures", "Pictures of private views", render.private_pictures.value()},
   };
   to.insert(to.end(), std::begin(counts), std::end(counts));
 }
@@ -112,6 +116,11 @@ void add_server(std::vector<NamedCount>& to, const ServerCounters& from) {
       {"messages_refused", "WebSocket messages that were refused", from.messages_refused.value()},
       {"scene_changes", "Scene changes taken", from.scene_changes.value()},
       {"scene_refusals", "Scene changes refused", from.scene_refusals.value()},
+      {"private_views", "Private views that are open", from.private_views.value()},
+      {"private_view_refusals", "Changes of private views that were refused",
+       from.private_view_refusals.value()},
+      {"private_views_ended", "Private views ended since the main view left them no time for five seconds",
+       from.private_views_ended.value()},
       {"probe_changes", "Changes of the probe that displays asked for and got", from.probe_changes.value()},
       {"probe_refusals", "Changes of the probe that were refused", from.probe_refusals.value()},
   };

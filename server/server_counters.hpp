@@ -23,7 +23,10 @@ struct ServerCounters {
   Counter scene_changes;
   Counter scene_refusals;  ///< changes with a value that is not allowed
   Counter probe_changes;
-  Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not take
+  Gauge<std::uint64_t> private_views;  ///< open now
+  Counter private_view_refusals;
+  Counter private_views_ended;  ///< since the main view had left them no time for five seconds
+  Counter probe_refusals;       ///< changes of the probe that are not allowed, or that it did not take
   Counter pictures_encoded;
   Counter pictures_offered;
   Counter pictures_sent;

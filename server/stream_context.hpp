@@ -13,6 +13,7 @@
 #include "server/probe_desk.hpp"
 #include "server/scene_desk.hpp"
 #include "server/server_counters.hpp"
+#include "server/view_desk.hpp"
 
 namespace fanlight {
 
@@ -48,6 +49,7 @@ struct StreamContext {
   bool loopback_only;  ///< the listener's address: then requests must name it too
   SceneDesk& desk;
   ProbeDesk& probe;
+  ViewDesk& views;
   PictureHub& hub;
   AccessDesk& access;
   ControlDesk& control;
@@ -56,7 +58,8 @@ struct StreamContext {
   std::uint64_t& sessions_so_far;                 ///< each takes the next number
 };
 
-/// Tells every session but one of what it should know. `session`: 0 for none.
+/// Tells every session but one of what it should know, and private views of what is the main one's.
+/// `but_session`: 0 for none.
 void tell_of_scene(const StreamContext& context, std::uint64_t but_session);
 void tell_of_control(const StreamContext& context);
 

@@ -56,6 +56,8 @@ void StreamSession::handle(const v1::ClientMessage& message) {
       return change_stream(message.stream());
     case v1::ClientMessage::kDepth:
       return tell_depth(message.depth());
+    case v1::ClientMessage::kView:
+      return change_view(message.view());
     case v1::ClientMessage::BODY_NOT_SET:
       return refuse("a message has no body that is known, expected one of fanlight.v1.ClientMessage");
   }
@@ -94,8 +96,8 @@ void StreamSession::change_scene(const v1::SceneChange& change) {
   if (applied) {
     context_.counters.scene_changes.add();
     *reply.mutable_in_force() = scene_state(context_.desk.in_force());
-    if (changes_unseen_.size() >= kMostQuestions) changes_unseen_.pop_front();
-    changes_unseen_.push_back({.revision = reply.in_force().revision(), .request_id = change.request_id()});
+    ask_when_shown(
+        {.view_id = 0, .revision = reply.in_force().revision(), .request_id = change.request_id()});
     changes_unaudited_.MergeFrom(change.scene());
     ++changes_unaudited_count_;
   } else {
@@ -106,6 +108,38 @@ void StreamSession::change_scene(const v1::SceneChange& change) {
   answer(message);
   if (context_.control.state().holder.session != holder) tell_of_control(context_);
   if (applied && *applied) tell_of_scene(context_, id_);
+}
+
+void StreamSession::ask_when_shown(const SceneQuestion& question) {
+  if (changes_unseen_.size() >= kMostQuestions) changes_unseen_.pop_front();
+  changes_unseen_.push_back(question);
+}
+
+void StreamSession::change_view(const v1::ViewChange& change) {
+  v1::ServerMessage message;
+  v1::ViewReply& reply = *message.mutable_view_reply();
+  reply.set_request_id(change.request_id());
+  const bool had = context_.views.has(id_);
+  if (change.leave()) {
+    context_.views.leave(id_);
+    *reply.mutable_in_force() = context_.views.state(id_);
+    answer(message);
+    if (!had) return;
+    audit("private_view", "left");
+    return context_.hub.forget_view(*this);
+  }
+  const SceneField* refused = nullptr;
+  if (auto changed = context_.views.change(id_, change.scene(), &refused); !changed) {
+    context_.counters.private_view_refusals.add();
+    describe(*reply.mutable_refused(), changed.error(), refused);
+    audit("private_view", "refused: " + changed.error().message);
+    return answer(message);
+  }
+  if (!had) audit("private_view", "done");
+  *reply.mutable_in_force() = context_.views.state(id_);
+  answer(message);
+  ask_when_shown(
+      {.view_id = id_, .revision = context_.views.revision(id_), .request_id = change.request_id()});
 }
 
 void StreamSession::change_probe(const v1::ProbeChange& change) {
@@ -200,7 +234,7 @@ void StreamSession::change_stream(const v1::StreamRequest& request) {
     settings = Error{ErrorCode::kUnavailable,
                      "the stream was changed several times within a second, expected some patience"};
   } else if (other) {
-    if (auto room = context_.hub.has_room(*settings); !room) settings = room.error();
+    if (auto room = context_.hub.has_room(view_id_, *settings); !room) settings = room.error();
   }
   if (!settings) {
     context_.counters.messages_refused.add();
@@ -220,7 +254,7 @@ void StreamSession::tell_depth(const v1::DepthRequest& request) {
   v1::ServerMessage message;
   v1::DepthReply& reply = *message.mutable_depth_reply();
   reply.set_request_id(request.request_id());
-  const Picture* const picture = context_.hub.on_show();
+  const Picture* const picture = context_.hub.on_show(view_id_);
   if (request.pixels_size() > kMostDepthPixels) {
     reply.mutable_refused()->set_message(fmt::format("{} pixels were asked for, expected at most {}",
                                                      request.pixels_size(), kMostDepthPixels));

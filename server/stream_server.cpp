@@ -44,6 +44,12 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       from_(dependencies),
       desk_(config.initial_scene, config.suggested_scene, dependencies.scenes),
       probe_(dependencies.probe, config.probe_control),
+      views_({.views = dependencies.private_views,
+              .bell = dependencies.bell,
+              .desk = desk_,
+              .render = dependencies.house.render,
+              .counters = dependencies.counters},
+             config.most_private_views, config.facts.picture_width, config.facts.picture_height),
       hub_(dependencies.counters),
       audit_(std::move(audit)),
       access_(std::move(access)),
@@ -55,6 +61,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                config.endpoint.address().is_loopback(),
                desk_,
                probe_,
+               views_,
                hub_,
                access_,
                control_,
@@ -177,8 +184,10 @@ void StreamServer::bell_rang() {
   if (const Error* broken = from_.failures.newest()) return fail(*broken);
   if (probe_.update()) probe_told();
   if (const Picture* picture = from_.pictures.newest()) {
+    views_.main_shown(picture->stamp);
     hub_.show(*picture);
   }
+  for (const Picture* picture : views_.newest()) hub_.show(*picture);
 }
 
 void StreamServer::probe_told() {
@@ -191,10 +200,8 @@ void StreamServer::probe_told() {
   const double half_rad = radians(status.settings.sweep_deg / 2);
   const bool known = status.geometry.columns > 0;
   const bool other = known && desk_.suggest(scene_for(status.geometry, -half_rad, half_rad));
-  for (StreamSession* session : hub_.sessions()) {
-    session->probe_changed();
-    if (other) session->scene_changed();
-  }
+  for (StreamSession* session : hub_.sessions()) session->probe_changed();
+  if (other) tell_of_scene(context_, 0);
 }
 
 void StreamServer::count_seconds() {
@@ -233,8 +240,16 @@ void StreamServer::second_passed() {
   }
   audit_.second_passed();
   from_.counters.audit_lines_lost.set(audit_.lines_lost());
+  const auto ended = views_.second_passed();
   // Some of them may leave.
-  for (const auto& session : all_sessions()) session->second_passed();
+  for (const auto& session : all_sessions()) {
+    if (std::ranges::find(ended, session->id()) != ended.end()) {
+      from_.counters.private_views_ended.add();
+      hub_.forget_view(*session);
+      session->view_changed("the main view left it no time for 5 s");
+    }
+    session->second_passed();
+  }
 }
 
 std::vector<std::shared_ptr<StreamSession>> StreamServer::all_sessions() const {
@@ -252,6 +267,10 @@ StreamServer::~StreamServer() {
 void tell_of_scene(const StreamContext& context, std::uint64_t but_session) {
   for (StreamSession* session : context.hub.sessions()) {
     if (session->id() != but_session) session->scene_changed();
+  }
+  const auto changed = context.views.main_changed();
+  for (StreamSession* session : context.hub.sessions()) {
+    if (std::ranges::find(changed, session->id()) != changed.end()) session->view_changed();
   }
 }
 

@@ -34,6 +34,7 @@ class StreamServer {
     std::int64_t control_lapse_ms = 60'000;
     ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_connections = 2048;
+    std::size_t most_private_views = kMostPrivateViews;
   };
   /// All must outlive the server. `bell` is the one that the mailboxes ring for their reader, and whoever
   /// changes what source_state() says.
@@ -46,6 +47,7 @@ class StreamServer {
     ProbeLink& probe;
     ServerCounters& counters;
     std::function<std::string()> source_state;
+    Mailbox<PrivateViews>* private_views = nullptr;  ///< may be null: then there are none to be had
   };
 
   /// Listens; connections wait until run(). kUnavailable where the address is in use or not ours; the errors
@@ -83,6 +85,7 @@ class StreamServer {
   SceneDesk desk_;
   ProbeDesk probe_;
   ProbeStatus logged_;  // of it, the last that the log has
+  ViewDesk views_;
   PictureHub hub_;
   AuditLog audit_;
   AccessDesk access_;

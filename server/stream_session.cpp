@@ -122,6 +122,7 @@ void StreamSession::leave() {
   if (!open_) return;
   open_ = false;
   context_.hub.remove(*this);
+  if (context_.views.leave(id_)) context_.hub.forget_view(*this);
   context_.counters.sessions_closed.add();
   skip_waiting();
   if (std::exchange(picture_under_way_, false)) {
@@ -162,6 +163,19 @@ void StreamSession::scene_changed() {
 
 void StreamSession::control_changed() {
   control_due_ = true;
+  pump();
+}
+
+void StreamSession::see(std::uint64_t view_id) {
+  if (std::exchange(view_id_, view_id) == view_id) return;
+  // Of the other view's pictures none is of use any more, and its film goes on elsewhere.
+  skip_waiting();
+  needs_key_ = settings_.codec == StreamSettings::Codec::kH264;
+}
+
+void StreamSession::view_changed(const std::string& ended) {
+  view_due_ = true;
+  view_ended_ = ended;
   pump();
 }
 
@@ -284,6 +298,11 @@ void StreamSession::pump() {
     *message.mutable_scene() = scene_state(context_.desk.in_force());
     *message.mutable_scene()->mutable_default_scene() = scene_message(context_.desk.default_scene());
     write(serialised(message));
+  } else if (std::exchange(view_due_, false)) {
+    v1::ServerMessage message;
+    *message.mutable_view() = context_.views.state(id_);
+    message.mutable_view()->set_ended(std::exchange(view_ended_, {}));
+    write(serialised(message));
   } else if (std::exchange(probe_due_, false)) {
     v1::ServerMessage message;
     *message.mutable_probe_status() = context_.probe.message();
@@ -300,13 +319,17 @@ void StreamSession::pump() {
 
 void StreamSession::send_picture() {
   // Who changed the scene learns first which picture has it.
-  if (!changes_unseen_.empty() && changes_unseen_.front().revision <= waiting_.scene_revision) {
+  const auto seen = std::ranges::find_if(changes_unseen_, [this](const SceneQuestion& question) {
+    return question.view_id == waiting_.view_id && question.revision <= waiting_.scene_revision;
+  });
+  if (seen != changes_unseen_.end()) {
     v1::ServerMessage message;
     v1::SceneShown& shown = *message.mutable_scene_shown();
-    shown.set_request_id(changes_unseen_.front().request_id);
-    shown.set_revision(changes_unseen_.front().revision);
+    shown.set_request_id(seen->request_id);
+    shown.set_revision(seen->revision);
     shown.set_picture_id(waiting_.picture_id);
-    changes_unseen_.pop_front();
+    shown.set_private_view(seen->view_id != 0);
+    changes_unseen_.erase(seen);
     write(serialised(message));
     return;
   }

@@ -38,6 +38,13 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   std::uint64_t id() const { return id_; }
   const StreamSettings& settings() const { return settings_; }
 
+  /// The view that it sees: 0 for the main one, its own number for its private one.
+  std::uint64_t view_id() const { return view_id_; }
+  void see(std::uint64_t view_id);
+
+  /// Its private view is another one, or, with a reason, has ended.
+  void view_changed(const std::string& ended = "");
+
   /// The newest picture; replaces one that still waits.
   void offer(const PictureOffer& picture);
 
@@ -74,6 +81,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void answer_probe_changes();
   void change_control(const v1::ControlRequest& request);
   Result<bool> wish(const v1::ControlRequest& request);
+  void change_view(const v1::ViewChange& change);
   void change_stream(const v1::StreamRequest& request);
   void tell_depth(const v1::DepthRequest& request);
   void refuse(const std::string& sentence);
@@ -114,11 +122,16 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   bool needs_key_ = false;  // it missed a picture that the next ones build upon
   bool scene_due_ = false;
   bool control_due_ = false;
+  bool view_due_ = false;
+  std::string view_ended_;  // why, where it was not asked to
+  std::uint64_t view_id_ = 0;
   bool probe_due_ = false;
   struct SceneQuestion {
+    std::uint64_t view_id;
     std::uint64_t revision;
     std::uint64_t request_id;
   };
+  void ask_when_shown(const SceneQuestion& question);
   std::deque<SceneQuestion> changes_unseen_;  // bounded: the oldest go unanswered
   v1::Scene changes_unaudited_;               // of this second
   std::uint64_t changes_unaudited_count_ = 0;

@@ -39,7 +39,8 @@ class FakeHouse {
                                               .house = {acquisition_, ring_, feed_, render_, probe_.counters},
                                               .probe = probe_,
                                               .counters = counters_,
-                                              .source_state = [this] { return source_state_; }});
+                                              .source_state = [this] { return source_state_; },
+                                              .private_views = &private_views_});
     if (!made) throw std::runtime_error(made.error().message);
     server_ = std::move(*made);
     endpoint_ = server_->endpoint();
@@ -120,6 +121,20 @@ class FakeHouse {
   }
   bool has_scene() { return scenes_.newest() != nullptr; }
 
+  /// The newest private views that are wanted, waiting for them.
+  PrivateViews next_private_views() {
+    for (;;) {
+      if (const PrivateViews* views = private_views_.newest()) return *views;
+      scene_bell_.wait(-1);
+    }
+  }
+  /// Shows a picture of one grey level in a private view.
+  void show_in(const PrivateView& view, const PictureStamp& stamp, std::uint8_t grey) {
+    show(*view.pictures, stamp, kWidth, kHeight, [grey](std::size_t /*value*/) { return grey; });
+  }
+  /// As the render thread tells it.
+  void set_main_busy_share(double share) { render_.main_busy_share.set(share); }
+
   /// The acquisition thread's end of the probe.
   ProbeLink& probe() { return probe_; }
 
@@ -135,16 +150,21 @@ class FakeHouse {
 
  private:
   template <typename Value>
-  void show(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height, Value value) {
-    Picture& picture = pictures_.draft();
+  void show(PictureStamp stamp, std::uint32_t width, std::uint32_t height, Value value) {
+    stamp.scene_revision = 1;
+    show(pictures_, stamp, width, height, value);
+  }
+  template <typename Value>
+  static void show(Mailbox<Picture>& pictures, const PictureStamp& stamp, std::uint32_t width,
+                   std::uint32_t height, Value value) {
+    Picture& picture = pictures.draft();
     picture.stamp = stamp;
-    picture.stamp.scene_revision = 1;
     picture.width = width;
     picture.height = height;
     picture.rgba.resize(std::size_t{4} * width * height);
     for (std::size_t at = 0; at < picture.rgba.size(); ++at) picture.rgba[at] = value(at);
     picture.stamp.finished_time_ns = now_ns();
-    pictures_.publish();
+    pictures.publish();
   }
 
   const std::string source_state_;
@@ -152,6 +172,7 @@ class FakeHouse {
   Doorbell scene_bell_;
   Mailbox<Picture> pictures_{bell_};
   Mailbox<NumberedScene> scenes_{scene_bell_};
+  Mailbox<PrivateViews> private_views_{scene_bell_};
   Mailbox<Error> failures_{bell_};
   AcquisitionCounters acquisition_;
   RingCounters ring_;

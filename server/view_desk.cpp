@@ -1,0 +1,200 @@
+#include "server/view_desk.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "proto/clock.hpp"
+#include "server/scene_message.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr double kLeastHz = 2;
+constexpr int kMostSecondsBehind = 5;
+// The main view's share of the time is that of a second: after this long without a picture it is at rest.
+constexpr std::int64_t kAtRestNs = 1'500'000'000;
+// What passes 2 and 3 read, and the camera.
+constexpr std::string_view kOwnGroups[] = {"camera", "filter", "light", "material", "shadow", "finish"};
+
+std::string_view group_of(const SceneField& field) {
+  return field.name.substr(0, field.name.find('.'));
+}
+
+/// `main` with the groups that are its own from `own`.
+Scene combined(const Scene& main, const Scene& own, const std::set<std::string, std::less<>>& groups) {
+  Scene scene = main;
+  for (const SceneField& field : scene_fields()) {
+    if (groups.contains(group_of(field))) field.copy(scene, own);
+  }
+  return scene;
+}
+
+}  // namespace
+
+ViewDesk::View* ViewDesk::find(std::uint64_t session) {
+  const auto found = std::ranges::find_if(
+      views_, [session](const View& view) { return session != 0 && view.wanted.view_id == session; });
+  return found == views_.end() ? nullptr : &*found;
+}
+
+double ViewDesk::cost_ms(bool own_camera) const {
+  double sum_ms = 0;
+  for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish, Stage::kReadBack})
+    sum_ms += stage_ms_[static_cast<std::size_t>(stage)];
+  return own_camera ? sum_ms + stage_ms_[static_cast<std::size_t>(Stage::kCast)] : sum_ms;
+}
+
+Result<void> ViewDesk::check_budget(std::uint64_t session, bool own_camera) const {
+  const bool at_rest = now_ns() - main_shown_ns_ > kAtRestNs;
+  const double left_ms = at_rest ? 1000 : 1000 * (1 - from_.render.main_busy_share.value());
+  double taken_ms = 0;
+  for (const View& view : views_) {
+    if (view.wanted.view_id != 0 && view.wanted.view_id != session)
+      taken_ms += kLeastHz * cost_ms(view.wanted.own_camera);
+  }
+  const double wanted_ms = kLeastHz * cost_ms(own_camera);
+  if (wanted_ms + taken_ms <= left_ms) return {};
+  return Error{
+      ErrorCode::kUnavailable,
+      fmt::format("{} would take {:.0f} ms of each second; the main view leaves {:.0f}, of which other "
+                  "private views take {:.0f}, expected {}",
+                  own_camera ? "a private camera" : "a private light", wanted_ms, left_ms, taken_ms,
+                  own_camera ? "the main view's camera, or a main view that does less"
+                             : "fewer private views, or a main view that does less")};
+}
+
+Result<void> ViewDesk::change(std::uint64_t session, const v1::Scene& change, const SceneField** refused) {
+  if (from_.views == nullptr || most_views_ == 0)
+    return Error{ErrorCode::kUnavailable, "there are no private views here, expected the main view"};
+  std::set<std::string, std::less<>> groups;
+  const SceneField* not_own = nullptr;
+  for_each_change(change, [&](const SceneField& field, const auto& /*value*/) {
+    if (std::ranges::find(kOwnGroups, group_of(field)) == std::end(kOwnGroups)) not_own = &field;
+    groups.emplace(group_of(field));
+  });
+  if (not_own != nullptr) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} is the main view's, expected fields of camera, filter, light, material, "
+                             "shadow or finish",
+                             not_own->name)};
+  }
+  View* view = find(session);
+  const Scene& before = view != nullptr ? view->wanted.scene.scene : from_.desk.in_force().scene;
+  auto scene = changed_scene(before, change, refused);
+  if (!scene) return scene.error();
+  const bool had_camera = view != nullptr && view->wanted.own_camera;
+  const bool own_camera = had_camera || groups.contains("camera");
+  if (view == nullptr || own_camera != had_camera) {
+    if (auto fits = check_budget(session, own_camera); !fits) return fits;
+  }
+  if (view == nullptr) {
+    const auto taken = static_cast<std::size_t>(
+        std::ranges::count_if(views_, [](const View& each) { return each.wanted.view_id != 0; }));
+    const auto free = std::ranges::find(views_, 0U, [](const View& each) { return each.wanted.view_id; });
+    if (taken >= most_views_ || free == views_.end()) {
+      return Error{ErrorCode::kUnavailable,
+                   fmt::format("there are {} private views already, expected some patience", taken)};
+    }
+    view = &*free;
+    if (view->pictures == nullptr)
+      view->pictures = std::make_unique<Mailbox<Picture>>(from_.bell, blank_picture(width_, height_));
+    view->wanted = {.view_id = session, .pictures = view->pictures.get()};
+    view->own.clear();
+    view->seconds_behind = 0;
+    view->volume_shown = view->revision_shown = 0;
+  }
+  view->own.merge(groups);
+  view->wanted.own_camera = own_camera;
+  view->wanted.scene = {.revision = ++revisions_, .scene = *scene};
+  publish();
+  return {};
+}
+
+bool ViewDesk::leave(std::uint64_t session) {
+  View* const view = find(session);
+  if (view == nullptr) return false;
+  view->wanted.view_id = 0;
+  publish();
+  return true;
+}
+
+void ViewDesk::publish() {
+  PrivateViews& draft = from_.views->draft();
+  std::uint64_t open = 0;
+  for (std::size_t index = 0; index < views_.size(); ++index) {
+    draft[index] = views_[index].wanted;
+    open += draft[index].view_id != 0 ? 1 : 0;
+  }
+  from_.views->publish();
+  from_.counters.private_views.set(open);
+}
+
+v1::ViewState ViewDesk::state(std::uint64_t session) const {
+  v1::ViewState state;
+  const View* const view = find(session);
+  if (view == nullptr) return state;
+  state.set_is_private(true);
+  for (const std::string& group : view->own) state.add_own(group);
+  state.set_revision(view->wanted.scene.revision);
+  *state.mutable_scene() = scene_message(view->wanted.scene.scene);
+  return state;
+}
+
+std::uint64_t ViewDesk::revision(std::uint64_t session) const {
+  const View* const view = find(session);
+  return view == nullptr ? 0 : view->wanted.scene.revision;
+}
+
+std::vector<std::uint64_t> ViewDesk::main_changed() {
+  std::vector<std::uint64_t> changed;
+  for (View& view : views_) {
+    if (view.wanted.view_id == 0) continue;
+    const Scene& before = view.wanted.scene.scene;
+    const Scene now = combined(from_.desk.in_force().scene, before, view.own);
+    if (first_pass_changed(before, now) == FirstPass::kNone) continue;
+    view.wanted.scene = {.revision = ++revisions_, .scene = now};
+    changed.push_back(view.wanted.view_id);
+  }
+  if (!changed.empty()) publish();
+  return changed;
+}
+
+void ViewDesk::main_shown(const PictureStamp& stamp) {
+  main_shown_ns_ = now_ns();
+  main_volume_ = stamp.volume.volume_id;
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    // A stage that this picture did without costs what it did before.
+    if (stamp.stage_ms[stage] > 0) stage_ms_[stage] = stamp.stage_ms[stage];
+  }
+}
+
+std::vector<const Picture*> ViewDesk::newest() {
+  std::vector<const Picture*> pictures;
+  for (View& view : views_) {
+    if (view.pictures == nullptr) continue;
+    const Picture* const picture = view.pictures->newest();
+    if (picture == nullptr || picture->stamp.view_id != view.wanted.view_id) continue;
+    view.volume_shown = picture->stamp.volume.volume_id;
+    view.revision_shown = picture->stamp.scene_revision;
+    view.seconds_behind = 0;
+    pictures.push_back(picture);
+  }
+  return pictures;
+}
+
+std::vector<std::uint64_t> ViewDesk::second_passed() {
+  std::vector<std::uint64_t> ended;
+  for (View& view : views_) {
+    if (view.wanted.view_id == 0 || main_shown_ns_ == 0) continue;
+    const bool behind =
+        view.volume_shown != main_volume_ || view.revision_shown != view.wanted.scene.revision;
+    view.seconds_behind = behind ? view.seconds_behind + 1 : 0;
+    if (view.seconds_behind >= kMostSecondsBehind) ended.push_back(view.wanted.view_id);
+  }
+  for (const std::uint64_t session : ended) leave(session);
+  return ended;
+}
+
+}  // namespace fanlight
