@@ -114,3 +114,50 @@ test("pictures travel as PNG and as H.264 too, and look alike", async () => {
     assert.deepEqual(viewer.complaints, []);
   });
 });
+
+test("a viewer has a light and a camera of its own, and the others keep theirs", async () => {
+  await withToken("viewer", async (token, options) => {
+    await withPage(
+      "own_view",
+      kStillSource,
+      async (viewer, server) => {
+        const logIn = async ({ page }) => {
+          await page.locator("#login input").fill(token);
+          await page.locator("#login button").click();
+        };
+        await logIn(viewer);
+        await viewer.firstPicture();
+        const other = await server.another();
+        try {
+          await logIn(other);
+          await other.firstPicture();
+          const main = await other.grey();
+          const box = viewer.page.locator("#own-view input");
+          await box.check();
+          assert.equal(await inert(viewer), false);
+          await viewer.drag([0.3, 0.3], [0.75, 0.7]);
+          await viewer.settled();
+          const lit = await viewer.grey();
+          assert.ok(difference(main, lit) > kAlike, "its own light moves its picture");
+          await viewer.page.locator('#tools [value="orbit"]').check({ force: true });
+          await viewer.drag([0.4, 0.5], [0.6, 0.5]);
+          await viewer.settled();
+          assert.ok(difference(lit, await viewer.grey()) > kAlike, "its own camera too");
+          await viewer.screenshot("own_camera");
+          const group = (name) => viewer.page.locator(`#controls [data-group="${name}"] .rows`);
+          assert.equal(await group("detector").evaluate((rows) => rows.inert), true, "the threshold is everybody's");
+          assert.equal(await group("light").evaluate((rows) => rows.inert), false);
+          assert.ok(difference(main, await other.grey()) < 1, "the others see what they saw");
+          await box.uncheck();
+          await viewer.settled();
+          assert.ok(difference(main, await viewer.grey()) < 1, "and so does this one again");
+          assert.equal(await inert(viewer), true);
+          assert.deepEqual([...viewer.complaints, ...other.complaints], []);
+        } finally {
+          await other.page.close();
+        }
+      },
+      options,
+    );
+  });
+});

@@ -10,6 +10,7 @@ import { namesOf, sections, type Section } from "./settings_layout";
 
 export class Controls {
   private readonly rows: SettingRows;
+  private offered: readonly string[] | undefined;
 
   constructor(
     form: HTMLFormElement,
@@ -34,16 +35,29 @@ export class Controls {
     this.rows.refresh();
   }
 
+  /** Only these groups can be set; absent: all. */
+  limitTo(groups: readonly string[] | undefined): void {
+    this.offered = groups;
+    this.refresh();
+  }
+
+  private isOffered(group: string): boolean {
+    return this.offered?.includes(group) ?? true;
+  }
+
   /** Whole groups of settings may have no effect; here, such a row makes room for those that have one. */
   private mainSection({ title, settings }: Section): HTMLElement {
     const heading = element("div", { className: "heading" }, element("h2", { textContent: title }));
-    heading.append(this.rows.resetButton("Reset all", [...this.defaults.keys()], "all"));
+    const reset = this.rows.resetButton("Reset all", [...this.defaults.keys()], "all");
+    this.rows.onRefresh(() => (reset.inert = this.offered !== undefined));
+    heading.append(reset);
     const rows = element("div", { className: "rows" });
     for (const setting of settings) {
       const row = this.rows.row(setting);
       const names = namesOf(setting);
       this.rows.onRefresh(() => {
         row.hidden = names.some((name) => this.effects.missing(groupOf(name)) !== undefined);
+        row.inert = !names.every((name) => this.isOffered(groupOf(name)));
       });
       rows.append(row);
     }
@@ -68,6 +82,7 @@ export class Controls {
       const missing = this.effects.missing(group);
       const changed = this.rows.changed(names);
       details.classList.toggle("idle", missing !== undefined);
+      for (const part of details.children) (part as HTMLElement).inert = part.tagName !== "SUMMARY" && !this.isOffered(group);
       needs.textContent = missing ?? "";
       needs.hidden = missing === undefined;
       note.textContent = missing ? "unused" : changed > 0 ? `${changed} changed` : "";

@@ -10,6 +10,8 @@ import {
   type SceneReply,
   type SceneState,
   type ServerMessage,
+  type ViewReply,
+  type ViewState,
 } from "../generated/fanlight_pb.js";
 import { Connection } from "./connection";
 import { ControlBar, controlText } from "./control_bar";
@@ -20,6 +22,7 @@ import { LightHandle } from "./light_handle";
 import { LoginForm } from "./login_form";
 import { FrameWatch, noticeFor, notLiveText, type Condition } from "./notice";
 import { Orbit } from "./orbit";
+import { kOwnGroups, OwnView } from "./own_view";
 import { PictureInput } from "./picture_input";
 import { PictureView } from "./picture_view";
 import { ProbeGroup } from "./probe_group";
@@ -47,6 +50,7 @@ const page = {
   refusal: find("#refusal", HTMLElement),
   form: find("#controls", HTMLFormElement),
   control: find("#control", HTMLElement),
+  ownView: find("#own-view", HTMLElement),
   login: find("#login", HTMLFormElement),
   codec: find("#codec", HTMLSelectElement),
 };
@@ -89,7 +93,10 @@ const connection = new Connection(streamUrl(), {
   },
 });
 const editor = new SettingsEditor({
-  send: (requestId, values) => connection.send({ case: "sceneChange", value: { requestId, scene: sceneOf(values) } }),
+  send: (requestId, values) => {
+    const value = { requestId, scene: sceneOf(values) };
+    connection.send(ownView.wanted ? { case: "view", value } : { case: "sceneChange", value });
+  },
   changed: showScene,
   refused: showRefusal,
   accepted: hideRefusal,
@@ -121,6 +128,14 @@ const controlBar = new ControlBar(page.control, (wish, toSession) =>
   connection.send({ case: "control", value: { wish, toSession } }),
 );
 
+const ownView: OwnView = new OwnView(page.ownView, {
+  chosen: () => ownViewChosen(),
+  leave: () => connection.send({ case: "view", value: { leave: true } }),
+  backTo: (main) => {
+    startEditor(main);
+    ownViewChosen();
+  },
+});
 const tools = new Tools(page.tools, page.canvas);
 new PictureInput(page.canvas, () => tools.chosen(), light, orbit);
 page.resetView.onclick = () => orbit.reset();
@@ -144,6 +159,10 @@ function receive({ body }: ServerMessage): void {
       return sceneTold(body.value);
     case "sceneReply":
       return settle(body.value);
+    case "viewReply":
+      return settleView(body.value);
+    case "view":
+      return viewTold(body.value);
     case "probeStatus":
       return probeTold(body.value);
     case "probeReply":
@@ -194,7 +213,12 @@ function begin(newHello: Hello): void {
   if (hello.control) controlTold(hello.control);
   if (page.codec.value !== "0") askForStream();
   page.source.textContent = hello.source;
-  if (hello.scene?.scene) editor.start(hello.fields, hello.scene.revision, valuesOf(hello.scene.scene));
+  ownView.forget();
+  if (hello.scene) {
+    ownView.mainIs(hello.scene);
+    startEditor(hello.scene);
+  }
+  ownViewChosen();
   showCondition({
     connection: { state: "open" },
     source: hello.source,
@@ -223,21 +247,51 @@ function controlTold(state: ControlState): void {
   showCondition({});
 }
 
+function startEditor({ revision, scene }: SceneState): void {
+  if (hello && scene) editor.start(hello.fields, revision, valuesOf(scene));
+}
+
+/** Changes go to this display's own view from now on, or to the main one again. */
+function ownViewChosen(): void {
+  controls?.limitTo(ownView.wanted ? kOwnGroups : undefined);
+  probeGroup.root.inert = ownView.wanted;
+  showCondition({});
+}
+
+function settleView({ requestId, outcome }: ViewReply): void {
+  if (!ownView.wanted) return; // an answer to what was asked before it was left
+  if (outcome.case === "refused") return editor.refusedReply(requestId, outcome.value.message);
+  if (outcome.case !== "inForce") return;
+  // The view counts its revisions by itself.
+  if (!ownView.isOpen) editor.beginCount();
+  ownView.tell(outcome.value);
+  if (outcome.value.scene) editor.acceptedReply(requestId, outcome.value.revision, valuesOf(outcome.value.scene));
+}
+
+function viewTold(state: ViewState): void {
+  const ended = ownView.tell(state);
+  if (ended) return showRefusal(ended);
+  if (ownView.isOpen && state.scene) editor.adopt(state.revision, valuesOf(state.scene));
+}
+
 function askForStream(): void {
   connection.send({ case: "stream", value: { codec: Number(page.codec.value) } });
 }
 
-function sceneTold({ revision, scene, defaultScene }: SceneState): void {
+function sceneTold(state: SceneState): void {
+  const { revision, scene, defaultScene } = state;
+  ownView.mainIs(state);
   if (defaultScene && hello) {
     hello.defaultScene = defaultScene;
     for (const [name, value] of valuesOf(defaultScene)) defaults.set(name, value); // the controls hold the same map
     orbit.start(hello.fields, defaults);
   }
-  if (scene) editor.adopt(revision, valuesOf(scene));
+  if (scene && !ownView.isOpen) editor.adopt(revision, valuesOf(scene));
 }
 
 function settle({ requestId, outcome }: SceneReply): void {
   if (outcome.case === "inForce" && outcome.value.scene) {
+    ownView.mainIs(outcome.value);
     editor.acceptedReply(requestId, outcome.value.revision, valuesOf(outcome.value.scene));
   } else if (outcome.case === "refused") {
     editor.refusedReply(requestId, outcome.value.message);
@@ -278,7 +332,7 @@ function showScene(): void {
 
 /** The canvas is busy until it shows the scene as last asked for. */
 function showBusy(): void {
-  page.canvas.ariaBusy = String(!shown || !editor.isShownBy(shown.sceneRevision));
+  page.canvas.ariaBusy = String(!shown || shown.privateView !== ownView.isOpen || !editor.isShownBy(shown.sceneRevision));
 }
 
 function showCondition(change: Partial<Condition>): void {
@@ -286,7 +340,7 @@ function showCondition(change: Partial<Condition>): void {
   const state = condition.connection.state;
   document.documentElement.dataset.connection = state;
   page.connection.textContent = { connecting: "Connecting", open: "Connected", lost: "Connection lost" }[state];
-  page.form.inert = page.resetView.disabled = state !== "open" || !mayChange;
+  page.form.inert = page.resetView.disabled = state !== "open" || !(mayChange || ownView.wanted);
   const notice = noticeFor(condition);
   page.notice.hidden = !notice;
   page.notice.dataset.kind = notice?.kind ?? "";

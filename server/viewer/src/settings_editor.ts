@@ -82,6 +82,11 @@ export class SettingsEditor {
     this.events.changed();
   }
 
+  /** What is edited has a count of revisions of its own from now on. */
+  beginCount(): void {
+    this.revision = 0n;
+  }
+
   /** The server says what is in force. */
   adopt(revision: bigint, values: Values): void {
     if (revision < this.revision) return;
