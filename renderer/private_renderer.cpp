@@ -37,8 +37,11 @@ Result<void> PrivateRenderer::begin(Place& place, const Shown& shown) {
   place.slot = &shown.slot;
   place.frames = shown.slot.frames_turn();
   place.revision = place.wanted.scene.revision;
-  place.stamp = {
-      .view_id = place.wanted.view_id, .scene_revision = place.revision, .volume = shown.slot.volume()};
+  place.stamp = {.view_id = place.wanted.view_id,
+                 .scene_revision = place.revision,
+                 .pass1_runs = counters_.pass1_runs.value(),
+                 .pass2_runs = counters_.pass2_runs.value(),
+                 .volume = shown.slot.volume()};
   if (!place.wanted.own_camera) {
     place.scene = relit(shown.cast_scene, place.wanted.scene.scene);
     if (!lit_alone) {

@@ -67,7 +67,8 @@ TEST_P(Corpus, ChangesOfEveryInput) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Fuzz, Corpus,
-                         testing::Values(Target{"frame_parser", &fuzz_frame_parser},
+                         testing::Values(Target{"client_messages", &fuzz_client_messages},
+                                         Target{"frame_parser", &fuzz_frame_parser},
                                          Target{"probe_blocks", &fuzz_probe_blocks}),
                          [](const auto& tested) { return tested.param.name; });
 

@@ -17,4 +17,8 @@ void fuzz_frame_parser(std::span<const std::uint8_t> input);
 /// again gives the same.
 void fuzz_probe_blocks(std::span<const std::uint8_t> input);
 
+/// What a display says, as a ClientMessage and as a script's JSON: refused with a sentence, or taken so that
+/// the scene and the stream are ones that may be, and telling of them and reading that gives the same.
+void fuzz_client_messages(std::span<const std::uint8_t> input);
+
 }  // namespace fanlight::test

@@ -26,6 +26,18 @@ namespace {
 
 using nlohmann::json;
 
+/// A process that writes to that descriptor.
+pid_t spawned(std::vector<std::string> command, int out) {
+  const pid_t pid = fork();
+  if (pid != 0) return pid;
+  dup2(out, STDOUT_FILENO);
+  std::vector<char*> arguments;
+  for (std::string& argument : command) arguments.push_back(argument.data());
+  arguments.push_back(nullptr);
+  execv(arguments.front(), arguments.data());
+  _exit(127);
+}
+
 /// A process of viewers, ended by its id.
 class Viewers {
  public:
@@ -33,15 +45,7 @@ class Viewers {
     std::array<int, 2> pipe_ends{};
     if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
     options.insert(options.begin(), {program, "--port", std::to_string(house.endpoint().port())});
-    pid_ = fork();
-    if (pid_ == 0) {
-      dup2(pipe_ends[1], STDOUT_FILENO);
-      std::vector<char*> arguments;
-      for (std::string& option : options) arguments.push_back(option.data());
-      arguments.push_back(nullptr);
-      execv(program.c_str(), arguments.data());
-      _exit(127);
-    }
+    pid_ = spawned(options, pipe_ends[1]);
     close(pipe_ends[1]);
     out_ = fdopen(pipe_ends[0], "r");
     if (line() != "ready") throw std::runtime_error("the viewers did not start");
@@ -163,6 +167,32 @@ void idle_sockets(const Options& options, FakeHouse& house) {
       bad.report()["idle_opened"].get<int>());
 }
 
+/// slowhttptest's slow headers, slow bodies and slow reads, a thousand connections each.
+void slow_attacks(const Options& options, FakeHouse& house) {
+  const char* const kProgram = "/usr/bin/slowhttptest";
+  if (options.small) return;
+  if (access(kProgram, X_OK) != 0) {
+    fmt::print("slowhttptest is not installed, and so not run\n");
+    return;
+  }
+  const auto before = watched(options, house, 10, 20).second;
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  const std::string url = fmt::format("http://127.0.0.1:{}/", house.endpoint().port());
+  for (const char* const kind : {"-H", "-B", "-X"}) {
+    const double before_mb = resident_mb();
+    const pid_t attack =
+        spawned({kProgram, kind, "-c", "1000", "-r", "200", "-l", "25", "-i", "2", "-u", url}, nowhere);
+    const auto meanwhile = watched(options, house, 10, 20).second;
+    const double most_mb = resident_mb();
+    kill(attack, SIGKILL);
+    waitpid(attack, nullptr, 0);
+    fmt::print(
+        "slowhttptest {}: the viewers' p99 age {:.1f} ms, {:.1f} before; memory {:.1f} MB, {:.1f} before\n",
+        kind, meanwhile["age_p99_ms"].get<double>(), before["age_p99_ms"].get<double>(), most_mb, before_mb);
+  }
+  close(nowhere);
+}
+
 int run(int argc, char** argv) {
   CLI::App program("What displays cost the server, and one another");
   Options options;
@@ -174,6 +204,7 @@ int run(int argc, char** argv) {
   many_viewers(options, house);
   one_stopped(options, house);
   idle_sockets(options, house);
+  slow_attacks(options, house);
   const ServerCounters& counts = house.counters();
   const std::uint64_t done = counts.pictures_sent.value() + counts.pictures_skipped.value();
   fmt::print("{} pictures offered, {} sent, {} skipped\n", counts.pictures_offered.value(),
