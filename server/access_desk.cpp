@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <system_error>
 #include <utility>
 
 #include "proto/clock.hpp"
@@ -26,18 +25,12 @@ std::string host_of(const std::string& address) {
   return address.substr(0, address.rfind(':'));
 }
 
-std::filesystem::file_time_type written(const std::filesystem::path& path) {
-  std::error_code missing;
-  const auto time = std::filesystem::last_write_time(path, missing);
-  return missing ? std::filesystem::file_time_type{} : time;
-}
-
 }  // namespace
 
 Result<AccessDesk> AccessDesk::create(const std::filesystem::path& credentials) {
   AccessDesk made(credentials);
   if (!made.asks()) return made;
-  made.written_ = written(credentials);
+  made.read_ = file_mark(credentials);
   auto known = Credentials::load(credentials);
   if (!known) return known.error();
   made.known_ = std::move(*known);
@@ -82,11 +75,11 @@ bool AccessDesk::may_stay(const Visitor& visitor) const {
 bool AccessDesk::reload(std::string& trouble) {
   trouble.clear();
   if (!asks()) return false;
-  const auto time = written(path_);
-  if (time == written_) return false;
+  const FileMark mark = file_mark(path_);
+  if (mark == read_) return false;
   auto known = Credentials::load(path_);
   if (known) {
-    written_ = time;
+    read_ = mark;
     known_ = std::move(*known);
     trouble_.clear();
     return true;

@@ -7,6 +7,7 @@
 #include "proto/result.hpp"
 #include "server/audit_log.hpp"
 #include "server/credentials.hpp"
+#include "server/file_mark.hpp"
 #include "server/login_guard.hpp"
 #include "server/role.hpp"
 
@@ -46,7 +47,7 @@ class AccessDesk {
   std::filesystem::path path_;
   AuditLog* audit_ = nullptr;
   Credentials known_;
-  std::filesystem::file_time_type written_{};
+  FileMark read_;
   std::string trouble_;
   LoginGuard guard_;
 };

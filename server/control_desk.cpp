@@ -100,6 +100,17 @@ Result<bool> ControlDesk::keep(std::uint64_t session, std::int64_t now_ms) {
   return true;
 }
 
+bool ControlDesk::renamed(const Party& who) {
+  bool known = holds(who.session);
+  if (known) state_.holder.name = who.name;
+  for (Party& asking : state_.asking) {
+    if (asking.session != who.session) continue;
+    asking.name = who.name;
+    known = true;
+  }
+  return known;
+}
+
 bool ControlDesk::left(std::uint64_t session, std::int64_t now_ms) {
   const bool asked =
       std::erase_if(state_.asking, [&](const Party& one) { return one.session == session; }) > 0;

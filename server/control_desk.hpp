@@ -43,6 +43,9 @@ class ControlDesk {
   Result<bool> take_over(const Party& who, Role role, std::int64_t now_ms);
   Result<bool> keep(std::uint64_t session, std::int64_t now_ms);
 
+  /// The session goes by another name; true where the state is another one now.
+  bool renamed(const Party& who);
+
   /// The session is gone; true where the state is another one now.
   bool left(std::uint64_t session, std::int64_t now_ms);
 

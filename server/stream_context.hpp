@@ -1,13 +1,12 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <unordered_set>
-#include <utility>
 
 #include "server/access_desk.hpp"
+#include "server/connection_places.hpp"
 #include "server/control_desk.hpp"
 #include "server/picture_hub.hpp"
 #include "server/probe_desk.hpp"
@@ -24,20 +23,6 @@ struct HouseFacts {
   std::uint32_t picture_width = 0;
   std::uint32_t picture_height = 0;
   int jpeg_quality = 85;  ///< where a session asks for none
-};
-
-/// One of the connections that a server allows at once, counted while it lives.
-class ConnectionPlace {
- public:
-  explicit ConnectionPlace(std::size_t& taken) : taken_(&taken) { ++*taken_; }
-  ConnectionPlace(ConnectionPlace&& other) noexcept : taken_(std::exchange(other.taken_, nullptr)) {}
-  ConnectionPlace& operator=(ConnectionPlace&&) = delete;
-  ~ConnectionPlace() {
-    if (taken_ != nullptr) --*taken_;
-  }
-
- private:
-  std::size_t* taken_;
 };
 
 /// What every session works with; outlives them all. Server thread only.

@@ -71,6 +71,7 @@ void StreamSession::log_in(const v1::Login& login) {
   if (open_) {
     // Where no token is needed a login gives the display its name.
     name_ = login.name().empty() ? visitor_->name : login.name();
+    if (context_.control.renamed(party())) tell_of_control(context_);
     return;
   }
   auto visitor = context_.access.by_token(login.token(), address_);

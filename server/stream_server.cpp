@@ -67,7 +67,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                control_,
                audit_,
                strangers_,
-               sessions_so_far_} {
+               sessions_so_far_},
+      places_(config.most_connections, config.most_connections_a_host) {
   access_.audit_to(audit_);
   // What a display says wrongly is answered and counted here; the library would write a line for each.
   google::protobuf::SetLogHandler(nullptr);
@@ -97,10 +98,10 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
 }
 
 Result<void> StreamServer::read_certificates() {
-  const auto written = newest_write(config_.tls);
+  const auto marks = file_marks(config_.tls);
   auto context = make_tls_context(config_.tls);
   if (!context) return context.error();
-  certificates_written_ = written;
+  certificates_read_ = marks;
   tls_ = std::move(*context);
   return {};
 }
@@ -160,11 +161,12 @@ void StreamServer::accepted(boost::system::error_code failure, tcp::socket socke
     });
     return;
   }
-  if (connections_ < config_.most_connections) {
-    boost::system::error_code ignored;
+  boost::system::error_code ignored;
+  const std::string host = socket.remote_endpoint(ignored).address().to_string();
+  if (auto place = places_.take(host)) {
     socket.set_option(tcp::no_delay(true), ignored);
     auto connection = tls_ != nullptr ? Connection(std::move(socket), tls_) : Connection(std::move(socket));
-    std::make_shared<HttpSession>(std::move(connection), ConnectionPlace(connections_), context_)->start();
+    std::make_shared<HttpSession>(std::move(connection), std::move(*place), context_)->start();
   } else {
     from_.counters.connections_refused.add();  // and closed, as the socket goes
   }
@@ -224,7 +226,7 @@ void StreamServer::second_passed() {
       spdlog::error("the credentials stay as they were: {}", trouble);
     }
   }
-  if (!config_.tls.empty() && newest_write(config_.tls) != certificates_written_) {
+  if (!config_.tls.empty() && file_marks(config_.tls) != certificates_read_) {
     // What cannot be read is tried again, and told of once.
     const auto read = read_certificates();
     const std::string result = read ? "done" : read.error().message;

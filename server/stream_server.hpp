@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -34,6 +35,7 @@ class StreamServer {
     std::int64_t control_lapse_ms = 60'000;
     ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_connections = 2048;
+    std::size_t most_connections_a_host = 2048;
     std::size_t most_private_views = kMostPrivateViews;
   };
   /// All must outlive the server. `bell` is the one that the mailboxes ring for their reader, and whoever
@@ -94,9 +96,9 @@ class StreamServer {
   std::uint64_t sessions_so_far_ = 0;
   StreamContext context_;
   std::shared_ptr<boost::asio::ssl::context> tls_;  // null: none
-  std::filesystem::file_time_type certificates_written_{};
+  std::array<FileMark, 3> certificates_read_;
   std::string certificates_result_;  // the last trouble with them that was told
-  std::size_t connections_ = 0;
+  ConnectionPlaces places_;
   boost::asio::io_context loop_{1};
   boost::asio::ip::tcp::acceptor acceptor_{loop_};
   boost::asio::posix::stream_descriptor bell_{loop_};

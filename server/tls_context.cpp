@@ -48,14 +48,8 @@ Result<std::shared_ptr<ssl::context>> make_tls_context(const TlsFiles& files) {
   return context;
 }
 
-std::filesystem::file_time_type newest_write(const TlsFiles& files) {
-  auto newest = std::filesystem::file_time_type::min();
-  for (const auto* path : {&files.certificate, &files.key, &files.client_ca}) {
-    std::error_code missing;
-    const auto written = std::filesystem::last_write_time(*path, missing);
-    if (!missing) newest = std::max(newest, written);
-  }
-  return newest;
+std::array<FileMark, 3> file_marks(const TlsFiles& files) {
+  return {file_mark(files.certificate), file_mark(files.key), file_mark(files.client_ca)};
 }
 
 Digest fingerprint(const X509* certificate) {

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <boost/asio/ssl/context.hpp>
 #include <filesystem>
 #include <memory>
 
 #include "proto/result.hpp"
 #include "server/digest.hpp"
+#include "server/file_mark.hpp"
 
 namespace fanlight {
 
@@ -22,8 +24,8 @@ struct TlsFiles {
 /// Clients may show a certificate, and must not: a token will do. Errors: kBadInput with the file.
 Result<std::shared_ptr<boost::asio::ssl::context>> make_tls_context(const TlsFiles& files);
 
-/// The newest time at which one of the files was written; changes where a certificate was renewed.
-std::filesystem::file_time_type newest_write(const TlsFiles& files);
+/// Others where one of the files was replaced or written.
+std::array<FileMark, 3> file_marks(const TlsFiles& files);
 
 /// SHA-256 over the certificate's DER, as browsers and `openssl x509 -fingerprint -sha256` show it.
 Digest fingerprint(const X509* certificate);

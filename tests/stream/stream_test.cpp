@@ -285,6 +285,34 @@ TEST(Stream, ClosesConnectionsBeyondTheLimit) {
   EXPECT_GE(house.counters().connections_refused.value(), 1U);
 }
 
+TEST(Stream, ADisplayThatClosesHalfOfItsConnectionGivesItsPlaceBack) {
+  FakeHouse house(1);
+  StreamClient half(house.endpoint());
+  half.next(Body::kHello);
+  // More than the socket takes, so that a write is under way for ever.
+  for (std::uint64_t id = 1; id <= 40; ++id) {
+    house.show_noise(id);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  half.close_half();
+  for (int tries = 0; tries < 1000 && house.counters().sessions_closed.value() == 0; ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  StreamClient next(house.endpoint());
+  next.next(Body::kHello);
+}
+
+TEST(Stream, OneAddressCannotTakeAllConnections) {
+  FakeHouse house(StreamServer::Config{.most_connections = 8, .most_connections_a_host = 2});
+  StreamClient first(house.endpoint());
+  StreamClient second(house.endpoint());
+  first.next(Body::kHello);
+  second.next(Body::kHello);
+  EXPECT_THROW(StreamClient(house.endpoint()), boost::system::system_error);
+  EXPECT_EQ(house.counters().connections_refused.value(), 1U);
+  StreamClient other(house.endpoint(), "", "127.0.0.2");
+  other.next(Body::kHello);
+}
+
 TEST(Stream, EndsWithTheReasonWhenTheRendererFails) {
   FakeHouse house;
   house.fail({ErrorCode::kBroken, "the GPU is gone"});

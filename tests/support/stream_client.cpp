@@ -16,9 +16,12 @@ struct StreamClient::Socket {
   websocket::stream<boost::asio::ip::tcp::socket> stream{loop};
 };
 
-StreamClient::StreamClient(const boost::asio::ip::tcp::endpoint& endpoint, const std::string& origin)
+StreamClient::StreamClient(const boost::asio::ip::tcp::endpoint& endpoint, const std::string& origin,
+                           const std::string& from)
     : socket_(std::make_unique<Socket>()) {
   auto& stream = socket_->stream;
+  stream.next_layer().open(endpoint.protocol());
+  stream.next_layer().bind({boost::asio::ip::make_address(from), 0});
   stream.next_layer().connect(endpoint);
   stream.set_option(websocket::stream_base::decorator([&origin](websocket::request_type& request) {
     if (!origin.empty()) request.set(beast::http::field::origin, origin);
@@ -61,6 +64,10 @@ v1::SceneReply StreamClient::change(const v1::Scene& scene, std::uint64_t reques
 
 void StreamClient::close() {
   socket_->stream.close(websocket::close_code::normal);
+}
+
+void StreamClient::close_half() {
+  socket_->stream.next_layer().shutdown(boost::asio::ip::tcp::socket::shutdown_send);
 }
 
 void StreamClient::vanish() {

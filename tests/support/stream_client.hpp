@@ -12,7 +12,8 @@ namespace fanlight::test {
 /// A display that does one thing at a time; throws boost::system::system_error where the server closed.
 class StreamClient {
  public:
-  explicit StreamClient(const boost::asio::ip::tcp::endpoint& endpoint, const std::string& origin = "");
+  explicit StreamClient(const boost::asio::ip::tcp::endpoint& endpoint, const std::string& origin = "",
+                        const std::string& from = "127.0.0.1");
   ~StreamClient();
   StreamClient(StreamClient&&) noexcept;
 
@@ -29,6 +30,8 @@ class StreamClient {
 
   /// Says good-bye.
   void close();
+  /// Sends no more, and reads nothing either.
+  void close_half();
   /// Goes without a word.
   void vanish();
   /// Of the server's close frame.
