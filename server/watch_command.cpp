@@ -32,6 +32,7 @@ struct WatchOptions {
   double seconds = 0;
   bool json = false;
   bool take_over = false;
+  bool own_view = false;
   v1::StreamRequest::Codec codec = v1::StreamRequest::JPEG;
   v1::StreamRequest stream;
 };
@@ -117,8 +118,13 @@ class Watch {
     const auto change = change_of(options_.changes);
     if (!change) return change.error();
     v1::ClientMessage message;
-    message.mutable_scene_change()->set_request_id(1);
-    *message.mutable_scene_change()->mutable_scene() = *change;
+    if (options_.own_view) {
+      message.mutable_view()->set_request_id(1);
+      *message.mutable_view()->mutable_scene() = *change;
+    } else {
+      message.mutable_scene_change()->set_request_id(1);
+      *message.mutable_scene_change()->mutable_scene() = *change;
+    }
     return client_.send(message);
   }
 
@@ -133,6 +139,14 @@ class Watch {
         if (message.scene_reply().has_refused()) return refused(message.scene_reply().refused());
         fmt::print(stderr, "the scene has revision {}\n", message.scene_reply().in_force().revision());
         return {};
+      case v1::ServerMessage::kViewReply:
+        if (message.view_reply().has_refused()) return refused(message.view_reply().refused());
+        fmt::print(stderr, "the own view has revision {}\n", message.view_reply().in_force().revision());
+        return {};
+      case v1::ServerMessage::kView:
+        if (message.view().ended().empty()) return {};
+        return Error{ErrorCode::kStopped,
+                     fmt::format("the server ended the own view: {}", message.view().ended())};
       case v1::ServerMessage::kSceneShown:
         fmt::print(stderr, "picture {} is the first with revision {}\n", message.scene_shown().picture_id(),
                    message.scene_shown().revision());
@@ -155,6 +169,8 @@ class Watch {
   }
 
   Result<void> take_picture(const v1::Picture& picture) {
+    // The main view goes on until the own one has its first picture.
+    if (options_.own_view && !options_.changes.empty() && !picture.private_view()) return {};
     ++pictures_;
     const std::string& bytes = !picture.jpeg().empty()  ? picture.jpeg()
                                : !picture.png().empty() ? picture.png()
@@ -252,6 +268,8 @@ Command add_watch_command(CLI::App& program) {
   command
       ->add_option("--set", options->changes, "A change of the scene: light.up_mm=20; may come several times")
       ->type_name("NAME=VALUE");
+  command->add_flag("--own-view", options->own_view,
+                    "The changes are this display's alone: a light, filters or a camera of its own");
   command->add_flag("--take-over", options->take_over, "Take the control from whoever has it (an admin's)");
   command->add_option("--save", options->save, "Pictures to PATH.000001.jpg and so on, H.264 to PATH.h264")
       ->type_name("PATH");
