@@ -171,6 +171,7 @@ struct RenderCounters {
   Counter private_casts;
   Counter private_casts_given_up;  ///< since the main view took their frames, or nobody wanted them any more
   Counter private_pictures;
+  Counter private_views_refused;  ///< that this GPU had no memory for
   /// Of the last second or two, the share of time in which the main view had work under way.
   Gauge<double> main_busy_share;
 };

@@ -234,9 +234,6 @@ const SceneField kFields[] = {
                                     200, 0, FirstPass::kLight),
     // Surface mode ends each ray at the surface, so that the volume's colours are only there when asked for.
     choice<MEMBER(mode)>("mode", "what the picture shows", FirstPass::kCast, kModes),
-    choice<MEMBER(refresh)>("refresh",
-                            "when the picture follows the probe: when a sweep is whole, or with every frame",
-                            FirstPass::kNone, kRefreshes),
     choice<MEMBER(finish.smoothing)>(
         "finish.smoothing", "smoothing of the picture: none, 2 x 2 mean, or diffusion that keeps edges",
         FirstPass::kLight, kSmoothings),
@@ -246,7 +243,10 @@ const SceneField kFields[] = {
                                     "diffusion: steps well above this stay", 1, 100, 0, FirstPass::kLight),
     choice<MEMBER(finish.colours)>("finish.colours", "colour map of the picture's brightness",
                                    FirstPass::kLight, kColourMaps),
-    // They change no pass of a picture; but a change wants its picture, and the light's is the cheapest.
+    // These change no pass of a picture; but a change wants its picture, and the light's is the cheapest.
+    choice<MEMBER(refresh)>("refresh",
+                            "when the picture follows the probe: when a sweep is whole, or with every frame",
+                            FirstPass::kLight, kRefreshes),
     choice<MEMBER(deadline.plan)>(
         "deadline.plan",
         "where the machine cannot keep up: nothing, or hold the rate with a coarser picture while the view "

@@ -11,18 +11,29 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
   for (std::size_t index = 0; index < views.size(); ++index) {
     Place& place = places_[index];
     // Another's pictures begin anew. What is under way for the last one is told apart by collect().
-    if (place.wanted.view_id != views[index].view_id) place.drawn = false;
+    if (place.wanted.view_id != views[index].view_id) {
+      place.drawn = false;
+      place.pictures = 0;
+    }
     place.wanted = views[index];
     if (place.wanted.view_id == 0 || place.view) continue;
     auto view = VolumeView::create(gpu_, passes_, view_config_);
-    if (!view) return view.error();
-    place.view = std::move(*view);
+    if (view) {
+      place.view = std::move(*view);
+    } else if (view.error().code == ErrorCode::kBroken) {
+      return view.error();
+    } else {
+      // No memory is no reason to end the main view; who waits for this one is told that it had no time.
+      place.wanted.view_id = 0;
+      counters_.private_views_refused.add();
+    }
   }
   return {};
 }
 
 bool PrivateRenderer::due(const Place& place, const Shown& shown) const {
   if (place.wanted.view_id == 0) return false;
+  if (place.stamp.volume.volume_id != shown.slot.volume().volume_id) return true;
   if (!place.drawn || place.revision != place.wanted.scene.revision || place.slot != &shown.slot) return true;
   return place.wanted.own_camera ? place.cast != 0 || place.frames != shown.slot.frames_turn()
                                  : place.cast != shown.cast;
@@ -85,8 +96,11 @@ Result<void> PrivateRenderer::advance(const Shown& shown) {
   for (std::size_t turn = 0; turn < places_.size(); ++turn) {
     Place& place = places_[(next_ + turn) % places_.size()];
     if (place.phase == Phase::kIdle && !due(place, shown)) continue;
-    next_ = (next_ + turn + 1) % places_.size();
-    return place.phase == Phase::kIdle ? begin(place, shown) : go_on(place, shown);
+    // A cast goes on before another begins: the time until its frames are taken may do for one.
+    next_ = (next_ + turn) % places_.size();
+    auto done = place.phase == Phase::kIdle ? begin(place, shown) : go_on(place, shown);
+    if (place.phase != Phase::kCasting) next_ = (next_ + 1) % places_.size();
+    return done;
   }
   return {};
 }

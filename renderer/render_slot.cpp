@@ -48,10 +48,10 @@ Result<void> RenderSlot::prepare(const Gpu& gpu, Passes& passes, const Scene& sc
 }
 
 Result<void> RenderSlot::load(const Gpu& gpu, const Volume& volume) {
+  ++frames_turn_;  // also where the frames are gone and no others come
   if (!frames_.suits(volume)) {
     if (auto made = replace_frames(gpu, volume); !made) return made;
   }
-  ++frames_turn_;
   frames_.load(volume);
   geometry_ = volume.geometry();
   angles_rad_.clear();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/asio/ip/address.hpp>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -24,16 +25,18 @@ class ConnectionPlace {
   std::string host_;
 };
 
-/// How many connections there may be, in all and from one address: one peer cannot take all of them. Outlives
-/// its places. Server thread only.
+/// How many connections there may be, in all and from one address: one peer cannot take all of them, unless
+/// it is this machine, where a proxy may stand. Outlives its places. Server thread only.
 class ConnectionPlaces {
  public:
   ConnectionPlaces(std::size_t most, std::size_t most_a_host) : most_(most), most_a_host_(most_a_host) {}
 
   /// None where there are as many already.
-  std::optional<ConnectionPlace> take(const std::string& host) {
+  std::optional<ConnectionPlace> take(const boost::asio::ip::address& address) {
+    const std::string host = address.is_loopback() ? "" : address.to_string();
     const auto known = by_host_.find(host);
-    if (taken_ >= most_ || (known != by_host_.end() && known->second >= most_a_host_)) return std::nullopt;
+    if (taken_ >= most_ || (!host.empty() && known != by_host_.end() && known->second >= most_a_host_))
+      return std::nullopt;
     ++taken_;
     ++by_host_[host];
     return std::optional<ConnectionPlace>(std::in_place, *this, host);

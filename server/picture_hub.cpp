@@ -102,6 +102,12 @@ Result<void> PictureHub::add(StreamSession& session) {
   return begin_anew(session);
 }
 
+void PictureHub::remove(StreamSession& session) {
+  sessions_.erase(&session);
+  // 0 is the main view, and no session's number.
+  on_show_.erase(session.id());
+}
+
 void PictureHub::forget_view(StreamSession& session) {
   on_show_.erase(session.id());
   if (session.view_id() == 0) return;

@@ -47,7 +47,8 @@ class PictureHub {
   /// Whether pictures can be had in this way too: only so many ways at a time. Error, kUnavailable: no more.
   Result<void> has_room(std::uint64_t view_id, const StreamSettings& settings);
 
-  void remove(StreamSession& session) { sessions_.erase(&session); }
+  /// And its private view with it.
+  void remove(StreamSession& session);
 
   /// The session wants its pictures otherwise now, or has missed one without which the next cannot be shown:
   /// offers it the one on show, or, of a film that others watch as well, sees to it that the next is a key

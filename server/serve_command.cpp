@@ -173,7 +173,6 @@ Result<void> serve(const ServeOptions& options) {
                             .audit_log = options.audit_log,
                             .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
                             .probe_control = options.probe_control,
-                            .most_connections_a_host = endpoint->address().is_loopback() ? 2048U : 256U,
                             .most_private_views = options.private_views},
                            {.bell = server_bell,
                             .pictures = pictures,

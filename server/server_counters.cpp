@@ -91,6 +91,8 @@ void add_volumes_and_pictures(std::vector<NamedCount>& to, const RingCounters& r
       {"private_casts_given_up", "Of those, given up since the main view took their frames",
        render.private_casts_given_up.value()},
       {"private_pictures", "Pictures of private views", render.private_pictures.value()},
+      {"private_views_refused", "Private views that this GPU had no memory for",
+       render.private_views_refused.value()},
   };
   to.insert(to.end(), std::begin(counts), std::end(counts));
 }

@@ -126,7 +126,7 @@ void StreamSession::change_view(const v1::ViewChange& change) {
     *reply.mutable_in_force() = context_.views.state(id_);
     answer(message);
     if (!had) return;
-    audit("private_view", "left");
+    audit_at_will("private_view", "left");
     return context_.hub.forget_view(*this);
   }
   const SceneField* refused = nullptr;
@@ -136,7 +136,8 @@ void StreamSession::change_view(const v1::ViewChange& change) {
     audit("private_view", "refused: " + changed.error().message);
     return answer(message);
   }
-  if (!had) audit("private_view", "done");
+  view_ended_.clear();  // what ended is open again
+  if (!had) audit_at_will("private_view", "done");
   *reply.mutable_in_force() = context_.views.state(id_);
   answer(message);
   ask_when_shown(

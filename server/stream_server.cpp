@@ -162,8 +162,7 @@ void StreamServer::accepted(boost::system::error_code failure, tcp::socket socke
     return;
   }
   boost::system::error_code ignored;
-  const std::string host = socket.remote_endpoint(ignored).address().to_string();
-  if (auto place = places_.take(host)) {
+  if (auto place = places_.take(socket.remote_endpoint(ignored).address())) {
     socket.set_option(tcp::no_delay(true), ignored);
     auto connection = tls_ != nullptr ? Connection(std::move(socket), tls_) : Connection(std::move(socket));
     std::make_shared<HttpSession>(std::move(connection), std::move(*place), context_)->start();
@@ -189,7 +188,16 @@ void StreamServer::bell_rang() {
     views_.main_shown(picture->stamp);
     hub_.show(*picture);
   }
-  for (const Picture* picture : views_.newest()) hub_.show(*picture);
+  show_private_views();
+}
+
+void StreamServer::show_private_views() {
+  for (const Picture* picture : views_.newest(now_ns())) hub_.show(*picture);
+  if (!views_.has_more()) return;
+  private_pause_.expires_after(std::chrono::nanoseconds(ViewDesk::kBetweenPicturesNs));
+  private_pause_.async_wait([this](boost::system::error_code stopped) {
+    if (!stopped) show_private_views();
+  });
 }
 
 void StreamServer::probe_told() {

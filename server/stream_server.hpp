@@ -35,7 +35,7 @@ class StreamServer {
     std::int64_t control_lapse_ms = 60'000;
     ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_connections = 2048;
-    std::size_t most_connections_a_host = 2048;
+    std::size_t most_connections_a_host = 256;  ///< but of this one, where a proxy may stand
     std::size_t most_private_views = kMostPrivateViews;
   };
   /// All must outlive the server. `bell` is the one that the mailboxes ring for their reader, and whoever
@@ -78,6 +78,7 @@ class StreamServer {
   void count_seconds();
   void second_passed();
   std::vector<std::shared_ptr<StreamSession>> all_sessions() const;
+  void show_private_views();
   void probe_told();
   void fail(const Error& error);
 
@@ -104,6 +105,7 @@ class StreamServer {
   boost::asio::posix::stream_descriptor bell_{loop_};
   boost::asio::steady_timer second_{loop_};
   boost::asio::steady_timer accept_pause_{loop_};
+  boost::asio::steady_timer private_pause_{loop_};
   boost::asio::signal_set signals_{loop_};
   std::optional<Error> failure_;
 };

@@ -122,7 +122,7 @@ void StreamSession::leave() {
   if (!open_) return;
   open_ = false;
   context_.hub.remove(*this);
-  if (context_.views.leave(id_)) context_.hub.forget_view(*this);
+  context_.views.leave(id_);
   context_.counters.sessions_closed.add();
   skip_waiting();
   if (std::exchange(picture_under_way_, false)) {
@@ -269,6 +269,10 @@ void StreamSession::audit(const char* what, const std::string& result) {
   const AuditLog::Event event{.what = what, .session = id_, .result = result};
   if (result.starts_with("refused")) return context_.audit.note_refusal(*visitor_, event);
   context_.audit.note(*visitor_, event);
+}
+
+void StreamSession::audit_at_will(const char* what, const std::string& result) {
+  context_.audit.note_refusal(*visitor_, {.what = what, .session = id_, .result = result});
 }
 
 void StreamSession::audit_changes() {

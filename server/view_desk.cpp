@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "proto/clock.hpp"
 #include "server/scene_message.hpp"
@@ -14,7 +15,7 @@ namespace {
 constexpr double kLeastHz = 2;
 constexpr int kMostSecondsBehind = 5;
 // The main view's share of the time is that of a second: after this long without a picture it is at rest.
-constexpr std::int64_t kAtRestNs = 1'500'000'000;
+constexpr double kAtRestMs = 1500;
 // What passes 2 and 3 read, and the camera.
 constexpr std::string_view kOwnGroups[] = {"camera", "filter", "light", "material", "shadow", "finish"};
 
@@ -39,30 +40,48 @@ ViewDesk::View* ViewDesk::find(std::uint64_t session) {
   return found == views_.end() ? nullptr : &*found;
 }
 
-double ViewDesk::cost_ms(bool own_camera) const {
+double ViewDesk::cost_ms(const View* view, bool own_camera) const {
   double sum_ms = 0;
-  for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish, Stage::kReadBack})
-    sum_ms += stage_ms_[static_cast<std::size_t>(stage)];
-  return own_camera ? sum_ms + stage_ms_[static_cast<std::size_t>(Stage::kCast)] : sum_ms;
+  const auto add = [&](Stage stage) {
+    const auto index = static_cast<std::size_t>(stage);
+    sum_ms += std::max(stage_ms_[index], view != nullptr ? view->stage_ms[index] : 0);
+  };
+  for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish, Stage::kReadBack}) add(stage);
+  if (own_camera) add(Stage::kCast);
+  return sum_ms;
 }
 
-Result<void> ViewDesk::check_budget(std::uint64_t session, bool own_camera) const {
-  const bool at_rest = now_ns() - main_shown_ns_ > kAtRestNs;
-  const double left_ms = at_rest ? 1000 : 1000 * (1 - from_.render.main_busy_share.value());
+Result<void> ViewDesk::check_budget(const View* wanted, bool own_camera) const {
+  const double picture_ms = std::accumulate(stage_ms_.begin(), stage_ms_.end(), 0.0);
+  const auto since_ms = static_cast<double>(now_ns() - main_shown_ns_) / 1e6;
+  const bool at_rest = since_ms > std::max(kAtRestMs, 2 * picture_ms);
+  const double left_share = at_rest ? 1 : 1 - from_.render.main_busy_share.value();
   double taken_ms = 0;
   for (const View& view : views_) {
-    if (view.wanted.view_id != 0 && view.wanted.view_id != session)
-      taken_ms += kLeastHz * cost_ms(view.wanted.own_camera);
+    if (view.wanted.view_id != 0 && &view != wanted)
+      taken_ms += kLeastHz * cost_ms(&view, view.wanted.own_camera);
   }
-  const double wanted_ms = kLeastHz * cost_ms(own_camera);
-  if (wanted_ms + taken_ms <= left_ms) return {};
-  return Error{
-      ErrorCode::kUnavailable,
-      fmt::format("{} would take {:.0f} ms of each second; the main view leaves {:.0f}, of which other "
-                  "private views take {:.0f}, expected {}",
-                  own_camera ? "a private camera" : "a private light", wanted_ms, left_ms, taken_ms,
-                  own_camera ? "the main view's camera, or a main view that does less"
-                             : "fewer private views, or a main view that does less")};
+  const char* const what = own_camera ? "a private camera" : "a private light";
+  const double once_ms = cost_ms(wanted, own_camera);
+  if (kLeastHz * once_ms + taken_ms > 1000 * left_share) {
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("{} would take {:.0f} ms of each second; the main view leaves {:.0f}, of which other "
+                    "private views take {:.0f}, expected {}",
+                    what, kLeastHz * once_ms, 1000 * left_share, taken_ms,
+                    own_camera ? "the main view's camera, or a main view that does less"
+                               : "fewer private views, or a main view that does less")};
+  }
+  // The next volume but one takes the frames away.
+  const double gap_ms = left_share * main_period_ms_;
+  if (own_camera && !at_rest && main_period_ms_ > 0 && once_ms > gap_ms) {
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("{} would take {:.0f} ms; the main view leaves {:.0f} between two volumes, expected "
+                    "the main view's camera, or a main view that does less",
+                    what, once_ms, gap_ms)};
+  }
+  return {};
 }
 
 Result<void> ViewDesk::change(std::uint64_t session, const v1::Scene& change, const SceneField** refused) {
@@ -84,11 +103,8 @@ Result<void> ViewDesk::change(std::uint64_t session, const v1::Scene& change, co
   const Scene& before = view != nullptr ? view->wanted.scene.scene : from_.desk.in_force().scene;
   auto scene = changed_scene(before, change, refused);
   if (!scene) return scene.error();
-  const bool had_camera = view != nullptr && view->wanted.own_camera;
-  const bool own_camera = had_camera || groups.contains("camera");
-  if (view == nullptr || own_camera != had_camera) {
-    if (auto fits = check_budget(session, own_camera); !fits) return fits;
-  }
+  const bool own_camera = (view != nullptr && view->wanted.own_camera) || groups.contains("camera");
+  if (auto fits = check_budget(view, own_camera); !fits) return fits;
   if (view == nullptr) {
     const auto taken = static_cast<std::size_t>(
         std::ranges::count_if(views_, [](const View& each) { return each.wanted.view_id != 0; }));
@@ -103,6 +119,7 @@ Result<void> ViewDesk::change(std::uint64_t session, const v1::Scene& change, co
     view->wanted = {.view_id = session, .pictures = view->pictures.get()};
     view->own.clear();
     view->seconds_behind = 0;
+    view->stage_ms = {};
     view->volume_shown = view->revision_shown = 0;
   }
   view->own.merge(groups);
@@ -162,7 +179,16 @@ std::vector<std::uint64_t> ViewDesk::main_changed() {
 }
 
 void ViewDesk::main_shown(const PictureStamp& stamp) {
-  main_shown_ns_ = now_ns();
+  const std::int64_t now = now_ns();
+  if (stamp.volume.volume_id != main_volume_) {
+    const double period_ms = main_volume_ns_ == 0 ? 0 : static_cast<double>(now - main_volume_ns_) / 1e6;
+    // The mean of some, so that one that was late counts for little; one after a rest begins anew.
+    main_period_ms_ = main_period_ms_ == 0 || period_ms > 1000
+                          ? period_ms
+                          : main_period_ms_ + (period_ms - main_period_ms_) / 4;
+    main_volume_ns_ = now;
+  }
+  main_shown_ns_ = now;
   main_volume_ = stamp.volume.volume_id;
   for (std::size_t stage = 0; stage < kStages; ++stage) {
     // A stage that this picture did without costs what it did before.
@@ -170,12 +196,21 @@ void ViewDesk::main_shown(const PictureStamp& stamp) {
   }
 }
 
-std::vector<const Picture*> ViewDesk::newest() {
+std::vector<const Picture*> ViewDesk::newest(std::int64_t now_ns) {
   std::vector<const Picture*> pictures;
+  has_more_ = false;
   for (View& view : views_) {
     if (view.pictures == nullptr) continue;
+    if (now_ns - view.shown_ns < kBetweenPicturesNs) {
+      has_more_ = true;  // perhaps: a mailbox does not tell before it is read
+      continue;
+    }
     const Picture* const picture = view.pictures->newest();
     if (picture == nullptr || picture->stamp.view_id != view.wanted.view_id) continue;
+    view.shown_ns = now_ns;
+    for (std::size_t stage = 0; stage < kStages; ++stage) {
+      if (picture->stamp.stage_ms[stage] > 0) view.stage_ms[stage] = picture->stamp.stage_ms[stage];
+    }
     view.volume_shown = picture->stamp.volume.volume_id;
     view.revision_shown = picture->stamp.scene_revision;
     view.seconds_behind = 0;

@@ -21,9 +21,10 @@ namespace fanlight {
 /// What is its own it has group by group (camera, light, ...); all else follows the scene in force. Server
 /// thread only.
 ///
-/// The budget: a view must come to two pictures a second in the time that the main view leaves, by the times
-/// of the main view's passes and by how busy it was in the last second. The renderer then draws it in such
-/// time alone, and a view that for five seconds had none of it ends.
+/// The budget: all views must come to two pictures a second in the time that the main view leaves, and a
+/// camera to one cast between two volumes, by what passes took in the main view or, where that is more, in
+/// the view itself, and by how busy the main view was in the last second. The renderer then draws them in
+/// such time alone, and a view that for five seconds had none of it ends.
 class ViewDesk {
  public:
   /// All must outlive the desk. `views` null: there are none to be had. `bell` is the server's.
@@ -37,6 +38,9 @@ class ViewDesk {
   ViewDesk(const Dependencies& dependencies, std::size_t most_views, std::uint32_t width,
            std::uint32_t height)
       : from_(dependencies), most_views_(most_views), width_(width), height_(height) {}
+
+  /// Between two pictures of a view: what a person sees, and no more than the encoders bear.
+  static constexpr std::int64_t kBetweenPicturesNs = 33'000'000;
 
   /// Makes these fields, and the groups they are of, the session's own; opens its view where it has none.
   /// Errors, and nothing is done: kInvalidArgument for a field or a value that cannot be (`refused`: as in
@@ -57,8 +61,10 @@ class ViewDesk {
   /// A picture of the main view, whose stages tell what one costs.
   void main_shown(const PictureStamp& stamp);
 
-  /// Private pictures that have come, until the next call. None of a view that has ended.
-  std::vector<const Picture*> newest();
+  /// Private pictures that have come, until the next call. None of a view that has ended, nor of one that has
+  /// just had one: then has_more(), and the caller should ask again in a while.
+  std::vector<const Picture*> newest(std::int64_t now_ns);
+  bool has_more() const { return has_more_; }
 
   /// The sessions whose views had no time for too long; their views have ended.
   std::vector<std::uint64_t> second_passed();
@@ -68,14 +74,16 @@ class ViewDesk {
     PrivateView wanted;  // view_id: the session; 0: nobody's
     std::set<std::string, std::less<>> own;
     std::unique_ptr<Mailbox<Picture>> pictures;  // kept for the next one
+    std::array<double, kStages> stage_ms{};      // of its own pictures, where it had any
+    std::int64_t shown_ns = 0;
     std::uint64_t volume_shown = 0;
     std::uint64_t revision_shown = 0;
     int seconds_behind = 0;
   };
   View* find(std::uint64_t session);
   const View* find(std::uint64_t session) const { return const_cast<ViewDesk*>(this)->find(session); }
-  Result<void> check_budget(std::uint64_t session, bool own_camera) const;
-  double cost_ms(bool own_camera) const;
+  Result<void> check_budget(const View* wanted, bool own_camera) const;
+  double cost_ms(const View* view, bool own_camera) const;
   void publish();
 
   Dependencies from_;
@@ -85,6 +93,9 @@ class ViewDesk {
   std::array<View, kMostPrivateViews> views_;
   std::array<double, kStages> stage_ms_{};  // each of the main view's last one
   std::int64_t main_shown_ns_ = 0;
+  std::int64_t main_volume_ns_ = 0;
+  double main_period_ms_ = 0;  // between the volumes that it showed
+  bool has_more_ = false;
   std::uint64_t main_volume_ = 0;
   std::uint64_t revisions_ = 0;
 };

@@ -134,7 +134,41 @@ TEST_F(PrivateViewStream, AreWithinABudgetThatTheMainViewLeaves) {
   EXPECT_TRUE(change(second, yaw(5)).has_in_force());
 }
 
+TEST_F(PrivateViewStream, ACameraMustFitBetweenTwoVolumes) {
+  StreamClient client(house_.endpoint());
+  for (std::uint64_t volume = 1; volume <= 2; ++volume) {
+    show_main(volume);
+    client.next(Body::kPicture);
+    std::this_thread::sleep_for(std::chrono::milliseconds(40));
+  }
+  // 180 ms of each second would do, but not 90 ms at once.
+  house_.set_main_busy_share(0.5);
+  const v1::ViewReply reply = change(client, yaw(5));
+  ASSERT_TRUE(reply.has_refused());
+  EXPECT_NE(reply.refused().message().find("between two volumes"), std::string::npos)
+      << reply.refused().message();
+  EXPECT_TRUE(change(client, light(5)).has_in_force());
+}
+
+TEST_F(PrivateViewStream, TakeAsLongAsTheirOwnPicturesTook) {
+  StreamClient client(house_.endpoint());
+  show_main(1);
+  client.next(Body::kPicture);
+  EXPECT_TRUE(change(client, light(5)).has_in_force());
+  const PrivateView wanted = house_.next_private_views()[0];
+  PictureStamp dear{.view_id = wanted.view_id, .picture_id = 1, .scene_revision = wanted.scene.revision};
+  dear.stage_ms[static_cast<std::size_t>(Stage::kFinish)] = 400;
+  house_.show_in(wanted, dear, 90);
+  while (!client.next(Body::kPicture).picture().private_view()) {
+  }
+  house_.set_main_busy_share(0.5);
+  EXPECT_NE(change(client, light(6)).refused().message().find("would take 820 ms"), std::string::npos);
+}
+
 TEST_F(PrivateViewStream, AreSoManyAndNoMore) {
+  StreamClient watching(house_.endpoint());
+  show_main(1);
+  watching.next(Body::kPicture);
   std::vector<std::unique_ptr<StreamClient>> clients;
   for (std::size_t view = 0; view < kMostPrivateViews; ++view) {
     clients.push_back(std::make_unique<StreamClient>(house_.endpoint()));
@@ -149,8 +183,8 @@ TEST_F(PrivateViewStream, AreSoManyAndNoMore) {
 
 TEST_F(PrivateViewStream, EndWhereTheMainViewLeavesThemNoTime) {
   StreamClient client(house_.endpoint());
-  client.next(Body::kHello);
   show_main(1);
+  client.next(Body::kPicture);
   EXPECT_TRUE(change(client, light(5)).has_in_force());
   const v1::ViewState ended = client.next(Body::kView).view();
   EXPECT_FALSE(ended.is_private());

@@ -301,16 +301,38 @@ TEST(Stream, ADisplayThatClosesHalfOfItsConnectionGivesItsPlaceBack) {
   next.next(Body::kHello);
 }
 
-TEST(Stream, OneAddressCannotTakeAllConnections) {
-  FakeHouse house(StreamServer::Config{.most_connections = 8, .most_connections_a_host = 2});
-  StreamClient first(house.endpoint());
-  StreamClient second(house.endpoint());
-  first.next(Body::kHello);
-  second.next(Body::kHello);
-  EXPECT_THROW(StreamClient(house.endpoint()), boost::system::system_error);
-  EXPECT_EQ(house.counters().connections_refused.value(), 1U);
-  StreamClient other(house.endpoint(), "", "127.0.0.2");
-  other.next(Body::kHello);
+TEST(ConnectionPlaces, OneAddressCannotTakeAll) {
+  ConnectionPlaces places(4, 2);
+  const auto far = boost::asio::ip::make_address("192.0.2.7");
+  const auto near = boost::asio::ip::make_address("127.0.0.1");
+  auto first = places.take(far);
+  const auto second = places.take(far);
+  EXPECT_TRUE(first && second);
+  EXPECT_FALSE(places.take(far));
+  first.reset();
+  EXPECT_TRUE(places.take(far)) << "and leaves again";
+  std::vector<ConnectionPlace> others;
+  while (auto place = places.take(near)) others.push_back(std::move(*place));
+  EXPECT_EQ(others.size(), 3U) << "a proxy may take all there are";
+}
+
+TEST(SceneDesk, TakesEachFieldByItself) {
+  Doorbell bell;
+  Mailbox<NumberedScene> scenes(bell);
+  for (const SceneField& field : scene_fields()) {
+    if (field.is_text()) continue;
+    SceneDesk desk({.revision = 1, .scene = {}}, {}, scenes);
+    const double now = field.get({});
+    const double other = now + (field.step > 0 ? field.step : 0.25) > field.maximum
+                             ? now - (field.step > 0 ? field.step : 0.25)
+                             : now + (field.step > 0 ? field.step : 0.25);
+    v1::Scene change;
+    put_change(change, field, other);
+    const auto applied = desk.apply(change);
+    ASSERT_TRUE(applied) << field.name << ": " << applied.error().message;
+    EXPECT_TRUE(*applied) << field.name << " was dropped";
+    EXPECT_EQ(desk.in_force().revision, 2U) << field.name;
+  }
 }
 
 TEST(Stream, EndsWithTheReasonWhenTheRendererFails) {

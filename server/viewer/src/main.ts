@@ -259,9 +259,9 @@ function ownViewChosen(): void {
 }
 
 function settleView({ requestId, outcome }: ViewReply): void {
-  if (!ownView.wanted) return; // an answer to what was asked before it was left
   if (outcome.case === "refused") return editor.refusedReply(requestId, outcome.value.message);
   if (outcome.case !== "inForce") return;
+  if (!ownView.wanted) return void ownView.tell(outcome.value); // an answer to what was asked before it was left
   // The view counts its revisions by itself.
   if (!ownView.isOpen) editor.beginCount();
   ownView.tell(outcome.value);

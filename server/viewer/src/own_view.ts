@@ -40,8 +40,10 @@ export class OwnView {
 
   /** The server says what this display's view is; the reason where it has ended one. */
   tell(state: ViewState): string {
+    // One that was opened by a change that was under way when it was left or ended.
+    if (state.isPrivate && !this.box.checked) this.events.leave();
     this.open = state.isPrivate && this.box.checked;
-    if (!state.ended) return "";
+    if (!state.ended || !this.box.checked || state.isPrivate) return "";
     this.box.checked = false;
     this.back();
     return `Your own view has ended: ${state.ended}.`;

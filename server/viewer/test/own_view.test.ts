@@ -38,6 +38,15 @@ test("an open one is left with a word, and the main view's scene is back", () =>
   assert.deepEqual(told, ["chosen", "leave", "back to 4"]);
 });
 
+test("one that opens only after it was left is left again", () => {
+  const { view, told, choose } = made();
+  choose(true);
+  choose(false);
+  view.tell(create(ViewStateSchema, { isPrivate: true }));
+  assert.equal(view.isOpen, false);
+  assert.deepEqual(told, ["chosen", "back to 4", "leave"]);
+});
+
 test("one that the server ends says why", () => {
   const { view, told, choose } = made();
   choose(true);
