@@ -32,7 +32,7 @@ class Times {
   std::vector<double> ms_;
 };
 
-/// Of these stages of the picture, or of all but those.
+/// What the stages of a picture took.
 double stages_ms(const v1::Picture& picture, bool passes_2_and_3_alone) {
   double sum_ms = 0;
   for (const v1::StageTime& stage : picture.stages()) {
@@ -46,20 +46,21 @@ double since_ms(std::int64_t then_ns) {
   return static_cast<double>(now_ns() - then_ns) / 1e6;
 }
 
-void print(const char* what, Times& waits, Times& passes) {
-  std::printf(
-      "%-28s %4zu   wait p50 %6.1f p99 %6.1f ms   passes p50 %6.1f ms   wait p99 - passes p50 %6.1f ms\n",
-      what, waits.count(), waits.at(0.5), waits.at(0.99), passes.at(0.5), waits.at(0.99) - passes.at(0.5));
+/// `beyond`: of each wait, what the picture's own passes did not take.
+void print(const char* what, Times& waits, Times& beyond) {
+  std::printf("%-29s %4zu   wait p50 %6.1f p99 %6.1f ms   beyond its passes p50 %6.1f p99 %6.1f ms\n", what,
+              waits.count(), waits.at(0.5), waits.at(0.99), beyond.at(0.5), beyond.at(0.99));
+  std::fflush(stdout);
 }
 
 /// `change(number)` is made over and over, and the first picture that shows it waited for.
 template <typename Change>
 void measure_changes(StreamClient& client, const char* what, bool light_alone, Change change) {
-  constexpr int kChanges = 200;
+  constexpr int kChanges = 150;
   // No multiple of a volume's time, so that the changes fall anywhere in it.
   constexpr auto kPause = std::chrono::milliseconds(37);
   Times waits;
-  Times passes;
+  Times beyond;
   for (int number = 0; number < kChanges; ++number) {
     std::this_thread::sleep_for(kPause);
     v1::ClientMessage message;
@@ -74,28 +75,34 @@ void measure_changes(StreamClient& client, const char* what, bool light_alone, C
       shown |= answer.has_scene_shown() &&
                answer.scene_shown().request_id() == static_cast<std::uint64_t>(number) + 1;
       if (!shown || !answer.has_picture()) continue;
-      waits.add(since_ms(sent_ns));
-      passes.add(stages_ms(answer.picture(), light_alone));
+      const double wait_ms = since_ms(sent_ns);
+      waits.add(wait_ms);
+      beyond.add(wait_ms - stages_ms(answer.picture(), light_alone));
       break;
     }
   }
-  print(what, waits, passes);
+  print(what, waits, beyond);
 }
 
 void measure_volumes(StreamClient& client, const char* what) {
-  constexpr int kVolumes = 100;
+  constexpr int kVolumes = 80;
   Times waits;
-  Times passes;
+  Times beyond;
+  Times sent;
   for (std::uint64_t last = 0; waits.count() < kVolumes;) {
     const v1::Picture picture = client.next(Body::kPicture).picture();
     // The first one may have waited for this measurement to begin.
     if (picture.volume_id() != last && last != 0) {
-      waits.add(since_ms(picture.capture_time_ns()));
-      passes.add(stages_ms(picture, false));
+      const double wait_ms = since_ms(picture.capture_time_ns());
+      waits.add(wait_ms);
+      beyond.add(wait_ms - stages_ms(picture, false));
+      sent.add(since_ms(picture.finished_time_ns()));
     }
     last = picture.volume_id();
   }
-  print(what, waits, passes);
+  print(what, waits, beyond);
+  std::printf("%-29s      of that, from the finished picture on, p50 %.1f p99 %.1f ms\n", "", sent.at(0.5),
+              sent.at(0.99));
 }
 
 void measure(std::uint16_t port) {
