@@ -43,7 +43,17 @@ class PrivateViewStream : public testing::Test {
     house_.show(stamp, 40);
   }
 
+  /// The main view is at work right now, which it is taken to be for some time after a picture.
+  void show_main_at_work(double busy_share, double cast_ms, double light_ms) {
+    house_.set_main_busy_share(busy_share);
+    show_main(++volumes_, cast_ms, light_ms);
+    while (watching_.next(Body::kPicture).picture().volume_id() != volumes_) {
+    }
+  }
+
   FakeHouse house_;
+  StreamClient watching_{house_.endpoint()};
+  std::uint64_t volumes_ = 0;
 };
 
 TEST_F(PrivateViewStream, ALightIsTheSessionsOwnAndTheRestFollowsTheMainView) {
@@ -111,38 +121,33 @@ TEST_F(PrivateViewStream, RefusesWhatIsTheMainViewsAndWhatCannotBe) {
 }
 
 TEST_F(PrivateViewStream, AreWithinABudgetThatTheMainViewLeaves) {
-  show_main(1, 300, 20);
   StreamClient first(house_.endpoint());
-  first.next(Body::kPicture);
-  house_.set_main_busy_share(0.5);
+  StreamClient second(house_.endpoint());
+  show_main_at_work(0.5, 300, 20);
   EXPECT_EQ(change(first, yaw(5)).refused().message(),
             "a private camera would take 640 ms of each second; the main view leaves 500, of which other "
             "private views take 0, expected the main view's camera, or a main view that does less");
   EXPECT_TRUE(change(first, light(5)).has_in_force());
-  house_.set_main_busy_share(0.93);
-  StreamClient second(house_.endpoint());
+  show_main_at_work(0.93, 300, 20);
   EXPECT_NE(
       change(second, light(5)).refused().message().find("leaves 70, of which other private views take 40"),
       std::string::npos);
   EXPECT_TRUE(change(first, light(6)).has_in_force()) << "a view that there is may move its light";
   EXPECT_TRUE(change(first, yaw(5)).has_refused()) << "but not become a dearer one";
   first.vanish();
-  house_.set_main_busy_share(0.1);
   for (int tries = 0; house_.counters().private_views.value() > 0 && tries < 1000; ++tries)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   EXPECT_EQ(house_.counters().private_views.value(), 0U) << "who goes leaves it to others";
-  EXPECT_TRUE(change(second, yaw(5)).has_in_force());
+  show_main_at_work(0.93, 300, 20);
+  EXPECT_TRUE(change(second, light(5)).has_in_force());
 }
 
 TEST_F(PrivateViewStream, ACameraMustFitBetweenTwoVolumes) {
   StreamClient client(house_.endpoint());
-  for (std::uint64_t volume = 1; volume <= 2; ++volume) {
-    show_main(volume);
-    client.next(Body::kPicture);
-    std::this_thread::sleep_for(std::chrono::milliseconds(40));
-  }
-  // 180 ms of each second would do, but not 90 ms at once.
-  house_.set_main_busy_share(0.5);
+  show_main_at_work(0.5, 230, 10);
+  std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  show_main_at_work(0.5, 230, 10);
+  // 480 ms of each second would do, but not 240 ms at once.
   const v1::ViewReply reply = change(client, yaw(5));
   ASSERT_TRUE(reply.has_refused());
   EXPECT_NE(reply.refused().message().find("between two volumes"), std::string::npos)
@@ -152,8 +157,6 @@ TEST_F(PrivateViewStream, ACameraMustFitBetweenTwoVolumes) {
 
 TEST_F(PrivateViewStream, TakeAsLongAsTheirOwnPicturesTook) {
   StreamClient client(house_.endpoint());
-  show_main(1);
-  client.next(Body::kPicture);
   EXPECT_TRUE(change(client, light(5)).has_in_force());
   const PrivateView wanted = house_.next_private_views()[0];
   PictureStamp dear{.view_id = wanted.view_id, .picture_id = 1, .scene_revision = wanted.scene.revision};
@@ -161,14 +164,11 @@ TEST_F(PrivateViewStream, TakeAsLongAsTheirOwnPicturesTook) {
   house_.show_in(wanted, dear, 90);
   while (!client.next(Body::kPicture).picture().private_view()) {
   }
-  house_.set_main_busy_share(0.5);
+  show_main_at_work(0.5, 80, 10);
   EXPECT_NE(change(client, light(6)).refused().message().find("would take 820 ms"), std::string::npos);
 }
 
 TEST_F(PrivateViewStream, AreSoManyAndNoMore) {
-  StreamClient watching(house_.endpoint());
-  show_main(1);
-  watching.next(Body::kPicture);
   std::vector<std::unique_ptr<StreamClient>> clients;
   for (std::size_t view = 0; view < kMostPrivateViews; ++view) {
     clients.push_back(std::make_unique<StreamClient>(house_.endpoint()));
