@@ -10,17 +10,18 @@
 
 namespace fanlight {
 
-/// Draws private views of the volume on show, one piece of work at a time, each no longer than a fraction of
-/// a band of the main view's: whoever calls advance() only where the main view has nothing to do makes it
-/// wait for one such piece at most. A cast whose frames are taken away under it is given up and begun anew.
-/// Render thread only.
+/// Draws private views of the volume on show, one piece of work at a time: a band of pass 1 that is a
+/// fraction of the main view's, or all of passes 2 and 3. Whoever calls advance() only where the main view
+/// has nothing to do makes it wait for one such piece at most. A cast whose frames are taken away under it is
+/// given up and begun anew. Render thread only.
 class PrivateRenderer {
  public:
   PrivateRenderer(const Gpu& gpu, Passes& passes, RenderCounters& counters,
                   const VolumeView::Config& view_config)
       : gpu_(gpu), passes_(passes), counters_(counters), view_config_(view_config) {}
 
-  /// What is wanted from now on; allocates with a view that is new.
+  /// What is wanted from now on; allocates with a view that is new. One that the GPU has no memory for is
+  /// counted and not drawn. Error: the GPU is broken.
   Result<void> want(const PrivateViews& views);
 
   /// What the main view shows.

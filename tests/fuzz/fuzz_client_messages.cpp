@@ -1,21 +1,14 @@
-#include <cstdio>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "server/scene_json.hpp"
 #include "server/scene_message.hpp"
 #include "server/stream_settings.hpp"
 #include "tests/fuzz/fuzz_targets.hpp"
+#include "tests/fuzz/require.hpp"
 
 namespace fanlight::test {
 
 namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "does not hold: %s\n", what);
-  std::abort();
-}
 
 void check_change(const v1::Scene& change) {
   const Scene before;

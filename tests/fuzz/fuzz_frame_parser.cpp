@@ -1,9 +1,8 @@
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 #include "acquisition/frame_parser.hpp"
 #include "tests/fuzz/fuzz_targets.hpp"
+#include "tests/fuzz/require.hpp"
 #include "tests/fuzz/stream_script.hpp"
 
 namespace fanlight::test {
@@ -11,12 +10,6 @@ namespace fanlight::test {
 namespace {
 
 using Event = FrameParser::Event;
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "does not hold: %s\n", what);
-  std::abort();
-}
 
 /// What a parser says of a stream.
 struct Story {

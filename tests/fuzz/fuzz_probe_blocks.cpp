@@ -1,18 +1,10 @@
-#include <cstdio>
-#include <cstdlib>
-
 #include "proto/probe_protocol.hpp"
 #include "tests/fuzz/fuzz_targets.hpp"
+#include "tests/fuzz/require.hpp"
 
 namespace fanlight::test {
 
 namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "does not hold: %s\n", what);
-  std::abort();
-}
 
 template <typename T>
 void check_block(const Result<T>& read, Result<T> (*decode)(std::span<const std::uint8_t>)) {
