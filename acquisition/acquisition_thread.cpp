@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "acquisition/acquisition_thread.hpp"
 
 #include <pthread.h>
@@ -21,7 +22,7 @@ AcquisitionThread::AcquisitionThread(const Dependencies& dependencies, MismatchC
       assembler_({.ring = dependencies.ring,
                   .writer_bell = dependencies.writer_bell,
                   .counters = dependencies.counters,
-                  .feed = dependencies.feed},
+                  .frame_queue = dependencies.frame_queue},
                  sweeps_of(dependencies.source.description(), correction)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 

@@ -1,44 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <thread>
 
-#include "acquisition/assembler.hpp"
-#include "acquisition/frame_source.hpp"
+#include "acquisition/assembly/assembler.hpp"
+#include "acquisition/source/frame_source.hpp"
 
 namespace fanlight {
 
-/// The thread that pulls frames out of a source and puts volumes into the ring, from construction until the
-/// source ends or fails, or a stop is requested. Its loop neither allocates nor locks nor logs.
+/// Thread that reads frames from a source and publishes volumes in the ring. It runs from construction until
+/// the source ends or fails, or a stop is requested. Its loop does not allocate, lock or log.
 class AcquisitionThread {
  public:
   enum class State : std::uint8_t {
     kRunning,
     kEnded,    ///< the source has no more frames; its last sweep is published
     kFailed,   ///< the source cannot go on: see error()
-    kStopped,  ///< as requested; the sweep under way was abandoned
+    kStopped,  ///< as requested; the open sweep was abandoned
   };
 
-  /// All must outlive the thread; nobody else touches the source, or writes to the ring, while it runs.
+  /// All must outlive the thread. Nothing else may use the source or write to the ring while the thread runs.
   struct Dependencies {
     FrameSource& source;
     VolumeRing& ring;
     Doorbell& writer_bell;  ///< the ring's
     AcquisitionCounters& counters;
-    Doorbell& ended_bell;       ///< rung once, when the state is no longer kRunning
-    FrameFeed* feed = nullptr;  ///< gets each frame ahead of its volume; null where nobody wants that
+    Doorbell& ended_bell;               ///< rung once, when the state is no longer kRunning
+    FrameQueue* frame_queue = nullptr;  ///< receives each frame ahead of its volume; nullptr: no queue
   };
 
-  /// Starts at once. Ends the process where the system has no thread to give.
+  /// Starts the thread. Ends the process where the system cannot create a thread.
   explicit AcquisitionThread(const Dependencies& dependencies,
                              MismatchCorrection correction = MismatchCorrection::kOn) noexcept;
-  /// Requests a stop and waits for the thread's end.
+  /// Requests a stop and joins the thread.
   ~AcquisitionThread() = default;
   AcquisitionThread(const AcquisitionThread&) = delete;
   AcquisitionThread& operator=(const AcquisitionThread&) = delete;
 
-  /// Any thread. Wakes the source, or the wait for room in the ring; does not wait for the end.
+  /// Any thread. Wakes the source, or the wait for a free slot of the ring; does not wait for the thread's
+  /// end.
   void request_stop() { thread_.request_stop(); }
 
   /// Any thread.
@@ -53,9 +55,9 @@ class AcquisitionThread {
 
   Dependencies dependencies_;
   Assembler assembler_;
-  Error error_;  // the thread's until state_ leaves kRunning, nobody's to write afterwards
+  Error error_;  // written by the thread until state_ leaves kRunning; constant afterwards
   std::atomic<State> state_{State::kRunning};
-  std::jthread thread_;  // last: it uses all of the above from the moment it exists until it is joined
+  std::jthread thread_;  // last member: it uses all of the above until it is joined
 };
 
 }  // namespace fanlight

@@ -1,8 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "acquisition/open_source.hpp"
 
 #include <utility>
 
-#include "acquisition/phantom_source.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
 
 namespace fanlight {
 

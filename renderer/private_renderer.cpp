@@ -1,146 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/private_renderer.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 
 namespace fanlight {
 
 Result<void> PrivateRenderer::want(const PrivateViews& views) {
   for (std::size_t index = 0; index < views.size(); ++index) {
-    Place& place = places_[index];
-    // Another's pictures begin anew. What is under way for the last one is told apart by collect().
-    if (place.wanted.view_id != views[index].view_id) {
-      place.drawn = false;
-      place.pictures = 0;
+    ViewState& state = states_[index];
+    // A new view counts its pictures from 1. collect() drops work under way for the view before.
+    if (state.wanted.view_id != views[index].view_id) {
+      state.drawn = false;
+      state.pictures = 0;
     }
-    place.wanted = views[index];
-    if (place.wanted.view_id == 0 || place.view) continue;
-    auto view = VolumeView::create(gpu_, passes_, view_config_);
+    state.wanted = views[index];
+    if (state.wanted.view_id == 0 || state.view) continue;
+    auto view = ViewRenderer::create(gpu_, pipelines_, view_config_);
     if (view) {
-      place.view = std::move(*view);
+      state.view = std::move(*view);
     } else if (view.error().code == ErrorCode::kBroken) {
       return view.error();
     } else {
-      // No memory is no reason to end the main view; who waits for this one is told that it had no time.
-      place.wanted.view_id = 0;
+      // Missing memory must not end the main view. The client of this view gets no picture.
+      state.wanted.view_id = 0;
       counters_.private_views_refused.add();
     }
   }
   return {};
 }
 
-bool PrivateRenderer::due(const Place& place, const Shown& shown) const {
-  if (place.wanted.view_id == 0) return false;
-  if (place.stamp.volume.volume_id != shown.slot.volume().volume_id) return true;
-  if (!place.drawn || place.revision != place.wanted.scene.revision || place.slot != &shown.slot) return true;
-  return place.wanted.own_camera ? place.cast != 0 || place.frames != shown.slot.frames_turn()
-                                 : place.cast != shown.cast;
-}
-
-Result<void> PrivateRenderer::begin(Place& place, const Shown& shown) {
-  VolumeView& view = *place.view;
-  const bool lit_alone = place.cast == shown.cast && place.slot == &shown.slot && place.drawn;
-  const bool cast_alone = place.wanted.own_camera && place.cast == 0 && place.slot == &shown.slot &&
-                          place.drawn && place.frames == shown.slot.frames_turn() &&
-                          first_pass_changed(place.scene, place.wanted.scene.scene) > FirstPass::kCast;
-  place.slot = &shown.slot;
-  place.frames = shown.slot.frames_turn();
-  place.revision = place.wanted.scene.revision;
-  place.stamp = {.view_id = place.wanted.view_id,
-                 .scene_revision = place.revision,
-                 .pass1_runs = counters_.pass1_runs.value(),
-                 .pass2_runs = counters_.pass2_runs.value(),
-                 .volume = shown.slot.volume()};
-  if (!place.wanted.own_camera) {
-    place.scene = relit(shown.cast_scene, place.wanted.scene.scene);
-    if (!lit_alone) {
-      view.share_cast(gpu_, shown.slot.view(), shown.slot.seen());
-      view.follow(gpu_, shown.last.view());
-    }
-    place.cast = shown.cast;
-    return light(place, shown.past);
+std::array<PrivateStatus, kMostPrivateViews> PrivateRenderer::status(const Shown& shown) const {
+  std::array<PrivateStatus, kMostPrivateViews> all;
+  for (std::size_t index = 0; index < all.size(); ++index) {
+    const ViewState& state = states_[index];
+    all[index] = {
+        .phase = state.phase,
+        .wanted_view_id = state.wanted.view_id,
+        .wanted_revision = state.wanted.scene.revision,
+        .own_camera = state.wanted.own_camera,
+        .wanted_scene = &state.wanted.scene.scene,
+        .view_id = state.stamp.view_id,
+        .revision = state.revision,
+        .volume_id = state.stamp.volume.volume_id,
+        .frames_version = state.frames_version,
+        .cast_number = state.cast_number,
+        .scene = &state.scene,
+        .of_shown_slot = state.slot == &shown.slot,
+        .drawn = state.drawn,
+        .cast_submitted = state.view && state.view->cast_submitted(),
+        .frames_lost = state.slot != nullptr &&
+                       (state.frames_version != state.slot->frames_version() || !state.slot->frames_ready())};
   }
-  place.scene = place.wanted.scene.scene;
-  place.cast = 0;
-  if (cast_alone) return light(place, VolumeView::Past::kNone);
-  view.see(gpu_, shown.slot.seen());
-  if (auto begun = view.begin_cast(gpu_, passes_, place.scene, shown.slot.seen()); !begun) return begun;
-  place.phase = Phase::kCasting;
-  counters_.private_casts.add();
-  return view.cast_next_band(gpu_, passes_, shown.slot.seen());
+  return all;
 }
 
-Result<void> PrivateRenderer::light(Place& place, VolumeView::Past past) {
-  place.phase = Phase::kLighting;
-  place.stamp.view = picture_view(place.scene, view_config_.size);
-  return place.view->light(gpu_, passes_, place.scene, place.slot->seen(), past);
-}
-
-Result<void> PrivateRenderer::go_on(Place& place, const Shown& shown) {
-  // Frames that have gone, or a view that nobody wants any more.
-  const bool lost = place.frames != place.slot->frames_turn() || !place.slot->frames_ready();
-  if (lost || place.wanted.view_id != place.stamp.view_id) {
-    place.phase = Phase::kIdle;
-    place.drawn = false;
+Result<bool> PrivateRenderer::advance(const Shown& shown) {
+  const auto action = decide(status(shown), next_,
+                             {.frames_ready = shown.slot.frames_ready(),
+                              .volume_id = shown.slot.volume().volume_id,
+                              .frames_version = shown.slot.frames_version(),
+                              .cast_number = shown.cast_number});
+  if (!action) return false;
+  ViewState& state = states_[action->view];
+  next_ = action->next_view;
+  if (action->gives_up_cast) {
+    state.phase = WorkPhase::kIdle;
+    state.drawn = false;
     counters_.private_casts_given_up.add();
-    return place.wanted.view_id == 0 ? Result<void>{} : begin(place, shown);
   }
-  if (place.view->cast_submitted()) return light(place, VolumeView::Past::kNone);
-  return place.view->cast_next_band(gpu_, passes_, place.slot->seen());
+  if (auto done = execute(action->step, state, shown); !done) return done.error();
+  return true;
 }
 
-Result<void> PrivateRenderer::advance(const Shown& shown) {
-  if (!shown.slot.frames_ready()) return {};
-  for (std::size_t turn = 0; turn < places_.size(); ++turn) {
-    Place& place = places_[(next_ + turn) % places_.size()];
-    if (place.phase == Phase::kIdle && !due(place, shown)) continue;
-    // A cast goes on before another begins: the time until its frames are taken may do for one.
-    next_ = (next_ + turn) % places_.size();
-    auto done = place.phase == Phase::kIdle ? begin(place, shown) : go_on(place, shown);
-    if (place.phase != Phase::kCasting) next_ = (next_ + 1) % places_.size();
-    return done;
+Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const Shown& shown) {
+  ViewRenderer& view = *state.view;
+  const auto history = state.wanted.own_camera ? ViewRenderer::History::kNone : shown.history;
+  switch (step) {
+    case PrivateStep::kDrop:
+      return {};
+    case PrivateStep::kRelight:
+      take_request(state, shown);
+      return light(state, history);
+    case PrivateStep::kLightShared:
+      take_request(state, shown);
+      view.share_cast(gpu_, shown.slot.view(), shown.slot.bindings());
+      view.follow(gpu_, shown.previous.view());
+      return light(state, history);
+    case PrivateStep::kBeginCast:
+      take_request(state, shown);
+      return begin_cast(state, shown);
+    case PrivateStep::kCastBand:
+      return view.cast_next_band(gpu_, pipelines_, state.slot->bindings());
+    case PrivateStep::kLightCast:
+      return light(state, ViewRenderer::History::kNone);
   }
   return {};
 }
 
+void PrivateRenderer::take_request(ViewState& state, const Shown& shown) {
+  state.slot = &shown.slot;
+  state.frames_version = shown.slot.frames_version();
+  state.revision = state.wanted.scene.revision;
+  state.stamp = {.view_id = state.wanted.view_id,
+                 .scene_revision = state.revision,
+                 .pass1_runs = counters_.pass1_runs.value(),
+                 .pass2_runs = counters_.pass2_runs.value(),
+                 .volume = shown.slot.volume()};
+  if (state.wanted.own_camera) {
+    state.scene = state.wanted.scene.scene;
+    state.cast_number = 0;
+  } else {
+    state.scene = relit(shown.cast_scene, state.wanted.scene.scene);
+    state.cast_number = shown.cast_number;
+  }
+}
+
+Result<void> PrivateRenderer::begin_cast(ViewState& state, const Shown& shown) {
+  ViewRenderer& view = *state.view;
+  view.bind(gpu_, shown.slot.bindings());
+  if (auto begun = view.begin_cast(gpu_, pipelines_, state.scene, shown.slot.bindings()); !begun)
+    return begun;
+  state.phase = WorkPhase::kCasting;
+  counters_.private_casts.add();
+  return view.cast_next_band(gpu_, pipelines_, shown.slot.bindings());
+}
+
+Result<void> PrivateRenderer::light(ViewState& state, ViewRenderer::History history) {
+  state.phase = WorkPhase::kLighting;
+  state.stamp.view = picture_view(state.scene, view_config_.size);
+  return state.view->light(gpu_, pipelines_, state.scene, state.slot->bindings(), history);
+}
+
 bool PrivateRenderer::collect() {
   bool any = false;
-  for (Place& place : places_) {
-    if (place.phase != Phase::kLighting || place.view->outstanding(gpu_) > 0) continue;
-    place.phase = Phase::kIdle;
-    place.drawn = place.wanted.view_id == place.stamp.view_id;
-    if (!place.drawn) continue;
-    place.stamp.picture_id = ++place.pictures;
-    place.stamp.stage_ms = place.view->stage_ms(gpu_);
-    place.stamp.finished_time_ns = now_ns();
-    Picture& picture = place.wanted.pictures->draft();
-    picture.stamp = place.stamp;
+  for (ViewState& state : states_) {
+    if (state.phase != WorkPhase::kLighting || state.outstanding(gpu_)) continue;
+    state.phase = WorkPhase::kIdle;
+    state.drawn = state.wanted.view_id == state.stamp.view_id;
+    if (!state.drawn) continue;
+    state.stamp.picture_id = ++state.pictures;
+    state.stamp.stage_ms = state.view->stage_ms(gpu_);
+    state.stamp.finished_time_ns = now_ns();
+    Picture& picture = state.wanted.pictures->draft();
+    picture.stamp = state.stamp;
     picture.width = view_config_.size.width;
     picture.height = view_config_.size.height;
-    const auto rgba = place.view->picture();
+    const auto rgba = state.view->picture();
     picture.rgba.assign(rgba.begin(), rgba.end());
-    const auto depth_mm = place.view->depth_mm();
+    const auto depth_mm = state.view->depth_mm();
     picture.depth_mm.assign(depth_mm.begin(), depth_mm.end());
-    place.wanted.pictures->publish();
+    state.wanted.pictures->publish();
     counters_.private_pictures.add();
     any = true;
   }
   return any;
 }
 
-const VolumeView* PrivateRenderer::under_way() const {
-  for (const Place& place : places_) {
-    if (place.view && place.view->outstanding(gpu_) > 0) return &*place.view;
-  }
-  return nullptr;
+const ViewRenderer* PrivateRenderer::outstanding_view() const {
+  const auto state =
+      std::ranges::find_if(states_, [this](const ViewState& each) { return each.outstanding(gpu_); });
+  return state == states_.end() ? nullptr : &*state->view;
 }
 
-bool PrivateRenderer::reads(const RenderSlot& slot) const {
-  return std::ranges::any_of(places_, [&](const Place& place) {
-    return place.slot == &slot && place.view && place.view->outstanding(gpu_) > 0;
+bool PrivateRenderer::busy() const {
+  return std::ranges::any_of(states_, [this](const ViewState& state) {
+    return state.phase == WorkPhase::kLighting || state.outstanding(gpu_);
   });
+}
+
+bool PrivateRenderer::reads(const VolumeInFlight& slot) const {
+  return std::ranges::any_of(
+      states_, [&](const ViewState& state) { return state.slot == &slot && state.outstanding(gpu_); });
 }
 
 }  // namespace fanlight

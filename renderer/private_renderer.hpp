@@ -1,78 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
 
-#include "proto/counter.hpp"
-#include "proto/private_view.hpp"
-#include "renderer/render_slot.hpp"
+#include "proto/exchange/private_view.hpp"
+#include "proto/model/pipeline_counters.hpp"
+#include "renderer/schedule/private_schedule.hpp"
+#include "renderer/volume_in_flight.hpp"
 
 namespace fanlight {
 
-/// Draws private views of the volume on show, one piece of work at a time: a band of pass 1 that is a
-/// fraction of the main view's, or all of passes 2 and 3. Whoever calls advance() only where the main view
-/// has nothing to do makes it wait for one such piece at most. A cast whose frames are taken away under it is
-/// given up and begun anew. Render thread only.
+/// Draws private views of the shown volume, one piece of work at a time: a band of pass 1 that is a fraction
+/// of the main view's, or all of passes 2 and 3. If advance() is called only while the main view has no work,
+/// the main view waits for one such piece at most. A cast whose frames are replaced is given up and
+/// begins again.
+///
+/// Owns one ViewRenderer per private view, allocated when the view is first requested and kept.
+/// renderer/schedule/private_schedule.hpp decides the order of the work. Render thread only.
 class PrivateRenderer {
  public:
-  PrivateRenderer(const Gpu& gpu, Passes& passes, RenderCounters& counters,
-                  const VolumeView::Config& view_config)
-      : gpu_(gpu), passes_(passes), counters_(counters), view_config_(view_config) {}
+  PrivateRenderer(const Gpu& gpu, Pipelines& pipelines, RenderCounters& counters,
+                  const ViewRenderer::Config& view_config)
+      : gpu_(gpu), pipelines_(pipelines), counters_(counters), view_config_(view_config) {}
 
-  /// What is wanted from now on; allocates with a view that is new. One that the GPU has no memory for is
-  /// counted and not drawn. Error: the GPU is broken.
+  /// Sets the requested views. Allocates for each new view; a view that the GPU has no memory for is counted
+  /// and not drawn. Error: the GPU is broken.
   Result<void> want(const PrivateViews& views);
 
   /// What the main view shows.
   struct Shown {
-    RenderSlot& slot;
-    const RenderSlot& last;   ///< of the volume before
-    const Scene& cast_scene;  ///< of the depth map in the slot
-    std::uint64_t cast = 0;   ///< counts the depth maps
-    VolumeView::Past past = VolumeView::Past::kNone;
+    VolumeInFlight& slot;
+    const VolumeInFlight& previous;  ///< the slot of the volume before
+    const Scene& cast_scene;         ///< of the depth map in the slot
+    std::uint64_t cast_number = 0;   ///< of the depth map, from 1
+    ViewRenderer::History history = ViewRenderer::History::kNone;
   };
 
-  /// Submits one piece of what is due, where there is something. Precondition: nothing of the main view is
-  /// under way, nor of this.
-  Result<void> advance(const Shown& shown);
+  /// Submits one piece of the work that is due; whether there was some. Precondition: nothing of the main
+  /// view is outstanding, and this is not busy().
+  Result<bool> advance(const Shown& shown);
 
-  /// Leaves the pictures that are done in their mailboxes; whether there was one.
+  /// Copies the finished pictures to their mailboxes; whether there was one.
   bool collect();
 
-  /// The view that the GPU works on, or nullptr.
-  const VolumeView* under_way() const;
+  /// The view whose work is outstanding on the GPU, or nullptr.
+  const ViewRenderer* outstanding_view() const;
 
-  /// Whether that reads what is in the slot.
-  bool reads(const RenderSlot& slot) const;
+  /// Whether work is outstanding on the GPU, or a picture waits for collect().
+  bool busy() const;
+
+  /// Whether outstanding work reads the slot.
+  bool reads(const VolumeInFlight& slot) const;
 
  private:
-  enum class Phase : std::uint8_t { kIdle, kCasting, kLighting };
-  struct Place {
+  struct ViewState {
     PrivateView wanted;
-    std::optional<VolumeView> view;
-    Phase phase = Phase::kIdle;
+    std::optional<ViewRenderer> view;
+    WorkPhase phase = WorkPhase::kIdle;
     // Of the work under way, or done last.
-    RenderSlot* slot = nullptr;
+    VolumeInFlight* slot = nullptr;
     Scene scene;
     std::uint64_t revision = 0;
-    std::uint64_t frames = 0;  // RenderSlot::frames_turn()
-    std::uint64_t cast = 0;    // Shown::cast; 0: the cast is its own
+    std::uint64_t frames_version = 0;  // VolumeInFlight::frames_version()
+    std::uint64_t cast_number = 0;     // Shown::cast_number; 0: a cast of its own
     PictureStamp stamp;
     std::uint64_t pictures = 0;
     bool drawn = false;  // there was a picture since the view was opened
+
+    bool outstanding(const Gpu& gpu) const { return view && view->outstanding(gpu) > 0; }
   };
-  bool due(const Place& place, const Shown& shown) const;
-  Result<void> begin(Place& place, const Shown& shown);
-  Result<void> go_on(Place& place, const Shown& shown);
-  Result<void> light(Place& place, VolumeView::Past past);
+  std::array<PrivateStatus, kMostPrivateViews> status(const Shown& shown) const;
+  Result<void> execute(PrivateStep step, ViewState& state, const Shown& shown);
+  void take_request(ViewState& state, const Shown& shown);
+  Result<void> begin_cast(ViewState& state, const Shown& shown);
+  Result<void> light(ViewState& state, ViewRenderer::History history);
 
   const Gpu& gpu_;
-  Passes& passes_;
+  Pipelines& pipelines_;
   RenderCounters& counters_;
-  VolumeView::Config view_config_;
-  std::array<Place, kMostPrivateViews> places_;
-  std::size_t next_ = 0;  // whose turn it is
+  ViewRenderer::Config view_config_;
+  std::array<ViewState, kMostPrivateViews> states_;
+  std::size_t next_ = 0;  // view whose turn it is
 };
 
 }  // namespace fanlight

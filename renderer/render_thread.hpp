@@ -1,35 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 #include <thread>
 
-#include "proto/doorbell.hpp"
-#include "proto/frame_feed.hpp"
-#include "proto/mailbox.hpp"
-#include "proto/picture.hpp"
-#include "proto/volume_ring.hpp"
-#include "renderer/deadline.hpp"
+#include "proto/exchange/doorbell.hpp"
+#include "proto/exchange/frame_queue.hpp"
+#include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/volume_ring.hpp"
+#include "proto/model/picture.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/schedule/rate_governor.hpp"
 
 namespace fanlight {
 
-/// The thread that owns the renderer: takes volumes from the ring and scenes from a mailbox, leaves pictures
-/// in another. Holds the rate of pictures where the scene has a plan for it. Sleeps on its bell while there
-/// is nothing to do. Starts when made, ends when destroyed.
+/// The thread that owns the renderer. It takes volumes from the ring and scenes from a mailbox, and publishes
+/// pictures in another mailbox. It keeps the picture rate where the scene has a plan for it. It sleeps on its
+/// bell while there is no work. Starts in the constructor, ends in the destructor.
 class RenderThread {
  public:
-  /// All must outlive the thread. `bell` is the one that the ring and the scene mailbox ring for a reader.
+  /// All must outlive the thread. `bell` is the bell that the ring and the scene mailbox ring for their
+  /// reader.
   struct Dependencies {
     VolumeRing& ring;
     Mailbox<NumberedScene>& scenes;
     Mailbox<Picture>& pictures;
     RenderCounters& counters;
     Doorbell& bell;
-    /// Left here once if the renderer can't go on (the GPU was lost); the thread has then ended.
+    /// Receives one error if the renderer cannot continue (the GPU was lost); the thread has then ended.
     Mailbox<Error>& failures;
     /// Frames ahead of their volumes; may be null.
-    FrameFeed* feed = nullptr;
-    /// Views beside the main one; may be null.
+    FrameQueue* feed = nullptr;
+    /// Requested private views; may be null.
     Mailbox<PrivateViews>* private_views = nullptr;
   };
 
@@ -42,20 +44,20 @@ class RenderThread {
   Result<void> take_volume();
   void take_frames();
   Result<void> take_private_views();
-  void note_busy();
+  void measure_busy();
   void take_scene();
-  void show_planned();
+  void show_degraded();
   void rest();
 
   std::unique_ptr<Renderer> renderer_;
   Dependencies to_;
-  Deadline deadline_;
-  NumberedScene asked_;         // the renderer has what its plan makes of it
-  std::int64_t noted_ns_ = 0;   // of the last step
-  std::int64_t window_ns_ = 0;  // since when the next is counted
-  std::int64_t busy_ns_ = 0;    // of the main view
+  RateGovernor governor_;
+  NumberedScene requested_;       // the renderer shows it as degraded() by the plan
+  std::int64_t measured_ns_ = 0;  // time of the last measure_busy()
+  std::int64_t window_ns_ = 0;    // start of the window of the busy share
+  std::int64_t busy_ns_ = 0;      // of the main view in the window
   bool was_busy_ = false;
-  double finest_mm_ = 0;  // step of the newest volume's rays where the scene names none
+  double finest_mm_ = 0;  // step of the newest volume's rays where the scene sets none
   std::jthread thread_;   // last: it uses the others
 };
 

@@ -1,10 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <spdlog/cfg/env.h>
 #include <CLI/CLI.hpp>
+
 #include <cstdio>
 #include <exception>
 #include <new>
 #include <vector>
 
-#include "server/commands.hpp"
+#include "server/cli/commands.hpp"
 
 namespace {
 
@@ -38,13 +41,14 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
+    spdlog::cfg::load_env_levels();  // SPDLOG_LEVEL=warn: messages of this level and above
     return run(argc, argv);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr,
                  "fanlight: there is not enough memory for this source, expected smaller or fewer volumes\n");
     return 1;
   } catch (const std::exception& error) {
-    // A library's, where no call of ours expected one.
+    // Thrown by a library where no caller expected it.
     std::fprintf(stderr, "fanlight: %s\n", error.what());
     return 1;
   }

@@ -1,36 +1,45 @@
-// From a place in the body to the frame coordinate, through the angle table. The includer has declared the parameters as
-// `rays`.
+// SPDX-License-Identifier: Apache-2.0
+// The angle table: from a point of the body to the frame coordinate (renderer/ALGORITHM.md, pass 1). The
+// includer has declared the parameters as `rays`.
+//
+// Reads: angle_table, texels of one float: the frame coordinate (0 for the first frame by ascending angle,
+//   between frames a fraction), evenly spaced over tan(angle / 2). angle is the angle about the sweep axis
+//   to the middle of the sweep. The half angle's tangent needs one division and no arc function.
 #ifndef FANLIGHT_SHADERS_ANGLE_TABLE_H
 #define FANLIGHT_SHADERS_ANGLE_TABLE_H
 
 layout(binding = FANLIGHT_BINDING_ANGLE_TABLE) uniform samplerBuffer angle_table;
 
-// The place in the table of an angle to the sweep's middle, by the tangent of half of it.
-float table_place(float half_tangent) {
+// The position in the table, in entries, clamped to the table.
+float table_position(float half_tangent) {
   return clamp(half_tangent * rays.angle_scale + rays.angle_offset, 0.0, rays.last_angle_entry);
 }
 
-// Two entries of the table, and where between them.
+// Two neighbouring entries of the table, and the fraction between them.
 struct Angle {
   float below;
   float above;
-  float share;
+  float fraction;
 };
 
+// Looks up the half plane through the sweep axis in which the point (along, across) lies. `length` is its
+// distance from the axis, mm.
 Angle angle_at(float across, float along, float length) {
-  float place = table_place(across / max(length + along, 1e-6));
-  float below = min(floor(place), rays.last_angle_entry - 1.0);
-  return Angle(texelFetch(angle_table, int(below)).x, texelFetch(angle_table, int(below) + 1).x, place - below);
+  float position = table_position(across / max(length + along, 1e-6));
+  float below = min(floor(position), rays.last_angle_entry - 1.0);
+  return Angle(texelFetch(angle_table, int(below)).x, texelFetch(angle_table, int(below) + 1).x,
+               position - below);
 }
 
 float frame_of(Angle angle) {
-  // Between two entries: the nearest of eight times as many moved flat edges by tenths of a step.
-  // A sample just inside the first or last frame could else reach for a frame that is not there.
-  return clamp(mix(angle.below, angle.above, angle.share), 0.0, rays.last_frame);
+  // Interpolated: the nearest entry of a table eight times as large moved flat edges by tenths of a step.
+  // Clamped: rounding must not make a sample just inside the first or last frame read a frame that does not
+  // exist.
+  return clamp(mix(angle.below, angle.above, angle.fraction), 0.0, rays.last_frame);
 }
 
-// The coordinate among the frames of the half plane through the sweep axis in which the point (along, across) lies,
-// `length` from the axis. The table is even in the tangent of the half angle, which takes no arc function.
-float frame_at(float across, float along, float length) { return frame_of(angle_at(across, along, length)); }
+float frame_at(float across, float along, float length) {
+  return frame_of(angle_at(across, along, length));
+}
 
 #endif

@@ -1,12 +1,22 @@
-// The blocks of a frame whose grey levels are bounded together, FANLIGHT_BLOCK pixels each way, and a bound in a word.
-// blocks_across, blocks_down: of a frame.
+// SPDX-License-Identifier: Apache-2.0
+// Blocks of FANLIGHT_BLOCK x FANLIGHT_BLOCK pixels of a frame, and the minimum and maximum grey level (0 to
+// 255) of a block in one word.
 #ifndef FANLIGHT_SHADERS_BLOCKS_H
 #define FANLIGHT_SHADERS_BLOCKS_H
 
-int blocks_along(uint pixels) { return int(pixels + uint(FANLIGHT_BLOCK - 1)) / FANLIGHT_BLOCK; }
+// Blocks that cover a side of a frame.
+int blocks_along(uint pixels) {
+  return int(pixels + uint(FANLIGHT_BLOCK - 1)) / FANLIGHT_BLOCK;
+}
 
-uint word_of_bound(uint least, uint greatest) { return least | greatest << 8; }
-uint least_of(uint bound) { return bound & 0xFFu; }
-uint greatest_of(uint bound) { return bound >> 8; }
+uint packed_min_max(uint least, uint greatest) {
+  return least | greatest << 8;
+}
+uint min_of(uint min_max) {
+  return min_max & 0xFFu;
+}
+uint max_of(uint min_max) {
+  return min_max >> 8;
+}
 
 #endif

@@ -1,4 +1,9 @@
-// Pass 0: the mean over the window.
+// SPDX-License-Identifier: Apache-2.0
+// Pass 0, box filter: the mean over a window of kSide x kSide pixels and 2 radius_across + 1 frames, to
+// reduce speckle (renderer/ALGORITHM.md, pass 0). The window is clipped to the volume.
+//
+// Reads: frames, words of four pixels (frame_words.h).
+// Writes: filtered_frames, the same shape, rounded to the nearest grey level.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -6,24 +11,29 @@
 #include "bindings.h"
 #include "prepare_constants.h"
 
-layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
+layout(push_constant, scalar) uniform Constants {
+  PrepareConstants prepare;
+};
 #include "frame_words.h"
 
 layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
-layout(binding = FANLIGHT_BINDING_PREPARED, r32ui) writeonly uniform uimageBuffer prepared;
+layout(binding = FANLIGHT_BINDING_FILTERED_FRAMES, r32ui) writeonly uniform uimageBuffer filtered_frames;
 
 struct Sums {
   uvec4 first;   // of grey levels
-  uvec4 second;  // not needed
+  uvec4 second;  // unused
 };
 
-Sums entry(uint word) { return Sums(pixels_of(texelFetch(frames, int(word)).x), uvec4(0u)); }
-
-// Rounded to the nearest grey level.
-void put(uint word, Sums sums, uvec4 numbers) {
-  imageStore(prepared, int(word), uvec4(word_of((2u * sums.first + numbers) / (2u * numbers))));
+Sums entry(uint word) {
+  return Sums(pixels_of(texelFetch(frames, int(word)).x), uvec4(0u));
 }
 
-#include "column_walk.h"
+void put(uint word, Sums sums, uvec4 numbers) {
+  imageStore(filtered_frames, int(word), uvec4(word_of((2u * sums.first + numbers) / (2u * numbers))));
+}
 
-void main() { walk(); }
+#include "sliding_window.h"
+
+void main() {
+  slide_window();
+}

@@ -1,16 +1,17 @@
-// Pass 1's parameters. Lengths in mm, in the transducer frame.
+// SPDX-License-Identifier: Apache-2.0
+// Parameters of pass 1 (renderer/ALGORITHM.md, pass 1). Lengths in mm, in the transducer frame.
 #ifndef FANLIGHT_SHADERS_CAST_PARAMETERS_H
 #define FANLIGHT_SHADERS_CAST_PARAMETERS_H
 #include "vector_types.h"
 
-#define FANLIGHT_MOST_SLICES 3
+#define FANLIGHT_MAX_SLICES 3
 
-// A plane through the volume in a part of the picture.
+// A plane through the volume, shown in a part of the picture.
 FANLIGHT_SHADER_STRUCT(Slice) {
-  vec3 origin;  // the point that pixel (0, 0) of the picture would show
+  vec3 origin;  // the point of the plane at pixel (0, 0) of the picture, inside the part or not
   vec3 right_step;
   vec3 down_step;
-  uint left;  // the part, in pixels
+  uint left;  // the part, pixels
   uint top;
   uint width;
   uint height;
@@ -18,8 +19,8 @@ FANLIGHT_SHADER_STRUCT(Slice) {
 FANLIGHT_SHADER_STRUCT_END
 
 FANLIGHT_SHADER_STRUCT(CastParameters) {
-  // The ray of pixel (column, row): origin + column * right_step + row * down_step is its point in the view
-  // plane; forward + column * right_turn + row * down_turn leads to the point one deeper.
+  // The ray of pixel (column, row) starts at origin + column * right_step + row * down_step in the view
+  // plane. Its point 1 mm deeper is forward + column * right_turn + row * down_turn further on.
   vec3 origin;
   vec3 right_step;
   vec3 down_step;
@@ -30,40 +31,41 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
 
   uint width;  // of the picture
   uint height;
-  uint view_left;  // of the viewport; there are no rays outside it
+  uint view_left;  // the viewport, pixels; there are no rays outside it
   uint view_top;
   uint view_width;
   uint view_height;
-  uint pixel_stride;  // 1 or 2: a ray for so many by so many pixels, through the first of them
+  uint pixel_stride;  // 1 or 2: one ray for pixel_stride x pixel_stride pixels, through the first of them
 
   float start;  // depth of the first sample below the view plane
-  float end;    // no sample lies deeper
-  float eye;    // depth of the eye; nothing before it is seen
-  float step;   // distance of samples, along the ray
-  uint steps;   // on a ray at most
+  float end;    // depth of the last sample at most
+  float eye;    // depth of the eye; no sample lies before it
+  float step;   // distance between samples, along the ray
+  uint steps;   // samples of a ray at most
 
-  // tan(angle / 2) * angle_scale + angle_offset is the place in the angle table, 0 for its first entry.
+  // tan(angle / 2) * angle_scale + angle_offset is the position in the angle table, 0 for its first entry.
   float angle_scale;
   float angle_offset;
   float last_angle_entry;
 
-  // The column is lateral * column_scale + column_offset, with x for lateral, or the scan line's angle (rad). The row is
-  // along * row_scale + row_offset, with the in-plane depth for along, or the distance from the array. In pixels whose
-  // centres lie at whole numbers.
+  // The column is lateral * column_scale + column_offset. lateral: x, or the angle of the scan line (rad).
+  // The row is along * row_scale + row_offset. along: the depth in the plane, or the distance from the array.
+  // Pixel centres lie at whole numbers.
   float column_scale;
   float column_offset;
   float row_scale;
   float row_offset;
   float last_column;
   float last_row;
-  float last_frame;    // its number, by ascending angle
+  float last_frame;    // its index by ascending angle
   vec3 voxel_scale;    // 1 / (size of the volume texture)
-  int packed_stride;   // where the volume is gathered: see FANLIGHT_PACKED_STRIDE
-  int packed_rows;
-  float probe_radius;  // of the array's curvature
+  int packed_stride;   // words from one packed row to the next: FANLIGHT_PACKED_STRIDE
+  int packed_rows;     // of a frame: FANLIGHT_PACKED_ROWS
+  float probe_radius;  // radius of curvature of the array
 
-  // What the frames cover: x from left to right, angles from the first frame's to the last's, given as
-  // (cos, sin), and distances from the sweep axis (motor_radius behind the probe face) up to farthest.
+  // The region of the frames: x from left to right_side, angles from the first frame's to the last frame's,
+  // as (cos, sin), and distances from the sweep axis up to farthest. The axis is motor_radius behind the
+  // probe face.
   float left;
   float right_side;
   vec2 first_angle;
@@ -71,39 +73,41 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float motor_radius;
   float farthest;
 
-  // The scanned sector of a Cartesian frame: |x| + sector_margin <= (rho + probe_radius) * sector_tangent, and the
-  // squared distance of (x, rho) from the sector's apex lies between near and far. The margin keeps the samples
-  // clear of pixels that were not scanned.
+  // The scanned sector of a Cartesian frame: |x| + sector_margin <= (rho + probe_radius) * sector_tangent,
+  // and the squared distance of (x, rho) from the apex of the sector lies between near and far. rho: depth
+  // below the probe face. The margin keeps samples away from pixels that were not scanned.
   float sector_tangent;
   float sector_margin;
   float sector_near_squared;
   float sector_far_squared;
 
-  // Nothing outside is shown: a box, and two planes as normal and distance.
+  // Crop box and clip planes (unit normal, distance). Nothing outside is shown.
   vec3 crop_lowest;
   vec3 crop_highest;
   vec4 clip1;
   vec4 clip2;
 
-  float threshold;  // of the detector, 0 to 1
-  int edge_sign;    // +1 dark to bright, -1 bright to dark, 0 either
+  float threshold;  // of the edge detector, 0 to 1
+  int edge_sign;    // edges that are surfaces: +1 dark to bright, -1 bright to dark, 0 either
 
-  // A tile's rays are cut into segments of 1 << segment_shift samples. Grey levels outside least_seen to greatest_seen,
-  // 0 to 1, are transparent.
+  // The rays of a tile are divided into segments of 1 << segment_shift samples. Grey levels outside
+  // least_seen to greatest_seen, 0 to 1, are transparent.
   uint segment_shift;
   float least_seen;
   float greatest_seen;
-  int across;  // a sample reaches so many steps across its ray
+  int across;  // radius of the window across a ray, in steps
 
-  uint first_tile;  // of the band that is cast
+  uint first_tile;  // first tile of the band
 
-  uint slices;  // of slice_planes that are in use
-  Slice slice_planes[FANLIGHT_MOST_SLICES];
+  uint slices;  // number of slice_planes in use
+  Slice slice_planes[FANLIGHT_MAX_SLICES];
 }
 FANLIGHT_SHADER_STRUCT_END
 
 #ifndef __cplusplus
-layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters { CastParameters parameters[1]; };
+layout(binding = FANLIGHT_BINDING_CAST_PARAMETERS, scalar) uniform Parameters {
+  CastParameters parameters[1];
+};
 #endif
 
 #endif

@@ -1,4 +1,12 @@
-// Pass 2, where pixels count by it: how sure each surface is, from the samples beside it.
+// SPDX-License-Identifier: Apache-2.0
+// Pass 1, where the weights of pass 2 need it: the confidence of each surface, the contrast of its edge over
+// the noise beside it (renderer/ALGORITHM.md, pass 2). Contrast: the difference of the means of kWindow / 2
+// samples before and behind the surface. Noise: the root mean square of their standard deviations, at least
+// one grey level.
+//
+// Reads: the parameters; the volume and the angle table (fan_volume.h); depth.
+// Writes: confidence, a float for each pixel, 0 without a surface or without samples on one of its sides.
+//   Both maps: height x width of the picture.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -13,17 +21,21 @@ layout(constant_id = 0) const int kWindow = 8;
 layout(constant_id = 2) const bool kPolar = false;
 layout(constant_id = 4) const int kAcross = 0;
 
-#define rays parameters[FANLIGHT_THE_ONLY]
-layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap { float depth[]; };
-layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) writeonly buffer Confidences { float confidence[]; };
+#define rays parameters[FANLIGHT_PARAMETER_INDEX]
+layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap {
+  float depth[];
+};
+layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) writeonly buffer Confidences {
+  float confidence[];
+};
 #include "fan_volume.h"
 #include "ray.h"
 
-// The least noise that a confidence is measured by: a grey level.
-const float kLeastNoise = 1.0 / 255.0;
+// Lower limit of the noise: one grey level.
+const float kMinNoise = 1.0 / 255.0;
 const int kHalf = kWindow / 2;
 
-// Mean and variance of the samples on one side of the surface, and their number.
+// Mean, variance and number of the scanned samples on one side of a surface.
 struct Side {
   float mean;
   float variance;
@@ -36,8 +48,8 @@ Side side_of(Ray ray, float at, float spacing) {
   float count = 0.0;
   for (int index = 0; index < kHalf; ++index) {
     float t = at + (float(index) + 0.5) * spacing;
-    vec2 part = between_frames(vec2(t, t), ray.from, ray.forward);
-    float value = part.x <= part.y ? sample_at(ray, t) : -1.0;
+    vec2 interval = between_frames(vec2(t, t), ray.from, ray.forward);
+    float value = interval.x <= interval.y ? sample_at(ray, t) : -1.0;
     float scanned = value >= 0.0 ? 1.0 : 0.0;
     sum += scanned * value;
     squares += scanned * value * value;
@@ -47,11 +59,10 @@ Side side_of(Ray ray, float at, float spacing) {
   return Side(mean, max(squares / max(count, 1.0) - mean * mean, 0.0), count);
 }
 
-// Contrast of the edge over the noise beside it.
 float confidence_at(Ray ray, float surface) {
   Side near = side_of(ray, surface, -ray.spacing);
   Side far = side_of(ray, surface, ray.spacing);
-  float noise = max(sqrt(0.5 * (near.variance + far.variance)), kLeastNoise);
+  float noise = max(sqrt(0.5 * (near.variance + far.variance)), kMinNoise);
   return min(near.count, far.count) > 0.0 ? abs(far.mean - near.mean) / noise : 0.0;
 }
 
@@ -60,8 +71,9 @@ void main() {
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
   uint index = pixel.y * rays.width + pixel.x;
   float surface = depth[index];
-  float sure = 0.0;
-  // A loop, not a branch: where no lane has a surface, nothing is sampled.
-  for (int once = surface >= 0.0 ? 0 : 1; once < 1; ++once) sure = confidence_at(ray_of(vec2(pixel)), surface);
-  confidence[index] = sure;
+  float result = 0.0;
+  // A loop, not an `if`: where no lane has a surface, nothing is sampled.
+  for (int once = surface >= 0.0 ? 0 : 1; once < 1; ++once)
+    result = confidence_at(ray_of(vec2(pixel)), surface);
+  confidence[index] = result;
 }

@@ -1,5 +1,10 @@
-// Pass 3, one step of nonlinear diffusion (Perona and Malik): a pixel moves towards its four neighbours, less where the
-// brightness steps by more than the conductance.
+// SPDX-License-Identifier: Apache-2.0
+// Pass 3, one step of nonlinear diffusion (Perona and Malik; renderer/ALGORITHM.md, pass 3): a pixel moves
+// towards its four neighbours. The flow is divided by 1 + (step in brightness / conductance)^2, so that
+// edges remain.
+//
+// Reads: lit.
+// Writes: diffused. Both: four half floats a pixel (lit_picture.h), height x width of the picture.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -8,13 +13,18 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = FANLIGHT_BINDING_LIT, scalar) readonly buffer Lit { uvec2 lit[]; };
-layout(binding = FANLIGHT_BINDING_DIFFUSED, scalar) writeonly buffer Diffused { uvec2 diffused[]; };
+layout(binding = FANLIGHT_BINDING_LIT, scalar) readonly buffer Lit {
+  uvec2 lit[];
+};
+layout(binding = FANLIGHT_BINDING_DIFFUSED, scalar) writeonly buffer Diffused {
+  uvec2 diffused[];
+};
 #include "lit_picture.h"
 
-// Below a quarter, the most that is stable with four neighbours.
+// Step size. With four neighbours, steps up to a quarter are stable.
 const float kStep = 0.2;
 
+// Pixels beyond the border repeat the border.
 vec3 lit_at(ivec2 pixel) {
   ivec2 inside = clamp(pixel, ivec2(0), ivec2(lighting.width, lighting.height) - 1);
   return unpacked(lit[uint(inside.y) * lighting.width + uint(inside.x)]);

@@ -1,6 +1,7 @@
-# Writes the words of the SPIR-V module INPUT as a C++ span named NAME to OUTPUT.
+# SPDX-License-Identifier: Apache-2.0
+# Writes a C++ file OUTPUT that defines the words of the SPIR-V module INPUT as a span named NAME.
 file(READ ${INPUT} bytes HEX)
-# SPIR-V is little endian here: the four bytes of a word turn round.
+# The file is little endian: the bytes of each word are reversed.
 string(REGEX REPLACE "(..)(..)(..)(..)" "0x\\4\\3\\2\\1," words "${bytes}")
 file(WRITE ${OUTPUT} "#include \"shaders/spirv.hpp\"
 

@@ -1,18 +1,26 @@
-// Reads the volume at points of the body, through the angle table: for the passes that sample it. The includer
-// has declared the parameters as `rays`, and the specialisation constant kPolar. With FANLIGHT_GATHERING the volume is
-// read from words by hand, for a processor, which gathers words faster than it samples a texture; else from a texture.
+// SPDX-License-Identifier: Apache-2.0
+// Samples the volume at points of the body (renderer/ALGORITHM.md, pass 1). The includer has declared the
+// parameters as `rays`, and the specialisation constant kPolar: frames are scan lines of a curved array.
+//
+// Points are in the transducer frame, mm: x lateral, y depth below the probe face, z elevation. The sweep
+// axis is parallel to x, motor_radius behind the probe face.
+//
+// Reads: the volume, 8 bit grey levels. Without FANLIGHT_GATHERING it is a 3D texture. With
+//   FANLIGHT_GATHERING it is the words of pack.comp, interpolated here: a processor gathers words faster
+//   than it samples a texture.
 #ifndef FANLIGHT_SHADERS_FAN_VOLUME_H
 #define FANLIGHT_SHADERS_FAN_VOLUME_H
 
 #ifdef FANLIGHT_GATHERING
-layout(binding = FANLIGHT_BINDING_COLUMNS) uniform usamplerBuffer packed_columns;
+layout(binding = FANLIGHT_BINDING_PACKED_TEXELS) uniform usamplerBuffer packed_columns;
 #else
 layout(binding = FANLIGHT_BINDING_VOLUME) uniform sampler3D volume;
 #endif
 #include "angle_table.h"
 
-// The angle of (across, along) to the second axis, for up to 90 degrees either way: the half angle's tangent, halved
-// once more, then the series, whose first term left out is below 1e-7 of a radian there.
+// The angle between (across, along) and the second axis, rad, from -90 to 90 degrees. Halves the angle twice
+// by the tangent of the half angle, then sums the series of the arc tangent. The first omitted term is below
+// 1e-7 rad.
 float angle_between(float across, float along, float length) {
   float half_tangent = across / max(length + along, 1e-6);
   float t = half_tangent / (1.0 + sqrt(1.0 + half_tangent * half_tangent));
@@ -27,17 +35,18 @@ float angle_between(float across, float along, float length) {
 }
 
 #ifdef FANLIGHT_GATHERING
-// The words about a voxel's place, and where in them it lies.
+// The four words around a voxel position: two columns of two frames, each with four rows. The upper of the
+// two rows begins at bit `shift`.
 struct Voxels {
   uvec4 words;
   int shift;
-  vec3 share;
+  vec3 fraction;
 };
 
 Voxels voxels_at(vec3 voxel) {
   vec3 inside = clamp(voxel, vec3(0.0), vec3(rays.last_column, rays.last_row, rays.last_frame));
   vec3 first = floor(inside);
-  // A packed row begins every three rows; half a row keeps the quotient clear of rounding.
+  // A packed row begins every three rows. Half a row protects the quotient from rounding.
   float packed_row = floor((first.y + 0.5) * (1.0 / 3.0));
   int here = (int(first.z) * rays.packed_rows + int(packed_row)) * rays.packed_stride + int(first.x);
   int behind = here + rays.packed_rows * rays.packed_stride;
@@ -46,48 +55,52 @@ Voxels voxels_at(vec3 voxel) {
   return Voxels(words, 8 * int(first.y - 3.0 * packed_row), inside - first);
 }
 
-// Between them, as a texture's linear filter mixes them.
+// The trilinear interpolation of a texture's linear filter, 0 to 1.
 float mixed(Voxels voxels) {
   uvec4 words = voxels.words >> voxels.shift;
-  vec4 rows = mix(vec4(words & 0xFFu), vec4(words >> 8 & 0xFFu), voxels.share.y);
-  vec2 columns = mix(rows.xz, rows.yw, voxels.share.x);
-  return mix(columns.x, columns.y, voxels.share.z) * (1.0 / 255.0);
+  vec4 rows = mix(vec4(words & 0xFFu), vec4(words >> 8 & 0xFFu), voxels.fraction.y);
+  vec2 columns = mix(rows.xz, rows.yw, voxels.fraction.x);
+  return mix(columns.x, columns.y, voxels.fraction.z) * (1.0 / 255.0);
 }
 #else
 #define Voxels float
-float voxels_at(vec3 voxel) { return textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x; }
-float mixed(float value) { return value; }
+float voxels_at(vec3 voxel) {
+  return textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x;
+}
+float mixed(float value) {
+  return value;
+}
 #endif
 
-// A point between the first and last frame, on its way to its voxel.
-struct Place {
-  vec3 voxel;
-  // The least of the distances to what was not scanned, each positive on the scanned side: above the probe face, beside
-  // the frame or its sector.
-  float inside;
+// A point between the first and last frame, in voxels.
+struct VoxelPosition {
+  vec3 voxel;  // column, row, frame
+  // The smallest of the distances to the borders of the frame and of its sector, in various units. Negative:
+  // not scanned.
+  float margin;
 };
 
-// Its column and row.
-Place place_in_frame(vec3 at, float from_axis) {
+// Column, row and margin of a point. `from_axis`: its distance from the sweep axis.
+VoxelPosition position_in_frame(vec3 at, float from_axis) {
   float rho = from_axis - rays.motor_radius;
   float from_apex = rho + rays.probe_radius;
   float reach = at.x * at.x + from_apex * from_apex;
-  Place place;
+  VoxelPosition position;
   if (kPolar) {
     float radius = sqrt(reach);
-    place.voxel.x = angle_between(at.x, from_apex, radius) * rays.column_scale + rays.column_offset;
-    place.voxel.y = (radius - rays.probe_radius) * rays.row_scale + rays.row_offset;
+    position.voxel.x = angle_between(at.x, from_apex, radius) * rays.column_scale + rays.column_offset;
+    position.voxel.y = (radius - rays.probe_radius) * rays.row_scale + rays.row_offset;
   } else {
-    place.voxel.x = at.x * rays.column_scale + rays.column_offset;
-    place.voxel.y = rho * rays.row_scale + rays.row_offset;
+    position.voxel.x = at.x * rays.column_scale + rays.column_offset;
+    position.voxel.y = rho * rays.row_scale + rays.row_offset;
   }
-  place.voxel.z = 0.0;
+  position.voxel.z = 0.0;
   float beside = from_apex * rays.sector_tangent - abs(at.x) - rays.sector_margin;
   float within = min(reach - rays.sector_near_squared, rays.sector_far_squared - reach);
-  float column = min(place.voxel.x, rays.last_column - place.voxel.x);
-  float row = min(place.voxel.y, rays.last_row - place.voxel.y);
-  place.inside = min(min(beside, within), min(column, row));
-  return place;
+  float column = min(position.voxel.x, rays.last_column - position.voxel.x);
+  float row = min(position.voxel.y, rays.last_row - position.voxel.y);
+  position.margin = min(min(beside, within), min(column, row));
+  return position;
 }
 
 float from_axis_of(vec3 at) {
@@ -95,16 +108,16 @@ float from_axis_of(vec3 at) {
   return sqrt(along_axis * along_axis + at.z * at.z);
 }
 
-// The echo at a point between the first and last frame, 0 to 1, or negative where nothing was scanned.
+// The echo at a point between the first and last frame, 0 to 1; negative where nothing was scanned.
 float echo(vec3 at) {
   float from_axis = from_axis_of(at);
-  Place place = place_in_frame(at, from_axis);
-  place.voxel.z = frame_at(at.z, at.y + rays.motor_radius, from_axis);
-  float value = mixed(voxels_at(place.voxel));
-  return place.inside >= 0.0 ? value : -1.0;
+  VoxelPosition position = position_in_frame(at, from_axis);
+  position.voxel.z = frame_at(at.z, at.y + rays.motor_radius, from_axis);
+  float value = mixed(voxels_at(position.voxel));
+  return position.margin >= 0.0 ? value : -1.0;
 }
 
-// The part of a ray, from + t * forward, that satisfies a + b t >= 0, as a narrower (first, last).
+// Clips the interval (first, last) of t to a + b t >= 0. last < first: empty.
 vec2 cut(vec2 part, float a, float b) {
   float at = -a / b;
   return b > 0.0   ? vec2(max(part.x, at), part.y)
@@ -113,7 +126,7 @@ vec2 cut(vec2 part, float a, float b) {
                    : part;
 }
 
-// The part that lies in the crop box and on the kept side of both clip planes.
+// Clips the interval of the ray from + t * forward to the crop box and both clip planes.
 vec2 cropped(vec2 part, vec3 from, vec3 forward) {
   for (int axis = 0; axis < 3; ++axis) {
     part = cut(part, from[axis] - rays.crop_lowest[axis], forward[axis]);
@@ -124,9 +137,9 @@ vec2 cropped(vec2 part, vec3 from, vec3 forward) {
   return part;
 }
 
-// The part between the first and last frame.
+// Clips the interval of the ray to the region between the first and last frame.
 vec2 between_frames(vec2 part, vec3 from, vec3 forward) {
-  // About the sweep axis: y' = y + motor radius. A frame's angle is its half plane.
+  // With the sweep axis as the origin, a frame is a half plane.
   vec2 about_axis = vec2(from.y + rays.motor_radius, from.z);
   vec2 first = vec2(-rays.first_angle.y, rays.first_angle.x);
   vec2 last = vec2(rays.last_angle.y, -rays.last_angle.x);

@@ -1,5 +1,12 @@
-// Pass 2: normals of the filtered depth map, Blinn-Phong, and a shadow ray over it (design, section 4); or whatever
-// else the picture shows.
+// SPDX-License-Identifier: Apache-2.0
+// Pass 2, light: shades the filtered depth map (renderer/ALGORITHM.md, pass 2): normals, Blinn-Phong, and a
+// shadow ray over the height map. Or shows the depth map or the colours of pass 1.
+//
+// Reads: the parameters; smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel; min_depth
+//   (min_depth.comp).
+// Writes: lit, four half floats a pixel, displayed (sRGB) values. Maps: height x width of the picture.
+//
+// Points are in the view frame, mm: right, up, and height towards the viewer (-depth).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -9,132 +16,153 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const bool kPerspective = false;
-// The lamp has a radius.
+// The light has a radius.
 layout(constant_id = 1) const bool kSoftShadows = true;
 
-layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours { uint volume_colour[]; };
-layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth { float smooth_depth[]; };
-layout(binding = FANLIGHT_BINDING_NEAREST, scalar) readonly buffer Nearest { uint nearest; };
-layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit { uvec2 lit[]; };
+layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours {
+  uint volume_colour[];
+};
+layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth {
+  float smooth_depth[];
+};
+layout(binding = FANLIGHT_BINDING_MIN_DEPTH, scalar) readonly buffer MinDepth {
+  uint min_depth;
+};
+layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit {
+  uvec2 lit[];
+};
 #include "lit_picture.h"
 #include "surface_map.h"
 
-// A shadow ray has to pass this much, in pixels, below a height before it is hidden by it: otherwise a slope
-// throws shadows on itself.
+// Height of the start of a shadow ray above the surface, in pixels. Without it a slope casts shadows on
+// itself.
 const float kShadowBias = 1.5;
-// How far a shadow ray goes towards a directional light.
+// Length of a shadow ray towards a directional light, mm.
 const float kShadowReach = 1000.0;
 
+// FANLIGHT_NO_SURFACE outside the viewport.
 float depth_at(ivec2 pixel) {
   ivec2 first = ivec2(lighting.view_left, lighting.view_top);
-  float there = smooth_depth[index_of(clamp(pixel, first, ivec2(lighting.view_right, lighting.view_bottom)))];
-  return in_view(pixel) ? there : FANLIGHT_NO_SURFACE;
+  float depth_there =
+      smooth_depth[index_of(clamp(pixel, first, ivec2(lighting.view_right, lighting.view_bottom)))];
+  return in_view(pixel) ? depth_there : FANLIGHT_NO_SURFACE;
 }
 
-// What a length across the view measures at a depth, for each mm where pixels are measured.
+// Length across the view at a depth, relative to the depth at which pixels are measured.
 float view_scale(float depth) {
   return kPerspective ? lighting.view_scale_at_0 + lighting.view_scale_per_mm * depth : 1.0;
 }
 
-// The pixel's place in the view frame, with height (towards the viewer) as third axis: right-handed.
-vec3 place(vec2 pixel, float depth) {
+// The point of a pixel at a depth. The view frame is right-handed.
+vec3 point_at(vec2 pixel, float depth) {
   vec2 across = (pixel - lighting.centre) * lighting.pixel * view_scale(depth);
   return vec3(across.x, -across.y, -depth);
 }
 
-// The inverse: where a place shows.
+// The inverse: the pixel at which a point is seen.
 vec2 pixel_of(vec3 at) {
   float scale = lighting.pixel * view_scale(-at.z);
   return lighting.centre + vec2(at.x, -at.y) / scale;
 }
 
-// From a pixel's place along one axis of the picture: between its neighbours, or to the one that has a surface; where
-// neither has, level.
+// The tangent of the surface along one axis of the picture: the difference between both neighbours, or
+// between the pixel and the one neighbour that has a surface. Without one it is parallel to the view plane.
 vec3 tangent(ivec2 pixel, ivec2 axis, float here) {
   float next = depth_at(pixel + axis);
   float before = depth_at(pixel - axis);
   bool central = lighting.central_normals != 0;
   bool has_next = central ? same_surface(next, here) : next >= 0.0;
   bool has_before = central ? same_surface(before, here) : before >= 0.0;
-  vec3 at = place(vec2(pixel), here);
-  vec3 from = has_before && (central || !has_next) ? place(vec2(pixel - axis), before) : at;
-  vec3 to = has_next ? place(vec2(pixel + axis), next) : has_before ? at : place(vec2(pixel + axis), here);
+  vec3 at = point_at(vec2(pixel), here);
+  vec3 from = has_before && (central || !has_next) ? point_at(vec2(pixel - axis), before) : at;
+  vec3 to = has_next     ? point_at(vec2(pixel + axis), next)
+            : has_before ? at
+                         : point_at(vec2(pixel + axis), here);
   return to - from;
 }
 
-// The share of the lamp that is seen from a place on the height map: walks a pixel a step and ends at the light, at the
-// viewport's border, or above everything.
+// Fraction of the light visible from a point of the height map, 0 to 1. Marches one pixel a step and stops at
+// the light, at the border of the viewport, or above the highest surface.
 float light_seen(vec3 from, float depth) {
-  vec3 way = lighting.directional != 0 ? kShadowReach * lighting.light_direction : lighting.light - from;
-  float lamp = lighting.directional != 0 ? lighting.lamp_distance : max(length(way), 1e-3);
+  vec3 towards_light =
+      lighting.directional != 0 ? kShadowReach * lighting.light_direction : lighting.light - from;
+  float light_distance =
+      lighting.directional != 0 ? lighting.lamp_distance : max(length(towards_light), 1e-3);
   vec3 start = from + vec3(0.0, 0.0, kShadowBias * lighting.pixel * view_scale(depth));
-  bool leaves = start.z + way.z > lighting.shadow_top;
+  bool leaves = start.z + towards_light.z > lighting.shadow_top;
   if (lighting.shadow >= 1.0 || (leaves && start.z >= lighting.shadow_top)) return 1.0;
-  float part = leaves ? (lighting.shadow_top - start.z) / way.z : 1.0;
-  // Where the ray is above all surfaces, and climbs faster than its blur widens, nothing hides the lamp any more.
-  float climb = way.z - lighting.softness * length(way) / lamp;
-  float to_nearest = -uintBitsToFloat(nearest) - start.z;
+  float part = leaves ? (lighting.shadow_top - start.z) / towards_light.z : 1.0;
+  // Above the highest surface nothing hides the light, if the ray climbs faster than its penumbra widens.
+  float climb = towards_light.z - lighting.softness * length(towards_light) / light_distance;
+  float to_nearest = -uintBitsToFloat(min_depth) - start.z;
   if (climb > 0.0) part = min(part, max(to_nearest / climb, 0.0));
-  vec3 end = start + part * way;
+  vec3 end = start + part * towards_light;
 
   vec2 start_pixel = pixel_of(start);
   vec2 across = pixel_of(end) - start_pixel;
   float pixels = max(abs(across.x), abs(across.y));
   float start_scale = view_scale(-start.z);
   float end_scale = view_scale(-end.z);
-  float way_length = length(end - start);
+  float ray_length = length(end - start);
   vec2 first = vec2(lighting.view_left, lighting.view_top);
   vec2 last = vec2(lighting.view_right, lighting.view_bottom);
 
-  float share_of_pixel = 1.0 / pixels;
-  float blur = lighting.softness * way_length / lamp;  // of the shadow's edge, at the way's end
+  float step_fraction = 1.0 / pixels;
+  // Half width of the penumbra at the end of the ray.
+  float blur = lighting.softness * ray_length / light_distance;
   float seen = 1.0;
-  for (float walked = 1.0; walked < pixels && seen > 0.0; walked += 1.0) {
-    float share = walked * share_of_pixel;
-    vec2 at = start_pixel + share * across;
+  for (float pixel_step = 1.0; pixel_step < pixels && seen > 0.0; pixel_step += 1.0) {
+    float fraction = pixel_step * step_fraction;
+    vec2 at = start_pixel + fraction * across;
     if (any(lessThan(at, first)) || any(greaterThan(at, last))) break;
-    // Even steps in the picture are not even in the body, in perspective.
-    float along = kPerspective ? share * start_scale / (share * start_scale + (1.0 - share) * end_scale) : share;
+    // In perspective, equal steps in the picture are not equal steps in the body.
+    float along = kPerspective
+                      ? fraction * start_scale / (fraction * start_scale + (1.0 - fraction) * end_scale)
+                      : fraction;
     float height = mix(start.z, end.z, along);
-    float there = smooth_depth[index_of(ivec2(at + 0.5))];
-    float clearance = there >= 0.0 ? height + there : 1e9;
-    float visible = kSoftShadows ? clamp(0.5 + 0.5 * clearance / (blur * along), 0.0, 1.0) : (clearance < 0.0 ? 0.0 : 1.0);
+    float depth_there = smooth_depth[index_of(ivec2(at + 0.5))];
+    float clearance = depth_there >= 0.0 ? height + depth_there : 1e9;
+    float visible = kSoftShadows ? clamp(0.5 + 0.5 * clearance / (blur * along), 0.0, 1.0)
+                                 : (clearance < 0.0 ? 0.0 : 1.0);
     seen = min(seen, visible);
   }
   return seen;
 }
 
 vec3 shade(ivec2 pixel, float depth) {
-  vec3 at = place(vec2(pixel), depth);
-  // Rows run downwards.
+  vec3 at = point_at(vec2(pixel), depth);
+  // Rows are numbered downwards.
   vec3 normal = normalize(cross(tangent(pixel, ivec2(1, 0), depth), -tangent(pixel, ivec2(0, 1), depth)));
   vec3 toward = lighting.light - at;
-  vec3 to_point = toward / max(length(toward), 1e-6);  // a light may lie on the surface
+  vec3 to_point = toward / max(length(toward), 1e-6);  // the light may lie on the surface
   vec3 to_light = lighting.directional != 0 ? lighting.light_direction : to_point;
   // Parallel rays: the viewer is at infinity.
   vec3 to_eye = kPerspective ? normalize(vec3(0.0, 0.0, lighting.eye_height) - at) : vec3(0.0, 0.0, 1.0);
   vec3 halfway = normalize(to_light + to_eye);
   float facing = max(dot(normal, to_light), 0.0);
-  float gleam = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
+  float highlight = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
   float direct = facing > 0.0 ? mix(lighting.shadow, 1.0, light_seen(at, depth)) : 1.0;
-  // The paper scales the whole pixel by the shadow coefficient; but then a side turned away from the light, which has
-  // nothing but ambient light, is brighter than a shadow beside it.
+  // A shadow reduces the direct light only. The paper (README.md) scales the whole pixel. Then a side that
+  // faces away from the light, with ambient light only, is brighter than a shadow beside it.
   vec3 ambient = lighting.ambient * lighting.material;
-  return lighting.light_colour *
-         (ambient + direct * (lighting.diffuse * facing * lighting.material + vec3(lighting.specular * gleam)));
+  return lighting.light_colour * (ambient + direct * (lighting.diffuse * facing * lighting.material +
+                                                      vec3(lighting.specular * highlight)));
 }
 
+// Linear to displayed (sRGB).
 vec3 encoded(vec3 linear) {
   vec3 bounded = clamp(linear, 0.0, 1.0);
   vec3 curve = 1.055 * pow(bounded, vec3(1.0 / 2.4)) - 0.055;
   return mix(curve, 12.92 * bounded, lessThan(bounded, vec3(0.0031308)));
 }
 
-vec3 colour_at(ivec2 pixel) { return unpackUnorm4x8(volume_colour[index_of(pixel)]).rgb; }
+vec3 colour_at(ivec2 pixel) {
+  return unpackUnorm4x8(volume_colour[index_of(pixel)]).rgb;
+}
 
 vec3 shown_at(ivec2 pixel) {
   if (!in_view(pixel)) {
-    // Beside the surface: the planes where they are, or the volume's colours from the pixels that have rays.
+    // Beside the surface: the planes, or the colours of the volume from the pixels that have rays.
     ivec2 from = pixel - ivec2(lighting.colours_from_left, 0);
     bool beyond = lighting.colours_from_left > 0 && (from.x < 0 || !in_view(from));
     return beyond ? vec3(0.0) : colour_at(from);

@@ -1,25 +1,33 @@
-// Pass 0: the median over the window, the lower one where there are two, found by halving the range of grey levels.
+// SPDX-License-Identifier: Apache-2.0
+// Pass 0, median filter: the median over a window of kSide x kSide pixels and kAcross frames, to reduce
+// speckle (renderer/ALGORITHM.md, pass 0). The window is clipped to the volume; of an even number of pixels
+// it is the lower median. Found by bisection over the grey levels, which needs no sorting.
+//
+// Reads: frames, words of four pixels (frame_words.h).
+// Writes: filtered_frames, the same shape.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "bindings.h"
 #include "prepare_constants.h"
 
-layout(push_constant, scalar) uniform Constants { PrepareConstants prepare; };
+layout(push_constant, scalar) uniform Constants {
+  PrepareConstants prepare;
+};
 #include "frame_words.h"
 
-layout(local_size_x = 64) in;  // neighbouring words; y: the row, z: the frame
+layout(local_size_x = 64) in;  // x: words of a row; y: rows; z: frames
 
-// Pixels of the window: kSide x kSide in the frame, at most 7, and kAcross frames.
+// The window: kSide x kSide pixels, at most 7 x 7, of kAcross frames.
 layout(constant_id = 0) const int kSide = 5;
 layout(constant_id = 1) const int kAcross = 1;
 
 layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
-layout(binding = FANLIGHT_BINDING_PREPARED, r32ui) writeonly uniform uimageBuffer prepared;
+layout(binding = FANLIGHT_BINDING_FILTERED_FRAMES, r32ui) writeonly uniform uimageBuffer filtered_frames;
 
 const int kWindow = kSide * kSide * kAcross;
 
-// What is not there counts as brighter than everything.
+// The value of a pixel outside the volume: brighter than every grey level.
 const int kAbsent = 256;
 
 int grey_at(ivec3 at) {
@@ -33,18 +41,19 @@ int grey_at(ivec3 at) {
 int median_at(ivec3 at) {
   int window[kWindow];
   int present = 0;
-  for (int each = 0; each < kWindow; ++each) {
-    ivec3 away = ivec3(each % kSide, each / kSide % kSide, each / (kSide * kSide)) - ivec3(kSide / 2, kSide / 2, kAcross / 2);
-    window[each] = grey_at(at + away);
-    present += window[each] < kAbsent ? 1 : 0;
+  for (int index = 0; index < kWindow; ++index) {
+    ivec3 offset = ivec3(index % kSide, index / kSide % kSide, index / (kSide * kSide)) -
+                   ivec3(kSide / 2, kSide / 2, kAcross / 2);
+    window[index] = grey_at(at + offset);
+    present += window[index] < kAbsent ? 1 : 0;
   }
-  // The smallest grey level that at least half of them, rounded up, do not exceed.
+  // The smallest grey level that at least half of the pixels, rounded up, do not exceed.
   int low = 0;
   int high = 255;
-  for (int halving = 0; halving < 8; ++halving) {
+  for (int bit = 0; bit < 8; ++bit) {
     int middle = (low + high) / 2;
     int below = 0;
-    for (int each = 0; each < kWindow; ++each) below += window[each] <= middle ? 1 : 0;
+    for (int index = 0; index < kWindow; ++index) below += window[index] <= middle ? 1 : 0;
     bool enough = 2 * below >= present;
     high = enough ? middle : high;
     low = enough ? low : min(middle + 1, 255);
@@ -58,6 +67,7 @@ void main() {
   int row = int(gl_WorkGroupID.y);
   int frame = int(prepare.first_frame + gl_WorkGroupID.z);
   uvec4 medians = uvec4(0u);
-  for (int pixel = 0; pixel < 4; ++pixel) medians[pixel] = uint(median_at(ivec3(4 * word + pixel, row, frame)));
-  imageStore(prepared, int(word_at(word, row, frame)), uvec4(word_of(medians)));
+  for (int pixel = 0; pixel < 4; ++pixel)
+    medians[pixel] = uint(median_at(ivec3(4 * word + pixel, row, frame)));
+  imageStore(filtered_frames, int(word_at(word, row, frame)), uvec4(word_of(medians)));
 }

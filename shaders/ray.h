@@ -1,12 +1,15 @@
-// The ray of a pixel and its samples. The includer has included fan_volume.h, and declared the specialisation constant
-// kAcross: a sample is the mean of (2 k + 1)^2 across the ray.
+// SPDX-License-Identifier: Apache-2.0
+// The ray of a pixel and its samples (renderer/ALGORITHM.md, pass 1). The includer has included
+// fan_volume.h, and declared the specialisation constant kAcross: a sample is the mean of (2 k + 1)^2 points
+// across the ray.
 #ifndef FANLIGHT_SHADERS_RAY_H
 #define FANLIGHT_SHADERS_RAY_H
 
+// Transducer frame, mm. The point at depth t below the view plane is from + t * forward.
 struct Ray {
-  vec3 from;     // in the view plane
-  vec3 forward;  // to the point one mm deeper
-  float spacing;  // mm of depth from sample to sample
+  vec3 from;      // in the view plane
+  vec3 forward;   // to the point one mm deeper
+  float spacing;  // mm of depth between samples
   // Steps of the window across the ray.
   vec3 across_right;
   vec3 across_up;
@@ -16,7 +19,7 @@ Ray ray_of(vec2 pixel) {
   Ray ray;
   ray.from = rays.origin + pixel.x * rays.right_step + pixel.y * rays.down_step;
   ray.forward = rays.forward + pixel.x * rays.right_turn + pixel.y * rays.down_turn;
-  float stride = length(ray.forward);  // mm of ray a mm of depth
+  float stride = length(ray.forward);  // mm of ray for each mm of depth
   ray.spacing = rays.step / stride;
   ray.across_right =
       rays.step * normalize(rays.right - dot(rays.right, ray.forward) / (stride * stride) * ray.forward);
@@ -24,11 +27,14 @@ Ray ray_of(vec2 pixel) {
   return ray;
 }
 
-// Samples count in steps of 2^-19, so that sums of them are exact in floats, whatever the order: where a ray begins to
-// sample then changes no result.
-float exact(float value) { return floor(value * 524288.0 + 0.5) * (1.0 / 524288.0); }
+// Rounds a sample to a multiple of 2^-19. Sums of samples in floats are then exact in any order, and the
+// sample at which a ray begins does not change its result.
+float exact(float value) {
+  return floor(value * 524288.0 + 0.5) * (1.0 / 524288.0);
+}
 
-// The echo at a depth of the ray: the mean over the window across it, of what was scanned of it.
+// The sample at depth t: 0 to 1, negative where the point on the ray was not scanned. With a window across
+// the ray, the mean over those of its points that were scanned.
 float sample_at(Ray ray, float t) {
   vec3 at = ray.from + t * ray.forward;
   float middle = echo(at);
@@ -38,7 +44,7 @@ float sample_at(Ray ray, float t) {
   [[dont_unroll]] for (int right = -kAcross; right <= kAcross; ++right) {
     [[dont_unroll]] for (int up = -kAcross; up <= kAcross; ++up) {
       vec3 beside = at + float(right) * ray.across_right + float(up) * ray.across_up;
-      // The ray has been cut to the frames, its neighbours have not.
+      // The ray is cut to the frames, but its neighbours are not.
       vec2 part = between_frames(vec2(0.0, 0.0), beside, vec3(0.0));
       float value = part.x <= part.y ? echo(beside) : -1.0;
       sum += max(value, 0.0);

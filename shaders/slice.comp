@@ -1,4 +1,9 @@
-// Pass 1, planes through the volume: each in its part of the picture, through the same tables as the rays.
+// SPDX-License-Identifier: Apache-2.0
+// Pass 1, slices: planes through the volume, each in its part of the picture, in grey
+// (renderer/ALGORITHM.md, pass 1). Black where nothing was scanned or it is cropped.
+//
+// Reads: the parameters; the volume and the angle table (fan_volume.h).
+// Writes: volume_colour, RGBA8, height x width of the picture, inside the parts of the planes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -7,23 +12,26 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
+// As in cast.comp.
 layout(constant_id = 2) const bool kPolar = false;
 
-#define rays parameters[FANLIGHT_THE_ONLY]
-layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours { uint volume_colour[]; };
+#define rays parameters[FANLIGHT_PARAMETER_INDEX]
+layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours {
+  uint volume_colour[];
+};
 #include "fan_volume.h"
 
 void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
-  for (uint each = 0u; each < rays.slices; ++each) {
-    uvec2 in_part = pixel - uvec2(rays.slice_planes[each].left, rays.slice_planes[each].top);
-    // A pixel before the part has wrapped to beyond its size.
-    if (in_part.x >= rays.slice_planes[each].width || in_part.y >= rays.slice_planes[each].height) continue;
-    vec3 at = rays.slice_planes[each].origin + float(pixel.x) * rays.slice_planes[each].right_step +
-              float(pixel.y) * rays.slice_planes[each].down_step;
-    vec2 part = between_frames(cropped(vec2(0.0, 0.0), at, vec3(0.0)), at, vec3(0.0));
-    float value = part.x <= part.y ? max(echo(at), 0.0) : 0.0;
+  for (uint slice = 0u; slice < rays.slices; ++slice) {
+    uvec2 in_part = pixel - uvec2(rays.slice_planes[slice].left, rays.slice_planes[slice].top);
+    // A pixel before the part wraps to a number beyond its size.
+    if (in_part.x >= rays.slice_planes[slice].width || in_part.y >= rays.slice_planes[slice].height) continue;
+    vec3 at = rays.slice_planes[slice].origin + float(pixel.x) * rays.slice_planes[slice].right_step +
+              float(pixel.y) * rays.slice_planes[slice].down_step;
+    vec2 interval = between_frames(cropped(vec2(0.0, 0.0), at, vec3(0.0)), at, vec3(0.0));
+    float value = interval.x <= interval.y ? max(echo(at), 0.0) : 0.0;
     volume_colour[pixel.y * rays.width + pixel.x] = packUnorm4x8(vec4(vec3(value), 1.0));
   }
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -5,28 +6,29 @@
 
 namespace fanlight::shaders {
 
-// The SPIR-V words of each pass, embedded when the project is built.
+/// The SPIR-V words of each pass, embedded by the build. `..._gathering`: reads the volume from packed words
+/// instead of a texture (fan_volume.h).
 extern const std::span<const std::uint32_t> box_spirv;
 extern const std::span<const std::uint32_t> median_spirv;
-extern const std::span<const std::uint32_t> guide_spirv;
-extern const std::span<const std::uint32_t> guided_spirv;
-extern const std::span<const std::uint32_t> blocks_spirv;
-extern const std::span<const std::uint32_t> bounds_spirv;
+extern const std::span<const std::uint32_t> guided_fit_spirv;
+extern const std::span<const std::uint32_t> guided_apply_spirv;
+extern const std::span<const std::uint32_t> block_min_max_spirv;
+extern const std::span<const std::uint32_t> neighbour_min_max_spirv;
 extern const std::span<const std::uint32_t> pack_spirv;
-extern const std::span<const std::uint32_t> segments_spirv;
-extern const std::span<const std::uint32_t> changed_spirv;
+extern const std::span<const std::uint32_t> empty_space_spirv;
+extern const std::span<const std::uint32_t> dirty_tiles_spirv;
 extern const std::span<const std::uint32_t> cast_spirv;
 extern const std::span<const std::uint32_t> slice_spirv;
-extern const std::span<const std::uint32_t> steady_spirv;
-extern const std::span<const std::uint32_t> tiles_spirv;
-extern const std::span<const std::uint32_t> uneven_spirv;
+extern const std::span<const std::uint32_t> temporal_spirv;
+extern const std::span<const std::uint32_t> tile_depth_range_spirv;
+extern const std::span<const std::uint32_t> cleanup_tiles_spirv;
 extern const std::span<const std::uint32_t> islands_spirv;
 extern const std::span<const std::uint32_t> confidence_spirv;
 extern const std::span<const std::uint32_t> holes_spirv;
 extern const std::span<const std::uint32_t> mean_rows_spirv;
 extern const std::span<const std::uint32_t> mean_columns_spirv;
 extern const std::span<const std::uint32_t> smooth_spirv;
-extern const std::span<const std::uint32_t> nearest_spirv;
+extern const std::span<const std::uint32_t> min_depth_spirv;
 extern const std::span<const std::uint32_t> light_spirv;
 extern const std::span<const std::uint32_t> diffuse_spirv;
 extern const std::span<const std::uint32_t> finish_spirv;

@@ -1,10 +1,14 @@
-// The picture's tiles, numbered along their rows.
+// SPDX-License-Identifier: Apache-2.0
+// Tiles of 8 x 8 pixels of the picture, numbered along the rows of tiles.
 #ifndef FANLIGHT_SHADERS_TILES_H
 #define FANLIGHT_SHADERS_TILES_H
 
 const uint kTile = 8u;
 
-uvec2 tiles_of(uvec2 size) { return (size + kTile - 1u) / kTile; }
+// Tiles across and down.
+uvec2 tiles_of(uvec2 size) {
+  return (size + kTile - 1u) / kTile;
+}
 
 uint tile_of(uvec2 pixel, uint width) {
   uvec2 tile = pixel / kTile;

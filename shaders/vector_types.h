@@ -1,5 +1,7 @@
-// The text of a struct in *_parameters.h is read by C++ and by GLSL alike. In C++ the vectors are GLM's,
-// whose sizes equal those of GLSL's scalar block layout; a test compares every offset with the SPIR-V's own.
+// SPDX-License-Identifier: Apache-2.0
+// Lets C++ and GLSL compile the same struct (*_parameters.h, prepare_constants.h). In C++ the vectors are
+// those of GLM, whose sizes equal those of GLSL's scalar block layout. tests/gpu/layout_test.cpp compares
+// every offset with the SPIR-V.
 #ifndef FANLIGHT_SHADERS_VECTOR_TYPES_H
 #define FANLIGHT_SHADERS_VECTOR_TYPES_H
 
@@ -23,10 +25,10 @@ using uint = std::uint32_t;
 #else
 #define FANLIGHT_SHADER_STRUCT(name) struct name
 #define FANLIGHT_SHADER_STRUCT_END ;
-// The only element of the parameters, in dispatches one group deep, at an offset that no compiler knows: where Mesa's
-// lavapipe (22.3) knows the offset of a value that alone decides a branch, it makes a shader of its own for that value,
-// anew at every dispatch, and keeps them all.
-#define FANLIGHT_THE_ONLY gl_WorkGroupID.z
+// Dynamic index of the only element of the parameter array: 0, because dispatches are one group deep. It is a
+// work-around for a leak in Mesa 22.3: if a uniform at a constant offset alone decides a branch, lavapipe
+// compiles a variant of the shader for its value at every dispatch, and keeps all of them.
+#define FANLIGHT_PARAMETER_INDEX gl_WorkGroupID.z
 #endif
 
 #endif

@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 // node build.mjs [--outdir DIR] [--tests] [--proto FILE]
-//   --outdir  writes the page's files there
-//   --tests   writes the unit tests to generated/tests.mjs, for node --test
-// Before either, the messages are generated from the schema and everything is type checked.
+//   --outdir  writes the files of the page to DIR
+//   --tests   writes the unit tests to generated/tests.mjs, for `node --test`
+// Generates the messages from the schema and type-checks everything first.
 import { execFileSync } from "node:child_process";
 import { copyFileSync, mkdirSync, readdirSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
@@ -71,6 +72,7 @@ if (values.outdir) {
   await build({
     entryPoints: { viewer: join(home, "page/viewer.css") },
     outdir: resolve(values.outdir),
+    bundle: true,
     minify: true,
     target: ["chrome105", "firefox110", "safari16"],
     logLevel: "warning",

@@ -1,5 +1,6 @@
-// How far the surfaces shown lie from surfaces that are known, as a table; fails where a figure does not
-// reach what is demanded of it.
+// SPDX-License-Identifier: Apache-2.0
+// Prints a table of the errors between rendered and known surfaces. Fails if a figure does not meet its
+// demand.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -20,7 +21,8 @@ struct Options {
   bool json = false;
 };
 
-/// NAME=VALUE, of a field that moves neither the camera nor the rays: the truth of a pixel stays.
+/// Applies NAME=VALUE. Only fields that move neither the camera nor the rays are accepted, so that the truth
+/// of a pixel does not change. Throws std::runtime_error.
 void apply(const std::string& change, Scene& scene) {
   const std::size_t equals = change.find('=');
   const std::string name = change.substr(0, equals);

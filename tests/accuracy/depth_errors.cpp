@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/accuracy/depth_errors.hpp"
 
 #include <algorithm>
@@ -7,7 +8,7 @@ namespace fanlight::test {
 
 namespace {
 
-/// The value below which that share of them lies; NaN where there is none.
+/// The quantile, `share` from 0 to 1; NaN of no values.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return NAN;
   const auto place =

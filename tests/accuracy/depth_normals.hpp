@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -5,16 +6,17 @@
 #include <span>
 #include <vector>
 
-#include "proto/scene.hpp"
+#include "proto/model/scene.hpp"
 #include "tests/accuracy/depth_truth.hpp"
 
 namespace fanlight::test {
 
-/// The normal that pass 2 lights a pixel with, from its depth map, in the transducer frame; nothing where the
-/// pixel has no surface.
+/// The normals of pass 2, computed from a depth map as light.comp does, in the transducer frame. nullopt: no
+/// surface.
 class DepthNormals {
  public:
-  /// `step_mm`: neighbours that differ by more are on another surface (central alone).
+  /// `step_mm`: neighbours that differ by more are on another surface (central normals only). Keeps
+  /// references to the depths and the rays.
   DepthNormals(std::span<const float> depth_mm, PictureSize size, const PixelRays& rays, Normals kind,
                double step_mm)
       : depth_mm_(depth_mm), size_(size), rays_(rays), kind_(kind), step_mm_(step_mm) {}
@@ -22,7 +24,7 @@ class DepthNormals {
   std::optional<glm::dvec3> at(int column, int row) const;
 
  private:
-  /// Depth of a pixel, or nothing outside the picture or where there is no surface.
+  /// Depth of a pixel; nullopt outside the picture or without a surface.
   std::optional<double> depth_mm(int column, int row) const;
   std::optional<double> neighbour_mm(int column, int row, double depth_mm) const;
   glm::dvec3 place(int column, int row, double depth_mm) const;
@@ -35,7 +37,7 @@ class DepthNormals {
   double step_mm_;
 };
 
-/// Angle between the normals shown and the true ones, deg, of each pixel that shows the true surface.
+/// Angles between rendered and true normals, deg, one for each pixel whose surface is found.
 std::vector<double> normal_errors_deg(const DepthNormals& normals, std::span<const float> shown_mm,
                                       std::span<const PixelTruth> truth, const PixelRays& rays,
                                       PictureSize size, const KnownSurface& surface);

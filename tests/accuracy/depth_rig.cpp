@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/accuracy/depth_rig.hpp"
 
 #include <stdexcept>
@@ -34,7 +35,7 @@ DepthRig::DepthRig(const Gpu& gpu, const ScannedFan& fan, std::uint32_t frames, 
 
 DepthMaps DepthRig::depths(Scene scene) {
   renderer_->show({.revision = ++revision_, .scene = std::move(scene)});
-  // After show(): the volume is then cast once, as this scene wants it.
+  // After show(), so that the volume is cast only once, with this scene.
   if (const Volume* volume = std::exchange(next_volume_, nullptr)) must(renderer_->load(*volume));
   run_until_shown();
   return made(renderer_->read_depth());

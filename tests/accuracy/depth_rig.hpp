@@ -1,22 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <memory>
 
-#include "renderer/gpu.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/vulkan/gpu.hpp"
 #include "tests/support/scanned_fan.hpp"
 
 namespace fanlight::test {
 
-/// The renderer as a function from a volume and a scene to depth maps. Throws std::runtime_error where the
+/// The renderer as a function from a volume and a scene to depth maps. Throws std::runtime_error if the
 /// renderer fails.
 class DepthRig {
  public:
   DepthRig(const Gpu& gpu, const ScannedFan& fan, std::uint32_t frames, PictureSize size);
 
-  /// The volume that the next depth maps are of; it must stay until then.
-  void look_at(const Volume& volume) { next_volume_ = &volume; }
+  /// Sets the volume of the next depth maps. It must exist until the next call of depths().
+  void set_volume(const Volume& volume) { next_volume_ = &volume; }
 
   DepthMaps depths(Scene scene);
 
@@ -31,7 +32,7 @@ class DepthRig {
   std::uint64_t revision_ = 0;
 };
 
-/// The machine's GPU, without the validation layers, which cost time. Throws as above.
+/// The machine's GPU, without the slow validation layers. Throws std::runtime_error.
 class BareGpu {
  public:
   explicit BareGpu(const std::string& name);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/accuracy/depth_truth.hpp"
 
 #include <algorithm>
@@ -9,8 +10,8 @@ namespace fanlight::test {
 
 namespace {
 
-/// Depth at which a ray enters the fan; nothing for one that misses it, or cuts off less than a corner of 2
-/// mm.
+/// Depth at which a ray enters the fan; nullopt if it misses the fan, or possibly if it crosses less than 2
+/// mm of it.
 std::optional<double> fan_entry_mm(const PixelRay& ray, const ScannedFan& fan, double from_mm, double to_mm) {
   constexpr double kStepMm = 2;
   double outside_mm = from_mm;
@@ -35,7 +36,7 @@ PixelTruth truth_of(const PixelRay& ray, double from_mm, double to_mm, const Sca
                     const KnownSurface& surface) {
   const auto fan_mm = fan_entry_mm(ray, fan, from_mm, to_mm);
   if (!fan_mm) return {};
-  // From a little before the fan, so that a surface at its very border counts as one.
+  // Starts slightly before the fan, so that a surface at its border is included.
   constexpr double kBeforeMm = 1;
   constexpr double kPastMm = 0.01;
   for (auto entry_mm = surface.entry_mm(ray, *fan_mm - kBeforeMm, to_mm); entry_mm;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -9,13 +10,13 @@
 
 namespace fanlight::test {
 
-/// What the ray of a pixel meets.
+/// The first structure on the ray of a pixel.
 enum class Meets : std::uint8_t {
-  kNothing,      ///< it misses the fan
-  kFluid,        ///< fluid alone: any surface shown is false
-  kSurface,      ///< the surface, well inside the fan
-  kBorder,       ///< the surface, but too near the fan's border for the detector's window: not judged
-  kTissueFirst,  ///< it enters the fan within tissue and meets no surface: the cut side of the tissue
+  kNothing,      ///< the ray misses the fan
+  kFluid,        ///< fluid only: any rendered surface is false
+  kSurface,      ///< the surface, at least kBorderMm inside the fan
+  kBorder,       ///< the surface, too near the border of the fan for the detector's window: not judged
+  kTissueFirst,  ///< the ray enters the fan in tissue, through its cut side, and meets no surface
 };
 
 struct PixelTruth {
@@ -24,11 +25,11 @@ struct PixelTruth {
   double incidence_deg = 0;  ///< between the ray and the surface's normal
 };
 
-/// Surfaces nearer to the fan's border than this are kBorder: half the largest window judged (28 samples of
-/// 0.31 mm), a sample for the refined place, and some.
+/// Surfaces nearer to the border of the fan than this are kBorder: half of the largest window in use (28
+/// samples of 0.31 mm), one sample for the refined position, and a margin.
 inline constexpr double kBorderMm = 5;
 
-/// The truth of each pixel of a picture, row by row.
+/// The truth of each pixel of a picture, height x width, top row first.
 std::vector<PixelTruth> depth_truth(const PixelRays& rays, PictureSize size, const ScannedFan& fan,
                                     const KnownSurface& surface);
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -6,7 +7,7 @@
 
 namespace fanlight::test {
 
-/// What is demanded of a figure.
+/// The bound that a figure has to meet.
 struct Demand {
   enum class Side { kAtMost, kAtLeast } side;
   double bound;
@@ -24,7 +25,7 @@ struct Figure {
   int digits = 3;  ///< after the point
   std::optional<Demand> demand = {};
 
-  /// False for a NaN: what could not be measured is not reached.
+  /// Meets its demand, or has none. False for NaN with a demand: not measured.
   bool reached() const;
 };
 
@@ -40,10 +41,10 @@ struct FigureBlock {
   std::vector<FigureRow> rows;
 };
 
-/// A figure that does not reach what is demanded, in words.
+/// One sentence for each figure that does not meet its demand.
 std::vector<std::string> failures(const std::vector<FigureBlock>& blocks);
 
-/// For a person, with `!` behind each figure that is not reached; blocks without rows are left out.
+/// A table for reading, with `!` behind each figure that does not meet its demand. Omits blocks without rows.
 std::string as_text(const std::vector<FigureBlock>& blocks);
 
 std::string as_json(const std::vector<FigureBlock>& blocks);

@@ -1,4 +1,5 @@
-// What the table of accuracy takes for true, checked without a renderer.
+// SPDX-License-Identifier: Apache-2.0
+// Tests of the reference data of the accuracy table, without a renderer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,8 +17,7 @@ namespace {
 
 constexpr std::array kProjections = {Projection::kParallel, Projection::kPerspective};
 
-/// Depth at which a ray's echo first rises to half way between fluid and tissue; negative where it never
-/// does.
+/// Depth at which the echo on a ray first rises to the middle between fluid and tissue; -1 if it never does.
 double half_way_mm(const KnownSurface& surface, const PixelRay& ray, double from_mm, double to_mm) {
   constexpr double kStepMm = 0.005;
   const KnownEcho echo;

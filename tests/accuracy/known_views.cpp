@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/accuracy/known_views.hpp"
 
 #include "tests/accuracy/test_fans.hpp"
@@ -8,7 +9,8 @@ namespace {
 
 Scene close_scene(const ScannedFan& fan, Projection projection) {
   constexpr double kFieldMm = 40;
-  constexpr double kDistanceMm = 45;  // the view plane then lies before the fan, however the camera turns
+  constexpr double kDistanceMm =
+      45;  // keeps the view plane before the fan in every orientation of the camera
   Scene scene = scene_for(fan.geometry, fan.first_angle_rad, fan.last_angle_rad);
   scene.camera.target = {.x_mm = 0, .y_mm = kSurfaceDepthMm, .z_mm = 0};
   scene.camera.pitch_deg = 0;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <vector>
@@ -8,7 +9,7 @@ namespace fanlight::test {
 
 inline constexpr PictureSize kViewSize{.width = 128, .height = 128};
 
-/// A picture of a known surface, before it is rendered.
+/// A scene over a known surface, with the truth of each of its pixels.
 struct KnownView {
   Scene scene;
   PictureSize size;
@@ -16,9 +17,9 @@ struct KnownView {
   std::vector<PixelTruth> truth;
 };
 
-/// The default scene of a fan, and the same from elsewhere: from the probe, and obliquely so that neither
-/// rays nor pixels run along the samples. The picture is 40 mm high, so that its pixels are as large as those
-/// of the reference work (R1).
+/// Two views with the default scene of a fan: from the probe, and oblique, so that neither rays nor pixels
+/// are aligned with the samples. The picture is 40 mm high, so that its pixels are as large as those of the
+/// reference work (R1).
 std::vector<KnownView> known_views(const ScannedFan& fan, const KnownSurface& surface, Projection projection);
 
 }  // namespace fanlight::test

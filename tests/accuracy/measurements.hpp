@@ -1,28 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
 #include <string>
 
-#include "renderer/gpu.hpp"
+#include "renderer/vulkan/gpu.hpp"
 #include "tests/accuracy/figure_table.hpp"
 
 namespace fanlight::test {
 
-/// What a block of rows needs to be measured. A row that nobody wants is not rendered.
+/// The inputs of a measurement. Rows for which `wants` is false are not rendered.
 struct Workbench {
   const Gpu& gpu;
   std::function<bool(const std::string& row)> wants;
-  std::function<void(Scene& defaults)> change;  ///< what to try instead of the default scene
+  std::function<void(Scene& defaults)> change;  ///< changes to the default scene (--set)
 };
 
-/// The small fans over each known surface: pass 1 alone without speckle, its normals, the whole chain with
-/// speckle, and the method's steps.
+/// Small fans over each known surface: depths of pass 1 without speckle, normals, all passes with speckle,
+/// and the steps from the paper's method to the default scene.
 std::vector<FigureBlock> measure_small_fans(const Workbench& bench);
 
-/// Whether a changed field of passes 2 and 3 casts rays.
+/// Counts the casts after changes of fields that only passes 2 and 3 read.
 FigureBlock measure_relighting(const Workbench& bench);
 
-/// The reference work (R1), as the simulated probe sees its phantom.
+/// The reference work (R1): the phantom of the simulated probe.
 FigureBlock measure_reference_work(const Workbench& bench);
 
 }  // namespace fanlight::test

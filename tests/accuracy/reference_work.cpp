@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <cmath>
 #include <stdexcept>
 
-#include "acquisition/phantom_source.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
 #include "tests/accuracy/depth_errors.hpp"
 #include "tests/accuracy/depth_rig.hpp"
 #include "tests/accuracy/measurements.hpp"
@@ -15,7 +16,7 @@ namespace {
 
 constexpr PictureSize kSize{.width = 512, .height = 512};
 
-/// The simulated probe's face.
+/// The face of the simulated probe.
 class PhantomSurface final : public KnownSurface {
  public:
   explicit PhantomSurface(const PhantomScene& scene) : scene_(scene) {}
@@ -74,7 +75,7 @@ FigureRow phantom_row(const std::string& name, const DepthErrors& errors) {
            {"pixels", static_cast<double>(errors.surfaces()), 0}}};
 }
 
-/// The default picture of the phantom, with the truth of each of its pixels.
+/// The default picture of the phantom at rest, with the truth of each pixel.
 class ReferenceWork {
  public:
   explicit ReferenceWork(const Workbench& bench)
@@ -91,7 +92,7 @@ class ReferenceWork {
   DepthErrors errors(const Volume& volume, const Method& method) {
     Scene scene = scene_;
     method.change(scene);
-    rig_.look_at(volume);
+    rig_.set_volume(volume);
     DepthErrors errors(Rim::kApart);
     errors.add(rig_.depths(scene).smooth_mm, truth_, rays_, kSize, surface_);
     return errors;

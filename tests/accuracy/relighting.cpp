@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/accuracy/depth_rig.hpp"
 #include "tests/accuracy/measurements.hpp"
 #include "tests/accuracy/test_fans.hpp"
@@ -6,7 +7,7 @@ namespace fanlight::test {
 
 namespace {
 
-/// Another value of a number or a choice.
+/// A value of a number or choice field that differs from the present one.
 double other_value(const SceneField& field, const Scene& scene) {
   return field.get(scene) == field.maximum ? field.minimum : field.maximum;
 }
@@ -31,7 +32,7 @@ FigureRow relit_row(const std::string& name, DepthRig& rig, const Scene& scene) 
 
 FigureBlock measure_relighting(const Workbench& bench) {
   FigureBlock block{"a moved light",
-                    "Each field that passes 2 and 3 alone read is changed in turn; none may cast a ray.",
+                    "Each field that pipelines 2 and 3 alone read is changed in turn; none may cast a ray.",
                     {}};
   const std::string name = "relight/every field";
   if (!bench.wants(name)) return block;
@@ -39,7 +40,7 @@ FigureBlock measure_relighting(const Workbench& bench) {
   const ScannedFan scanned = fan.scanned();
   const Volume volume = swept(fan, *test_surfaces().back().surface, KnownEcho{}, nullptr);
   DepthRig rig(bench.gpu, scanned, static_cast<std::uint32_t>(fan.angles_rad.size()), {64, 64});
-  rig.look_at(volume);
+  rig.set_volume(volume);
   block.rows.push_back(
       relit_row(name, rig, scene_for(scanned.geometry, scanned.first_angle_rad, scanned.last_angle_rad)));
   return block;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,7 +37,7 @@ double median(std::vector<double> values) {
 using Views = std::vector<KnownView>;
 using Change = std::function<void(Scene&)>;
 
-/// Pass 1's depths of all views, judged together.
+/// Errors of the depths of pass 1, over all views.
 DepthErrors cast_errors(DepthRig& rig, const Views& views, const KnownSurface& surface,
                         const Change& change) {
   DepthErrors errors(Rim::kJudged);
@@ -48,7 +49,7 @@ DepthErrors cast_errors(DepthRig& rig, const Views& views, const KnownSurface& s
   return errors;
 }
 
-/// How far the median error moves over thresholds of 0.1 to 0.6 of the contrast, mm.
+/// Range of the signed median error over thresholds of 0.1 to 0.6 of the contrast, mm.
 double threshold_drift_mm(DepthRig& rig, const Views& views, const KnownSurface& surface,
                           SurfacePlace place) {
   double least_mm = HUGE_VAL;
@@ -86,7 +87,7 @@ FigureRow clean_row(const std::string& name, DepthRig& rig, const Views& views, 
            {"pixels", static_cast<double>(refined.surfaces()), 0}}};
 }
 
-/// What any chain of passes makes of the views.
+/// Errors of the final depths and normals, over all views.
 struct Shown {
   DepthErrors errors{Rim::kApart};
   std::vector<double> normals_deg;
@@ -127,7 +128,7 @@ FigureRow normals_row(const std::string& name, DepthRig& rig, const Views& views
            {"raw: three deg", measured(Normals::kThreeNeighbours, false), 2}}};
 }
 
-/// What is told of every chain of passes, besides what is demanded of the default one.
+/// The figures of every method, besides those with a demand for the default scene.
 std::vector<Figure> figures_beside(const Shown& shown) {
   const DepthErrors& errors = shown.errors;
   return {{"signed mm", errors.signed_median_mm()},
@@ -170,7 +171,7 @@ std::string method_name(const Method& method) {
 }
 
 constexpr char kCleanLegend[] =
-    R"(Passes 0 and 2 off, detector as in the default scene. Two views a row: from the probe, and yaw 20, pitch -15, roll 30.
+    R"(Pipelines 0 and 2 off, detector as in the default scene. Two views a row: from the probe, and yaw 20, pitch -15, roll 30.
 Errors are shown - true depth along the view axis, of every pixel whose true surface lies 5 mm or more inside the fan;
 for median and within, what is not shown is infinitely wrong.
 drift: how far the signed median moves over thresholds of 0.1, 0.2, ... 0.6 of the contrast.
@@ -178,7 +179,7 @@ first: the paper's place of the surface, where the threshold is first crossed.)"
 
 constexpr char kNormalsLegend[] =
     R"(Median angle between shown and true normal, from differences to both sides (central) or to one (three neighbours).
-raw: of the depth map as it was cast, passes 0 and 2 off.)";
+raw: of the depth map as it was cast, pipelines 0 and 2 off.)";
 
 constexpr char kSpeckleLegend[] =
     R"(Rayleigh speckle in grains of 0.5 mm along the lines, 1 mm across and 2 mm in elevation. Views and errors as above, but
@@ -194,7 +195,7 @@ constexpr char kStepsLegend[] =
 normals from three neighbours, and neither pass 0 nor weights nor cleaning. Each step adds to the one before, first the
 default scene's window: the crossing drifts with it.)";
 
-/// The sweeps of a fan over a surface, made when first looked at.
+/// The sweeps of a fan over a surface, generated at the first access.
 class Sweeps {
  public:
   Sweeps(const TestFan& fan, const KnownSurface& surface, const SpeckleField& speckle)
@@ -217,7 +218,7 @@ class Sweeps {
   std::optional<Volume> speckled_;
 };
 
-/// The blocks as they fill while fan after fan and surface after surface is swept.
+/// Collects the rows of the blocks, fan by fan and surface by surface.
 class SmallFans {
  public:
   explicit SmallFans(const Workbench& bench) : bench_(bench), methods_(methods().size()) {}
@@ -244,7 +245,7 @@ class SmallFans {
   FigureBlock normals_{"normals, no speckle: default scene", kNormalsLegend, {}};
   FigureBlock speckled_{"depth, speckle: default scene", kSpeckleLegend, {}};
   FigureBlock steps_{"depth, speckle: from the paper's method to the default scene", kStepsLegend, {}};
-  std::vector<Shown> methods_;  // as methods()
+  std::vector<Shown> methods_;  // one for each of methods()
 };
 
 void SmallFans::measure(DepthRig& rig, const TestFan& fan, const TestSurface& surface, Sweeps& sweeps,
@@ -259,10 +260,10 @@ void SmallFans::measure(DepthRig& rig, const TestFan& fan, const TestSurface& su
 
   Views views = known_views(fan.scanned(), *surface.surface, projection);
   for (KnownView& view : views) bench_.change(view.scene);
-  if (bench_.wants(clean) || wants_normals) rig.look_at(sweeps.clean());
+  if (bench_.wants(clean) || wants_normals) rig.set_volume(sweeps.clean());
   if (bench_.wants(clean)) clean_.rows.push_back(clean_row(clean, rig, views, *surface.surface));
   if (wants_normals) normals_.rows.push_back(normals_row(normals, rig, views, *surface.surface));
-  if (bench_.wants(speckled) || wants_methods) rig.look_at(sweeps.speckled());
+  if (bench_.wants(speckled) || wants_methods) rig.set_volume(sweeps.speckled());
   if (bench_.wants(speckled)) speckled_.rows.push_back(speckle_row(speckled, rig, views, *surface.surface));
   add_methods(rig, views, *surface.surface);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/accuracy/test_fans.hpp"
 
 #include <algorithm>
@@ -35,7 +36,7 @@ FanGeometry convex_geometry() {
   return geometry;
 }
 
-/// `share`: how far an angle may lie from its even place, of the distance of frames.
+/// `share`: largest deviation of an angle from even spacing, as a fraction of the distance between frames.
 std::vector<double> angles_rad(double share) {
   std::mt19937 bits(7);
   std::vector<double> angles;
@@ -51,7 +52,7 @@ Point in_body(const FanGeometry& geometry, double angle_rad, std::uint32_t colum
   return geometry.point(at.x_mm, {.angle_rad = angle_rad, .depth_mm = at.depth_mm});
 }
 
-/// The pixels of one frame; `factors` may be null.
+/// Draws the pixels of one frame. `factors`: of speckle, rows x columns; nullptr for none.
 void draw(const FanGeometry& geometry, double angle_rad, const KnownSurface& surface, const KnownEcho& echo,
           const float* factors, std::span<std::uint8_t> pixels) {
   for (std::uint32_t row = 0; row < geometry.rows; ++row) {
@@ -83,7 +84,7 @@ std::vector<TestFan> test_fans() {
 }
 
 std::vector<TestSurface> test_surfaces() {
-  // Off the samples, so that no figure owes anything to a surface on one.
+  // Not aligned with the samples, so that no figure depends on a surface that lies on samples.
   const glm::dvec3 middle(0.07, kSurfaceDepthMm + 0.11, -0.05);
   const auto plane = [&](double about_x_deg, double about_z_deg) {
     return std::make_unique<KnownPlane>(middle, about_x_deg, about_z_deg);
@@ -125,10 +126,10 @@ Volume swept(const TestFan& fan, const KnownSurface& surface, const KnownEcho& e
   volume.stamp().volume_id = 1;
 
   const auto draw_every = [&](std::uint32_t first, std::uint32_t step) {
-    for (std::uint32_t place = first; place < frames; place += step) {
-      const std::uint32_t frame = volume.by_angle()[place];
+    for (std::uint32_t frame_index = first; frame_index < frames; frame_index += step) {
+      const std::uint32_t frame = volume.by_angle()[frame_index];
       draw(fan.geometry, fan.angles_rad[frame], surface, echo,
-           speckle == nullptr ? nullptr : speckle->frame(place), pixels[frame]);
+           speckle == nullptr ? nullptr : speckle->frame(frame_index), pixels[frame]);
     }
   };
   const std::uint32_t workers = std::max(1U, std::thread::hardware_concurrency());

@@ -1,30 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "proto/volume.hpp"
+#include "proto/model/volume.hpp"
 #include "tests/support/known_surface.hpp"
 #include "tests/support/scanned_fan.hpp"
 #include "tests/support/speckle_field.hpp"
 
 namespace fanlight::test {
 
-/// Depth about which the surfaces lie in the small fans.
+/// Depth of the surfaces in the small fans, mm.
 inline constexpr double kSurfaceDepthMm = 32;
 
 /// A sweep of one kind of frames, sampled at about 0.31 mm in each direction at the surfaces' depth.
 struct TestFan {
   std::string name;
   FanGeometry geometry;
-  std::vector<double> angles_rad;  ///< in order of arrival
+  std::vector<double> angles_rad;  ///< in order of acquisition
 
   ScannedFan scanned() const;
 };
 
-/// Cartesian frames evenly spaced; convex lines at uneven angles; linear lines at uneven angles, swept
-/// backwards.
+/// Cartesian frames at even angles; convex lines at uneven angles; linear lines at uneven angles, in a
+/// backward sweep.
 std::vector<TestFan> test_fans();
 
 struct TestSurface {
@@ -32,14 +33,15 @@ struct TestSurface {
   std::unique_ptr<KnownSurface> surface;
 };
 
-/// Planes by their turns about x and z in degrees, a sphere that just fits into the pictures, and a relief.
+/// Planes, named by their rotations about x and z in degrees, a sphere that just fits into the pictures, and
+/// a relief.
 std::vector<TestSurface> test_surfaces();
 
-/// Speckle for a fan whose grains measure 0.5 mm along the lines, 1 mm across and 2 mm in elevation at the
-/// surfaces' depth.
+/// Speckle for a fan, with grains of 0.5 mm along the lines, 1 mm across and 2 mm in elevation at the depth
+/// of the surfaces.
 SpeckleField speckle_of(const TestFan& fan, std::uint64_t seed);
 
-/// A sweep over a known surface, 8 bit; without speckle where that is null.
+/// A sweep over a known surface, 8 bit. `speckle`: nullptr for none.
 Volume swept(const TestFan& fan, const KnownSurface& surface, const KnownEcho& echo,
              const SpeckleField* speckle);
 

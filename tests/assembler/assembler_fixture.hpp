@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gtest/gtest.h>
@@ -6,8 +7,8 @@
 #include <numeric>
 #include <stop_token>
 
-#include "acquisition/assembler.hpp"
-#include "proto/fan_geometry.hpp"
+#include "acquisition/assembly/assembler.hpp"
+#include "proto/model/fan_geometry.hpp"
 
 namespace fanlight {
 
@@ -27,25 +28,26 @@ inline std::uint64_t sum_of_fates(const AcquisitionCounters& counters) {
   return sum;
 }
 
-/// An assembler, its ring and its feed, and the hand-made frames of a source that sweeps to and fro, 2 deg a
-/// frame.
+/// An assembler with its ring and its queue, and hand-made frames of a source that sweeps forward and
+/// backward, 2 deg a frame.
 class AssemblerTest : public testing::Test {
  protected:
   struct Set {
     RingPolicy policy = RingPolicy::kNewestWins;
     std::uint32_t capacity = 5;
     Assembler::Config config = {};
-    std::uint32_t feed_slots = 8;
+    std::uint32_t queue_slots = 8;
   };
 
   AssemblerTest() : AssemblerTest(Set{}) {}
   explicit AssemblerTest(const Set& set)
       : ring_({.geometry = small_geometry(), .frame_capacity = set.capacity, .policy = set.policy},
               {.reader_bell = reader_bell_, .writer_bell = writer_bell_}),
-        feed_({.largest_frame_bytes = small_geometry().frame_bytes(), .slots = set.feed_slots},
-              {.reader_bell = reader_bell_}),
-        assembler_({.ring = ring_, .writer_bell = writer_bell_, .counters = counters_, .feed = &feed_},
-                   set.config) {}
+        queue_({.largest_frame_bytes = small_geometry().frame_bytes(), .slots = set.queue_slots},
+               {.reader_bell = reader_bell_}),
+        assembler_(
+            {.ring = ring_, .writer_bell = writer_bell_, .counters = counters_, .frame_queue = &queue_},
+            set.config) {}
 
   /// The source's next frame.
   FrameStamp frame(std::uint64_t volume_index, std::uint32_t frame_index, std::uint32_t frames_in_sweep) {
@@ -61,7 +63,7 @@ class AssemblerTest : public testing::Test {
             .capture_time_ns = static_cast<std::int64_t>(1000 * sequence_)};
   }
 
-  /// False where the frame found no place. Its pixels are its number.
+  /// False where the frame was not placed. Every pixel of a frame is its sequence number.
   bool add(const FrameStamp& stamp) {
     const auto pixels = assembler_.place(stamp, geometry_, stop_.get_token());
     if (pixels.empty()) return false;
@@ -89,7 +91,7 @@ class AssemblerTest : public testing::Test {
   FanGeometry geometry_ = small_geometry();
   std::uint32_t revision_ = 0;
   VolumeRing ring_;
-  FrameFeed feed_;
+  FrameQueue queue_;
   Assembler assembler_;
   std::uint64_t sequence_ = 0;
 };

@@ -1,4 +1,5 @@
-// The sum of the counters, for the thread that raises them and for one that reads all the while.
+// SPDX-License-Identifier: Apache-2.0
+// The sum of the counters, for the writing thread and for a concurrent reader.
 #include <atomic>
 #include <limits>
 #include <random>
@@ -9,7 +10,7 @@
 namespace fanlight {
 namespace {
 
-/// Reads the ledger until it is destroyed; each look must find the sum whole.
+/// Reads the counters until destroyed; the sum must hold with each read.
 class Watcher {
  public:
   explicit Watcher(const AcquisitionCounters& counters) : counters_(counters) {
@@ -26,7 +27,7 @@ class Watcher {
     while (!stop.stop_requested()) {
       std::uint64_t received = 0;
       std::uint64_t fates = 0;
-      counters_.ledger.read([&] {
+      counters_.seq_lock.read([&] {
         received = counters_.frames_received.value();
         fates = sum_of_fates(counters_);
       });
@@ -80,7 +81,7 @@ class Counting : public AssemblerTest, public testing::WithParamInterface<SweepC
     if (chance(1)) stamp.angle_rad = std::numeric_limits<double>::quiet_NaN();
     if (random_() % 500 == 0) {
       stamp.geometry_revision = ++revision_;
-      geometry_.columns = 3 + revision_ % 3;  // 3, 4, and 5, which does not fit
+      geometry_.columns = 3 + revision_ % 3;  // 3, 4, or 5 columns; 5 does not fit
     }
   }
 
@@ -121,7 +122,7 @@ TEST_P(Counting, TheSumHoldsAtEveryMomentOfADisorderlySource) {
       give(*held);
       held.reset();
     }
-    if (chance(1)) give(stamp);  // once more
+    if (chance(1)) give(stamp);  // repeated frame
     if (random_() % 1000 == 0) assembler_.abandon();
     expect_identity();
     ASSERT_FALSE(HasFailure()) << "at frame " << i;

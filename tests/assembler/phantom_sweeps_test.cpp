@@ -1,11 +1,12 @@
-// The simulated probe with all its faults, through the acquisition thread.
+// SPDX-License-Identifier: Apache-2.0
+// The simulated probe with all its faults, read by the acquisition thread.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
 
 #include "acquisition/acquisition_thread.hpp"
-#include "acquisition/phantom_source.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
 #include "tests/assembler/assembler_fixture.hpp"
 
 namespace fanlight {

@@ -1,4 +1,5 @@
-// Repeated, late and reordered frames, gaps, and a sequence that begins anew.
+// SPDX-License-Identifier: Apache-2.0
+// Repeated, late and reordered frames, gaps, and sequence restarts.
 #include "tests/assembler/assembler_fixture.hpp"
 
 namespace fanlight {
@@ -8,7 +9,7 @@ class SequenceTest : public AssemblerTest {
  protected:
   SequenceTest() : AssemblerTest({.capacity = 40}) {}
 
-  /// A whole sweep of 20 frames without those listed.
+  /// A sweep of 20 frames without the listed ones.
   void add_without(std::uint64_t volume_index, std::initializer_list<std::uint32_t> lost) {
     for (std::uint32_t i = 0; i < 20; ++i) {
       const FrameStamp stamp = frame(volume_index, i, 20);
@@ -128,7 +129,7 @@ TEST_F(SequenceTest, FramesLostAtTheEndOfASweepAreMissingFromIt) {
 
 TEST_F(SequenceTest, AGapOverTheTurnIsSharedOutByPlace) {
   add_sweep(0, 19, 20);
-  sequence_ += 3;  // the last of the sweep, and the first two of the next
+  sequence_ += 3;  // the last frame of the sweep and the first two of the next one are lost
   for (std::uint32_t i = 2; i < 20; ++i) add(frame(1, i, 20));
   EXPECT_EQ(counters_.frames_missing.value(), 3U);
   EXPECT_EQ(counters_.volumes_interpolated.value(), 2U);
@@ -148,7 +149,7 @@ TEST_F(SequenceTest, LostSweepsAreMissingFromNoVolume) {
 TEST_F(SequenceTest, AnInterruptionGivesTheSweepUpAndCountsNoGap) {
   add_sweep(0, 20, 20);
   add(frame(1, 0, 20));
-  ++sequence_;  // lost before the cable was pulled
+  ++sequence_;  // lost before the probe was unplugged
   add(frame(1, 2, 20));
   sequence_ = 700;
   for (std::uint32_t i = 12; i < 20; ++i) {

@@ -1,4 +1,5 @@
-#include "acquisition/sequence_window.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/assembly/sequence_window.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +31,7 @@ TEST(SequenceWindow, TellsNewFromRepeatedReorderedAndLate) {
   EXPECT_EQ(window.take(1), Arrival::kReordered);
   EXPECT_EQ(window.take(1), Arrival::kRepeated);
   window.window.settle_below(3, window.gaps);
-  EXPECT_EQ(window.gaps.never_came, 1U);
+  EXPECT_EQ(window.gaps.never_arrived, 1U);
   EXPECT_EQ(window.take(2), Arrival::kLate);
   EXPECT_EQ(window.take(1), Arrival::kRepeated);
 }
@@ -39,10 +40,10 @@ TEST(SequenceWindow, ANumberStaysOpenUntilTheNewestIs64Ahead) {
   Window window;
   window.take(0);
   window.take(64);
-  EXPECT_EQ(window.gaps.never_came, 0U);
+  EXPECT_EQ(window.gaps.never_arrived, 0U);
   EXPECT_EQ(window.take(1), Arrival::kReordered);
   window.take(66);
-  EXPECT_EQ(window.gaps.never_came, 1U) << "2";
+  EXPECT_EQ(window.gaps.never_arrived, 1U) << "2";
   EXPECT_EQ(window.take(2), Arrival::kLate);
   EXPECT_EQ(window.take(3), Arrival::kReordered) << "3 stands at the edge";
 }
@@ -54,10 +55,10 @@ TEST(SequenceWindow, CountsTheLongestGapAcrossTheWindow) {
   window.take(1000);
   window.take(1002);
   window.window.settle_below(1003, window.gaps);
-  EXPECT_EQ(window.gaps.never_came, 998U + 1);
+  EXPECT_EQ(window.gaps.never_arrived, 998U + 1);
   EXPECT_EQ(window.gaps.without_frame, 999U + 1);
   EXPECT_EQ(window.gaps.longest, 999U);
-  EXPECT_EQ(window.gaps.in_a_row, 0U);
+  EXPECT_EQ(window.gaps.present_run, 0U);
 }
 
 TEST(SequenceWindow, AJumpOfMoreThanAMillionIsARestart) {
@@ -71,7 +72,7 @@ TEST(SequenceWindow, AJumpOfMoreThanAMillionIsARestart) {
   EXPECT_EQ(window.take(7), Arrival::kNewest);
   EXPECT_EQ(window.take(6), Arrival::kLate);
   window.window.settle_below(8, window.gaps);
-  EXPECT_EQ(window.gaps.never_came, 0U);
+  EXPECT_EQ(window.gaps.never_arrived, 0U);
 }
 
 TEST(SequenceWindow, TwoSuccessiveNumbersFarBehindAreARestart) {
@@ -84,7 +85,7 @@ TEST(SequenceWindow, TwoSuccessiveNumbersFarBehindAreARestart) {
   EXPECT_EQ(window.take(404), Arrival::kRestart);
 }
 
-// Against a plain set of all numbers.
+// Comparison with a plain set of all numbers.
 TEST(SequenceWindow, NeverCountsWhatCame) {
   std::mt19937 random(3);
   Window window;
@@ -102,7 +103,7 @@ TEST(SequenceWindow, NeverCountsWhatCame) {
     }
   }
   window.window.settle_below(window.window.next(), window.gaps);
-  EXPECT_EQ(window.gaps.never_came + came.size(), window.window.next());
+  EXPECT_EQ(window.gaps.never_arrived + came.size(), window.window.next());
 }
 
 }  // namespace

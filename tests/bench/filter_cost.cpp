@@ -1,5 +1,6 @@
-// What pass 2's filters cost by the size of their window, in one run: the depth map of the phantom's face,
-// filtered anew with one size after the other, in turn.
+// SPDX-License-Identifier: Apache-2.0
+// The cost of the filters of pass 2 by the size of their window: filters the depth map of the phantom's face
+// with each size in turn, in one run.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -7,7 +8,7 @@
 #include <array>
 #include <map>
 
-#include "acquisition/phantom_source.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
 #include "renderer/renderer.hpp"
 
 namespace fanlight {
@@ -60,7 +61,7 @@ void run(int rounds) {
   NumberedScene shown{
       .revision = 1,
       .scene = scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad)};
-  // The filter alone: what finds islands and holes costs the same whatever follows it.
+  // The filter only: the cost of finding islands and holes does not depend on it.
   shown.scene.filter.islands = 1;
   shown.scene.filter.holes = 1;
   const auto renderer = required(Renderer::create({.size = {},
@@ -73,7 +74,7 @@ void run(int rounds) {
   next_picture(*renderer);
 
   std::map<std::pair<std::size_t, int>, std::vector<double>> times_ms;
-  // One round more than counts: the first builds pipelines.
+  // One more round than counted: the first one builds pipelines.
   for (int round = 0; round <= rounds; ++round) {
     for (const int size : kSizes) {
       for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {

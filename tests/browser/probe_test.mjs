@@ -1,4 +1,5 @@
-// The page of a probe, against the stand-in for the server, whose probe is unplugged when a test says so.
+// SPDX-License-Identifier: Apache-2.0
+// Tests the page with a probe against the viewer's fake server, which unplugs its probe on request.
 //   FANLIGHT_BIN           server/viewer/dev/fake_server.mjs (required)
 //   FANLIGHT_ARTIFACTS     a folder for screenshots
 //   CHROMIUM               the browser, if not /usr/bin/chromium
@@ -9,19 +10,20 @@ import { withPage } from "./with_page.mjs";
 
 const kProbe = "usb:1209:0001";
 
-/** What a hand does to the cable. */
-async function turn(server, command) {
+/** Makes the fake server "plug" or "unplug" its probe. */
+async function sendProbeCommand(server, command) {
   const { status } = await fetch(new URL(command, server.url), { method: "POST" });
   assert.equal(status, 204, command);
 }
 
-async function type(viewer, name, text) {
+/** Types the text into a number field and presses Enter. */
+async function enterNumber(viewer, name, text) {
   const box = viewer.page.locator(`[data-number="${name}"]`);
   await box.fill(text);
   await box.press("Enter");
 }
 
-function fieldIs(viewer, name, expected) {
+function waitForField(viewer, name, expected) {
   return until(
     `${name} to be ${expected}`,
     () => viewer.field(name),
@@ -29,66 +31,71 @@ function fieldIs(viewer, name, expected) {
   );
 }
 
-function noticeSays(viewer, pattern) {
+function waitForNotice(viewer, pattern) {
   return until(
-    `the notice ${pattern}`,
+    `the notice to match ${pattern}`,
     () => viewer.page.locator("#notice").textContent(),
     (text) => pattern.test(text),
   );
 }
 
+/** Whether the page marks the picture as not live. */
 async function isStale(viewer) {
   return /stale/.test(await viewer.page.locator("#frame").getAttribute("class"));
 }
 
+/** Whether the depth setting of the probe is read-only. */
 function isReadOnly(viewer) {
   return viewer.page.locator('[data-number="probe.depth_mm"]').evaluate((box) => box.readOnly);
 }
 
-/** Keeps all that the notice says, as one that goes by itself may be gone when the test looks. */
-function listen(viewer) {
+/**
+ * Records every text of the notice in window.recordedNotices. A notice that hides itself may otherwise be gone before
+ * the test reads it.
+ */
+function recordNotices(viewer) {
   return viewer.page.evaluate(() => {
     const notice = document.querySelector("#notice");
-    window.noticed = [];
-    new MutationObserver(() => window.noticed.push(notice.textContent)).observe(notice, {
+    window.recordedNotices = [];
+    new MutationObserver(() => window.recordedNotices.push(notice.textContent)).observe(notice, {
       childList: true,
       subtree: true,
     });
   });
 }
 
-test("a probe is shown and set; what it rounds and what it refuses stands in the row", async () => {
+test("the page sets the probe and shows rounded values, refused values and loss statistics", async () => {
   await withPage("probe", kProbe, async (viewer) => {
     await viewer.firstPicture();
     await viewer.unfold("probe");
     assert.equal(await viewer.page.locator('[data-probe="serial"]').textContent(), "0007");
     assert.equal(await viewer.field("probe.sweep_deg"), 70);
 
-    await type(viewer, "probe.depth_mm", "141.5");
-    await fieldIs(viewer, "probe.depth_mm", 140);
+    await enterNumber(viewer, "probe.depth_mm", "141.5");
+    await waitForField(viewer, "probe.depth_mm", 140);
     const summary = await viewer.page.locator('[data-group="probe"] > summary').textContent();
     assert.match(summary, /70 deg, 35 frames, 140 mm/);
 
-    await type(viewer, "probe.sweep_deg", "500");
+    await enterNumber(viewer, "probe.sweep_deg", "500");
     const sentence = await until(
-      "a refusal",
+      "the text of the refusal",
       () => viewer.page.locator("#refusal").textContent(),
       (text) => text !== "",
     );
     assert.match(sentence, /sweep was to be 500 deg, expected 10 to 85 deg/);
-    await fieldIs(viewer, "probe.sweep_deg", 70);
+    await waitForField(viewer, "probe.sweep_deg", 70);
 
     await viewer.page.locator('[data-field="probe.frames_a_volume"]').focus();
     await viewer.page.keyboard.press("ArrowRight");
-    await fieldIs(viewer, "probe.frames_a_volume", 36);
+    await waitForField(viewer, "probe.frames_a_volume", 36);
     await until(
-      "the refusal to be over",
+      "the refusal to be hidden",
       () => viewer.page.locator("#refusal").isVisible(),
       (visible) => !visible,
     );
 
     await until(
-      "what is left of the mismatch",
+      "the remaining mismatch",
       () => viewer.stat("mismatch"),
       (text) => text === "corrected 1.02 deg, left 0.03 deg (0.06 mm)",
     );
@@ -97,54 +104,54 @@ test("a probe is shown and set; what it rounds and what it refuses stands in the
       () => viewer.number("volumes-interpolated"),
       (count) => count > 0,
     );
-    // Only some pictures have the mark: it is looked for with every frame that the browser draws.
+    // Only some pictures show the mark. waitForFunction checks with every frame that the browser draws.
     await viewer.page.waitForFunction(() => {
       const mark = document.querySelector('[data-stat="frames-missing"]');
       return !mark.hidden && mark.textContent === "2 frames interpolated";
     });
-    assert.deepEqual(viewer.complaints, []);
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });
 
-test("a lost probe is told, to who comes later too, and its last picture is not taken for a living one", async () => {
+test("the page reports a lost probe, also after a reload, marks its last picture as stale, and recovers", async () => {
   await withPage("probe-back", kProbe, async (viewer, server) => {
     await viewer.firstPicture();
     assert.equal(await isStale(viewer), false);
     await viewer.unfold("probe");
-    await turn(server, "unplug");
-    await noticeSays(viewer, /Probe lost.*Since \d\d:\d\d:\d\d\./);
-    assert.ok(await isStale(viewer), "the last picture looks alive");
+    await sendProbeCommand(server, "unplug");
+    await waitForNotice(viewer, /Probe lost.*Since \d\d:\d\d:\d\d\./);
+    assert.ok(await isStale(viewer), "the last picture is not marked as stale");
     assert.match(await viewer.page.locator("#not-live").textContent(), /^Not live, \d+ s old$/);
-    assert.ok(await isReadOnly(viewer), "a lost probe can be set");
+    assert.ok(await isReadOnly(viewer), "the settings of a lost probe can be changed");
 
-    // It can still be lit.
+    // The light of the last picture can still be moved.
     await viewer.settled();
     const pass2 = await viewer.number("pass2-runs");
     await viewer.drag([0.3, 0.3], [0.7, 0.6]);
     await viewer.settled();
-    assert.ok((await viewer.number("pass2-runs")) > pass2, "the last picture was not lit anew");
-    assert.ok(await isStale(viewer), "a relit picture looks alive");
+    assert.ok((await viewer.number("pass2-runs")) > pass2, "the moved light did not run pass 2 on the last picture");
+    assert.ok(await isStale(viewer), "the last picture with a moved light is not marked as stale");
     await viewer.screenshot("probe-lost");
 
     await viewer.page.reload();
     await viewer.firstPicture();
-    await noticeSays(viewer, /Probe lost.*Since about \d\d:\d\d:\d\d\./);
-    assert.ok(await isStale(viewer), "the last picture looks alive to who comes later");
+    await waitForNotice(viewer, /Probe lost.*Since about \d\d:\d\d:\d\d\./);
+    assert.ok(await isStale(viewer), "the last picture is not marked as stale after a reload");
 
-    await listen(viewer);
-    await turn(server, "plug");
+    await recordNotices(viewer);
+    await sendProbeCommand(server, "plug");
     await until(
-      "the return to be told, and a living picture",
-      async () => [await viewer.page.evaluate(() => window.noticed.join("\n")), await isStale(viewer)],
-      ([said, stale]) => /Probe is back/.test(said) && !stale,
+      "a notice of the return and a live picture",
+      async () => [await viewer.page.evaluate(() => window.recordedNotices.join("\n")), await isStale(viewer)],
+      ([notices, stale]) => /Probe is back/.test(notices) && !stale,
     );
     await until(
-      "the notice of the return to go",
+      "the notice of the return to be hidden",
       () => viewer.page.locator("#notice").isVisible(),
       (visible) => !visible,
     );
     assert.equal(await viewer.page.locator("#not-live").isVisible(), false);
-    assert.equal(await isReadOnly(viewer), false, "a probe that is back cannot be set");
-    assert.deepEqual(viewer.complaints, []);
+    assert.equal(await isReadOnly(viewer), false, "the settings of the returned probe cannot be changed");
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });

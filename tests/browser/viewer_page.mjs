@@ -1,4 +1,5 @@
-// The page in a real Chromium, as the tests see it.
+// SPDX-License-Identifier: Apache-2.0
+// Drives the viewer page in Chromium and reads its state.
 import { mkdir } from "node:fs/promises";
 import { join } from "node:path";
 import { setTimeout as pause } from "node:timers/promises";
@@ -22,74 +23,82 @@ export function launchChromium() {
   });
 }
 
-/** Asks until the answer is accepted, and returns it; fails with the last answer. */
-export async function until(what, ask, accept) {
+/**
+ * Polls `read` every 50 ms until `accept` returns true for its value, and returns the value. Fails after kWaitMs; the
+ * error contains `expectation` and the last value.
+ */
+export async function until(expectation, read, accept) {
   const deadline_ms = performance.now() + kWaitMs;
   for (;;) {
-    const answer = await ask();
-    if (accept(answer)) return answer;
+    const value = await read();
+    if (accept(value)) return value;
     if (performance.now() > deadline_ms) {
-      throw new Error(`waited ${kWaitMs / 1000} s for: ${what}; last seen: ${JSON.stringify(answer)}`);
+      throw new Error(`waited ${kWaitMs / 1000} s for: ${expectation}; last value: ${JSON.stringify(value)}`);
     }
     await pause(50);
   }
 }
 
 export class ViewerPage {
-  complaints = []; // what the console and uncaught errors said
-  addresses = []; // everything that was requested
+  consoleProblems = []; // errors and warnings of the console, and uncaught errors
+  requestedUrls = []; // of all HTTP requests and WebSockets
 
   static async open(browser, url) {
     const viewer = new ViewerPage();
     viewer.page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
     viewer.page.setDefaultTimeout(kWaitMs);
     viewer.page.on("console", (message) => {
-      if (message.type() === "error" || message.type() === "warning") viewer.complaints.push(message.text());
+      if (message.type() === "error" || message.type() === "warning") viewer.consoleProblems.push(message.text());
     });
-    viewer.page.on("pageerror", (error) => viewer.complaints.push(String(error)));
-    viewer.page.on("request", (request) => viewer.addresses.push(request.url()));
-    viewer.page.on("websocket", (socket) => viewer.addresses.push(socket.url()));
+    viewer.page.on("pageerror", (error) => viewer.consoleProblems.push(String(error)));
+    viewer.page.on("request", (request) => viewer.requestedUrls.push(request.url()));
+    viewer.page.on("websocket", (socket) => viewer.requestedUrls.push(socket.url()));
     await viewer.page.goto(url);
     return viewer;
   }
 
+  /** The text of an entry of the status line. */
   stat(name) {
     return this.page.locator(`[data-stat="${name}"]`).textContent();
   }
 
+  /** The number in an entry of the status line; NaN while the page shows none. */
   async number(name) {
-    return Number(await this.stat(name)); // NaN while the page has none
+    return Number(await this.stat(name));
   }
 
+  /** The value of a number field. */
   async field(name) {
     return Number(await this.page.locator(`[data-number="${name}"]`).inputValue());
   }
 
-  /** The text of a text field. */
+  /** The value of a text field. */
   text(name) {
     return this.page.locator(`[data-text="${name}"]`).inputValue();
   }
 
-  /** Of a field that is a choice; `label` is what a person reads. */
+  /** Selects an option of a choice field by its visible label. */
   async choose(name, label) {
     await this.page.locator(`[data-field="${name}"]`).selectOption({ label });
   }
 
-  /** Unfolds a group of settings. */
+  /** Opens a group of settings if it is closed. */
   async unfold(group) {
     const details = this.page.locator(`[data-group="${group}"]`);
     if ((await details.getAttribute("open")) === null) await details.locator("summary").first().click();
   }
 
-  /** Whether the page says that this group has no effect. */
+  /** Whether the title of the group contains "unused": its settings have no effect at present. */
   async unused(group) {
     return (await this.page.locator(`[data-group="${group}"] > summary`).textContent()).includes("unused");
   }
 
+  /** State of the connection, such as "open" or "lost". */
   connection() {
     return this.page.locator("html").getAttribute("data-connection");
   }
 
+  /** Waits for the first picture and returns its id. */
   firstPicture() {
     return until(
       "a first picture",
@@ -98,7 +107,7 @@ export class ViewerPage {
     );
   }
 
-  /** The picture shown is the one of every change made so far. */
+  /** Waits until the picture shown contains every change made so far. */
   settled() {
     return until(
       "a picture of the newest scene",
@@ -107,7 +116,7 @@ export class ViewerPage {
     );
   }
 
-  /** Red, green and blue of the picture's middle half, every fourth pixel each way. */
+  /** [red, green, blue] of every fourth pixel, in both directions, of the middle half of the picture; 0 to 255. */
   colours() {
     return this.page.locator("#picture").evaluate((canvas) => {
       const [width, height] = [canvas.width >> 1, canvas.height >> 1];
@@ -125,19 +134,19 @@ export class ViewerPage {
     });
   }
 
-  /** Grey levels of the same pixels. */
-  async grey() {
+  /** Grey levels (mean of the channels, 0 to 255) of the pixels of colours(). */
+  async greyLevels() {
     return (await this.colours()).map(([red, green, blue]) => (red + green + blue) / 3);
   }
 
-  /** How much more red than blue the same pixels have, on average, in levels of 255. */
-  async warmth() {
+  /** Mean of red minus blue over the pixels of colours(), -255 to 255. */
+  async redMinusBlue() {
     const colours = await this.colours();
     return colours.reduce((sum, [red, , blue]) => sum + red - blue, 0) / colours.length;
   }
 
-  /** The light's marker as fractions of the picture's width and height; nothing where it is not shown. */
-  async marker() {
+  /** Centre of the light marker, [x, y] as fractions of the picture's width and height; null while it is hidden. */
+  async lightMarker() {
     const light = await this.page.locator("#light").boundingBox();
     const picture = await this.page.locator("#picture").boundingBox();
     return (
@@ -148,7 +157,7 @@ export class ViewerPage {
     );
   }
 
-  /** From and to as fractions of the picture's width and height. */
+  /** Drags the mouse over the picture. `from` and `to`: [x, y] as fractions of its width and height. */
   async drag(from, to, button = "left") {
     const box = await this.page.locator("#picture").boundingBox();
     const at = ([x, y]) => [box.x + x * box.width, box.y + y * box.height];
@@ -158,6 +167,7 @@ export class ViewerPage {
     await this.page.mouse.up({ button });
   }
 
+  /** Saves NAME.png in the folder FANLIGHT_ARTIFACTS; does nothing where the variable is not set. */
   async screenshot(name) {
     const folder = process.env.FANLIGHT_ARTIFACTS;
     if (!folder) return;
@@ -166,7 +176,7 @@ export class ViewerPage {
   }
 }
 
-/** Mean absolute difference of two grey() answers. */
+/** Mean absolute difference of two results of greyLevels(); Infinity where the lengths differ or are 0. */
 export function difference(before, after) {
   if (before.length !== after.length || before.length === 0) return Infinity;
   return before.reduce((sum, level, index) => sum + Math.abs(level - after[index]), 0) / before.length;

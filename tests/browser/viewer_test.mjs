@@ -1,6 +1,7 @@
-// The page against a real server in a real browser.
+// SPDX-License-Identifier: Apache-2.0
+// Tests the page in Chromium against the real server.
 //   FANLIGHT_BIN           the fanlight binary (required)
-//   FANLIGHT_STILL_SOURCE  a source that gives one volume and then stands still
+//   FANLIGHT_STILL_SOURCE  a source that delivers one volume and no further ones
 //   FANLIGHT_ARTIFACTS     a folder for screenshots
 //   CHROMIUM               the browser, if not /usr/bin/chromium
 import assert from "node:assert/strict";
@@ -9,11 +10,11 @@ import { difference, until } from "./viewer_page.mjs";
 import { withPage } from "./with_page.mjs";
 
 const kMovingSource = "phantom:rate=20,speckle=off";
-// Slow enough for a busy machine to draw each frame in time: a volume that lacks a run of them is never shown.
+// At this rate a busy machine generates each frame in time. A volume that lacks several frames in a row is never shown.
 const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:volumes=1,rate=20";
-const kAnotherPicture = 4; // grey levels of 255, mean over the middle
+const kMinChangedDifference = 4; // mean grey levels of 255; pictures of different scenes differ by more
 
-test("pictures arrive and advance, the status line fills in, and nothing else is asked for", async () => {
+test("the page shows a stream of pictures and a complete status line, and contacts no other host", async () => {
   await withPage("living", kMovingSource, async (viewer, server) => {
     const first = await viewer.firstPicture();
     await until(
@@ -50,39 +51,43 @@ test("pictures arrive and advance, the status line fills in, and nothing else is
       (text) => / ms/.test(text),
     );
     assert.notEqual(await viewer.stat("device"), "–");
-    assert.equal(await viewer.page.locator("#notice").isVisible(), false, "a notice covers a living picture");
-    assert.equal(await viewer.page.locator('[data-group="probe"]').isVisible(), false, "a phantom is set as a probe");
+    assert.equal(await viewer.page.locator("#notice").isVisible(), false, "a notice covers a live picture");
+    assert.equal(
+      await viewer.page.locator('[data-group="probe"]').isVisible(),
+      false,
+      "the phantom has probe settings",
+    );
 
     const host = new URL(server.url).host;
-    const elsewhere = viewer.addresses.filter((address) => new URL(address).host !== host);
-    assert.deepEqual(elsewhere, [], "requests to other hosts");
-    assert.deepEqual(viewer.complaints, []);
+    const toOtherHosts = viewer.requestedUrls.filter((url) => new URL(url).host !== host);
+    assert.deepEqual(toOtherHosts, [], "requests to other hosts");
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });
 
-test("the light moves without ray casting; threshold and camera cast again", async () => {
+test("a moved light does not run ray casting; a changed threshold or camera does", async () => {
   await withPage("moved", kStillSource, async (viewer) => {
     await viewer.firstPicture();
     await viewer.settled();
 
-    const seen = async () => ({
-      grey: await viewer.grey(),
+    const readState = async () => ({
+      grey: await viewer.greyLevels(),
       pass1: await viewer.number("pass1-runs"),
       pass2: await viewer.number("pass2-runs"),
       revision: await viewer.number("scene-revision"),
     });
-    const atStart = await seen();
+    const atStart = await readState();
     await viewer.drag([0.2, 0.2], [0.85, 0.8]);
     await viewer.settled();
-    const lit = await seen();
+    const lit = await readState();
     const field_mm = await viewer.field("camera.field_mm");
     assert.ok(
       Math.abs((await viewer.field("light.up_mm")) - -0.3 * field_mm) < 0.02 * field_mm,
-      "the light is not where it was dropped",
+      "the light is not where the drag ended",
     );
     assert.ok(lit.revision > atStart.revision, `scene revision ${atStart.revision} -> ${lit.revision}`);
     assert.ok(
-      difference(atStart.grey, lit.grey) > kAnotherPicture,
+      difference(atStart.grey, lit.grey) > kMinChangedDifference,
       `the picture changed by ${difference(atStart.grey, lit.grey)}`,
     );
     assert.equal(lit.pass1, atStart.pass1, "a moved light ran pass 1");
@@ -98,21 +103,21 @@ test("the light moves without ray casting; threshold and camera cast again", asy
     await viewer.page.locator('[data-field="detector.threshold"]').focus();
     await viewer.page.keyboard.press("ArrowRight");
     await viewer.settled();
-    const thresholded = await seen();
+    const thresholded = await readState();
     assert.ok(thresholded.pass1 > lit.pass1, `pass 1 ran ${lit.pass1} -> ${thresholded.pass1} times`);
 
     const yaw_deg = await viewer.field("camera.yaw_deg");
     await viewer.drag([0.4, 0.5], [0.6, 0.55], "right");
     await viewer.settled();
-    const orbited = await seen();
+    const orbited = await readState();
     assert.ok(Math.abs((await viewer.field("camera.yaw_deg")) - yaw_deg) > 10, "the drag did not turn the camera");
-    assert.ok(difference(thresholded.grey, orbited.grey) > kAnotherPicture, "the turned picture is the same");
+    assert.ok(difference(thresholded.grey, orbited.grey) > kMinChangedDifference, "the turned picture is the same");
     assert.ok(orbited.pass1 > thresholded.pass1, "a turned camera did not run pass 1");
-    assert.deepEqual(viewer.complaints, []);
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });
 
-test("a refused value is told and taken back", async () => {
+test("the page shows a refusal and restores the value in force", async () => {
   await withPage("refused", kStillSource, async (viewer) => {
     await viewer.firstPicture();
     const threshold = await viewer.field("detector.threshold");
@@ -120,7 +125,7 @@ test("a refused value is told and taken back", async () => {
     await box.fill("999");
     await box.press("Enter");
     const sentence = await until(
-      "a refusal",
+      "the text of the refusal",
       () => viewer.page.locator("#refusal").textContent(),
       (text) => text !== "",
     );
@@ -133,35 +138,38 @@ test("a refused value is told and taken back", async () => {
   });
 });
 
-test("a number between a field's steps becomes the nearest of them", async () => {
+test("the page rounds a typed number to the nearest step of its field", async () => {
   await withPage("stepped", kStillSource, async (viewer) => {
     await viewer.firstPicture();
     const box = viewer.page.locator('[data-number="filter.size"]');
-    for (const [typed, taken] of [
+    for (const [typed, rounded] of [
       ["4.2", 5],
       ["-3", 1],
     ]) {
       await box.fill(typed);
       await box.press("Enter");
       await viewer.settled();
-      assert.equal(await viewer.field("filter.size"), taken);
+      assert.equal(await viewer.field("filter.size"), rounded);
     }
-    assert.deepEqual(viewer.complaints, []);
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });
 
-test("a surface is coloured without ray casting, and gets its colour back", async () => {
+test("a surface colour is set and reset without ray casting", async () => {
   await withPage("coloured", kStillSource, async (viewer) => {
     await viewer.firstPicture();
     await viewer.settled();
-    const warmth = await viewer.warmth();
+    const skin = await viewer.redMinusBlue();
     const pass1 = await viewer.number("pass1-runs");
     const red = await viewer.field("material.red");
-    assert.ok(warmth > 0, `the surface is skin, red over blue ${warmth}`);
+    assert.ok(skin > 0, `the default surface has the colour of skin; red minus blue is ${skin}`);
     await viewer.unfold("material");
     await viewer.page.locator('[data-colour="material.colour"]').fill("#2040ff");
     await viewer.settled();
-    assert.ok((await viewer.warmth()) < -kAnotherPicture, `a blue surface has red over blue ${await viewer.warmth()}`);
+    assert.ok(
+      (await viewer.redMinusBlue()) < -kMinChangedDifference,
+      `red minus blue of a blue surface is ${await viewer.redMinusBlue()}`,
+    );
     assert.deepEqual(
       [await viewer.field("material.red"), await viewer.field("material.green"), await viewer.field("material.blue")],
       [0.125, 0.251, 1],
@@ -169,28 +177,28 @@ test("a surface is coloured without ray casting, and gets its colour back", asyn
     await viewer.page.locator('[data-reset="material.colour"]').click();
     await viewer.settled();
     assert.equal(await viewer.field("material.red"), red);
-    assert.ok(Math.abs((await viewer.warmth()) - warmth) < 1, "the colour did not come back");
-    assert.equal(await viewer.number("pass1-runs"), pass1, "a colour ran pass 1");
-    assert.deepEqual(viewer.complaints, []);
+    assert.ok(Math.abs((await viewer.redMinusBlue()) - skin) < 1, "the colour did not come back");
+    assert.equal(await viewer.number("pass1-runs"), pass1, "a changed colour ran pass 1");
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });
 
-test("the volume is recoloured by hand and by text, and a text that is none is refused", async () => {
+test("the transfer function is edited by mouse, keys and text, and an invalid text is refused", async () => {
   await withPage("transfer", kStillSource, async (viewer) => {
     await viewer.firstPicture();
-    assert.ok(await viewer.unused("transfer"), "the volume's colours count in mode surface");
+    assert.ok(await viewer.unused("transfer"), "the transfer function is in use in mode surface");
     await viewer.choose("mode", "volume");
     await viewer.unfold("transfer");
     await viewer.settled();
-    assert.equal(await viewer.unused("transfer"), false, "the volume's colours do not count in mode volume");
-    assert.ok(await viewer.unused("light"), "the light counts in mode volume");
+    assert.equal(await viewer.unused("transfer"), false, "the transfer function is unused in mode volume");
+    assert.ok(await viewer.unused("light"), "the light is in use in mode volume");
     const points = () => viewer.text("transfer.points");
-    const atFirst = await points();
+    const initialPoints = await points();
     const handles = viewer.page.locator("[data-handle]");
-    const count = atFirst.split(",").length;
+    const count = initialPoints.split(",").length;
     assert.equal(await handles.count(), count);
 
-    // A point by double click, dragged elsewhere, moved by keys, coloured, and removed again.
+    // Adds a point by double click, drags it, moves it with keys, sets its colour, and removes it.
     const plot = viewer.page.locator(".transfer svg");
     await plot.scrollIntoViewIfNeeded();
     const box = await plot.boundingBox();
@@ -204,70 +212,77 @@ test("the volume is recoloured by hand and by text, and a text that is none is r
     await viewer.page.mouse.move(box.x + box.width * 0.5, box.y + box.height * 0.5, { steps: 6 });
     await viewer.page.mouse.up();
     await viewer.settled();
-    const [dragged, , lowered] = (await points()).split(", ").at(-2).split(" ").map(Number);
-    assert.ok(dragged < level - 15 && lowered < opacity - 0.05, `${await points()} after a drag`);
+    const [draggedLevel, , draggedOpacity] = (await points()).split(", ").at(-2).split(" ").map(Number);
+    assert.ok(draggedLevel < level - 15 && draggedOpacity < opacity - 0.05, `${await points()} after a drag`);
     await viewer.page.keyboard.press("ArrowRight");
     await viewer.page.keyboard.press("Shift+ArrowRight");
     await viewer.settled();
-    assert.match(await points(), new RegExp(`, ${dragged + 11} #`));
+    assert.match(await points(), new RegExp(`, ${draggedLevel + 11} #`));
     await viewer.page.locator('[data-point="colour"]').fill("#0000ff");
     await viewer.settled();
-    assert.match(await points(), new RegExp(`, ${dragged + 11} #0000ff `));
+    assert.match(await points(), new RegExp(`, ${draggedLevel + 11} #0000ff `));
     await viewer.page.locator('[data-point="remove"]').click();
     await viewer.settled();
-    assert.equal(await points(), atFirst);
+    assert.equal(await points(), initialPoints);
 
     const text = viewer.page.locator('[data-text="transfer.points"]');
-    const cold = "0 #0000ff 0, 30 #0000ff 0.4, 255 #0000ff 0.5";
-    await text.fill(cold);
+    const blueTransfer = "0 #0000ff 0, 30 #0000ff 0.4, 255 #0000ff 0.5";
+    await text.fill(blueTransfer);
     await text.press("Enter");
     await viewer.settled();
-    assert.equal(await points(), cold);
-    assert.ok((await viewer.warmth()) < -kAnotherPicture, `a blue volume has red over blue ${await viewer.warmth()}`);
+    assert.equal(await points(), blueTransfer);
+    assert.ok(
+      (await viewer.redMinusBlue()) < -kMinChangedDifference,
+      `red minus blue of a blue volume is ${await viewer.redMinusBlue()}`,
+    );
 
     await text.fill("0 #0000ff 0, nonsense");
     await text.press("Enter");
     const sentence = await until(
-      "a refusal",
+      "the text of the refusal",
       () => viewer.page.locator("#refusal").textContent(),
-      (said) => said !== "",
+      (shown) => shown !== "",
     );
     assert.match(sentence, /transfer\.points.*expected/);
-    await until("the text in force", points, (shown) => shown === cold);
-    assert.deepEqual(viewer.complaints, []);
+    await until("the text in force", points, (shown) => shown === blueTransfer);
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });
 
-test("the light is moved where the surface is, and nowhere without one", async () => {
+test("the light can be moved in modes with a surface, and its marker follows the pointer", async () => {
   await withPage("slices", kStillSource, async (viewer) => {
     await viewer.firstPicture();
     await viewer.choose("mode", "slices");
     await viewer.settled();
-    // The lower right quarter, whose centre is at three quarters.
-    const to = [0.85, 0.65];
-    await viewer.drag([0.7, 0.8], to);
+    // Mode slices shows the surface in the lower right quarter; its centre is at (0.75, 0.75).
+    const end = [0.85, 0.65];
+    await viewer.drag([0.7, 0.8], end);
     await viewer.settled();
     const field_mm = await viewer.field("camera.field_mm");
     const near = (value, expected) => Math.abs(value - expected) < 0.02 * field_mm;
     assert.ok(near(await viewer.field("light.right_mm"), 0.2 * field_mm), `${await viewer.field("light.right_mm")} mm`);
     assert.ok(near(await viewer.field("light.up_mm"), 0.2 * field_mm), `${await viewer.field("light.up_mm")} mm`);
-    const follows = async (place) => {
-      const [x, y] = await viewer.marker();
-      assert.ok(Math.hypot(x - place[0], y - place[1]) < 0.02, `the marker is at ${x}, ${y}, not ${place}`);
+    const checkMarkerAt = async (expected) => {
+      const [x, y] = await viewer.lightMarker();
+      assert.ok(
+        Math.hypot(x - expected[0], y - expected[1]) < 0.02,
+        `the marker is at ${x}, ${y}, expected ${expected}`,
+      );
     };
-    await follows(to);
+    await checkMarkerAt(end);
 
-    // In perspective the lamp, nearer than the target, moves less for the same drag; the pointer holds it.
+    // In perspective projection the light is nearer than the target. The same drag moves it by fewer millimetres, and the
+    // marker stays under the pointer.
     await viewer.unfold("camera");
     await viewer.choose("camera.projection", "perspective");
-    await viewer.drag([0.7, 0.8], to);
+    await viewer.drag([0.7, 0.8], end);
     await viewer.settled();
-    await follows(to);
+    await checkMarkerAt(end);
     assert.ok((await viewer.field("light.up_mm")) < 0.19 * field_mm, `${await viewer.field("light.up_mm")} mm`);
 
     await viewer.choose("mode", "slice");
     await viewer.settled();
-    assert.equal(await viewer.marker(), null, "a light is shown in a slice");
+    assert.equal(await viewer.lightMarker(), null, "the light marker is shown in mode slice");
     assert.ok(await viewer.page.locator('#tools input[value="light"]').isDisabled());
     assert.ok(await viewer.page.locator('[data-number="slice.depth_mm"]').isVisible());
     assert.equal(await viewer.page.locator('[data-number="detector.threshold"]').isVisible(), false);
@@ -275,17 +290,17 @@ test("the light is moved where the surface is, and nowhere without one", async (
     const yaw_deg = await viewer.field("camera.yaw_deg");
     await viewer.drag([0.4, 0.5], [0.6, 0.55]);
     await viewer.settled();
-    assert.equal(await viewer.field("light.up_mm"), up_mm, "an unseen light was moved");
+    assert.equal(await viewer.field("light.up_mm"), up_mm, "a hidden light was moved");
     assert.notEqual(await viewer.field("camera.yaw_deg"), yaw_deg, "the drag did not turn the slice");
 
     await viewer.page.locator('[data-reset="all"]').click();
     await viewer.settled();
     assert.equal(await viewer.page.locator('#tools input[value="light"]').isChecked(), true);
-    assert.deepEqual(viewer.complaints, []);
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });
 
-test("a setting without an effect says so and can be set all the same", async () => {
+test("the page marks a setting that has no effect, and the setting can be changed", async () => {
   await withPage("unused", kStillSource, async (viewer) => {
     await viewer.firstPicture();
     await viewer.unfold("finish");
@@ -302,11 +317,11 @@ test("a setting without an effect says so and can be set all the same", async ()
     await viewer.page.locator('[data-reset="finish"]').click();
     await viewer.settled();
     assert.equal(await viewer.field("finish.iterations"), 5);
-    assert.deepEqual(viewer.complaints, []);
+    assert.deepEqual(viewer.consoleProblems, []);
   });
 });
 
-test("a killed server is told, and its successor shown without a reload", async () => {
+test("the page reports a killed server and shows the restarted one without a reload", async () => {
   await withPage("recovered", kMovingSource, async (viewer, server) => {
     await viewer.firstPicture();
     await viewer.page.evaluate(() => {
@@ -314,7 +329,7 @@ test("a killed server is told, and its successor shown without a reload", async 
     });
     await server.end("SIGKILL");
     await until(
-      "the page to say that the connection is lost",
+      "the notice of the lost connection",
       () => viewer.page.locator("#notice").textContent(),
       (text) => /Connection lost/.test(text),
     );
@@ -326,7 +341,7 @@ test("a killed server is told, and its successor shown without a reload", async 
       (state) => state === "open",
     );
     await until(
-      "a living picture",
+      "a live picture",
       () => viewer.page.locator("#frame").getAttribute("class"),
       (text) => !/stale/.test(text),
     );

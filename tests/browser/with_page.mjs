@@ -1,6 +1,7 @@
-// A server and a page for a test. One browser serves all tests of a file.
+// SPDX-License-Identifier: Apache-2.0
+// Provides a server and a page for a test. All tests of a file share one browser.
 import { after, before } from "node:test";
-import { Served } from "./served.mjs";
+import { ServerProcess } from "./server_process.mjs";
 import { launchChromium, ViewerPage } from "./viewer_page.mjs";
 
 let browser;
@@ -9,19 +10,23 @@ before(async () => {
 });
 after(() => browser?.close());
 
-/** Runs the steps with a server and a page; whatever happens, takes a screenshot and ends both. */
-export async function withPage(name, source, steps, more = []) {
-  let server = await Served.start(source, 0, more);
+/**
+ * Starts a server with the source, opens its page and runs `steps(viewer, server)`. Takes a screenshot and stops the
+ * page and the server afterwards, also when a step fails.
+ * `name`: of the screenshot. `options`: further command line options of the server.
+ */
+export async function withPage(name, source, steps, options = []) {
+  let server = await ServerProcess.start(source, 0, options);
   let viewer;
   try {
     viewer = await ViewerPage.open(browser, server.url);
     const restart = async () => {
-      server = await Served.start(source, server.port, more);
+      server = await ServerProcess.start(source, server.port, options);
     };
-    const another = () => ViewerPage.open(browser, server.url);
-    await steps(viewer, { end: (signal) => server.end(signal), restart, another, url: server.url });
+    const openPage = () => ViewerPage.open(browser, server.url);
+    await steps(viewer, { end: (signal) => server.end(signal), restart, openPage, url: server.url });
   } catch (error) {
-    error.message += `\nthe page complained: ${JSON.stringify(viewer?.complaints)}\nthe server printed:\n${server.output}`;
+    error.message += `\nconsole problems of the page: ${JSON.stringify(viewer?.consoleProblems)}\nthe server printed:\n${server.output}`;
     throw error;
   } finally {
     await viewer?.screenshot(name);

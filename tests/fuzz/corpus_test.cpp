@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -13,50 +14,50 @@ namespace fanlight::test {
 namespace {
 
 struct Target {
-  std::string name;  // also the folder of its corpus
+  std::string name;  // also the name of its corpus folder
   void (*run)(std::span<const std::uint8_t> input);
 };
 
-std::ostream& operator<<(std::ostream& to, const Target& target) {
-  return to << target.name;
+std::ostream& operator<<(std::ostream& stream, const Target& target) {
+  return stream << target.name;
 }
 
 class Corpus : public testing::TestWithParam<Target> {
  protected:
   static std::vector<std::vector<std::uint8_t>> inputs() {
-    std::vector<std::vector<std::uint8_t>> read;
+    std::vector<std::vector<std::uint8_t>> stored;
     const std::filesystem::path folder = std::filesystem::path(FANLIGHT_CORPUS_FOLDER) / GetParam().name;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       std::ifstream file(entry.path(), std::ios::binary);
-      read.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+      stored.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
     }
-    return read;
+    return stored;
   }
 };
 
-TEST_P(Corpus, EveryInputThatWasKept) {
-  const auto kept = inputs();
-  ASSERT_GE(kept.size(), 5U) << "the corpus is not there";
-  for (const auto& input : kept) GetParam().run(input);
+TEST_P(Corpus, RunsEveryStoredInput) {
+  const auto stored = inputs();
+  ASSERT_GE(stored.size(), 5U) << "the corpus is missing";
+  for (const auto& input : stored) GetParam().run(input);
 }
 
-// What a fuzzer would do without a look at the code that it runs: tests/fuzz/run does better.
-TEST_P(Corpus, ChangesOfEveryInput) {
+// Random mutations without feedback from code coverage; tests/fuzz/run mutates with it.
+TEST_P(Corpus, RunsMutationsOfEveryInput) {
   std::mt19937 random(4);
-  const auto kept = inputs();
+  const auto stored = inputs();
   for (int round = 0; round < 40; ++round) {
-    for (auto input : kept) {
+    for (auto input : stored) {
       for (unsigned change = random() % 8; change > 0 && !input.empty(); --change) {
-        const std::size_t at = random() % input.size();
+        const std::size_t index = random() % input.size();
         switch (random() % 3) {
           case 0:
-            input[at] = static_cast<std::uint8_t>(random());
+            input[index] = static_cast<std::uint8_t>(random());
             break;
           case 1:
-            input.erase(input.begin() + static_cast<std::ptrdiff_t>(at));
+            input.erase(input.begin() + static_cast<std::ptrdiff_t>(index));
             break;
           default:
-            input.insert(input.begin() + static_cast<std::ptrdiff_t>(at),
+            input.insert(input.begin() + static_cast<std::ptrdiff_t>(index),
                          static_cast<std::uint8_t>(random()));
             break;
         }

@@ -1,8 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 
-#include "server/scene_json.hpp"
-#include "server/scene_message.hpp"
-#include "server/stream_settings.hpp"
+#include "server/codec/stream_settings.hpp"
+#include "server/state/scene_json.hpp"
+#include "server/state/scene_message.hpp"
 #include "tests/fuzz/fuzz_targets.hpp"
 #include "tests/fuzz/require.hpp"
 
@@ -17,24 +18,26 @@ void check_change(const v1::Scene& change) {
   if (!scene) {
     v1::Error error;
     describe(error, scene.error(), refused);
-    require(!error.message().empty(), "a refusal has a sentence");
+    require(!error.message().empty(), "a refusal has a message");
     return;
   }
-  require(check(*scene).has_value(), "what is taken is a scene that may be");
-  const auto again = changed_scene(before, scene_message(*scene));
-  require(again && first_pass_changed(*scene, *again) == FirstPass::kNone, "a scene goes there and back");
+  require(check(*scene).has_value(), "an accepted scene is valid");
+  const auto from_message = changed_scene(before, scene_message(*scene));
+  require(from_message && first_pass_changed(*scene, *from_message) == FirstPass::kNone,
+          "a scene is unchanged after conversion to a message and back");
   const auto through_json = scene_change_from_json(change_json(scene_message(*scene)));
-  require(through_json.has_value(), "a scene goes through JSON");
+  require(through_json.has_value(), "the JSON of a scene is accepted");
   const auto from_json = changed_scene(before, *through_json);
   require(from_json && first_pass_changed(*scene, *from_json) == FirstPass::kNone,
-          "and comes out of it the same");
+          "a scene is unchanged after conversion to JSON and back");
 }
 
 void check_stream(const v1::StreamRequest& request) {
   const auto settings = parse_stream_request(request, 85);
-  if (!settings) return require(!settings.error().message.empty(), "a refusal has a sentence");
-  const auto again = parse_stream_request(stream_message(*settings), 85);
-  require(again && *again == *settings, "what is in force can be asked for");
+  if (!settings) return require(!settings.error().message.empty(), "a refusal has a message");
+  const auto from_message = parse_stream_request(stream_message(*settings), 85);
+  require(from_message && *from_message == *settings,
+          "accepted settings are unchanged after conversion to a message and back");
 }
 
 }  // namespace
@@ -50,7 +53,7 @@ void fuzz_client_messages(std::span<const std::uint8_t> input) {
   if (json.is_discarded()) return;
   const auto change = scene_change_from_json(json);
   if (change) return check_change(*change);
-  require(!change.error().message.empty(), "a refusal has a sentence");
+  require(!change.error().message.empty(), "a refusal has a message");
 }
 
 }  // namespace fanlight::test

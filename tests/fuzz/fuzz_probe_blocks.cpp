@@ -1,4 +1,5 @@
-#include "proto/probe_protocol.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/model/probe_protocol.hpp"
 #include "tests/fuzz/fuzz_targets.hpp"
 #include "tests/fuzz/require.hpp"
 
@@ -7,13 +8,14 @@ namespace fanlight::test {
 namespace {
 
 template <typename T>
-void check_block(const Result<T>& read, Result<T> (*decode)(std::span<const std::uint8_t>)) {
-  if (!read) {
-    require(!read.error().message.empty(), "a refusal has a sentence");
+void check_block(const Result<T>& decoded, Result<T> (*decode)(std::span<const std::uint8_t>)) {
+  if (!decoded) {
+    require(!decoded.error().message.empty(), "a refusal has a message");
     return;
   }
-  const auto again = decode(probe::encode(*read));
-  require(again.has_value() && *again == *read, "what was read encodes to the same again");
+  const auto again = decode(probe::encode(*decoded));
+  require(again.has_value() && *again == *decoded,
+          "a decoded block is unchanged after encoding and decoding");
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -5,20 +6,22 @@
 
 namespace fanlight::test {
 
-// What libFuzzer calls with bytes that it makes up, and the corpus test with those that are kept. Each ends
-// the process where something does not hold.
+// Fuzz targets. libFuzzer calls them with generated inputs, corpus_test.cpp with the stored ones. Each aborts
+// the process if a condition does not hold (require.hpp).
 
-/// FrameParser. The input is a script that puts a stream together (stream_script.hpp), so that the fuzzer
-/// gets past the checksums. Whatever comes: each frame that begins ends once, no pixel is written beside its
-/// place, no byte beside those given is read, and it does not matter how the bytes of a transfer are divided.
+/// Tests FrameParser. The input is a script that generates a stream (stream_script.hpp), so that the fuzzer
+/// passes the checksums. Checks for every stream: each frame that begins ends exactly once, no byte is
+/// written outside the pixels of a frame, no byte outside the input is read, and the result does not depend
+/// on how a transfer is divided into pieces.
 void fuzz_frame_parser(std::span<const std::uint8_t> input);
 
-/// The blocks that a probe answers: refused with a sentence, or read so that encoding them and reading them
-/// again gives the same.
+/// Tests the decoders of the blocks that a probe sends. Each block is either refused with a message, or
+/// decoded such that encoding and decoding it again gives the same values.
 void fuzz_probe_blocks(std::span<const std::uint8_t> input);
 
-/// What a display says, as a ClientMessage and as a script's JSON: refused with a sentence, or taken so that
-/// the scene and the stream are ones that may be, and telling of them and reading that gives the same.
+/// Tests the messages of a client, as a ClientMessage and as the JSON of the REST API. Each is either refused
+/// with a message, or accepted such that scene and stream settings are valid and are unchanged after
+/// conversion to a message (the scene also to JSON) and back.
 void fuzz_client_messages(std::span<const std::uint8_t> input);
 
 }  // namespace fanlight::test

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdio>
@@ -5,10 +6,10 @@
 
 namespace fanlight::test {
 
-/// Ends the process where something does not hold, which is what a fuzzer looks for.
-inline void require(bool holds, const char* what) {
+/// Prints the condition and aborts the process if it does not hold. libFuzzer reports an abort as a finding.
+inline void require(bool holds, const char* condition) {
   if (holds) return;
-  std::fprintf(stderr, "does not hold: %s\n", what);
+  std::fprintf(stderr, "does not hold: %s\n", condition);
   std::abort();
 }
 

@@ -1,18 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/fuzz/stream_script.hpp"
 
 #include <algorithm>
 
-#include "proto/crc32c.hpp"
-#include "proto/probe_protocol.hpp"
+#include "proto/base/crc32c.hpp"
+#include "proto/model/probe_protocol.hpp"
 
 namespace fanlight::test {
 
 namespace {
 
-/// A script from its front; zeros beyond its end.
-class Script {
+/// Reads a script from its front; returns zeros beyond its end.
+class ScriptReader {
  public:
-  explicit Script(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  explicit ScriptReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
   bool ended() const { return bytes_.empty(); }
   std::uint8_t byte() {
     if (bytes_.empty()) return 0;
@@ -20,6 +21,7 @@ class Script {
     bytes_ = bytes_.subspan(1);
     return first;
   }
+  /// 16 bit, high byte first.
   std::uint32_t number() {
     const std::uint32_t high = byte();
     return 256 * high + byte();
@@ -29,11 +31,13 @@ class Script {
   std::span<const std::uint8_t> bytes_;
 };
 
-std::size_t length_of(std::uint8_t number) {
+/// 64 to 256 bytes.
+std::size_t header_length(std::uint8_t number) {
   return probe::kFrameHeaderBytes + number % (probe::kMostFrameHeaderBytes - probe::kFrameHeaderBytes + 1);
 }
 
-void add_longer_header(std::vector<std::uint8_t>& to, std::uint32_t pixels, std::size_t length) {
+/// Appends a header with valid checksums for `pixels` bytes of 0, padded with zeros to `length` bytes.
+void add_longer_header(std::vector<std::uint8_t>& bytes, std::uint32_t pixels, std::size_t length) {
   constexpr std::size_t kChecksumBytes = 4;
   const auto header = probe::encode(
       {.payload_bytes = pixels, .payload_crc32c = crc32c(std::vector<std::uint8_t>(pixels, 0))});
@@ -43,58 +47,60 @@ void add_longer_header(std::vector<std::uint8_t>& to, std::uint32_t pixels, std:
   longer[7] = static_cast<std::uint8_t>(length >> 8);
   const std::uint32_t crc = crc32c(longer);
   for (int byte = 0; byte < 4; ++byte) longer.push_back(static_cast<std::uint8_t>(crc >> (8 * byte)));
-  to.insert(to.end(), longer.begin(), longer.end());
+  bytes.insert(bytes.end(), longer.begin(), longer.end());
 }
 
 }  // namespace
 
 ScriptedStream stream_of(std::span<const std::uint8_t> script) {
   ScriptedStream stream;
-  std::vector<std::uint8_t>& to = stream.bytes;
-  const auto add_header = [&to](std::uint32_t pixels, std::uint8_t grey, std::uint8_t sequence,
-                                std::size_t length) {
+  std::vector<std::uint8_t>& bytes = stream.bytes;
+  const auto add_header = [&bytes](std::uint32_t pixels, std::uint8_t grey, std::uint8_t sequence,
+                                   std::size_t length) {
     const auto header = probe::encode(
         {.sequence = sequence, .payload_bytes = pixels, .payload_crc32c = crc32c(std::vector(pixels, grey))});
-    to.insert(to.end(), header.begin(), header.begin() + static_cast<std::ptrdiff_t>(length));
+    bytes.insert(bytes.end(), header.begin(), header.begin() + static_cast<std::ptrdiff_t>(length));
   };
-  for (Script from(script); !from.ended();) {
-    switch (from.byte() % 8) {
+  for (ScriptReader reader(script); !reader.ended();) {
+    switch (reader.byte() % 8) {
       case 0:
-        for (std::uint8_t left = from.byte(); left > 0 && !from.ended(); --left) to.push_back(from.byte());
+        for (std::uint8_t left = reader.byte(); left > 0 && !reader.ended(); --left)
+          bytes.push_back(reader.byte());
         break;
       case 1: {
-        const std::uint32_t pixels = from.number();
-        const std::uint8_t grey = from.byte();
-        add_header(pixels, grey, from.byte(), probe::kFrameHeaderBytes);
+        const std::uint32_t pixels = reader.number();
+        const std::uint8_t grey = reader.byte();
+        add_header(pixels, grey, reader.byte(), probe::kFrameHeaderBytes);
         break;
       }
       case 2: {
-        const std::uint32_t pixels = from.number();
-        to.insert(to.end(), pixels, from.byte());
+        const std::uint32_t pixels = reader.number();
+        bytes.insert(bytes.end(), pixels, reader.byte());
         break;
       }
       case 3:
-        stream.transfer_starts.push_back(to.size());
+        stream.transfer_starts.push_back(bytes.size());
         break;
       case 4: {
-        const std::size_t from_end = from.byte();
-        const unsigned bit = from.byte() % 8U;
-        if (from_end < to.size()) to[to.size() - 1 - from_end] ^= static_cast<std::uint8_t>(1U << bit);
+        const std::size_t from_end = reader.byte();
+        const unsigned bit = reader.byte() % 8U;
+        if (from_end < bytes.size())
+          bytes[bytes.size() - 1 - from_end] ^= static_cast<std::uint8_t>(1U << bit);
         break;
       }
       case 5:
-        add_header(1, 0, 0, from.byte() % probe::kFrameHeaderBytes);
+        add_header(1, 0, 0, reader.byte() % probe::kFrameHeaderBytes);
         break;
       case 6: {
-        const std::uint32_t pixels = from.number();
-        add_longer_header(to, pixels, length_of(from.byte()));
+        const std::uint32_t pixels = reader.number();
+        add_longer_header(bytes, pixels, header_length(reader.byte()));
         break;
       }
       default: {
-        const auto length =
-            static_cast<std::uint8_t>(length_of(from.byte()) - 1);  // 256 would not fit a byte
-        to.insert(to.end(),
-                  {probe::kMagic[0], probe::kMagic[1], probe::kMagic[2], probe::kMagic[3], 0, 1, length, 0});
+        // Minus 1, because 256 does not fit in a byte.
+        const auto length = static_cast<std::uint8_t>(header_length(reader.byte()) - 1);
+        bytes.insert(bytes.end(), {probe::kMagic[0], probe::kMagic[1], probe::kMagic[2], probe::kMagic[3], 0,
+                                   1, length, 0});
         break;
       }
     }

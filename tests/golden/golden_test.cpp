@@ -1,5 +1,6 @@
-// A few small pictures of the simulated probe against those kept here. `tests/golden/update` makes them anew
-// and shows both side by side.
+// SPDX-License-Identifier: Apache-2.0
+// Compares a few small pictures of the simulated probe with recorded ones. `tests/golden/update` renders new
+// ones and shows both side by side.
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
@@ -8,14 +9,14 @@
 #include <functional>
 #include <ostream>
 
-#include "acquisition/phantom_source.hpp"
-#include "server/picture_file.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
+#include "server/cli/picture_file.hpp"
 #include "tests/support/gpu_rig.hpp"
 
 namespace fanlight::test {
 namespace {
 
-/// What a picture may differ by: GPUs round, and filter textures, each in their own way.
+/// A picture and its tolerances. GPUs differ in rounding and in texture filtering.
 struct Golden {
   std::string name;
   std::string phantom;
@@ -100,7 +101,7 @@ const Golden kGoldens[] = {
     {"minimum", kSmooth,
      [](Scene& scene) {
        scene.mode = Mode::kMinimum;
-       scene.crop.near_mm = 100;  // below the skin: fluid would be all there is to see
+       scene.crop.near_mm = 100;  // below the skin: otherwise only fluid would be visible
        scene.crop.far_mm = 115;
      },
      1.0, 0.01},
@@ -125,7 +126,7 @@ std::string golden_path(const Golden& golden) {
   return fmt::format("{}/{}.png", FANLIGHT_GOLDEN_FOLDER, golden.name);
 }
 
-/// The picture's RGB values, or nothing where the file is not there.
+/// The RGB values of the recorded picture; empty if the file does not exist.
 std::vector<std::uint8_t> read_rgb(const std::string& path) {
   const auto file = OIIO::ImageInput::open(path);
   if (!file) return {};

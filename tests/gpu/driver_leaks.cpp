@@ -1,7 +1,8 @@
-// For the leak checker. lavapipe and the validation layer keep memory to the end of the process; they are
-// unloaded before it looks, and then what is not ours has no name any more. So they stay loaded here, and
-// their names are given. What we allocate ourselves, for the GPU too, is still checked: the layer counts
-// objects left behind.
+// SPDX-License-Identifier: Apache-2.0
+// For the leak checker. lavapipe and the validation layer keep memory until the process ends. They are
+// unloaded before the checker runs, which then cannot attribute their memory. So they stay loaded here, and
+// their leaks are suppressed by name. Our own allocations are still checked; the layer counts Vulkan objects
+// that are not destroyed.
 #include <dlfcn.h>
 
 namespace {
@@ -12,7 +13,7 @@ namespace {
 
 }  // namespace
 
-// The name is the sanitizer's.
+// The sanitizer defines this name.
 extern "C" const char* __lsan_default_suppressions();   // NOLINT
 extern "C" const char* __lsan_default_suppressions() {  // NOLINT
   return "leak:libvulkan_lvp\nleak:libLLVM\nleak:libVkLayer\n";

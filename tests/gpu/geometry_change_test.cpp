@@ -1,5 +1,6 @@
-// A probe whose settings change in mid-stream: each volume is shown by its own geometry, as by a renderer
-// that was made for it and never saw another.
+// SPDX-License-Identifier: Apache-2.0
+// A probe whose settings change while it streams: each volume is shown by its own geometry, as by a new
+// renderer that was created for that geometry.
 #include <algorithm>
 #include <array>
 
@@ -63,7 +64,7 @@ FanGeometry too_wide(const Gpu& gpu) {
   return geometry;
 }
 
-/// A slanted wall, so that no mirrored, scaled or shifted geometry shows it where it is.
+/// A slanted wall: a mirrored, scaled or shifted geometry would show it elsewhere.
 double wall(const Point& at) {
   return at.y_mm + 0.3 * at.x_mm + 0.2 * at.z_mm > 45 ? 160 : 5;
 }
@@ -113,7 +114,7 @@ class GeometryChangeTest : public GpuTest {
     return now;
   }
 
-  /// By a renderer made for this volume.
+  /// The picture of a renderer that was created for this volume.
   static Shown shown_afresh(const Volume& volume, const Scene& scene) {
     RenderCounters counters;
     const double half_deg = degrees(std::abs(volume.angles_rad().front()));
@@ -131,7 +132,7 @@ class GeometryChangeTest : public GpuTest {
     EXPECT_GT(hits, 200) << what << ": hardly a surface to compare";
   }
 
-  /// Shows volumes of these geometries one after the other, each as a renderer made for it would.
+  /// Shows volumes of these geometries one after the other and compares each with a renderer created for it.
   void expect_each_shown_as_afresh(std::span<const FanGeometry> geometries) {
     for (const FanGeometry& geometry : geometries) {
       const Volume volume = volume_of(geometry, ++volumes_);
@@ -144,8 +145,8 @@ class GeometryChangeTest : public GpuTest {
            std::to_string(geometry.rows);
   }
 
-  /// What the tests on refusals ask of the renderer afterwards: the old picture in a new light, the old
-  /// volume from another side, a new volume.
+  /// Checks that the renderer still works after a refusal: the old depth map with a new light, the old volume
+  /// with a new view, a new volume.
   void expect_going_on(const Volume& on_show) {
     Scene moved = scene_;
     moved.light.right_mm = 70;
@@ -180,7 +181,7 @@ TEST_F(GeometryChangeTest, ShowsOtherMillimetresWithoutTakingMemory) {
 }
 
 TEST_F(GeometryChangeTest, ShowsOtherRowsAndColumns) {
-  // The third is the first in a slot that held another size.
+  // The third volume is the first one in a slot that held another size.
   expect_each_shown_as_afresh(
       std::array{kCartesian, of_another_size(), of_another_size(), kCartesian, kCartesian});
 }
@@ -244,7 +245,7 @@ TEST_F(GeometryChangeTest, ShowsAWiderSweepThanItWasMadeFor) {
 }
 
 TEST_F(GeometryChangeTest, HoldsNoMoreMemoryHoweverOftenItChanges) {
-  // Each geometry twice, for the slots take turns.
+  // Each geometry twice, since the two slots alternate.
   const std::array geometries = {kCartesian, of_another_size(), kConvexLines};
   std::array<MemoryCensus, 3> first{};
   for (std::size_t change = 0; change < 21; ++change) {
@@ -276,7 +277,7 @@ TEST_F(GeometryChangeTest, RelightsTheVolumeOnShowWhileOneOfAnotherGeometryIsCas
   expect_same(shown(*renderer_), shown_afresh(cast_meanwhile, moved), "the volume that was cast meanwhile");
 }
 
-/// Textures have limits of their own, also where the processor renders and would gather.
+/// Textures have their own limits, which also apply on a processor that uses Sampling::kGathering by default.
 class TextureLimitTest : public GeometryChangeTest {
  protected:
   void SetUp() override {
@@ -312,7 +313,7 @@ TEST_F(TextureLimitTest, RefusesAVolumeThatWouldReplaceTheOneOnShowBeforeTheNext
     ASSERT_TRUE(renderer_->advance());
     ASSERT_TRUE(renderer_->wait(1'000'000'000));
   }
-  // The next volume is being lit, and the slot of the one on show is the one that the refused one would take.
+  // The next volume is being lit. The refused volume would take the slot of the shown one.
   ASSERT_TRUE(renderer_->load(volume_of(too_wide(gpu()), 3)));
   Scene moved = scene_;
   moved.light.right_mm = -70;
@@ -342,7 +343,7 @@ TEST_F(GeometryChangeTest, RefusesAVolumeThatTheGpuHasNoMemoryFor) {
   ASSERT_TRUE((*made)->load(volume_of(tiny, 1)));
   const Picture before = next_picture(**made);
   const MemoryCensus census = MemoryCensus::now();
-  // 3.4 GB on lavapipe, whose memory ends at 2 GB. Nobody writes its pixels, so it takes no memory here.
+  // 3.4 GB on lavapipe, whose limit is 2 GB. The pixels are never written, so the volume uses no memory here.
   constexpr std::uint32_t kFrames = 200;
   Volume volume(huge, kFrames);
   for (std::uint32_t frame = 0; frame < kFrames; ++frame)

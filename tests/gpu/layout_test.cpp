@@ -1,4 +1,5 @@
-// The structs that C++ and GLSL share: every offset in C++ against the offset that the SPIR-V states.
+// SPDX-License-Identifier: Apache-2.0
+// The structs that C++ and GLSL share: compares every offset in C++ with the offset in the SPIR-V.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -55,7 +56,7 @@ TEST(Layout, PrepareConstantsAreOneInBothLanguages) {
                             OFFSET(PrepareConstants, first_kept), OFFSET(PrepareConstants, radius_across),
                             OFFSET(PrepareConstants, noise)};
   for (const auto spirv :
-       {shaders::box_spirv, shaders::median_spirv, shaders::guide_spirv, shaders::guided_spirv}) {
+       {shaders::box_spirv, shaders::median_spirv, shaders::guided_fit_spirv, shaders::guided_apply_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "PrepareConstants"), expected);
   }
 }
@@ -119,7 +120,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, slices),
                             OFFSET(CastParameters, slice_planes)};
   for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv, shaders::confidence_spirv,
-                           shaders::segments_spirv, shaders::cast_gathering_spirv}) {
+                           shaders::empty_space_spirv, shaders::cast_gathering_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "CastParameters"), expected);
   }
 }
@@ -176,9 +177,9 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
                             OFFSET(LightParameters, map_colours),
                             OFFSET(LightParameters, map_points)};
   for (const auto spirv :
-       {shaders::steady_spirv, shaders::tiles_spirv, shaders::uneven_spirv, shaders::islands_spirv,
-        shaders::holes_spirv, shaders::mean_rows_spirv, shaders::mean_columns_spirv, shaders::smooth_spirv,
-        shaders::light_spirv, shaders::diffuse_spirv, shaders::finish_spirv}) {
+       {shaders::temporal_spirv, shaders::tile_depth_range_spirv, shaders::cleanup_tiles_spirv,
+        shaders::islands_spirv, shaders::holes_spirv, shaders::mean_rows_spirv, shaders::mean_columns_spirv,
+        shaders::smooth_spirv, shaders::light_spirv, shaders::diffuse_spirv, shaders::finish_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "LightParameters"), expected);
   }
 }

@@ -1,4 +1,5 @@
-// The program's own vkAllocateMemory and vkFreeMemory, which the linker prefers to the loader's.
+// SPDX-License-Identifier: Apache-2.0
+// Defines vkAllocateMemory and vkFreeMemory in the program; the linker prefers them to the loader's.
 #include "tests/gpu/memory_census.hpp"
 
 #include <dlfcn.h>
@@ -57,7 +58,7 @@ VKAPI_ATTR void VKAPI_CALL vkFreeMemory(VkDevice device, VkDeviceMemory memory,
   using namespace fanlight::test;
   static const auto free = loaders<PFN_vkFreeMemory>("vkFreeMemory");
   {
-    // Before it is free: its handle may come again at once.
+    // Before the memory is freed: the driver may reuse its handle at once.
     const std::scoped_lock lock(ledger().mutex);
     ledger().held_bytes.erase(memory);
   }

@@ -1,5 +1,6 @@
-// A slice through the volume, as the shaders scan convert it, against a picture of the same frame that
-// someone else's code made (shared/data/README.md).
+// SPDX-License-Identifier: Apache-2.0
+// Compares a slice through the volume, as the shaders scan convert it, with a picture of the same frame that
+// independent code made (shared/data/README.md).
 #include "tests/support/scan_conversion_oracle.hpp"
 
 #include <fmt/format.h>
@@ -9,7 +10,7 @@
 namespace fanlight::test {
 namespace {
 
-/// The frame as both frames of a sweep, so that every plane between them shows it.
+/// A sweep whose two frames are both the given frame, so that every plane between them shows it.
 Volume twice(const FanGeometry& geometry, std::span<const std::uint8_t> frame,
              std::span<const double> angles_rad) {
   Volume volume(geometry, static_cast<std::uint32_t>(angles_rad.size()));
@@ -22,7 +23,7 @@ Volume twice(const FanGeometry& geometry, std::span<const std::uint8_t> frame,
   return volume;
 }
 
-/// The plane z = 0, +x to the right and +y down, its pixels where the picture's are.
+/// The plane z = 0, +x to the right and +y down, with the pixel grid of the picture.
 Scene slice_like(const FanGeometry& geometry, const IgsSequence& pictures) {
   const PlanePoint first = oracle_point(geometry, 0, 0);
   const PlanePoint last = oracle_point(geometry, pictures.columns - 1, pictures.rows - 1);

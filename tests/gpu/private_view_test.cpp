@@ -1,4 +1,5 @@
-// Private views: what they show, what they cost, and that the main view has precedence.
+// SPDX-License-Identifier: Apache-2.0
+// Private views: their pictures, their cost, and the precedence of the main view.
 #include <algorithm>
 #include <cmath>
 
@@ -49,24 +50,30 @@ class PrivateViewTest : public GpuTest {
     return next_picture(*renderer_);
   }
 
-  void want(std::size_t place, std::uint64_t view_id, const Scene& scene, bool own_camera) {
-    views_[place] = {.view_id = view_id,
+  void want(std::size_t index, std::uint64_t view_id, const Scene& scene, bool own_camera) {
+    views_[index] = {.view_id = view_id,
                      .scene = {.revision = ++revision_, .scene = scene},
                      .own_camera = own_camera,
-                     .pictures = &pictures_[place]};
+                     .pictures = &pictures_[index]};
     ASSERT_TRUE(renderer_->want(views_));
   }
 
-  /// As the render thread does where the main view is at rest.
+  /// Does what the render thread does while the main view is at rest, until no private view has work left and
+  /// every picture is collected. Observes busy() once per round: a piece that ends between two observations
+  /// would be missed.
   void let_private_views_finish() {
     for (;;) {
       renderer_->collect_private();
-      ASSERT_TRUE(renderer_->advance_private());
-      if (!renderer_->busy()) return;
-      ASSERT_TRUE(renderer_->wait(1'000'000'000));
+      if (renderer_->busy()) {
+        ASSERT_TRUE(renderer_->wait(1'000'000'000));
+        continue;
+      }
+      const auto submitted = renderer_->advance_private();
+      ASSERT_TRUE(submitted);
+      if (!*submitted) return;
     }
   }
-  const Picture* newest(std::size_t place) { return pictures_[place].newest(); }
+  const Picture* newest(std::size_t index) { return pictures_[index].newest(); }
 
   const std::vector<double> angles_rad_ = even_angles();
   const Scene scene_ = scene_for(kGeometry, angles_rad_.front(), angles_rad_.back());
@@ -102,7 +109,7 @@ TEST_F(PrivateViewTest, OfALightIsThePictureThatTheMainViewWouldShowAndCastsNoth
   EXPECT_EQ(own->stamp.volume.volume_id, 1U);
   EXPECT_EQ(own->stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
   EXPECT_EQ(counters_.pass1_runs.value() + counters_.private_casts.value(), casts);
-  // And leaves the main view as it was.
+  // The main view is unchanged.
   EXPECT_EQ(show(scene_).rgba, main.rgba);
 }
 
@@ -123,7 +130,7 @@ TEST_F(PrivateViewTest, OfACameraIsThePictureThatTheMainViewWouldShow) {
   EXPECT_EQ(own->stamp.view.forward, shown.stamp.view.forward);
   EXPECT_EQ(counters_.private_casts.value(), 1U);
   EXPECT_EQ(show(scene_).rgba, main.rgba);
-  // A light moved in it casts nothing.
+  // A changed light of the private view casts nothing.
   other.light.up_mm = 40;
   want(0, 3, other, true);
   let_private_views_finish();
@@ -196,22 +203,26 @@ TEST_F(LargePrivateViewTest, GivesWayToTheMainViewPieceByPiece) {
   want(0, 5, aside, true);
   int pieces = 0;
   const auto one_piece = [&] {
-    renderer_->collect_private();
-    ASSERT_TRUE(renderer_->advance_private());
-    ASSERT_TRUE(renderer_->busy());
+    const auto submitted = renderer_->advance_private();
+    ASSERT_TRUE(submitted);
+    ASSERT_TRUE(*submitted);
     EXPECT_FALSE(renderer_->main_busy());
-    ASSERT_TRUE(renderer_->wait(10'000'000'000));
     ++pieces;
+    while (renderer_->busy()) {
+      ASSERT_TRUE(renderer_->wait(1'000'000'000));
+      renderer_->collect_private();
+    }
   };
   one_piece();
   one_piece();
   EXPECT_EQ(newest(0), nullptr) << "the cast has more pieces than two";
-  // A volume goes to the other slot: the cast under way goes on afterwards, on the one that it began with.
+  // The next volume goes to the other slot. The private cast continues afterwards, on the volume that it
+  // began with.
   const Picture second = show_volume(2, higher_hill);
   EXPECT_EQ(second.stamp.volume.volume_id, 2U);
   one_piece();
   EXPECT_EQ(counters_.private_casts_given_up.value(), 0U);
-  // The next one takes its slot.
+  // The third volume takes the slot of the private cast.
   EXPECT_EQ(show_volume(3).stamp.volume.volume_id, 3U);
   one_piece();
   EXPECT_EQ(counters_.private_casts_given_up.value(), 1U);
@@ -229,7 +240,9 @@ TEST_F(LargePrivateViewTest, EndsInTheMidstOfItsCastWhereNobodyWantsItAnyMore) {
   aside.rays.step_mm = 0.1;
   show_volume(1);
   want(0, 5, aside, true);
-  ASSERT_TRUE(renderer_->advance_private());
+  const auto submitted = renderer_->advance_private();
+  ASSERT_TRUE(submitted);
+  ASSERT_TRUE(*submitted);
   want(0, 0, aside, true);
   let_private_views_finish();
   EXPECT_EQ(newest(0), nullptr);

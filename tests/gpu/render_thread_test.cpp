@@ -1,11 +1,12 @@
-// The render thread among its ring and mailboxes, with the test as the acquisition and the server thread.
+// SPDX-License-Identifier: Apache-2.0
+// The render thread with its ring and mailboxes; the test plays the acquisition thread and the server thread.
 #include "renderer/render_thread.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <thread>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
@@ -31,7 +32,7 @@ constexpr PictureSize kSize{.width = 64, .height = 64};
 class RenderThreadTest : public GpuTest {
  protected:
   void SetUp() override {
-    // A texture, whose limits a test can go beyond without taking the machine's memory.
+    // A test can exceed the limits of a texture without using much memory.
     auto renderer =
         made_renderer(kGeometry, angles_rad_, kSize, scene_, counters_, {.sampling = Sampling::kTexture});
     thread_ = std::make_unique<RenderThread>(std::move(renderer),
@@ -43,11 +44,11 @@ class RenderThreadTest : public GpuTest {
                                                                         .failures = failures_});
   }
 
-  /// A plate at this depth, as a probe of that geometry sees it.
+  /// A volume of a plate at this depth, with that geometry.
   Volume plate(double depth_mm, const FanGeometry& geometry = kGeometry) const {
     return made_volume(geometry, angles_rad_, [=](const Point& at) { return at.y_mm > depth_mm ? 150 : 5; });
   }
-  /// Puts a copy into the ring.
+  /// Publishes a copy in the ring.
   void publish(const Volume& copied) {
     Volume* volume = ring_.begin();
     volume->set_geometry(copied.geometry());
@@ -66,11 +67,11 @@ class RenderThreadTest : public GpuTest {
     }
   }
 
-  void ask_for(std::uint64_t revision, const Scene& scene) {
+  void request(std::uint64_t revision, const Scene& scene) {
     scenes_.draft() = {.revision = revision, .scene = scene};
     scenes_.publish();
   }
-  /// The next picture of that scene.
+  /// Waits for the next picture of that scene.
   const Picture& next_picture_of(std::uint64_t revision) {
     for (;;) {
       const Picture& picture = next_picture();
@@ -78,7 +79,7 @@ class RenderThreadTest : public GpuTest {
     }
   }
 
-  /// A geometry that the GPU cannot have.
+  /// A geometry beyond the GPU's limits.
   static FanGeometry too_wide() {
     FanGeometry geometry = kGeometry;
     geometry.columns = gpu().limits().maxImageDimension3D + 1;
@@ -90,7 +91,7 @@ class RenderThreadTest : public GpuTest {
     return counters_.volumes_rendered.value() + counters_.volumes_skipped.value() +
            counters_.volumes_refused.value();
   }
-  /// Waits until nothing waits in the ring and nothing is in flight; half a minute at most.
+  /// Waits until the ring is empty and no volume is in flight; 30 s at most.
   void rest() const {
     const RingCounters& ring = ring_.counters();
     const std::int64_t deadline_ns = now_ns() + 30'000'000'000;
@@ -163,7 +164,7 @@ TEST_F(RenderThreadTest, EndsUpAtTheNewestVolumeAndScene) {
 TEST_F(RenderThreadTest, AccountsForEveryVolumeThatItTook) {
   const RingCounters& ring = ring_.counters();
   const Volume volumes[] = {plate(45), plate(45, kDeeper), plate(45), plate(45, too_wide())};
-  // Several at once, of changing geometry, under a camera that turns while they are cast.
+  // Several volumes at once, of changing geometry, while the camera turns.
   constexpr std::uint64_t kRounds = 24;
   for (std::uint64_t round = 0; round < kRounds; ++round) {
     const std::uint64_t taken_before = ring.volumes_taken.value();
@@ -197,7 +198,7 @@ TEST_F(RenderThreadTest, GoesOnAfterAVolumeThatTheGpuCannotHave) {
 }
 
 TEST_F(RenderThreadTest, TakesFromThePicturesWhatTheirRateNeedsAndGivesItBack) {
-  // All of each ray counts, in some 5000 samples. On a fast GPU one after the other becomes a mean of many.
+  // Every sample of a ray counts, some 5000. For a fast GPU the window of rays grows step by step.
   Scene heavy = scene_;
   heavy.mode = Mode::kMean;
   heavy.rays.step_mm = 0.02;
@@ -205,7 +206,7 @@ TEST_F(RenderThreadTest, TakesFromThePicturesWhatTheirRateNeedsAndGivesItBack) {
   heavy.deadline = {.plan = DeadlinePlan::kHoldRate, .rate_hz = 60};
   const Volume volume = plate(45);
   std::uint64_t revision = 2;
-  ask_for(revision, heavy);
+  request(revision, heavy);
   publish(volume);
   Picture full = next_picture_of(revision);
   EXPECT_EQ(full.stamp.deadline_level, 0);
@@ -217,7 +218,7 @@ TEST_F(RenderThreadTest, TakesFromThePicturesWhatTheirRateNeedsAndGivesItBack) {
   for (int volumes = 0; volumes < 60 && !held(coarse.stamp); ++volumes) {
     if (volumes > 0 && volumes % 15 == 0) {
       heavy.rays.window += 2;
-      ask_for(++revision, heavy);
+      request(++revision, heavy);
       do full = next_picture_of(revision);
       while (full.stamp.measures != DeadlineMeasures{});
     }
@@ -235,20 +236,20 @@ TEST_F(RenderThreadTest, TakesFromThePicturesWhatTheirRateNeedsAndGivesItBack) {
     EXPECT_TRUE(std::ranges::equal(row(number), row(number + 1))) << number;
   }
 
-  // No more volumes come: the picture takes its time to be full, under the same number.
+  // No more volumes arrive: a picture of full quality follows, with the same revision.
   Picture still = coarse;
   while (still.stamp.measures != DeadlineMeasures{}) still = next_picture();
   EXPECT_EQ(still.stamp.scene_revision, revision);
   EXPECT_GE(still.stamp.deadline_level, 2);
   EXPECT_EQ(still.rgba, full.rgba);
 
-  // A moved view is coarse again; without the plan it is not.
+  // A moved view is coarse again, but not without the plan.
   heavy.camera.yaw_deg = 1;
-  ask_for(++revision, heavy);
+  request(++revision, heavy);
   EXPECT_TRUE(next_picture_of(revision).stamp.measures.coarse);
   heavy.camera.yaw_deg = 0;
   heavy.deadline.plan = DeadlinePlan::kOff;
-  ask_for(++revision, heavy);
+  request(++revision, heavy);
   const Picture& off = next_picture_of(revision);
   EXPECT_EQ(off.stamp.deadline_level, 0);
   EXPECT_EQ(off.stamp.measures, DeadlineMeasures{});
@@ -259,7 +260,7 @@ TEST_F(RenderThreadTest, TakesFromThePicturesWhatTheirRateNeedsAndGivesItBack) {
 TEST_F(RenderThreadTest, EndsInTheMiddleOfItsWork) {
   publish(plate(40));
   publish(plate(41));
-  thread_.reset();  // returns, whatever is in flight
+  thread_.reset();  // returns, also with work in flight
   EXPECT_EQ(volumes_accounted_for(), ring_.counters().volumes_taken.value());
 }
 

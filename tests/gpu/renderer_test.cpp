@@ -1,4 +1,5 @@
-// What the renderer promises as a whole: which passes run for which change, order, geometry, truth.
+// SPDX-License-Identifier: Apache-2.0
+// The renderer as a whole: which passes run for which change, the order of pictures, geometry, correctness.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,8 +43,7 @@ class RendererTest : public GpuTest {
   RenderCounters counters_;
   std::unique_ptr<Renderer> renderer_ = made_renderer(kGeometry, angles_rad_, {64, 64}, scene_, counters_);
 
-  /// The scene with that field somewhere else in its range, where the scene stays allowed and something to
-  /// see.
+  /// The scene with another value of that field, such that the scene stays valid and something is visible.
   static Scene with_another(Scene scene, const SceneField& field) {
     if (field.is_text()) {
       EXPECT_TRUE(set_field(scene, field, std::string_view("30 #000000 0, 90 #ffffff 0.5"))) << field.name;
@@ -111,13 +111,14 @@ TEST_F(RendererTest, HasTwoVolumesInFlightAndKeepsTheirOrder) {
   bool overlapped = false;
   Picture picture;
   while (shown < 6) {
+    ASSERT_TRUE(renderer_->advance());
+    // Before collect(): a picture counts as under way until then, also where the GPU finishes it at once.
     if (loaded < 6 && renderer_->wants_volume()) {
-      overlapped |= renderer_->busy();  // the one before it is still being lit
+      overlapped |= renderer_->busy();  // the volume before is still being lit
       Volume volume = made_volume(kGeometry, angles_rad_, plate);
       volume.stamp().volume_id = ++loaded;
       load(volume);
     }
-    ASSERT_TRUE(renderer_->advance());
     if (renderer_->collect(picture)) {
       EXPECT_EQ(picture.stamp.volume.volume_id, shown + 1);
       shown = picture.stamp.volume.volume_id;
@@ -137,13 +138,13 @@ TEST_F(RendererTest, ReadsAForwardAndABackwardSweepAlike) {
   EXPECT_EQ(next_picture(*renderer_).rgba, forward.rgba);
 }
 
-/// Where a ball shows in the picture, as shares of its width and height from the top left.
+/// Position of a ball in the picture, as fractions of its width and height from the top left.
 struct Place {
   double across;
   double down;
 };
 
-/// A fan of frames of one kind, swept one way.
+/// A fan of frames of one kind, swept in one direction.
 struct Sweep {
   const char* name;
   FanGeometry geometry;
@@ -172,7 +173,7 @@ constexpr FanGeometry kLinearLines{.kind = FrameKind::kLinearLines,
                                    .face_row = 0,
                                    .motor_radius_mm = 30};
 
-/// Where in a picture, 0 to 1 each way, the middle of what is not black lies.
+/// Centre of the pixels that are not black, 0 to 1 along each axis.
 struct Middle {
   double across = 0;
   double down = 0;
@@ -210,9 +211,9 @@ TEST_P(HandednessTest, ShowsEachAxisOnItsOwnSide) {
     double roll_deg;
     Place expected;
   };
-  // From behind the probe: the marked side (+x) is right, elevation (+z) is up. A viewer who goes towards the
-  // marked side (yaw) sees what is deeper move to the right; one who goes up sees it move up. A camera that
-  // turns clockwise turns the picture the other way.
+  // From behind the probe: the marked side (+x) is right, elevation (+z) is up. A camera that moves
+  // towards the marked side (yaw) shows deeper points further right; one that moves up shows them further up.
+  // A camera that turns clockwise turns the picture anticlockwise.
   const Aim aims[] = {{"+x is right", {25, 50, 0}, 0, 0, 0, {0.75, 0.5}},
                       {"-x is left", {-25, 50, 0}, 0, 0, 0, {0.25, 0.5}},
                       {"+z is up", {0, 50, 25}, 0, 0, 0, {0.5, 0.25}},
@@ -242,8 +243,8 @@ TEST_P(HandednessTest, ShowsEachAxisOnItsOwnSide) {
   }
 }
 
-// The eye of this camera stands in the probe face, 50 mm before the target, where 100 mm are the picture's
-// height: a point (x, y, z) shows at x * 50 / y to the right and z * 50 / y up.
+// The eye of this camera lies in the probe face, 50 mm in front of the target, where the picture is 100 mm
+// high: a point (x, y, z) appears at x * 50 / y to the right and z * 50 / y up.
 TEST_P(HandednessTest, ShowsPerspectiveWhereAPinholeWould) {
   const FanGeometry& geometry = GetParam().geometry;
   std::vector<double> angles_rad = even_angles(21, 30);
@@ -276,7 +277,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& given) { return std::string(given.param.name); });
 
 TEST_F(RendererTest, CastsShadowsAwayFromTheLight) {
-  // A post on a plate throws its shadow to the side away from the light.
+  // A post on a plate casts its shadow away from the light.
   load(made_volume(kGeometry, angles_rad_, [](const Point& at) {
     return plate(at) + (std::hypot(at.x_mm, at.z_mm) < 4 && at.y_mm > 30 ? 150 : 0);
   }));
@@ -296,7 +297,7 @@ TEST_F(RendererTest, CastsShadowsAwayFromTheLight) {
 }
 
 TEST_F(RendererTest, HasNoSurfaceAtTheEdgeOfTheFan) {
-  // Bright tissue everywhere: nothing steps from dark to bright but the border of what was scanned.
+  // Bright tissue everywhere: only the border of the scanned region is a step from dark to bright.
   load(made_volume(kGeometry, angles_rad_, [](const Point&) { return 180; }));
   next_picture(*renderer_);
   for (const double yaw_deg : {0.0, 50.0}) {
@@ -310,7 +311,7 @@ TEST_F(RendererTest, HasNoSurfaceAtTheEdgeOfTheFan) {
 }
 
 TEST_F(RendererTest, HasNoSurfaceAtTheEdgeOfASectorThatTheSpeckleFilterBlurs) {
-  // Bright tissue up to the rim of the sector, and black beside it, which each filter carries inwards.
+  // Bright tissue up to the border of the sector, and black outside, which each filter mixes inwards.
   FanGeometry sector = kGeometry;
   sector.probe_radius_mm = 40;
   sector.sector = {.half_angle_deg = 28, .reach_mm = 130};
@@ -349,7 +350,7 @@ TEST_F(RendererTest, GivesUpACastForAViewThatNobodyWantsAnyMoreOnce) {
   Scene scene = scene_;
   scene.rays.step_mm = 0.02;  // many bands
   renderer_->show({.revision = 2, .scene = scene});
-  // A camera that never rests: each cast is given up once, and the next one makes a picture.
+  // A camera that never rests: each cast is given up once, and the next cast gives a picture.
   Picture picture;
   std::uint64_t revision = 2;
   const auto casts = counters_.pass1_runs.value();
@@ -375,7 +376,7 @@ TEST_F(RendererTest, TakesAViewThatMissesTheFan) {
 }
 
 TEST_F(RendererTest, SeesNothingOfAnOlderAndLongerSweep) {
-  // Bright frames fill the texture; a sweep of fewer, dark ones must not read those left behind it.
+  // Bright frames fill the texture. A sweep of fewer, dark frames must not read the remaining bright ones.
   load(made_volume(kGeometry, angles_rad_, [](const Point&) { return 255; }));
   next_picture(*renderer_);
   load(made_volume(kGeometry, angles_rad_, [](const Point&) { return 255; }));
@@ -427,7 +428,7 @@ TEST_F(RendererTest, DrawsADepthMapTowardsThatOfTheLastVolumeUnderTheSameView) {
 }
 
 TEST_F(RendererTest, FiltersSpeckleOfALargeVolumePieceByPiece) {
-  // 16 frames of this size fill the memory that the filter works in: between frames 12 and 19 one piece ends.
+  // 16 frames of this size fill the filter's memory, so one piece ends between frames 12 and 19.
   const FanGeometry large{.columns = 1024,
                           .rows = 1024,
                           .pixel_width_mm = 0.1,
@@ -452,7 +453,7 @@ TEST_F(RendererTest, FiltersSpeckleOfALargeVolumePieceByPiece) {
   const Picture part = shown(std::span(angles_rad).subspan(11, 9));
   EXPECT_EQ(counters_.volumes_unfiltered.value(), 0U);
   // The upper right quarter is the plane through the middle of all frames, +z to the right and +y down. Frame
-  // 11 has no neighbour below in the part, and so frames from 13 on are filtered alike.
+  // 11 has no neighbour below in the part, so frames from 13 on are filtered alike.
   std::size_t compared = 0;
   for (std::uint32_t row = 0; row < size.height / 2; ++row) {
     for (std::uint32_t column = size.width / 2; column < size.width; ++column) {

@@ -1,5 +1,6 @@
-// Refresh::kFrame: each frame replaces its place in the last sweep, and what is cast again of the picture is
-// what a whole cast of those frames would show, bit by bit.
+// SPDX-License-Identifier: Apache-2.0
+// Refresh::kFrame: each frame replaces the frame at its index in the last sweep. The picture after casting
+// the dirty tiles equals the picture of a whole cast of the same frames, bit by bit.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 namespace fanlight::test {
 namespace {
 
-/// The frames of a case, by ascending angle, of a first sweep and of the next one.
+/// The frames of a first sweep and of the next one, by ascending angle.
 class Sweeps {
  public:
   explicit Sweeps(const SeededCase& given)
@@ -22,12 +23,12 @@ class Sweeps {
 
   std::uint32_t frames() const { return static_cast<std::uint32_t>(angles_rad_.size()); }
 
-  /// `newer`: whether the frame in each place is one of the second sweep. Numbered so that it is the same one
-  /// wherever it stands.
+  /// A volume of frames of both sweeps. `newer[i]`: frame i is of the second sweep. A frame has the same
+  /// commit number in every volume.
   Volume mixed(const std::vector<bool>& newer, std::uint64_t id) const {
     Volume volume(first_.geometry(), frames());
-    for (std::uint32_t place = 0; place < frames(); ++place) {
-      const FedFrame frame = fed(place, newer[place]);
+    for (std::uint32_t index = 0; index < frames(); ++index) {
+      const QueuedFrame frame = queued_frame(index, newer[index]);
       std::ranges::copy(frame.pixels, volume.next_frame_pixels().begin());
       volume.add_frame(frame.stamp);
     }
@@ -36,13 +37,13 @@ class Sweeps {
     return volume;
   }
 
-  FedFrame fed(std::uint32_t place, bool newer) const {
+  QueuedFrame queued_frame(std::uint32_t index, bool newer) const {
     const Volume& from = newer ? second_ : first_;
-    return {.stamp = {.sequence = place + (newer ? frames() : 0U),
-                      .angle_rad = angles_rad_[place],
-                      .arrival = 1 + place + (newer ? frames() : 0U)},
+    return {.stamp = {.sequence = index + (newer ? frames() : 0U),
+                      .angle_rad = angles_rad_[index],
+                      .commit_number = 1 + index + (newer ? frames() : 0U)},
             .geometry = from.geometry(),
-            .pixels = from.frame_pixels(place)};
+            .pixels = from.frame_pixels(index)};
   }
 
  private:
@@ -78,7 +79,7 @@ class RollingTest : public GpuTest, public testing::WithParamInterface<std::uint
   static Scene rolling_scene(const SeededCase& given) {
     Scene scene = given.scene;
     scene.refresh = Refresh::kFrame;
-    scene.filter.steady = 0;  // there is no last volume
+    scene.filter.steady = 0;  // there is no last volume to filter with
     return scene;
   }
 };
@@ -95,15 +96,15 @@ TEST_P(RollingTest, ShowsWhatAWholeCastOfTheSameFramesShows) {
 
   std::vector<std::uint32_t> order(sweeps.frames());
   std::iota(order.begin(), order.end(), 0U);
-  if (GetParam() % 2 == 1) std::ranges::reverse(order);  // to and fro
-  for (const std::uint32_t place : order) {
+  if (GetParam() % 2 == 1) std::ranges::reverse(order);  // backward sweeps, too
+  for (const std::uint32_t index : order) {
     ASSERT_TRUE(renderer->wants_frame());
-    renderer->take_frame(sweeps.fed(place, true));
-    newer[place] = true;
+    renderer->take_frame(sweeps.queued_frame(index, true));
+    newer[index] = true;
     const Shown now = shown(*renderer);
     const Shown afresh = whole(given, scene, sweeps.mixed(newer, 1));
-    ASSERT_EQ(now.cast_mm, afresh.cast_mm) << "after the frame in place " << place;
-    ASSERT_EQ(now.picture.rgba, afresh.picture.rgba) << "after the frame in place " << place;
+    ASSERT_EQ(now.cast_mm, afresh.cast_mm) << "after frame " << index;
+    ASSERT_EQ(now.picture.rgba, afresh.picture.rgba) << "after frame " << index;
     EXPECT_EQ(now.picture.stamp.volume.volume_id, 1U);
   }
   const auto casts = counters.pass1_runs.value();
@@ -122,7 +123,7 @@ TEST_P(RollingTest, MendsWhatDidNotComeAheadOfItsVolume) {
   const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, scene, counters);
   ASSERT_TRUE(renderer->load(sweeps.mixed(std::vector<bool>(sweeps.frames(), false), 1)));
   next_picture(*renderer);
-  renderer->take_frame(sweeps.fed(sweeps.frames() / 2, true));
+  renderer->take_frame(sweeps.queued_frame(sweeps.frames() / 2, true));
   next_picture(*renderer);
   const Volume second = sweeps.mixed(std::vector<bool>(sweeps.frames(), true), 2);
   ASSERT_TRUE(renderer->load(second));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/gpu/seeded_case.hpp"
 
 #include <fmt/format.h>
@@ -60,27 +61,27 @@ std::vector<double> made_angles(Dice& dice) {
     angle_rad += radians(even ? 2.5 : dice.between(1.0, 4.0));
   }
   if (dice.one_in(2)) std::ranges::reverse(angles_rad);
-  if (dice.one_in(6)) std::swap(angles_rad[7], angles_rad[8]);  // a hand that wavers
+  if (dice.one_in(6)) std::swap(angles_rad[7], angles_rad[8]);  // an irregular hand-guided sweep
   return angles_rad;
 }
 
-/// Tissue below an undulating surface, its grey softly rising over a millimetre or two.
+/// Tissue below an undulating surface. Its grey level rises smoothly over 1 to 2 mm.
 struct Body {
   double depth_mm = 0;
   double ripple_mm = 0;
-  double ledge_mm = 0;   ///< how much deeper the marked side lies
-  double crumbs_mm = 0;  ///< radius of small balls before the surface, and of pits in it; 0: none
+  double ledge_mm = 0;   ///< additional depth of the marked side
+  double crumbs_mm = 0;  ///< radius of small balls in front of the surface, and of pits in it; 0: none
   double noise = 0;      ///< grey levels
   bool bright_fluid = false;
 
-  /// How far a point lies below the surface; negative in the fluid.
+  /// Depth of a point below the surface; negative in the fluid.
   double below_mm(const Point& at) const {
     double surface_mm = depth_mm + 3 * std::sin(at.x_mm / ripple_mm) + 3 * std::cos(at.z_mm / ripple_mm);
     if (ledge_mm > 0) surface_mm += 0.5 * ledge_mm * (1 + std::tanh((at.x_mm - 4) / 0.8));
     double below_mm = at.y_mm - surface_mm;
     if (crumbs_mm == 0) return below_mm;
     constexpr double kApartMm = 17;
-    // The nearest one of a grid, every second one a pit.
+    // The nearest ball of a grid; every second one is a pit.
     const double across = std::round(at.x_mm / kApartMm);
     const double up = std::round(at.z_mm / kApartMm);
     const double aside_mm = std::hypot(at.x_mm - across * kApartMm, at.z_mm - up * kApartMm);
@@ -116,7 +117,7 @@ void set_camera(Dice& dice, Scene& scene) {
   scene.camera.roll_deg = dice.between(-180, 180);
   scene.camera.field_mm *= dice.between(0.5, 0.9);
   scene.camera.projection = dice.any_to(Projection::kPerspective);
-  // A wide one has its eye within the fan.
+  // With a wide opening the eye lies within the fan.
   scene.camera.opening_deg = dice.one_in(5) ? dice.between(70, 100) : dice.between(10, 60);
   scene.rays.start_mm = dice.between(0, 8);
   scene.rays.end_mm *= dice.between(0.95, 1.2);
@@ -124,7 +125,7 @@ void set_camera(Dice& dice, Scene& scene) {
   if (dice.one_in(4)) scene.rays.window = dice.one_in(5) ? 5 : 3;
 }
 
-/// A plane that cuts near a point, which it keeps.
+/// A clip plane near a point, which stays visible.
 Scene::Clip made_clip(Dice& dice, const Point& within) {
   Scene::Clip clip{
       .normal_x = dice.between(-1, 1), .normal_y = dice.between(-1, 1), .normal_z = dice.between(-1, 1)};
@@ -179,10 +180,10 @@ void set_detector(Dice& dice, Body& body, double finest_mm, Scene& scene) {
   Scene::Detector& detector = scene.detector;
   detector.sign = dice.any_to(EdgeSign::kEither);
   detector.place = dice.any_to(SurfacePlace::kRefined);
-  // Noise is not to make surfaces.
+  // Noise must not create surfaces.
   detector.window = 2 * dice.whole(body.noise > 0 ? 6 : 1, 16);
   detector.threshold = body.noise > 0 ? dice.between(30, 45) : dice.between(12, 40);
-  // A short window sees but a part of a step that pass 0 and the ray's window make softer still.
+  // A short window covers only a part of an edge, which pass 0 and the ray's window widen further.
   const double step_mm = scene.rays.step_mm > 0 ? scene.rays.step_mm : finest_mm;
   detector.threshold *= std::min(1.0, 0.12 * detector.window * step_mm);
   body.bright_fluid =
@@ -245,7 +246,7 @@ SeededCase seeded_case(std::uint32_t seed) {
   cut(dice, within, scene);
   set_slices(dice, within, scene);
   set_detector(dice, body, made.geometry.finest_mm(), scene);
-  // The margin beside a sector grows with pass 0's reach; in frames this small little would be left.
+  // The margin of a sector grows with the reach of pass 0; little would remain of such small frames.
   if (made.geometry.sector.half_angle_deg > 0) scene.speckle.size = std::min(scene.speckle.size, 3);
   set_filter(dice, scene.filter);
   set_light(dice, scene);

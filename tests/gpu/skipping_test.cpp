@@ -1,5 +1,5 @@
-// Pass 1 with and without passing over what can hold nothing: the same bits, over seeded volumes, views and
-// options.
+// SPDX-License-Identifier: Apache-2.0
+// Pass 1 with and without skipping of empty space: the same bits, for seeded volumes, views and options.
 #include <fmt/format.h>
 
 #include <bit>
@@ -31,7 +31,7 @@ class SkippingTest : public GpuTest, public testing::WithParamInterface<std::uin
     return made;
   }
 
-  /// The share of segments that had to be sampled.
+  /// Fraction of segments that had to be sampled.
   static double compare(const SeededCase& given, const Scene& scene, Sampling sampling) {
     const Volume volume = made_volume(given.geometry, given.angles_rad, given.grey);
     const Cast plain = cast(given, scene, volume, {.skipping = Skipping::kOff, .sampling = sampling});
@@ -58,11 +58,11 @@ TEST_P(SkippingTest, ChangesNoBit) {
     const SeededCase given = seeded_case(seed);
     const Sampling sampling = seed % 2 == 0 ? Sampling::kGathering : Sampling::kTexture;
     double share = compare(given, given.scene, sampling);
-    // A threshold that the noise does not reach: more to pass over.
+    // A threshold above the noise: more empty space.
     Scene quiet = given.scene;
     quiet.detector.threshold = std::min(2 * quiet.detector.threshold, 250.0);
     share = std::min(share, compare(given, quiet, sampling));
-    // And what is transparent in a volume's colours.
+    // Transparent grey levels in volume mode are skipped, too.
     Scene composited = quiet;
     composited.mode = Mode::kVolume;
     share = std::min(share, compare(given, composited, sampling));
@@ -74,7 +74,7 @@ TEST_P(SkippingTest, ChangesNoBit) {
              GetParam() + kCasesInABatch - 1, sum / kCasesInABatch, least_share);
 }
 
-// Where a tile is wide, as seen from an eye, its rays reach farther between its corners than at them.
+// A tile that is wide as seen from the eye: its inner rays reach farther than those at its corners.
 TEST_P(SkippingTest, ChangesNoBitOfASmallPictureOfAWideView) {
   for (const std::uint32_t side : {16U, 48U}) {
     for (const int stride : {1, 2}) {

@@ -1,4 +1,5 @@
-// Pass 1 with a ray for 2 x 2 pixels: the bits of the ray that is cast, in all of its pixels, over seeded
+// SPDX-License-Identifier: Apache-2.0
+// Pass 1 with one ray for 2 x 2 pixels: all four pixels have the bits of the ray that is cast, for seeded
 // volumes, views and options.
 #include <fmt/format.h>
 
@@ -21,7 +22,8 @@ struct Cast {
 
 class StrideTest : public GpuTest, public testing::WithParamInterface<std::uint32_t> {
  protected:
-  /// Of the scene with that stride. The renderer has shown the other stride before, as it does on the way.
+  /// The picture of the scene with that stride. The renderer has shown the other stride before, as it does in
+  /// use.
   static Cast cast(const SeededCase& given, Scene scene, const Volume& volume, int stride,
                    const Casting& casting) {
     RenderCounters counters;
@@ -51,7 +53,7 @@ class StrideTest : public GpuTest, public testing::WithParamInterface<std::uint3
     return std::bit_cast<std::uint32_t>(rgba);
   }
 
-  /// The pixel that has the ray of this one; the first of four, of those in the viewport.
+  /// The pixel whose ray this pixel shows: the first of four in the viewport.
   static std::size_t source(const SeededCase& given, const Viewport& port, std::size_t pixel) {
     const std::uint32_t column =
         std::max(static_cast<std::uint32_t>(pixel % given.size.width) & ~1U, port.left);
@@ -104,7 +106,7 @@ TEST_P(StrideTest, ShowsTheVolumesColoursOfThoseRays) {
     const std::uint32_t from = mode == Mode::kSurfaceAndVolume ? port.width : 0;
     std::size_t others = 0;
     for (std::size_t pixel = 0; pixel < full.depths.cast_mm.size(); ++pixel) {
-      // Beside the surface, the volume's pixel shows the ray so many columns before it.
+      // In the half that shows the volume, a pixel shows the ray that lies this number of columns before it.
       if (pixel % given.size.width < from || pixel % given.size.width >= from + port.width) continue;
       const std::size_t of = source(given, port, pixel - from) + from;
       others += colour(coarse.picture, pixel) != colour(full.picture, of) ? 1U : 0U;

@@ -1,5 +1,6 @@
-// Each pass on the GPU against its CPU twin, over seeded volumes, views and options. A pass is given what the
-// GPU's own pass before it made, so that differences do not add up.
+// SPDX-License-Identifier: Apache-2.0
+// Compares each pass on the GPU with its CPU twin, for seeded volumes, views and options. The input of each
+// twin is the output of the GPU's previous pass, so that differences do not accumulate.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +18,7 @@ namespace {
 
 constexpr std::uint32_t kCasesInABatch = 10;
 
-/// What is compared, and the least share of it that must agree.
+/// A compared quantity, and the least fraction of values that must agree.
 struct Figure {
   std::string_view name;
   double least_in_a_batch;
@@ -53,10 +54,10 @@ struct Agreement {
 };
 using Agreements = std::array<Agreement, kFigures.size()>;
 
-/// What the GPU made of a case: of its second volume, where depths are carried over from the first.
+/// The GPU's results for a case: those of its second volume, where the temporal filter uses the first one.
 struct Rendered {
   DepthMaps depths;
-  std::vector<float> previous_mm;  // pass 1 of the first volume; empty where there is but one
+  std::vector<float> previous_mm;  // pass 1 of the first volume; empty where there is only one
   Picture raw;                     // without pass 3
   Picture finished;
 };
@@ -100,7 +101,7 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     raw.finish.smoothing = Smoothing::kNone;
     raw.finish.colours = ColourMap::kNone;
     RenderCounters counters;
-    // Where the processor renders too, both ways to sample are held to the twin.
+    // Both ways of sampling are compared, also where the processor renders.
     const Sampling sampling = given.seed % 2 == 0 ? Sampling::kTexture : Sampling::kGathering;
     const auto renderer =
         made_renderer(given.geometry, given.angles_rad, given.size, raw, counters, {.sampling = sampling});
@@ -127,7 +128,7 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     const Rendered gpu = render(given, volume, steady ? &before : nullptr);
 
     const TwinCast cast = twin_cast(given.scene, given.size, twin_prepare(given.scene.speckle, volume));
-    // Where pixels do not count by it there is none.
+    // There is none where the filter does not weigh by it.
     auto confidence = as_double(gpu.depths.confidence);
     confidence.resize(gpu.depths.cast_mm.size());
     const auto filtered_mm = twin_depth_filter(given.scene, given.size, as_double(gpu.depths.cast_mm),
@@ -167,7 +168,7 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
         agreements[kConfidence].count(apart <= std::max(0.02, 0.02 * cast.confidence[pixel]));
       }
     }
-    // Depths are compared where both have one.
+    // Depths are compared where both have a surface.
     EXPECT_TRUE(part.width == 0 || 20 * agreements[kDepth].compared > agreements[kHit].compared)
         << "too little of a surface to prove anything";
   }

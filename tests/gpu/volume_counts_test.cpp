@@ -1,4 +1,5 @@
-// What became of each volume: it had a picture, or was skipped, or was refused.
+// SPDX-License-Identifier: Apache-2.0
+// Each volume is counted once: as rendered, as skipped or as refused.
 #include <algorithm>
 
 #include "tests/support/gpu_rig.hpp"
@@ -65,7 +66,7 @@ TEST_F(VolumeCountsTest, SkipsWhatIsInFlightAtTheEnd) {
     ASSERT_TRUE(renderer_->advance());
     ASSERT_TRUE(renderer_->wait(1'000'000'000));
   }
-  load(2);  // while the first is being lit
+  load(2);  // while the first volume is being lit
   ASSERT_TRUE(renderer_->advance());
   EXPECT_EQ(counters_.volumes_rendered.value() + counters_.volumes_skipped.value(), 0U);
   renderer_.reset();

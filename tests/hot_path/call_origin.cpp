@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/hot_path/call_origin.hpp"
 
 #include <cxxabi.h>
@@ -14,37 +15,37 @@ namespace fanlight::test {
 
 namespace {
 
-/// Calls visit(return address) for the frame that `caller` lies in and each one around it, until it says
-/// false. The frames within, those of the hook, are passed over.
+/// Calls visit(return address) for the frame with return address `caller` and each outer frame, until it
+/// returns false. Inner frames, those of the hook, are skipped.
 template <typename Visit>
-void walk(const void* caller, Visit visit) {
-  struct Walk {
+void unwind(const void* caller, Visit visit) {
+  struct State {
     std::uintptr_t caller;
     Visit& visit;
     bool begun = false;
   } state{.caller = reinterpret_cast<std::uintptr_t>(caller), .visit = visit};
   _Unwind_Backtrace(
       [](_Unwind_Context* frame, void* context) {
-        auto& walk = *static_cast<Walk*>(context);
+        auto& unwind = *static_cast<State*>(context);
         const std::uintptr_t address = _Unwind_GetIP(frame);
-        walk.begun = walk.begun || address == walk.caller;
-        const bool go_on = address != 0 && (!walk.begun || walk.visit(address));
+        unwind.begun = unwind.begun || address == unwind.caller;
+        const bool go_on = address != 0 && (!unwind.begun || unwind.visit(address));
         return go_on ? _URC_NO_REASON : _URC_END_OF_STACK;
       },
       &state);
 }
 
-/// The call that an address returns to comes before it, and may be the last of its function.
+/// The call before a return address. The return address itself may lie behind the end of the function.
 void* call_before(std::uintptr_t address) {
   return reinterpret_cast<void*>(address - 1);
 }
 
 std::optional<Origin> origin_of_frame(std::uintptr_t address) {
-  // Not dladdr, which locks.
+  // Not dladdr(): it locks.
   dl_find_object object{};
   if (_dl_find_object(call_before(address), &object) != 0) return std::nullopt;
   const std::string_view path = object.dlfo_link_map->l_name;
-  if (path.empty()) return Origin::kOurs;  // as the dynamic linker calls the program itself
+  if (path.empty()) return Origin::kOurs;  // the dynamic linker's name of the program itself
   const std::string_view file = path.substr(path.rfind('/') + 1);
   for (const std::string_view driver : {"libvulkan", "libVkLayer", "libLLVM", "libnvidia", "libGLX_nvidia"}) {
     if (file.starts_with(driver)) return Origin::kDriver;
@@ -52,7 +53,7 @@ std::optional<Origin> origin_of_frame(std::uintptr_t address) {
   return std::nullopt;
 }
 
-std::string place(std::uintptr_t address) {
+std::string description(std::uintptr_t address) {
   Dl_info found{};
   if (dladdr(call_before(address), &found) == 0) return fmt::format("{:#x}", address);
   const std::string_view path = found.dli_fname;
@@ -70,7 +71,7 @@ std::string place(std::uintptr_t address) {
 
 Origin origin_of(const void* caller) {
   Origin origin = Origin::kOurs;
-  walk(caller, [&origin](std::uintptr_t address) {
+  unwind(caller, [&origin](std::uintptr_t address) {
     const std::optional<Origin> known = origin_of_frame(address);
     if (known) origin = *known;
     return !known;
@@ -79,12 +80,12 @@ Origin origin_of(const void* caller) {
 }
 
 std::vector<std::string> stack_from(const void* caller) {
-  std::vector<std::string> places;
-  walk(caller, [&places](std::uintptr_t address) {
-    places.push_back(place(address));
+  std::vector<std::string> descriptions;
+  unwind(caller, [&descriptions](std::uintptr_t address) {
+    descriptions.push_back(description(address));
     return true;
   });
-  return places;
+  return descriptions;
 }
 
 }  // namespace fanlight::test

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -6,19 +7,19 @@
 
 namespace fanlight::test {
 
-/// Whose call it is.
+/// The code that is responsible for a call.
 enum class Origin : std::uint8_t { kOurs, kDriver };
 
-/// Walks the stack outwards from the function that `caller`, a return address, lies in. A frame in this
-/// program makes the call ours, one in the graphics driver (the driver itself, the Vulkan loader, its layers,
-/// LLVM) makes it the driver's, whichever comes first. Frames of any other library belong to whoever called
-/// it, so that a std::string of ours is ours and one of LLVM's is not. A stack that ends without either is
-/// ours. A function that ends by jumping into the next one leaves no frame: a driver's that ends by jumping
-/// into free() is taken for ours, which errs towards the alarm. Neither allocates nor locks.
+/// Finds the origin of a call by unwinding the stack from the function that contains `caller`, a return
+/// address. The first frame in this program gives kOurs, the first frame in the graphics driver (the driver,
+/// the Vulkan loader, its layers, LLVM) gives kDriver. Frames of other libraries are skipped: a std::string
+/// belongs to the code that uses it. A stack without either gives kOurs. A tail call leaves no frame, so a
+/// driver function that ends with a tail call of free() is reported as kOurs: a false alarm, not a missed
+/// call. Does not allocate or lock.
 Origin origin_of(const void* caller);
 
-/// The same stack for a person, innermost first: functions' names where they are known, else the file and
-/// the offset that addr2line takes.
+/// The same stack as text, innermost frame first: the name of each function, if known, and the file and the
+/// offset for addr2line.
 std::vector<std::string> stack_from(const void* caller);
 
 }  // namespace fanlight::test

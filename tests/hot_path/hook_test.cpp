@@ -1,4 +1,5 @@
-// The hook itself: what it catches on a hot thread, and what it lets be.
+// SPDX-License-Identifier: Apache-2.0
+// Tests of the hook: the calls that it catches on a hot thread, and those that it permits.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -16,20 +17,21 @@
 #include <shared_mutex>
 #include <string>
 
-#include "proto/mailbox.hpp"
-#include "renderer/gpu_memory.hpp"
-#include "renderer/passes.hpp"
+#include "proto/exchange/mailbox.hpp"
+#include "renderer/parameters/cast_parameters.hpp"
+#include "renderer/passes/pipelines.hpp"
+#include "renderer/vulkan/gpu_memory.hpp"
 #include "tests/hot_path/hot_threads.hpp"
 #include "tests/hot_path/plain_gpu.hpp"
 
 namespace fanlight::test {
 
-// With a name that the linker keeps, unlike those in namespaces without one.
+// Has external linkage, so that its name appears in the stack.
 void make_a_long_text();
 
 namespace {
 
-/// Keeps the compiler from leaving an allocation out.
+/// Prevents the compiler from removing an allocation.
 void use(const void* memory) {
   asm volatile("" : : "r"(memory) : "memory");
 }
@@ -54,7 +56,7 @@ namespace {
 
 class HookTest : public testing::Test {
  protected:
-  // The driver has threads of its own, over which a test must not fork.
+  // The driver has threads, so a death test must not run in a plain fork.
   void SetUp() override { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
 
   static void expect_caught(const std::function<void()>& act, const std::string& call) {
@@ -113,12 +115,12 @@ TEST_F(HookDeathTest, CatchesLogLines) {
 TEST_F(HookDeathTest, CatchesWhatWeAskOfTheDriver) {
   const Gpu& gpu = plain_gpu();
   const auto take_memory = [&] {
-    (void)GpuBuffer::create(gpu, 64, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
+    (void)GpuBuffer::create(gpu, "test", 64, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kDevice);
   };
   expect_caught(take_memory, "vkAllocateMemory");
-  auto passes = Passes::create(gpu, Sampling::kGathering);
-  ASSERT_TRUE(passes);
-  expect_caught([&] { (void)(*passes)->cast({}, FrameKind::kCartesian, Skipping::kOn, 0); },
+  auto pipelines = Pipelines::create(gpu, {.sampling = Sampling::kGathering, .cache = {}});
+  ASSERT_TRUE(pipelines);
+  expect_caught([&] { (void)(*pipelines)->get(cast_keys({}, FrameKind::kCartesian, Skipping::kOn).cast); },
                 "vkCreateComputePipelines");
 }
 

@@ -1,11 +1,13 @@
-// What our code may ask of the GPU's driver only before its threads are hot: memory and pipelines. What the
-// driver allocates for that, or for any other call, is its own affair; that it was asked is ours.
+// SPDX-License-Identifier: Apache-2.0
+// Interposes the Vulkan calls that our code may make only before its threads are hot: allocations of GPU
+// memory and creation of pipelines. Allocations inside the driver are permitted; these calls themselves are
+// not.
 #include <vulkan/vulkan.h>
 
 #include "tests/hot_path/hot_threads.hpp"
 #include "tests/hot_path/next_function.hpp"
 
-using fanlight::test::look_at;
+using fanlight::test::check_call;
 using fanlight::test::NextFunction;
 
 namespace {
@@ -26,19 +28,19 @@ extern "C" {
 
 VkResult vkAllocateMemory(VkDevice device, const VkMemoryAllocateInfo* info,
                           const VkAllocationCallbacks* callbacks, VkDeviceMemory* memory) {
-  look_at("vkAllocateMemory", __builtin_return_address(0));
+  check_call("vkAllocateMemory", __builtin_return_address(0));
   return next_allocate(device, info, callbacks, memory);
 }
 
 void vkFreeMemory(VkDevice device, VkDeviceMemory memory, const VkAllocationCallbacks* callbacks) {
-  look_at("vkFreeMemory", __builtin_return_address(0));
+  check_call("vkFreeMemory", __builtin_return_address(0));
   next_free(device, memory, callbacks);
 }
 
 VkResult vkCreateComputePipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count,
                                   const VkComputePipelineCreateInfo* infos,
                                   const VkAllocationCallbacks* callbacks, VkPipeline* pipelines) {
-  look_at("vkCreateComputePipelines", __builtin_return_address(0));
+  check_call("vkCreateComputePipelines", __builtin_return_address(0));
   return next_pipelines(device, cache, count, infos, callbacks, pipelines);
 }
 

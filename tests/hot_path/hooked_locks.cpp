@@ -1,11 +1,12 @@
-// What waits for another thread, looked at first. The house's own bell (proto/doorbell.hpp) is none of these:
-// it reads and polls a descriptor.
+// SPDX-License-Identifier: Apache-2.0
+// Interposes the functions that wait for another thread. Doorbell (proto/exchange/doorbell.hpp) uses none of
+// them: it reads and polls a descriptor.
 #include <pthread.h>
 
 #include "tests/hot_path/hot_threads.hpp"
 #include "tests/hot_path/next_function.hpp"
 
-using fanlight::test::look_at;
+using fanlight::test::check_call;
 using fanlight::test::NextFunction;
 
 namespace {
@@ -26,7 +27,7 @@ constinit NextFunction<OnReadWrite> next_rdlock("pthread_rwlock_rdlock");
 constinit NextFunction<OnReadWrite> next_tryrdlock("pthread_rwlock_tryrdlock");
 constinit NextFunction<OnReadWrite> next_wrlock("pthread_rwlock_wrlock");
 constinit NextFunction<OnReadWrite> next_trywrlock("pthread_rwlock_trywrlock");
-// Without a version the older ones are found, which know another pthread_cond_t.
+// Without a version, the older functions with another pthread_cond_t are found.
 constinit NextFunction<OnCondition> next_wait("pthread_cond_wait", "GLIBC_2.3.2");
 constinit NextFunction<OnConditionUntil> next_timedwait("pthread_cond_timedwait", "GLIBC_2.3.2");
 constinit NextFunction<OnConditionUntilClock> next_clockwait("pthread_cond_clockwait");
@@ -36,58 +37,58 @@ constinit NextFunction<OnConditionUntilClock> next_clockwait("pthread_cond_clock
 extern "C" {
 
 int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
-  look_at("pthread_mutex_lock", __builtin_return_address(0));
+  check_call("pthread_mutex_lock", __builtin_return_address(0));
   return next_lock(mutex);
 }
 
 int pthread_mutex_trylock(pthread_mutex_t* mutex) noexcept {
-  look_at("pthread_mutex_trylock", __builtin_return_address(0));
+  check_call("pthread_mutex_trylock", __builtin_return_address(0));
   return next_trylock(mutex);
 }
 
 int pthread_mutex_timedlock(pthread_mutex_t* mutex, const timespec* until) noexcept {
-  look_at("pthread_mutex_timedlock", __builtin_return_address(0));
+  check_call("pthread_mutex_timedlock", __builtin_return_address(0));
   return next_timedlock(mutex, until);
 }
 
 int pthread_mutex_clocklock(pthread_mutex_t* mutex, clockid_t clock, const timespec* until) noexcept {
-  look_at("pthread_mutex_clocklock", __builtin_return_address(0));
+  check_call("pthread_mutex_clocklock", __builtin_return_address(0));
   return next_clocklock(mutex, clock, until);
 }
 
 int pthread_rwlock_rdlock(pthread_rwlock_t* lock) noexcept {
-  look_at("pthread_rwlock_rdlock", __builtin_return_address(0));
+  check_call("pthread_rwlock_rdlock", __builtin_return_address(0));
   return next_rdlock(lock);
 }
 
 int pthread_rwlock_tryrdlock(pthread_rwlock_t* lock) noexcept {
-  look_at("pthread_rwlock_tryrdlock", __builtin_return_address(0));
+  check_call("pthread_rwlock_tryrdlock", __builtin_return_address(0));
   return next_tryrdlock(lock);
 }
 
 int pthread_rwlock_wrlock(pthread_rwlock_t* lock) noexcept {
-  look_at("pthread_rwlock_wrlock", __builtin_return_address(0));
+  check_call("pthread_rwlock_wrlock", __builtin_return_address(0));
   return next_wrlock(lock);
 }
 
 int pthread_rwlock_trywrlock(pthread_rwlock_t* lock) noexcept {
-  look_at("pthread_rwlock_trywrlock", __builtin_return_address(0));
+  check_call("pthread_rwlock_trywrlock", __builtin_return_address(0));
   return next_trywrlock(lock);
 }
 
 int pthread_cond_wait(pthread_cond_t* condition, pthread_mutex_t* mutex) {
-  look_at("pthread_cond_wait", __builtin_return_address(0));
+  check_call("pthread_cond_wait", __builtin_return_address(0));
   return next_wait(condition, mutex);
 }
 
 int pthread_cond_timedwait(pthread_cond_t* condition, pthread_mutex_t* mutex, const timespec* until) {
-  look_at("pthread_cond_timedwait", __builtin_return_address(0));
+  check_call("pthread_cond_timedwait", __builtin_return_address(0));
   return next_timedwait(condition, mutex, until);
 }
 
 int pthread_cond_clockwait(pthread_cond_t* condition, pthread_mutex_t* mutex, clockid_t clock,
                            const timespec* until) {
-  look_at("pthread_cond_clockwait", __builtin_return_address(0));
+  check_call("pthread_cond_clockwait", __builtin_return_address(0));
   return next_clockwait(condition, mutex, clock, until);
 }
 

@@ -1,6 +1,7 @@
-// What a log line can go through, looked at first: the C library's streams, wherever they lead (std::cout and
-// the logging library end here too), and bare writes to stdout and stderr. A bell is rung by a write to a
-// descriptor of its own.
+// SPDX-License-Identifier: Apache-2.0
+// Interposes the functions that can output a log line: the streams of the C library, whatever their target
+// (std::cout and the logging library use them), and write() to stdout and stderr. Other descriptors are
+// permitted: a Doorbell is rung by a write.
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -10,7 +11,7 @@
 #include "tests/hot_path/hot_threads.hpp"
 #include "tests/hot_path/next_function.hpp"
 
-using fanlight::test::look_at;
+using fanlight::test::check_call;
 using fanlight::test::NextFunction;
 
 namespace {
@@ -34,52 +35,52 @@ bool standard(int descriptor) {
 extern "C" {
 
 ssize_t write(int descriptor, const void* bytes, std::size_t count) {
-  if (standard(descriptor)) look_at("write", __builtin_return_address(0));
+  if (standard(descriptor)) check_call("write", __builtin_return_address(0));
   return next_write(descriptor, bytes, count);
 }
 
 ssize_t writev(int descriptor, const iovec* parts, int count) {
-  if (standard(descriptor)) look_at("writev", __builtin_return_address(0));
+  if (standard(descriptor)) check_call("writev", __builtin_return_address(0));
   return next_writev(descriptor, parts, count);
 }
 
 std::size_t fwrite(const void* items, std::size_t bytes, std::size_t count, FILE* stream) {
-  look_at("fwrite", __builtin_return_address(0));
+  check_call("fwrite", __builtin_return_address(0));
   return next_fwrite(items, bytes, count, stream);
 }
 
 int fputs(const char* text, FILE* stream) {
-  look_at("fputs", __builtin_return_address(0));
+  check_call("fputs", __builtin_return_address(0));
   return next_fputs(text, stream);
 }
 
 int puts(const char* text) {
-  look_at("puts", __builtin_return_address(0));
+  check_call("puts", __builtin_return_address(0));
   return next_puts(text);
 }
 
 int fputc(int character, FILE* stream) {
-  look_at("fputc", __builtin_return_address(0));
+  check_call("fputc", __builtin_return_address(0));
   return next_fputc(character, stream);
 }
 
 int putc(int character, FILE* stream) {
-  look_at("putc", __builtin_return_address(0));
+  check_call("putc", __builtin_return_address(0));
   return next_putc(character, stream);
 }
 
 int putchar(int character) {
-  look_at("putchar", __builtin_return_address(0));
+  check_call("putchar", __builtin_return_address(0));
   return next_putchar(character);
 }
 
 int vfprintf(FILE* stream, const char* format, va_list values) {
-  look_at("vfprintf", __builtin_return_address(0));
+  check_call("vfprintf", __builtin_return_address(0));
   return next_vfprintf(stream, format, values);
 }
 
 int fprintf(FILE* stream, const char* format, ...) {
-  look_at("fprintf", __builtin_return_address(0));
+  check_call("fprintf", __builtin_return_address(0));
   va_list values;
   va_start(values, format);
   const int written = next_vfprintf(stream, format, values);
@@ -88,7 +89,7 @@ int fprintf(FILE* stream, const char* format, ...) {
 }
 
 int printf(const char* format, ...) {
-  look_at("printf", __builtin_return_address(0));
+  check_call("printf", __builtin_return_address(0));
   va_list values;
   va_start(values, format);
   const int written = next_vfprintf(stdout, format, values);

@@ -1,5 +1,6 @@
-// The two threads of the hot path at their work, hot from their first second on: where our code allocates,
-// locks or logs on one of them, the process aborts and says where.
+// SPDX-License-Identifier: Apache-2.0
+// Runs the acquisition and the render thread, hot from the end of their first second. If our code allocates,
+// locks or logs on one of them, the process aborts and prints the stack.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -8,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/pacer.hpp"
-#include "acquisition/phantom_source.hpp"
-#include "acquisition/replay_source.hpp"
-#include "proto/clock.hpp"
-#include "tests/hot_path/hot_house.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
+#include "acquisition/replay/replay_source.hpp"
+#include "acquisition/source/pacer.hpp"
+#include "proto/base/clock.hpp"
+#include "tests/hot_path/pipeline_fixture.hpp"
 #include "tests/support/igs_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -23,9 +24,9 @@ constexpr std::int64_t kColdNs = 1'000'000'000;
 constexpr std::uint64_t kVolumes = 200;
 constexpr std::uint64_t kPicturesOfAScene = 8;
 
-/// Scenes that run every shader between them. The first time that one is shown, its pipelines are built and
-/// pass 0 takes its memory. On the way from one to another the renderer shows the old view in the new light,
-/// so that each projection is here with each kind of shadow.
+/// Scenes that together run every shader. When one is shown for the first time, its pipelines are built and
+/// pass 0 allocates its memory. Between two scenes the renderer shows the old view in the new light, so each
+/// projection has to occur here with each kind of shadow.
 std::vector<Scene> tour(const Scene& first) {
   std::vector<Scene> scenes(4, first);
   scenes[1].camera.projection = Projection::kPerspective;
@@ -44,7 +45,7 @@ std::vector<Scene> tour(const Scene& first) {
   return scenes;
 }
 
-/// What a person moves all the time, moved for the n-th time.
+/// The scene after the n-th change of the fields that an operator changes often.
 Scene moved(Scene scene, std::uint64_t n) {
   scene.light.right_mm = -90 + static_cast<double>(n % 180);
   scene.light.ambient = 0.1 + 0.05 * static_cast<double>(n % 5);
@@ -58,47 +59,49 @@ Scene moved(Scene scene, std::uint64_t n) {
   return scene;
 }
 
-/// Shows a scene until both of the renderer's slots have had it: they take volumes by turns.
-void see(HotHouse& house, const Scene& scene) {
-  const std::uint64_t revision = house.show(scene);
-  const Picture* picture = &house.next_picture();
-  while (picture->stamp.scene_revision < revision) picture = &house.next_picture();
+/// Shows a scene until both slots of the renderer have rendered it. They take volumes alternately.
+void show_in_both_slots(PipelineFixture& fixture, const Scene& scene) {
+  const std::uint64_t revision = fixture.show(scene);
+  const Picture* picture = &fixture.next_picture();
+  while (picture->stamp.scene_revision < revision) picture = &fixture.next_picture();
   const std::uint64_t volume = picture->stamp.volume.volume_id;
-  while (picture->stamp.volume.volume_id == volume) picture = &house.next_picture();
+  while (picture->stamp.volume.volume_id == volume) picture = &fixture.next_picture();
 }
 
-/// The first second, or longer where a machine needs longer to build the pipelines.
-void warm_up(HotHouse& house, const std::vector<Scene>& scenes) {
-  for (const Scene& scene : scenes) see(house, scene);
-  while (now_ns() - house.started_ns() < kColdNs) house.next_picture();
+/// Takes the first second, or longer if the pipelines are built later.
+void warm_up(PipelineFixture& fixture, const std::vector<Scene>& scenes) {
+  for (const Scene& scene : scenes) show_in_both_slots(fixture, scene);
+  while (now_ns() - fixture.started_ns() < kColdNs) fixture.next_picture();
 }
 
 void expect_quiet_hot_path(FrameSource& source, RingPolicy policy) {
-  HotHouse house(source, policy);
-  const std::vector<Scene> scenes = tour(house.suggested());
-  warm_up(house, scenes);
-  house.make_hot();
+  PipelineFixture fixture(source, policy);
+  const std::vector<Scene> scenes = tour(fixture.suggested());
+  warm_up(fixture, scenes);
+  fixture.make_hot();
   const std::int64_t hot_since_ns = now_ns();
-  const std::uint64_t volumes_before = house.counters().volumes_rendered.value();
+  const std::uint64_t volumes_before = fixture.counters().volumes_rendered.value();
   const std::uint64_t driver_before = calls_within_driver();
   std::uint64_t pictures = 0;
-  while (house.counters().volumes_rendered.value() < volumes_before + kVolumes) {
-    house.next_picture();
+  while (fixture.counters().volumes_rendered.value() < volumes_before + kVolumes) {
+    fixture.next_picture();
     ++pictures;
-    house.show(moved(scenes[pictures / kPicturesOfAScene % scenes.size()], pictures));
+    fixture.show(moved(scenes[pictures / kPicturesOfAScene % scenes.size()], pictures));
   }
   EXPECT_GT(pictures, kPicturesOfAScene * scenes.size()) << "not every scene was shown";
   const std::uint64_t driver_calls = calls_within_driver() - driver_before;
-  EXPECT_GT(driver_calls, 0U) << "no driver does without: the hook did not see the render thread";
+  EXPECT_GT(driver_calls, 0U)
+      << "no driver does without: the hook did not show_in_both_slots the render thread";
   fmt::print("hot after {:.1f} s, for {:.1f} s: {} volumes, {} pictures, {} calls within the driver\n",
-             static_cast<double>(hot_since_ns - house.started_ns()) / 1e9,
+             static_cast<double>(hot_since_ns - fixture.started_ns()) / 1e9,
              static_cast<double>(now_ns() - hot_since_ns) / 1e9, kVolumes, pictures, driver_calls);
 }
 
 constexpr PhantomSource::Config kLive{
     .frame_rate_hz = 500, .frames_per_volume = 16, .columns = 64, .rows = 64};
 
-/// A source that allocates for each frame. Slow, so that it is caught before the renderer has a volume.
+/// A source that allocates for each frame. It is slow, so that the hook finds it before the renderer has a
+/// volume.
 class WastefulSource final : public FrameSource {
  public:
   const SourceDescription& description() const override { return probe_->description(); }
@@ -116,16 +119,17 @@ class WastefulSource final : public FrameSource {
           .value();
 };
 
-void run_hot_from_the_start(FrameSource& source, const Picture& blank) {
-  HotHouse house(source, RingPolicy::kNewestWins, blank);
-  house.make_hot();
-  for (;;) house.next_picture();
+/// Shows scenes whose pipelines and memory the renderer does not have yet.
+void run_hot_from_the_start(FrameSource& source) {
+  PipelineFixture fixture(source, RingPolicy::kNewestWins);
+  fixture.make_hot();
+  for (const Scene& scene : tour(fixture.suggested())) show_in_both_slots(fixture, scene);
 }
 
 TEST(HotPathDeathTest, IsWatchedOnTheAcquisitionThread) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   WastefulSource source;
-  EXPECT_DEATH(run_hot_from_the_start(source, HotHouse::blank_picture()),
+  EXPECT_DEATH(run_hot_from_the_start(source),
                "hot path: malloc on the hot thread [0-9]+ ..acquisition...*fanlight::AcquisitionThread");
 }
 
@@ -133,21 +137,20 @@ TEST(HotPathDeathTest, IsWatchedOnTheRenderThread) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   auto source = PhantomSource::create(kLive);
   ASSERT_TRUE(source) << source.error().message;
-  // Whatever else the first second takes, pictures without memory take theirs.
-  EXPECT_DEATH(run_hot_from_the_start(**source, {}), "hot path: .*fanlight::Render");
+  EXPECT_DEATH(run_hot_from_the_start(**source), "hot path: .*fanlight::Render");
 }
 
-// The first second is all that a start may take, also where no volume has come by then: what the first scene
-// needs must be there when the renderer has been made.
+// The start ends after the first second, also if no volume has arrived by then: everything that the first
+// scene needs must be allocated when the renderer is created.
 TEST(HotPathTest, IsQuietAfterTheFirstSecondOfASlowProbe) {
   auto source =
       PhantomSource::create({.frame_rate_hz = 12, .frames_per_volume = 16, .columns = 64, .rows = 64});
   ASSERT_TRUE(source) << source.error().message;
-  HotHouse house(**source, RingPolicy::kNewestWins);
-  Pacer().wait_until(house.started_ns() + kColdNs, {});
-  house.make_hot();
-  // The third is the first one's slot again.
-  while (house.next_picture().stamp.volume.volume_id < 3) {
+  PipelineFixture fixture(**source, RingPolicy::kNewestWins);
+  Pacer().wait_until(fixture.started_ns() + kColdNs, {});
+  fixture.make_hot();
+  // The third volume uses the slot of the first one again.
+  while (fixture.next_picture().stamp.volume.volume_id < 3) {
   }
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/hot_path/hot_threads.hpp"
 
 #include <fmt/format.h>
@@ -10,18 +11,18 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "proto/counter.hpp"
+#include "proto/base/counter.hpp"
 #include "tests/hot_path/call_origin.hpp"
 
 namespace fanlight::test {
 
 namespace {
 
-// Interposed functions are called before any constructor has run, so all of this is there from the start.
-constinit std::array<std::atomic<pid_t>, 4> hot_threads{};  // 0: free
+// Interposed functions are called before any constructor has run, so all of this is initialised statically.
+constinit std::array<std::atomic<pid_t>, 4> hot_threads{};  // 0: free entry
 constinit std::atomic<int> hot_count{0};
 constinit Counter driver_calls;
-constinit thread_local bool looking = false;  // what the hook itself does is nobody's hot path
+constinit thread_local bool checking = false;  // inside the hook: its own calls are not checked
 
 bool is_hot(pid_t thread) {
   return std::ranges::any_of(hot_threads, [thread](const auto& hot) { return hot.load() == thread; });
@@ -32,7 +33,7 @@ bool is_hot(pid_t thread) {
   pthread_getname_np(pthread_self(), name.data(), name.size());
   fmt::print(stderr, "hot path: {} on the hot thread {} (\"{}\"), called from\n", call, gettid(),
              name.data());
-  for (const std::string& place : stack_from(caller)) fmt::print(stderr, "  {}\n", place);
+  for (const std::string& frame : stack_from(caller)) fmt::print(stderr, "  {}\n", frame);
   std::fflush(stderr);
   std::abort();
 }
@@ -40,20 +41,20 @@ bool is_hot(pid_t thread) {
 }  // namespace
 
 HotThread::HotThread(pid_t thread) : thread_(thread) {
-  for (auto& place : hot_threads) {
+  for (auto& entry : hot_threads) {
     pid_t free = 0;
-    if (!place.compare_exchange_strong(free, thread)) continue;
+    if (!entry.compare_exchange_strong(free, thread)) continue;
     ++hot_count;
     return;
   }
-  std::abort();  // a test that wants more of them
+  std::abort();  // more hot threads than entries
 }
 
 HotThread::~HotThread() {
   --hot_count;
-  for (auto& place : hot_threads) {
+  for (auto& entry : hot_threads) {
     pid_t mine = thread_;
-    if (place.compare_exchange_strong(mine, 0)) return;
+    if (entry.compare_exchange_strong(mine, 0)) return;
   }
 }
 
@@ -61,12 +62,12 @@ std::uint64_t calls_within_driver() {
   return driver_calls.value();
 }
 
-void look_at(const char* call, const void* caller) {
-  if (hot_count.load(std::memory_order_relaxed) == 0 || looking || !is_hot(gettid())) return;
-  looking = true;
+void check_call(const char* call, const void* caller) {
+  if (hot_count.load(std::memory_order_relaxed) == 0 || checking || !is_hot(gettid())) return;
+  checking = true;
   if (origin_of(caller) == Origin::kOurs) report(call, caller);
   driver_calls.add();
-  looking = false;
+  checking = false;
 }
 
 }  // namespace fanlight::test

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/types.h>
@@ -6,9 +7,9 @@
 
 namespace fanlight::test {
 
-/// While it lives, the thread of that id (gettid) is hot: where our code allocates, locks or logs on it, the
-/// process says which call it was and from where, and aborts. Any thread may make it hot, or cold again; a
-/// few can be hot at once.
+/// Makes a thread hot while the object exists. `thread`: its id (gettid). If our code allocates, locks or
+/// logs on a hot thread, the process prints the call and its stack, and aborts. Any thread may create and
+/// destroy it. At most four threads are hot at the same time; one more aborts.
 class HotThread {
  public:
   explicit HotThread(pid_t thread);
@@ -20,12 +21,12 @@ class HotThread {
   pid_t thread_;
 };
 
-/// How often hot threads allocated, locked or wrote within the graphics driver so far, which is let be: see
-/// origin_of().
+/// Number of allocations, locks and writes of hot threads inside the graphics driver so far. They are
+/// permitted (origin_of()).
 std::uint64_t calls_within_driver();
 
-/// What every interposed function calls before it does its work, with its name and its return address.
-/// Nothing on a cold thread.
-void look_at(const char* call, const void* caller);
+/// Every interposed function calls this first, with its name and its return address. Does nothing on a cold
+/// thread.
+void check_call(const char* call, const void* caller);
 
 }  // namespace fanlight::test

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <dlfcn.h>
@@ -6,12 +7,12 @@
 
 namespace fanlight::test {
 
-/// The library's function that one of this program stands before. Found at its first call, which may come
-/// before any constructor has run.
+/// The library function behind an interposed function. Looked up at the first call, which may come before any
+/// constructor has run.
 template <typename Function>
 class NextFunction {
  public:
-  /// `version`: of the symbol, for processors where an older one has the same name.
+  /// `version`: of the symbol, for processors with an older version of the same name.
   constexpr explicit NextFunction(const char* name, const char* version = nullptr)
       : name_(name), version_(version) {}
 

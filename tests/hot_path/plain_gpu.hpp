@@ -1,13 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 #include <stdexcept>
 
-#include "renderer/gpu.hpp"
+#include "renderer/vulkan/gpu.hpp"
 
 namespace fanlight::test {
 
-/// The GPU as it is used for real, without validation layers. Made at the first call, one for the process.
+/// The GPU as in production, without validation layers. One for the process, created at the first call.
+/// Throws std::runtime_error without a GPU.
 inline const Gpu& plain_gpu() {
   struct Rig {
     std::unique_ptr<GpuInstance> instance;

@@ -1,8 +1,9 @@
-// What a display waits for, beyond the time of the passes themselves, from a real server and renderer:
-//   latency_figures PORT    of a `fanlight serve` on this machine, which nobody else uses
-// A moved light and a moved threshold, until the first picture that shows them has been read; and each
-// volume, from its last frame until its picture has been read. Then the volumes again, with a private light
-// beside. Reading comes after the last byte has left the server, so that each figure is at most too large.
+// SPDX-License-Identifier: Apache-2.0
+// The latency that a display sees beyond the time of the passes, with a real server and renderer:
+//   latency_figures PORT    of a `fanlight serve` on this machine without other clients
+// Measures a moved light and a moved threshold until the first picture that shows them was read, and each
+// volume from its last frame until its picture was read. Then the volumes again while a private light is
+// open. A picture is read after its last byte has left the server, so each figure is an upper bound.
 #include <algorithm>
 #include <charconv>
 #include <chrono>
@@ -11,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "proto/clock.hpp"
-#include "tests/support/stream_client.hpp"
+#include "proto/base/clock.hpp"
+#include "tests/support/test_display.hpp"
 
 namespace fanlight::test {
 namespace {
@@ -32,7 +33,7 @@ class Times {
   std::vector<double> ms_;
 };
 
-/// What the stages of a picture took.
+/// The sum of the stages of a picture.
 double stages_ms(const v1::Picture& picture, bool passes_2_and_3_alone) {
   double sum_ms = 0;
   for (const v1::StageTime& stage : picture.stages()) {
@@ -46,18 +47,18 @@ double since_ms(std::int64_t then_ns) {
   return static_cast<double>(now_ns() - then_ns) / 1e6;
 }
 
-/// `beyond`: of each wait, what the picture's own passes did not take.
+/// `beyond`: the part of each wait that is not the passes of the picture.
 void print(const char* what, Times& waits, Times& beyond) {
   std::printf("%-29s %4zu   wait p50 %6.1f p99 %6.1f ms   beyond its passes p50 %6.1f p99 %6.1f ms\n", what,
               waits.count(), waits.at(0.5), waits.at(0.99), beyond.at(0.5), beyond.at(0.99));
   std::fflush(stdout);
 }
 
-/// `change(number)` is made over and over, and the first picture that shows it waited for.
+/// Applies `change(number)` repeatedly, and waits each time for the first picture that shows it.
 template <typename Change>
-void measure_changes(StreamClient& client, const char* what, bool light_alone, Change change) {
+void measure_changes(TestDisplay& client, const char* what, bool light_alone, Change change) {
   constexpr int kChanges = 150;
-  // No multiple of a volume's time, so that the changes fall anywhere in it.
+  // Not a multiple of the time of a volume, so that the changes are spread over it.
   constexpr auto kPause = std::chrono::milliseconds(37);
   Times waits;
   Times beyond;
@@ -84,14 +85,14 @@ void measure_changes(StreamClient& client, const char* what, bool light_alone, C
   print(what, waits, beyond);
 }
 
-void measure_volumes(StreamClient& client, const char* what) {
+void measure_volumes(TestDisplay& client, const char* what) {
   constexpr int kVolumes = 80;
   Times waits;
   Times beyond;
   Times sent;
   for (std::uint64_t last = 0; waits.count() < kVolumes;) {
     const v1::Picture picture = client.next(Body::kPicture).picture();
-    // The first one may have waited for this measurement to begin.
+    // The first one may have been waiting since before the measurement began.
     if (picture.volume_id() != last && last != 0) {
       const double wait_ms = since_ms(picture.capture_time_ns());
       waits.add(wait_ms);
@@ -107,7 +108,7 @@ void measure_volumes(StreamClient& client, const char* what) {
 
 void measure(std::uint16_t port) {
   const boost::asio::ip::tcp::endpoint server(boost::asio::ip::make_address("127.0.0.1"), port);
-  StreamClient client(server);
+  TestDisplay client(server);
   client.next(Body::kPicture);
   measure_volumes(client, "volume to picture");
   measure_changes(client, "light to picture", true, [](v1::Scene& scene, int number) {
@@ -116,7 +117,7 @@ void measure(std::uint16_t port) {
   measure_changes(client, "threshold to picture", false, [](v1::Scene& scene, int number) {
     scene.mutable_detector()->set_threshold(number % 2 == 0 ? 22 : 20);
   });
-  StreamClient beside(server);
+  TestDisplay beside(server);
   v1::ClientMessage own;
   own.mutable_view()->mutable_scene()->mutable_light()->set_right_mm(70);
   beside.send(own);

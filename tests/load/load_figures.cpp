@@ -1,6 +1,7 @@
-// What displays cost the server, and one another. The server runs here with pictures of a made surface in
-// place of a renderer's, 10 a second, 512 x 512; the displays are processes of their own. Prints a table;
-// --small is brief, for ctest, and only its counts decide.
+// SPDX-License-Identifier: Apache-2.0
+// The cost of displays for the server and for each other. The server runs in this process with 10 synthetic
+// pictures a second of 512 x 512 instead of a renderer. The displays are separate processes. Prints a table.
+// --small is a short run for ctest, which checks counts only.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <pthread.h>
@@ -18,15 +19,15 @@
 #include <thread>
 #include <vector>
 
-#include "proto/clock.hpp"
-#include "tests/support/fake_house.hpp"
+#include "proto/base/clock.hpp"
+#include "tests/support/server_fixture.hpp"
 
 namespace fanlight::test {
 namespace {
 
 using nlohmann::json;
 
-/// A process that writes to that descriptor.
+/// A process whose output goes to this descriptor.
 pid_t spawned(std::vector<std::string> command, int out) {
   const pid_t pid = fork();
   if (pid != 0) return pid;
@@ -38,13 +39,13 @@ pid_t spawned(std::vector<std::string> command, int out) {
   _exit(127);
 }
 
-/// A process of viewers, ended by its id.
+/// A process of viewers. It is ended by its process id.
 class Viewers {
  public:
-  Viewers(const std::string& program, const FakeHouse& house, std::vector<std::string> options) {
+  Viewers(const std::string& program, const ServerFixture& fixture, std::vector<std::string> options) {
     std::array<int, 2> pipe_ends{};
     if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
-    options.insert(options.begin(), {program, "--port", std::to_string(house.endpoint().port())});
+    options.insert(options.begin(), {program, "--port", std::to_string(fixture.endpoint().port())});
     pid_ = spawned(options, pipe_ends[1]);
     close(pipe_ends[1]);
     out_ = fdopen(pipe_ends[0], "r");
@@ -57,7 +58,7 @@ class Viewers {
   }
   void stop() const { kill(pid_, SIGSTOP); }
 
-  /// What they saw, once their time is over.
+  /// Their results, after their time is over.
   json report() { return json::parse(line()); }
 
  private:
@@ -72,15 +73,15 @@ class Viewers {
   std::FILE* out_ = nullptr;
 };
 
-/// Shows ten pictures a second while it lives.
+/// Shows ten pictures a second until it is destroyed.
 class Show {
  public:
-  explicit Show(FakeHouse& house)
-      : thread_([&house](const std::stop_token& stop) {
+  explicit Show(ServerFixture& fixture)
+      : thread_([&fixture](const std::stop_token& stop) {
           std::uint64_t id = 0;
           auto due = std::chrono::steady_clock::now();
           while (!stop.stop_requested()) {
-            house.show_surface(++id);
+            fixture.show_surface(++id);
             std::this_thread::sleep_until(due += std::chrono::milliseconds(100));
           }
         }) {}
@@ -108,25 +109,25 @@ void require(bool holds, const char* what) {
   failed |= !holds;
 }
 
-/// The server thread's share of a core while the viewers look on, percent, and what they saw.
-std::pair<double, json> watched(const Options& options, FakeHouse& house, int count, double seconds) {
-  Viewers viewers(options.program, house,
+/// CPU use of the server thread in percent of a core while the viewers watch, and the results of the viewers.
+std::pair<double, json> watched(const Options& options, ServerFixture& fixture, int count, double seconds) {
+  Viewers viewers(options.program, fixture,
                   {"--viewers", std::to_string(count), "--seconds", std::to_string(seconds)});
-  const double before_s = house.server_processor_s();
+  const double before_s = fixture.server_processor_s();
   const std::int64_t from_ns = now_ns();
   json report = viewers.report();
   const double share =
-      100 * (house.server_processor_s() - before_s) * 1e9 / static_cast<double>(now_ns() - from_ns);
+      100 * (fixture.server_processor_s() - before_s) * 1e9 / static_cast<double>(now_ns() - from_ns);
   require(report["accounts_exact"], "offered = sent + skipped + unsent, for each session");
   require(report["lost"] == 0, "no viewer is lost");
   return {share, report};
 }
 
-void many_viewers(const Options& options, FakeHouse& house) {
+void many_viewers(const Options& options, ServerFixture& fixture) {
   const int many = options.small ? 10 : 50;
   const double seconds = options.small ? 3 : 20;
-  const auto [alone, one] = watched(options, house, 1, seconds);
-  const auto [crowded, all] = watched(options, house, many + 1, seconds);
+  const auto [alone, one] = watched(options, fixture, 1, seconds);
+  const auto [crowded, all] = watched(options, fixture, many + 1, seconds);
   fmt::print(
       "{} viewers more: {:.3f} % of a core each (1: {:.2f} %, all: {:.2f} %); the slowest saw {:.2f} a "
       "second; age p50 "
@@ -136,29 +137,29 @@ void many_viewers(const Options& options, FakeHouse& house) {
       one["age_p99_ms"].get<double>());
 }
 
-void one_stopped(const Options& options, FakeHouse& house) {
+void one_stopped(const Options& options, ServerFixture& fixture) {
   const double seconds = options.small ? 9 : 65;
-  const auto before = watched(options, house, 10, options.small ? 3 : 20).second;
-  const std::uint64_t stalled = house.counters().sessions_stalled.value();
-  const Viewers bad(options.program, house, {"--viewers", "1", "--seconds", "1000"});
+  const auto before = watched(options, fixture, 10, options.small ? 3 : 20).second;
+  const std::uint64_t stalled = fixture.counters().sessions_stalled.value();
+  const Viewers bad(options.program, fixture, {"--viewers", "1", "--seconds", "1000"});
   bad.stop();
-  const auto after = watched(options, house, 10, seconds).second;
+  const auto after = watched(options, fixture, 10, seconds).second;
   fmt::print("one viewer stopped for {:.0f} s: the others' p99 age {:.1f} ms, {:.1f} before; {} dropped\n",
              seconds, after["age_p99_ms"].get<double>(), before["age_p99_ms"].get<double>(),
-             house.counters().sessions_stalled.value() - stalled);
-  // What it was sent before its buffers were full takes its time: small pictures may fit for a while.
+             fixture.counters().sessions_stalled.value() - stalled);
+  // It takes a while until its buffers are full, because small pictures fit.
   if (!options.small)
-    require(house.counters().sessions_stalled.value() == stalled + 1, "the stopped viewer is dropped");
+    require(fixture.counters().sessions_stalled.value() == stalled + 1, "the stopped viewer is dropped");
 }
 
-void idle_sockets(const Options& options, FakeHouse& house) {
+void idle_sockets(const Options& options, ServerFixture& fixture) {
   const int idle = options.small ? 100 : 1000;
   const double seconds = options.small ? 3 : 30;
-  const auto before = watched(options, house, 10, options.small ? 3 : 20).second;
+  const auto before = watched(options, fixture, 10, options.small ? 3 : 20).second;
   const double before_mb = resident_mb();
-  Viewers bad(options.program, house,
+  Viewers bad(options.program, fixture,
               {"--viewers", "0", "--idle", std::to_string(idle), "--seconds", std::to_string(seconds + 2)});
-  const auto after = watched(options, house, 10, seconds).second;
+  const auto after = watched(options, fixture, 10, seconds).second;
   const double after_mb = resident_mb();
   fmt::print(
       "{} idle sockets: the viewers' p99 age {:.1f} ms, {:.1f} before; memory {:.1f} MB, {:.1f} before; {} "
@@ -167,22 +168,22 @@ void idle_sockets(const Options& options, FakeHouse& house) {
       bad.report()["idle_opened"].get<int>());
 }
 
-/// slowhttptest's slow headers, slow bodies and slow reads, a thousand connections each.
-void slow_attacks(const Options& options, FakeHouse& house) {
+/// Slow headers, slow bodies and slow reads of slowhttptest, with a thousand connections each.
+void slow_attacks(const Options& options, ServerFixture& fixture) {
   const char* const kProgram = "/usr/bin/slowhttptest";
   if (options.small) return;
   if (access(kProgram, X_OK) != 0) {
     fmt::print("slowhttptest is not installed, and so not run\n");
     return;
   }
-  const auto before = watched(options, house, 10, 20).second;
+  const auto before = watched(options, fixture, 10, 20).second;
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-  const std::string url = fmt::format("http://127.0.0.1:{}/", house.endpoint().port());
+  const std::string url = fmt::format("http://127.0.0.1:{}/", fixture.endpoint().port());
   for (const char* const kind : {"-H", "-B", "-X"}) {
     const double before_mb = resident_mb();
     const pid_t attack =
         spawned({kProgram, kind, "-c", "1000", "-r", "200", "-l", "25", "-i", "2", "-u", url}, nowhere);
-    const auto meanwhile = watched(options, house, 10, 20).second;
+    const auto meanwhile = watched(options, fixture, 10, 20).second;
     const double most_mb = resident_mb();
     kill(attack, SIGKILL);
     waitpid(attack, nullptr, 0);
@@ -199,13 +200,13 @@ int run(int argc, char** argv) {
   program.add_option("--viewers-program", options.program)->required();
   program.add_flag("--small", options.small);
   CLI11_PARSE(program, argc, argv);
-  FakeHouse house(StreamServer::Config{});
-  const Show show(house);
-  many_viewers(options, house);
-  one_stopped(options, house);
-  idle_sockets(options, house);
-  slow_attacks(options, house);
-  const ServerCounters& counts = house.counters();
+  ServerFixture fixture(StreamServer::Config{});
+  const Show show(fixture);
+  many_viewers(options, fixture);
+  one_stopped(options, fixture);
+  idle_sockets(options, fixture);
+  slow_attacks(options, fixture);
+  const ServerCounters& counts = fixture.counters();
   const std::uint64_t done = counts.pictures_sent.value() + counts.pictures_skipped.value();
   fmt::print("{} pictures offered, {} sent, {} skipped\n", counts.pictures_offered.value(),
              counts.pictures_sent.value(), counts.pictures_skipped.value());

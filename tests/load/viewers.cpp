@@ -1,6 +1,8 @@
-// Many displays in one process, which take all they are sent and remember how old it was:
+// SPDX-License-Identifier: Apache-2.0
+// Many displays in one process. They read all pictures and record their age:
 //   viewers --port 8080 --viewers 50 --seconds 10
-// At the end a line of JSON. --idle: as many connections that say nothing instead, opened again when closed.
+// Prints a line of JSON at the end. --idle: the same number of silent connections instead, reopened when
+// closed.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
@@ -14,7 +16,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "proto/fanlight.pb.h"
 
 namespace fanlight::test {
@@ -73,7 +75,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   bool lost_ = false;
 };
 
-/// Connections that say nothing; closed ones are opened again.
+/// Silent connections. Closed ones are reopened.
 class Idlers {
  public:
   Idlers(asio::io_context& loop, tcp::endpoint server, int count) : loop_(loop), server_(std::move(server)) {
@@ -130,7 +132,7 @@ int run(int argc, char** argv) {
     ages_ms.insert(ages_ms.end(), viewer->ages_ms().begin(), viewer->ages_ms().end());
     fewest = std::min(fewest, viewer->pictures());
     lost += viewer->lost() ? 1 : 0;
-    // At most one waits and one is under way.
+    // At most one picture waits and one is being sent.
     const v1::Statistics& counts = viewer->statistics();
     const std::uint64_t done = counts.pictures_sent() + counts.pictures_skipped();
     exact &= counts.pictures_offered() >= done && counts.pictures_offered() <= done + 2;

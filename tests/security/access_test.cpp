@@ -1,10 +1,11 @@
-// Tokens: made, written, judged, taken back; and the patience that a wrong one costs.
+// SPDX-License-Identifier: Apache-2.0
+// Tokens: creation, file, authentication, revocation, and the back-off after a wrong one.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <fstream>
 
-#include "server/access_desk.hpp"
+#include "server/access/authenticator.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace fanlight::test {
@@ -95,6 +96,55 @@ TEST(Credentials, AreTakenBackOneByOne) {
   EXPECT_EQ(remove_token(file, first.entry.id).error().code, ErrorCode::kNotFound);
 }
 
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A [[token]] table as a person may write it.
+std::string handwritten_token(const std::string& id) {
+  return "[[ token ]]  # of the ward\n  id=\"" + id +
+         "\"\n  name = \"\"\"\\\n    a\"\"\"\n  role='viewer'\nsha256=\"" + hex(sha256("x")) + "\"\n";
+}
+
+TEST(Credentials, AreTakenBackWhereAPersonWroteThem) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "t") << handwritten_token("11112222") << handwritten_token("33334444")
+                              << handwritten_token("11112222");
+  ASSERT_EQ(Credentials::load(folder / "t").value().tokens().size(), 3U);
+  const auto removed = remove_token(folder / "t", "11112222");
+  ASSERT_TRUE(removed) << removed.error().message;
+  EXPECT_EQ(text_of(folder / "t"), handwritten_token("33334444"));
+}
+
+TEST(Credentials, LeaveEverythingElseInTheFileWhenOneIsTakenBack) {
+  const TemporaryFolder folder;
+  const NewToken made = make_token("a", Role::kViewer, std::nullopt);
+  const std::string before =
+      "# tokens of the ward\n\n" + handwritten_token("11112222") + "\n# the next one\n\n";
+  const std::string after =
+      "  # the last one\r\n[[certificate]]\nname = \"c\"\nrole = \"admin\"\nsha256 = \"" + hex(sha256("x")) +
+      "\"  # no line end";
+  std::ofstream(folder / "t") << before;
+  ASSERT_TRUE(append_token(folder / "t", made.entry));
+  std::ofstream(folder / "t", std::ios::app) << after;
+  const auto removed = remove_token(folder / "t", made.entry.id);
+  ASSERT_TRUE(removed) << removed.error().message;
+  EXPECT_EQ(text_of(folder / "t"), before + after);
+}
+
+TEST(Credentials, AreNotTakenBackWhereSomethingElseWouldBeLost) {
+  const TemporaryFolder folder;
+  const auto entry = [](const std::string& id) {
+    return "{id='" + id + "', name='a', role='viewer', sha256='" + hex(sha256("x")) + "'}";
+  };
+  const std::string one_line = "token = [" + entry("11112222") + ", " + entry("33334444") + "]\n";
+  std::ofstream(folder / "t") << one_line;
+  ASSERT_EQ(Credentials::load(folder / "t").value().tokens().size(), 2U);
+  EXPECT_EQ(remove_token(folder / "t", "11112222").error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(text_of(folder / "t"), one_line);
+}
+
 TEST(Credentials, SayWhatIsWrongWithTheirFile) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& text) {
@@ -119,10 +169,16 @@ TEST(Credentials, SayWhatIsWrongWithTheirFile) {
   chmod((folder / "t").c_str(), 0666);
   EXPECT_NE(refused("").find("others"), std::string::npos);
   EXPECT_EQ(Credentials::load(folder / "none").error().code, ErrorCode::kNotFound);
+  // A folder opens and cannot be read, also by root.
+  std::filesystem::create_directory(folder / "directory");
+  const auto unreadable = Credentials::load(folder / "directory");
+  ASSERT_FALSE(unreadable) << "a file that cannot be read is no empty one";
+  EXPECT_NE(unreadable.error().message.find("cannot be read"), std::string::npos);
+  EXPECT_FALSE(remove_token(folder / "directory", "12345678"));
 }
 
-TEST(LoginGuard, MakesGuessingSlow) {
-  LoginGuard guard;
+TEST(LoginBackoff, MakesGuessingSlow) {
+  LoginBackoff guard;
   std::int64_t now_ms = 5'000'000;
   EXPECT_EQ(guard.wait_ms("a", now_ms), 0);
   std::int64_t waited_ms = 0;
@@ -138,8 +194,8 @@ TEST(LoginGuard, MakesGuessingSlow) {
   EXPECT_EQ(guard.wait_ms("b", now_ms), 0) << "one address, not all";
 }
 
-TEST(LoginGuard, ForgetsAndStaysSmall) {
-  LoginGuard guard;
+TEST(LoginBackoff, ForgetsAndStaysSmall) {
+  LoginBackoff guard;
   guard.failed("a", 0);
   guard.failed("a", 1000);
   guard.failed("a", 1'000'000);
@@ -150,18 +206,18 @@ TEST(LoginGuard, ForgetsAndStaysSmall) {
   EXPECT_GT(guard.wait_ms("99999", 2'099'999), 0);
 }
 
-TEST(AccessDesk, ReadsItsFileAgain) {
+TEST(Authenticator, ReadsItsFileAgain) {
   const TemporaryFolder folder;
   const auto file = folder / "t";
   const NewToken made = make_token("a", Role::kViewer, std::nullopt);
   ASSERT_TRUE(append_token(file, made.entry));
   AuditLog none;
-  AccessDesk desk = AccessDesk::create(file).value();
-  desk.audit_to(none);
-  const auto visitor = desk.by_token(made.text, "10.0.0.1:5");
-  ASSERT_TRUE(visitor);
+  Authenticator authenticator = Authenticator::create(file).value();
+  authenticator.audit_to(none);
+  const auto principal = authenticator.by_token(made.text, "10.0.0.1:5");
+  ASSERT_TRUE(principal);
   std::string trouble;
-  EXPECT_FALSE(desk.reload(trouble));
+  EXPECT_FALSE(authenticator.reload(trouble));
   int age = 0;
   const auto touch = [&] {
     std::filesystem::last_write_time(
@@ -169,16 +225,16 @@ TEST(AccessDesk, ReadsItsFileAgain) {
   };
   std::ofstream(file, std::ios::app) << "[[token]]\n";
   touch();
-  EXPECT_TRUE(desk.reload(trouble));
+  EXPECT_TRUE(authenticator.reload(trouble));
   EXPECT_NE(trouble, "");
-  EXPECT_TRUE(desk.may_stay(*visitor)) << "what cannot be read changes nothing";
+  EXPECT_TRUE(authenticator.may_stay(*principal)) << "what cannot be read changes nothing";
   std::ofstream(file) << "";
   touch();
-  EXPECT_TRUE(desk.reload(trouble));
+  EXPECT_TRUE(authenticator.reload(trouble));
   EXPECT_EQ(trouble, "");
-  EXPECT_FALSE(desk.may_stay(*visitor));
-  EXPECT_FALSE(desk.by_token(made.text, "10.0.0.1:5"));
-  EXPECT_EQ(desk.by_token(made.text, "10.0.0.1:6").error().code, ErrorCode::kUnavailable)
+  EXPECT_FALSE(authenticator.may_stay(*principal));
+  EXPECT_FALSE(authenticator.by_token(made.text, "10.0.0.1:5"));
+  EXPECT_EQ(authenticator.by_token(made.text, "10.0.0.1:6").error().code, ErrorCode::kUnavailable)
       << "too soon, from any port";
 }
 

@@ -1,17 +1,18 @@
-// The audit log: every line follows from the one before it, and what does not shows.
+// SPDX-License-Identifier: Apache-2.0
+// The audit log: each line has the hash of the one before it, and every other line is detected.
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "server/audit_log.hpp"
+#include "server/access/audit_log.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace fanlight::test {
 namespace {
 
-const Visitor kSomebody{
+const Principal kSomebody{
     .role = Role::kOperator, .name = "theatre 3", .proof = "3f9a0c21", .address = "10.0.0.1:5"};
 
 std::vector<std::string> lines_of(const std::filesystem::path& path) {

@@ -1,5 +1,6 @@
-// 100 000 messages that are nearly right, storms of connections, and connections that are left half open: the
-// server goes on serving, and counts what it refused.
+// SPDX-License-Identifier: Apache-2.0
+// 100 000 mutated messages, many connections at once, and half-open connections: the server continues to
+// serve, and counts what it refused.
 #include <gtest/gtest.h>
 
 #include <boost/asio/io_context.hpp>
@@ -8,8 +9,8 @@
 #include <memory>
 #include <vector>
 
-#include "tests/support/fake_house.hpp"
-#include "tests/support/stream_client.hpp"
+#include "tests/support/server_fixture.hpp"
+#include "tests/support/test_display.hpp"
 
 namespace fanlight::test {
 namespace {
@@ -18,7 +19,7 @@ namespace asio = boost::asio;
 namespace websocket = boost::beast::websocket;
 using Body = v1::ServerMessage;
 
-/// Numerical Recipes' quick generator: the same messages in every run.
+/// The quick generator of Numerical Recipes: the same messages in every run.
 class Dice {
  public:
   explicit Dice(std::uint32_t seed) : state_(seed) {}
@@ -68,8 +69,8 @@ std::string mutated(std::string bytes, Dice& dice) {
   return bytes;
 }
 
-/// A display that sends nonsense, on a loop that it shares with others of its kind. It reads at the same
-/// time, or the server would stop reading what it says; both on one thread, since a read answers pings.
+/// A client that sends mutated messages. Several of them share one event loop. It reads at the same time,
+/// because the server would otherwise stop reading from it; on the same thread, because a read answers pings.
 class Babbler {
  public:
   Babbler(asio::io_context& loop, const asio::ip::tcp::endpoint& server, std::uint32_t seed)
@@ -80,7 +81,7 @@ class Babbler {
     read();
   }
 
-  /// Sends so many messages, says that there will be no more, and reads on until the server has closed.
+  /// Sends this number of messages, announces the end, and reads until the server has closed the connection.
   void babble(const std::vector<std::string>& all, int messages) {
     if (messages == 0) {
       boost::system::error_code ignored;
@@ -97,7 +98,7 @@ class Babbler {
     });
   }
 
-  /// How many messages the server did not take.
+  /// Number of messages that the server refused.
   int untold() const { return untold_; }
 
  private:
@@ -118,13 +119,13 @@ class Babbler {
 TEST(Mutated, MessagesLeaveTheServerServing) {
   constexpr int kClients = 50;
   constexpr int kMessagesEach = 2000;
-  FakeHouse house;
-  house.show(1, 128);
+  ServerFixture fixture;
+  fixture.show(1, 128);
   const auto all = seeds();
   asio::io_context loop;
   std::vector<std::unique_ptr<Babbler>> babblers;
   for (std::uint32_t seed = 0; seed < kClients; ++seed)
-    babblers.push_back(std::make_unique<Babbler>(loop, house.endpoint(), seed));
+    babblers.push_back(std::make_unique<Babbler>(loop, fixture.endpoint(), seed));
   testing::internal::CaptureStderr();
   for (const auto& babbler : babblers) babbler->babble(all, kMessagesEach);
   loop.run();
@@ -132,21 +133,21 @@ TEST(Mutated, MessagesLeaveTheServerServing) {
       << "what a display says wrongly is counted, not logged";
   for (const auto& babbler : babblers)
     EXPECT_EQ(babbler->untold(), 0) << "a message that cannot be read is no reason to end a session";
-  EXPECT_GT(house.counters().messages_refused.value(), 10'000U);
-  StreamClient after(house.endpoint());
+  EXPECT_GT(fixture.counters().messages_refused.value(), 10'000U);
+  TestDisplay after(fixture.endpoint());
   after.next(Body::kHello);
-  house.show(2, 60);
+  fixture.show(2, 60);
   while (after.next(Body::kPicture).picture().picture_id() != 2) {
   }
 }
 
 TEST(Mutated, StormsAndHalfOpenConnectionsLeaveTheServerServing) {
-  FakeHouse house(2000);
+  ServerFixture fixture(2000);
   asio::io_context loop;
   std::vector<asio::ip::tcp::socket> half_open;
   for (int connection = 0; connection < 600; ++connection) {
     asio::ip::tcp::socket socket(loop);
-    socket.connect(house.endpoint());
+    socket.connect(fixture.endpoint());
     const std::string begun = "GET /stream HTTP/1.1\r\nHost: localhost\r\n";
     if (connection % 3 > 0) asio::write(socket, asio::buffer(begun.substr(0, 10U * (connection % 5))));
     if (connection % 2 == 0) {
@@ -155,9 +156,9 @@ TEST(Mutated, StormsAndHalfOpenConnectionsLeaveTheServerServing) {
       half_open.push_back(std::move(socket));
     }
   }
-  StreamClient client(house.endpoint());
+  TestDisplay client(fixture.endpoint());
   client.next(Body::kHello);
-  house.show(3, 70);
+  fixture.show(3, 70);
   EXPECT_EQ(client.next(Body::kPicture).picture().picture_id(), 3U);
 }
 

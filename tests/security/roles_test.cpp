@@ -1,15 +1,17 @@
-// What each role may do over the network, who is in control, and what the audit log says of it.
+// SPDX-License-Identifier: Apache-2.0
+// The permissions of each role over the network, the holder of control, and the lines of the audit log about
+// them.
 #include <gtest/gtest.h>
 
-#include "server/audit_log.hpp"
-#include "tests/support/guarded_house.hpp"
+#include "server/access/audit_log.hpp"
+#include "tests/support/tls_server_fixture.hpp"
 
 namespace fanlight::test {
 namespace {
 
 using Body = v1::ServerMessage;
 
-/// The next message with this body, passing over others.
+/// The next message with this body. Skips others.
 v1::ServerMessage next(StreamClient& client, v1::ServerMessage::BodyCase body) {
   for (;;) {
     auto message = client.next();
@@ -38,7 +40,7 @@ v1::ControlReply wish(StreamClient& client, v1::ControlRequest::Wish wish, std::
 }
 
 TEST(Roles, AreThoseOfTheTokens) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   for (const Role role : {Role::kViewer, Role::kOperator, Role::kAdmin}) {
     const auto client = guarded.come_in(role);
     EXPECT_EQ(client->hello().role(), static_cast<v1::Role>(role));
@@ -48,14 +50,14 @@ TEST(Roles, AreThoseOfTheTokens) {
 }
 
 TEST(Roles, AViewerWatchesAndChangesNothing) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   const auto viewer = guarded.come_in(Role::kViewer);
-  guarded.house().show(3, 100);
+  guarded.fixture().show(3, 100);
   EXPECT_EQ(next(*viewer, Body::kPicture).picture().picture_id(), 3U);
   const auto reply = change(*viewer, 20);
   ASSERT_TRUE(reply.has_refused());
   EXPECT_NE(reply.refused().message().find("operator"), std::string::npos);
-  EXPECT_FALSE(guarded.house().has_scene());
+  EXPECT_FALSE(guarded.fixture().has_scene());
   EXPECT_TRUE(wish(*viewer, v1::ControlRequest::ASK).has_refused());
   EXPECT_TRUE(wish(*viewer, v1::ControlRequest::TAKE_OVER).has_refused());
   v1::ClientMessage probe;
@@ -69,7 +71,7 @@ TEST(Roles, AViewerWatchesAndChangesNothing) {
 }
 
 TEST(Roles, OneOperatorIsInControlAtATime) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   const auto first = guarded.come_in(Role::kOperator);
   const auto second = guarded.come_in(Role::kOperator);
   EXPECT_TRUE(change(*first, 20).has_in_force());
@@ -96,7 +98,7 @@ TEST(Roles, OneOperatorIsInControlAtATime) {
 }
 
 TEST(Roles, TheControlLapsesAndGoesWithItsSession) {
-  GuardedHouse guarded(1500);
+  TlsServerFixture guarded(1500);
   auto first = guarded.come_in(Role::kOperator);
   const auto second = guarded.come_in(Role::kOperator);
   ASSERT_TRUE(change(*first, 20).has_in_force());
@@ -111,7 +113,7 @@ TEST(Roles, TheControlLapsesAndGoesWithItsSession) {
 }
 
 TEST(Roles, ATokenThatIsTakenBackClosesItsSessions) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   const auto viewer = guarded.come_in(Role::kViewer);
   ASSERT_TRUE(remove_token(guarded.file("tokens.toml"), guarded.token(Role::kViewer).entry.id));
   for (;;) {
@@ -126,7 +128,7 @@ TEST(Roles, ATokenThatIsTakenBackClosesItsSessions) {
 }
 
 TEST(Roles, WrongTokensAreRefusedAuditedAndMadeToWait) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   auto display = guarded.display(Role::kViewer);
   display.token.back() = display.token.back() == '0' ? '1' : '0';
   const auto wrong = StreamClient::connect(display);
@@ -143,7 +145,7 @@ TEST(Roles, WrongTokensAreRefusedAuditedAndMadeToWait) {
 }
 
 TEST(Roles, ALoginIsDueFirst) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   auto display = guarded.display(Role::kViewer);
   display.token.clear();
   const auto none = StreamClient::connect(display);
@@ -152,7 +154,7 @@ TEST(Roles, ALoginIsDueFirst) {
 }
 
 TEST(Roles, TheAuditLogSaysWhoChangedWhat) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   const auto one = guarded.come_in(Role::kOperator);
   for (int moved = 0; moved < 50; ++moved) ASSERT_TRUE(change(*one, moved).has_in_force());
   const auto lines = guarded.audited("scene_change");

@@ -1,11 +1,12 @@
-// TLS as it is on the wire: what is spoken, what is refused, and certificates of clients and of the server.
+// SPDX-License-Identifier: Apache-2.0
+// TLS on the wire: accepted and refused versions and ciphers, and certificates of clients and of the server.
 #include <gtest/gtest.h>
 
 #include <boost/asio/read.hpp>
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/write.hpp>
 
-#include "tests/support/guarded_house.hpp"
+#include "tests/support/tls_server_fixture.hpp"
 
 namespace fanlight::test {
 namespace {
@@ -13,12 +14,12 @@ namespace {
 namespace asio = boost::asio;
 namespace ssl = boost::asio::ssl;
 
-/// Shakes hands as told, says the request, and returns the answer; what failed, where that did.
-std::string https(const GuardedHouse& guarded, ssl::context& context, const std::string& request) {
+/// Performs the handshake with this configuration, sends the request, and returns the answer or the error.
+std::string https(const TlsServerFixture& guarded, ssl::context& context, const std::string& request) {
   asio::io_context loop;
   ssl::stream<asio::ip::tcp::socket> stream(loop, context);
   boost::system::error_code failure;
-  stream.lowest_layer().connect(const_cast<GuardedHouse&>(guarded).house().endpoint());
+  stream.lowest_layer().connect(const_cast<TlsServerFixture&>(guarded).fixture().endpoint());
   stream.handshake(ssl::stream_base::client, failure);
   if (failure) return "handshake: " + failure.message();
   asio::write(stream, asio::buffer(request), failure);
@@ -36,7 +37,7 @@ ssl::context client() {
 }
 
 TEST(Tls, GuardsTheScriptsDoorAndTheMetrics) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   auto context = client();
   EXPECT_NE(https(guarded, context, get("/")).find("200"), std::string::npos) << "the page, to log in on";
   EXPECT_NE(https(guarded, context, get("/healthz")).find("200"), std::string::npos);
@@ -49,7 +50,7 @@ TEST(Tls, GuardsTheScriptsDoorAndTheMetrics) {
 }
 
 TEST(Tls, AViewersScriptMayReadAndNotChange) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   auto context = client();
   const auto patch = [&](Role role) {
     const std::string body = R"({"light": {"up_mm": 33}})";
@@ -61,16 +62,17 @@ TEST(Tls, AViewersScriptMayReadAndNotChange) {
                      "\r\n\r\n" + body);
   };
   EXPECT_NE(patch(Role::kViewer).find("403"), std::string::npos);
-  EXPECT_FALSE(guarded.house().has_scene());
+  EXPECT_FALSE(guarded.fixture().has_scene());
   EXPECT_NE(patch(Role::kOperator).find("\"up_mm\": 33"), std::string::npos);
-  EXPECT_EQ(guarded.house().next_scene().scene.light.up_mm, 33);
+  EXPECT_EQ(guarded.fixture().next_scene().scene.light.up_mm, 33);
 }
 
 TEST(Tls, SpeaksNothingOlderAndNothingWeaker) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   const auto handshake = [&](int least, int most, const char* ciphers) {
     auto context = client();
-    SSL_CTX_set_security_level(context.native_handle(), 0);  // ours refuses, not the test's own library
+    SSL_CTX_set_security_level(context.native_handle(),
+                               0);  // so that the server refuses, and not the library of the test
     SSL_CTX_set_min_proto_version(context.native_handle(), least);
     SSL_CTX_set_max_proto_version(context.native_handle(), most);
     if (ciphers != nullptr) SSL_CTX_set_cipher_list(context.native_handle(), ciphers);
@@ -88,7 +90,7 @@ TEST(Tls, SpeaksNothingOlderAndNothingWeaker) {
 }
 
 TEST(Tls, AClientsCertificateTakesThePlaceOfAToken) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   const StreamClient::Config console{.url = guarded.url(),
                                      .server_ca = guarded.file("server.pem"),
                                      .certificate = guarded.file("client.pem"),
@@ -100,7 +102,7 @@ TEST(Tls, AClientsCertificateTakesThePlaceOfAToken) {
 }
 
 TEST(Tls, RefusesCertificatesThatAreUnknownForeignOrExpired) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   const auto come = [&](const MadeCertificate& certificate) {
     certificate.write(guarded.file("other.pem"), guarded.file("other.key"));
     const auto client = fanlight::StreamClient::connect({.url = guarded.url(),
@@ -114,14 +116,14 @@ TEST(Tls, RefusesCertificatesThatAreUnknownForeignOrExpired) {
   EXPECT_NE(come(MadeCertificate({.name = "its own"})), "");
   EXPECT_NE(come(MadeCertificate({.name = "old", .from_s = -7200, .to_s = -3600}, &guarded.authority())), "");
   EXPECT_EQ(guarded.audited("login", 3).size(), 3U);
-  for (int tries = 0; tries < 100 && guarded.house().counters().handshakes_failed.value() < 2; ++tries) {
+  for (int tries = 0; tries < 100 && guarded.fixture().counters().handshakes_failed.value() < 2; ++tries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  EXPECT_EQ(guarded.house().counters().handshakes_failed.value(), 2U);
+  EXPECT_EQ(guarded.fixture().counters().handshakes_failed.value(), 2U);
 }
 
 TEST(Tls, TakesARenewedCertificateWithoutARestart) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   const auto before = guarded.come_in(Role::kViewer);
   const MadeCertificate renewed({.name = "renewed"});
   renewed.write(guarded.file("server.pem"), guarded.file("server.key"));
@@ -135,13 +137,13 @@ TEST(Tls, TakesARenewedCertificateWithoutARestart) {
 }
 
 TEST(Tls, SurvivesNonsense) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   asio::io_context loop;
   std::vector<asio::ip::tcp::socket> half_open;
   std::uint32_t state = 1;
   for (int round = 0; round < 200; ++round) {
     asio::ip::tcp::socket socket(loop);
-    socket.connect(guarded.house().endpoint());
+    socket.connect(guarded.fixture().endpoint());
     std::string bytes(static_cast<std::size_t>(round), '\0');
     for (char& byte : bytes) byte = static_cast<char>((state = 1'664'525 * state + 1'013'904'223) >> 24);
     if (round % 3 == 0 && bytes.size() > 3)
@@ -154,7 +156,7 @@ TEST(Tls, SurvivesNonsense) {
 }
 
 TEST(Tls, APageOfAnotherSiteIsRefusedAndAudited) {
-  GuardedHouse guarded;
+  TlsServerFixture guarded;
   auto context = client();
   const std::string with = "Authorization: Bearer " + guarded.token(Role::kAdmin).text +
                            "\r\nOrigin: https://elsewhere.example\r\n";
@@ -166,7 +168,7 @@ TEST(Tls, StartsWithoutAFileOfItsOnlyToSayWhich) {
   StreamServer::Config config;
   config.tls = {.certificate = "/nowhere.pem", .key = "/nowhere.key"};
   try {
-    FakeHouse house(config);
+    ServerFixture fixture(config);
     FAIL();
   } catch (const std::runtime_error& refused) {
     EXPECT_NE(std::string(refused.what()).find("/nowhere.pem"), std::string::npos);

@@ -1,4 +1,6 @@
-// The WebSocket as RFC 6455 has it, frame by frame over a plain socket.
+// SPDX-License-Identifier: Apache-2.0
+// Conformance to RFC 6455 (WebSocket), frame by frame over a plain socket. Numbers in parentheses are its
+// sections.
 #include <gtest/gtest.h>
 
 #include <boost/asio/read.hpp>
@@ -8,7 +10,7 @@
 #include <string>
 
 #include "proto/fanlight.pb.h"
-#include "tests/support/fake_house.hpp"
+#include "tests/support/server_fixture.hpp"
 
 namespace fanlight::test {
 namespace {
@@ -23,13 +25,14 @@ struct Frame {
   std::string payload;
 };
 
-/// A client that says exactly the bytes that it is told to.
+/// A WebSocket client that sends exactly the given bytes.
 class RawClient {
  public:
-  explicit RawClient(const FakeHouse& house, const std::string& protocol = "") {
-    socket_.connect(house.endpoint());
+  explicit RawClient(const ServerFixture& fixture, const std::string& protocol = "") {
+    socket_.connect(fixture.endpoint());
     const std::string offered = protocol.empty() ? "" : "Sec-WebSocket-Protocol: " + protocol + "\r\n";
-    say("GET /stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: "
+    send(
+        "GET /stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: "
         "Upgrade\r\nSec-WebSocket-Version: 13\r\n"
         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n" +
         offered + "\r\n");
@@ -39,9 +42,9 @@ class RawClient {
     incoming_.erase(0, bytes);
   }
 
-  void say(const std::string& bytes) { asio::write(socket_, asio::buffer(bytes)); }
+  void send(const std::string& bytes) { asio::write(socket_, asio::buffer(bytes)); }
 
-  /// Masked, as a client's must be (5.3), unless told otherwise.
+  /// Sends a frame, masked as a client must (5.3) unless `masked` is false.
   void frame(std::uint8_t first_byte, const std::string& payload, bool masked = true) {
     std::string bytes(1, static_cast<char>(first_byte));
     const std::uint8_t mask_bit = masked ? 0x80 : 0;
@@ -57,10 +60,10 @@ class RawClient {
     for (std::size_t at = 0; at < payload.size(); ++at) {
       bytes += masked ? static_cast<char>(payload[at] ^ mask[at % 4]) : payload[at];
     }
-    say(bytes);
+    send(bytes);
   }
 
-  /// The next frame; nothing where the server has closed the connection.
+  /// The next frame; empty if the server has closed the connection.
   std::optional<Frame> next() {
     if (!have(2)) return std::nullopt;
     Frame frame{.opcode = static_cast<std::uint8_t>(incoming_[0] & 15), .last = (incoming_[0] & 0x80) != 0};
@@ -80,7 +83,7 @@ class RawClient {
     return frame;
   }
 
-  /// The next with this opcode, passing over others.
+  /// The next frame with this opcode; skips others.
   std::optional<Frame> next(Opcode opcode) {
     for (;;) {
       auto frame = next();
@@ -88,14 +91,14 @@ class RawClient {
     }
   }
 
-  /// The code of the close frame that comes; 0 where the connection ends without one.
+  /// The code of the next close frame; 0 if the connection ends without one.
   int closed() {
     const auto frame = next(kClose);
     if (!frame || frame->payload.size() < 2) return 0;
     return static_cast<std::uint8_t>(frame->payload[0]) << 8 | static_cast<std::uint8_t>(frame->payload[1]);
   }
 
-  /// The server still answers a ClockRequest.
+  /// Sends a ClockRequest; whether the server answers it.
   bool lives() {
     v1::ClientMessage message;
     message.mutable_clock_request()->set_client_time_ms(4);
@@ -103,11 +106,12 @@ class RawClient {
     return clock_reply();
   }
 
+  /// Waits for the answer to clock_request().
   bool clock_reply() {
     for (;;) {
-      const auto came = next(kBinary);
+      const auto frame = next(kBinary);
       v1::ServerMessage reply;
-      if (!came || !reply.ParseFromString(came->payload)) return false;
+      if (!frame || !reply.ParseFromString(frame->payload)) return false;
       if (reply.has_clock_reply()) return reply.clock_reply().client_time_ms() == 4;
     }
   }
@@ -135,30 +139,30 @@ std::string clock_request() {
   return message.SerializeAsString();
 }
 
-TEST(Conformance, AcceptsAsTheStandardSays) {
-  FakeHouse house;
-  RawClient client(house);
+TEST(Conformance, AcceptsTheUpgradeAsTheStandardRequires) {
+  ServerFixture fixture;
+  RawClient client(fixture);
   EXPECT_NE(client.answer.find("101"), std::string::npos);
   EXPECT_NE(client.answer.find("s3pPLMBiTxaQ9kYGzzhZRbK+xOo="), std::string::npos) << "RFC 6455, 1.3";
-  EXPECT_EQ(client.answer.find("Sec-WebSocket-Protocol"), std::string::npos) << "none was offered";
+  EXPECT_EQ(client.answer.find("Sec-WebSocket-Protocol"), std::string::npos) << "the client offered none";
   EXPECT_TRUE(client.lives());
 }
 
-TEST(Conformance, AgreesOnAProtocol) {
-  FakeHouse house;
+TEST(Conformance, ChoosesTheSubprotocol) {
+  ServerFixture fixture;
   for (const char* offer : {"fanlight.v2", "fanlight.v9, fanlight.v2", " fanlight.v2 ,other"}) {
-    RawClient client(house, offer);
+    RawClient client(fixture, offer);
     EXPECT_NE(client.answer.find("Sec-WebSocket-Protocol: fanlight.v2\r\n"), std::string::npos) << offer;
   }
   for (const char* offer : {"fanlight.v1", "fanlight.v3,fanlight.v4", "fanlight.v2x", ","}) {
-    RawClient client(house, offer);
+    RawClient client(fixture, offer);
     EXPECT_NE(client.answer.find("400"), std::string::npos) << offer;
   }
 }
 
-TEST(Conformance, TakesFragmentsWithControlFramesBetweenThem) {
-  FakeHouse house;
-  RawClient client(house);
+TEST(Conformance, AcceptsFragmentsWithControlFramesBetweenThem) {
+  ServerFixture fixture;
+  RawClient client(fixture);
   const std::string whole = clock_request();
   client.frame(kBinary, whole.substr(0, 3));
   client.frame(0x80 | kPing, "are you there");
@@ -172,32 +176,32 @@ TEST(Conformance, TakesFragmentsWithControlFramesBetweenThem) {
   EXPECT_TRUE(client.clock_reply());
 }
 
-TEST(Conformance, TakesBytesOneByOne) {
-  FakeHouse house;
-  RawClient client(house);
+TEST(Conformance, AcceptsBytesOneByOne) {
+  ServerFixture fixture;
+  RawClient client(fixture);
   const std::string whole = clock_request();
   std::string bytes = {static_cast<char>(0x82), static_cast<char>(0x80 | whole.size()), 0, 0, 0, 0};
-  for (const char byte : bytes + whole) client.say(std::string(1, byte));
+  for (const char byte : bytes + whole) client.send(std::string(1, byte));
   EXPECT_TRUE(client.clock_reply());
 }
 
 TEST(Conformance, AnswersACloseWithItsCode) {
-  FakeHouse house;
+  ServerFixture fixture;
   for (const int code : {1000, 1001, 3000, 4999}) {
-    RawClient client(house);
+    RawClient client(fixture);
     client.frame(0x80 | kClose, {static_cast<char>(code >> 8), static_cast<char>(code & 255)});
     EXPECT_EQ(client.closed(), code);
   }
-  RawClient client(house);
+  RawClient client(fixture);
   client.frame(0x80 | kClose, "");
   EXPECT_TRUE(client.next(kClose));
 }
 
-TEST(Conformance, EndsTheConnectionWhereTheStandardSaysSo) {
-  FakeHouse house;
-  const auto ended_with = [&](auto say) {
-    RawClient client(house);
-    say(client);
+TEST(Conformance, ClosesTheConnectionOnProtocolErrors) {
+  ServerFixture fixture;
+  const auto ended_with = [&](auto send_frames) {
+    RawClient client(fixture);
+    send_frames(client);
     return client.closed();
   };
   constexpr int kProtocolError = 1002;
@@ -212,12 +216,12 @@ TEST(Conformance, EndsTheConnectionWhereTheStandardSaysSo) {
   EXPECT_EQ(ended_with([](RawClient& client) { client.frame(0x80 | kBinary, "x", false); }), kProtocolError)
       << "no mask";
   EXPECT_EQ(ended_with([](RawClient& client) { client.frame(kPing, "x"); }), kProtocolError)
-      << "a ping in parts";
+      << "a fragmented ping";
   EXPECT_EQ(ended_with([](RawClient& client) { client.frame(0x80 | kPing, std::string(126, 'x')); }),
             kProtocolError)
       << "a ping of over 125 bytes";
   EXPECT_EQ(ended_with([](RawClient& client) { client.frame(0x80 | kContinuation, "x"); }), kProtocolError)
-      << "nothing to continue";
+      << "a continuation without a first frame";
   EXPECT_EQ(ended_with([](RawClient& client) {
               client.frame(kBinary, "x");
               client.frame(0x80 | kBinary, "x");
@@ -225,7 +229,7 @@ TEST(Conformance, EndsTheConnectionWhereTheStandardSaysSo) {
             kProtocolError)
       << "a message within a message";
   EXPECT_EQ(ended_with([](RawClient& client) { client.frame(0x80 | kClose, "x"); }), kProtocolError)
-      << "half a code";
+      << "an incomplete code";
   for (const int code : {0, 999, 1004, 1005, 1006, 1015, 2999}) {
     EXPECT_EQ(ended_with([code](RawClient& client) {
                 client.frame(0x80 | kClose, {static_cast<char>(code >> 8), static_cast<char>(code & 255)});
@@ -242,16 +246,16 @@ TEST(Conformance, EndsTheConnectionWhereTheStandardSaysSo) {
             }),
             kBadPayload)
       << "not UTF-8 across frames";
-  RawClient after(house);
+  RawClient after(fixture);
   EXPECT_TRUE(after.lives());
 }
 
-TEST(Conformance, RefusesUpgradesThatAreNone) {
-  FakeHouse house;
+TEST(Conformance, RefusesMalformedUpgrades) {
+  ServerFixture fixture;
   const auto upgrade = [&](const std::string& more) {
     asio::io_context loop;
     asio::ip::tcp::socket socket(loop);
-    socket.connect(house.endpoint());
+    socket.connect(fixture.endpoint());
     asio::write(
         socket,
         asio::buffer(

@@ -1,21 +1,22 @@
-// The server's HTTP side: the page, health, metrics, and requests that nobody should send.
+// SPDX-License-Identifier: Apache-2.0
+// HTTP: the page, the health check, the metrics, and malformed requests.
 #include <gtest/gtest.h>
 
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <string>
 
-#include "server/listen_address.hpp"
-#include "tests/support/fake_house.hpp"
+#include "server/net/listen_address.hpp"
+#include "tests/support/server_fixture.hpp"
 
 namespace fanlight::test {
 namespace {
 
-/// Sends the bytes, reads until the server closes or a whole answer with Content-Length is there.
-std::string talk(const FakeHouse& house, const std::string& request) {
+/// Sends the bytes and returns all that the server sends until it closes the connection.
+std::string talk(const ServerFixture& fixture, const std::string& request) {
   boost::asio::io_context loop;
   boost::asio::ip::tcp::socket socket(loop);
-  socket.connect(house.endpoint());
+  socket.connect(fixture.endpoint());
   boost::asio::write(socket, boost::asio::buffer(request));
   std::string answer;
   boost::system::error_code end;
@@ -23,26 +24,26 @@ std::string talk(const FakeHouse& house, const std::string& request) {
   return answer;
 }
 
-std::string get(const FakeHouse& house, const std::string& target) {
-  return talk(house, "GET " + target + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+std::string get(const ServerFixture& fixture, const std::string& target) {
+  return talk(fixture, "GET " + target + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
 }
 
 TEST(Http, ServesThePage) {
-  FakeHouse house;
-  const std::string page = get(house, "/");
+  ServerFixture fixture;
+  const std::string page = get(fixture, "/");
   EXPECT_NE(page.find("HTTP/1.1 200"), std::string::npos);
   EXPECT_NE(page.find("text/html"), std::string::npos);
   EXPECT_NE(page.find("Content-Security-Policy: default-src 'none'"), std::string::npos);
   EXPECT_NE(page.find("id=\"picture\""), std::string::npos);
-  EXPECT_NE(get(house, "/viewer.js").find("text/javascript"), std::string::npos);
-  EXPECT_NE(get(house, "/viewer.css?version=1").find("text/css"), std::string::npos);
-  EXPECT_NE(get(house, "/favicon.svg").find("image/svg+xml"), std::string::npos);
+  EXPECT_NE(get(fixture, "/viewer.js").find("text/javascript"), std::string::npos);
+  EXPECT_NE(get(fixture, "/viewer.css?version=1").find("text/css"), std::string::npos);
+  EXPECT_NE(get(fixture, "/favicon.svg").find("image/svg+xml"), std::string::npos);
 }
 
-TEST(Http, TellsHealthAndMetrics) {
-  FakeHouse house;
-  EXPECT_NE(get(house, "/healthz").find("ok; source running"), std::string::npos);
-  const std::string metrics = get(house, "/metrics");
+TEST(Http, ServesHealthAndMetrics) {
+  ServerFixture fixture;
+  EXPECT_NE(get(fixture, "/healthz").find("ok; source running"), std::string::npos);
+  const std::string metrics = get(fixture, "/metrics");
   for (const char* name :
        {"fanlight_frames_received_total 0", "fanlight_pass1_runs_total 0", "fanlight_volumes_dropped_total 0",
         "fanlight_pictures_skipped_total 0", "fanlight_sessions 0"}) {
@@ -50,36 +51,36 @@ TEST(Http, TellsHealthAndMetrics) {
   }
 }
 
-TEST(Http, IsUnwellWhereTheSourceFailed) {
-  FakeHouse house(64, "the probe is gone");
-  const std::string answer = get(house, "/healthz");
+TEST(Http, ReportsAFailedSourceAsUnhealthy) {
+  ServerFixture fixture(64, "the probe is gone");
+  const std::string answer = get(fixture, "/healthz");
   EXPECT_NE(answer.find("HTTP/1.1 503"), std::string::npos);
   EXPECT_NE(answer.find("failing; source the probe is gone"), std::string::npos);
 }
 
-TEST(Http, AnswersAHeadWithoutABody) {
-  FakeHouse house;
-  const std::string answer = talk(house, "HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+TEST(Http, AnswersHeadWithoutABody) {
+  ServerFixture fixture;
+  const std::string answer = talk(fixture, "HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
   EXPECT_NE(answer.find("200"), std::string::npos);
   EXPECT_EQ(answer.substr(answer.size() - 4), "\r\n\r\n");
 }
 
-TEST(Http, RefusesWhatIsNotThereOrNotAllowed) {
-  FakeHouse house;
+TEST(Http, RefusesUnknownPathsAndMethods) {
+  ServerFixture fixture;
   for (const char* target : {"/nothing", "/../etc/passwd", "/index.html/", "//", "*"}) {
-    EXPECT_NE(get(house, target).find("404"), std::string::npos) << target;
+    EXPECT_NE(get(fixture, target).find("404"), std::string::npos) << target;
   }
-  EXPECT_NE(talk(house, "DELETE / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("405"),
+  EXPECT_NE(talk(fixture, "DELETE / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("405"),
             std::string::npos);
-  EXPECT_NE(talk(house, "GET /stream HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("404"),
+  EXPECT_NE(talk(fixture, "GET /stream HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("404"),
             std::string::npos);
-  EXPECT_GE(house.counters().requests_refused.value(), 7U);
+  EXPECT_GE(fixture.counters().requests_refused.value(), 7U);
 }
 
-TEST(Http, RefusesANameThatIsNotLoopback) {
-  FakeHouse house;
+TEST(Http, RefusesHostsThatAreNotLoopback) {
+  ServerFixture fixture;
   const auto named = [&](const std::string& host) {
-    return talk(house, "GET /healthz HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n");
+    return talk(fixture, "GET /healthz HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n");
   };
   for (const char* host :
        {"localhost", "localhost:8080", "127.0.0.1:1", "127.1.2.3", "[::1]", "[::1]:8080"}) {
@@ -91,20 +92,22 @@ TEST(Http, RefusesANameThatIsNotLoopback) {
   }
 }
 
-TEST(Http, RefusesWhatIsNoRequest) {
-  FakeHouse house;
+TEST(Http, RefusesMalformedRequests) {
+  ServerFixture fixture;
+  // Appended: gcc 12 wrongly warns of array bounds for a sum of temporary strings.
+  std::string large_header = "GET / HTTP/1.1\r\nX: ";
+  large_header.append(20'000, 'x').append("\r\n\r\n");
   for (const std::string& request :
        {std::string("nonsense\r\n\r\n"), std::string("GET / HTTP/1.1\r\nContent-Length: 5\r\n\r\nhello"),
-        "GET / HTTP/1.1\r\nX: " + std::string(20'000, 'x') + "\r\n\r\n",
-        std::string("GET / HTTP/9.9\r\n\r\n")}) {
-    const std::string answer = talk(house, request);
+        large_header, std::string("GET / HTTP/9.9\r\n\r\n")}) {
+    const std::string answer = talk(fixture, request);
     EXPECT_NE(answer.find("400"), std::string::npos) << request.substr(0, 40);
     EXPECT_NE(answer.find("expected"), std::string::npos) << request.substr(0, 40);
   }
-  EXPECT_NE(get(house, "/healthz").find("ok"), std::string::npos);
+  EXPECT_NE(get(fixture, "/healthz").find("ok"), std::string::npos);
 }
 
-TEST(ListenAddress, IsReadOrRefused) {
+TEST(ListenAddress, IsParsedOrRefused) {
   EXPECT_EQ(page_url(parse_listen_address("127.0.0.1:8080").value(), false), "http://127.0.0.1:8080/");
   EXPECT_EQ(page_url(parse_listen_address("[::1]:80").value(), false), "http://[::1]:80/");
   for (const char* text : {"", ":", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1",

@@ -1,13 +1,14 @@
-// The server and its sessions, over real sockets on loopback, with the test in the renderer's place.
+// SPDX-License-Identifier: Apache-2.0
+// The server and its sessions over real sockets on loopback. The test takes the place of the renderer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 #include <vector>
 
-#include "server/scene_message.hpp"
-#include "tests/support/fake_house.hpp"
-#include "tests/support/stream_client.hpp"
+#include "server/state/scene_message.hpp"
+#include "tests/support/server_fixture.hpp"
+#include "tests/support/test_display.hpp"
 
 namespace fanlight::test {
 namespace {
@@ -21,13 +22,13 @@ v1::Scene threshold(double value) {
   return scene;
 }
 
-TEST(SceneMessage, CarriesEveryFieldThereAndBack) {
+TEST(SceneMessage, RoundTripsEveryField) {
   Scene scene;
   for (const SceneField& field : scene_fields()) {
     if (!field.is_text()) field.set(scene, field.maximum);
   }
   scene.transfer = TransferFunction::parse("7 #102030 0.25").value();
-  // What may not be the largest all at once.
+  // Fields whose maxima contradict each other.
   scene.rays.start_mm = 1;
   scene.crop.left_mm = scene.crop.near_mm = scene.crop.below_mm = 1;
   const auto back = changed_scene(Scene{}, scene_message(scene));
@@ -35,7 +36,7 @@ TEST(SceneMessage, CarriesEveryFieldThereAndBack) {
   for (const SceneField& field : scene_fields()) EXPECT_TRUE(field.same(*back, scene)) << field.name;
 }
 
-TEST(SceneMessage, HasAFieldForEachRowOfTheTableAndNoOther) {
+TEST(SceneMessage, HasExactlyTheFieldsOfTheTable) {
   std::size_t values = 0;
   const auto* scene = v1::Scene::descriptor();
   for (int index = 0; index < scene->field_count(); ++index) {
@@ -45,7 +46,7 @@ TEST(SceneMessage, HasAFieldForEachRowOfTheTableAndNoOther) {
   EXPECT_EQ(values, scene_fields().size());
 }
 
-TEST(SceneMessage, LeavesAbsentFieldsAlone) {
+TEST(SceneMessage, KeepsAbsentFields) {
   Scene scene;
   scene.light.up_mm = 17;
   const auto changed = changed_scene(scene, threshold(99));
@@ -54,91 +55,91 @@ TEST(SceneMessage, LeavesAbsentFieldsAlone) {
   EXPECT_EQ(changed->light.up_mm, 17);
 }
 
-TEST(Stream, GreetsWithTheSceneAndItsFields) {
-  FakeHouse house;
-  StreamClient client(house.endpoint());
+TEST(Stream, SendsAHelloWithTheSceneAndItsFields) {
+  ServerFixture fixture;
+  TestDisplay client(fixture.endpoint());
   const auto message = client.next();
   ASSERT_EQ(message.body_case(), Body::kHello);
   const v1::Hello& hello = message.hello();
   EXPECT_EQ(hello.protocol_version(), 2U);
   EXPECT_EQ(hello.source(), "fake:");
-  EXPECT_EQ(hello.picture_width(), FakeHouse::kWidth);
+  EXPECT_EQ(hello.picture_width(), ServerFixture::kWidth);
   ASSERT_EQ(static_cast<std::size_t>(hello.fields_size()), scene_fields().size());
   EXPECT_EQ(hello.scene().revision(), 1U);
   EXPECT_TRUE(changed_scene(Scene{}, hello.scene().scene()));
   EXPECT_TRUE(changed_scene(Scene{}, hello.default_scene()));
 }
 
-TEST(Stream, ShowsThePictureOnShowToWhoComesLater) {
-  FakeHouse house;
-  StreamClient first(house.endpoint());
+TEST(Stream, ALateDisplayReceivesTheNewestPicture) {
+  ServerFixture fixture;
+  TestDisplay first(fixture.endpoint());
   first.next(Body::kHello);
-  house.show(5, 128);
+  fixture.show(5, 128);
   EXPECT_EQ(first.next(Body::kPicture).picture().picture_id(), 5U);
-  StreamClient second(house.endpoint());
+  TestDisplay second(fixture.endpoint());
   const auto picture = second.next(Body::kPicture).picture();
   EXPECT_EQ(picture.picture_id(), 5U);
-  EXPECT_EQ(picture.width(), FakeHouse::kWidth);
+  EXPECT_EQ(picture.width(), ServerFixture::kWidth);
   ASSERT_GT(picture.jpeg().size(), 4U);
   EXPECT_EQ(picture.jpeg().substr(0, 2), "\xFF\xD8");
 }
 
-TEST(Stream, SaysWhatThePlanTookFromThePicture) {
-  FakeHouse house;
-  StreamClient client(house.endpoint());
-  house.show({.picture_id = 1}, 128);
+TEST(Stream, ReportsTheMeasuresOfTheDeadlinePlan) {
+  ServerFixture fixture;
+  TestDisplay client(fixture.endpoint());
+  fixture.show({.picture_id = 1}, 128);
   const auto full = client.next(Body::kPicture).picture();
   EXPECT_EQ(full.deadline_level(), 0U);
   EXPECT_EQ(full.measures_size(), 0);
-  house.show({.picture_id = 2,
-              .deadline_level = 4,
-              .measures = {.coarse = true, .wide_step = true, .cheap_filters = true}},
-             128);
+  fixture.show({.picture_id = 2,
+                .deadline_level = 4,
+                .measures = {.coarse = true, .wide_step = true, .cheap_filters = true}},
+               128);
   const auto coarse = client.next(Body::kPicture).picture();
   EXPECT_EQ(coarse.deadline_level(), 4U);
   EXPECT_EQ(std::vector<std::string>(coarse.measures().begin(), coarse.measures().end()),
             (std::vector<std::string>{"coarse picture", "wide step", "cheap filters"}));
 }
 
-TEST(Stream, EncodesOnceForManyAndNotAtAllForNobody) {
-  FakeHouse house;
-  house.show(1, 10);
-  std::vector<std::unique_ptr<StreamClient>> clients;
+TEST(Stream, EncodesOnceForManyDisplaysAndNeverWithoutOne) {
+  ServerFixture fixture;
+  fixture.show(1, 10);
+  std::vector<std::unique_ptr<TestDisplay>> clients;
   for (int count = 0; count < 20; ++count) {
-    clients.push_back(std::make_unique<StreamClient>(house.endpoint()));
+    clients.push_back(std::make_unique<TestDisplay>(fixture.endpoint()));
     clients.back()->next(Body::kPicture);
   }
-  const auto before = house.counters().pictures_encoded.value();
+  const auto before = fixture.counters().pictures_encoded.value();
   EXPECT_EQ(before, 1U);
-  house.show(2, 20);
+  fixture.show(2, 20);
   for (const auto& client : clients) EXPECT_EQ(client->next(Body::kPicture).picture().picture_id(), 2U);
-  EXPECT_EQ(house.counters().pictures_encoded.value(), before + 1);
+  EXPECT_EQ(fixture.counters().pictures_encoded.value(), before + 1);
 }
 
-TEST(Stream, TakesAChangeAndTellsTheOthers) {
-  FakeHouse house;
-  StreamClient changer(house.endpoint());
-  StreamClient watcher(house.endpoint());
+TEST(Stream, AppliesAChangeAndNotifiesTheOthers) {
+  ServerFixture fixture;
+  TestDisplay changer(fixture.endpoint());
+  TestDisplay watcher(fixture.endpoint());
   watcher.next(Body::kHello);
   const auto reply = changer.change(threshold(77), 42);
   EXPECT_EQ(reply.request_id(), 42U);
   ASSERT_TRUE(reply.has_in_force());
   EXPECT_EQ(reply.in_force().revision(), 2U);
   EXPECT_EQ(reply.in_force().scene().detector().threshold(), 77);
-  EXPECT_EQ(house.next_scene().scene.detector.threshold, 77);
+  EXPECT_EQ(fixture.next_scene().scene.detector.threshold, 77);
   EXPECT_EQ(watcher.next(Body::kScene).scene().revision(), 2U);
 }
 
-TEST(Stream, KeepsTheRevisionWhereNothingChanges) {
-  FakeHouse house;
-  StreamClient client(house.endpoint());
+TEST(Stream, KeepsTheRevisionIfNothingChanges) {
+  ServerFixture fixture;
+  TestDisplay client(fixture.endpoint());
   EXPECT_EQ(client.change(threshold(Scene{}.detector.threshold)).in_force().revision(), 1U);
-  EXPECT_FALSE(house.has_scene());
+  EXPECT_FALSE(fixture.has_scene());
 }
 
-TEST(Stream, RefusesWhatIsNotAllowedAndGoesOn) {
-  FakeHouse house;
-  StreamClient client(house.endpoint());
+TEST(Stream, RefusesValuesOutOfRangeAndGoesOn) {
+  ServerFixture fixture;
+  TestDisplay client(fixture.endpoint());
   for (const double value :
        {-1.0, 256.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     const auto reply = client.change(threshold(value));
@@ -149,15 +150,15 @@ TEST(Stream, RefusesWhatIsNotAllowedAndGoesOn) {
   v1::Scene half_good = threshold(50);
   half_good.mutable_filter()->set_size(4);
   EXPECT_TRUE(client.change(half_good).has_refused());
-  EXPECT_FALSE(house.has_scene()) << "a part of a refused change was taken";
+  EXPECT_FALSE(fixture.has_scene()) << "a part of a refused change was applied";
   EXPECT_TRUE(client.change(threshold(50)).has_in_force());
-  EXPECT_EQ(house.counters().scene_refusals.value(), 5U);
+  EXPECT_EQ(fixture.counters().scene_refusals.value(), 5U);
 }
 
-TEST(Stream, RefusesMessagesThatAreNoneAndGoesOn) {
-  FakeHouse house;
-  StreamClient client(house.endpoint());
-  StreamClient bystander(house.endpoint());
+TEST(Stream, RefusesMalformedMessagesAndGoesOn) {
+  ServerFixture fixture;
+  TestDisplay client(fixture.endpoint());
+  TestDisplay bystander(fixture.endpoint());
   bystander.next(Body::kHello);
   for (const std::string& bytes :
        {std::string("\xFF\xFF\xFF\xFF"), std::string("\x0A"), std::string(300, '\x07'), std::string()}) {
@@ -167,49 +168,48 @@ TEST(Stream, RefusesMessagesThatAreNoneAndGoesOn) {
   client.send_bytes("hello", false);
   EXPECT_NE(client.next(Body::kError).error().message().find("binary"), std::string::npos);
   EXPECT_TRUE(client.change(threshold(50)).has_in_force());
-  EXPECT_EQ(house.counters().messages_refused.value(), 5U);
+  EXPECT_EQ(fixture.counters().messages_refused.value(), 5U);
   EXPECT_EQ(bystander.next(Body::kScene).scene().revision(), 2U);
 }
 
-TEST(Stream, TellsAndClosesWhoSendsTooMuch) {
-  FakeHouse house;
-  StreamClient bystander(house.endpoint());
+TEST(Stream, RefusesAndClosesDisplaysThatSendTooMuch) {
+  ServerFixture fixture;
+  TestDisplay bystander(fixture.endpoint());
   bystander.next(Body::kHello);
-  StreamClient client(house.endpoint());
+  TestDisplay client(fixture.endpoint());
   client.send_bytes(std::string(100'000, 'x'));
   EXPECT_NE(client.next(Body::kError).error().message().find("expected at most 65536"), std::string::npos);
   EXPECT_THROW(for (;;) client.next(), system_error);
   EXPECT_EQ(client.close_code(), 1009);
 
-  StreamClient flooder(house.endpoint());
+  TestDisplay flooder(fixture.endpoint());
   EXPECT_THROW(
       {
         flooder.send_bytes(std::string(8 << 20, 'x'));
         for (;;) flooder.next();
       },
       system_error);
-  house.show(3, 90);
+  fixture.show(3, 90);
   EXPECT_EQ(bystander.next(Body::kPicture).picture().picture_id(), 3U);
 }
 
-TEST(Stream, ASlowDisplayCostsItselfPicturesAndNobodyElse) {
-  FakeHouse house;
-  StreamClient slow(house.endpoint());
+TEST(Stream, ASlowDisplayLosesPicturesOfItsOwnOnly) {
+  ServerFixture fixture;
+  TestDisplay slow(fixture.endpoint());
   slow.next(Body::kHello);
-  StreamClient quick(house.endpoint());
+  TestDisplay quick(fixture.endpoint());
   quick.next(Body::kHello);
-  // Twice the bytes that Linux lets two sockets hold between a sender and a reader that does not read (4 and
-  // 6 MB).
+  // Twice the bytes that the two socket buffers of Linux hold while the reader does not read (4 and 6 MB).
   constexpr std::uint64_t kPictures = 40;
   for (std::uint64_t id = 1; id <= kPictures; ++id) {
-    house.show_noise(id);
+    fixture.show_noise(id);
     while (quick.next(Body::kPicture).picture().picture_id() < id) {
     }
   }
-  EXPECT_GT(house.counters().pictures_skipped.value(), 0U)
+  EXPECT_GT(fixture.counters().pictures_skipped.value(), 0U)
       << "the slow display never fell behind: show more pictures";
 
-  // Once it reads again it gets what was under way and then the newest.
+  // When it reads again, it receives the messages under way and then the newest picture.
   std::uint64_t last = 0;
   std::uint64_t received = 0;
   while (last < kPictures) {
@@ -225,8 +225,8 @@ TEST(Stream, ASlowDisplayCostsItselfPicturesAndNobodyElse) {
 }
 
 TEST(Stream, AnswersTheClock) {
-  FakeHouse house;
-  StreamClient client(house.endpoint());
+  ServerFixture fixture;
+  TestDisplay client(fixture.endpoint());
   v1::ClientMessage request;
   request.mutable_clock_request()->set_client_time_ms(1234.5);
   const std::int64_t before_ns = now_ns();
@@ -238,20 +238,20 @@ TEST(Stream, AnswersTheClock) {
 }
 
 TEST(Stream, SurvivesDisplaysThatVanish) {
-  FakeHouse house;
+  ServerFixture fixture;
   for (std::uint64_t round = 1; round <= 50; ++round) {
-    StreamClient client(house.endpoint());
+    TestDisplay client(fixture.endpoint());
     client.next(Body::kHello);
-    house.show(round, 1);
+    fixture.show(round, 1);
     client.vanish();
   }
-  StreamClient last(house.endpoint());
-  house.show(1000, 1);
+  TestDisplay last(fixture.endpoint());
+  fixture.show(1000, 1);
   while (last.next(Body::kPicture).picture().picture_id() != 1000) {
   }
   while (last.next(Body::kStatistics).statistics().sessions() > 1) {
   }
-  const ServerCounters& counters = house.counters();
+  const ServerCounters& counters = fixture.counters();
   EXPECT_EQ(counters.sessions_opened.value(), 51U);
   EXPECT_EQ(counters.sessions_closed.value(), 50U);
   EXPECT_EQ(counters.pictures_sent.value() + counters.pictures_skipped.value(),
@@ -259,108 +259,115 @@ TEST(Stream, SurvivesDisplaysThatVanish) {
 }
 
 TEST(Stream, RefusesAPageOfAnotherSite) {
-  FakeHouse house;
-  const std::string own = "http://127.0.0.1:" + std::to_string(house.endpoint().port());
-  EXPECT_NO_THROW(StreamClient(house.endpoint(), own));
-  EXPECT_THROW(StreamClient(house.endpoint(), "http://elsewhere.example"), system_error);
+  ServerFixture fixture;
+  const std::string own = "http://127.0.0.1:" + std::to_string(fixture.endpoint().port());
+  EXPECT_NO_THROW(TestDisplay(fixture.endpoint(), own));
+  EXPECT_THROW(TestDisplay(fixture.endpoint(), "http://elsewhere.example"), system_error);
 }
 
 TEST(Stream, ClosesConnectionsBeyondTheLimit) {
-  FakeHouse house(2);
-  StreamClient first(house.endpoint());
+  ServerFixture fixture(2);
+  TestDisplay first(fixture.endpoint());
   {
-    StreamClient second(house.endpoint());
+    TestDisplay second(fixture.endpoint());
     second.next(Body::kHello);
-    EXPECT_THROW(StreamClient(house.endpoint()), system_error);
+    EXPECT_THROW(TestDisplay(fixture.endpoint()), system_error);
     second.close();
   }
-  // The place is free again as soon as the server has seen the close.
+  // The permit is free when the server has processed the close.
   for (bool open = false; !open;) {
     try {
-      StreamClient third(house.endpoint());
+      TestDisplay third(fixture.endpoint());
       open = third.next().has_hello();
     } catch (const system_error&) {
     }
   }
-  EXPECT_GE(house.counters().connections_refused.value(), 1U);
+  EXPECT_GE(fixture.counters().connections_refused.value(), 1U);
 }
 
-TEST(Stream, ADisplayThatClosesHalfOfItsConnectionGivesItsPlaceBack) {
-  FakeHouse house(1);
-  StreamClient half(house.endpoint());
+TEST(Stream, ADisplayThatClosesHalfOfItsConnectionReturnsItsPermit) {
+  ServerFixture fixture(2);
+  TestDisplay half(fixture.endpoint());
   half.next(Body::kHello);
-  // More than the socket takes, so that a write is under way for ever.
-  for (std::uint64_t id = 1; id <= 40; ++id) {
-    house.show_noise(id);
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  TestDisplay quick(fixture.endpoint());
+  // More bytes than the socket holds, so that a write never ends. The other display shows that the server has
+  // offered each picture.
+  constexpr std::uint64_t kPictures = 40;
+  for (std::uint64_t id = 1; id <= kPictures; ++id) {
+    fixture.show_noise(id);
+    while (quick.next(Body::kPicture).picture().picture_id() < id) {
+    }
   }
   half.close_half();
-  for (int tries = 0; tries < 1000 && house.counters().sessions_closed.value() == 0; ++tries)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  StreamClient next(house.endpoint());
+  // Statistics come once a second; the server gives up a display after five seconds without progress.
+  for (int seconds = 0; seconds < 60 && fixture.counters().sessions_closed.value() == 0; ++seconds) {
+    quick.next(Body::kStatistics);
+  }
+  ASSERT_EQ(fixture.counters().sessions_closed.value(), 1U);
+  TestDisplay next(fixture.endpoint());
   next.next(Body::kHello);
 }
 
-TEST(ConnectionPlaces, OneAddressCannotTakeAll) {
-  ConnectionPlaces places(4, 2);
+TEST(ConnectionLimit, OneAddressCannotUseAllPermits) {
+  ConnectionLimit limit(4, 2);
   const auto far = boost::asio::ip::make_address("192.0.2.7");
   const auto near = boost::asio::ip::make_address("127.0.0.1");
-  auto first = places.take(far);
-  const auto second = places.take(far);
+  auto first = limit.take(far);
+  const auto second = limit.take(far);
   EXPECT_TRUE(first && second);
-  EXPECT_FALSE(places.take(far));
+  EXPECT_FALSE(limit.take(far));
   first.reset();
-  EXPECT_TRUE(places.take(far)) << "and leaves again";
-  std::vector<ConnectionPlace> others;
-  while (auto place = places.take(near)) others.push_back(std::move(*place));
-  EXPECT_EQ(others.size(), 3U) << "a proxy may take all there are";
+  EXPECT_TRUE(limit.take(far)) << "a permit was returned";
+  std::vector<ConnectionPermit> others;
+  while (auto permit = limit.take(near)) others.push_back(std::move(*permit));
+  EXPECT_EQ(others.size(), 3U) << "loopback, where a proxy may run, may use all";
 }
 
-TEST(SceneDesk, TakesEachFieldByItself) {
+TEST(SceneStore, AppliesEachFieldAlone) {
   Doorbell bell;
   Mailbox<NumberedScene> scenes(bell);
   for (const SceneField& field : scene_fields()) {
     if (field.is_text()) continue;
-    SceneDesk desk({.revision = 1, .scene = {}}, {}, scenes);
+    SceneStore store({.revision = 1, .scene = {}}, {}, scenes);
     const double now = field.get({});
     const double other = now + (field.step > 0 ? field.step : 0.25) > field.maximum
                              ? now - (field.step > 0 ? field.step : 0.25)
                              : now + (field.step > 0 ? field.step : 0.25);
     v1::Scene change;
     put_change(change, field, other);
-    const auto applied = desk.apply(change);
+    const auto applied = store.apply(change);
     ASSERT_TRUE(applied) << field.name << ": " << applied.error().message;
     EXPECT_TRUE(*applied) << field.name << " was dropped";
-    EXPECT_EQ(desk.in_force().revision, 2U) << field.name;
+    EXPECT_EQ(store.in_force().revision, 2U) << field.name;
   }
 }
 
-TEST(Stream, EndsWithTheReasonWhenTheRendererFails) {
-  FakeHouse house;
-  house.fail({ErrorCode::kBroken, "the GPU is gone"});
-  const auto end = house.wait_for_end();
+TEST(Stream, EndsWithTheErrorOfTheRenderer) {
+  ServerFixture fixture;
+  fixture.fail({ErrorCode::kBroken, "the GPU is gone"});
+  const auto end = fixture.wait_for_end();
   ASSERT_FALSE(end);
   EXPECT_EQ(end.error().message, "the GPU is gone");
 }
 
-TEST(Stream, SaysWhyItCannotListen) {
-  FakeHouse house;
+TEST(Stream, ReportsWhyItCannotListen) {
+  ServerFixture fixture;
   Doorbell bell;
   Mailbox<Picture> pictures(bell);
   Mailbox<NumberedScene> scenes(bell);
   Mailbox<Error> failures(bell);
   const AcquisitionCounters acquisition;
   const RingCounters ring;
-  const FeedCounters feed;
+  const QueueCounters feed;
   const RenderCounters render;
   ProbeLink probe(bell, bell);
   ServerCounters counters;
-  const auto second = StreamServer::create({.endpoint = house.endpoint(), .facts = {}, .initial_scene = {}},
+  const auto second = StreamServer::create({.endpoint = fixture.endpoint(), .facts = {}, .initial_scene = {}},
                                            {.bell = bell,
                                             .pictures = pictures,
                                             .scenes = scenes,
                                             .failures = failures,
-                                            .house = {acquisition, ring, feed, render, probe.counters},
+                                            .pipeline = {acquisition, ring, feed, render, probe.counters},
                                             .probe = probe,
                                             .counters = counters,
                                             .source_state = {}});

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,21 +10,24 @@
 
 namespace fanlight::test {
 
-/// How pass 1 works; the pictures are the same.
+/// How pass 1 works. The pictures do not depend on it.
 struct Casting {
   Skipping skipping = Skipping::kOn;
   std::optional<Sampling> sampling;
 };
 
-/// A GPU with the validation layers on; a test that gets a message from them fails. One for the process.
+/// Provides one GPU per process, with the Vulkan validation layers on. A test fails if the layers have
+/// reported a message by its end.
 class GpuTest : public testing::Test {
  protected:
   static const Gpu& gpu() { return *rig().gpu; }
 
   void TearDown() override {
-    EXPECT_EQ(rig().instance->validation_messages(), 0U) << "the validation layers complained, see above";
+    EXPECT_EQ(rig().instance->validation_messages(), 0U)
+        << "the validation layers reported messages, see above";
   }
 
+  /// A renderer for sweeps of `angles_rad` with the scene as revision 1. Throws if it cannot be created.
   static std::unique_ptr<Renderer> made_renderer(const FanGeometry& geometry,
                                                  std::span<const double> angles_rad, PictureSize size,
                                                  const Scene& scene, RenderCounters& counters,
@@ -41,13 +45,14 @@ class GpuTest : public testing::Test {
     return std::move(*renderer);
   }
 
-  /// Runs the renderer until it has a picture.
+  /// Advances the renderer until it has finished a picture, and returns the picture. Blocks. Throws on errors
+  /// and when the renderer is idle, because no picture would follow.
   static Picture next_picture(Renderer& renderer) {
     Picture picture;
     for (;;) {
       if (auto advanced = renderer.advance(); !advanced) throw std::runtime_error(advanced.error().message);
       if (renderer.collect(picture)) return picture;
-      if (!renderer.busy()) throw std::runtime_error("nothing is under way, so no picture will come");
+      if (!renderer.busy()) throw std::runtime_error("the renderer is idle, so no picture will follow");
       if (auto waited = renderer.wait(1'000'000'000); !waited)
         throw std::runtime_error(waited.error().message);
     }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fmt/format.h>
@@ -15,7 +16,7 @@
 
 namespace fanlight::test {
 
-/// A PLUS/IGSIO sequence to write to a file, well formed until a test changes it. Link ZLIB::ZLIB.
+/// Builds a PLUS/IGSIO sequence file. It is valid unless a test changes it. Needs ZLIB::ZLIB.
 struct IgsFile {
   using Fields = std::vector<std::pair<std::string, std::string>>;  ///< name and value, in order
 
@@ -50,7 +51,7 @@ struct IgsFile {
     for (Fields& fields : frames) remove(fields, name);
   }
 
-  /// The pixels as they stand in the file.
+  /// The pixels as stored in the file: compressed with zlib if `compressed`.
   std::string payload() const {
     if (!compressed) return {pixels.begin(), pixels.end()};
     uLongf size = compressBound(pixels.size());
@@ -61,15 +62,16 @@ struct IgsFile {
     return packed;
   }
 
-  /// The whole file. Header fields set by the test win over the sizes that are filled in here.
+  /// The whole file. The sizes in the header are computed here; a field of the same name in `header` replaces
+  /// them.
   std::string bytes() const {
     const std::string packed = payload();
-    Fields all = {{"CompressedData", compressed ? "True" : "False"},
-                  {"DimSize", fmt::format("{} {} {}", columns, rows, frames.size())}};
-    if (compressed) all.emplace_back("CompressedDataSize", fmt::format("{}", packed.size()));
-    for (const auto& [name, value] : header) set(all, name, value);
+    Fields fields = {{"CompressedData", compressed ? "True" : "False"},
+                     {"DimSize", fmt::format("{} {} {}", columns, rows, frames.size())}};
+    if (compressed) fields.emplace_back("CompressedDataSize", fmt::format("{}", packed.size()));
+    for (const auto& [name, value] : header) set(fields, name, value);
     std::string text;
-    for (const auto& [name, value] : all) text += fmt::format("{} = {}\n", name, value);
+    for (const auto& [name, value] : fields) text += fmt::format("{} = {}\n", name, value);
     for (std::size_t frame = 0; frame < frames.size(); ++frame) {
       for (const auto& [name, value] : frames[frame]) {
         text += fmt::format("Seq_Frame{:04}_{} = {}\n", frame, name, value);
@@ -83,8 +85,9 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-/// A recording of a motor that swept `sweeps` times to and fro between -angle_deg and +angle_deg, with its
-/// geometry in the header. Every pixel of frame i is i + 1; frames come every 0.1 s.
+/// A recording of `sweeps` sweeps between -angle_deg and +angle_deg in alternating direction, the first one
+/// from -angle_deg to +angle_deg. The header contains the geometry. Every pixel of frame i is i + 1. Frames
+/// are 0.1 s apart.
 inline IgsFile fan_recording(std::uint32_t frames_per_sweep, std::uint32_t sweeps, double angle_deg) {
   IgsFile file;
   for (const auto& [name, value] : IgsFile::Fields{{"FanlightPixelWidthMm", "2.0"},
@@ -96,11 +99,11 @@ inline IgsFile fan_recording(std::uint32_t frames_per_sweep, std::uint32_t sweep
   }
   for (std::uint32_t i = 0; i < frames_per_sweep * sweeps; ++i) {
     const std::uint32_t sweep = i / frames_per_sweep;
-    const std::uint32_t place = i % frames_per_sweep;
-    const double share = static_cast<double>(place) / (frames_per_sweep - 1);
-    const double angle = (sweep % 2 == 0 ? 1 : -1) * angle_deg * (2 * share - 1);
+    const std::uint32_t frame_index = i % frames_per_sweep;
+    const double fraction = static_cast<double>(frame_index) / (frames_per_sweep - 1);
+    const double angle = (sweep % 2 == 0 ? 1 : -1) * angle_deg * (2 * fraction - 1);
     file.frames.push_back({{"Timestamp", fmt::format("{:.6f}", 12.5 + 0.1 * i)},
-                           {"FrameIndex", fmt::format("{}", place)},
+                           {"FrameIndex", fmt::format("{}", frame_index)},
                            {"VolumeIndex", fmt::format("{}", sweep)},
                            {"MotorAngleDeg", fmt::format("{:.4f}", angle)},
                            {"ImageStatus", "OK"}});

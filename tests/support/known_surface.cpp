@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/support/known_surface.hpp"
 
 #include <cmath>
@@ -8,7 +9,7 @@ namespace fanlight::test {
 
 namespace {
 
-/// Where below_mm changes sign between two depths of a ray, to well under a micrometre.
+/// Depth between two depths of a ray at which below_mm() changes sign, to well under a micrometre.
 double bisected_mm(const KnownSurface& surface, const PixelRay& ray, double above_mm, double below_mm) {
   for (int halving = 0; halving < 30; ++halving) {
     const double middle_mm = (above_mm + below_mm) / 2;
@@ -24,7 +25,7 @@ std::optional<double> if_between(double depth_mm, double from_mm, double to_mm) 
 }  // namespace
 
 std::optional<double> KnownSurface::entry_mm(const PixelRay& ray, double from_mm, double to_mm) const {
-  // Finer than any surface of ours bends.
+  // The step is small against the radius of curvature of every surface in this file.
   constexpr double kStepMm = 0.25;
   bool in_fluid = below_mm(ray.at(from_mm)) <= 0;
   for (double depth_mm = from_mm; depth_mm < to_mm; depth_mm += kStepMm) {
@@ -37,19 +38,19 @@ std::optional<double> KnownSurface::entry_mm(const PixelRay& ray, double from_mm
 }
 
 glm::dvec3 KnownSurface::normal(const glm::dvec3& at) const {
-  constexpr double kReachMm = 1e-3;
+  constexpr double kOffsetMm = 1e-3;
   glm::dvec3 gradient;
   for (int axis = 0; axis < 3; ++axis) {
-    glm::dvec3 aside(0);
-    aside[axis] = kReachMm;
-    gradient[axis] = below_mm(at + aside) - below_mm(at - aside);
+    glm::dvec3 offset(0);
+    offset[axis] = kOffsetMm;
+    gradient[axis] = below_mm(at + offset) - below_mm(at - offset);
   }
   return -glm::normalize(gradient);
 }
 
 double KnownEcho::grey(double below_mm) const {
-  const double share = 0.5 * std::erfc(-below_mm / (spread_mm * std::numbers::sqrt2));
-  return fluid_grey + contrast() * share;
+  const double tissue_fraction = 0.5 * std::erfc(-below_mm / (spread_mm * std::numbers::sqrt2));
+  return fluid_grey + contrast() * tissue_fraction;
 }
 
 KnownPlane::KnownPlane(const glm::dvec3& through, double about_x_deg, double about_z_deg)
@@ -86,7 +87,7 @@ double KnownRelief::below_mm(const glm::dvec3& at) const {
   constexpr double kHeightMm = 2;
   constexpr double kAlongX = 2 * kPi / 27;  // rad per mm
   constexpr double kAlongZ = 2 * kPi / 22;
-  constexpr double kSlope = 0.15;  // so that no wave's top lies square to the probe's axis
+  constexpr double kSlope = 0.15;  // so that no crest of a wave is perpendicular to the probe's axis
   const double x = kAlongX * at.x + 0.6;
   const double z = kAlongZ * at.z - 0.4;
   const double surface_mm = mean_depth_mm_ + kHeightMm * (std::sin(x) + std::sin(z)) + kSlope * at.x;

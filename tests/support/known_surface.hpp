@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -7,34 +8,34 @@
 
 namespace fanlight::test {
 
-/// Tissue in fluid with a surface that is known: what frames show of it, and where each ray meets it. Points
-/// are in the transducer frame, mm.
+/// Tissue in fluid with an analytically known surface: the intersection of rays with it, and its normals.
+/// Points are in the transducer frame, mm.
 class KnownSurface {
  public:
   virtual ~KnownSurface() = default;
 
-  /// Depth of a point below the surface along its normal, negative in the fluid; exact at the surface, to
-  /// first order (distance over gradient) away from it.
+  /// Depth of a point below the surface along its normal, mm; negative in the fluid. Exact at the surface;
+  /// away from it a first-order approximation (value over gradient) is allowed.
   virtual double below_mm(const glm::dvec3& at) const = 0;
 
-  /// Depth at which a ray first goes from fluid into tissue, between two depths.
+  /// Depth at which a ray first passes from fluid into tissue between two depths; empty if it does not.
   virtual std::optional<double> entry_mm(const PixelRay& ray, double from_mm, double to_mm) const;
 
-  /// Unit vector into the fluid at a point of the surface.
+  /// Unit normal at a point of the surface. It points into the fluid.
   glm::dvec3 normal(const glm::dvec3& at) const;
 };
 
-/// What a frame shows of it, grey levels: a step blurred by a point spread alike in every direction.
+/// Grey levels of a surface in a frame: a step that is blurred by an isotropic Gaussian point spread.
 struct KnownEcho {
   double fluid_grey = 10;
   double tissue_grey = 110;
-  double spread_mm = 0.3;  ///< standard deviation
+  double spread_mm = 0.3;  ///< standard deviation of the point spread
 
   double grey(double below_mm) const;
   double contrast() const { return tissue_grey - fluid_grey; }
 };
 
-/// A half space whose surface is turned about x, then about z.
+/// A half space. Its surface is perpendicular to y, then rotated about x, then about z.
 class KnownPlane final : public KnownSurface {
  public:
   KnownPlane(const glm::dvec3& through, double about_x_deg, double about_z_deg);
@@ -57,7 +58,7 @@ class KnownSphere final : public KnownSurface {
   double radius_mm_;
 };
 
-/// A smooth height field: waves of some 20 mm length, steepest about 40 deg.
+/// A smooth height field: waves of 22 to 27 mm length with slopes up to about 40 deg.
 class KnownRelief final : public KnownSurface {
  public:
   explicit KnownRelief(double mean_depth_mm) : mean_depth_mm_(mean_depth_mm) {}

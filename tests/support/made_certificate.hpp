@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <openssl/evp.h>
@@ -10,17 +11,18 @@
 #include <memory>
 #include <string>
 
-#include "server/tls_context.hpp"
+#include "server/net/tls_context.hpp"
 
 namespace fanlight::test {
 
-/// A certificate with its key, of itself or of an authority, for tests: P-256, for 127.0.0.1 and localhost.
+/// A certificate with its private key for tests, self-signed or signed by `signer`. P-256. Unless it is an
+/// authority, it is valid for 127.0.0.1 and localhost.
 class MadeCertificate {
  public:
   struct Options {
     std::string name = "fanlight test";
-    long from_s = -3600;  ///< of now
-    long to_s = 3600;
+    long from_s = -3600;  ///< begin of validity, relative to now
+    long to_s = 3600;     ///< end of validity, relative to now
     bool authority = false;
   };
 
@@ -28,22 +30,23 @@ class MadeCertificate {
     static long serial = 1;
     key_.reset(EVP_EC_gen("P-256"));
     certificate_.reset(X509_new());
-    X509* const made = certificate_.get();
-    X509_set_version(made, 2);
-    ASN1_INTEGER_set(X509_get_serialNumber(made), serial++);
-    X509_gmtime_adj(X509_getm_notBefore(made), options.from_s);
-    X509_gmtime_adj(X509_getm_notAfter(made), options.to_s);
-    X509_set_pubkey(made, key_.get());
-    X509_NAME* const subject = X509_get_subject_name(made);
+    X509* const certificate = certificate_.get();
+    X509_set_version(certificate, 2);
+    ASN1_INTEGER_set(X509_get_serialNumber(certificate), serial++);
+    X509_gmtime_adj(X509_getm_notBefore(certificate), options.from_s);
+    X509_gmtime_adj(X509_getm_notAfter(certificate), options.to_s);
+    X509_set_pubkey(certificate, key_.get());
+    X509_NAME* const subject = X509_get_subject_name(certificate);
     X509_NAME_add_entry_by_txt(subject, "CN", MBSTRING_ASC,
                                reinterpret_cast<const unsigned char*>(options.name.c_str()), -1, -1, 0);
-    const MadeCertificate& by = signer != nullptr ? *signer : *this;
-    X509_set_issuer_name(made, X509_get_subject_name(by.certificate_.get()));
-    extend(by, NID_basic_constraints, options.authority ? "critical,CA:TRUE" : "critical,CA:FALSE");
-    if (!options.authority) extend(by, NID_subject_alt_name, "IP:127.0.0.1,DNS:localhost");
-    if (X509_sign(made, by.key_.get(), EVP_sha256()) == 0) std::abort();
+    const MadeCertificate& issuer = signer != nullptr ? *signer : *this;
+    X509_set_issuer_name(certificate, X509_get_subject_name(issuer.certificate_.get()));
+    extend(issuer, NID_basic_constraints, options.authority ? "critical,CA:TRUE" : "critical,CA:FALSE");
+    if (!options.authority) extend(issuer, NID_subject_alt_name, "IP:127.0.0.1,DNS:localhost");
+    if (X509_sign(certificate, issuer.key_.get(), EVP_sha256()) == 0) std::abort();
   }
 
+  /// Writes both as PEM files.
   void write(const std::filesystem::path& certificate, const std::filesystem::path& key) const {
     const auto file = [](const std::filesystem::path& path) {
       return std::unique_ptr<std::FILE, int (*)(std::FILE*)>(std::fopen(path.c_str(), "w"), std::fclose);
@@ -55,9 +58,9 @@ class MadeCertificate {
   Digest fingerprint() const { return fanlight::fingerprint(certificate_.get()); }
 
  private:
-  void extend(const MadeCertificate& by, int kind, const char* value) {
+  void extend(const MadeCertificate& issuer, int kind, const char* value) {
     X509V3_CTX context;
-    X509V3_set_ctx(&context, by.certificate_.get(), certificate_.get(), nullptr, nullptr, 0);
+    X509V3_set_ctx(&context, issuer.certificate_.get(), certificate_.get(), nullptr, nullptr, 0);
     X509_EXTENSION* const extension = X509V3_EXT_conf_nid(nullptr, &context, kind, value);
     X509_add_ext(certificate_.get(), extension, -1);
     X509_EXTENSION_free(extension);

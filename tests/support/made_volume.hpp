@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -5,11 +6,12 @@
 #include <functional>
 #include <span>
 
-#include "proto/volume.hpp"
+#include "proto/model/volume.hpp"
 
 namespace fanlight::test {
 
-/// A volume of frames at these angles, in this order of arrival, that sample grey(point), 0 to 255.
+/// A volume whose frames sample `grey`, a function of a point in the transducer frame; its values are clamped
+/// to 0 to 255 and rounded. The frames are added in the order of `angles_rad` and then sorted by angle.
 inline Volume made_volume(const FanGeometry& geometry, std::span<const double> angles_rad,
                           const std::function<double(const Point&)>& grey) {
   Volume volume(geometry, static_cast<std::uint32_t>(angles_rad.size()));

@@ -1,22 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
 #include <glm/vec3.hpp>
 
-#include "renderer/view.hpp"
+#include "renderer/parameters/view_frame.hpp"
 
 namespace fanlight::test {
 
-/// The ray of a pixel in the transducer frame, mm: at(t) lies t below the view plane.
+/// The ray of a pixel in the transducer frame, mm. at(t) is the point at depth t below the view plane.
 struct PixelRay {
   glm::dvec3 origin;
-  glm::dvec3 direction;  ///< of length 1 along the view, so longer than that in perspective
+  glm::dvec3 direction;  ///< its component along the view has length 1, so in perspective it is longer
 
   glm::dvec3 at(double depth_mm) const { return origin + depth_mm * direction; }
 };
 
-/// The rays of a picture, made once more from the scene alone: truth must not lean on what the renderer made
-/// of it.
+/// The rays of a picture, computed from the scene alone: the reference must be independent of the renderer's
+/// parameters.
 class PixelRays {
  public:
   PixelRays(const Scene& scene, PictureSize size)
@@ -34,34 +35,34 @@ class PixelRays {
     return {frame_.centre + at_plane_ * aside, frame_.forward + per_eye_mm_ * aside};
   }
 
-  /// Depths between which a ray is sampled; none behind the eye.
+  /// Depths of the first and last sample; no sample lies before the eye.
   double first_mm() const {
     return per_eye_mm_ > 0 ? std::max(depths_.start_mm, -eye_height_mm_) : depths_.start_mm;
   }
   double last_mm() const { return depths_.end_mm; }
 
-  /// Where a pixel of that depth lies in the view frame: right, up, and height towards the viewer.
+  /// The point of a pixel at a depth, in the view frame, mm: right, up, and height towards the viewer.
   glm::dvec3 place(std::uint32_t column, std::uint32_t row, double depth_mm) const {
     const double scale = at_plane_ + depth_mm * per_eye_mm_;
     return {scale * right_mm(column), scale * up_mm(row), -depth_mm};
   }
 
-  /// A direction of the view frame in the transducer frame.
+  /// Converts a direction from the view frame to the transducer frame.
   glm::dvec3 in_body(const glm::dvec3& in_view) const {
     return in_view.x * frame_.right + in_view.y * frame_.up - in_view.z * frame_.forward;
   }
 
  private:
-  // Of the pixel's ray at the target's depth.
+  // Distance of the pixel from the centre of the picture, at the depth of the target.
   double right_mm(std::uint32_t column) const { return (column - port_.centre_column()) * port_.pixel_mm; }
   double up_mm(std::uint32_t row) const { return (port_.centre_row() - row) * port_.pixel_mm; }
 
   ViewFrame frame_;
   Viewport port_;
   Scene::Rays depths_;
-  double per_eye_mm_ = 0;     // 1 over the distance from the eye to the target; 0: parallel rays
+  double per_eye_mm_ = 0;     // 1 / (distance from the eye to the target); 0: parallel rays
   double eye_height_mm_ = 0;  // of the eye above the view plane
-  double at_plane_ = 1;       // distance of rays in the view plane over that at the target
+  double at_plane_ = 1;       // distance between rays in the view plane / distance between rays at the target
 };
 
 }  // namespace fanlight::test

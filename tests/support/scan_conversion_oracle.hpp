@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gtest/gtest.h>
@@ -5,13 +6,13 @@
 #include <cmath>
 #include <filesystem>
 
-#include "acquisition/igs_sequence.hpp"
-#include "proto/fan_geometry.hpp"
+#include "acquisition/replay/igs_sequence.hpp"
+#include "proto/model/fan_geometry.hpp"
 #include "tests/support/data_folder.hpp"
 
 namespace fanlight::test {
 
-/// The probe BPC8-4/10 as it was set (shared/data/README.md).
+/// Geometry of the probe BPC8-4/10 with the settings of the recording (shared/data/README.md).
 inline FanGeometry oracle_probe(const IgsSequence& lines) {
   return {.kind = FrameKind::kConvexLines,
           .columns = lines.columns,
@@ -24,14 +25,15 @@ inline FanGeometry oracle_probe(const IgsSequence& lines) {
           .line_pitch_deg = 150.0 / 95};
 }
 
-/// Where a pixel of a picture lies, by its maker's numbers.
+/// Position of a pixel of a scan-converted picture, from the constants of that conversion
+/// (shared/data/README.md).
 inline PlanePoint oracle_point(const FanGeometry& geometry, std::uint32_t column, std::uint32_t row) {
   constexpr double kPixelMm = 0.15;
   const double from_apex_mm = 10 + (row - 87.0) * kPixelMm;
   return {.x_mm = (column - 409.5) * kPixelMm, .depth_mm = from_apex_mm - geometry.probe_radius_mm};
 }
 
-/// Pearson's coefficient over the pairs added.
+/// Pearson's correlation coefficient of the pairs added.
 class Correlation {
  public:
   void add(double a, double b) {
@@ -58,7 +60,7 @@ class Correlation {
   double products_ = 0;
 };
 
-/// Scan lines of a real curved array, and the pictures that someone else's code made of them.
+/// Scan lines of a real curved array, and the pictures that independent software computed from them.
 struct Oracle {
   IgsSequence lines;
   IgsSequence pictures;
@@ -72,7 +74,7 @@ inline bool has_oracle() {
          std::filesystem::exists(data_folder() / kOraclePictures);
 }
 
-/// Precondition: has_oracle().
+/// Precondition: has_oracle(). Aborts if a file cannot be read.
 inline Oracle read_oracle() {
   constexpr std::uint64_t kMaxBytes = 1 << 24;
   auto lines = read_igs_sequence(data_folder() / kOracleLines, kMaxBytes);

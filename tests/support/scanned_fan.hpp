@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -5,16 +6,17 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "proto/fan_geometry.hpp"
+#include "proto/model/fan_geometry.hpp"
 
 namespace fanlight::test {
 
-/// The part of space that a sweep scanned.
+/// The region of space that a sweep scans.
 struct ScannedFan {
   FanGeometry geometry;
   double first_angle_rad = 0;
   double last_angle_rad = 0;
 
+  /// Whether a point of the transducer frame, mm, lies in the region.
   bool holds(const glm::dvec3& at) const {
     const FanCoordinate fan = geometry.fan_coordinate(at.y, at.z);
     if (fan.angle_rad < first_angle_rad || fan.angle_rad > last_angle_rad) return false;
@@ -23,12 +25,12 @@ struct ScannedFan {
            place.row <= geometry.rows - 1 && in_sector(at.x, fan.depth_mm + geometry.probe_radius_mm);
   }
 
-  /// Whether a ball lies within, to the accuracy of 26 points of its skin.
+  /// Whether a ball lies in the region. Tests its centre and 26 points of its surface.
   bool holds_ball(const glm::dvec3& centre, double radius_mm) const {
-    for (int place = 0; place < 27; ++place) {
-      const glm::dvec3 towards(place % 3 - 1, place / 3 % 3 - 1, place / 9 - 1);
-      const double length = std::max(glm::length(towards), 1.0);
-      if (!holds(centre + radius_mm / length * towards)) return false;
+    for (int sample = 0; sample < 27; ++sample) {
+      const glm::dvec3 direction(sample % 3 - 1, sample / 3 % 3 - 1, sample / 9 - 1);
+      const double length = std::max(glm::length(direction), 1.0);
+      if (!holds(centre + radius_mm / length * direction)) return false;
     }
     return true;
   }

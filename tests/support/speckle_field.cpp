@@ -1,11 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/support/speckle_field.hpp"
 
 #include <cmath>
 #include <numeric>
 #include <span>
 
-#include "acquisition/speckle_tile.hpp"
-#include "proto/fan_geometry.hpp"
+#include "acquisition/phantom/speckle_tile.hpp"
+#include "proto/model/fan_geometry.hpp"
 
 namespace fanlight::test {
 
@@ -13,7 +14,7 @@ namespace {
 
 using Values = std::vector<float>;
 
-/// The real and the imaginary part of the echo of many scatterers in each pixel.
+/// Complex amplitude of the echo of many scatterers in each pixel.
 struct Field {
   Values real;
   Values imaginary;
@@ -22,7 +23,7 @@ struct Field {
 Field scatterers(std::size_t voxels, std::uint64_t seed) {
   Field field{Values(voxels), Values(voxels)};
   const std::uint64_t origin = mixed_bits(seed + 1);
-  // The Box-Muller method; the standard library's normal distribution differs between implementations.
+  // Box-Muller method, because std::normal_distribution differs between standard libraries.
   for (std::size_t i = 0; i < voxels; ++i) {
     constexpr double kUnit = 0x1p-32;
     const std::uint64_t bits = mixed_bits(origin + i * 0x9E37'79B9'7F4A'7C15U);
@@ -34,8 +35,9 @@ Field scatterers(std::size_t voxels, std::uint64_t seed) {
   return field;
 }
 
-/// The amplitude's autocovariance is about the square of the field's autocorrelation. After a Gaussian of
-/// deviation s that is exp(-d^2 / (2 s^2)): as wide as the Gaussian itself.
+/// Gaussian kernel that gives grains of `full_width`. The autocovariance of the amplitude is about the square
+/// of the autocorrelation of the field. After smoothing with a Gaussian of standard deviation s it is
+/// exp(-d^2 / (2 s^2)), which has the width of the kernel itself.
 Values kernel_of(double full_width) {
   const double deviation = full_width / (2 * std::sqrt(2 * std::log(2.0)));
   const int reach = static_cast<int>(std::ceil(3.5 * deviation));
@@ -46,16 +48,16 @@ Values kernel_of(double full_width) {
   return kernel;
 }
 
-/// Convolution along one axis of (outer, length, inner), around the ends.
+/// Circular convolution along the middle axis of an array (outer, length, inner).
 void smooth(Values& values, std::size_t length, std::size_t inner, const Values& kernel) {
   const std::size_t reach = kernel.size() / 2;
   const std::size_t block = length * inner;
   Values smoothed(values.size(), 0.0F);
   for (std::size_t outer = 0; outer < values.size(); outer += block) {
-    for (std::size_t at = 0; at < length; ++at) {
-      float* const to = &smoothed[outer + at * inner];
+    for (std::size_t index = 0; index < length; ++index) {
+      float* const to = &smoothed[outer + index * inner];
       for (std::size_t tap = 0; tap < kernel.size(); ++tap) {
-        const float* const from = &values[outer + (at + length + tap - reach) % length * inner];
+        const float* const from = &values[outer + (index + length + tap - reach) % length * inner];
         for (std::size_t i = 0; i < inner; ++i) to[i] += kernel[tap] * from[i];
       }
     }

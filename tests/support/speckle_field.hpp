@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -6,11 +7,11 @@
 
 namespace fanlight::test {
 
-/// Fully developed speckle of a whole sweep, as behind a real beam: the magnitude of a complex Gaussian field
-/// that was smoothed along the lines, across them and from frame to frame, so that neighbouring frames see
-/// nearly the same grains (the tile of the simulated probe makes each frame's anew). Rayleigh distributed
-/// factors of mean 1 (deviation 0.52). The field wraps around in each direction. Equal seeds give equal
-/// fields on every machine.
+/// Fully developed speckle of a whole sweep, as of a real beam: the magnitude of a complex Gaussian field
+/// that is smoothed along the lines, across them and from frame to frame. Neighbouring frames therefore show
+/// nearly the same grains; the speckle tile of the simulated probe generates independent grains for each
+/// frame. The factors are Rayleigh distributed with mean 1 (standard deviation 0.52). The field is periodic
+/// in each direction. Equal seeds give equal fields on every machine.
 class SpeckleField {
  public:
   struct Size {
@@ -27,7 +28,7 @@ class SpeckleField {
 
   SpeckleField(const Size& size, const Grain& grain, std::uint64_t seed);
 
-  /// Factors of a frame, in order of angle: rows x columns.
+  /// Factors of a frame, rows x columns. Frames are indexed in order of angle.
   const float* frame(std::uint32_t frame) const {
     return factors_.data() + std::size_t{frame} * size_.rows * size_.columns;
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdlib>
@@ -6,7 +7,7 @@
 
 namespace fanlight::test {
 
-/// A new folder of its own, gone with everything in it at the end.
+/// Creates a new folder with a unique name; the destructor removes it with its contents.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

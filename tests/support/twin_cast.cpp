@@ -1,3 +1,6 @@
+// SPDX-License-Identifier: Apache-2.0
+// CPU twin of pass 1 (shaders/cast.comp, confidence.comp, slice.comp; renderer/ALGORITHM.md, pass 1): whole
+// rays in double precision, without batches, running sums, or empty space skipping.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -16,23 +19,24 @@ double step_of(const Scene& scene, const FanGeometry& geometry) {
   return scene.rays.step_mm > 0 ? scene.rays.step_mm : geometry.finest_mm();
 }
 
-/// Depths below the view plane.
-struct Interval {
+/// An interval of depths below the view plane.
+struct DepthInterval {
   double first_mm = -HUGE_VAL;
   double last_mm = HUGE_VAL;
   bool holds(double depth_mm) const { return depth_mm >= first_mm && depth_mm <= last_mm; }
 };
 
-/// Its point at depth t below the view plane is origin + t direction.
+/// The point at depth t below the view plane is origin + t direction. Transducer frame, mm.
 struct Ray {
   dvec3 origin;
   dvec3 direction;
-  double eye_mm = -HUGE_VAL;  // depth of the eye; nothing before it is seen
+  double eye_mm = -HUGE_VAL;  // depth of the eye; no sample lies before it
 
   dvec3 at(double depth_mm) const { return origin + depth_mm * direction; }
 };
 
-/// The ray of the pixel that lies so far right of and above the middle, at the target's depth.
+/// The ray of a pixel. `right_mm`, `up_mm`: its distance from the centre of the picture, at the depth of the
+/// target.
 Ray ray_through(const Scene::Camera& camera, double right_mm, double up_mm) {
   const ViewFrame view = view_frame(camera);
   if (camera.projection == Projection::kParallel) {
@@ -46,51 +50,53 @@ Ray ray_through(const Scene::Camera& camera, double right_mm, double up_mm) {
   return {.origin = eye + to_plane_mm * direction, .direction = direction, .eye_mm = -to_plane_mm};
 }
 
-/// Takes from the interval what of the ray does not lie at normal . p >= distance.
-void keep(Interval& interval, const Ray& ray, const dvec3& normal, double distance) {
-  const double rise = glm::dot(normal, ray.direction);
-  const double above = glm::dot(normal, ray.origin) - distance;
-  if (rise > 0) interval.first_mm = std::max(interval.first_mm, -above / rise);
-  if (rise < 0) interval.last_mm = std::min(interval.last_mm, -above / rise);
-  if (rise == 0 && above < 0) interval = {.first_mm = HUGE_VAL, .last_mm = -HUGE_VAL};
+/// Clips the interval of the ray to the half space normal . p >= distance.
+void clip_to_half_space(DepthInterval& interval, const Ray& ray, const dvec3& normal, double distance) {
+  const double slope = glm::dot(normal, ray.direction);
+  const double margin = glm::dot(normal, ray.origin) - distance;
+  if (slope > 0) interval.first_mm = std::max(interval.first_mm, -margin / slope);
+  if (slope < 0) interval.last_mm = std::min(interval.last_mm, -margin / slope);
+  if (slope == 0 && margin < 0) interval = {.first_mm = HUGE_VAL, .last_mm = -HUGE_VAL};
 }
 
-/// Where the ray is within the crop box and on the kept side of both clip planes.
-Interval kept_part(const Scene& scene, const Ray& ray) {
+/// The part of the ray in the crop box and on the visible side of both clip planes: `cropped` in
+/// fan_volume.h.
+DepthInterval cropped(const Scene& scene, const Ray& ray) {
   const Scene::Crop& crop = scene.crop;
-  Interval kept;
-  keep(kept, ray, {1, 0, 0}, crop.left_mm);
-  keep(kept, ray, {-1, 0, 0}, -crop.right_mm);
-  keep(kept, ray, {0, 1, 0}, crop.near_mm);
-  keep(kept, ray, {0, -1, 0}, -crop.far_mm);
-  keep(kept, ray, {0, 0, 1}, crop.below_mm);
-  keep(kept, ray, {0, 0, -1}, -crop.above_mm);
+  DepthInterval shown;
+  clip_to_half_space(shown, ray, {1, 0, 0}, crop.left_mm);
+  clip_to_half_space(shown, ray, {-1, 0, 0}, -crop.right_mm);
+  clip_to_half_space(shown, ray, {0, 1, 0}, crop.near_mm);
+  clip_to_half_space(shown, ray, {0, -1, 0}, -crop.far_mm);
+  clip_to_half_space(shown, ray, {0, 0, 1}, crop.below_mm);
+  clip_to_half_space(shown, ray, {0, 0, -1}, -crop.above_mm);
   for (const Scene::Clip& clip : {scene.clip1, scene.clip2}) {
     const dvec3 normal(clip.normal_x, clip.normal_y, clip.normal_z);
-    keep(kept, ray, normal, clip.distance_mm * glm::length(normal));
+    clip_to_half_space(shown, ray, normal, clip.distance_mm * glm::length(normal));
   }
-  return kept;
+  return shown;
 }
 
-/// Of samples along a ray; nothing for those that were not scanned.
-using Values = std::vector<std::optional<double>>;
+/// Samples along a ray, 0 to 1; nullopt: not scanned.
+using SampleValues = std::vector<std::optional<double>>;
 
-/// What one ray reads: the mean of a window across it, whose points lie a step apart.
-class Samples {
+/// The samples of one ray. Each is the mean of a window across the ray, whose points lie one step apart
+/// (shaders/ray.h).
+class RaySamples {
  public:
-  Samples(const Scene& scene, const Volume& prepared, const Ray& ray)
-      : scene_(scene), prepared_(prepared), ray_(ray), apart_mm_(step_of(scene, prepared.geometry())) {
+  RaySamples(const Scene& scene, const Volume& prepared, const Ray& ray)
+      : scene_(scene), prepared_(prepared), ray_(ray), step_mm_(step_of(scene, prepared.geometry())) {
     const dvec3 along = glm::normalize(ray.direction);
     const dvec3 right = view_frame(scene.camera).right;
     right_ = glm::normalize(right - glm::dot(right, along) * along);
     up_ = glm::cross(right_, along);
-    depth_step_mm_ = apart_mm_ / glm::length(ray.direction);
+    depth_step_mm_ = step_mm_ / glm::length(ray.direction);
   }
 
   double depth_step_mm() const { return depth_step_mm_; }
   double depth_mm(double index) const { return scene_.rays.start_mm + index * depth_step_mm_; }
 
-  /// 0 to 1; nothing where nothing was scanned.
+  /// The sample at a depth, 0 to 1; nullopt where the point on the ray was not scanned.
   std::optional<double> at(double depth_mm) const {
     if (depth_mm < ray_.eye_mm) return std::nullopt;
     const auto centre = twin_echo(scene_.speckle, prepared_, ray_.at(depth_mm));
@@ -100,7 +106,7 @@ class Samples {
     int scanned = 0;
     for (int up = -radius; up <= radius; ++up) {
       for (int right = -radius; right <= radius; ++right) {
-        const dvec3 beside = (right * apart_mm_) * right_ + (up * apart_mm_) * up_;
+        const dvec3 beside = (right * step_mm_) * right_ + (up * step_mm_) * up_;
         const auto value = twin_echo(scene_.speckle, prepared_, ray_.at(depth_mm) + beside);
         if (!value) continue;
         sum += *value;
@@ -110,9 +116,9 @@ class Samples {
     return sum / scanned;
   }
 
-  /// From the ray's start to its end.
-  Values all() const {
-    Values values;
+  /// All samples from the start of the ray to its end.
+  SampleValues all() const {
+    SampleValues values;
     for (int index = 0; depth_mm(index) <= scene_.rays.end_mm; ++index) values.push_back(at(depth_mm(index)));
     return values;
   }
@@ -121,78 +127,80 @@ class Samples {
   const Scene& scene_;
   const Volume& prepared_;
   Ray ray_;
-  double apart_mm_;
+  double step_mm_;
   double depth_step_mm_ = 0;
   dvec3 right_{};
   dvec3 up_{};
 };
 
-/// How far the echo steps in each full window of a run: the mean of its newest half less that of its oldest,
-/// with the sign asked for.
-std::vector<double> edges_of(const Scene::Detector& detector, const std::vector<double>& run) {
+/// The step in each full window of a run: the mean of its newest half - the mean of its oldest half, with the
+/// sign of the detector. `advance` in edge_detector.h computes the same as a difference of sums.
+std::vector<double> window_heights(const Scene::Detector& detector, const std::vector<double>& run) {
   const std::size_t half = static_cast<std::size_t>(detector.window) / 2;
-  std::vector<double> edges;
+  std::vector<double> heights;
   for (std::size_t oldest = 0; oldest + 2 * half <= run.size(); ++oldest) {
     double sum = 0;
     for (std::size_t at = oldest; at < oldest + half; ++at) sum += run[at + half] - run[at];
     const double step = sum / static_cast<double>(half);
-    edges.push_back(detector.sign == EdgeSign::kEither         ? std::abs(step)
-                    : detector.sign == EdgeSign::kDarkToBright ? step
-                                                               : -step);
+    heights.push_back(detector.sign == EdgeSign::kEither         ? std::abs(step)
+                      : detector.sign == EdgeSign::kDarkToBright ? step
+                                                                 : -step);
   }
-  return edges;
+  return heights;
 }
 
-/// Before the window that exceeds the threshold, where between it and the last one the threshold lies.
-double crossing(const std::vector<double>& edges, std::size_t first, double threshold) {
-  const double place = static_cast<double>(first);
-  if (first == 0 || edges[first] <= edges[first - 1]) return place;
-  return place - std::clamp((edges[first] - threshold) / (edges[first] - edges[first - 1]), 0.0, 1.0);
+/// The position where the threshold is crossed, in windows: interpolated between the first window that
+/// exceeds it and the previous one.
+double first_crossing(const std::vector<double>& heights, std::size_t first, double threshold) {
+  const double position = static_cast<double>(first);
+  if (first == 0 || heights[first] <= heights[first - 1]) return position;
+  return position -
+         std::clamp((heights[first] - threshold) / (heights[first] - heights[first - 1]), 0.0, 1.0);
 }
 
-/// The steepest window of the edge that begins with `first`; between windows, by a parabola through its
-/// neighbours.
-double steepest(const std::vector<double>& edges, std::size_t first, double threshold) {
+/// The position of the steepest window of the edge that begins with window `first` (`follow_edge` in
+/// edge_detector.h). Interpolated by the parabola through the peak and its neighbours (`peak_offset`).
+double steepest_position(const std::vector<double>& heights, std::size_t first, double threshold) {
   std::size_t peak = first;
-  for (std::size_t at = first + 1; at < edges.size(); ++at) {
-    if (edges[at] <= std::max(threshold, edges[peak] / 2)) break;
-    if (edges[at] > edges[peak]) peak = at;
+  for (std::size_t at = first + 1; at < heights.size(); ++at) {
+    if (heights[at] <= std::max(threshold, heights[peak] / 2)) break;
+    if (heights[at] > heights[peak]) peak = at;
   }
-  const double place = static_cast<double>(peak);
-  if (peak == 0 || peak + 1 == edges.size()) return place;
-  const double bend = edges[peak - 1] - 2 * edges[peak] + edges[peak + 1];
-  if (bend >= 0) return place;
-  return place + std::clamp(0.5 * (edges[peak - 1] - edges[peak + 1]) / bend, -0.5, 0.5);
+  const double position = static_cast<double>(peak);
+  if (peak == 0 || peak + 1 == heights.size()) return position;
+  const double curvature = heights[peak - 1] - 2 * heights[peak] + heights[peak + 1];
+  if (curvature >= 0) return position;
+  return position + std::clamp(0.5 * (heights[peak - 1] - heights[peak + 1]) / curvature, -0.5, 0.5);
 }
 
-/// Where the surfaces lie in a run of samples that were all scanned, counted in samples from its first.
-std::vector<double> surfaces_in(const Scene::Detector& detector, const std::vector<double>& run) {
+/// The positions of all edges in a run of scanned samples, in samples from its first.
+std::vector<double> edge_positions(const Scene::Detector& detector, const std::vector<double>& run) {
   const double threshold = detector.threshold / 255;
-  const auto edges = edges_of(detector, run);
-  std::vector<double> places;
-  for (std::size_t at = 0; at < edges.size(); ++at) {
-    const bool crosses = edges[at] > threshold && (at == 0 || edges[at - 1] <= threshold);
+  const auto heights = window_heights(detector, run);
+  std::vector<double> positions;
+  for (std::size_t at = 0; at < heights.size(); ++at) {
+    const bool crosses = heights[at] > threshold && (at == 0 || heights[at - 1] <= threshold);
     if (!crosses) continue;
-    const double window = detector.place == SurfacePlace::kRefined ? steepest(edges, at, threshold)
-                                                                   : crossing(edges, at, threshold);
-    places.push_back(window + 0.5 * (detector.window - 1));  // between the window's halves
+    const double window = detector.place == SurfacePlace::kRefined ? steepest_position(heights, at, threshold)
+                                                                   : first_crossing(heights, at, threshold);
+    positions.push_back(window + 0.5 * (detector.window - 1));  // middle_of_window() in edge_detector.h
   }
-  return places;
+  return positions;
 }
 
-/// The first surface that is not cropped, or kNoSurface.
-double surface_depth_mm(const Scene::Detector& detector, const Samples& samples, Values values,
-                        const Interval& kept) {
-  values.emplace_back();  // ends the last run
+/// The depth of the first surface that is not cropped, or kNoSurface.
+double first_surface_mm(const Scene::Detector& detector, const RaySamples& samples, SampleValues values,
+                        const DepthInterval& shown) {
+  values.emplace_back();  // nullopt: ends the last run
   std::vector<double> run;
   for (std::size_t index = 0; index < values.size(); ++index) {
     if (values[index]) {
       run.push_back(*values[index]);
       continue;
     }
-    for (const double place : surfaces_in(detector, run)) {
-      const double depth_mm = samples.depth_mm(static_cast<double>(index - run.size()) + place);
-      if (kept.holds(depth_mm)) return depth_mm;
+    for (const double position : edge_positions(detector, run)) {
+      const double depth_mm = samples.depth_mm(static_cast<double>(index - run.size()) + position);
+      if (shown.holds(depth_mm)) return depth_mm;
     }
     run.clear();
   }
@@ -205,8 +213,8 @@ struct Side {
   double variance = 0;
 };
 
-/// Of the detector's half window before (-1) or behind (+1) a depth.
-Side side_of(const Scene::Detector& detector, const Samples& samples, double depth_mm, int direction) {
+/// Statistics of half a window before (direction -1) or behind (+1) a depth.
+Side side_of(const Scene::Detector& detector, const RaySamples& samples, double depth_mm, int direction) {
   Side side;
   double squares = 0;
   for (int index = 0; index < detector.window / 2; ++index) {
@@ -222,15 +230,15 @@ Side side_of(const Scene::Detector& detector, const Samples& samples, double dep
   return side;
 }
 
-/// The step at the surface over how much the echo varies on its two sides.
-double confidence_at(const Scene::Detector& detector, const Samples& samples, double depth_mm) {
+/// The contrast of the edge over the noise on its two sides (confidence.comp).
+double confidence_at(const Scene::Detector& detector, const RaySamples& samples, double depth_mm) {
   const Side near = side_of(detector, samples, depth_mm, -1);
   const Side far = side_of(detector, samples, depth_mm, 1);
   if (near.count == 0 || far.count == 0) return 0;
   return std::abs(far.mean - near.mean) / std::max(std::sqrt((near.variance + far.variance) / 2), 1 / 255.0);
 }
 
-/// Front to back, C += (1 - A) a c, A += (1 - A) a.
+/// Front-to-back compositing, with colour c and opacity a of a sample: C += (1 - A) a c, A += (1 - A) a.
 Rgb composited(const TransferFunction& transfer, const std::vector<double>& values, double step_mm) {
   Rgb colour(0);
   double opacity = 0;
@@ -243,13 +251,13 @@ Rgb composited(const TransferFunction& transfer, const std::vector<double>& valu
   return colour;
 }
 
-/// What the ray itself looks like, in the modes that show it.
-Rgb ray_colour(const Scene& scene, const Samples& samples, const Values& all, const Interval& kept,
-               double step_mm) {
+/// The result of the ray besides the surface (ray_accumulator.h), by the mode.
+Rgb accumulated_colour(const Scene& scene, const RaySamples& samples, const SampleValues& all,
+                       const DepthInterval& shown, double step_mm) {
   std::vector<double> values;
   double sum = 0;
   for (std::size_t index = 0; index < all.size(); ++index) {
-    if (!all[index] || !kept.holds(samples.depth_mm(static_cast<double>(index)))) continue;
+    if (!all[index] || !shown.holds(samples.depth_mm(static_cast<double>(index)))) continue;
     values.push_back(*all[index]);
     sum += *all[index];
   }
@@ -269,13 +277,13 @@ Rgb ray_colour(const Scene& scene, const Samples& samples, const Values& all, co
   }
 }
 
-/// The echo at one point of a slice as grey: black where nothing was scanned or it is cropped.
+/// The echo at one point of a slice as grey; black where nothing was scanned or it is cropped.
 Rgb slice_colour(const Scene& scene, const Volume& prepared, const dvec3& at) {
-  const bool kept = kept_part(scene, {.origin = at, .direction = dvec3(0)}).holds(0);
-  return Rgb(kept ? twin_echo(scene.speckle, prepared, at).value_or(0) : 0);
+  const bool shown = cropped(scene, {.origin = at, .direction = dvec3(0)}).holds(0);
+  return Rgb(shown ? twin_echo(scene.speckle, prepared, at).value_or(0) : 0);
 }
 
-/// Mode::kSlice: the plane parallel to the picture, seen as the rays see it.
+/// Mode::kSlice: a plane parallel to the picture, with the projection of the rays.
 void cast_slice(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
   const double pixel_mm = scene.camera.field_mm / size.height;
   for (std::uint32_t row = 0; row < size.height; ++row) {
@@ -289,7 +297,8 @@ void cast_slice(const Scene& scene, PictureSize size, const Volume& prepared, Tw
   }
 }
 
-/// Mode::kSlices: three planes through the target, each centred on it in its own part of the picture.
+/// Mode::kSlices: three planes through the target, each in its part of the picture, with the target in the
+/// middle.
 void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
   const std::uint32_t middle_column = size.width / 2;
   const std::uint32_t middle_row = size.height / 2;
@@ -321,13 +330,14 @@ void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, Twi
       const std::size_t pixel = std::size_t{row} * size.width + column;
       const Ray ray = ray_through(scene.camera, (column - part.centre_column()) * part.pixel_mm,
                                   (part.centre_row() - row) * part.pixel_mm);
-      const Samples samples(scene, prepared, ray);
-      const Interval kept = kept_part(scene, ray);
-      const Values values = samples.all();
-      const double depth_mm = surface_depth_mm(scene.detector, samples, values, kept);
+      const RaySamples samples(scene, prepared, ray);
+      const DepthInterval shown = cropped(scene, ray);
+      const SampleValues values = samples.all();
+      const double depth_mm = first_surface_mm(scene.detector, samples, values, shown);
       cast.depth_mm[pixel] = depth_mm;
       if (depth_mm >= 0) cast.confidence[pixel] = confidence_at(scene.detector, samples, depth_mm);
-      cast.colour[pixel] = ray_colour(scene, samples, values, kept, step_of(scene, prepared.geometry()));
+      cast.colour[pixel] =
+          accumulated_colour(scene, samples, values, shown, step_of(scene, prepared.geometry()));
     }
   }
 }

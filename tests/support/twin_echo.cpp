@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/support/twin_echo.hpp"
 
 #include <algorithm>
@@ -7,10 +8,10 @@ namespace fanlight::test {
 
 namespace {
 
-/// The frame coordinate of an angle among the frames in ascending order, or nothing outside them.
+/// The frame coordinate of an angle among the frames by ascending angle; nullopt outside them.
 std::optional<double> frame_coordinate(const Volume& volume, double angle_rad) {
   const auto order = volume.by_angle();
-  const auto angle = [&](std::size_t place) { return volume.angles_rad()[order[place]]; };
+  const auto angle = [&](std::size_t position) { return volume.angles_rad()[order[position]]; };
   if (angle_rad < angle(0) || angle_rad > angle(order.size() - 1)) return std::nullopt;
   std::size_t below = 0;
   while (below + 2 < order.size() && angle(below + 1) <= angle_rad) ++below;
@@ -18,20 +19,20 @@ std::optional<double> frame_coordinate(const Volume& volume, double angle_rad) {
   return static_cast<double>(below) + (step > 0 ? (angle_rad - angle(below)) / step : 0);
 }
 
-double voxel(const Volume& volume, int column, int row, int place) {
+double voxel(const Volume& volume, int column, int row, int position) {
   const FanGeometry& geometry = volume.geometry();
   const int last_frame = static_cast<int>(volume.by_angle().size()) - 1;
   column = std::min(column, static_cast<int>(geometry.columns) - 1);
   row = std::min(row, static_cast<int>(geometry.rows) - 1);
-  place = std::min(place, last_frame);
-  const auto frame = volume.frame_pixels(volume.by_angle()[static_cast<std::size_t>(place)]);
+  position = std::min(position, last_frame);
+  const auto frame = volume.frame_pixels(volume.by_angle()[static_cast<std::size_t>(position)]);
   return frame[static_cast<std::size_t>(row) * geometry.columns + static_cast<std::size_t>(column)] / 255.0;
 }
 
 bool in_sector(const Scene::Speckle& speckle, const FanGeometry& geometry, PlanePoint at) {
   const FanGeometry::Sector& sector = geometry.sector;
   if (geometry.kind != FrameKind::kCartesian || sector.half_angle_deg == 0) return true;
-  // A guided filter takes means of means, and so reaches twice as far.
+  // The guided filter takes means of means, so its reach is two windows.
   const int windows = speckle.filter == SpeckleFilter::kNone     ? 0
                       : speckle.filter == SpeckleFilter::kGuided ? 2
                                                                  : 1;
@@ -57,14 +58,15 @@ std::optional<double> twin_echo(const Scene::Speckle& speckle, const Volume& pre
   const auto frame = frame_coordinate(prepared, fan.angle_rad);
   if (!frame) return std::nullopt;
   const glm::dvec3 base(std::floor(column), std::floor(row), std::floor(*frame));
-  const glm::dvec3 share = glm::dvec3(column, row, *frame) - base;
+  const glm::dvec3 fraction = glm::dvec3(column, row, *frame) - base;
   double value = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int right = corner & 1;
     const int down = corner >> 1 & 1;
     const int next = corner >> 2;
-    const double weight = (right != 0 ? share.x : 1 - share.x) * (down != 0 ? share.y : 1 - share.y) *
-                          (next != 0 ? share.z : 1 - share.z);
+    const double weight = (right != 0 ? fraction.x : 1 - fraction.x) *
+                          (down != 0 ? fraction.y : 1 - fraction.y) *
+                          (next != 0 ? fraction.z : 1 - fraction.z);
     value += weight * voxel(prepared, static_cast<int>(base.x) + right, static_cast<int>(base.y) + down,
                             static_cast<int>(base.z) + next);
   }

@@ -1,16 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <glm/vec3.hpp>
 #include <optional>
 
-#include "proto/scene.hpp"
-#include "proto/volume.hpp"
+#include "proto/model/scene.hpp"
+#include "proto/model/volume.hpp"
 
 namespace fanlight::test {
 
-/// The echo at a point of the transducer frame, 0 to 1: trilinear between the nearest pixels of the nearest
-/// frames, wherever their angles lie. Nothing where nothing was scanned, and near the border of a sector,
-/// where pixels without an echo (or pass 0's window over them) have a share in it.
+/// The echo at a point of the transducer frame (mm), 0 to 1: trilinear interpolation between the pixels of
+/// the two frames whose angles enclose the point. nullopt where nothing was scanned, and near the border of a
+/// sector, where pixels without an echo, or windows of pass 0 with such pixels, would contribute.
 std::optional<double> twin_echo(const Scene::Speckle& speckle, const Volume& prepared, const glm::dvec3& at);
 
 }  // namespace fanlight::test

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
 
@@ -8,20 +9,21 @@ namespace fanlight::test {
 
 namespace {
 
-/// What a pixel counts in the filter.
+/// The weight of a pixel in the filter (holes.comp).
 double weight(const Scene::Filter& filter, double confidence) {
   if (filter.weights == FilterWeights::kEven) return 1;
   return std::clamp(std::floor(4 * confidence + 0.5), 1.0, 15.0);
 }
 
-/// Tukey's: falls to nothing at a difference of one step, so that another surface has no say.
+/// Tukey's biweight: 0 from a difference of one step on, so that another surface does not contribute.
 double likeness(double difference_mm, double step_mm) {
   if (std::abs(difference_mm) >= step_mm) return 0;
   const double share = difference_mm / step_mm;
   return (1 - share * share) * (1 - share * share);
 }
 
-/// The weighted mean over a square window, a weight for a pixel times weigh(columns away) weigh(rows away).
+/// The weighted mean over a square window. The weight is that of the pixel * weigh(columns away) * weigh(rows
+/// away).
 template <typename Weigh>
 std::vector<double> window_mean(const TwinMap& map, int radius, const std::vector<double>& weights,
                                 Weigh weigh, std::vector<double> smooth_mm) {
@@ -40,8 +42,9 @@ std::vector<double> window_mean(const TwinMap& map, int radius, const std::vecto
   return smooth_mm;
 }
 
-/// Each pixel comes to lie on the line through its neighbours, so many columns or rows away, weighed by
-/// `weigh` of the distance and `like` of the difference in depth; on their mean where they hardly spread.
+/// Fits a line to the neighbours of each pixel, up to `columns` or `rows` away, and takes its value at the
+/// pixel. The weight is that of the neighbour * `weigh`(distance) * `like`(difference in depth). Takes the
+/// mean where the distances have too little variance for a line (smooth.comp).
 template <typename Weigh, typename Like>
 std::vector<double> line_fit(const TwinMap& map, int columns, int rows, const std::vector<double>& weights,
                              const Weigh& weigh, const Like& like, std::vector<double> smooth_mm) {
@@ -88,8 +91,8 @@ std::vector<double> twin_steady(const Scene::Filter& filter, const std::vector<d
 std::vector<double> twin_islands(const Scene& scene, PictureSize size, const std::vector<double>& depth_mm) {
   const TwinMap map(depth_mm, size, viewport(scene, size));
   const int radius = scene.filter.islands / 2;
-  std::vector<double> left_mm = depth_mm;
-  if (radius == 0) return left_mm;
+  std::vector<double> cleaned_mm = depth_mm;
+  if (radius == 0) return cleaned_mm;
   map.for_each([&](int column, int row) {
     if (!map.surface(column, row)) return;
     int pixels = 0;
@@ -99,9 +102,9 @@ std::vector<double> twin_islands(const Scene& scene, PictureSize size, const std
       const double apart_mm = std::abs(map.depth(x, y) - map.depth(column, row));
       of_surface += map.surface(x, y) && apart_mm <= scene.filter.step_mm ? 1 : 0;
     });
-    if (4 * of_surface < pixels) left_mm[map.index(column, row)] = kNoSurface;
+    if (4 * of_surface < pixels) cleaned_mm[map.index(column, row)] = kNoSurface;
   });
-  return left_mm;
+  return cleaned_mm;
 }
 
 std::vector<double> twin_holes(const Scene& scene, PictureSize size, const std::vector<double>& depth_mm) {
@@ -165,12 +168,12 @@ std::vector<double> twin_depth_filter(const Scene& scene, PictureSize size,
                                       const std::vector<double>& depth_mm, std::vector<double> confidence,
                                       const std::vector<double>& previous_mm) {
   const auto steady_mm = twin_steady(scene.filter, depth_mm, previous_mm);
-  const auto large_mm = twin_islands(scene, size, steady_mm);
-  const auto whole_mm = twin_holes(scene, size, large_mm);
+  const auto cleaned_mm = twin_islands(scene, size, steady_mm);
+  const auto filled_mm = twin_holes(scene, size, cleaned_mm);
   for (std::size_t pixel = 0; pixel < confidence.size(); ++pixel) {
-    if (large_mm[pixel] < 0) confidence[pixel] = 0;  // nobody saw what fills a hole
+    if (cleaned_mm[pixel] < 0) confidence[pixel] = 0;  // a depth that fills a hole was not measured
   }
-  return twin_filter(scene, size, whole_mm, confidence);
+  return twin_filter(scene, size, filled_mm, confidence);
 }
 
 }  // namespace fanlight::test

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "renderer/parameters/colour_map.hpp"
 #include "tests/support/cpu_twin.hpp"
 
 namespace fanlight::test {
@@ -14,7 +16,7 @@ double luminance(const Rgb& colour) {
   return glm::dot(colour, Rgb(0.2126, 0.7152, 0.0722));
 }
 
-/// A picture whose border pixels go on beyond it.
+/// A picture whose border pixels are repeated outside it.
 struct Pixels {
   const std::vector<Rgb>& colour;
   int width;
@@ -27,7 +29,7 @@ struct Pixels {
   const Rgb& at(int column, int row) const { return colour[index(column, row)]; }
 };
 
-/// Each pixel with those to the right, below and both.
+/// The mean of each pixel with its right, lower and lower right neighbours.
 std::vector<Rgb> mean_of_four(const Pixels& from) {
   std::vector<Rgb> to;
   for (int row = 0; row < from.height; ++row) {
@@ -39,8 +41,8 @@ std::vector<Rgb> mean_of_four(const Pixels& from) {
   return to;
 }
 
-/// One step of the diffusion: less flows where the brightness steps by more than the conductance. Nothing
-/// flows over the picture's border, where a pixel is its own neighbour.
+/// One step of the diffusion (diffuse.comp): the flow falls where the step in brightness exceeds the
+/// conductance. At the border a pixel is its own neighbour, so nothing flows across it.
 std::vector<Rgb> diffused_once(const Pixels& from, double conductance) {
   std::vector<Rgb> to;
   for (int row = 0; row < from.height; ++row) {
@@ -71,12 +73,12 @@ std::vector<Rgb> smoothed(std::vector<Rgb> colour, PictureSize size, const Scene
   return colour;
 }
 
-/// The colour of a brightness: linear between four points, evenly spaced.
+/// The colour of a brightness: linear between four points at equal distances.
 Rgb mapped(ColourMap colours, double brightness) {
   const auto points = colour_map_points(colours);
-  const double place = 3 * std::clamp(brightness, 0.0, 1.0);
-  const std::size_t below = std::min(static_cast<std::size_t>(place), std::size_t{2});
-  return glm::mix(points[below], points[below + 1], place - static_cast<double>(below));
+  const double position = 3 * std::clamp(brightness, 0.0, 1.0);
+  const std::size_t below = std::min(static_cast<std::size_t>(position), std::size_t{2});
+  return glm::mix(points[below], points[below + 1], position - static_cast<double>(below));
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -22,7 +23,7 @@ double displayed_of(double linear) {
   return bounded <= 0.0031308 ? 12.92 * bounded : 1.055 * std::pow(bounded, 1 / 2.4) - 0.055;
 }
 
-/// The depth map as a surface in the view frame: right, up, height (towards the viewer, -depth), mm.
+/// The depth map as a height map in the view frame, mm: right, up, height towards the viewer (-depth).
 class Relief {
  public:
   Relief(const std::vector<double>& depth_mm, PictureSize size, const Scene& scene)
@@ -31,41 +32,41 @@ class Relief {
   const TwinMap& map() const { return map_; }
   bool perspective() const { return scene_.camera.projection == Projection::kPerspective; }
 
-  /// Of the eye above the view plane, in perspective.
+  /// Perspective: height of the eye above the view plane.
   double eye_mm() const { return eye_distance_mm(scene_.camera) - scene_.camera.distance_mm; }
 
-  /// How far pixels lie apart at a depth, over how far they do at the target's.
+  /// Distance between pixels at a depth / distance between pixels at the target.
   double scale(double depth_mm) const {
     return perspective() ? (depth_mm + eye_mm()) / eye_distance_mm(scene_.camera) : 1;
   }
 
-  dvec3 place(int column, int row, double depth_mm) const {
+  dvec3 point(int column, int row, double depth_mm) const {
     const double apart_mm = part_.pixel_mm * scale(depth_mm);
     return {(column - part_.centre_column()) * apart_mm, (part_.centre_row() - row) * apart_mm, -depth_mm};
   }
-  dvec3 place(int column, int row) const { return place(column, row, map_.depth(column, row)); }
+  dvec3 point(int column, int row) const { return point(column, row, map_.depth(column, row)); }
 
-  /// Column and row in which a place shows: the inverse.
-  dvec2 pixel(const dvec3& place) const {
-    const double apart_mm = part_.pixel_mm * scale(-place.z);
-    return {part_.centre_column() + place.x / apart_mm, part_.centre_row() - place.y / apart_mm};
+  /// The inverse: column and row at which a point is seen.
+  dvec2 pixel(const dvec3& point) const {
+    const double apart_mm = part_.pixel_mm * scale(-point.z);
+    return {part_.centre_column() + point.x / apart_mm, part_.centre_row() - point.y / apart_mm};
   }
 
   dvec3 normal(int column, int row) const {
     return glm::normalize(glm::cross(tangent(column, row, 1, 0), -tangent(column, row, 0, 1)));
   }
 
-  dvec3 to_viewer(const dvec3& place) const {
-    return perspective() ? glm::normalize(dvec3(0, 0, eye_mm()) - place) : dvec3(0, 0, 1);
+  dvec3 to_viewer(const dvec3& point) const {
+    return perspective() ? glm::normalize(dvec3(0, 0, eye_mm()) - point) : dvec3(0, 0, 1);
   }
 
-  /// Share of the lamp that shows from a pixel, 0 to 1.
+  /// Fraction of the light visible from a pixel, 0 to 1 (`light_seen` in light.comp).
   double visibility(int column, int row) const;
 
  private:
-  /// Along the surface to the next pixel in a direction, in columns and rows.
+  /// The tangent of the surface in a direction of the picture, in columns and rows.
   dvec3 tangent(int column, int row, int right, int down) const {
-    const dvec3 here = place(column, row);
+    const dvec3 here = point(column, row);
     const bool central = scene_.light.normals == Normals::kCentral;
     const auto joined = [&](int x, int y) {
       const double apart_mm = std::abs(map_.depth(x, y) - map_.depth(column, row));
@@ -74,11 +75,11 @@ class Relief {
     const bool next = joined(column + right, row + down);
     const bool before = joined(column - right, row - down);
     if (central && next && before) {
-      return place(column + right, row + down) - place(column - right, row - down);
+      return point(column + right, row + down) - point(column - right, row - down);
     }
-    if (next) return place(column + right, row + down) - here;
-    if (before) return here - place(column - right, row - down);
-    return place(column + right, row + down, map_.depth(column, row)) - here;
+    if (next) return point(column + right, row + down) - here;
+    if (before) return here - point(column - right, row - down);
+    return point(column + right, row + down, map_.depth(column, row)) - here;
   }
 
   const Scene& scene_;
@@ -86,31 +87,33 @@ class Relief {
   TwinMap map_;
 };
 
-dvec3 lamp_place(const Scene::Light& light) {
+dvec3 light_position(const Scene::Light& light) {
   return {light.right_mm, light.up_mm, -light.depth_mm};
 }
 
-/// From where to the target a directional light shines.
-dvec3 lamp_way(const Scene& scene) {
-  return lamp_place(scene.light) - dvec3(0, 0, -scene.camera.distance_mm);
+/// The vector from the target to the position of a directional light.
+dvec3 to_directional_light(const Scene& scene) {
+  return light_position(scene.light) - dvec3(0, 0, -scene.camera.distance_mm);
 }
 
-dvec3 lamp_direction(const Scene& scene) {
-  const dvec3 way = lamp_way(scene);
-  return glm::length(way) > 0 ? glm::normalize(way) : dvec3(0, 0, 1);
+dvec3 light_direction(const Scene& scene) {
+  const dvec3 to_light = to_directional_light(scene);
+  return glm::length(to_light) > 0 ? glm::normalize(to_light) : dvec3(0, 0, 1);
 }
 
 double Relief::visibility(int column, int row) const {
   constexpr double kFarMm = 1000;
   constexpr double kBiasPixels = 1.5;
-  const bool point = scene_.light.kind == LightKind::kPoint;
-  const dvec3 surface = place(column, row);
-  const dvec3 way = point ? lamp_place(scene_.light) - surface : kFarMm * lamp_direction(scene_);
-  const double lamp_mm = std::max(glm::length(point ? way : lamp_way(scene_)), 1e-3);
+  const bool point_light = scene_.light.kind == LightKind::kPoint;
+  const dvec3 surface = point(column, row);
+  const dvec3 to_light =
+      point_light ? light_position(scene_.light) - surface : kFarMm * light_direction(scene_);
+  const double light_distance_mm =
+      std::max(glm::length(point_light ? to_light : to_directional_light(scene_)), 1e-3);
 
-  // The walk: from just above the surface to the light, or to where nothing can lie any higher.
+  // The shadow ray: from just above the surface to the light, or to the upper limit of the heights.
   const dvec3 from = surface + dvec3(0, 0, kBiasPixels * part_.pixel_mm * scale(map_.depth(column, row)));
-  dvec3 to = from + way;
+  dvec3 to = from + to_light;
   const double top = -(perspective() ? std::max(scene_.rays.start_mm, 1 - eye_mm()) : scene_.rays.start_mm);
   if (to.z > top) {
     if (from.z >= top) return 1;
@@ -121,24 +124,24 @@ double Relief::visibility(int column, int row) const {
   const dvec2 last = pixel(to);
   const double pixels = std::max(std::abs(last.x - first.x), std::abs(last.y - first.y));
   double visible = 1;
-  for (int walked = 1; walked < pixels; ++walked) {
-    const double share = walked / pixels;
-    const dvec2 at = first + share * (last - first);
+  for (int pixel_step = 1; pixel_step < pixels; ++pixel_step) {
+    const double fraction = pixel_step / pixels;
+    const dvec2 at = first + fraction * (last - first);
     if (at.x < part_.left || at.x > part_.left + part_.width - 1.0 || at.y < part_.top ||
         at.y > part_.top + part_.height - 1.0) {
       break;
     }
-    // The share of the way in space that this share of the pixels is.
-    const double near = share * scale(-from.z);
-    const double gone = near / (near + (1 - share) * scale(-to.z));
+    // In perspective, equal steps in the picture are not equal steps in the body.
+    const double near = fraction * scale(-from.z);
+    const double along = near / (near + (1 - fraction) * scale(-to.z));
     const double depth_mm =
         map_.depth(static_cast<int>(std::floor(at.x + 0.5)), static_cast<int>(std::floor(at.y + 0.5)));
     if (depth_mm < 0) continue;
-    const double clearance_mm = from.z + gone * (to.z - from.z) + depth_mm;
+    const double clearance_mm = from.z + along * (to.z - from.z) + depth_mm;
     if (scene_.shadow.softness_mm == 0) {
       if (clearance_mm < 0) return 0;
     } else {
-      const double spread_mm = scene_.shadow.softness_mm * gone * glm::length(to - from) / lamp_mm;
+      const double spread_mm = scene_.shadow.softness_mm * along * glm::length(to - from) / light_distance_mm;
       visible = std::min(visible, std::clamp(0.5 + 0.5 * clearance_mm / spread_mm, 0.0, 1.0));
     }
   }
@@ -148,25 +151,26 @@ double Relief::visibility(int column, int row) const {
 /// Blinn-Phong.
 Rgb lit_colour(const Scene& scene, const Relief& relief, int column, int row) {
   const Scene::Light& light = scene.light;
-  const dvec3 place = relief.place(column, row);
+  const dvec3 point = relief.point(column, row);
   const dvec3 normal = relief.normal(column, row);
-  const dvec3 to_light =
-      light.kind == LightKind::kPoint ? glm::normalize(lamp_place(light) - place) : lamp_direction(scene);
-  const dvec3 halfway = glm::normalize(to_light + relief.to_viewer(place));
+  const dvec3 to_light = light.kind == LightKind::kPoint ? glm::normalize(light_position(light) - point)
+                                                         : light_direction(scene);
+  const dvec3 halfway = glm::normalize(to_light + relief.to_viewer(point));
   const double facing = std::max(glm::dot(normal, to_light), 0.0);
-  const double gleam = facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), light.shininess) : 0;
+  const double highlight =
+      facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), light.shininess) : 0;
   const bool shades = facing > 0 && scene.shadow.coefficient < 1;
   const double direct = shades ? std::lerp(scene.shadow.coefficient, 1.0, relief.visibility(column, row)) : 1;
 
   const dvec3 lamp(linear_of(light.red), linear_of(light.green), linear_of(light.blue));
-  const dvec3 skin(linear_of(scene.material.red), linear_of(scene.material.green),
-                   linear_of(scene.material.blue));
-  const dvec3 linear =
-      lamp * (skin * light.ambient + direct * (skin * light.diffuse * facing + light.specular * gleam));
+  const dvec3 material(linear_of(scene.material.red), linear_of(scene.material.green),
+                       linear_of(scene.material.blue));
+  const dvec3 linear = lamp * (material * light.ambient +
+                               direct * (material * light.diffuse * facing + light.specular * highlight));
   return {displayed_of(linear.x), displayed_of(linear.y), displayed_of(linear.z)};
 }
 
-/// Bright is near.
+/// The depth map as grey: near is bright.
 Rgb depth_grey(const Scene::Rays& rays, double depth_mm) {
   return Rgb(std::clamp(1 - (depth_mm - rays.start_mm) / (rays.end_mm - rays.start_mm), 0.0, 1.0));
 }
@@ -194,7 +198,7 @@ std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vec
     }
   });
   if (scene.mode == Mode::kSurfaceAndVolume) {
-    // The volume stands to the right of the surface; with an odd width a black column is left.
+    // The volume is to the right of the surface. With an odd width one black column remains.
     const std::size_t half = size.width / 2;
     for (std::size_t row = 0; row < size.height; ++row) {
       for (std::size_t column = 0; column < half; ++column) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 
 namespace fanlight::test {
 
-/// The depths of a picture as pass 2 reads them: beyond the viewport nothing exists. Refers to the depths.
+/// The depth map as pass 2 reads it: no surface outside the viewport. Keeps a reference to the depths.
 class TwinMap {
  public:
   TwinMap(const std::vector<double>& depth_mm, PictureSize size, const Viewport& part)
@@ -36,7 +37,7 @@ class TwinMap {
     for_each_in(left_, right_, top_, bottom_, visit);
   }
 
-  /// The same for the pixels up to so many columns and rows away.
+  /// The same for the window of up to `columns` and `rows` pixels around a pixel, clipped to the viewport.
   template <typename Visit>
   void for_each_near(int column, int row, int columns, int rows, Visit visit) const {
     for_each_in(std::max(left_, column - columns), std::min(right_, column + columns),
@@ -55,8 +56,8 @@ class TwinMap {
   std::size_t width_;
   int left_;
   int top_;
-  int right_;  // the last column, as is bottom_ the last row
-  int bottom_;
+  int right_;   // the last column
+  int bottom_;  // the last row
 };
 
 }  // namespace fanlight::test

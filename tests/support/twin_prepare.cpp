@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +8,7 @@ namespace fanlight::test {
 
 namespace {
 
-/// One number a voxel, the frames in ascending order of angle.
+/// One value a voxel: frame by ascending angle, row, column.
 struct Voxels {
   int columns;
   int rows;
@@ -35,7 +36,7 @@ Voxels voxels_of(const Volume& volume) {
   return voxels;
 }
 
-/// Each voxel becomes reduce(the values in its window, which ends where the volume does).
+/// Sets each voxel to reduce(values of its window). The window is clipped to the volume.
 template <typename Reduce>
 Voxels over_windows(const Scene::Speckle& speckle, const Voxels& from, Reduce reduce) {
   const int radius = speckle.size / 2;
@@ -68,28 +69,29 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// The middle one, the lower of the two where there are two.
+/// The median; of an even number of values the lower median.
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-/// How much of what varies in a window is no speckle (Lee's filter): speckle deviates by `noise` of the mean.
-double edge_share(const std::vector<double>& values, double noise) {
+/// The fraction of the variance of a window that is not speckle (Lee 1980), coefficient a of guided_fit.comp.
+/// `noise`: standard deviation of speckle over its mean.
+double edge_fraction(const std::vector<double>& values, double noise) {
   const double middle = mean(values);
   double variance = 0;
   for (const double value : values) variance += (value - middle) * (value - middle);
   variance /= static_cast<double>(values.size());
-  const double of_speckle = noise * middle * noise * middle;
-  return variance > 0 ? std::max(0.0, 1 - of_speckle / variance) : 0;
+  const double speckle_variance = noise * middle * noise * middle;
+  return variance > 0 ? std::max(0.0, 1 - speckle_variance / variance) : 0;
 }
 
-/// A guided filter with Lee's coefficients: grey is a * grey + b in each window, and a voxel takes the mean
-/// over the windows that it lies in.
+/// The guided filter with Lee's coefficients: a line a * grey + b in each window. A voxel gets the mean of
+/// the lines of all windows that contain it.
 Voxels guided(const Scene::Speckle& speckle, const Voxels& grey) {
   const Voxels a =
-      over_windows(speckle, grey, [&](const auto& all) { return edge_share(all, speckle.noise); });
+      over_windows(speckle, grey, [&](const auto& all) { return edge_fraction(all, speckle.noise); });
   Voxels b = over_windows(speckle, grey, mean);
   for (std::size_t at = 0; at < b.value.size(); ++at) b.value[at] *= 1 - a.value[at];
 
@@ -122,10 +124,10 @@ Volume twin_prepare(const Scene::Speckle& speckle, const Volume& volume) {
   const auto order = volume.by_angle();
   Volume prepared(volume.geometry(), volume.frame_capacity());
   for (std::uint32_t frame = 0; frame < volume.stamp().frames; ++frame) {
-    const auto place = static_cast<std::size_t>(std::ranges::find(order, frame) - order.begin());
+    const auto position = static_cast<std::size_t>(std::ranges::find(order, frame) - order.begin());
     const auto pixels = prepared.next_frame_pixels();
     for (std::size_t at = 0; at < pixels.size(); ++at) {
-      pixels[at] = static_cast<std::uint8_t>(std::floor(grey.value[place * pixels.size() + at] + 0.5));
+      pixels[at] = static_cast<std::uint8_t>(std::floor(grey.value[position * pixels.size() + at] + 0.5));
     }
     prepared.add_frame({.angle_rad = volume.angles_rad()[frame]});
   }

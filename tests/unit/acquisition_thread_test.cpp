@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "acquisition/acquisition_thread.hpp"
 
 #include <gtest/gtest.h>
@@ -5,13 +6,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "acquisition/pacer.hpp"
-#include "acquisition/phantom_source.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
+#include "acquisition/source/pacer.hpp"
 
 namespace fanlight {
 namespace {
 
-/// Gives `frames` frames of one sweep, then ends, fails, or waits for a frame that never comes.
+/// Gives `frames` frames of one sweep, then ends, fails, or waits for a frame that never arrives.
 class ScriptedSource final : public FrameSource {
  public:
   enum class Then : std::uint8_t { kEnd, kFail, kWait };
@@ -62,21 +63,21 @@ struct Acquisition {
               .frame_capacity = source.description().frames_per_volume,
               .policy = policy},
              {.reader_bell = reader_bell, .writer_bell = writer_bell}),
-        feed({.largest_frame_bytes = source.description().geometry.frame_bytes()},
-             {.reader_bell = reader_bell}),
+        queue({.largest_frame_bytes = source.description().geometry.frame_bytes()},
+              {.reader_bell = reader_bell}),
         thread({.source = source,
                 .ring = ring,
                 .writer_bell = writer_bell,
                 .counters = counters,
                 .ended_bell = ended_bell,
-                .feed = &feed}) {}
+                .frame_queue = &queue}) {}
 
   Doorbell reader_bell;
   Doorbell writer_bell;
   Doorbell ended_bell;
   AcquisitionCounters counters;
   VolumeRing ring;
-  FrameFeed feed;
+  FrameQueue queue;
   AcquisitionThread thread;
 };
 
@@ -98,16 +99,16 @@ TEST(AcquisitionThread, FeedsTheFramesOfItsVolume) {
   EXPECT_TRUE(acquisition.ended_bell.wait(-1));
   const auto volume = acquisition.ring.take();
   ASSERT_TRUE(volume);
-  ASSERT_EQ(volume->arrivals().size(), 5U);
-  for (const std::uint64_t arrival : volume->arrivals()) {
-    const FedFrame* const fed = acquisition.feed.front();
-    ASSERT_NE(fed, nullptr);
-    EXPECT_EQ(fed->stamp.arrival, arrival);
-    EXPECT_EQ(fed->geometry, source.description().geometry);
-    EXPECT_EQ(std::ranges::count(fed->pixels, 1), 16);
-    acquisition.feed.pop();
+  ASSERT_EQ(volume->commit_numbers().size(), 5U);
+  for (const std::uint64_t commit_number : volume->commit_numbers()) {
+    const QueuedFrame* const queued = acquisition.queue.front();
+    ASSERT_NE(queued, nullptr);
+    EXPECT_EQ(queued->stamp.commit_number, commit_number);
+    EXPECT_EQ(queued->geometry, source.description().geometry);
+    EXPECT_EQ(std::ranges::count(queued->pixels, 1), 16);
+    acquisition.queue.pop();
   }
-  EXPECT_EQ(acquisition.feed.front(), nullptr);
+  EXPECT_EQ(acquisition.queue.front(), nullptr);
 }
 
 TEST(AcquisitionThread, NeverWaitsForAFullFeed) {
@@ -117,8 +118,8 @@ TEST(AcquisitionThread, NeverWaitsForAFullFeed) {
   const auto volume = acquisition.ring.take();
   ASSERT_TRUE(volume);
   EXPECT_EQ(volume->stamp().frames, 19U);
-  EXPECT_EQ(acquisition.feed.counters().frames_fed.value(), FrameFeed::Config{}.slots);
-  EXPECT_EQ(acquisition.feed.counters().frames_not_fed.value(), 19U - FrameFeed::Config{}.slots);
+  EXPECT_EQ(acquisition.queue.counters().frames_fed.value(), FrameQueue::Config{}.slots);
+  EXPECT_EQ(acquisition.queue.counters().frames_not_fed.value(), 19U - FrameQueue::Config{}.slots);
 }
 
 TEST(AcquisitionThread, KeepsTheErrorOfItsSource) {
@@ -131,7 +132,7 @@ TEST(AcquisitionThread, KeepsTheErrorOfItsSource) {
   EXPECT_TRUE(acquisition.ring.take()) << "what came before the failure";
 }
 
-// That these tests end at all is the point: the waits would last for years.
+// These tests pass if they end: without the stop, the waits would last for years.
 TEST(AcquisitionThread, AStopEndsTheWaitForAFrame) {
   ScriptedSource source(6, ScriptedSource::Then::kWait);
   Acquisition acquisition(source);

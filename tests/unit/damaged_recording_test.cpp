@@ -1,4 +1,5 @@
-// What may be wrong with a recording: each damage is refused, in a sentence that says what was expected.
+// SPDX-License-Identifier: Apache-2.0
+// Damaged recordings: each damage is refused with a message that says what was expected.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +25,7 @@ TEST_F(RecordingTest, RefusesMoreThanTheLimit) {
 struct Damage {
   const char* name;
   ErrorCode code;
-  const char* sentence;  ///< a part of it
+  const char* sentence;  ///< part of the message
   std::function<std::string(IgsFile&)> bytes;
 };
 
@@ -96,7 +97,7 @@ const std::vector<Damage>& damages() {
       {"DamagedStream", kBadInput, "its compressed pixels are damaged or cut off",
        [](IgsFile& file) {
          std::string bytes = file.bytes();
-         bytes[bytes.size() - 2] ^= 0x55;  // the check sum
+         bytes[bytes.size() - 2] ^= 0x55;  // the checksum
          return bytes;
        }},
       {"FewerPixelsThanStated", kBadInput, "its compressed pixels are 192 bytes, expected 240",
@@ -262,7 +263,8 @@ TEST_P(DamagedRecordingTest, IsRefusedInOneSentence) {
 INSTANTIATE_TEST_SUITE_P(All, DamagedRecordingTest, testing::Range(std::size_t{0}, damages().size()),
                          [](const auto& tested) { return std::string(damages()[tested.param].name); });
 
-// Whatever is cut off or changed: an answer, no crash. The sanitizers watch.
+// After any truncation or change of a byte the result is a recording or an error, never a crash. The
+// sanitizers run it too.
 TEST_F(RecordingTest, AnswersForEveryPrefixAndEveryChangedByte) {
   const std::string whole = test::fan_recording(3, 2, 20).bytes();
   for (std::size_t size = 0; size < whole.size(); size += 7)

@@ -1,4 +1,5 @@
-#include "acquisition/device_clock.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/usb/device_clock.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +11,7 @@ constexpr std::int64_t kHostStartNs = 5'000'000 * kMs;
 
 TEST(DeviceClock, FollowsTheFastestFrame) {
   DeviceClock clock;
-  // Frames every 10 ms that take 3, 1 and 7 ms.
+  // Frames every 10 ms with transfer times of 3, 1 and 7 ms.
   EXPECT_EQ(clock.host_time_ns(0, kHostStartNs + 3 * kMs), kHostStartNs + 3 * kMs);
   EXPECT_EQ(clock.host_time_ns(10 * kMs, kHostStartNs + 11 * kMs), kHostStartNs + 11 * kMs);
   EXPECT_EQ(clock.host_time_ns(20 * kMs, kHostStartNs + 27 * kMs), kHostStartNs + 21 * kMs);
@@ -18,14 +19,14 @@ TEST(DeviceClock, FollowsTheFastestFrame) {
 
 TEST(DeviceClock, FollowsAClockThatRunsSlow) {
   DeviceClock clock;
-  // 100 parts in a million: after 100 s the device is 10 ms behind. A frame takes 1 ms.
+  // 100 parts per million: after 100 s the device is 10 ms behind. A transfer takes 1 ms.
   for (std::int64_t host = 0; host < 100'000 * kMs; host += 20 * kMs) {
     const std::int64_t device = host - host / 10'000;
-    const std::int64_t told =
+    const std::int64_t host_time_ns =
         clock.host_time_ns(static_cast<std::uint64_t>(device), kHostStartNs + host + kMs);
-    EXPECT_LE(told, kHostStartNs + host + kMs) << "no frame arrives before it was taken";
-    // It may lag by the drift over two windows.
-    EXPECT_GE(told, kHostStartNs + host + kMs - 2 * DeviceClock::kWindowNs / 10'000);
+    EXPECT_LE(host_time_ns, kHostStartNs + host + kMs) << "no frame arrives before it was taken";
+    // The error is at most the drift over two windows.
+    EXPECT_GE(host_time_ns, kHostStartNs + host + kMs - 2 * DeviceClock::kWindowNs / 10'000);
   }
 }
 
@@ -33,9 +34,9 @@ TEST(DeviceClock, FollowsAClockThatRunsFast) {
   DeviceClock clock;
   for (std::int64_t host = 0; host < 100'000 * kMs; host += 20 * kMs) {
     const std::int64_t device = host + host / 10'000;
-    const std::int64_t told =
+    const std::int64_t host_time_ns =
         clock.host_time_ns(static_cast<std::uint64_t>(device), kHostStartNs + host + kMs);
-    EXPECT_EQ(told, kHostStartNs + host + kMs);
+    EXPECT_EQ(host_time_ns, kHostStartNs + host + kMs);
   }
 }
 

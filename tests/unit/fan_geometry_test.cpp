@@ -1,4 +1,5 @@
-#include "proto/fan_geometry.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/model/fan_geometry.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@ FanGeometry reference() {
   return geometry;
 }
 
-/// A curved array whose lines stand to both sides of its axis.
+/// A curved array with lines on both sides of its axis.
 FanGeometry convex() {
   FanGeometry geometry;
   geometry.kind = FrameKind::kConvexLines;
@@ -67,7 +68,7 @@ TEST(FanGeometry, TheProbeFaceIsTheOriginAndStaysOnItsCircle) {
   EXPECT_NEAR(tilted.z_mm, 15, 1e-12);
 }
 
-// x lateral, y into the body, z = x cross y: a positive motor angle looks towards +z.
+// x lateral, y into the body, z = x cross y: a positive motor angle is towards +z.
 TEST(FanGeometry, IsRightHanded) {
   const FanGeometry geometry = reference();
   const Point o = geometry.point(0, {.angle_rad = 0, .depth_mm = 50});
@@ -102,7 +103,7 @@ TEST(FanGeometry, FramePlaceAndPlanePointAreInverse) {
   }
 }
 
-// Marked side, +x, larger column: the same for pixels and for both kinds of line. Rows go into the body.
+// Marked side, +x, larger column: equal for pixels and for both kinds of line. Rows ascend into the body.
 TEST(FanGeometry, ColumnsGrowTowardsTheMarkedSideAndRowsIntoTheBody) {
   for (const FanGeometry& geometry : {reference(), convex(), linear()}) {
     for (const double column : {0.0, 30.0, geometry.columns - 2.0}) {
@@ -127,7 +128,7 @@ TEST(FanGeometry, ConvexLinesFanOutFromTheApex) {
   const FramePlace ahead = geometry.frame_place({.x_mm = 0, .depth_mm = 10});
   EXPECT_NEAR(ahead.column, 64, 1e-12);
   EXPECT_NEAR(ahead.row, 40, 1e-12);
-  // Above the array and behind its apex there is no line.
+  // No line passes above the array or behind its apex.
   EXPECT_LT(geometry.frame_place({.x_mm = 0, .depth_mm = -1}).row, 0);
   EXPECT_GT(geometry.frame_place({.x_mm = 1, .depth_mm = -60}).column, 128);
 }
@@ -168,7 +169,7 @@ TEST(FanGeometry, BoundsOfConvexLinesHoldAllTheirSamples) {
   }
 }
 
-// All lines stand to one side of the axis: the line nearest to it reaches deepest, and bounds the side.
+// All lines are on one side of the axis: the line nearest to it reaches deepest and is the lateral bound.
 TEST(FanGeometry, BoundsOfConvexLinesWithoutTheAxis) {
   FanGeometry geometry = convex();
   geometry.face_column = -10;
@@ -209,7 +210,7 @@ TEST(FanGeometry, RefusesConvexLinesThatAreNone) {
             "the first sample lies -1 mm from the apex of the scan lines, expected 0 or more");
   EXPECT_EQ(refusal([](FanGeometry& g) { g.pixel_width_mm = 0; }), "taken") << "it is not read";
 
-  FanGeometry phased = convex();  // all lines begin in one point
+  FanGeometry phased = convex();  // all lines begin at one point
   phased.probe_radius_mm = 0;
   EXPECT_TRUE(check(phased));
   FanGeometry parallel = linear();

@@ -1,4 +1,5 @@
-#include "acquisition/frame_parser.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/usb/frame_parser.hpp"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +32,7 @@ Bytes front(Bytes bytes, std::size_t count) {
 }
 
 struct FrameParserTest : testing::Test {
-  /// What the parser says of one transfer, without the closing kMore.
+  /// Events of one transfer, without the final kMore.
   std::vector<Event> transfer(const Bytes& bytes) {
     parser.begin_transfer();
     std::vector<Event> events;
@@ -90,7 +91,7 @@ TEST_F(FrameParserTest, ACutFrameCostsNoOtherWhereTransfersEnd) {
   EXPECT_EQ(parser.bytes_skipped(), 0U);
 }
 
-// The cut frame takes its missing 114 bytes from the next, whose rest is noise.
+// The cut frame takes its missing 114 bytes from the next one, whose rest is noise.
 TEST_F(FrameParserTest, WithoutEndsOfTransfersItCostsTheNext) {
   EXPECT_EQ(transfer(front(frame(1), 150) + frame(2) + frame(3)),
             (std::vector{Event::kFrame, Event::kDamaged, Event::kFrame, Event::kWhole}));
@@ -125,7 +126,7 @@ TEST_F(FrameParserTest, AHeaderMayBeDividedAnywhere) {
   EXPECT_EQ(parser.bytes_skipped(), 3 * (probe::kFrameHeaderBytes - 1));
 }
 
-// Eight bytes that begin like a header of 200 hold back a frame that lies whole behind them.
+// Eight bytes that look like a header of 200 bytes delay a whole frame behind them.
 TEST_F(FrameParserTest, AFrameBehindAFalseBeginningIsFound) {
   const Bytes false_beginning = {'F', 'L', 'P', 'F', 0, 1, 200, 0};
   for (const std::uint32_t size : {0U, 10U, 60U, 100U, 1000U}) {
@@ -135,7 +136,7 @@ TEST_F(FrameParserTest, AFrameBehindAFalseBeginningIsFound) {
       sequences.clear();
       parser = {};
       auto events = transfer(front(stream, cut));
-      // In memory of its own, right behind nothing of ours.
+      // A separate allocation, so that the sanitizer sees reads beyond its bounds.
       const Bytes rest(stream.begin() + static_cast<std::ptrdiff_t>(cut), stream.end());
       for (std::span<const std::uint8_t> left = rest;;) {
         const Event event = parser.next(left);
@@ -143,7 +144,7 @@ TEST_F(FrameParserTest, AFrameBehindAFalseBeginningIsFound) {
         events.push_back(event);
         if (event == Event::kFrame) sequences.push_back(parser.header().sequence);
       }
-      transfer(Bytes(300, 0));  // decides what may still be waited for
+      transfer(Bytes(300, 0));  // decides whether the pending bytes were a header
       EXPECT_EQ(sequences, (std::vector<std::uint64_t>{1, 2})) << size << " pixels, cut at " << cut;
       EXPECT_EQ(std::ranges::count(events, Event::kDamaged), 0);
     }

@@ -1,4 +1,5 @@
-#include "acquisition/image_orientation.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/image_orientation.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,14 +9,14 @@
 namespace fanlight {
 namespace {
 
-// Several tiles and a part of one, in both directions.
+// Several tiles and a partial one, in both directions.
 constexpr FrameSize kSize = {.columns = 45, .rows = 70};
 
 std::uint8_t grey_at(std::uint32_t column, std::uint32_t row) {
   return static_cast<std::uint8_t>(7 * column + 31 * row + 1);
 }
 
-/// Where the image has a pixel of the frame along an axis that points as the letter says.
+/// Index in the image of a frame's pixel, along an axis with the direction `letter`.
 std::uint32_t along(char letter, std::uint32_t column, std::uint32_t row) {
   switch (letter) {
     case 'M':
@@ -29,7 +30,7 @@ std::uint32_t along(char letter, std::uint32_t column, std::uint32_t row) {
   }
 }
 
-/// The frame as a maker of images with these letters stores it.
+/// The frame as stored in an image with these letters.
 std::vector<std::uint8_t> stored(std::string_view letters) {
   const bool lateral_first = letters[0] == 'M' || letters[0] == 'U';
   const std::uint32_t width = lateral_first ? kSize.columns : kSize.rows;

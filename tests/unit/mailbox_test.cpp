@@ -1,4 +1,5 @@
-#include "proto/mailbox.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/exchange/mailbox.hpp"
 
 #include <gtest/gtest.h>
 
@@ -63,7 +64,7 @@ TEST(Mailbox, KeepsTheMemoryOfItsValues) {
   }
 }
 
-// Run under the thread sanitizer: a slot that both sides touch is a data race.
+// Run with the thread sanitizer: access to a slot from both sides would be a data race.
 TEST(Mailbox, TwoThreadsNeverSeeATornOrAnOlderValue) {
   struct Twice {
     std::uint64_t first = 0;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "acquisition/open_source.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gtest/gtest.h>
@@ -5,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "acquisition/phantom_source.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
 
 namespace fanlight::test {
 

@@ -1,4 +1,5 @@
-// The options of the simulated probe, and the motor with faults that some of them make.
+// SPDX-License-Identifier: Apache-2.0
+// Options of the simulated probe, and the motor faults that some of them produce.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -135,7 +136,8 @@ TEST(PhantomOptions, AreRead) {
   EXPECT_TRUE(PhantomSource::parse("", {}));
   EXPECT_EQ(PhantomSource::parse("scan=cartesian", {})->scan, FrameKind::kCartesian);
   EXPECT_EQ(PhantomSource::parse("scan=linear", {})->scan, FrameKind::kLinearLines);
-  EXPECT_EQ(PhantomSource::parse("speckle=on", {.speckle = PhantomSource::Speckle::kOff})->speckle, PhantomSource::Speckle::kOn);
+  EXPECT_EQ(PhantomSource::parse("speckle=on", {.speckle = PhantomSource::Speckle::kOff})->speckle,
+            PhantomSource::Speckle::kOn);
 }
 
 TEST(PhantomOptions, AreRefusedInOneSentence) {

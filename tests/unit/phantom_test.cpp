@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +14,7 @@
 namespace fanlight::test {
 namespace {
 
-// Through a beam without thickness, so that a slanted surface is as sharp as a flat one.
+// A beam without thickness, so that a slanted surface is as sharp as a flat one.
 constexpr PhantomSource::Config kStill = {.beam_mm = 0,
                                           .speckle = PhantomSource::Speckle::kOff,
                                           .motion = PhantomScene::Motion::kStill,
@@ -21,8 +22,7 @@ constexpr PhantomSource::Config kStill = {.beam_mm = 0,
 constexpr PhantomSource::Config kPlain = {
     .beam_mm = 0, .speckle = PhantomSource::Speckle::kOff, .pace = PhantomSource::Pace::kUnpaced};
 
-/// Row at which the true surface crosses a column, or scan line, of a frame, found by a fine search of the
-/// scene.
+/// Row at which the true surface crosses a column or scan line of a frame, from a fine search of the scene.
 std::optional<double> true_row(const PhantomSource& source, const FrameStamp& stamp, double column) {
   const FanGeometry& geometry = source.description().geometry;
   const double time_s = source.scene_time_s(stamp);
@@ -35,7 +35,7 @@ std::optional<double> true_row(const PhantomSource& source, const FrameStamp& st
   return std::nullopt;
 }
 
-/// Row of the first rise through the middle between fluid and skin, between two pixels.
+/// Row, interpolated between pixels, of the first rise through the middle between fluid and skin.
 std::optional<double> seen_row(const FanGeometry& geometry, const Frame& frame, std::uint32_t column) {
   constexpr double kMiddle = 93;
   const auto grey = [&](std::uint32_t row) {
@@ -60,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(OfEachKind, PhantomScan,
                                          FrameKind::kLinearLines),
                          scan_name);
 
-// The surface that tests elsewhere take for the truth is the one in the frames: at many angles, in both
+// The true surface that other tests compare with must be the one in the frames: at many angles, in both
 // directions, at different times of the moving scene.
 TEST_P(PhantomScan, StepsUpWhereTheTrueSurfaceIs) {
   auto config = kPlain;
@@ -79,7 +79,7 @@ TEST_P(PhantomScan, StepsUpWhereTheTrueSurfaceIs) {
     for (std::uint32_t column = 100; column <= 410; column += 31) {
       const auto truth = true_row(*source, frame.stamp, column);
       const auto seen = seen_row(geometry, frame, column);
-      // Where the column only grazes the head, "the first pixel inside" has no depth of its own.
+      // Where the column only touches the edge of the head, the first pixel inside has no well-defined depth.
       const auto beside = true_row(*source, frame.stamp, column + 0.02 * (column - geometry.face_column));
       if (!truth || !beside || std::abs(*truth - *beside) > 10) continue;
       ASSERT_TRUE(seen) << "column " << column << " of frame " << frame.stamp.sequence;
@@ -132,7 +132,7 @@ TEST(Phantom, ScansTheSameFieldInLines) {
   EXPECT_DOUBLE_EQ(box.left_mm(), -box.right_mm());
   EXPECT_DOUBLE_EQ(box.pixel_height_mm, 0.25);
 
-  // A line has an echo all along; in a scan-converted frame the corners have none.
+  // A line has echo along its whole length; the corners of a scan-converted frame have none.
   for (const auto& source : {&convex, &linear}) {
     const Frame frame = next(**source);
     const double mean = std::accumulate(frame.pixels.begin(), frame.pixels.begin() + 192 * 100, 0.0) / 19'200;
@@ -242,7 +242,7 @@ TEST(Phantom, IsBlackOutsideTheSectorAndDarkInTheFluid) {
 }
 
 // Fully developed speckle: mean over standard deviation of a Rayleigh distribution is 1.91. Its correlation
-// falls to a half 1 pixel along the beam and 1.5 across it: a speckle is 2 pixels by 3.
+// falls to one half at 1 pixel along the beam and 1.5 across it: a speckle is 2 by 3 pixels.
 TEST(Phantom, TheSpeckleIsRayleighAndCorrelated) {
   const SpeckleTile tile(1);
   constexpr std::uint32_t kSide = SpeckleTile::kSide;
@@ -296,7 +296,7 @@ TEST(Phantom, InRealTimeItLosesWhatNobodyTook) {
   ASSERT_NE(source, nullptr);
   FrameStamp last = next_stamp(*source);
   for (int i = 0; i < 20; ++i) {
-    Frame frame = next(*source);  // a frame takes about as long to draw as to come
+    Frame frame = next(*source);  // drawing a frame takes about as long as its period
     EXPECT_GT(frame.stamp.sequence, last.sequence);
     const auto frames = static_cast<double>(frame.stamp.sequence - last.sequence);
     EXPECT_NEAR(static_cast<double>(frame.stamp.capture_time_ns - last.capture_time_ns), 1e6 * frames, 1);
@@ -320,8 +320,8 @@ TEST(Phantom, EndsAfterTheVolumesAskedFor) {
   EXPECT_FALSE(source->next_frame({}).value().has_value());
 }
 
-// Each elevation of a slanted surface within the beam lies at another depth, so the step in a frame is less
-// steep the thicker the beam is.
+// Within the beam, each elevation of a slanted surface is at another depth: a thicker beam gives a less steep
+// step in the frame.
 TEST(Phantom, AThickBeamBlursWhatIsSlanted) {
   auto config = kStill;
   const auto thin = make(config);
@@ -340,7 +340,7 @@ TEST(Phantom, AThickBeamBlursWhatIsSlanted) {
   for (int i = 0; i < 35; ++i) {
     const Frame sharp = next(*thin);
     const Frame blurred = next(*thick);
-    if (i != 8) continue;  // below the chin, where the head turns away
+    if (i != 8) continue;  // below the chin, where the head is slanted
     const double share = static_cast<double>(steepest(*thick, blurred)) / steepest(*thin, sharp);
     EXPECT_LT(share, 0.6);
   }

@@ -1,11 +1,12 @@
-#include "proto/probe_protocol.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/model/probe_protocol.hpp"
 
 #include <gtest/gtest.h>
 
 #include <string_view>
 #include <vector>
 
-#include "proto/crc32c.hpp"
+#include "proto/base/crc32c.hpp"
 
 namespace fanlight::probe {
 namespace {
@@ -14,7 +15,7 @@ std::span<const std::uint8_t> bytes_of(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-// RFC 3720, B.4, and the check value that every table of checksums gives.
+// RFC 3720, B.4, and the usual check value.
 TEST(Crc32c, KnownValues) {
   EXPECT_EQ(crc32c({}), 0U);
   EXPECT_EQ(crc32c(bytes_of("123456789")), 0xE3069283U);
@@ -116,8 +117,8 @@ TEST(ProbeProtocol, ABeginningOfAHeaderWantsMore) {
 
 TEST(ProbeProtocol, ALaterMinorVersionsLongerHeaderIsRead) {
   const auto wire = encode(a_header());
-  std::vector<std::uint8_t> longer(wire.begin(), wire.end() - 4);
-  longer.resize(96, 0x55);
+  std::vector<std::uint8_t> longer(96, 0x55);
+  std::copy(wire.begin(), wire.end() - 4, longer.begin());
   longer[4] = 3;  // version 1.3
   longer[6] = 100;
   const std::uint32_t crc = crc32c(longer);

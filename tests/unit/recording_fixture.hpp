@@ -1,16 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
-#include "acquisition/recording.hpp"
+#include "acquisition/replay/recording.hpp"
 #include "tests/support/igs_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace fanlight::test {
 
-/// Opens recordings that a test made up, in a folder of its own.
+/// Opens recordings made by a test, in a folder of its own.
 class RecordingTest : public testing::Test {
  protected:
   Result<Recording> open(std::string_view bytes) {

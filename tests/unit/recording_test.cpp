@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/unit/recording_fixture.hpp"
 
 #include <fmt/format.h>
@@ -135,7 +136,7 @@ TEST_F(RecordingTest, TakesEachGeometryValueFromTheFirstPlaceThatHasIt) {
   EXPECT_EQ(origin("face_row"), "the header");
 }
 
-/// A recording of a curved array whose file has a scan line in each row, the first at the marked side.
+/// A recording of a curved array with a scan line in each row of the file, the first line at the marked side.
 IgsFile convex_recording() {
   IgsFile file = test::fan_recording(5, 1, 20);
   for (const auto* const field : {"FanlightPixelWidthMm", "FanlightPixelHeightMm"}) {
@@ -171,7 +172,7 @@ TEST_F(RecordingTest, ReadsScanLinesStoredInRows) {
 
 TEST_F(RecordingTest, TakesTheGeometryOfConvexLines) {
   IgsFile file = convex_recording();
-  // Of no meaning where lines fan out.
+  // Meaningless for diverging lines.
   file.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
   IgsFile::set(file.header, "FanlightSectorHalfAngleDeg", "30");
   const Recording recording = open_whole(file);

@@ -1,4 +1,5 @@
-#include "acquisition/replay_source.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/replay_source.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +8,7 @@
 #include <vector>
 
 #include "acquisition/acquisition_thread.hpp"
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "tests/support/data_folder.hpp"
 #include "tests/support/igs_file.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -33,7 +34,7 @@ class ReplaySourceTest : public testing::Test {
     return *std::move(source);
   }
 
-  /// The next `count` frames, or fewer where the source ends; each with its first pixel.
+  /// The next `count` frames with their first pixels; fewer where the source ends.
   struct Frame {
     FrameStamp stamp;
     int mark;
@@ -124,7 +125,7 @@ TEST_F(ReplaySourceTest, ToAndFroOfSeveralSweepsPlaysThemBackward) {
   }
   EXPECT_EQ(frames[9].mark, 9);
   EXPECT_EQ(frames[17].mark, 1);
-  // The last sweep ran forward and is now played backward.
+  // The last sweep is forward and is now played backward.
   EXPECT_EQ(frames[9].stamp.direction, SweepDirection::kBackward);
   EXPECT_EQ(frames[12].stamp.direction, SweepDirection::kForward);
 }
@@ -156,7 +157,7 @@ TEST_F(ReplaySourceTest, PlaysAtItsPaceOnTheHostsClock) {
   EXPECT_GE(frames[0].stamp.capture_time_ns, start_ns);
   EXPECT_LE(frames.back().stamp.capture_time_ns, now_ns()) << "a frame came before its time";
   for (std::size_t i = 1; i < 20; ++i) {
-    // 0.1 s at a thousand times the speed; more where this machine stalled.
+    // 0.1 s at a thousand times the speed; more where this machine was delayed.
     EXPECT_GE(frames[i].stamp.capture_time_ns - frames[i - 1].stamp.capture_time_ns, 100'000);
   }
 }
@@ -169,7 +170,7 @@ TEST_F(ReplaySourceTest, AStoppedSourceGivesNoFrame) {
   }
 }
 
-// The second frame would come after 10 s; that the test ends sooner is for its time limit to say.
+// The second frame is due after 10 s; the test's time limit detects a missing stop.
 TEST_F(ReplaySourceTest, AStopEndsTheWaitForAFramesTime) {
   const auto source = make(test::fan_recording(4, 1, 20), Ending::kLoop, Pace::kRecorded, 0.01);
   ASSERT_TRUE(source->next_frame({}).value());
@@ -220,7 +221,7 @@ TEST_F(ReplaySourceTest, ARecordingBecomesVolumesAndNothingIsLost) {
   EXPECT_EQ(counters.frames_invalid.value(), 1U);
 }
 
-// A hand held this probe: frames that stand still and a step backwards are part of the sweep.
+// This probe was moved by hand: frames without motion and a step backward belong to the sweep.
 TEST_F(ReplaySourceTest, TheLiverSweepBecomesAVolumeEachWay) {
   const auto path = test::data_folder() / "liver_fan_sweep.igs.mha";
   if (!std::filesystem::exists(path))

@@ -1,5 +1,6 @@
-// Scan lines of a real curved array against the pictures that someone else's code made of them: if our reader
-// turned the lines, or our geometry bent them, in any other way, the two would not agree.
+// SPDX-License-Identifier: Apache-2.0
+// Scan lines of a real curved array, compared with images that independent software computed from them. The
+// images agree only if our reader orients the lines correctly and our geometry is correct.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +12,7 @@
 namespace fanlight {
 namespace {
 
-/// The frame at a place between its pixels, bilinear; nullopt beside it.
+/// Grey level between the pixels of a frame, bilinear; nullopt outside.
 std::optional<double> grey_at(std::span<const std::uint8_t> frame, const FanGeometry& geometry,
                               FramePlace at) {
   const double left = std::floor(at.column);
@@ -25,7 +26,8 @@ std::optional<double> grey_at(std::span<const std::uint8_t> frame, const FanGeom
   return std::lerp(across(first), across(first + geometry.columns), at.row - above);
 }
 
-/// The twin against our conversion, inside the fan. `mirror`: -1 swaps left and right of ours.
+/// Correlation of the reference image with our conversion, inside the fan. `mirror`: -1 swaps left and right
+/// of ours.
 test::Correlation correlation(const IgsSequence& lines, const IgsSequence& twin, std::size_t frame,
                               double mirror) {
   const FanGeometry geometry = test::oracle_probe(lines);

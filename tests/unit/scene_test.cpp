@@ -1,4 +1,5 @@
-#include "proto/scene.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/model/scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,7 @@
 namespace fanlight {
 namespace {
 
-/// Another value than the scene has, that the field allows.
+/// Sets the field to another allowed value.
 void change(Scene& scene, const SceneField& field) {
   if (field.is_text()) {
     ASSERT_TRUE(set_field(scene, field, std::string_view("7 #123456 0.5"))) << field.name;
@@ -21,7 +22,7 @@ void change(Scene& scene, const SceneField& field) {
   }
 }
 
-/// Fields in which the scenes differ, by name.
+/// Names of the fields in which the scenes differ.
 std::set<std::string_view> changed(const Scene& from, const Scene& to) {
   std::set<std::string_view> names;
   for (const SceneField& field : scene_fields()) {

@@ -1,4 +1,5 @@
-#include "proto/transfer_function.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/model/transfer_function.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,7 +11,7 @@ namespace {
 
 constexpr std::string_view kDefault = "0 #591f14 0, 60 #804f41 0, 255 #ffebd1 0.3";
 
-/// That many points, from level 0 on, without a comma at the end.
+/// That many points, from level 0 on, without a trailing comma.
 std::string points(std::size_t count) {
   std::string text;
   for (std::size_t level = 0; level < count; ++level) {
@@ -76,7 +77,7 @@ TEST(TransferFunction, IsConstantWithOnePoint) {
 
 struct Refused {
   std::string text;
-  std::string_view wrong;  ///< how the sentence begins
+  std::string_view wrong;  ///< beginning of the message
 };
 
 TEST(TransferFunction, RefusesAndSaysWhichPoint) {

@@ -1,4 +1,5 @@
-#include "acquisition/usb_address.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/usb/usb_address.hpp"
 
 #include <gtest/gtest.h>
 

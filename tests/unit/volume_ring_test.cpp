@@ -1,4 +1,5 @@
-#include "proto/volume_ring.hpp"
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/exchange/volume_ring.hpp"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +28,7 @@ class VolumeRingTest : public testing::Test {
                       {.reader_bell = reader_bell_, .writer_bell = writer_bell_});
   }
 
-  /// Fills a volume so that every byte and stamp says `mark`, and publishes it.
+  /// Fills a volume so that every byte and stamp contains `mark`, and publishes it.
   static void publish(VolumeRing& ring, std::uint64_t mark) {
     Volume* const volume = ring.begin();
     ASSERT_NE(volume, nullptr);
@@ -130,8 +131,7 @@ TEST_F(VolumeRingTest, AMovedLeaseReleasesItsSlotOnce) {
   EXPECT_TRUE(writer_bell_.wait(0));
 }
 
-// Run under the thread sanitizer. The reader ends when it has seen the last volume, which neither policy may
-// drop.
+// Run with the thread sanitizer. The reader ends with the last volume, which neither policy may drop.
 TEST_F(VolumeRingTest, TwoThreadsNewestWins) {
   constexpr std::uint64_t kVolumes = 20'000;
   VolumeRing ring = make(RingPolicy::kNewestWins);

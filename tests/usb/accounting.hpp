@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -6,9 +7,10 @@
 
 namespace fanlight::test {
 
-/// Where every frame of a probe went, and which faults were carried out, as one line for a person.
+/// One line for a user: how many frames of a probe were sent, dropped and so on, and which faults were
+/// executed.
 std::string accounting_line(const std::string& serial, UsbfsProbe& probe);
-/// The same as a JSON object, keyed as the members of ProbeModel::Counters; "faults" has the words of
+/// The same as a JSON object, with the members of ProbeModel::Counters as keys; "faults" has the words of
 /// FaultScript.
 std::string accounting_json(const std::string& serial, UsbfsProbe& probe);
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/child_process.hpp"
 
 #include <fmt/format.h>
@@ -22,7 +23,7 @@ sigset_t kept_signals() {
   return kept;
 }
 
-/// The next of the kept signals; 0 as its number when the time came first.
+/// The next of the blocked signals; its number is 0 after the time-out.
 siginfo_t next_signal(std::optional<Clock::time_point> until) {
   const sigset_t kept = kept_signals();
   siginfo_t came{};
@@ -82,7 +83,7 @@ int ChildProcess::wait(std::optional<double> seconds) {
       until.reset();
       kill(id_, SIGTERM);
     }
-    // What was typed at the terminal went to the command as well.
+    // A signal from the terminal reached the command as well.
     const bool typed = came.si_code == SI_KERNEL;
     if ((came.si_signo == SIGINT || came.si_signo == SIGTERM) && !typed) kill(id_, came.si_signo);
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/types.h>
@@ -6,21 +7,21 @@
 #include <string>
 #include <vector>
 
-#include "proto/result.hpp"
+#include "proto/base/result.hpp"
 
 namespace fanlight::test {
 
-/// A command that runs beside this process, with its environment.
+/// A command that runs as a child process, with this process's environment.
 class ChildProcess {
  public:
-  /// Keeps SIGINT, SIGTERM and SIGCHLD for wait(); to be called before the first thread is made.
+  /// Blocks SIGINT, SIGTERM and SIGCHLD for wait(); must be called before the first thread is created.
   static void keep_signals();
 
   /// kNotFound where the command cannot be started.
   static Result<ChildProcess> start(const std::vector<std::string>& command);
 
-  /// Waits for its end and returns its exit status, 128 + the number of the signal that ended it. Passes
-  /// SIGINT and SIGTERM on, and asks it to end (SIGTERM) after `seconds`.
+  /// Waits for its end and returns its exit status, or 128 + the number of the signal that ended it. Forwards
+  /// SIGINT and SIGTERM, and sends SIGTERM after `seconds`.
   int wait(std::optional<double> seconds);
 
  private:

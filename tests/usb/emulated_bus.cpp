@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/emulated_bus.hpp"
 
 #include <dlfcn.h>
@@ -17,15 +18,15 @@ namespace fanlight::test {
 
 namespace {
 
-/// A failure of umockdev to do what it is there for: a test cannot go on.
+/// Ends the test where umockdev fails.
 void check(gboolean done, GError* error) {
   if (done != FALSE) return;
   fmt::print(stderr, "umockdev: {}\n", error != nullptr ? error->message : "failed");
   std::abort();
 }
 
-constexpr unsigned kFirstDevice = 2;  // 1 is the root hub's
-constexpr unsigned kDevices = 126;    // and 127 the highest
+constexpr unsigned kFirstDevice = 2;  // number 1 is the root hub
+constexpr unsigned kDevices = 126;    // the highest number is 127
 
 namespace fs = std::filesystem;
 
@@ -33,7 +34,7 @@ void write_file(const fs::path& path, std::string_view text) {
   std::ofstream(path, std::ios::binary) << text;
 }
 
-/// The device as sysfs shows it, below the testbed's root.
+/// The device in sysfs, below the testbed's root.
 void write_device(const fs::path& root, const EmulatedBus::Plugged& device, unsigned number,
                   const std::string& serial) {
   const fs::path folder = root.string() + device.sysfs_path;
@@ -57,7 +58,7 @@ void write_device(const fs::path& root, const EmulatedBus::Plugged& device, unsi
                          "PRODUCT={:x}/{:x}/100\nTYPE=0/0/0\n",
                          device.node.substr(5), number, kEmulatedVendor, kEmulatedProduct));
   write_file(root.string() + device.node, descriptor_bytes);
-  // Relative, as in the real one: libudev does not follow a link out of /sys.
+  // A relative link, as in the real sysfs: libudev does not follow links out of /sys.
   const fs::path bus = root / "sys/bus/usb";
   fs::create_directory_symlink(bus.lexically_relative(folder), folder / "subsystem");
   fs::create_directory_symlink(folder.lexically_relative(bus / "devices"),
@@ -75,7 +76,7 @@ void remove_device(const fs::path& root, const EmulatedBus::Plugged& device) {
 }  // namespace
 
 bool EmulatedBus::preloaded() {
-  // umockdev_in_mock_environment() is false in a preloaded process, too.
+  // umockdev_in_mock_environment() returns false in a preloaded process too.
   void* const library = dlopen("libumockdev-preload.so.0", RTLD_LAZY | RTLD_NOLOAD);
   if (library != nullptr) dlclose(library);
   return library != nullptr;
@@ -85,7 +86,7 @@ EmulatedBus::EmulatedBus(Udev udev) : udev_(udev), testbed_(umockdev_testbed_new
   gchar* const root = umockdev_testbed_get_root_dir(testbed_.get());
   root_ = root;
   g_free(root);
-  // As on a machine with USB and nothing plugged in.
+  // As on a machine with USB and no device.
   fs::create_directories(root_ / "dev/bus/usb/001");
   fs::create_directories(root_ / "sys/bus/usb/devices");
 }
@@ -100,8 +101,8 @@ EmulatedBus::Plugged EmulatedBus::plug(unsigned port, const std::string& serial,
   const unsigned number = kFirstDevice + plugs_++ % kDevices;
   Plugged device{.sysfs_path = fmt::format("/sys/devices/pci0000:00/0000:00:14.0/usb1/1-{}", port),
                  .node = fmt::format("/dev/bus/usb/001/{:03}", number)};
-  // By hand and in this order: umockdev's own function tells of an arrival before the node answers, whether
-  // udev runs or not, and a program that opens such a node is ended by umockdev.
+  // Written directly and in this order. umockdev's own function sends the udev message before the node
+  // answers, even without udev, and umockdev ends a program that opens such a node.
   GError* error = nullptr;
   check(umockdev_testbed_attach_ioctl(testbed_.get(), device.node.c_str(), handler, &error), error);
   write_device(root_, device, number, serial);

@@ -1,6 +1,6 @@
-// What only shows in the long run: a probe that is unplugged a thousand times, that sends as fast as it can
-// for minutes, or nothing but noise. Prints figures; ends with 1 where something that must hold does not.
-// Times are printed and not judged.
+// SPDX-License-Identifier: Apache-2.0
+// Long runs: a probe that is unplugged a thousand times, that sends at full speed for minutes, or that sends
+// only noise. Prints figures; exits with 1 where a requirement fails. Times are printed and not checked.
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "proto/clock.hpp"
-#include "tests/usb/live_house.hpp"
+#include "proto/base/clock.hpp"
+#include "tests/usb/acquisition_fixture.hpp"
 #include "tests/usb/resources.hpp"
 
 namespace {
@@ -60,13 +60,13 @@ void print_resources(const char* when, const Resources& held) {
              held.threads, held.resident_mb, held.heap_mb);
 }
 
-/// Unplugs with transfers under way and plugs in again, over and over.
+/// Unplugs with pending transfers and plugs in again, repeatedly.
 void run_cycles(const Options& options) {
-  LiveHouse house({.model = small_probe(),
-                   .udev = udev_of(options),
-                   .reads = {.transfers = 16, .transfer_bytes = 16 << 10}});
-  house.start();
-  const auto volumes = [&house] { return house.ring().counters().volumes_published.value(); };
+  AcquisitionFixture fixture({.model = small_probe(),
+                              .udev = udev_of(options),
+                              .reads = {.transfers = 16, .transfer_bytes = 16 << 10}});
+  fixture.start();
+  const auto volumes = [&fixture] { return fixture.ring().counters().volumes_published.value(); };
   const auto next_volume = [&] {
     const std::uint64_t before = volumes();
     require(wait_until([&] { return volumes() > before; }), "no volume came");
@@ -74,20 +74,20 @@ void run_cycles(const Options& options) {
   std::vector<double> lost_ms;
   std::vector<double> back_ms;
   Resources before{};
-  // The first ones fill caches and pools: libusb's, the emulator's, the allocator's.
+  // The first cycles fill caches and pools of libusb, the emulator and the allocator.
   const int warm_up = std::max(10, options.cycles / 5);
   for (int cycle = 0; cycle < warm_up + options.cycles; ++cycle) {
     next_volume();
     if (cycle == warm_up) before = Resources::now();
-    const std::uint64_t losses = house.counters().probes_lost.value();
+    const std::uint64_t losses = fixture.counters().probes_lost.value();
     const std::int64_t unplugged_ns = now_ns();
-    house.probe().unplug();
-    require(wait_until([&] { return house.counters().probes_lost.value() > losses; }),
+    fixture.probe().unplug();
+    require(wait_until([&] { return fixture.counters().probes_lost.value() > losses; }),
             "the loss was not seen");
     lost_ms.push_back(static_cast<double>(now_ns() - unplugged_ns) / 1e6);
-    require(house.frames().sum_holds(), "frames are not accounted for");
+    require(fixture.frames().sum_holds(), "frames are not accounted for");
     const std::int64_t plugged_ns = now_ns();
-    house.probe().plug();
+    fixture.probe().plug();
     next_volume();
     back_ms.push_back(static_cast<double>(now_ns() - plugged_ns) / 1e6);
   }
@@ -103,40 +103,40 @@ void run_cycles(const Options& options) {
       back.median, back.p99, back.largest);
   print_resources("before", before);
   print_resources("after", after);
-  house.stop();
-  require(house.frames().sum_holds(), "frames are not accounted for");
+  fixture.stop();
+  require(fixture.frames().sum_holds(), "frames are not accounted for");
   require(after.files <= before.files, "file descriptors were left behind");
   require(after.threads <= before.threads, "threads were left behind");
-  // The emulated bus, in this process too, keeps some 4 KB of each plug (umockdev's). In the guest of
-  // tests/usb_vm, where the probe is another process, the reader's heap stays as it is.
+  // The emulated bus in this process (umockdev) keeps about 4 KB of each plug. In the guest of tests/usb_vm,
+  // where the probe is another process, the reader's heap does not grow.
   const double kept_by_the_bus_mb = 0.006 * options.cycles;
   require(after.resident_mb < before.resident_mb + 4 + kept_by_the_bus_mb, "memory was left behind");
 }
 
-/// Reads at a rate, and holds what the probe says it sent against what was counted.
+/// Reads at a rate, and compares the probe's counters with the reader's.
 void run_throughput(const Options& options) {
   ProbeModel::Config model{.frames_per_volume = 35, .columns = 512, .rows = 512, .prepared = true};
   model.frame_rate_hz = options.mb_per_s * 1e6 / (512 * 512 + probe::kFrameHeaderBytes);
-  LiveHouse house({.model = model, .udev = udev_of(options)});
-  house.start();
-  require(wait_until([&] { return house.frames().frames_received.value() > 0; }), "no frame came");
+  AcquisitionFixture fixture({.model = model, .udev = udev_of(options)});
+  fixture.start();
+  require(wait_until([&] { return fixture.frames().frames_received.value() > 0; }), "no frame came");
   const Resources before = Resources::now();
   const std::int64_t start_ns = now_ns();
-  const std::uint64_t start_bytes = house.counters().bytes_received.value();
+  const std::uint64_t start_bytes = fixture.counters().bytes_received.value();
   std::uint64_t taken = 0;
   while (now_ns() - start_ns < static_cast<std::int64_t>(options.seconds * 1e9)) {
-    if (house.ring().take()) ++taken;
-    require(house.frames().sum_holds(), "frames are not accounted for");
+    if (fixture.ring().take()) ++taken;
+    require(fixture.frames().sum_holds(), "frames are not accounted for");
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   const double seconds = static_cast<double>(now_ns() - start_ns) / 1e9;
-  const double mb = static_cast<double>(house.counters().bytes_received.value() - start_bytes) / 1e6;
+  const double mb = static_cast<double>(fixture.counters().bytes_received.value() - start_bytes) / 1e6;
   const Resources after = Resources::now();
-  const std::uint64_t dropped_before = house.probe().counters().frames_dropped;
-  house.stop();
-  const AcquisitionCounters& frames = house.frames();
-  const RingCounters& ring = house.ring().counters();
-  const ProbeModel::Counters sent = house.probe().counters();
+  const std::uint64_t dropped_before = fixture.probe().counters().frames_dropped;
+  fixture.stop();
+  const AcquisitionCounters& frames = fixture.frames();
+  const RingCounters& ring = fixture.ring().counters();
+  const ProbeModel::Counters sent = fixture.probe().counters();
   fmt::print("{:.0f} s at {:.1f} MB/s asked for: {:.1f} MB/s came\n", seconds, options.mb_per_s,
              mb / seconds);
   fmt::print(
@@ -152,14 +152,14 @@ void run_throughput(const Options& options) {
              frames.volumes_incomplete.value(), ring.volumes_taken.value(), ring.volumes_dropped.value());
   print_resources("before", before);
   print_resources("after", after);
-  require(house.frames().sum_holds(), "frames are not accounted for");
-  require(frames.frames_damaged.value() == 0 && house.counters().bytes_skipped.value() == 0,
+  require(fixture.frames().sum_holds(), "frames are not accounted for");
+  require(frames.frames_damaged.value() == 0 && fixture.counters().bytes_skipped.value() == 0,
           "bytes were lost");
-  // Between the two ends stands only what was on its way when the reading ended.
+  // The difference is the frames in transit when reading stopped.
   const std::uint64_t known = frames.frames_received.value() + frames.frames_missing.value();
   require(known <= sent.frames_taken, "more frames were counted than there were");
   const std::uint64_t unread = sent.frames_taken - known;
-  // What was being read when the reading ended, and what the probe then threw away.
+  // Frames read ahead when reading stopped, which the probe then dropped.
   const std::uint64_t read_ahead = 96;
   const std::uint64_t on_its_way = sent.frames_dropped - dropped_before + sent.frames_torn + read_ahead;
   fmt::print("on their way at the end: {} frames\n", unread);
@@ -168,33 +168,33 @@ void run_throughput(const Options& options) {
           "files or threads were left behind");
 }
 
-/// Nothing but random bytes from the probe, which each start of the stream ends for a moment.
+/// Only random bytes from the probe, except briefly after each start of the stream.
 void run_random(const Options& options) {
-  LiveHouse house({.model = small_probe(),
-                   .udev = udev_of(options),
-                   .reads = {.transfers = 16, .transfer_bytes = 16 << 10}});
-  house.start();
+  AcquisitionFixture fixture({.model = small_probe(),
+                              .udev = udev_of(options),
+                              .reads = {.transfers = 16, .transfer_bytes = 16 << 10}});
+  fixture.start();
   const std::int64_t start_ns = now_ns();
   Resources before{};
   std::uint64_t rounds = 0;
   while (now_ns() - start_ns < static_cast<std::int64_t>(options.seconds * 1e9)) {
-    // Once frames come: what is injected before a start ends with it.
-    const std::uint64_t frames = house.frames().frames_received.value();
-    require(wait_until([&] { return house.frames().frames_received.value() > frames; }),
+    // Injected after frames arrive, because a start ends the fault.
+    const std::uint64_t frames = fixture.frames().frames_received.value();
+    require(wait_until([&] { return fixture.frames().frames_received.value() > frames; }),
             "no frame came after the noise");
-    const std::uint64_t restarts = house.counters().streams_restarted.value();
-    house.probe().inject({.kind = FaultKind::kRandom});
-    require(wait_until([&] { return house.counters().streams_restarted.value() > restarts; }),
+    const std::uint64_t restarts = fixture.counters().streams_restarted.value();
+    fixture.probe().inject({.kind = FaultKind::kRandom});
+    require(wait_until([&] { return fixture.counters().streams_restarted.value() > restarts; }),
             "the stream was not started again");
-    require(house.frames().sum_holds(), "frames are not accounted for");
+    require(fixture.frames().sum_holds(), "frames are not accounted for");
     if (++rounds == 3) before = Resources::now();
   }
-  const std::uint64_t volumes = house.ring().counters().volumes_published.value();
-  require(wait_until([&] { return house.ring().counters().volumes_published.value() > volumes; }),
+  const std::uint64_t volumes = fixture.ring().counters().volumes_published.value();
+  require(wait_until([&] { return fixture.ring().counters().volumes_published.value() > volumes; }),
           "no volume came after the noise");
   const Resources after = Resources::now();
   fmt::print("{:.1f} MB of noise in {} stretches, all skipped\n",
-             static_cast<double>(house.counters().bytes_skipped.value()) / 1e6, rounds);
+             static_cast<double>(fixture.counters().bytes_skipped.value()) / 1e6, rounds);
   if (rounds < 4) return;
   print_resources("before", before);
   print_resources("after", after);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/fault_script.hpp"
 
 #include <fmt/format.h>
@@ -46,7 +47,7 @@ std::optional<std::int64_t> duration_ns_in(std::string_view text) {
   return *number * in_ms * kNsPerMs;
 }
 
-/// The fault at the front of `words`, which must have nothing else.
+/// The fault at the front of `words`; nothing may follow it.
 std::optional<Fault> fault_in(const std::vector<std::string_view>& words) {
   if (words.empty()) return std::nullopt;
   const auto known = fault_words();
@@ -127,7 +128,7 @@ Result<FaultScript> FaultScript::parse(std::string_view text) {
     text.remove_prefix(std::min(part_text.size() + 1, text.size()));
     const auto words = words_of(part_text);
     if (words.empty()) continue;
-    // Without the spaces around it, to be quoted.
+    // Without surrounding spaces, for the error message.
     part_text = {words.front().data(), words.back().data() + words.back().size()};
     if (script.repeats_) return not_understood(part_text, "nothing after \"repeat\"");
     if (part_text == "repeat") {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/fault_script.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <glib-object.h>
@@ -9,11 +10,11 @@ namespace fanlight::test {
 struct Unref {
   void operator()(gpointer object) const { g_object_unref(object); }
 };
-/// A reference to a GObject, given back at its end.
+/// Owning reference to a GObject.
 template <typename T>
 using GRef = std::unique_ptr<T, Unref>;
 
-/// One more reference.
+/// Adds a reference.
 template <typename T>
 GRef<T> new_ref(T* object) {
   return GRef<T>(static_cast<T*>(g_object_ref(object)));

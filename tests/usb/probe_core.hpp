@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -12,13 +13,13 @@
 
 namespace fanlight::test {
 
-/// What the plugs of one emulated probe share: its model, its faults, and the lock around both. Every member
-/// is read and written under `mutex`.
+/// Shared state of all plugs of one emulated probe: its model, its faults, and their lock. All members are
+/// accessed under `mutex`.
 struct ProbeCore {
   explicit ProbeCore(std::unique_ptr<ProbeModel> with_model) : model(std::move(with_model)) {}
 
-  /// Lets a fault happen, or waits with it for the transfer or the request that it is of, and counts it. Of
-  /// unplug and replug it only takes the wish, and wakes `changed`.
+  /// Executes a fault, or stores it until its transfer or request, and counts it. Unplug and replug are only
+  /// stored, and wake `changed`.
   void carry_out(const Fault& fault, std::int64_t now_ns);
 
   std::mutex mutex;
@@ -31,8 +32,8 @@ struct ProbeCore {
   bool halted = false;
   bool late_identity = false;
   std::int64_t mute_until_ns = 0;
-  std::optional<FaultKind> plug_wish;  ///< unplug or replug; the probe is silent until it came true
-  std::condition_variable changed;     ///< a plug_wish came, or the script has a new next moment
+  std::optional<FaultKind> plug_wish;  ///< unplug or replug; the probe is silent until it is done
+  std::condition_variable changed;     ///< a plug_wish was set, or the script's next time changed
 };
 
 }  // namespace fanlight::test

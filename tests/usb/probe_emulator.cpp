@@ -1,4 +1,5 @@
-// Runs a command on a machine with an emulated probe; see README.md.
+// SPDX-License-Identifier: Apache-2.0
+// Runs a command with an emulated probe; see README.md.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -70,8 +71,8 @@ void settle(Options& options) {
       options.mb_per_s * kBytesInMb / (probe::kFrameHeaderBytes + double{1} * model.columns * model.rows);
 }
 
-/// This program anew with umockdev's library preloaded, which must be there from a process's beginning.
-/// Returns only where that fails.
+/// Executes this program again with umockdev's library preloaded, which is possible only at the start of a
+/// process. Returns only on failure.
 void preload_and_begin_anew(char** arguments) {
   const char* const before = std::getenv("LD_PRELOAD");
   const std::string others = before != nullptr ? before : "";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/probe_model.hpp"
 
 #include <fmt/format.h>
@@ -63,7 +64,7 @@ Result<std::unique_ptr<ProbeModel>> ProbeModel::create(const Config& config) {
                               check("lag", config.lag_deg, -4.0, 4.0)}) {
     if (!checked) return checked.error();
   }
-  // The rest is checked by the phantom.
+  // The phantom checks the rest.
   auto pictures = ProbePictures::create(
       pictures_config(config, {.sweep_deg = config.sweep_deg, .frames_a_volume = config.frames_per_volume}));
   if (!pictures) return pictures.error();
@@ -87,7 +88,7 @@ ProbeModel::ProbeModel(const Config& config, std::shared_ptr<ProbePictures> pict
   active_ = set_;
 }
 
-// The control pipe.
+// Control pipe.
 
 std::optional<std::vector<std::uint8_t>> ProbeModel::control_in(std::uint8_t request) const {
   switch (static_cast<probe::Request>(request)) {
@@ -115,7 +116,7 @@ bool ProbeModel::control_out(std::uint8_t request, std::span<const std::uint8_t>
     return true;
   }
   if (data.size() != sizeof(std::uint32_t)) return false;
-  // Frames that are due were taken before the setting came.
+  // Frames that are due were captured before the setting arrived.
   advance(now_ns);
   if (!set(asked, data[0] | data[1] << 8 | data[2] << 16 | std::uint32_t{data[3]} << 24)) return false;
   if (!streaming_) apply_settings();
@@ -165,8 +166,8 @@ void ProbeModel::apply_settings() {
   change_depth(rows_of(set_.depth_mm));
   if (active_.sweep_deg == set_.sweep_deg && active_.frames_a_volume == set_.frames_a_volume) return;
   auto pictures = ProbePictures::create(pictures_config(config_, set_));
-  if (!pictures) return;  // cannot be: the ranges are the phantom's
-  // The scene goes on at about the same moment, and the motor from the end that it is at.
+  if (!pictures) return;  // not possible: the ranges are the phantom's
+  // The scene continues at about the same time, and the motor from its present end.
   const auto direction = pictures_->place(picture_).direction;
   std::uint64_t sweep = picture_ / set_.frames_a_volume;
   if ((sweep % 2 == 0) != (direction == SweepDirection::kForward)) ++sweep;
@@ -191,7 +192,7 @@ void ProbeModel::start(std::int64_t now_ns) {
   begin_first_sweep();
 }
 
-/// The next frame is number 0, the first of a forward sweep.
+/// The next frame is number 0, the first one of a forward sweep.
 void ProbeModel::begin_first_sweep() {
   sequence_ = 0;
   first_volume_ = 0;

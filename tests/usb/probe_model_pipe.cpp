@@ -1,4 +1,5 @@
-// The bulk pipe of ProbeModel: frames and faults to the bytes of transfers.
+// SPDX-License-Identifier: Apache-2.0
+// Bulk pipe of ProbeModel: frames and faults to bytes of transfers.
 
 #include <algorithm>
 #include <utility>
@@ -10,7 +11,7 @@ namespace fanlight::test {
 namespace {
 
 constexpr std::size_t kPacketBytes = 512;       // of a high speed bulk endpoint
-constexpr std::size_t kDamagedHeaderByte = 20;  // in the device time: the magic stays
+constexpr std::size_t kDamagedHeaderByte = 20;  // in the device time; the magic number stays valid
 
 }  // namespace
 
@@ -55,7 +56,7 @@ std::size_t ProbeModel::copy_under_way(std::span<std::uint8_t> to) {
   return copied;
 }
 
-/// What was under way has ended. It is sent once more where the fault repeat asked for that.
+/// The frame being sent has ended. It is sent again for the fault repeat.
 void ProbeModel::settle(Fate fate) {
   switch (fate) {
     case Fate::kSent:
@@ -65,7 +66,7 @@ void ProbeModel::settle(Fate fate) {
       ++counters_.frames_torn;
       break;
     case Fate::kWithheld:
-      break;  // counted when its turn came
+      break;  // counted when it reached the pipe
     case Fate::kRepeat:
       ++counters_.repeats;
       break;
@@ -141,7 +142,7 @@ bool ProbeModel::begin_next() {
 }
 
 void ProbeModel::hold_back(UnderWay frame) {
-  // What the pictures lend is theirs again when the next one is drawn.
+  // The picture's memory is overwritten by the next one.
   frame.own_pixels.assign(frame.pixels.begin(), frame.pixels.end());
   frame.pixels = frame.own_pixels;
   held_ = std::move(frame);
@@ -149,7 +150,7 @@ void ProbeModel::hold_back(UnderWay frame) {
   ++counters_.swaps;
 }
 
-/// The frame with those of the pending faults that change its bytes.
+/// The frame, modified by the pending faults.
 ProbeModel::UnderWay ProbeModel::drawn(const Taken& frame) {
   const ProbePictures::Picture picture = frame.pictures->show(frame.picture, frame.rows);
   const Pending faults = std::exchange(pending_, Pending{});
@@ -196,7 +197,7 @@ void ProbeModel::put_noise(std::vector<std::uint8_t>& to, std::size_t bytes) {
 }
 
 void ProbeModel::inject(const Fault& fault, std::int64_t now_ns) {
-  // What was due before the fault was taken before it.
+  // Frames due before the fault are captured before it.
   advance(now_ns);
   switch (fault.kind) {
     case FaultKind::kDrop:

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/probe_model.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "proto/crc32c.hpp"
+#include "proto/base/crc32c.hpp"
 
 namespace fanlight::test {
 namespace {
@@ -40,7 +41,7 @@ std::unique_ptr<ProbeModel> started(const Config& config) {
   return model;
 }
 
-/// All that comes in one transfer, and a frame's header where it begins with one.
+/// The bytes of one transfer, and the header of the frame at its front, if any.
 struct Transfer {
   std::vector<std::uint8_t> bytes;
   bool ended = false;

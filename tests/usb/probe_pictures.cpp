@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/probe_pictures.hpp"
 
 #include <algorithm>
@@ -6,7 +7,7 @@
 #include <stop_token>
 #include <utility>
 
-#include "proto/crc32c.hpp"
+#include "proto/base/crc32c.hpp"
 
 namespace fanlight::test {
 
@@ -65,8 +66,8 @@ void ProbePictures::draw(std::uint64_t picture, std::vector<std::uint8_t>& pixel
   pixels.resize(geometry().frame_bytes());
   for (;;) {
     const auto stamp = source_->next_frame(std::stop_token{});
-    // An unpaced source without an end always has a next frame; one from before would mean that pictures
-    // were asked for backwards.
+    // An unpaced source without an end always has a next frame. An earlier frame would mean that pictures
+    // were requested backward.
     if (!stamp || !*stamp || (*stamp)->sequence > picture) std::abort();
     if ((*stamp)->sequence == picture) break;
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -5,25 +6,24 @@
 #include <span>
 #include <vector>
 
-#include "acquisition/phantom_source.hpp"
-#include "proto/result.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
+#include "proto/base/result.hpp"
 
 namespace fanlight::test {
 
-/// What the emulated probe sees: the pictures of sweeps to and fro over the scene of PhantomSource, under one
-/// sweep angle and one number of frames a sweep. Pictures are counted from 0; even sweeps go forward. One
-/// thread.
+/// Pictures of the emulated probe: forward and backward sweeps over the scene of PhantomSource, with one
+/// sweep angle and number of frames. Pictures are counted from 0; even sweeps are forward. One thread.
 class ProbePictures {
  public:
   struct Config {
-    double frame_rate_hz = 20;  ///< of the scene's time; above 1000 it is taken as 1000
+    double frame_rate_hz = 20;  ///< of the scene's time; limited to 1000
     std::uint32_t frames_per_volume = 35;
     std::uint32_t columns = 512;
     std::uint32_t rows = 512;  ///< over 160 mm
     double sweep_deg = 70;
     std::uint64_t seed = 1;
-    /// Pictures are drawn once for a sweep forth and one back and then shown again and again: as fast as the
-    /// host takes them, where drawing one takes some milliseconds.
+    /// Pictures of one forward and one backward sweep are drawn once and then repeated. They are available at
+    /// any rate, while drawing one takes some milliseconds.
     bool prepared = false;
   };
 
@@ -34,7 +34,7 @@ class ProbePictures {
 
   struct Place {
     std::uint64_t sweep = 0;
-    std::uint32_t index = 0;  ///< in the sweep, in the order taken
+    std::uint32_t index = 0;  ///< in the sweep, in the order of capture
     SweepDirection direction = SweepDirection::kForward;
     double angle_deg = 0;
   };
@@ -44,17 +44,17 @@ class ProbePictures {
     std::span<const std::uint8_t> pixels;  ///< valid until the next call
     std::uint32_t crc32c = 0;
   };
-  /// The first `rows` rows of a picture. `picture` must grow from call to call, as time does; a prepared one
-  /// shows the scene as it was when its place in the two sweeps was first asked for.
+  /// The first `rows` rows of a picture. `picture` must increase from call to call. A prepared picture shows
+  /// the scene at the time of its first request.
   Picture show(std::uint64_t picture, std::uint32_t rows);
 
-  /// Draws all that a prepared one will ever show with that many rows; otherwise does nothing.
+  /// Draws all prepared pictures with that many rows; otherwise does nothing.
   void prepare(std::uint32_t rows);
 
  private:
   struct Kept {
     std::vector<std::uint8_t> pixels;
-    std::uint32_t rows = 0;  ///< that the checksum is of
+    std::uint32_t rows = 0;  ///< covered by the checksum
     std::uint32_t crc32c = 0;
   };
 

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/raw_reader.hpp"
 
 #include <chrono>
 #include <cstdlib>
 #include <utility>
 
-#include "proto/crc32c.hpp"
+#include "proto/base/crc32c.hpp"
 #include "tests/usb/usb_descriptors.hpp"
 
 namespace fanlight::test {
@@ -28,8 +29,8 @@ std::string serial_of(libusb_device_handle* handle) {
   return length > 0 ? std::string(text, text + length) : "";
 }
 
-/// Calls `visit(handle)` with each emulated probe that opens, until it returns true; then the handle is its
-/// to close.
+/// Calls `visit(handle)` with each emulated probe that opens, until it returns true; the handle then belongs
+/// to `visit`.
 template <typename Visit>
 void visit_probes(libusb_context* context, const Visit& visit) {
   libusb_device** devices = nullptr;

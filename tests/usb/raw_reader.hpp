@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <libusb.h>
@@ -10,18 +11,18 @@
 #include <string>
 #include <vector>
 
-#include "proto/probe_protocol.hpp"
+#include "proto/model/probe_protocol.hpp"
 
 namespace fanlight::test {
 
-/// A host that does no more than libusb does: opens an emulated probe, asks it, and takes its stream with
-/// transfers in flight. What its tests see is the emulator, not Fanlight's reader. One thread.
+/// A minimal libusb host: opens an emulated probe, sends requests, and reads its stream with several pending
+/// transfers. Its tests test the emulator, not Fanlight's reader. One thread.
 class RawReader {
  public:
   struct Transferred {
     libusb_transfer_status status = LIBUSB_TRANSFER_COMPLETED;
     std::vector<std::uint8_t> bytes;
-    bool full = false;  ///< as long as it was asked for
+    bool full = false;  ///< filled to the requested length
   };
 
   RawReader();
@@ -29,20 +30,20 @@ class RawReader {
   RawReader(const RawReader&) = delete;
   RawReader& operator=(const RawReader&) = delete;
 
-  /// The serial numbers of the emulated probes that are there.
+  /// Serial numbers of the plugged-in emulated probes.
   std::vector<std::string> serials();
-  /// 0 or a libusb error: opens the probe with that serial number and claims its interface.
+  /// Opens the probe with this serial number and claims its interface; returns 0 or a libusb error.
   int open(const std::string& serial);
   void close();
 
-  /// Bytes, or a libusb error.
+  /// Number of bytes, or a libusb error.
   int ask(probe::Request request, std::span<std::uint8_t> answer, unsigned timeout_ms = 1000);
   int tell(probe::Request request, std::span<const std::uint8_t> data = {});
 
-  /// Keeps transfers of that length in flight; finish() ends that.
+  /// Keeps `transfers` transfers of `bytes` pending, until finish().
   void begin(std::size_t transfers, std::size_t bytes);
-  /// The next that ended, in order; nullopt after timeout_ms without one. What ended well, or with a fault
-  /// that the stream outlives, is in flight again.
+  /// The next transfer that ended, in order; nullopt after timeout_ms. It is submitted again, unless its
+  /// error ended the stream.
   std::optional<Transferred> next(unsigned timeout_ms = 5000);
   void finish();
   std::size_t in_flight() const { return in_flight_; }
@@ -63,16 +64,16 @@ class RawReader {
   bool resubmits_ = false;
 };
 
-/// Puts the frames of a stream whose transfers end with them together again. One thread.
+/// Reassembles the frames of a stream in which a frame ends its transfer. One thread.
 class FrameJoiner {
  public:
   struct Frame {
     probe::FrameHeader header;
     std::vector<std::uint8_t> bytes;  ///< header and pixels
     std::size_t header_bytes = 0;
-    bool whole = false;  ///< as long as it says, with the right checksum
+    bool whole = false;  ///< of the length in its header, with the right checksum
   };
-  /// A frame that ended with this transfer, if its header is right.
+  /// The frame that ended with this transfer, if its header is valid.
   std::optional<Frame> add(const RawReader::Transferred& transferred);
   std::uint64_t without_header() const { return without_header_; }
 

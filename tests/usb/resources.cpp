@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/resources.hpp"
 
 #include <malloc.h>
@@ -18,7 +19,7 @@ std::size_t entries(const char* folder) {
 }  // namespace
 
 Resources Resources::now() {
-  malloc_trim(0);  // what was freed and is only kept for later is not held
+  malloc_trim(0);  // memory that is free but kept by the allocator does not count
   const struct mallinfo2 heap = mallinfo2();
   std::size_t pages = 0;
   std::size_t resident_pages = 0;

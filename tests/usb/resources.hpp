@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 
 namespace fanlight::test {
 
-/// What this process holds of the machine now.
+/// Resources that this process uses now.
 struct Resources {
   std::size_t files = 0;  ///< open file descriptors
   std::size_t threads = 0;

@@ -1,6 +1,7 @@
-// How long a display looks at an old picture: from the probe's cable being pulled until the loss is known,
-// and from its return until the first picture of what it sees now. The whole way but for the socket: an
-// emulated probe, libusb, the ring, all passes.
+// SPDX-License-Identifier: Apache-2.0
+// Time without a current picture: from the unplug of the probe until the loss is known, and from the replug
+// until the first picture of a new volume. The whole pipeline except the socket: emulated probe, libusb,
+// ring, all passes.
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -11,9 +12,9 @@
 #include <thread>
 #include <vector>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "renderer/render_thread.hpp"
-#include "tests/usb/live_house.hpp"
+#include "tests/usb/acquisition_fixture.hpp"
 
 namespace {
 
@@ -34,12 +35,12 @@ T value_of(Result<T> made) {
   return *std::move(made);
 }
 
-/// The render thread and what it needs, fed from a LiveHouse.
+/// The render thread and its dependencies, connected to an AcquisitionFixture.
 class Rendering {
  public:
-  Rendering(LiveHouse& house, PictureSize size)
+  Rendering(AcquisitionFixture& fixture, PictureSize size)
       : instance_(value_of(GpuInstance::create({}))), gpu_(value_of(Gpu::create(*instance_, ""))) {
-    const SourceDescription& source = house.description();
+    const SourceDescription& source = fixture.description();
     auto renderer = value_of(Renderer::create(
         {.size = size,
          .geometry = source.geometry,
@@ -51,11 +52,11 @@ class Rendering {
         {.revision = 1,
          .scene = scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height)}));
     thread_ = std::make_unique<RenderThread>(std::move(renderer),
-                                             RenderThread::Dependencies{.ring = house.ring(),
+                                             RenderThread::Dependencies{.ring = fixture.ring(),
                                                                         .scenes = scenes_,
                                                                         .pictures = pictures_,
                                                                         .counters = counters_,
-                                                                        .bell = house.reader_bell(),
+                                                                        .bell = fixture.reader_bell(),
                                                                         .failures = failures_});
   }
 
@@ -89,28 +90,28 @@ void print(const char* what, std::vector<double> times_ms) {
 }
 
 void run(const Options& options) {
-  LiveHouse house({.model = {.frame_rate_hz = 75,
-                             .frames_per_volume = 35,
-                             .columns = options.side,
-                             .rows = options.side,
-                             .prepared = true},
-                   .udev = options.no_udev ? EmulatedBus::Udev::kOff : EmulatedBus::Udev::kOn});
-  Rendering rendering(house, {.width = options.picture, .height = options.picture});
-  house.start();
+  AcquisitionFixture fixture({.model = {.frame_rate_hz = 75,
+                                        .frames_per_volume = 35,
+                                        .columns = options.side,
+                                        .rows = options.side,
+                                        .prepared = true},
+                              .udev = options.no_udev ? EmulatedBus::Udev::kOff : EmulatedBus::Udev::kOn});
+  Rendering rendering(fixture, {.width = options.picture, .height = options.picture});
+  fixture.start();
   rendering.wait_for_picture_after(0);
   std::vector<double> lost_ms;
   std::vector<double> back_ms;
   for (int round = 0; round < options.rounds; ++round) {
-    const std::uint64_t losses = house.counters().probes_lost.value();
+    const std::uint64_t losses = fixture.counters().probes_lost.value();
     const std::int64_t unplugged_ns = now_ns();
-    house.probe().unplug();
-    if (!wait_until([&] { return house.counters().probes_lost.value() > losses; })) {
+    fixture.probe().unplug();
+    if (!wait_until([&] { return fixture.counters().probes_lost.value() > losses; })) {
       throw std::runtime_error("the loss was not seen");
     }
     lost_ms.push_back(static_cast<double>(now_ns() - unplugged_ns) / 1e6);
     std::this_thread::sleep_for(std::chrono::duration<double>(options.pause_s));
     const std::int64_t plugged_ns = now_ns();
-    house.probe().plug();
+    fixture.probe().plug();
     rendering.wait_for_picture_after(plugged_ns);
     back_ms.push_back(static_cast<double>(now_ns() - plugged_ns) / 1e6);
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gtest/gtest.h>
@@ -6,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/usb_source.hpp"
+#include "acquisition/usb/usb_source.hpp"
 #include "tests/usb/usbfs_probe.hpp"
 
 namespace fanlight::test {
 
-/// A UsbSource on an emulated bus with one emulated probe, and the test in the acquisition thread's place.
+/// A UsbSource on an emulated bus with one emulated probe. The test replaces the acquisition thread.
 struct SourceRig {
-  /// One frame as the source gave it.
+  /// One frame from the source.
   struct Frame {
     FrameStamp stamp;
     FrameFault fault = FrameFault::kNone;
@@ -43,7 +44,7 @@ struct SourceRig {
     return {};
   }
 
-  /// The next frame, waiting for it.
+  /// Blocks until the next frame.
   Frame next() {
     Frame frame;
     auto stamp = source->next_frame(stop.get_token());
@@ -66,7 +67,7 @@ struct SourceRig {
     return frames;
   }
 
-  /// Reads on until `holds`, at most so many frames.
+  /// Reads until `holds`, at most `most` frames.
   template <typename Holds>
   std::vector<Frame> next_until(Holds holds, std::size_t most = 2000) {
     std::vector<Frame> frames;
@@ -79,7 +80,7 @@ struct SourceRig {
 
   const ProbeCounters& counters() const { return link.counters; }
 
-  /// The newest state that the source published.
+  /// The last published status.
   const ProbeStatus& status() {
     if (const ProbeStatus* newest = link.status.newest()) last_status = *newest;
     return last_status;

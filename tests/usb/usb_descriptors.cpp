@@ -1,6 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/usb_descriptors.hpp"
 
-#include "proto/probe_protocol.hpp"
+#include "proto/model/probe_protocol.hpp"
 
 namespace fanlight::test {
 

@@ -1,6 +1,7 @@
-// The libusb source against the emulated probe: what it reads, and what it makes of every fault.
+// SPDX-License-Identifier: Apache-2.0
+// The libusb source with the emulated probe: normal reading, and the reaction to every fault.
 
-#include "acquisition/usb_source.hpp"
+#include "acquisition/usb/usb_source.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +9,7 @@
 #include <set>
 #include <thread>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "tests/usb/source_rig.hpp"
 
 namespace fanlight::test {
@@ -44,7 +45,7 @@ TEST(UsbSource, ReadsEveryFrameInOrder) {
     EXPECT_LE(frame.stamp.capture_time_ns, now_ns());
     EXPECT_GT(*std::ranges::max_element(frame.pixels), 0) << "there is a picture in it";
   }
-  // The probe sweeps 70 deg, to and fro.
+  // The probe sweeps 70 deg, forward and backward.
   EXPECT_NEAR(degrees(frames[0].stamp.angle_rad), -35, 1e-5);
   EXPECT_NEAR(degrees(frames[9].stamp.angle_rad), 35, 1e-5);
   EXPECT_NEAR(degrees(frames[10].stamp.angle_rad), 35, 1e-5);
@@ -322,7 +323,9 @@ TEST(UsbSource, WaitsForAProbeThatComesLater) {
   SourceRig rig;
   rig.probe->unplug();
   std::jthread plugger([&rig] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // no proof: it may also come too early
+    // A sleep, because nothing shows that the source has begun to search. The test may also plug in too
+    // early, and then passes too.
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
     rig.probe->plug();
   });
   EXPECT_TRUE(rig.open({}, "", 60));
@@ -371,14 +374,14 @@ TEST(UsbSource, AProbeThatDoesNotAnswerIsAskedAgain) {
   EXPECT_EQ(count(rig.next(10), FrameFault::kNone), 10U);
 }
 
-// Random bytes for ever are no stream: the probe is started again, reset, lost, and taken again, as long as
-// it goes on, and nothing else happens.
+// Continuous random bytes are no stream: the source restarts the probe, resets it, loses and reopens it, as
+// long as they last, and does nothing else.
 TEST(UsbSource, RandomBytesAreNoFramesAndDoNoHarm) {
   SourceRig rig;
   ASSERT_TRUE(rig.open());
   rig.next(5);
   rig.probe->inject({.kind = FaultKind::kRandom});
-  // A start ends the random bytes: the frames that come then say that the source is well.
+  // A start ends the random bytes; the frames after it prove that the source still works.
   const auto frames = rig.next_until([&rig] { return rig.counters().streams_restarted.value() > 0; });
   EXPECT_GT(rig.counters().bytes_skipped.value(), 0U);
   EXPECT_EQ(count(rig.next(10), FrameFault::kNone), 10U);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/usbfs_client.hpp"
 
 #include <algorithm>
@@ -18,8 +19,8 @@ std::unique_ptr<Urb> Urb::submitted(UMockdevIoctlData* argument) {
   urb->data_.reset(umockdev_ioctl_data_resolve(argument, 0, sizeof(usbdevfs_urb), nullptr));
   if (urb->data_ == nullptr || urb->block().buffer_length < 0) return nullptr;
   if (urb->type() != USBDEVFS_URB_TYPE_CONTROL) {
-    // The client's buffer is not resolved before there is something to put in: that would carry all of it
-    // over and back.
+    // The client's buffer is resolved only when data is available: resolving copies the whole buffer to and
+    // from the client.
     urb->received_.resize(urb->length());
     return urb;
   }

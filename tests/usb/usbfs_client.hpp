@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <linux/usbdevice_fs.h>
@@ -15,30 +16,32 @@
 
 namespace fanlight::test {
 
-/// A request block as a client submitted it, and what came of it.
+/// A USB request block submitted by a client, and its result.
 class Urb {
  public:
-  /// nullptr where the client's memory could not be read.
+  /// nullptr where the client's memory cannot be read.
   static std::unique_ptr<Urb> submitted(UMockdevIoctlData* argument);
 
-  unsigned long address() const { return data_->client_addr; }  ///< in the client, its name for it
+  unsigned long address() const {
+    return data_->client_addr;
+  }  ///< address in the client, which identifies it
   std::uint8_t type() const { return block().type; }
   std::uint8_t endpoint() const { return block().endpoint; }
   std::size_t length() const { return static_cast<std::size_t>(block().buffer_length); }
 
-  /// Control only: the setup packet and the data after it.
+  /// Control transfers only: the setup packet and its data.
   std::span<std::uint8_t> control_buffer() const;
 
-  /// Bulk: the room that is left in the client's buffer, and how much of it was used.
+  /// Bulk transfers: the unused part of the client's buffer, and the used length.
   std::span<std::uint8_t> room() { return std::span(received_).subspan(received_bytes_); }
   void received(std::size_t bytes) { received_bytes_ += bytes; }
   void lose_received() { received_bytes_ = 0; }
 
-  /// `status` is 0 or a negative errno. `bytes` are those of a control transfer without its setup packet.
+  /// `status` is 0 or a negative errno. `bytes`: for a control transfer without its setup packet.
   void finish(int status, std::size_t bytes);
   void finish(int status) { finish(status, received_bytes_); }
 
-  /// Into the client's memory, as the answer to its REAPURB; false where that failed.
+  /// Copies it to the client's memory as the answer to REAPURB; false on failure.
   bool give_back(UMockdevIoctlData* argument);
 
  private:
@@ -50,8 +53,8 @@ class Urb {
   std::size_t received_bytes_ = 0;
 };
 
-/// One opening of the device's node: its URBs under way and those to be reaped, each in the order submitted
-/// or finished. Thread of the ioctls.
+/// One open file of the device node: its pending URBs and those to be reaped, in the order of submission and
+/// completion. Ioctl thread.
 class UsbfsClient {
  public:
   explicit UsbfsClient(UMockdevIoctlClient* client) : client_(new_ref(client)) {}
@@ -63,15 +66,15 @@ class UsbfsClient {
   std::list<std::unique_ptr<Urb>>& under_way() { return under_way_; }
   const std::list<std::unique_ptr<Urb>>& under_way() const { return under_way_; }
   Urb& submit(std::unique_ptr<Urb> urb);
-  /// `urb` is under way; its fields say how it ended.
+  /// `urb` has ended; its fields contain the result.
   void finished(Urb& urb);
-  /// Ends it with ENOENT; false where none under way has that address.
+  /// Ends it with ENOENT; false where no pending URB has that address.
   bool discard(unsigned long address);
 
-  /// Answers a REAPURBNDELAY: with a finished URB, or, once `gone`, ENODEV, or else EAGAIN. The last two are
-  /// held until `now_us` + 1 ms, or until a URB is finished: libusb asks again at once.
+  /// Answers a REAPURBNDELAY: with a finished URB, or ENODEV once `gone`, or else EAGAIN. The last two
+  /// answers are delayed until `now_us` + 1 ms or until a URB is finished, because libusb asks again at once.
   void reap(bool gone, std::int64_t now_us);
-  /// Answers the one that is held where there is something to answer or its time has come.
+  /// Sends a delayed answer if it is due.
   void answer_held(bool gone, std::int64_t now_us);
   std::optional<std::int64_t> held_until_us() const { return held_until_us_; }
 
@@ -83,7 +86,7 @@ class UsbfsClient {
   GRef<UMockdevIoctlClient> client_;
   std::list<std::unique_ptr<Urb>> under_way_;
   std::deque<std::unique_ptr<Urb>> finished_;
-  std::optional<std::int64_t> held_until_us_;  // a REAPURBNDELAY waits
+  std::optional<std::int64_t> held_until_us_;  // a REAPURBNDELAY is delayed
 };
 
 }  // namespace fanlight::test

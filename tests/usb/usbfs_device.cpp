@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/usbfs_device.hpp"
 
 #include <sys/ioctl.h>
@@ -9,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "tests/usb/usb_descriptors.hpp"
 
 namespace fanlight::test {
@@ -20,8 +21,8 @@ using Shared = std::shared_ptr<UsbfsDevice>;
 
 constexpr std::int64_t kNsPerUs = 1000;
 
-// Those of an xHCI controller, except mmap: libusb then submits one URB for a transfer of any length. Where
-// the scatter-gather is missing it cuts them into URBs of 16 KiB that depend on one another.
+// Those of an xHCI controller, except mmap: libusb then submits one URB for a transfer of any length. Without
+// scatter-gather it divides transfers into dependent URBs of 16 KiB.
 constexpr std::uint32_t kAbilities = USBDEVFS_CAP_ZERO_PACKET | USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
                                      USBDEVFS_CAP_BULK_SCATTER_GATHER | USBDEVFS_CAP_REAP_AFTER_DISCONNECT;
 
@@ -29,8 +30,8 @@ std::int64_t now_us() {
   return now_ns() / kNsPerUs;
 }
 
-// GLib hands a callback's data from thread to thread under locks of its own, which the thread sanitizer does
-// not see. It sees this one.
+// GLib passes a callback's data between threads under locks of its own, which the thread sanitizer does not
+// see. It sees this one.
 std::mutex& handover() {
   static std::mutex mutex;
   return mutex;
@@ -56,7 +57,7 @@ void connect(gpointer instance, const char* signal, GCallback callback, const Sh
                         static_cast<GConnectFlags>(0));
 }
 
-/// The structure that an ioctl's argument points to; nullptr where the client has none there.
+/// The structure at an ioctl's argument; nullptr where the client has none there.
 template <typename T>
 GRef<UMockdevIoctlData> pointed_to(UMockdevIoctlData* argument) {
   return GRef<UMockdevIoctlData>(umockdev_ioctl_data_resolve(argument, 0, sizeof(T), nullptr));
@@ -93,7 +94,7 @@ void UsbfsDevice::on_connected(UMockdevIoctlBase* /*base*/, UMockdevIoctlClient*
   if (device->tick_ == nullptr) device->start_ticking();
 }
 
-/// The kernel kills what a closed file had under way. That one is closed, umockdev tells who asks.
+/// The kernel cancels the URBs of a closed file. umockdev does not report a close, but can be asked.
 void UsbfsDevice::forget_closed() {
   clients_.remove_if([](const UsbfsClient& client) { return !client.is_open(); });
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <umockdev.h>
@@ -11,11 +12,11 @@
 
 namespace fanlight::test {
 
-/// The device node of one plug: answers what the kernel's usbfs would, from a plug to the unplug and, with
-/// ENODEV, for as long as a client keeps the node open after that.
+/// The device node of one plug: answers like the kernel's usbfs from the plug to the unplug, and with ENODEV
+/// as long as a client keeps the node open after that.
 ///
-/// The ioctls come on umockdev's own thread; gone() and wake() on any. Lives as long as the object that
-/// handler() gives out, or a client.
+/// Ioctls arrive on umockdev's own thread; gone() and wake() may be called on any. Lives as long as the
+/// object of handler(), or a client.
 class UsbfsDevice : public std::enable_shared_from_this<UsbfsDevice> {
  public:
   explicit UsbfsDevice(std::shared_ptr<ProbeCore> core) : core_(std::move(core)) {}
@@ -23,11 +24,11 @@ class UsbfsDevice : public std::enable_shared_from_this<UsbfsDevice> {
   /// For umockdev_testbed_attach_ioctl().
   GRef<UMockdevIoctlBase> handler();
 
-  /// Unplugged: the first bulk transfer under way ends with EPROTO and all others with ESHUTDOWN, as on a
-  /// real bus, where the device falls silent before the hub tells. core's mutex must be held.
+  /// Unplugged: the first pending bulk transfer ends with EPROTO and all others with ESHUTDOWN, as on a real
+  /// bus, where the device becomes silent before the hub reports it. The caller must hold core's mutex.
   void gone();
 
-  /// Something changed that may complete transfers. core's mutex must be held.
+  /// Transfers may have become completable. The caller must hold core's mutex.
   void wake();
 
  private:
@@ -51,7 +52,7 @@ class UsbfsDevice : public std::enable_shared_from_this<UsbfsDevice> {
   const std::shared_ptr<ProbeCore> core_;
   std::list<UsbfsClient> clients_;
   bool gone_ = false;
-  GSource* tick_ = nullptr;  // on the thread of the ioctls
+  GSource* tick_ = nullptr;  // on the ioctl thread
 };
 
 }  // namespace fanlight::test

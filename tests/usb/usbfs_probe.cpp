@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb/usbfs_probe.hpp"
 
 #include <chrono>
 #include <utility>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 
 namespace fanlight::test {
 

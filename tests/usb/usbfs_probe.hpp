@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -15,27 +16,27 @@
 namespace fanlight::test {
 
 /// A probe on an EmulatedBus: ProbeModel behind the node that libusb opens, with the faults of a FaultScript
-/// and those that a test injects.
+/// and injected ones.
 ///
-/// Life: created unplugged -> plug() -> unplug() -> plug() -> ... A destroyed one is unplugged first, and
-/// must not outlive its bus. All functions may be called from any thread; they take effect before they
-/// return, but for the unplug and replug of inject(), which come soon after. Needs CPU time of its own:
-/// umockdev's thread answers the ioctls.
+/// Life: created unplugged -> plug() -> unplug() -> plug() -> ... The destructor unplugs; it must not outlive
+/// its bus. All functions may be called from any thread. They take effect before they return, except unplug
+/// and replug of inject(), which follow soon after. Needs CPU time of its own: umockdev's thread answers the
+/// ioctls.
 class UsbfsProbe {
  public:
   struct Config {
     ProbeModel::Config model;
-    std::string faults;  ///< FaultScript, which begins with the first plug
+    std::string faults;  ///< FaultScript, started by the first plug
   };
-  /// kInvalidArgument where a value is out of its range or the script is not understood.
+  /// kInvalidArgument where a value is out of its range or the script is not valid.
   static Result<std::unique_ptr<UsbfsProbe>> create(EmulatedBus& bus, const Config& config);
   ~UsbfsProbe();
   UsbfsProbe(const UsbfsProbe&) = delete;
   UsbfsProbe& operator=(const UsbfsProbe&) = delete;
 
-  /// Nothing happens where it is plugged in already.
+  /// No effect where it is plugged in.
   void plug();
-  /// With whatever is under way; nothing happens where it is not plugged in.
+  /// With all pending transfers; no effect where it is not plugged in.
   void unplug();
   bool plugged();
 
@@ -58,10 +59,10 @@ class UsbfsProbe {
   const std::shared_ptr<ProbeCore> core_;
   const unsigned port_;
   bool script_began_ = false;
-  // Of the plug, where plugged in.
+  // of the present plug
   std::shared_ptr<UsbfsDevice> device_;
   EmulatedBus::Plugged place_;
-  std::jthread follower_;  // last, so that it ends first
+  std::jthread follower_;  // last member: it ends first
 };
 
 }  // namespace fanlight::test

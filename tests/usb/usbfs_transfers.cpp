@@ -1,11 +1,12 @@
-// The transfers of UsbfsDevice: what the probe does with the URBs that came.
+// SPDX-License-Identifier: Apache-2.0
+// Transfers of UsbfsDevice: processing of submitted URBs.
 
 #include <algorithm>
 #include <cerrno>
 #include <optional>
 #include <utility>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "tests/usb/usb_descriptors.hpp"
 #include "tests/usb/usbfs_device.hpp"
 
@@ -70,7 +71,7 @@ void UsbfsDevice::control(UsbfsClient& client, Urb& urb) {
   const auto data = buffer.subspan(kSetupBytes);
   const bool for_identity =
       setup.type == kVendorIn && setup.request == static_cast<std::uint8_t>(probe::Request::kIdentity);
-  // One that is never answered ends when the client discards it.
+  // An unanswered URB ends when the client discards it.
   if (now_ns() < core_->mute_until_ns) return;
   if (for_identity && std::exchange(core_->late_identity, false)) return;
 
@@ -95,12 +96,12 @@ bool UsbfsDevice::waits_for_data(const UsbfsClient& client) const {
                                      [](const auto& urb) { return urb->type() == USBDEVFS_URB_TYPE_BULK; });
 }
 
-/// Fills bulk URBs, oldest first, with all that the probe has to send.
+/// Fills bulk URBs, oldest first, with the available data of the probe.
 void UsbfsDevice::pump() {
   if (gone_) return;
   for (UsbfsClient& client : clients_) {
     for (auto at = client.under_way().begin(); at != client.under_way().end();) {
-      Urb& urb = **at++;  // which may go to the finished ones
+      Urb& urb = **at++;  // it may move to the finished ones
       if (urb.type() != USBDEVFS_URB_TYPE_BULK) continue;
       if (!fill(urb)) return;
       client.finished(urb);
@@ -108,7 +109,7 @@ void UsbfsDevice::pump() {
   }
 }
 
-/// true: it has ended. Otherwise there is nothing more to send.
+/// True: it has ended. False: no more data is available.
 bool UsbfsDevice::fill(Urb& urb) {
   ProbeModel& model = *core_->model;
   if (core_->halted) {

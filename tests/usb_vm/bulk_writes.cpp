@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb_vm/bulk_writes.hpp"
 
 #include <fcntl.h>
@@ -13,7 +14,7 @@ namespace fanlight::test {
 
 Result<std::unique_ptr<BulkWrites>> BulkWrites::open(const std::string& path) {
   std::unique_ptr<BulkWrites> made(new BulkWrites);
-  // Without O_NONBLOCK a write would wait for a host that uses the endpoint.
+  // Without O_NONBLOCK a write would block until a host uses the endpoint.
   made->endpoint_ = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   made->bell_ = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   if (made->endpoint_ < 0 || made->bell_ < 0 || syscall(SYS_io_setup, kWrites, &made->queue_) != 0) {
@@ -72,7 +73,7 @@ bool BulkWrites::write(std::size_t bytes) {
 }
 
 void BulkWrites::cancel() {
-  // The newest first: the host must not get the middle of a frame whose beginning was taken back.
+  // Newest first: the host must not receive the middle of a frame whose beginning was cancelled.
   for (auto write = under_way_.rbegin(); write != under_way_.rend(); ++write) {
     io_event ignored{};
     syscall(SYS_io_cancel, queue_, *write, &ignored);
@@ -81,7 +82,7 @@ void BulkWrites::cancel() {
 }
 
 void BulkWrites::halt() {
-  // Reading an endpoint that is written is how FunctionFS spells it.
+  // In FunctionFS, reading an IN endpoint halts it.
   std::uint8_t nothing = 0;
   (void)!read(endpoint_, &nothing, sizeof nothing);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <linux/aio_abi.h>
@@ -9,14 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "proto/result.hpp"
+#include "proto/base/result.hpp"
 
 namespace fanlight::test {
 
 /// Writes to an IN endpoint of FunctionFS, several at a time, which the kernel holds until the host reads
-/// them. By Linux' asynchronous I/O, because only that lets a probe take back what nobody has read. A write
-/// of a length that is no multiple of the packet's, or of none, ends the host's transfer. One thread at a
-/// time.
+/// them. Uses Linux asynchronous I/O, the only way to cancel writes that the host has not read. A write whose
+/// length is no multiple of the packet size, or 0, ends the host's transfer. One thread at a time.
 class BulkWrites {
  public:
   static constexpr std::size_t kWrites = 16;
@@ -24,24 +24,24 @@ class BulkWrites {
 
   /// kUnavailable where the endpoint or the kernel's queue cannot be opened.
   static Result<std::unique_ptr<BulkWrites>> open(const std::string& path);
-  /// Takes all back.
+  /// Cancels all writes.
   ~BulkWrites();
   BulkWrites(const BulkWrites&) = delete;
   BulkWrites& operator=(const BulkWrites&) = delete;
 
   /// For poll(): readable when a write has ended since the last free().
   int bell() const { return bell_; }
-  /// How many more can be made now.
+  /// Number of writes that can be added now.
   std::size_t free();
 
   /// The buffer of the next write. Precondition: free() was above 0.
   std::span<std::uint8_t> room();
-  /// Writes so many bytes of room(), perhaps none. False where the endpoint is not in use by a host.
+  /// Writes `bytes` bytes of room(), possibly 0. False where no host uses the endpoint.
   bool write(std::size_t bytes);
 
-  /// Takes back what the host has not read.
+  /// Cancels what the host has not read.
   void cancel();
-  /// Halts the endpoint until the host clears it; after cancel().
+  /// Halts the endpoint until the host clears it. Precondition: cancel() was called.
   void halt();
 
  private:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
@@ -5,13 +6,13 @@
 
 namespace fanlight::test {
 
-/// Checks that are carried out one after the other, whatever came of those before. Prints a line for each as
-/// soon as it is known. One thread.
+/// Executes checks one after the other, also after a failure. Prints a line for each result at once. One
+/// thread.
 class CheckList {
  public:
-  /// `check` returns what it saw ("ok   ..."), or throws a std::exception with what is wrong ("FAILED ...").
+  /// `check` returns a description ("ok   ..."), or throws a std::exception with the reason ("FAILED ...").
   void run(const std::string& name, const std::function<std::string()>& check);
-  /// Checks that belong together, and what they need; where that throws, the rest of them is a failure.
+  /// Checks with common preparations; where these throw, the remaining checks fail.
   void section(const std::string& name, const std::function<void()>& checks);
 
   bool all_passed() const { return failures_ == 0; }
@@ -20,7 +21,7 @@ class CheckList {
   int failures_ = 0;
 };
 
-/// Throws std::runtime_error with that text where it does not hold.
+/// Throws std::runtime_error with this text unless `holds`.
 void require(bool holds, const std::string& otherwise);
 
 }  // namespace fanlight::test

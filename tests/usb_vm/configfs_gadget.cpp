@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb_vm/configfs_gadget.hpp"
 
 #include <fcntl.h>
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 const fs::path kGadget = "/sys/kernel/config/usb_gadget/fanlight";
 constexpr const char* kEnglish = "strings/0x409";
 
-/// configfs takes a value in one write, and says in its result what it thinks of it.
+/// configfs takes a value in one write, and reports an error as its result.
 bool set(const fs::path& attribute, const std::string& value) {
   const int file = open((kGadget / attribute).c_str(), O_WRONLY | O_CLOEXEC);
   if (file < 0) return false;

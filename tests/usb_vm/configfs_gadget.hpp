@@ -1,34 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <string>
 
-#include "proto/result.hpp"
+#include "proto/base/result.hpp"
 
 namespace fanlight::test {
 
-/// A USB device that this machine plays itself, described to the kernel through configfs: vendor 1209,
-/// product 0001, one configuration with one FunctionFS function. Needs root, a configfs under /sys and a USB
-/// device controller, here dummy_hcd's, whose other end is a host controller of the same machine. One thread
-/// at a time.
+/// A USB device emulated by this machine, described to the kernel through configfs: vendor 1209, product
+/// 0001, one configuration with one FunctionFS function. Needs root, a configfs under /sys and a USB device
+/// controller, here of dummy_hcd, whose other end is a host controller of the same machine. One thread at a
+/// time.
 ///
-/// Life: created unplugged -> plug() -> unplug() -> plug() -> ... A destroyed one is unplugged; its folders
-/// in configfs stay for the next.
+/// Life: created unplugged -> plug() -> unplug() -> plug() -> ... The destructor unplugs; its configfs
+/// folders stay for the next one.
 class ConfigfsGadget {
  public:
-  /// kUnavailable where the kernel does not let it.
+  /// kUnavailable where the kernel refuses.
   static Result<ConfigfsGadget> create(const std::string& serial);
   ~ConfigfsGadget();
   ConfigfsGadget(ConfigfsGadget&& other) noexcept;
   ConfigfsGadget& operator=(ConfigfsGadget&&) = delete;
 
-  /// What its FunctionFS is mounted by.
+  /// Name by which its FunctionFS is mounted.
   static constexpr const char* kFunction = "probe";
 
-  /// To the controller's bus; FunctionFS must have its descriptors by then. False where the kernel refuses;
-  /// nothing happens where it is plugged in already.
+  /// Connects it to the controller's bus; FunctionFS must have its descriptors. False where the kernel
+  /// refuses; no effect where it is plugged in.
   bool plug();
-  /// With whatever is under way.
+  /// With all pending transfers.
   void unplug();
 
  private:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb_vm/function_fs.hpp"
 
 #include <endian.h>
@@ -11,7 +12,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "proto/probe_protocol.hpp"
+#include "proto/model/probe_protocol.hpp"
 
 namespace fanlight::test {
 
@@ -90,7 +91,8 @@ std::optional<usb_functionfs_event> FunctionFs::next_event() const {
   return event;
 }
 
-// Where one of these fails the host has given the request up, or the device is gone: the next event tells.
+// A failure here means that the host has given up the request, or that the device is gone: the next event
+// reports it.
 
 void FunctionFs::answer(std::span<const std::uint8_t> data) const {
   (void)!write(control_, data.data(), data.size());
@@ -106,7 +108,7 @@ std::span<const std::uint8_t> FunctionFs::take(std::span<std::uint8_t> room) con
 }
 
 void FunctionFs::stall(const usb_ctrlrequest& request) const {
-  // Data in the wrong direction is how user space says it.
+  // A transfer in the wrong direction is FunctionFS's way to stall.
   if ((request.bRequestType & USB_DIR_IN) != 0) {
     (void)!read(control_, nullptr, 0);
   } else {

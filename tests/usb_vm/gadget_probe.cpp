@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb_vm/gadget_probe.hpp"
 
 #include <chrono>
 #include <utility>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 
 namespace fanlight::test {
 
@@ -68,7 +69,7 @@ std::int64_t GadgetProbe::plug_locked() {
 
 std::int64_t GadgetProbe::unplug_locked() {
   const std::int64_t told_ns = now_ns();
-  // The kernel first: the host must lose the probe with writes and reads under way.
+  // The kernel first: the host must lose the probe with pending writes and reads.
   gadget_.unplug();
   core_->model->advance(now_ns());
   core_->model->unplugged();

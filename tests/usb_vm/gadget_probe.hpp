@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -7,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "proto/doorbell.hpp"
+#include "proto/exchange/doorbell.hpp"
 #include "tests/usb/probe_core.hpp"
 #include "tests/usb_vm/bulk_writes.hpp"
 #include "tests/usb_vm/configfs_gadget.hpp"
@@ -15,33 +16,32 @@
 
 namespace fanlight::test {
 
-/// ProbeModel behind a real USB device controller, with the faults of a FaultScript and those that are
-/// injected. What UsbfsProbe (tests/usb) is on an emulated bus this is on the kernel's own. It cannot make a
-/// transfer fail or overflow: the faults error and overflow change nothing. The kernel holds up to a MiB of
-/// frames that the host has not read yet; where they are taken back (stall, start, stop), or lost with the
-/// plug, the model's counters have them as sent all the same. A value that the model does not take is
-/// ignored and not stalled, see FunctionFs::take().
+/// ProbeModel behind a real USB device controller, with the faults of a FaultScript and injected ones; the
+/// counterpart on a kernel's bus of UsbfsProbe (tests/usb). It cannot make a transfer fail or overflow: the
+/// faults error and overflow have no effect. The kernel buffers up to a MiB of frames that the host has not
+/// read. Where these are cancelled (stall, start, stop) or lost by an unplug, the model's counters count them
+/// as sent. A value that the model refuses is ignored and not stalled, see FunctionFs::take().
 ///
 /// Life: created unplugged -> plug() -> unplug() -> plug() -> ... All functions from any thread.
 class GadgetProbe {
  public:
   struct Config {
     ProbeModel::Config model;
-    std::string faults;  ///< FaultScript, which begins with the first plug
+    std::string faults;  ///< FaultScript, started by the first plug
   };
-  /// kInvalidArgument where a value is out of its range or the script is not understood, kUnavailable where
-  /// this machine cannot play a device.
+  /// kInvalidArgument where a value is out of its range or the script is not valid, kUnavailable where this
+  /// machine cannot emulate a device.
   static Result<std::unique_ptr<GadgetProbe>> create(const Config& config);
   ~GadgetProbe();
   GadgetProbe(const GadgetProbe&) = delete;
   GadgetProbe& operator=(const GadgetProbe&) = delete;
 
-  // Both return the moment just before the kernel was told, and come back when it has done so; nothing
-  // happens where the probe is there, or not there, already.
+  // Both return the time just before the kernel was called, and return when it has finished. No effect where
+  // the probe is already plugged in, or unplugged.
   std::int64_t plug();  ///< 0 where the kernel refused
   std::int64_t unplug();
 
-  /// What faults of a plug are is done before it returns.
+  /// Unplug and replug are finished before it returns.
   void inject(const Fault& fault);
 
   ProbeModel::Counters counters();
@@ -68,17 +68,18 @@ class GadgetProbe {
   void stall();
 
   const std::unique_ptr<ProbeCore> core_;
-  // Under its lock, but for the events and answers of function_, which are the control thread's.
+  // Accessed under core's lock, except the events and answers of function_, which belong to the control
+  // thread.
   FunctionFs function_;
   std::unique_ptr<BulkWrites> writes_;
   ConfigfsGadget gadget_;
-  std::size_t begun_bytes_ = 0;     // of the next write: a transfer that has neither ended nor filled it
-  bool owes_empty_packet_ = false;  // to end a transfer whose last packet was full
+  std::size_t begun_bytes_ = 0;     // of the next write: a transfer that is neither ended nor full
+  bool owes_empty_packet_ = false;  // a transfer whose last packet was full must be ended
   bool script_began_ = false;
 
   Doorbell pipe_bell_;
   Doorbell control_bell_;
-  std::jthread control_;  // these last, so that they end first
+  std::jthread control_;  // last members: they end first
   std::jthread pipe_;
   std::jthread follower_;
 };

@@ -1,7 +1,8 @@
-// A probe on this machine's own USB device controller, steered by its standard input. Each line is a fault in
-// the words of fault_script.hpp ("noise 1000", "unplug"; "replug" also plugs in a probe that is not) or
-// "counters"; each is answered with one line: the moment in ns of the monotonic clock, of plug and unplug
-// that at which the kernel was told; the model's counters; or "?".
+// SPDX-License-Identifier: Apache-2.0
+// A probe on this machine's own USB device controller, controlled by standard input. Each line is a fault in
+// the words of fault_script.hpp ("noise 1000", "unplug"; "replug" also plugs in an unplugged probe) or
+// "counters". Each is answered by one line: the time in ns on the monotonic clock (for plug and unplug the
+// time of the kernel call), the model's counters, or "?".
 
 #include <fmt/format.h>
 
@@ -10,7 +11,7 @@
 #include <iostream>
 #include <string>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "tests/usb_vm/gadget_probe.hpp"
 
 namespace fanlight::test {

@@ -1,4 +1,5 @@
-// The control pipe and the bulk pipe of GadgetProbe.
+// SPDX-License-Identifier: Apache-2.0
+// Control pipe and bulk pipe of GadgetProbe.
 
 #include <poll.h>
 
@@ -7,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "tests/usb_vm/gadget_probe.hpp"
 
 namespace fanlight::test {
@@ -17,12 +18,12 @@ namespace {
 constexpr std::uint8_t kVendorIn = USB_TYPE_VENDOR | USB_RECIP_INTERFACE | USB_DIR_IN;
 constexpr std::uint8_t kVendorOut = USB_TYPE_VENDOR | USB_RECIP_INTERFACE | USB_DIR_OUT;
 constexpr std::int64_t kNsInMs = 1'000'000;
-// Longer than the host waits for an answer, by the protocol.
+// Longer than the protocol's limit for an answer.
 constexpr std::int64_t kTooLateNs = 600 * kNsInMs;
-// What the model forgets when it stops: a stop request without a host that sent it.
+// Resets the model as its stop request does, but without a host.
 constexpr auto kStop = static_cast<std::uint8_t>(probe::Request::kStop);
 
-/// Until one of the two is readable, or so long; -1: for ever.
+/// Blocks until one of the two is readable, at most timeout_ms; -1: without limit.
 void wait_for(int file, int other, int timeout_ms) {
   std::array<pollfd, 2> files{pollfd{.fd = file, .events = POLLIN}, pollfd{.fd = other, .events = POLLIN}};
   poll(files.data(), files.size(), timeout_ms);
@@ -30,7 +31,7 @@ void wait_for(int file, int other, int timeout_ms) {
 
 }  // namespace
 
-// The control pipe.
+// Control pipe.
 
 void GadgetProbe::serve_control(const std::stop_token& stop) {
   const std::stop_callback wake_up(stop, [this] { control_bell_.ring(); });
@@ -50,7 +51,8 @@ void GadgetProbe::serve_control(const std::stop_token& stop) {
   }
 }
 
-/// What is not answered for now is answered too late, when the host has given it up. False at the end.
+/// While the probe is mute, a request is answered too late, after the host has given up. False when the
+/// thread must end.
 bool GadgetProbe::wait_while_mute(const usb_ctrlrequest& request, const std::stop_token& stop) {
   std::unique_lock lock(core_->mutex);
   const bool for_identity = request.bRequestType == kVendorIn &&
@@ -77,7 +79,7 @@ void GadgetProbe::serve(const usb_ctrlrequest& request) {
 void GadgetProbe::serve_in(const usb_ctrlrequest& request) {
   std::unique_lock lock(core_->mutex);
   const auto answer = core_->model->control_in(request.bRequest);
-  // Not while the host takes it: it may never do so.
+  // Unlocked, because the host may never take the answer.
   lock.unlock();
   if (answer) {
     function_.answer(std::span(*answer).first(std::min<std::size_t>(answer->size(), request.wLength)));
@@ -109,7 +111,7 @@ void GadgetProbe::serve_out(const usb_ctrlrequest& request) {
   }
 }
 
-// The bulk pipe.
+// Bulk pipe.
 
 void GadgetProbe::end_stream() {
   writes_->cancel();
@@ -129,8 +131,8 @@ void GadgetProbe::serve_pipe(const std::stop_token& stop) {
   }
 }
 
-/// Writes what there is, and returns when there will be more: never, where only a request or the end of a
-/// write can bring it about.
+/// Writes the available data. Returns the time of the next data; never, where only a request or the end of a
+/// write can produce it.
 std::int64_t GadgetProbe::fill_pipe() {
   constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
   const std::lock_guard lock(core_->mutex);
@@ -149,7 +151,7 @@ std::int64_t GadgetProbe::fill_pipe() {
     }
     const ProbeModel::Filled filled = model.fill(writes_->room().subspan(begun_bytes_), now_ns());
     const std::size_t bytes = begun_bytes_ += filled.bytes;
-    // Of the faults of a transfer this one alone is a gadget's to make.
+    // Of the transfer faults, a gadget can produce only this one.
     if (filled.bytes > 0 && std::exchange(core_->of_next_transfer, std::nullopt) == FaultKind::kStall) {
       stall();
       continue;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/usb_vm/gadget_process.hpp"
 
 #include <fcntl.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/types.h>
@@ -9,10 +10,10 @@
 
 namespace fanlight::test {
 
-/// A gadget_probe that runs beside this process, and takes its orders. One thread.
+/// A gadget_probe child process and its commands. One thread.
 class GadgetProcess {
  public:
-  /// Starts it, plugged in. Throws std::runtime_error where it cannot be; it has said why.
+  /// Starts it, plugged in. Throws std::runtime_error on failure; the process has printed the reason.
   GadgetProcess(const std::string& program, const std::vector<std::string>& options);
   /// Ends it, which unplugs it.
   ~GadgetProcess();
@@ -21,9 +22,9 @@ class GadgetProcess {
 
   /// The answer to a line of gadget_probe_command.cpp. Throws where there is none.
   std::string ask(const std::string& line);
-  /// Lets a fault happen, and returns when (proto/clock.hpp).
+  /// Injects a fault and returns its time (proto/base/clock.hpp).
   std::int64_t inject(const std::string& fault) { return std::stoll(ask(fault)); }
-  /// When it was plugged in at its start.
+  /// Time at which it was first plugged in.
   std::int64_t plugged_ns() const { return plugged_ns_; }
 
  private:

@@ -1,4 +1,5 @@
-// Fanlight's own reader against a probe on the kernel's own USB stack; see tests/README.md, "usb-vm".
+// SPDX-License-Identifier: Apache-2.0
+// Fanlight's own reader with a probe on the kernel's own USB stack; see tests/README.md, "usb-vm".
 //   vm_check GADGET_PROBE
 
 #include <fmt/format.h>
@@ -11,25 +12,25 @@
 #include <thread>
 #include <vector>
 
-#include "proto/clock.hpp"
+#include "proto/base/clock.hpp"
 #include "tests/usb/resources.hpp"
 #include "tests/usb_vm/check_list.hpp"
 #include "tests/usb_vm/gadget_process.hpp"
-#include "tests/usb_vm/reading_house.hpp"
+#include "tests/usb_vm/reader_fixture.hpp"
 
 namespace fanlight::test {
 namespace {
 
 constexpr int kCycles = 10;
-constexpr int kWarmUpCycles = 3;  // they fill caches and pools: libusb's, the allocator's
+constexpr int kWarmUpCycles = 3;  // these fill caches and pools of libusb and the allocator
 
-/// 128 x 128 pixels, 10 frames a volume: a sweep takes 50 ms. Room for what a busy machine keeps waiting.
+/// 128 x 128 pixels, 10 frames a volume: a sweep takes 50 ms. The buffers cover delays of a busy machine.
 const std::vector<std::string> kSmallProbe = {"--columns", "128",    "--rows", "128",    "--frames",
                                               "10",        "--rate", "200",    "--room", "400"};
 /// 64 x 31 pixels and the header are two whole packets: each frame ends with an empty one.
 const std::vector<std::string> kEvenProbe = {"--columns", "64",     "--rows", "31",     "--frames",
                                              "10",        "--rate", "200",    "--room", "400"};
-/// Asked for more than any bus here carries.
+/// More than any bus can carry here.
 const std::vector<std::string> kFastProbe = {"--columns", "512", "--rows", "512",
                                              "--frames",  "8",   "--rate", "1000"};
 
@@ -37,42 +38,43 @@ void sleep_s(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
-std::string frames_text(const ReadingHouse& house) {
-  const AcquisitionCounters& frames = house.frames();
+std::string frames_text(const ReaderFixture& fixture) {
+  const AcquisitionCounters& frames = fixture.frames();
   return fmt::format("{} received, {} missing, {} cut, {} damaged, {} reordered, {} bytes skipped",
                      frames.frames_received.value(), frames.frames_missing.value(), frames.frames_cut.value(),
                      frames.frames_damaged.value(), frames.frames_reordered.value(),
-                     house.counters().bytes_skipped.value());
+                     fixture.counters().bytes_skipped.value());
 }
 
-bool nothing_broken(const ReadingHouse& house) {
-  const AcquisitionCounters& frames = house.frames();
+bool nothing_broken(const ReaderFixture& fixture) {
+  const AcquisitionCounters& frames = fixture.frames();
   return frames.frames_cut.value() + frames.frames_damaged.value() + frames.frames_reordered.value() +
              frames.frames_repeated.value() + frames.frames_misfit.value() +
-             house.counters().bytes_skipped.value() ==
+             fixture.counters().bytes_skipped.value() ==
          0;
 }
 
-/// How fast frames come that are asked for faster. The probe drops some, so that hardly a sweep is whole.
-std::string check_rate(ReadingHouse& house) {
+/// Frame rate with a probe that is faster than the bus. The probe drops frames, so that hardly any sweep is
+/// complete.
+std::string check_rate(ReaderFixture& fixture) {
   constexpr double kSeconds = 5;
-  await([&] { return house.frames().frames_received.value() > 0; }, "no frame came");
+  await([&] { return fixture.frames().frames_received.value() > 0; }, "no frame came");
   const std::int64_t start_ns = now_ns();
-  const std::uint64_t start_bytes = house.counters().bytes_received.value();
+  const std::uint64_t start_bytes = fixture.counters().bytes_received.value();
   sleep_s(kSeconds);
-  const double mb = static_cast<double>(house.counters().bytes_received.value() - start_bytes) / 1e6;
+  const double mb = static_cast<double>(fixture.counters().bytes_received.value() - start_bytes) / 1e6;
   const double seconds = static_cast<double>(now_ns() - start_ns) / 1e9;
-  require(nothing_broken(house), frames_text(house));
-  require(house.frames().sum_holds(), "frames are not accounted for");
-  return fmt::format("{:.1f} MB/s for {:.1f} s; frames {}", mb / seconds, seconds, frames_text(house));
+  require(nothing_broken(fixture), frames_text(fixture));
+  require(fixture.frames().sum_holds(), "frames are not accounted for");
+  return fmt::format("{:.1f} MB/s for {:.1f} s; frames {}", mb / seconds, seconds, frames_text(fixture));
 }
 
 /// Every frame whole and in order, and every volume complete.
-std::string check_order(ReadingHouse& house, int most_volumes) {
+std::string check_order(ReaderFixture& fixture, int most_volumes) {
   std::optional<VolumeStamp> last;
   int volumes = 0;
   while (volumes < most_volumes) {
-    house.next_volume([&](const Volume& volume) {
+    fixture.next_volume([&](const Volume& volume) {
       const VolumeStamp& stamp = volume.stamp();
       require(stamp.frames == 10 && stamp.frames_missing == 0 &&
                   stamp.last_frame_sequence - stamp.first_frame_sequence == 9,
@@ -83,8 +85,8 @@ std::string check_order(ReadingHouse& house, int most_volumes) {
     });
     ++volumes;
   }
-  require(nothing_broken(house) && house.frames().frames_missing.value() == 0, frames_text(house));
-  return fmt::format("{} volumes; frames {}", volumes, frames_text(house));
+  require(nothing_broken(fixture) && fixture.frames().frames_missing.value() == 0, frames_text(fixture));
+  return fmt::format("{} volumes; frames {}", volumes, frames_text(fixture));
 }
 
 double median(std::vector<double>& values) {
@@ -97,29 +99,29 @@ struct CycleTimes {
   std::vector<double> back_ms;
 };
 
-/// Unplugs with reads under way, and plugs in again.
-void run_cycle(GadgetProcess& gadget, ReadingHouse& house, CycleTimes& times) {
-  house.next_volume();
-  const std::uint64_t lost = house.counters().probes_lost.value();
+/// Unplugs with pending reads, and plugs in again.
+void run_cycle(GadgetProcess& gadget, ReaderFixture& fixture, CycleTimes& times) {
+  fixture.next_volume();
+  const std::uint64_t lost = fixture.counters().probes_lost.value();
   const std::int64_t unplugged_ns = gadget.inject("unplug");
-  await([&] { return house.counters().probes_lost.value() > lost; }, "the loss was not seen");
+  await([&] { return fixture.counters().probes_lost.value() > lost; }, "the loss was not seen");
   times.noticed_ms.push_back(static_cast<double>(now_ns() - unplugged_ns) / 1e6);
-  require(house.frames().sum_holds(), "frames are not accounted for after an unplug");
+  require(fixture.frames().sum_holds(), "frames are not accounted for after an unplug");
   const std::int64_t plugged_ns = gadget.inject("replug");
-  house.next_volume();
+  fixture.next_volume();
   times.back_ms.push_back(static_cast<double>(now_ns() - plugged_ns) / 1e6);
 }
 
-void check_cycles(CheckList& checks, GadgetProcess& gadget, ReadingHouse& house) {
+void check_cycles(CheckList& checks, GadgetProcess& gadget, ReaderFixture& fixture) {
   CycleTimes times;
   Resources before;
   checks.run(fmt::format("{} times unplugged with reads under way, and back", kCycles), [&] {
-    for (int cycle = 0; cycle < kWarmUpCycles; ++cycle) run_cycle(gadget, house, times);
+    for (int cycle = 0; cycle < kWarmUpCycles; ++cycle) run_cycle(gadget, fixture, times);
     times = {};
     before = Resources::now();
-    const ProbeCounters& counters = house.counters();
+    const ProbeCounters& counters = fixture.counters();
     const std::uint64_t failed = counters.transfers_failed.value();
-    for (int cycle = 0; cycle < kCycles; ++cycle) run_cycle(gadget, house, times);
+    for (int cycle = 0; cycle < kCycles; ++cycle) run_cycle(gadget, fixture, times);
     return fmt::format("{} of the losses began as a transfer error",
                        counters.transfers_failed.value() - failed);
   });
@@ -149,9 +151,9 @@ struct FaultCheck {
   std::string counts;
 };
 
-std::vector<FaultCheck> fault_checks(const ReadingHouse& house) {
-  const AcquisitionCounters& frames = house.frames();
-  const ProbeCounters& probe = house.counters();
+std::vector<FaultCheck> fault_checks(const ReaderFixture& fixture) {
+  const AcquisitionCounters& frames = fixture.frames();
+  const ProbeCounters& probe = fixture.counters();
   return {{"drop", &frames.frames_missing, "frames missing"},
           {"invalid", &frames.frames_invalid, "frames invalid"},
           {"damage", &frames.frames_damaged, "frames damaged"},
@@ -166,100 +168,100 @@ std::vector<FaultCheck> fault_checks(const ReadingHouse& house) {
           {"stall", &probe.transfers_stalled, "stalls"},
           {"silent 2s", &probe.streams_restarted, "streams restarted"},
           {"random", &probe.streams_restarted, "streams restarted"},
-          // Longer than three repairs of the stream: the reader resets the device and takes it anew.
+          // Longer than three repairs of the stream: the reader resets the device and opens it again.
           {"silent 8s", &probe.probes_lost, "losses"}};
 }
 
-std::string check_fault(GadgetProcess& gadget, ReadingHouse& house, const FaultCheck& check) {
-  house.next_volume();
+std::string check_fault(GadgetProcess& gadget, ReaderFixture& fixture, const FaultCheck& check) {
+  fixture.next_volume();
   const std::uint64_t before = check.counter->value();
   const std::int64_t start_ns = gadget.inject(check.fault);
   await([&] { return check.counter->value() > before; }, "it was not counted under " + check.counts);
   const std::uint64_t counted = check.counter->value() - before;
   const double ms = static_cast<double>(now_ns() - start_ns) / 1e6;
-  house.next_volume();
-  require(house.frames().sum_holds(), "frames are not accounted for");
+  fixture.next_volume();
+  require(fixture.frames().sum_holds(), "frames are not accounted for");
   return fmt::format("{} +{} after {:.0f} ms, the next volume after {:.0f} ms", check.counts, counted, ms,
                      static_cast<double>(now_ns() - start_ns) / 1e6);
 }
 
-/// A probe that answers no request while an order comes.
-std::string check_mute(GadgetProcess& gadget, ReadingHouse& house) {
-  const probe::Settings settings = house.status().settings;
+/// A probe that answers no request while an order arrives.
+std::string check_mute(GadgetProcess& gadget, ReaderFixture& fixture) {
+  const probe::Settings settings = fixture.status().settings;
   gadget.inject("mute 700ms");
   const std::string refusal =
-      house.order({settings.sweep_deg - 1, settings.frames_a_volume, settings.depth_mm});
+      fixture.order({settings.sweep_deg - 1, settings.frames_a_volume, settings.depth_mm});
   require(!refusal.empty(), "the order was not refused");
-  house.next_volume();
-  const std::string again = house.order(settings);
+  fixture.next_volume();
+  const std::string again = fixture.order(settings);
   require(again.empty(), again);
-  house.next_volume();
+  fixture.next_volume();
   return fmt::format("\"{}\"; the next order was taken", refusal);
 }
 
-/// A probe that comes back and does not say at first who it is.
-std::string check_late_identity(GadgetProcess& gadget, ReadingHouse& house) {
-  const std::uint64_t lost = house.counters().probes_lost.value();
-  const std::uint64_t failed = house.counters().requests_failed.value();
+/// A probe that does not identify itself at first after its return.
+std::string check_late_identity(GadgetProcess& gadget, ReaderFixture& fixture) {
+  const std::uint64_t lost = fixture.counters().probes_lost.value();
+  const std::uint64_t failed = fixture.counters().requests_failed.value();
   gadget.inject("unplug");
-  await([&] { return house.counters().probes_lost.value() > lost; }, "the loss was not seen");
+  await([&] { return fixture.counters().probes_lost.value() > lost; }, "the loss was not seen");
   gadget.inject("late-identity");
   const std::int64_t plugged_ns = gadget.inject("replug");
-  house.next_volume();
-  require(house.counters().requests_failed.value() > failed, "no request went unanswered");
+  fixture.next_volume();
+  require(fixture.counters().requests_failed.value() > failed, "no request went unanswered");
   return fmt::format("the first volume {:.0f} ms after the replug",
                      static_cast<double>(now_ns() - plugged_ns) / 1e6);
 }
 
-std::string check_settings(ReadingHouse& house) {
-  const probe::Settings before = house.status().settings;
+std::string check_settings(ReaderFixture& fixture) {
+  const probe::Settings before = fixture.status().settings;
   const probe::Settings wanted{.sweep_deg = 50, .frames_a_volume = 14, .depth_mm = 100};
-  const std::string refusal = house.order(wanted);
+  const std::string refusal = fixture.order(wanted);
   require(refusal.empty(), refusal);
   const std::int64_t start_ns = now_ns();
   double swept_deg = 0;
-  house.next_volume([&](const Volume& volume) {
+  fixture.next_volume([&](const Volume& volume) {
     const auto angles = volume.angles_rad();
     swept_deg = angles.empty() ? 0 : degrees(std::ranges::max(angles) - std::ranges::min(angles));
     return volume.stamp().frames == 14 && volume.geometry().rows == 80;
   });
   const double ms = static_cast<double>(now_ns() - start_ns) / 1e6;
   require(swept_deg > 49 && swept_deg < 51, fmt::format("the sweep is {:.1f} deg", swept_deg));
-  const std::string too_much = house.order({.sweep_deg = 500, .frames_a_volume = 14, .depth_mm = 100});
+  const std::string too_much = fixture.order({.sweep_deg = 500, .frames_a_volume = 14, .depth_mm = 100});
   require(!too_much.empty(), "a sweep of 500 deg was taken");
-  const std::string back = house.order(before);
+  const std::string back = fixture.order(before);
   require(back.empty(), back);
-  house.next_volume([](const Volume& volume) { return volume.geometry().rows == 128; });
+  fixture.next_volume([](const Volume& volume) { return volume.geometry().rows == 128; });
   return fmt::format("14 frames of 128 x 80 over {:.1f} deg after {:.0f} ms, and back", swept_deg, ms);
 }
 
 void check_fast_probe(CheckList& checks, const std::string& program) {
   const GadgetProcess gadget(program, kFastProbe);
-  ReadingHouse house;
-  checks.run("rate", [&] { return check_rate(house); });
+  ReaderFixture fixture;
+  checks.run("rate", [&] { return check_rate(fixture); });
 }
 
 void check_even_probe(CheckList& checks, const std::string& program) {
   const GadgetProcess gadget(program, kEvenProbe);
-  ReadingHouse house;
-  checks.run("whole and in order", [&] { return check_order(house, 40); });
+  ReaderFixture fixture;
+  checks.run("whole and in order", [&] { return check_order(fixture, 40); });
 }
 
 void check_small_probe(CheckList& checks, const std::string& program) {
   GadgetProcess gadget(program, kSmallProbe);
-  ReadingHouse house;
-  checks.run("whole and in order", [&] { return check_order(house, 100); });
-  check_cycles(checks, gadget, house);
-  for (const FaultCheck& check : fault_checks(house))
-    checks.run(check.fault, [&] { return check_fault(gadget, house, check); });
-  checks.run("mute 700ms", [&] { return check_mute(gadget, house); });
-  checks.run("late-identity", [&] { return check_late_identity(gadget, house); });
-  checks.run("settings in mid-stream", [&] { return check_settings(house); });
-  house.stop();
+  ReaderFixture fixture;
+  checks.run("whole and in order", [&] { return check_order(fixture, 100); });
+  check_cycles(checks, gadget, fixture);
+  for (const FaultCheck& check : fault_checks(fixture))
+    checks.run(check.fault, [&] { return check_fault(gadget, fixture, check); });
+  checks.run("mute 700ms", [&] { return check_mute(gadget, fixture); });
+  checks.run("late-identity", [&] { return check_late_identity(gadget, fixture); });
+  checks.run("settings in mid-stream", [&] { return check_settings(fixture); });
+  fixture.stop();
   checks.run("accounting at the end", [&] {
-    require(house.frames().sum_holds(), "frames are not accounted for");
+    require(fixture.frames().sum_holds(), "frames are not accounted for");
     return fmt::format("of {} frames received {} are in volumes, and each of the others has its name",
-                       house.frames().frames_received.value(), house.frames().frames_assembled.value());
+                       fixture.frames().frames_received.value(), fixture.frames().frames_assembled.value());
   });
   fmt::print("       the probe's: {}", gadget.ask("counters"));
 }

@@ -1,11 +1,12 @@
-// A lit ball with bumps, in the place of the renderer; where the renderer has a plane or the volume, a disc.
+// SPDX-License-Identifier: Apache-2.0
+// Draws a lit ball with bumps instead of the renderer's surface, and a disc instead of planes and volumes.
 import jpeg from "jpeg-js";
 import { fields } from "./fields.mjs";
 
 const kSide = 320;
 const modes = fields.find(({ name }) => name === "mode").choices;
 
-/** JPEG bytes. `values` by dotted name; `turn_rad` moves the bumps from volume to volume. */
+/** Returns JPEG bytes. `values` is by dotted name; `turn_rad` moves the bumps from volume to volume. */
 export function fakePicture(values, turn_rad) {
   const data = Buffer.alloc(kSide * kSide * 4, 12);
   const mode = modes[values.mode];
@@ -28,7 +29,7 @@ export function fakePicture(values, turn_rad) {
   return { jpeg: jpeg.encode({ data, width: kSide, height: kSide }, 85).data, width: kSide, height: kSide };
 }
 
-/** `colourAt(right, up, step)` in mm gives red, green and blue, or nothing. */
+/** `colourAt(right, up, step)`, in mm, returns red, green and blue, or undefined for the background. */
 function paint(data, part, values, colourAt) {
   const step_mm = values["camera.field_mm"] / part.height;
   for (let row = 0; row < part.height; ++row) {
@@ -45,7 +46,7 @@ function disc(colour) {
   return (right, up) => (Math.hypot(right, up) < 50 ? colour : undefined);
 }
 
-/** That of the brightest echo, as bright as it is opaque. */
+/** The transfer function's colour of the brightest echo, scaled by its opacity. */
 function volumeColour(values) {
   const [, colour, opacity] = values["transfer.points"].split(",").at(-1).trim().split(/ +/);
   return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) * Math.sqrt(opacity));

@@ -1,4 +1,5 @@
-// A probe that is unplugged and plugged in again when it is told to, and rounds what it is set to.
+// SPDX-License-Identifier: Apache-2.0
+// A probe that a test can unplug and plug in again. It rounds its settings.
 import { ProbeStatus_State } from "../generated/fanlight_pb.js";
 
 const kRows = {
@@ -26,7 +27,7 @@ export class FakeProbe {
     this.plugged = false;
   }
 
-  /** A ProbeStatus. */
+  /** The fields of a ProbeStatus. */
   status() {
     return {
       state: this.plugged ? ProbeStatus_State.STREAMING : ProbeStatus_State.LOST,
@@ -40,7 +41,7 @@ export class FakeProbe {
     };
   }
 
-  /** What a ProbeReply says to these ProbeSettings. */
+  /** The outcome of a ProbeReply to these ProbeSettings. */
   change(wanted) {
     const refusal = this.#refusalOf(wanted);
     if (refusal) return { case: "refused", value: { message: refusal } };

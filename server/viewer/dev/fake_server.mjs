@@ -1,8 +1,9 @@
 #!/usr/bin/env node
-// Stands in for Fanlight while working on the page: serves dist/ and speaks the protocol.
+// SPDX-License-Identifier: Apache-2.0
+// A stand-in for the Fanlight server, for work on the page: serves dist/ and speaks the protocol.
 //   fake_server.mjs serve [--source phantom:] [--listen 127.0.0.1:8080] [--probe-control everyone]
-// A source with "volumes=1", or a replay, gives one volume; every other gives one each 200 ms. One that begins with
-// "usb:" is a probe, which POST /unplug and POST /plug take away and bring back.
+// A source with "volumes=1", or a replay, has one volume; any other has one every 200 ms. A source that begins with
+// "usb:" is a probe; POST /unplug removes it and POST /plug returns it.
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { fileURLToPath } from "node:url";
@@ -24,7 +25,7 @@ const { values: options } = parseArgs({
 });
 const standsStill = /volumes=1\b|^replay:/.test(options.source);
 const kFramesPerVolume = 35n;
-const kVolumesPerLoss = 10n; // of a probe; such a volume lacks two frames
+const kVolumesPerLoss = 10n; // for a probe: every tenth volume lacks two frames
 const probe = options.source.startsWith("usb:") ? new FakeProbe(options["probe-control"] === "everyone") : undefined;
 const kMismatch = { mismatchDeg: 1.0204, mismatchLeftDeg: 0.031, mismatchLeftMm: 0.0649 };
 const kNoProbe = {

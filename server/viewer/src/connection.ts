@@ -1,11 +1,12 @@
-// The WebSocket to the server, opened again whenever it is lost.
+// SPDX-License-Identifier: Apache-2.0
+// The WebSocket to the server. It reconnects whenever the connection is lost.
 import { create, fromBinary, toBinary, type MessageInitShape } from "@bufbuild/protobuf";
 import { ClientMessageSchema, ServerMessageSchema, type ServerMessage } from "../generated/fanlight_pb.js";
 
 const kProtocol = "fanlight.v2";
 const kFirstRetryMs = 500;
 const kLongestRetryMs = 4000;
-// The server sends statistics once a second; a session this silent is dead even if TCP has not noticed.
+// The server sends statistics once a second. A session silent for so long is dead, even if TCP has not noticed.
 const kSilenceMs = 5000;
 
 export interface ConnectionEvents {
@@ -42,13 +43,13 @@ export class Connection {
     socket.onclose = (event) => this.retry(lossSentence(event, heard));
   }
 
-  /** Nothing is sent, or kept for later, while the connection is down. */
+  /** Messages are discarded while the connection is down. */
   send(body: MessageInitShape<typeof ClientMessageSchema>["body"]): void {
     if (this.socket?.readyState !== WebSocket.OPEN || !body) return;
     this.socket.send(toBinary(ClientMessageSchema, create(ClientMessageSchema, { body })));
   }
 
-  /** Closes for good. */
+  /** Closes without reconnecting. */
   end(): void {
     if (this.socket) this.drop(this.socket);
     this.socket = undefined;
@@ -61,7 +62,7 @@ export class Connection {
     this.retry("The server has gone silent.");
   }
 
-  /** Does not wait for the closing handshake, which takes its time with a dead peer. */
+  /** Does not wait for the closing handshake, which takes long if the peer is dead. */
   private drop(socket: WebSocket): void {
     socket.onclose = null;
     socket.onmessage = null;

@@ -1,9 +1,10 @@
-// Who is in control, and the one button that there is to press about it.
+// SPDX-License-Identifier: Apache-2.0
+// Shows which session holds control, and the one action that this display can take about it.
 import { ControlRequest_Wish as Wish, Role, type ControlState } from "../generated/fanlight_pb.js";
 
 export interface ControlText {
   text: string;
-  /** What the button says and asks for; absent: there is none. */
+  /** Label and request of the button; absent: no button. */
   offer?: { label: string; wish: Wish; toSession?: bigint };
   /** Whether this display may change anything now. */
   mayChange: boolean;
@@ -34,7 +35,7 @@ export function controlText(state: ControlState, role: Role, session: bigint): C
     : { text, offer: { label: "Ask for it", wish: Wish.ASK }, mayChange: false };
 }
 
-/** Several displays may have come in with one token, and so with one name. */
+/** Several displays may use one token and so have one name; the session number tells them apart. */
 function display(name: string, session: bigint): string {
   return `${name} (display ${session})`;
 }

@@ -1,4 +1,5 @@
-// The settings: a section for each group of the fields that the server offers, and the probe's.
+// SPDX-License-Identifier: Apache-2.0
+// The settings: one section per group of the fields that the server offers, and one for the probe.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { element } from "./element";
 import type { FieldEffects } from "./field_effects";
@@ -35,7 +36,7 @@ export class Controls {
     this.rows.refresh();
   }
 
-  /** Only these groups can be set; absent: all. */
+  /** Makes only these groups editable; absent: all. */
   limitTo(groups: readonly string[] | undefined): void {
     this.offered = groups;
     this.refresh();
@@ -45,7 +46,7 @@ export class Controls {
     return this.offered?.includes(group) ?? true;
   }
 
-  /** Whole groups of settings may have no effect; here, such a row makes room for those that have one. */
+  /** Hides a row of the first section while its group has no effect. In the other sections such rows stay visible. */
   private mainSection({ title, settings }: Section): HTMLElement {
     const heading = element("div", { className: "heading" }, element("h2", { textContent: title }));
     const reset = this.rows.resetButton("Reset all", [...this.defaults.keys()], "all");
@@ -82,7 +83,8 @@ export class Controls {
       const missing = this.effects.missing(group);
       const changed = this.rows.changed(names);
       details.classList.toggle("idle", missing !== undefined);
-      for (const part of details.children) (part as HTMLElement).inert = part.tagName !== "SUMMARY" && !this.isOffered(group);
+      for (const part of details.children)
+        (part as HTMLElement).inert = part.tagName !== "SUMMARY" && !this.isOffered(group);
       needs.textContent = missing ?? "";
       needs.hidden = missing === undefined;
       note.textContent = missing ? "unused" : changed > 0 ? `${changed} changed` : "";

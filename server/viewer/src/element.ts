@@ -1,4 +1,5 @@
-// Making what the page is made of.
+// SPDX-License-Identifier: Apache-2.0
+// Creates HTML and SVG elements.
 
 export function element<Tag extends keyof HTMLElementTagNameMap>(
   tag: Tag,
@@ -26,8 +27,8 @@ export function setAttributes(of: Element, attributes: Record<string, string | n
 }
 
 /**
- * What is typed into the box counts when it is left or entered, and is not overwritten before.
- * Returns what shows the text it should have.
+ * Typed text is taken when the box loses the focus or Enter is pressed. It is not overwritten before.
+ * Returns a function that shows `text()` in the box, unless the user is typing.
  */
 export function typedBox(input: HTMLInputElement, text: () => string, take: () => void): () => void {
   let typing = false;
@@ -42,7 +43,7 @@ export function typedBox(input: HTMLInputElement, text: () => string, take: () =
     take();
     show();
   };
-  // Typed and taken back is no change, but the box is free again.
+  // Text that was typed and then restored causes no change event, but the box may be overwritten again.
   input.onblur = () => {
     typing = false;
     show();

@@ -1,4 +1,5 @@
-// Which settings do nothing in the scene as it stands, and what they need. What is not in the table always
+// SPDX-License-Identifier: Apache-2.0
+// Which settings have no effect in the present scene, and what they need. A setting that is not in the table always
 // has an effect.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { choiceText, groupOf, labelOf } from "./field_text";
@@ -12,7 +13,7 @@ type Relation = "is" | "is not" | "is above" | "is below";
 const kSurfaceShown: Condition = ["mode", "is", "surface", "surface-and-volume", "slices"];
 const kDepthShown: Condition = ["mode", "is", "surface", "surface-and-volume", "depth", "slices"];
 
-/** A group or a field has an effect where one of its conditions holds; a field needs its group's besides. */
+/** A group or a field has an effect if any of its conditions holds. A field also needs those of its group. */
 const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   detector: [kDepthShown],
   filter: [kDepthShown],
@@ -48,7 +49,7 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
 export class FieldEffects {
   constructor(private readonly editor: SettingsEditor) {}
 
-  /** A sentence on what the group, or the field by itself, lacks to have an effect; nothing where it has one. */
+  /** The condition that the group or field lacks, as a sentence; undefined if it has an effect. */
   missing(name: string): string | undefined {
     const conditions = kNeeds[name];
     if (!conditions || conditions.some((condition) => this.holds(condition))) return undefined;
@@ -61,7 +62,7 @@ export class FieldEffects {
 
   private holds([field, relation, ...operands]: Condition): boolean {
     const value = this.editor.get(field);
-    if (typeof value !== "number") return true; // not known yet
+    if (typeof value !== "number") return true; // its value is not known yet
     const choice = this.editor.choice(field);
     const isOne = operands.some((operand) => operand === (typeof operand === "string" ? choice : value));
     switch (relation) {
@@ -77,7 +78,7 @@ export class FieldEffects {
   }
 }
 
-/** What the table names and the server does not offer: the two have drifted apart. */
+/** Names in the table that the server does not offer. Any such name is an error in the table. */
 export function unknownNames(fields: readonly SceneField[]): string[] {
   const choices = new Map(fields.map((field) => [field.name, field.choices]));
   const known = new Set([...choices.keys(), ...fields.map((field) => groupOf(field.name))]);
@@ -96,7 +97,7 @@ function normalGiven(clip: string): Condition[] {
   return ["x", "y", "z"].map((axis) => [`${clip}.normal_${axis}`, "is not", 0] as const);
 }
 
-/** "projection is perspective", told to who looks at `beside`. */
+/** "projection is perspective"; the group is left out if `beside` has the same one. */
 function sentence([field, relation, ...operands]: Condition, beside: string): string {
   const title = groupOf(field) === groupOf(beside) ? labelOf(field) : fullTitle(field);
   return `${title.toLowerCase()} ${relation} ${listed(operands.map((operand) => choiceText(String(operand))))}`;

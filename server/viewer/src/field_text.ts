@@ -1,10 +1,11 @@
-// What a person reads about a scene field.
+// SPDX-License-Identifier: Apache-2.0
+// Texts about a scene field for the user.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import type { Value } from "./scene";
 
 const kUnitSuffix = /_(mm|deg)$/;
 
-/** "light.right_mm" is in group "light"; a name without a dot in "". */
+/** "light" for "light.right_mm"; empty for a name without a dot. */
 export function groupOf(name: string): string {
   return name.includes(".") ? name.slice(0, name.indexOf(".")) : "";
 }
@@ -18,7 +19,7 @@ export function labelOf(name: string): string {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
-/** As few digits as name the value to a hundredth, or a thousandth below one. */
+/** Rounded to a hundredth, or a thousandth below one, without trailing zeros. */
 export function numberText(value: number): string {
   if (Number.isNaN(value)) return "";
   return String(Number(value.toFixed(Math.abs(value) < 1 ? 3 : 2)));
@@ -47,8 +48,8 @@ export function hintOf(field: SceneField, defaultValue: Value): string {
 }
 
 /**
- * The part of a field's range that a slider covers. Lengths are allowed up to metres; within twice the
- * default picture's height a slider can still be aimed, and the number box takes the rest.
+ * The part of a field's range that its slider covers. Lengths may be metres, too coarse for a slider: for them it
+ * covers twice the height of the default picture. The number box accepts the whole range.
  */
 export function sliderRange(field: SceneField, pictureHeightMm: number): { low: number; high: number; step: number } {
   const reach = field.unit === "mm" ? 2 * pictureHeightMm : Infinity;

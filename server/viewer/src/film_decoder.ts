@@ -1,10 +1,11 @@
-// H.264 pictures through WebCodecs, in the order in which they came.
+// SPDX-License-Identifier: Apache-2.0
+// Decodes H.264 pictures with WebCodecs, in the order of their arrival.
 import type { Picture } from "../generated/fanlight_pb.js";
 
-const kCodec = "avc1.42E01F"; // constrained baseline; Annex B, since no description is given
+const kCodec = "avc1.42E01F"; // constrained baseline; without a description WebCodecs expects Annex B
 
 export function canDecodeFilm(): boolean {
-  return "VideoDecoder" in window; // only where the page came from localhost or over TLS
+  return "VideoDecoder" in window; // present only if the page came from localhost or over TLS
 }
 
 export class FilmDecoder {
@@ -18,7 +19,7 @@ export class FilmDecoder {
 
   decode(picture: Picture): void {
     if (!this.decoder) {
-      if (!picture.keyPicture) return; // it needs one that came before this decoder
+      if (!picture.keyPicture) return; // it depends on a picture that this decoder did not get
       this.decoder = this.begin();
     }
     const timestamp = Number(picture.pictureId);

@@ -1,10 +1,11 @@
-// The light's place over the picture, and the hand that moves it.
+// SPDX-License-Identifier: Apache-2.0
+// The marker of the light over the picture, and its movement by the pointer.
 import type { SettingsEditor } from "./settings_editor";
 import { pixelOf, scaleAt, surfacePart, tidy, viewPoint, type PagePoint, type Rectangle } from "./view_geometry";
 
-const kNudge = 0.02; // of the height of what is seen
+const kNudge = 0.02; // share of the visible height, per nudge
 
-/** Where nothing is lit there is no marker, and no hand moves the light. */
+/** In modes that light nothing there is no marker, and the light cannot be moved. */
 export class LightHandle {
   constructor(
     private readonly editor: SettingsEditor,
@@ -13,7 +14,7 @@ export class LightHandle {
     private readonly isLit: () => boolean,
   ) {}
 
-  /** The light goes to the pointer, at the depth it has. */
+  /** Moves the light to the pointer; its depth stays. */
   moveTo(pointer: PagePoint): void {
     const part = this.part();
     if (!part) return;
@@ -38,14 +39,14 @@ export class LightHandle {
     ]);
   }
 
-  /** Positive moves it into the body. */
+  /** Positive numbers move the light into the body. */
   deepen(nudges: number): void {
     if (!this.part()) return;
     const depthMm = this.editor.number("light.depth_mm") + nudges * kNudge * this.editor.number("camera.field_mm");
     this.editor.set([["light.depth_mm", tidy(depthMm)]]);
   }
 
-  /** A light beside the part of the picture that it lights is marked at the edge of that. */
+  /** Draws the marker. A light outside the lit part of the picture is drawn at the edge of that part. */
   placeMarker(): void {
     const part = this.part();
     this.marker.classList.toggle("absent", !part);
@@ -66,7 +67,7 @@ export class LightHandle {
     return this.isLit() ? surfacePart(this.editor.choice("mode"), this.canvas) : undefined;
   }
 
-  /** What the part covers at the light's depth. */
+  /** Height in mm that the lit part covers at the depth of the light. */
   private heightMm(): number {
     const lens = {
       fieldMm: this.editor.number("camera.field_mm"),

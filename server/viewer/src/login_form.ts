@@ -1,4 +1,5 @@
-// The token that a server asks for, kept until the tab is closed.
+// SPDX-License-Identifier: Apache-2.0
+// Asks the user for a token, and keeps it in the session storage until the tab is closed.
 
 const kKept = "fanlight-token";
 
@@ -27,7 +28,7 @@ export class LoginForm {
     return sessionStorage.getItem(kKept) ?? "";
   }
 
-  /** The token did not open the server, or there is none. */
+  /** Forgets the token, if any, and asks for another one. `sentence`: why the last one was refused, or empty. */
   ask(sentence: string): void {
     sessionStorage.removeItem(kKept);
     this.message.textContent = sentence;

@@ -1,13 +1,14 @@
-// What the status line says of frames that were lost and sweeps that disagree.
+// SPDX-License-Identifier: Apache-2.0
+// Texts of the status line about lost frames and the mismatch of forward and backward sweeps.
 import type { Statistics } from "../generated/fanlight_pb.js";
 
-/** "2 frames interpolated"; empty where none is. */
+/** "2 frames interpolated"; empty for none. */
 export function interpolatedText(framesMissing: number): string {
   if (framesMissing === 0) return "";
   return framesMissing === 1 ? "1 frame interpolated" : `${framesMissing} frames interpolated`;
 }
 
-/** "corrected 1.02 deg, left 0.03 deg (0.06 mm)"; empty where each of them would read 0.00. */
+/** "corrected 1.02 deg, left 0.03 deg (0.06 mm)"; empty if all three round to 0.00. */
 export function mismatchText(
   statistics: Pick<Statistics, "mismatchDeg" | "mismatchLeftDeg" | "mismatchLeftMm">,
 ): string {

@@ -1,4 +1,5 @@
-// The page: a connection, a scene editor, and what shows and moves them.
+// SPDX-License-Identifier: Apache-2.0
+// The page: creates its parts and connects them. Each message from the server goes to its parts from here.
 import { create, equals } from "@bufbuild/protobuf";
 import {
   HelloSchema,
@@ -119,7 +120,7 @@ const view = new PictureView(
   pictureShown,
   (sentence) => showCondition({ serverError: sentence }),
   () => {
-    page.codec.value = "0"; // what every browser decodes
+    page.codec.value = "0"; // JPEG: every browser decodes it
     askForStream();
   },
 );
@@ -201,7 +202,7 @@ function begin(newHello: Hello): void {
   probeGroup.forget();
   askClock();
   statistics.start(newHello);
-  // A new session offers the same settings as a rule; then the reader's place in them is kept.
+  // A new session usually offers the same settings. Then they stay as they are, with their scroll position.
   if (!hello || !sameSettings(hello, newHello)) {
     defaults = newHello.defaultScene ? valuesOf(newHello.defaultScene) : new Map();
     orbit.start(newHello.fields, defaults);
@@ -227,7 +228,7 @@ function begin(newHello: Hello): void {
   });
 }
 
-/** With the token that is kept; or asks for one, with the reason why the last one was refused. */
+/** Logs in with the stored token. Without one, or after a refusal, asks the user and shows the reason. */
 function logIn(refusal: string): void {
   if (login.token && !refusal) {
     loggingIn = true;
@@ -235,7 +236,7 @@ function logIn(refusal: string): void {
     return;
   }
   loggingIn = false;
-  connection.end(); // the server waits ten seconds, a person may need more
+  connection.end(); // the server waits ten seconds for a login, a user may need longer
   login.ask(refusal);
 }
 
@@ -251,7 +252,7 @@ function startEditor({ revision, scene }: SceneState): void {
   if (hello && scene) editor.start(hello.fields, revision, valuesOf(scene));
 }
 
-/** Changes go to this display's own view from now on, or to the main one again. */
+/** Switches the target of later changes between this display's own view and the main view. */
 function ownViewChosen(): void {
   controls?.limitTo(ownView.wanted ? kOwnGroups : undefined);
   probeGroup.root.inert = ownView.wanted;
@@ -261,8 +262,8 @@ function ownViewChosen(): void {
 function settleView({ requestId, outcome }: ViewReply): void {
   if (outcome.case === "refused") return editor.refusedReply(requestId, outcome.value.message);
   if (outcome.case !== "inForce") return;
-  if (!ownView.wanted) return void ownView.tell(outcome.value); // an answer to what was asked before it was left
-  // The view counts its revisions by itself.
+  if (!ownView.wanted) return void ownView.tell(outcome.value); // the reply to a change from before the view was left
+  // A private view has revisions of its own.
   if (!ownView.isOpen) editor.beginCount();
   ownView.tell(outcome.value);
   if (outcome.value.scene) editor.acceptedReply(requestId, outcome.value.revision, valuesOf(outcome.value.scene));
@@ -309,7 +310,7 @@ function settleProbe({ requestId, outcome }: ProbeReply): void {
 function probeTold(status: ProbeStatus): void {
   probe.tell(status.state, performance.now());
   probeGroup.tell(status);
-  frames.reset(); // a probe that is back has its first frames counted within a second, and was not silent till then
+  frames.reset(); // the first frames after a return are counted within a second; the time before is no silence
   showCondition({ silentSeconds: undefined, probeTrouble: status.trouble });
 }
 
@@ -318,7 +319,7 @@ function pictureShown(picture: Picture): void {
   shown = picture;
   probe.show(Number(picture.captureTimeNs) / 1e6);
   statistics.picture(picture);
-  light.placeMarker(); // the picture may have another size
+  light.placeMarker(); // the size of the picture may have changed
   showBusy();
   if (news) showCondition({ pictureShown: true, serverError: undefined });
 }
@@ -330,9 +331,11 @@ function showScene(): void {
   showBusy();
 }
 
-/** The canvas is busy until it shows the scene as last asked for. */
+/** The canvas is busy until it shows the scene that was requested last. */
 function showBusy(): void {
-  page.canvas.ariaBusy = String(!shown || shown.privateView !== ownView.isOpen || !editor.isShownBy(shown.sceneRevision));
+  page.canvas.ariaBusy = String(
+    !shown || shown.privateView !== ownView.isOpen || !editor.isShownBy(shown.sceneRevision),
+  );
 }
 
 function showCondition(change: Partial<Condition>): void {
@@ -373,12 +376,12 @@ function sameSettings(a: Hello, b: Hello): boolean {
   return equals(HelloSchema, settings(a), settings(b));
 }
 
-/** The same text written again would be read out again. */
+/** Writes only changed text, because a screen reader announces every write. */
 function write(place: Element, text: string): void {
   if (place.textContent !== text) place.textContent = text;
 }
 
-/** Beside the page, so that it works under a prefix of a reverse proxy too. */
+/** Relative to the page, so that it also works behind a reverse proxy with a path prefix. */
 function streamUrl(): string {
   const url = new URL("stream", document.baseURI);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";

@@ -1,20 +1,21 @@
-// What the stage says when it does not show a living picture.
+// SPDX-License-Identifier: Apache-2.0
+// The notice over the picture while it is not live.
 import type { LostSince, ProbeNews } from "./probe_watch";
 
-const kSilenceMs = 2500; // the count of frames comes once a second
-const kProbeLost = "probe lost"; // in Statistics; the probe's own status says it sooner, and when it is over
+const kSilenceMs = 2500; // the server sends the number of frames once a second
+const kProbeLost = "probe lost"; // a source state in Statistics; ProbeStatus reports the loss and its end earlier
 
-/** In the order in which one hides another. */
+/** Sorted by priority: an earlier condition hides the later ones. */
 export interface Condition {
   connection: { state: "connecting" | "open" } | { state: "lost"; sentence: string; retrying: boolean };
   probe: ProbeNews | undefined;
-  /** Why a probe that is plugged in is not read; empty without. */
+  /** Why a probe that is plugged in is not read; empty: no such reason. */
   probeTrouble?: string;
   serverError: string | undefined;
-  /** Seconds since the last frame came in, where that is worth saying. */
+  /** Seconds since the last frame; undefined if shorter than kSilenceMs. */
   silentSeconds: number | undefined;
   source: string;
-  /** "running", "probe lost", "ended", or the sentence on why it failed. */
+  /** "running", "probe lost", "ended", or the reason of its failure as a sentence. */
   sourceState: string;
   pictureShown: boolean;
 }
@@ -63,7 +64,7 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
   return undefined;
 }
 
-/** Notices how long the count of frames has stood still. */
+/** Measures for how long the number of frames has not changed. */
 export class FrameWatch {
   private frames = -1n;
   private sinceMs = 0;
@@ -84,7 +85,7 @@ export class FrameWatch {
   }
 }
 
-/** "Not live, 48 s old"; what is written on a picture that stands still. */
+/** "Not live, 48 s old": the mark on a picture that is not live. */
 export function notLiveText(ageMs: number | undefined): string {
   return ageMs === undefined ? "Not live" : `Not live, ${duration(Math.floor(ageMs / 1000))} old`;
 }

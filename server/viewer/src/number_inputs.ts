@@ -1,10 +1,11 @@
-// The two inputs of a number: a slider to aim with, and a box that takes the field's whole range.
+// SPDX-License-Identifier: Apache-2.0
+// The two inputs of a number: a slider, and a box that accepts the whole range of the field.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { element, typedBox } from "./element";
 import { numberText, sliderRange } from "./field_text";
 import { allowed } from "./scene";
 
-/** Of lengths it covers what can be aimed, twice the picture's height; it has the field's name as id. */
+/** For lengths it covers twice the height of the picture at most (sliderRange). Its id is the name of the field. */
 export function sliderOf(field: SceneField, pictureHeightMm: number): HTMLInputElement {
   const { low, high, step } = sliderRange(field, pictureHeightMm);
   const slider = element("input", {
@@ -19,8 +20,8 @@ export function sliderOf(field: SceneField, pictureHeightMm: number): HTMLInputE
 }
 
 /**
- * `show` puts the value into the box, unless it is being typed into. What is out of a field's range is the server's to
- * refuse; a field with a step takes the nearest allowed value, since one between its steps could not even be sent.
+ * `show` writes the value into the box, unless the user is typing. The server refuses values out of range. A field with
+ * a step takes the nearest allowed value, because the schema cannot carry a value between two steps.
  */
 export function numberBox(
   field: SceneField,

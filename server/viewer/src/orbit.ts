@@ -1,4 +1,5 @@
-// The hand that turns the camera about its target and sets the height of its picture.
+// SPDX-License-Identifier: Apache-2.0
+// Turns the camera about its target, and zooms, by pointer and keys.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { allowed, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
@@ -18,7 +19,7 @@ export class Orbit {
     this.defaults = new Map([...defaults].filter(([name]) => name.startsWith("camera.")));
   }
 
-  /** By pixels of the page. */
+  /** `moved` is in pixels of the page. */
   drag(moved: PagePoint): void {
     const angles = { yawDeg: this.editor.number("camera.yaw_deg"), pitchDeg: this.editor.number("camera.pitch_deg") };
     const part = surfacePart(this.editor.choice("mode"), this.canvas) ?? this.canvas;
@@ -29,7 +30,7 @@ export class Orbit {
     ]);
   }
 
-  /** Above 1 shows more of the body. */
+  /** A factor above 1 shows more of the body. */
   zoom(factor: number): void {
     if (!this.field) return;
     const heightMm = tidy(this.editor.number("camera.field_mm") * factor);

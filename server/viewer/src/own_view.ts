@@ -1,7 +1,8 @@
-// A view of this display's own: its light and its camera, while the others keep theirs.
+// SPDX-License-Identifier: Apache-2.0
+// The private view of this display: its own light and camera, while the other displays keep the main view.
 import type { SceneState, ViewState } from "../generated/fanlight_pb.js";
 
-/** Groups of fields that a display may have of its own; the others are the main view's. */
+/** Groups of fields that a private view may change; the other groups follow the main view. */
 export const kOwnGroups: readonly string[] = ["camera", "filter", "light", "material", "shadow", "finish"];
 
 export class OwnView {
@@ -19,17 +20,17 @@ export class OwnView {
     box.onchange = () => (box.checked ? this.events.chosen() : this.left());
   }
 
-  /** Whether changes are to be this display's alone. */
+  /** Whether the user wants changes to affect this display only. */
   get wanted(): boolean {
     return this.box.checked;
   }
 
-  /** Whether the server has a private view of this display, which it has from the first change on. */
+  /** Whether the server has a private view for this display. It opens one with the first change. */
   get isOpen(): boolean {
     return this.open;
   }
 
-  /** A session begins: it sees the main view. */
+  /** Call at the start of a session, which begins with the main view. */
   forget(): void {
     this.box.checked = this.open = false;
   }
@@ -38,9 +39,9 @@ export class OwnView {
     this.main = main;
   }
 
-  /** The server says what this display's view is; the reason where it has ended one. */
+  /** Takes the server's state of the private view. Returns a sentence if the server has ended it, else empty. */
   tell(state: ViewState): string {
-    // One that was opened by a change that was under way when it was left or ended.
+    // A change that was in flight when the view was left has opened it again: leave it again.
     if (state.isPrivate && !this.box.checked) this.events.leave();
     this.open = state.isPrivate && this.box.checked;
     if (!state.ended || !this.box.checked || state.isPrivate) return "";

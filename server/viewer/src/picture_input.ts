@@ -1,10 +1,11 @@
-// Mouse, pen, touch and keys over the picture: what each of them means to the light and the camera.
+// SPDX-License-Identifier: Apache-2.0
+// Maps mouse, pen, touch and keys over the picture to movements of the light and the camera.
 import type { LightHandle } from "./light_handle";
 import type { Orbit } from "./orbit";
 import type { Tool } from "./tools";
 import type { PagePoint } from "./view_geometry";
 
-const kDragStartPixels = 3; // a click, or half a double click, is no drag
+const kDragStartPixels = 3; // a shorter movement is a click, or half of a double click
 const kZoomPerNotch = 1.1;
 const kNotchPixels = 100;
 const kKeyOrbitPixels = 12;
@@ -59,7 +60,7 @@ export class PictureInput {
     if (this.pointers.size === 0) this.dragged = undefined;
   }
 
-  /** Each of two fingers carries half of the turn; their distance zooms. */
+  /** Two fingers: each contributes half of the rotation; a changed distance zooms. */
   private pinched(id: number, before: PagePoint, now: PagePoint): void {
     const other = [...this.pointers].find(([candidate]) => candidate !== id)?.[1];
     if (!other) return;

@@ -1,18 +1,19 @@
-// How many pictures a second were shown, and how old they were.
+// SPDX-License-Identifier: Apache-2.0
+// Measures the rate and the age of the pictures shown.
 
 const kRateWindowMs = 2000;
 const kAgeWindowMs = 1000;
 
-/** Times are the page's performance.now(), except where they say that they are the server's. */
+/** Times are performance.now() of the page; names with `server` are on the clock of the server. */
 export class PicturePace {
   private shown: { atMs: number; capturedServerMs: number }[] = [];
 
-  /** `serverMs` turns a time of the page into the server's, or tells that it cannot yet. */
+  /** `serverMs` converts a time of the page to the server's clock; undefined while that is unknown. */
   constructor(private readonly serverMs: (pageMs: number) => number | undefined) {}
 
   add(atMs: number, capturedServerMs: number): void {
     this.shown.push({ atMs, capturedServerMs });
-    // And the one before: of a stream slower than the window two pictures make the rate.
+    // Keep at least two: a stream slower than the window has its rate from its last two pictures.
     const recent = this.shown.filter((picture) => atMs - picture.atMs <= kRateWindowMs).length;
     this.shown = this.shown.slice(-Math.max(recent, 2));
   }
@@ -22,8 +23,8 @@ export class PicturePace {
   }
 
   /**
-   * Over the last two seconds, or the last two pictures; from the distances of the pictures, so that slow streams do
-   * not flicker. 0 once the next picture is twice as late as that.
+   * Pictures a second over the last two seconds, or over the last two pictures. Computed from their distances, so that
+   * slow streams do not flicker. 0 if the next picture is later than twice that distance (two seconds at least).
    */
   perSecond(nowMs: number): number {
     const within = this.shown.filter((picture) => nowMs - picture.atMs <= kRateWindowMs).length;
@@ -35,7 +36,7 @@ export class PicturePace {
     return nowMs - last.atMs > Math.max(kRateWindowMs, 2 * apartMs) ? 0 : 1000 / apartMs;
   }
 
-  /** The median when shown over the last second; of a picture that stands longer, its age by now. */
+  /** Median age when shown, over the last second; the present age of the last picture if none came in that second. */
   ageMs(nowMs: number): number | undefined {
     const recent = this.shown.filter((picture) => nowMs - picture.atMs <= kAgeWindowMs);
     if (recent.length === 0) {

@@ -1,4 +1,5 @@
-// The canvas. At most one picture is being decoded and at most one waits, the newest; of a film, none is left out.
+// SPDX-License-Identifier: Apache-2.0
+// The canvas. At most one picture is decoded and at most one waits, the newest. H.264 pictures are all decoded.
 import type { Picture } from "../generated/fanlight_pb.js";
 import { FilmDecoder } from "./film_decoder";
 

@@ -1,4 +1,5 @@
-// The settings of a probe, between those of the scene; nothing where the source is none.
+// SPDX-License-Identifier: Apache-2.0
+// The settings of the probe, among those of the scene; hidden if the source is not a probe.
 import { equals } from "@bufbuild/protobuf";
 import { ProbeStatus_State, SceneFieldSchema, type ProbeStatus, type SceneField } from "../generated/fanlight_pb.js";
 import { element } from "./element";
@@ -25,7 +26,7 @@ export class ProbeGroup {
     this.root.append(summary, this.identity, this.reason, this.rows);
   }
 
-  /** A session begins: it has to be told anew whether its source is a probe. */
+  /** Call at the start of a session; its ProbeStatus tells whether its source is a probe. */
   forget(): void {
     this.status = undefined;
     this.editor.stop();
@@ -45,7 +46,7 @@ export class ProbeGroup {
     }
   }
 
-  /** Shows the editor's values, except in a box that is being typed into. */
+  /** Shows the values of the editor, except in a box in which the user is typing. */
   refresh(): void {
     this.root.hidden = this.status === undefined || this.status.state === ProbeStatus_State.ABSENT;
     if (!this.status) return;
@@ -84,7 +85,7 @@ export class ProbeGroup {
     const box = numberBox(field, `Probe, ${title.toLowerCase()}`, value, set);
     const slider = sliderOf(field, Infinity);
     slider.setAttribute("aria-describedby", `probe-reason ${name}-hint`);
-    // A drag sends where it ends: a probe turns its motor for each value that it is given.
+    // A drag sends its last value only, because a probe moves its motor for each value.
     slider.oninput = () => {
       box.input.value = slider.value;
     };

@@ -1,4 +1,5 @@
-// What can be set at a probe, as the page's settings have it: fields and values by name.
+// SPDX-License-Identifier: Apache-2.0
+// The settings of a probe in the form of scene fields: fields and values by name.
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import {
   ProbeSettingsSchema,
@@ -17,7 +18,7 @@ export const kProbeTitles: Readonly<Record<string, string>> = {
   "probe.depth_mm": "Depth",
 };
 
-/** A row for each, with the ranges that this probe has. */
+/** One field per setting, with the ranges of this probe. */
 export function probeFields({ sweepDeg, framesAVolume, depthMm }: ProbeStatus): SceneField[] {
   const field = (init: MessageInitShape<typeof SceneFieldSchema>, range: { minimum: number; maximum: number }) =>
     create(SceneFieldSchema, { ...init, minimum: range.minimum, maximum: range.maximum });
@@ -37,7 +38,7 @@ export function probeValues(settings: ProbeSettings | undefined): Values {
   ]);
 }
 
-/** The message with these settings and no others. */
+/** The message with these settings only. */
 export function probeSettings(values: Values): ProbeSettings {
   const given = (name: string, key: keyof MessageInitShape<typeof ProbeSettingsSchema>) =>
     values.has(name) ? { [key]: numberOf(values.get(name)) } : {};
@@ -48,7 +49,7 @@ export function probeSettings(values: Values): ProbeSettings {
   });
 }
 
-/** Why this page may not set the probe; nothing where it may. */
+/** Why this page may not set the probe; undefined if it may. */
 export function whyReadOnly({ state, mayBeSet }: ProbeStatus): string | undefined {
   if (!mayBeSet) return "Only shown: this server lets no display set the probe.";
   if (state === ProbeStatus_State.LOST) return "Can be set again when the probe is back.";

@@ -1,34 +1,35 @@
-// Whether the probe is there, and whether the picture shown is of what it sees now.
+// SPDX-License-Identifier: Apache-2.0
+// Whether the probe is connected, and whether the picture shown is live.
 import { ProbeStatus_State } from "../generated/fanlight_pb.js";
 
-const kBackMs = 5000; // long enough to be read
+const kBackMs = 5000; // long enough to read the notice
 
-/** What there is to say about the probe. */
+/** News about the probe for the notice. */
 export type ProbeNews =
   | { state: "lost"; since: LostSince | undefined }
-  /** Without a picture of the time after its return it has just been found. */
+  /** `pictureShown`: whether a volume from after the return is shown. */
   | { state: "back"; pictureShown: boolean };
 
-/** On the wall's clock. Who came later only knows when the last volume ended, which was before. */
+/** Wall clock. `seen` is false if the loss was before this session; then it is an estimate, the last volume's end. */
 export interface LostSince {
   wallMs: number;
   seen: boolean;
 }
 
-/** Times are the page's performance.now(), except where they say whose they are. */
+/** Times are performance.now() of the page, except where the name says another clock. */
 export class ProbeWatch {
   private state: ProbeStatus_State = ProbeStatus_State.ABSENT;
   private since: LostSince | undefined;
   private returnedMs: number | undefined;
   private capturedServerMs: number | undefined;
 
-  /** `serverMs` turns a time of the page into the server's, or tells that it cannot yet; `wallMs` into the wall's. */
+  /** Convert a time of the page: `serverMs` to the server's clock, undefined while unknown; `wallMs` to wall time. */
   constructor(
     private readonly serverMs: (pageMs: number) => number | undefined,
     private readonly wallMs: (pageMs: number) => number,
   ) {}
 
-  /** A session begins. */
+  /** Call at the start of a session. */
   reset(): void {
     this.state = ProbeStatus_State.ABSENT;
     this.since = this.returnedMs = this.capturedServerMs = undefined;
@@ -43,7 +44,7 @@ export class ProbeWatch {
     this.state = state;
   }
 
-  /** A picture is shown. */
+  /** Call for each picture shown. */
   show(capturedServerMs: number): void {
     this.capturedServerMs = capturedServerMs;
   }
@@ -56,8 +57,8 @@ export class ProbeWatch {
   }
 
   /**
-   * After a return only a volume that ended since will do: the last one before the loss is drawn again whenever the
-   * scene changes, and may have been on its way.
+   * After a return only a volume that ended later counts as live. The last volume before the loss is drawn again
+   * whenever the scene changes, and its picture may have been in flight.
    */
   isLive(): boolean {
     if (this.state === ProbeStatus_State.LOST) return false;
@@ -67,7 +68,7 @@ export class ProbeWatch {
     return this.capturedServerMs > returnedServerMs;
   }
 
-  /** Of the picture shown; undefined without one, and before the server's clock is known. */
+  /** Age of the picture shown; undefined without a picture, or while the server's clock is unknown. */
   ageMs(nowMs: number): number | undefined {
     const serverMs = this.serverMs(nowMs);
     return serverMs === undefined || this.capturedServerMs === undefined
@@ -75,7 +76,7 @@ export class ProbeWatch {
       : Math.max(0, serverMs - this.capturedServerMs);
   }
 
-  /** Kept once it is known, so that it does not move with the clocks' comparison. */
+  /** Fixed once it is known, so that it does not change with later estimates of the clock offset. */
   private lostSince(nowMs: number): LostSince | undefined {
     const ageMs = this.ageMs(nowMs);
     if (ageMs !== undefined) this.since ??= { wallMs: this.wallMs(nowMs) - ageMs, seen: false };

@@ -1,9 +1,10 @@
-// A scene as the page holds it: values by dotted name, the names of Hello.fields.
+// SPDX-License-Identifier: Apache-2.0
+// A scene as a map from dotted names, those of Hello.fields, to values.
 import { create } from "@bufbuild/protobuf";
 import { reflect, type ReflectMessage } from "@bufbuild/protobuf/reflect";
 import { SceneSchema, type Scene, type SceneField } from "../generated/fanlight_pb.js";
 
-/** A number, a choice's index, or the text of a field that is one (SceneField.is_text). */
+/** A number, the index of a choice, or a text (SceneField.is_text). */
 export type Value = number | string;
 export type Values = Map<string, Value>;
 
@@ -13,24 +14,24 @@ export function valuesOf(scene: Scene): Values {
   return values;
 }
 
-/** The message with these fields and no others. Names that the schema lacks are left out. */
+/** The message with these fields only. Names that the schema does not have are left out. */
 export function sceneOf(values: Values): Scene {
   const scene = create(SceneSchema);
   for (const [name, value] of values) place(reflect(SceneSchema, scene), name.split("."), value);
   return scene;
 }
 
-/** NaN where there is none. */
+/** NaN if it is not a number. */
 export function numberOf(value: Value | undefined): number {
   return typeof value === "number" ? value : NaN;
 }
 
-/** Empty where there is none. */
+/** Empty if it is not a text. */
 export function textOf(value: Value | undefined): string {
   return typeof value === "string" ? value : "";
 }
 
-/** The nearest value that the field allows. */
+/** The nearest allowed value of the field. */
 export function allowed(field: SceneField, value: number): number {
   const stepped =
     field.step > 0 ? field.minimum + Math.round((value - field.minimum) / field.step) * field.step : value;

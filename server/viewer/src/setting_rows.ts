@@ -1,4 +1,5 @@
-// The rows of the settings: a number, a choice, a text, or a colour, each with its meaning and its reset.
+// SPDX-License-Identifier: Apache-2.0
+// Rows of the settings: number, choice, text or colour, each with its description and a reset button.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { hexOf, partsOf } from "./colour";
 import { element, typedBox } from "./element";
@@ -15,7 +16,7 @@ interface Frame {
   title: string;
   unit: string;
   hint: string;
-  names: string[]; // of the fields that it holds
+  names: string[]; // of the fields in the row
 }
 
 export class SettingRows {
@@ -27,12 +28,12 @@ export class SettingRows {
     private readonly effects: FieldEffects,
   ) {}
 
-  /** Runs at every change of the scene. */
+  /** `refresher` runs at every change of the scene. */
   onRefresh(refresher: () => void): void {
     this.refreshers.push(refresher);
   }
 
-  /** Shows the editor's values, except in a box that is being typed into. */
+  /** Shows the values of the editor, except in a box in which the user is typing. */
   refresh(): void {
     for (const refresher of this.refreshers) refresher();
   }
@@ -59,7 +60,7 @@ export class SettingRows {
     return button;
   }
 
-  /** How many of these are not at their default. */
+  /** How many of these fields differ from their default. */
   changed(names: readonly string[]): number {
     return names.filter((name) => this.editor.get(name) !== this.defaults.get(name)).length;
   }

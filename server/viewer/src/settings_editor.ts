@@ -1,19 +1,20 @@
-// What is in force at the server, the scene or the probe's settings, and this page's changes on their way to become it.
+// SPDX-License-Identifier: Apache-2.0
+// The values in force at the server (scene or probe settings), and the changes of this page that are not answered yet.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { numberOf, textOf, type Value, type Values } from "./scene";
 
 export interface SettingsEditorEvents {
-  /** Hands a change to the server, which answers with the same id. */
+  /** Sends a change to the server, which replies with the same id. */
   send(requestId: bigint, values: Values): void;
-  /** Some shown value is another one now. */
+  /** A shown value may have changed. */
   changed(): void;
   refused(sentence: string): void;
   accepted(): void;
 }
 
 /**
- * A change is shown at once and sent when the one before it was answered; meanwhile newer values replace
- * waiting ones, so that a slow server gets the newest of a drag and not all of it.
+ * A change is shown at once. It is sent when the change before it is answered; until then newer values replace the
+ * waiting ones, so that a slow server gets the newest value of a drag and not every value.
  */
 export class SettingsEditor {
   private choices = new Map<string, readonly string[]>();
@@ -26,7 +27,7 @@ export class SettingsEditor {
 
   constructor(private readonly events: SettingsEditorEvents) {}
 
-  /** A session begins: nothing of an earlier one counts, not even its revision. The probe's settings have none: 0. */
+  /** Call at the start of a session; forgets everything of the last one. `revision` is 0 for probe settings. */
   start(fields: readonly SceneField[], revision: bigint, values: Values): void {
     this.forget();
     this.choices = new Map(fields.map((field) => [field.name, field.choices]));
@@ -36,39 +37,39 @@ export class SettingsEditor {
     this.events.changed();
   }
 
-  /** The session ended: what was not answered is taken back. */
+  /** Call at the end of a session; drops unanswered changes. */
   stop(): void {
     this.forget();
     this.running = false;
     this.events.changed();
   }
 
-  /** The value to show; none before the first session and for a name the server does not have. */
+  /** The value to show; undefined before the first session, and for a name that the server does not have. */
   get(name: string): Value | undefined {
     return this.waiting.get(name) ?? this.sent?.values.get(name) ?? this.inForce.get(name);
   }
 
-  /** The same of a number or a choice's index; NaN where there is none. */
+  /** The value as a number or index of a choice; NaN if there is none. */
   number(name: string): number {
     return numberOf(this.get(name));
   }
 
-  /** The same of a text; empty where there is none. */
+  /** The value as a text; empty if there is none. */
   text(name: string): string {
     return textOf(this.get(name));
   }
 
-  /** The name of the choice; empty where there is none. */
+  /** The name of the choice; empty if there is none. */
   choice(name: string): string {
     return this.choices.get(name)?.[this.number(name)] ?? "";
   }
 
-  /** Whether some change is not answered yet. */
+  /** Whether any change is waiting or unanswered. */
   isChanging(): boolean {
     return this.sent !== undefined || this.waiting.size > 0;
   }
 
-  /** Whether a picture of that revision shows everything that was asked for. */
+  /** Whether a picture of that revision shows all changes of this page. */
   isShownBy(revision: bigint): boolean {
     return !this.isChanging() && revision >= this.revision;
   }
@@ -82,12 +83,12 @@ export class SettingsEditor {
     this.events.changed();
   }
 
-  /** What is edited has a count of revisions of its own from now on. */
+  /** The target of the edits now counts its own revisions, from 0 (a private view). */
   beginCount(): void {
     this.revision = 0n;
   }
 
-  /** The server says what is in force. */
+  /** Takes values in force from the server; older revisions are ignored. */
   adopt(revision: bigint, values: Values): void {
     if (revision < this.revision) return;
     this.revision = revision;

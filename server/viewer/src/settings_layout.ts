@@ -1,23 +1,24 @@
-// Which settings stand together, in which order and under which title.
+// SPDX-License-Identifier: Apache-2.0
+// Grouping, order and titles of the settings.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { groupOf, labelOf } from "./field_text";
 
-/** One row: a field, or three that are one colour. */
+/** One row: a field, or three fields that are one colour. */
 export type Setting = { kind: "field"; field: SceneField } | ColourSetting;
 export interface ColourSetting {
   kind: "colour";
-  name: string; // GROUP.colour, which no field is called
+  name: string; // GROUP.colour, a name that no field has
   parts: readonly [red: SceneField, green: SceneField, blue: SceneField];
 }
 
 export interface Section {
-  /** The prefix of its fields' names; empty for the fields of the first section, which are of several. */
+  /** Prefix of the names of its fields; empty for the first section, which has fields of several groups. */
   group: string;
   title: string;
   settings: Setting[];
 }
 
-/** The first section, under these names. Beside the mode it has what is reached for most. */
+/** Fields of the first section and their titles: the mode, and the most used ones. */
 const kMain = new Map([
   ["mode", "Mode"],
   ["slice.depth_mm", "Slice depth"],
@@ -26,7 +27,7 @@ const kMain = new Map([
   ["shadow.coefficient", "Shadow coefficient"],
 ]);
 
-/** From what makes the surface, over how it looks, to what is set once. Others come after these. */
+/** Order: what detects the surface, what it looks like, what is set once. Unknown groups follow. */
 const kGroups = new Map([
   ["detector", "Surface detector"],
   ["speckle", "Speckle reduction"],
@@ -70,18 +71,18 @@ export function groupTitle(group: string): string {
   return kGroups.get(group) ?? labelOf(group);
 }
 
-/** What a field's row is called in its section. */
+/** Title of a field within its section. */
 export function rowTitle(name: string): string {
   return kMain.get(name) ?? labelOf(name);
 }
 
-/** What a field is called out of its section: "Clip plane 1, normal x". */
+/** Title of a field outside its section: "Clip plane 1, normal x". */
 export function fullTitle(name: string): string {
   const group = groupOf(name);
   return group === "" ? labelOf(name) : `${groupTitle(group)}, ${labelOf(name).toLowerCase()}`;
 }
 
-/** Three fields in a row that are named red, green and blue are one colour. */
+/** Merges three successive fields named red, green and blue into one colour. */
 function withColours(fields: readonly SceneField[]): Setting[] {
   const settings: Setting[] = [];
   for (let at = 0; at < fields.length; ++at) {
@@ -97,7 +98,7 @@ function withColours(fields: readonly SceneField[]): Setting[] {
   return settings;
 }
 
-/** Sorted as the order names them; what it does not name comes after, as it came. */
+/** Sorted by `order`; items that it does not name follow in their present order. */
 function inOrder<T>(items: readonly T[], name: (item: T) => string, order: readonly string[]): T[] {
   const rank = (item: T) => (order.includes(name(item)) ? order.indexOf(name(item)) : order.length);
   return [...items].sort((a, b) => rank(a) - rank(b));

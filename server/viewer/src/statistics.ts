@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The status line.
 import type { Hello, Picture, Statistics } from "../generated/fanlight_pb.js";
 import { deadlineText } from "./deadline_text";
@@ -5,7 +6,7 @@ import { interpolatedText, mismatchText } from "./loss_text";
 import { PicturePace } from "./picture_pace";
 import type { ServerClock } from "./server_clock";
 
-const kRefreshMs = 250; // numbers that change faster cannot be read
+const kRefreshMs = 250; // numbers that change faster are unreadable
 
 export class StatisticsView {
   private readonly pace: PicturePace;
@@ -61,7 +62,7 @@ export class StatisticsView {
     });
   }
 
-  /** What has nothing to say is not there, its title neither. */
+  /** Hides the value and its title while the text is empty. */
   private writeWhereAny(name: string, text: string): void {
     this.write(name, text);
     this.find(name).closest<HTMLElement>("[data-where-any]")!.hidden = text === "";

@@ -1,4 +1,5 @@
-// What dragging over the picture moves.
+// SPDX-License-Identifier: Apache-2.0
+// The choice of what a drag over the picture moves: light or camera.
 
 export type Tool = "light" | "orbit";
 
@@ -30,7 +31,7 @@ export class Tools {
     return this.orbit.checked ? "orbit" : "light";
   }
 
-  /** Where nothing is lit only the camera can be moved; the choice comes back with the light. */
+  /** In modes that light nothing only the camera can be moved. The user's choice returns with the light. */
   offerLight(lit: boolean): void {
     if (this.light.disabled === !lit) return;
     this.light.disabled = !lit;

@@ -1,5 +1,6 @@
-// The transfer function as a curve: opacity over grey level, with points that can be dragged, and the colours
-// below it. Opacity is drawn by its square root, because a few hundredths per mm are what is chosen between.
+// SPDX-License-Identifier: Apache-2.0
+// The transfer function as a curve of opacity over grey level, with points to drag, and the colours below it. The axis
+// shows the square root of the opacity, because useful opacities are a few hundredths per mm.
 import { drawing, element, setAttributes, typedBox } from "./element";
 import {
   added,
@@ -24,14 +25,14 @@ const kOpacityLines = [0.01, 0.1, 0.3, 0.6, 1];
 const kLevelTicks = [0, 64, 128, 192, 255];
 const kLevelNudge = 1;
 const kOpacityNudge = 0.01;
-const kLargeNudge = 10; // times as far with Shift held
+const kLargeNudge = 10; // factor while Shift is held
 
 export class TransferEditor {
   readonly root: HTMLElement;
 
   private points: TransferPoint[] = [];
   private chosen = 0;
-  /** From the point's place to where it was taken hold of, in the drawing. */
+  /** Offset from the point to the pointer at the start of the drag, in units of the drawing. */
   private hold: { x: number; y: number } | undefined;
 
   private readonly stops = drawing("linearGradient", { id: "transfer-colours" });
@@ -46,7 +47,7 @@ export class TransferEditor {
   private readonly colour = element("input", { type: "color" });
   private readonly showBoxes: (() => void)[];
 
-  /** `change` takes the text of what the hand has made. */
+  /** `change` is called with the new text after each change by the user. */
   constructor(private readonly change: (text: string) => void) {
     this.plot = this.makePlot();
     const level = this.numberBox("level", kMostLevel, 1, (point) => String(point.level));
@@ -74,7 +75,7 @@ export class TransferEditor {
     );
   }
 
-  /** A text that is none leaves the curve as it is. */
+  /** An invalid text leaves the curve unchanged. */
   show(text: string): void {
     this.points = parsePoints(text) ?? this.points;
     if (this.points.length === 0) return;
@@ -239,7 +240,7 @@ export class TransferEditor {
   }
 }
 
-/** Opacity is linear between points, so its square root is a curve. */
+/** Opacity is linear between points, so its square root is drawn as a curve. */
 function curveOf(points: readonly TransferPoint[]): string {
   const levels = Array.from({ length: kMostLevel + 1 }, (_, level) => level);
   const places = levels.map((level) => `${xOf(level)} ${yOf(pointAt(points, level).opacity)}`);

@@ -1,5 +1,6 @@
-// The points of a transfer function as proto/transfer_function.hpp writes them: "LEVEL #RRGGBB OPACITY, ...".
-// The server judges a text; this reads those that it has accepted, and makes none that it would refuse.
+// SPDX-License-Identifier: Apache-2.0
+// The points of a transfer function as proto/model/transfer_function.hpp writes them: "LEVEL #RRGGBB OPACITY, ...".
+// The server validates texts. This code reads texts that the server accepted, and creates valid texts only.
 
 export interface TransferPoint {
   level: number; // grey level, whole, 0 to kMostLevel, rising from point to point
@@ -13,7 +14,7 @@ export const kMostOpacity = 0.999;
 
 const kPoint = /^ *(\d{1,3}) +#([0-9a-f]{6}) +(\S+) *$/i;
 
-/** Nothing where the text is none. */
+/** undefined if the text is invalid. */
 export function parsePoints(text: string): TransferPoint[] | undefined {
   const points: TransferPoint[] = [];
   for (const part of text.split(",")) {
@@ -40,7 +41,7 @@ export function pointAt(points: readonly TransferPoint[], level: number): Transf
   return { level, colour: hex(colour), opacity: low.opacity + share * (high.opacity - low.opacity) };
 }
 
-/** As near to the place as its neighbours leave room. */
+/** Moves a point as far towards the target as its neighbours permit. */
 export function moved(
   points: readonly TransferPoint[],
   index: number,
@@ -60,7 +61,7 @@ export function recoloured(points: readonly TransferPoint[], index: number, colo
   return points.map((point, at) => (at === index ? { ...point, colour } : point));
 }
 
-/** With a point of the colour that was there; nothing where there is one at that level, or no room for more. */
+/** Adds a point with the colour of the curve there; undefined if the level has a point or all points are in use. */
 export function added(
   points: readonly TransferPoint[],
   level: number,
@@ -73,7 +74,7 @@ export function added(
   return { points: moved(more, index, whole, opacity), index };
 }
 
-/** In the middle of the widest gap, on the curve. */
+/** Adds a point on the curve in the middle of the widest gap. */
 export function addedInGap(points: readonly TransferPoint[]): { points: TransferPoint[]; index: number } | undefined {
   const levels = [-1, ...points.map((point) => point.level), kMostLevel + 1];
   const gaps = levels.slice(1).map((level, index) => ({ from: levels[index]!, width: level - levels[index]! }));
@@ -82,7 +83,7 @@ export function addedInGap(points: readonly TransferPoint[]): { points: Transfer
   return added(points, middle, pointAt(points, middle).opacity);
 }
 
-/** The last point stays. */
+/** Removes a point; the last one cannot be removed. */
 export function removed(points: readonly TransferPoint[], index: number): TransferPoint[] {
   return points.length > 1 ? points.filter((_, at) => at !== index) : [...points];
 }

@@ -1,5 +1,6 @@
-// Between pixels of the picture and the view frame of the scene (proto/scene.hpp): right and up of its
-// centre in mm. A picture's pixels are counted from its upper left corner, in fractions too.
+// SPDX-License-Identifier: Apache-2.0
+// Converts between pixels of the picture and the view frame of the scene (proto/model/scene.hpp): mm to the right of
+// and above its centre. Pixels count from the upper left corner of the picture and may be fractional.
 
 export interface Size {
   width: number;
@@ -8,7 +9,7 @@ export interface Size {
 export interface Rectangle extends Size {
   left: number;
   top: number;
-  /** How many pixels the field covers, where that is not the height. */
+  /** How many pixels the field covers; absent: the height. */
   fieldPixels?: number;
 }
 export interface PagePoint {
@@ -20,7 +21,7 @@ export interface ViewPoint {
   upMm: number;
 }
 
-/** What makes a depth's millimetres larger or smaller in the picture. */
+/** The camera parameters that set the scale of a depth in the picture. */
 export interface Lens {
   fieldMm: number;
   distanceMm: number;
@@ -31,7 +32,7 @@ export interface Lens {
 const kOrbitDegPerHeight = 180;
 const kLeastScale = 0.1;
 
-/** The part of a picture that shows the surface, as in renderer/view.hpp; none in the mode that casts no rays. */
+/** The part of a picture that shows the surface (as viewport() in renderer/parameters); undefined in slice mode. */
 export function surfacePart(mode: string, { width, height }: Size): Rectangle | undefined {
   const halfWidth = Math.floor(width / 2);
   const halfHeight = Math.floor(height / 2);
@@ -41,7 +42,7 @@ export function surfacePart(mode: string, { width, height }: Size): Rectangle | 
     case "slices":
       return { left: halfWidth, top: halfHeight, width: width - halfWidth, height: height - halfHeight };
     case "surface-and-volume":
-      // Narrow: the field is the smaller side.
+      // In this mode camera.field_mm covers the smaller side.
       return { left: 0, top: 0, width: halfWidth, height, fieldPixels: Math.min(halfWidth, height) };
     default:
       return { left: 0, top: 0, width, height };
@@ -49,9 +50,9 @@ export function surfacePart(mode: string, { width, height }: Size): Rectangle | 
 }
 
 /**
- * How many millimetres of this depth cover what one at the target's depth does: 1 without perspective.
- * Nothing behind the eye or close to it has a place in the picture; a lamp there must have one all the same,
- * so it is shown where it would stand as far before the eye, or a little away from it.
+ * Millimetres at this depth that cover as many pixels as one millimetre at the depth of the target; 1 without
+ * perspective. A point behind the eye or close to it has no pixel, but the marker of a light needs one: it is drawn as
+ * if it were as far in front of the eye, or at a small distance from it.
  */
 export function scaleAt(depthMm: number, lens: Lens): number {
   if (!lens.perspective) return 1;
@@ -60,7 +61,7 @@ export function scaleAt(depthMm: number, lens: Lens): number {
   return Math.max(kLeastScale, Math.abs(depthMm + eyeToPlaneMm) / eyeToTargetMm);
 }
 
-/** `part` shows the surface, `fieldMm` is what its height covers at the depth that is meant. */
+/** `part` shows the surface; `fieldMm` is the height that it covers at the depth in question. */
 export function viewPoint(pixel: PagePoint, part: Rectangle, fieldMm: number): ViewPoint {
   const mmPerPixel = fieldMm / (part.fieldPixels ?? part.height);
   return {
@@ -69,7 +70,7 @@ export function viewPoint(pixel: PagePoint, part: Rectangle, fieldMm: number): V
   };
 }
 
-/** The way back. */
+/** The inverse of viewPoint(). */
 export function pixelOf(point: ViewPoint, part: Rectangle, fieldMm: number): PagePoint {
   const pixelsPerMm = (part.fieldPixels ?? part.height) / fieldMm;
   return {
@@ -78,7 +79,7 @@ export function pixelOf(point: ViewPoint, part: Rectangle, fieldMm: number): Pag
   };
 }
 
-/** The body follows the pointer: dragged to the right, the camera goes to the left. */
+/** The body follows the pointer: a drag to the right moves the camera to the left. */
 export function orbited(
   angles: { yawDeg: number; pitchDeg: number },
   moved: PagePoint,
@@ -93,7 +94,7 @@ export function orbited(
   };
 }
 
-/** Two decimals: finer than anybody's hand, and readable in a number box. */
+/** Two decimals: finer than a hand can aim, and readable in a number box. */
 export function tidy(value: number): number {
   return Math.round(value * 100) / 100;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
@@ -54,7 +55,12 @@ test("one of several reasons is enough", () => {
     ["light.normals", 0],
   ];
   assert.match(missing("filter.step_mm", nothing) ?? "", /kind is edge preserving, .* or light, normals is central/);
-  for (const [name, value] of [["filter.kind", 1], ["filter.holes", 3], ["filter.steady", 0.5], ["light.normals", 1]]) {
+  for (const [name, value] of [
+    ["filter.kind", 1],
+    ["filter.holes", 3],
+    ["filter.steady", 0.5],
+    ["light.normals", 1],
+  ]) {
     assert.equal(missing("filter.step_mm", [...nothing, [String(name), Number(value)]]), undefined, String(name));
   }
 });

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ProbeStatus_State } from "../generated/fanlight_pb.js";
@@ -9,7 +10,7 @@ const kWallAheadMs = 5_000_000;
 const serverMs = (pageMs: number) => pageMs + kServerAheadMs;
 const wallMs = (pageMs: number) => pageMs + kWallAheadMs;
 
-/** A page that shows the picture of a probe's last volume, which ended at 900, and saw it go at 1000. */
+/** A page that shows the last volume of a probe, which ended at 900; the probe was lost at 1000. */
 function lostAt1000(): ProbeWatch {
   const watch = new ProbeWatch(serverMs, wallMs);
   watch.tell(STREAMING, 0);
@@ -31,7 +32,7 @@ test("a loss is told with its time, and no picture is live, however it was lit s
   const watch = lostAt1000();
   const lost = { state: "lost", since: { wallMs: wallMs(1000), seen: true } };
   assert.deepEqual(watch.news(1000), lost);
-  watch.tell(LOST, 5000); // something else in its status changed
+  watch.tell(LOST, 5000); // another field of the status changed
   watch.show(serverMs(900));
   assert.deepEqual(watch.news(60_000), lost);
   assert.equal(watch.isLive(), false);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ServerClock } from "../src/server_clock";
@@ -5,8 +6,8 @@ import { ServerClock } from "../src/server_clock";
 test("the reply with the shortest round trip sets the clock", () => {
   const clock = new ServerClock();
   assert.equal(clock.at(0), undefined);
-  clock.add(100, 5_130_000_000n, 160); // 60 ms, all of them on the way there
-  clock.add(200, 5_201_000_000n, 202); // 2 ms
+  clock.add(100, 5_130_000_000n, 160); // round trip of 60 ms, all of it before the server
+  clock.add(200, 5_201_000_000n, 202); // round trip of 2 ms
   clock.add(300, 5_390_000_000n, 390);
   assert.equal(clock.at(1000), 6000);
 });

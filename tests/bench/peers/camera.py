@@ -1,4 +1,5 @@
-"""The camera from which ours and the peers look."""
+# SPDX-License-Identifier: Apache-2.0
+"""The camera that Fanlight and the peers use."""
 
 from dataclasses import dataclass
 
@@ -7,14 +8,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class ParallelCamera:
-    """Looks along +y with +x to the right and +z up, from a view plane in the probe face."""
+    """Parallel projection along +y, with +x to the right and +z up. The view plane lies in the probe face."""
 
-    target_mm: tuple  # x, y, z; in the middle of the picture
-    field_mm: float  # height of the square picture in the body
+    target_mm: tuple  # x, y, z; centre of the picture
+    field_mm: float  # width and height of the square picture in the body
 
     @staticmethod
     def of_whole_fan(fan, sweep):
-        """Fanlight's own for a sweep that is as wide to either side: proto/scene.cpp, scene_for()."""
+        """Fanlight's default camera for a sweep that is symmetric about 0: scene_for() of proto/model/scene.cpp."""
         middle_mm = fan.depth_mm / 2
         half_rad = (sweep.angles_rad[-1] - sweep.angles_rad[0]) / 2
         height_mm = 2 * (fan.motor_radius_mm + middle_mm) * np.sin(half_rad)
@@ -24,7 +25,7 @@ class ParallelCamera:
         )
 
     def options(self):
-        """The same for `fanlight render`."""
+        """The command line options of `fanlight render` for this camera."""
         x_mm, y_mm, z_mm = self.target_mm
         values = {
             "target_x_mm": x_mm,

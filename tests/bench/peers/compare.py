@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
 """VTK's ways to show a surface, in turn with Fanlight's bench.
 
-Started by `run`, which gives it an X server.
+The command. `run` starts it with an X server. --help prints the first sentence above.
 """
 
 import argparse
@@ -9,13 +10,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-from bout import Bout
+from bench_case import BenchCase
 from failure import Failure
-from look import LEVEL
-from ours import ROWS, Fanlight
+from fanlight import ROWS, Fanlight
 from peer import PIPELINES
 from report import print_report, report_of
 from scene import Scene
+from shading import LEVEL
 
 FANLIGHT = Path(__file__).resolve().parents[3] / "build/release/server/fanlight"
 SMALL = {"spacing": "2", "rounds": 1, "size": 256, "rows": "r1/paper"}
@@ -43,17 +44,17 @@ def arguments():
     return given
 
 
-def listed(text, known, what):
-    """The names in a comma separated text, all of them known."""
+def listed(text, known, kind):
+    """The names in a comma-separated text. Raises Failure if one is not in `known`; `kind` is for its message."""
     names = text.split(",")
     for name in names:
         if name not in known:
-            raise Failure(f'there is no {what} "{name}", expected some of {", ".join(known)}')
+            raise Failure(f'there is no {kind} "{name}", expected some of {", ".join(known)}')
     return names
 
 
 def spacings_mm(text):
-    """The numbers in a comma separated text, 0.1 to 20."""
+    """The numbers in a comma-separated text. Raises Failure unless each is 0.1 to 20."""
     try:
         numbers = [float(number) for number in text.split(",")]
     except ValueError:
@@ -63,19 +64,19 @@ def spacings_mm(text):
     return numbers
 
 
-def bouts_of(given):
-    """Each spacing against each row that is not coarser than it, by more than a tenth."""
+def cases_of(given):
+    """A case for each spacing with each row whose step is at most 10 % larger than the spacing."""
     rows = {row.name: row for row in ROWS}
     chosen = [rows[name] for name in listed(given.rows, rows, "row of fanlight bench")]
-    bouts = [
-        Bout(row, spacing_mm, given.size or row.size)
+    cases = [
+        BenchCase(row, spacing_mm, given.size or row.size)
         for spacing_mm in spacings_mm(given.spacing)
         for row in chosen
         if row.equals(spacing_mm) or row.step_mm < spacing_mm
     ]
-    if not bouts:
+    if not cases:
         raise Failure("every row is coarser than every spacing, expected a spacing of 0.29 mm or more")
-    return bouts
+    return cases
 
 
 def compare(given):
@@ -83,16 +84,16 @@ def compare(given):
     fanlight = Fanlight(program)
     fanlight.check()
     peer_names = listed(given.peers, PIPELINES, "peer")
-    bouts = bouts_of(given)
-    built_with_it = program.parent.parent / "tests/bench/phantom_recording"
-    recorder = (given.recorder or built_with_it).resolve()
+    cases = cases_of(given)
+    default_recorder = program.parent.parent / "tests/bench/phantom_recording"
+    recorder = (given.recorder or default_recorder).resolve()
     if given.pictures:
         given.pictures.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         scene = Scene(fanlight, recorder, Path(folder), given.level, given.pictures)
-        for bout in bouts:
-            bout.run(fanlight, scene, peer_names, given.rounds)
-    report = report_of(bouts, given.rounds, given.level, fanlight.version())
+        for case in cases:
+            case.run(fanlight, scene, peer_names, given.rounds)
+    report = report_of(cases, given.rounds, given.level, fanlight.version())
     print_report(report)
     if given.json:
         given.json.write_text(json.dumps(report, indent=1) + "\n", encoding="ascii")

@@ -1,2 +1,3 @@
+# SPDX-License-Identifier: Apache-2.0
 class Failure(Exception):
-    """One sentence for a person: what went wrong, and what was expected."""
+    """Ends the comparison. Its message is one sentence for the user: the problem, and what was expected."""

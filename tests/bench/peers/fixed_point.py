@@ -1,10 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
 from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
 
 from ray_casting import ray_cast
 
 
 class FixedPoint:
-    """Ray casting on the processor, with as many threads as VTK takes by itself."""
+    """Ray casting on the processor, with VTK's default number of threads."""
 
     NAME = "fixed-point"
 

@@ -1,11 +1,12 @@
+# SPDX-License-Identifier: Apache-2.0
 from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-import look
+import shading
 
 
 class FlyingEdges:
-    """A mesh of the surface, made by the processor with as many threads as VTK takes by itself, and drawn."""
+    """Computes a mesh of the surface on the processor, with VTK's default number of threads, and draws it."""
 
     NAME = "flying-edges"
 
@@ -13,7 +14,7 @@ class FlyingEdges:
         edges = vtkFlyingEdges3D()
         edges.SetInputData(image)
         edges.SetValue(0, level)
-        # Normals are all that shading needs.
+        # Shading needs only the normals.
         edges.ComputeNormalsOn()
         edges.ComputeGradientsOff()
         edges.ComputeScalarsOff()
@@ -22,5 +23,5 @@ class FlyingEdges:
         mapper.ScalarVisibilityOff()
         self.prop = vtkActor()
         self.prop.SetMapper(mapper)
-        self.prop.GetProperty().SetColor(*look.COLOUR)
-        look.shade(self.prop.GetProperty())
+        self.prop.GetProperty().SetColor(*shading.COLOUR)
+        shading.shade(self.prop.GetProperty())

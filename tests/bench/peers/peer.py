@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 import time
 
 from fixed_point import FixedPoint
@@ -8,26 +9,29 @@ from vtk_window import VtkWindow
 
 PIPELINES = {pipeline.NAME: pipeline for pipeline in (FixedPoint, Gpu, FlyingEdges)}
 
-TURN_DEG = 1.0
+CAMERA_STEP_DEG = 1.0
 
 
 class Peer:
-    """One of VTK's ways to show a surface, timed. Its first picture, the first grid's, has been made."""
+    """A VTK pipeline that shows a surface, and its measurement. The constructor renders the first grid."""
 
     def __init__(self, name, grids, level, camera, size):
-        """`grids`: two or more volumes, which take turns; `level`: grey level of the surface;
-        `size`: of the square picture, pixels."""
+        """`name`: a key of PIPELINES; `grids`: two or more volumes, shown alternately; `level`: grey level of the
+        surface; `size`: width and height of the picture, pixels."""
         self.name = name
         self._volume = VtkVolume(grids)
         self._pipeline = PIPELINES[name](self._volume.image, level)
         self.window = VtkWindow(self._pipeline.prop, camera, size)
-        self.window.render()  # builds shaders and threads, once
+        self.window.render()  # builds the shaders and starts the threads
 
-    def turn_ms(self):
-        """By stage: from new voxels, in place, or a camera turned by a degree, to the finished picture."""
+    def measure_ms(self):
+        """One time of each stage, ms, from the change to the finished picture.
+
+        new_volume: the voxels are replaced; camera: the camera is turned by CAMERA_STEP_DEG.
+        """
         return {
             "new_volume": self._picture_ms(self._volume.show_next),
-            "camera": self._picture_ms(lambda: self.window.turn(TURN_DEG)),
+            "camera": self._picture_ms(lambda: self.window.turn(CAMERA_STEP_DEG)),
         }
 
     def _picture_ms(self, change):

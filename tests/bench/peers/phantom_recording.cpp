@@ -1,11 +1,12 @@
-// The simulated probe's volumes as a recording (.igs.mha, not compressed), for programs that do not know the
-// phantom: the geometry stands in its header, the motor's angle with each frame.
+// SPDX-License-Identifier: Apache-2.0
+// Writes volumes of the simulated probe to a recording (.igs.mha, not compressed), for programs that cannot
+// use the phantom. The header contains the geometry, each frame its motor angle.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 
-#include "acquisition/phantom_source.hpp"
+#include "acquisition/phantom/phantom_source.hpp"
 #include "tests/support/igs_file.hpp"
 
 namespace fanlight {
@@ -38,7 +39,7 @@ test::IgsFile::Fields frame_fields(const FrameStamp& frame) {
           {"ImageStatus", "OK"}};
 }
 
-/// Every volume of the source, which must end; Cartesian frames.
+/// All volumes of the source. The source must end and deliver Cartesian frames.
 test::IgsFile recording_of(PhantomSource& source) {
   const FanGeometry& geometry = source.description().geometry;
   test::IgsFile file{.columns = geometry.columns, .rows = geometry.rows, .compressed = false};

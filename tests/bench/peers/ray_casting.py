@@ -1,22 +1,23 @@
-"""What VTK's two ray casters have in common."""
+# SPDX-License-Identifier: Apache-2.0
+"""Settings that VTK's two ray casters share."""
 
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume, vtkVolumeProperty
 
-import look
+import shading
 
-# Grey levels above the surface's over which a sample turns from clear to opaque.
+# Width of the opacity ramp, grey levels: a sample is clear at the level of the surface and opaque RAMP above it.
 RAMP = 10
 
 
 def ray_cast(mapper, image, level):
-    """A vtkVolume that shows a shaded surface of a vtkImageData at that grey level.
+    """A vtkVolume that shows the shaded surface of a vtkImageData at a grey level.
 
-    A ray a pixel, with samples as far apart as voxels.
+    Casts one ray per pixel; the distance of samples is that of voxels.
     """
     spacing_mm = image.GetSpacing()[0]
     mapper.SetInputData(image)
-    # Otherwise a slow picture makes the next one coarser.
+    # With it on, VTK renders a picture coarser if the previous one was slow.
     mapper.AutoAdjustSampleDistancesOff()
     mapper.SetImageSampleDistance(1)
     mapper.SetSampleDistance(spacing_mm)
@@ -27,17 +28,17 @@ def ray_cast(mapper, image, level):
 
 
 def _surface(spacing_mm, level):
-    """Clear up to the level and soon opaque above it, so that rays end at their first samples in tissue."""
+    """Properties with full opacity shortly above the level, so that rays end at their first samples in tissue."""
     opacity = vtkPiecewiseFunction()
     opacity.AddPoint(level, 0)
     opacity.AddPoint(level + RAMP, 1)
     colour = vtkColorTransferFunction()
-    colour.AddRGBPoint(0, *look.COLOUR)
+    colour.AddRGBPoint(0, *shading.COLOUR)
     properties = vtkVolumeProperty()
     properties.SetScalarOpacity(opacity)
     properties.SetScalarOpacityUnitDistance(spacing_mm)
     properties.SetColor(colour)
     properties.SetInterpolationTypeToLinear()
     properties.ShadeOn()
-    look.shade(properties)
+    shading.shade(properties)
     return properties

@@ -1,4 +1,5 @@
-"""A recording of a swept probe (.igs.mha, as phantom_recording writes it): geometry, angles and frames."""
+# SPDX-License-Identifier: Apache-2.0
+"""Reads a recording of a swept probe (.igs.mha, as phantom_recording writes it): geometry, angles and frames."""
 
 from dataclasses import dataclass
 
@@ -7,7 +8,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Sweep:
-    """One volume. Frames in ascending order of angle."""
+    """One volume. Its frames are in ascending order of angle."""
 
     angles_rad: np.ndarray  # (frames,), float64
     frames: np.ndarray  # (frames, rows, columns), uint8; row 0 nearest the probe, columns towards +x
@@ -15,7 +16,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Fan:
-    """How the pixels of a Cartesian frame lie in space: proto/fan_geometry.hpp, FanGeometry."""
+    """Geometry of a Cartesian frame; members as of FanGeometry in proto/model/fan_geometry.hpp."""
 
     columns: int
     rows: int
@@ -40,7 +41,7 @@ class Fan:
 
 
 def read_recording(path):
-    """The Fan and the Sweeps, in order of their volume's number, of an uncompressed 8 bit recording."""
+    """Returns the Fan and a list of Sweeps, in order of VolumeIndex, of an uncompressed 8-bit recording."""
     with open(path, "rb") as file:
         fields = _header(file)
         columns, rows, count = (int(number) for number in fields["DimSize"].split())
@@ -60,7 +61,7 @@ def read_recording(path):
 
 
 def _header(file):
-    """The lines `name = value` up to the pixels, where the file then stands."""
+    """Reads the lines `name = value`; the file position is then at the first pixel. Returns values by name."""
     fields = {}
     while fields.get("ElementDataFile") != "LOCAL":
         name, _, value = file.readline().decode("ascii").partition(" = ")

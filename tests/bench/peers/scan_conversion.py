@@ -1,4 +1,5 @@
-"""A sweep brought to a Cartesian grid, as programs need it that know no fans."""
+# SPDX-License-Identifier: Apache-2.0
+"""Resamples a sweep to a Cartesian grid, for programs that do not support the fan geometry."""
 
 from dataclasses import dataclass
 
@@ -20,35 +21,35 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class _Places:
-    """Between which samples of an axis points lie: lower + share, with lower + 1 inside the axis too."""
+class _Interpolation:
+    """Linear interpolation along an axis: between the samples `lower` and `lower` + 1, both on the axis."""
 
-    lower: np.ndarray  # int
-    share: np.ndarray  # float32, 0 to 1
-    inside: np.ndarray  # bool
+    lower: np.ndarray  # int, index of a sample
+    weight: np.ndarray  # float32, of sample `lower` + 1; 0 to 1 where `inside`
+    inside: np.ndarray  # bool, whether the position lies on the axis
 
     @staticmethod
-    def of(places, samples):
-        """`places`: in samples, fractional, of any shape; `samples`: how many the axis has."""
-        lower = np.clip(np.floor(places), 0, samples - 2).astype(np.intp)
-        inside = (places >= 0) & (places <= samples - 1)
-        return _Places(lower, (places - lower).astype(np.float32), inside)
+    def at(positions, sample_count):
+        """`positions`: fractional sample indices, any shape; `sample_count`: length of the axis."""
+        lower = np.clip(np.floor(positions), 0, sample_count - 2).astype(np.intp)
+        inside = (positions >= 0) & (positions <= sample_count - 1)
+        return _Interpolation(lower, (positions - lower).astype(np.float32), inside)
 
 
 def scan_converted(fan, sweep, spacing_mm):
-    """The Grid that just holds the sweep, trilinear in column, row and angle; 0 outside the fan."""
+    """The smallest Grid that contains the sweep. Trilinear in column, row and angle; 0 outside the fan."""
     x_mm, y_mm, z_mm = _axes_mm(fan, sweep, spacing_mm)
-    column = _Places.of(x_mm / fan.pixel_width_mm + fan.face_column, fan.columns)
-    stretched = _resampled_columns(sweep.frames, column)
+    column = _Interpolation.at(x_mm / fan.pixel_width_mm + fan.face_column, fan.columns)
+    resampled = _resampled_columns(sweep.frames, column)
     levels = np.zeros((len(z_mm), len(y_mm), len(x_mm)), np.uint8)
-    for plane, at_mm in zip(levels, z_mm):
-        _fill_plane(plane, fan, sweep, stretched, y_mm, at_mm)
+    for plane, plane_z_mm in zip(levels, z_mm):
+        _fill_plane(plane, fan, sweep, resampled, y_mm, plane_z_mm)
     levels[:, :, ~column.inside] = 0
     return Grid(spacing_mm, (x_mm[0], y_mm[0], z_mm[0]), levels)
 
 
 def _axes_mm(fan, sweep, spacing_mm):
-    """The grid's places along x, y and z, symmetric about the middle of what the fan covers."""
+    """Positions of the voxels along x, y and z, mm, symmetric about the centre of the fan's bounding box."""
     from_axis_mm = fan.motor_radius_mm + np.array([0.0, fan.depth_mm])[:, None]
     angles_rad = np.concatenate([sweep.angles_rad, [np.clip(0, *sweep.angles_rad[[0, -1]])]])
     y_mm = from_axis_mm * np.cos(angles_rad) - fan.motor_radius_mm
@@ -63,27 +64,29 @@ def _axis_mm(lowest_mm, highest_mm, spacing_mm):
 
 
 def _resampled_columns(frames, column):
-    """(frames, rows, x), float32. Once a sweep: columns lie alike in every frame."""
+    """The frames resampled along x: (frames, rows, x), float32. The columns are the same in every frame."""
     left = frames[:, :, column.lower].astype(np.float32)
-    return left + column.share * (frames[:, :, column.lower + 1] - left)
+    return left + column.weight * (frames[:, :, column.lower + 1] - left)
 
 
-def _fill_plane(plane, fan, sweep, stretched, y_mm, z_mm):
-    """One plane of equal z, (y, x). phi = atan2(z, y + Rm), rho = hypot(z, y + Rm) - Rm."""
+def _fill_plane(plane, fan, sweep, resampled, y_mm, z_mm):
+    """Fills one plane of equal z, (y, x), in place. phi = atan2(z, y + Rm), rho = hypot(z, y + Rm) - Rm."""
     from_axis_mm = y_mm + fan.motor_radius_mm
     angle_rad = np.arctan2(z_mm, from_axis_mm)
     depth_mm = np.hypot(z_mm, from_axis_mm) - fan.motor_radius_mm
-    row = _Places.of(depth_mm / fan.pixel_height_mm + fan.face_row, fan.rows)
-    # Angles need not be evenly spaced.
+    row = _Interpolation.at(depth_mm / fan.pixel_height_mm + fan.face_row, fan.rows)
+    # np.interp, because the angles may be unevenly spaced.
     count = len(sweep.angles_rad)
-    frame = _Places.of(np.interp(angle_rad, sweep.angles_rad, np.arange(count), left=-1, right=count), count)
+    frame = _Interpolation.at(
+        np.interp(angle_rad, sweep.angles_rad, np.arange(count), left=-1, right=count), count
+    )
     inside = row.inside & frame.inside & (depth_mm >= 0)
     near, far = [
-        _mixed(stretched[at, row.lower[inside]], stretched[at, row.lower[inside] + 1], row.share[inside])
-        for at in (frame.lower[inside], frame.lower[inside] + 1)
+        _interpolated(resampled[index, row.lower[inside]], resampled[index, row.lower[inside] + 1], row.weight[inside])
+        for index in (frame.lower[inside], frame.lower[inside] + 1)
     ]
-    plane[inside] = _mixed(near, far, frame.share[inside]) + 0.5
+    plane[inside] = _interpolated(near, far, frame.weight[inside]) + 0.5
 
 
-def _mixed(first, second, share):
-    return first + share[:, None] * (second - first)
+def _interpolated(first, second, weight):
+    return first + weight[:, None] * (second - first)

@@ -1,9 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 
 class VtkVolume:
-    """Grids of the same shape that take turns as the scalars of one vtkImageData. Copies no voxel."""
+    """One vtkImageData whose scalars are those of one of several grids of the same shape. Copies no voxel."""
 
     def __init__(self, grids):
         first = grids[0]
@@ -16,7 +17,7 @@ class VtkVolume:
         self.image.GetPointData().SetScalars(self._scalars[0])
 
     def show_next(self):
-        """The next grid's voxels, modified, as if they had just come."""
+        """Shows the voxels of the next grid and marks them as modified, as for a new volume."""
         self._shown = (self._shown + 1) % len(self._scalars)
         scalars = self._scalars[self._shown]
         scalars.Modified()

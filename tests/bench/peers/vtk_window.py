@@ -1,80 +1,81 @@
-import vtkmodules.vtkRenderingOpenGL2  # its import lets VTK find its OpenGL classes
+# SPDX-License-Identifier: Apache-2.0
+import vtkmodules.vtkRenderingOpenGL2  # importing it registers VTK's OpenGL classes
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
 
-import look
+import shading
 
 
 class VtkWindow:
-    """A square window off the screen that shows one vtkProp."""
+    """A square off-screen window that shows one vtkProp."""
 
     def __init__(self, prop, camera, size):
-        """`camera`: a ParallelCamera; `size`: of the picture, pixels."""
+        """`camera`: a ParallelCamera; `size`: width and height of the picture, pixels."""
         self._renderer = vtkRenderer()
         self._renderer.AddViewProp(prop)
         self._renderer.AutomaticLightCreationOff()
         self._renderer.AddLight(_light(camera))
-        self._aim(camera)
+        self._set_camera(camera)
         self._window = vtkRenderWindow()
         self._window.OffScreenRenderingOn()
         self._window.SetMultiSamples(0)
         self._window.SetSize(size, size)
         self._window.AddRenderer(self._renderer)
 
-    def _aim(self, camera):
+    def _set_camera(self, camera):
         x_mm, y_mm, z_mm = camera.target_mm
-        aimed = self._renderer.GetActiveCamera()
-        aimed.ParallelProjectionOn()
-        aimed.SetParallelScale(camera.field_mm / 2)
-        aimed.SetFocalPoint(x_mm, y_mm, z_mm)
-        # A parallel camera shows the same from everywhere on its axis. Its light is told in this distance.
-        aimed.SetPosition(x_mm, y_mm - 2 * camera.field_mm, z_mm)
-        aimed.SetViewUp(0, 0, 1)
+        vtk_camera = self._renderer.GetActiveCamera()
+        vtk_camera.ParallelProjectionOn()
+        vtk_camera.SetParallelScale(camera.field_mm / 2)
+        vtk_camera.SetFocalPoint(x_mm, y_mm, z_mm)
+        # The picture of a parallel camera does not depend on its distance. _light() uses the distance as its unit.
+        vtk_camera.SetPosition(x_mm, y_mm - 2 * camera.field_mm, z_mm)
+        vtk_camera.SetViewUp(0, 0, 1)
 
     def render(self):
-        """Returns when the picture is finished, not merely asked for."""
+        """Renders. Blocks until OpenGL has finished the picture."""
         self._renderer.ResetCameraClippingRange()
         self._window.Render()
         self._window.WaitForCompletion()
 
     def turn(self, angle_deg):
-        """Moves the camera about elevation, around its target."""
+        """Rotates the camera around its target, about the elevation axis (z)."""
         self._renderer.GetActiveCamera().Azimuth(angle_deg)
 
     def pixels(self):
         """The picture last rendered: (row, column, channel), uint8; row 0 at the bottom."""
-        image = self._grabbed().GetOutput()
+        image = self._captured().GetOutput()
         columns, rows, _ = image.GetDimensions()
         return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(rows, columns, -1)
 
     def save(self, path):
         writer = vtkPNGWriter()
-        # The image, for an output port does not keep its filter alive.
-        writer.SetInputData(self._grabbed().GetOutput())
+        # Passes the image instead of an output port, because a port does not keep its filter alive.
+        writer.SetInputData(self._captured().GetOutput())
         writer.SetFileName(str(path))
         writer.Write()
 
     def renderer_name(self):
-        """What OpenGL says of itself: its renderer and its version."""
+        """The renderer and the version that OpenGL reports."""
         lines = self._window.ReportCapabilities().splitlines()
         wanted = ("OpenGL renderer string:", "OpenGL version string:")
         return ", ".join(line.partition(":")[2].strip() for line in lines if line.startswith(wanted))
 
-    def _grabbed(self):
-        grabbed = vtkWindowToImageFilter()
-        grabbed.SetInput(self._window)
-        grabbed.SetInputBufferTypeToRGB()
-        grabbed.ReadFrontBufferOff()
-        grabbed.Update()
-        return grabbed
+    def _captured(self):
+        capture = vtkWindowToImageFilter()
+        capture.SetInput(self._window)
+        capture.SetInputBufferTypeToRGB()
+        capture.ReadFrontBufferOff()
+        capture.Update()
+        return capture
 
 
 def _light(camera):
-    """One directional light that goes with the camera."""
+    """A directional light that moves with the camera."""
     light = vtkLight()
     light.SetLightTypeToCameraLight()
-    # The camera's distance is 1 there.
-    light.SetPosition(*(heights / 2 for heights in look.LIGHT))
+    # Positions of a camera light are in units of the camera's distance, which is two picture heights.
+    light.SetPosition(*(component / 2 for component in shading.LIGHT))
     light.SetFocalPoint(0, 0, 0)
     return light

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "acquisition/phantom/phantom_source.hpp"
+#include "acquisition/source/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+
+using Config = PhantomSource::Config;
+
+struct Bound {
+  std::string_view name;
+  double value;
+  double minimum;
+  double maximum;
+  std::string_view unit;
+};
+
+/// Keeps at least two frames in a sweep, and all angles well below 90 deg.
+double most_turning(const Config& config) {
+  const double step_deg = config.sweep_deg / (config.frames_per_volume - 1);
+  return std::floor(
+      std::min({16.0, (config.frames_per_volume - 2) / 2.0, (85 - config.sweep_deg / 2) / step_deg}));
+}
+
+}  // namespace
+
+Result<void> PhantomSource::check(const Config& config) {
+  const Bound bounds[] = {
+      {"rate", config.frame_rate_hz, 0.1, 1000, " frames a second"},
+      {"frames", static_cast<double>(config.frames_per_volume), 2, 1024, " a volume"},
+      {"columns", static_cast<double>(config.columns), 16, 4096, ""},
+      {"rows", static_cast<double>(config.rows), 16, 4096, ""},
+      {"sweep", config.sweep_deg, 1, 170, " deg"},
+      {"beam", config.beam_mm, 0, 8, " mm"},
+      {"lag", config.lag_deg, -4, 4, " deg"},
+      {"jitter", config.jitter_deg, 0, 2, " deg"},
+      {"turning", static_cast<double>(config.turning_frames), 0, most_turning(config), " frames here"},
+      {"lost", config.lost_percent, 0, 50, " percent"},
+  };
+  for (const Bound& bound : bounds) {
+    if (!(bound.value >= bound.minimum && bound.value <= bound.maximum)) {
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("the phantom's {} is {}, expected {} to {}{}", bound.name, bound.value,
+                               bound.minimum, bound.maximum, bound.unit)};
+    }
+  }
+  return {};
+}
+
+namespace {
+
+template <typename T>
+bool read_number(std::string_view text, T& number) {
+  const auto read = number_in<T>(text);
+  number = read.value_or(number);
+  return read.has_value();
+}
+
+template <typename T>
+bool read_switch(std::string_view text, T& choice, T on, T off) {
+  choice = text == "on" ? on : off;
+  return text == "on" || text == "off";
+}
+
+bool read_scan(std::string_view text, FrameKind& scan) {
+  constexpr std::string_view kNames[] = {"cartesian", "convex", "linear"};
+  const auto* const found = std::ranges::find(kNames, text);
+  if (found == std::end(kNames)) return false;
+  scan = static_cast<FrameKind>(found - kNames);
+  return true;
+}
+
+struct Option {
+  std::string_view name;
+  std::string_view expected;
+  bool (*read)(std::string_view text, Config& config);
+};
+
+constexpr std::string_view kWholeNumber = "a whole number";
+constexpr Option kOptions[] = {
+    {"rate", "0.1 to 1000 frames a second",
+     [](std::string_view text, Config& config) { return read_number(text, config.frame_rate_hz); }},
+    {"frames", "2 to 1024 a volume",
+     [](std::string_view text, Config& config) { return read_number(text, config.frames_per_volume); }},
+    {"columns", "16 to 4096",
+     [](std::string_view text, Config& config) { return read_number(text, config.columns); }},
+    {"rows", "16 to 4096",
+     [](std::string_view text, Config& config) { return read_number(text, config.rows); }},
+    {"sweep", "1 to 170 deg",
+     [](std::string_view text, Config& config) { return read_number(text, config.sweep_deg); }},
+    {"seed", kWholeNumber,
+     [](std::string_view text, Config& config) { return read_number(text, config.seed); }},
+    {"volumes", "a whole number, 0 for no end",
+     [](std::string_view text, Config& config) { return read_number(text, config.volumes); }},
+    {"beam", "0 to 8 mm",
+     [](std::string_view text, Config& config) { return read_number(text, config.beam_mm); }},
+    {"speckle", "on or off",
+     [](std::string_view text, Config& config) {
+       return read_switch(text, config.speckle, PhantomSource::Speckle::kOn, PhantomSource::Speckle::kOff);
+     }},
+    {"moving", "on or off",
+     [](std::string_view text, Config& config) {
+       return read_switch(text, config.motion, PhantomScene::Motion::kMoving, PhantomScene::Motion::kStill);
+     }},
+    {"scan", "cartesian, convex or linear",
+     [](std::string_view text, Config& config) { return read_scan(text, config.scan); }},
+    {"lag", "-4 to 4 deg",
+     [](std::string_view text, Config& config) { return read_number(text, config.lag_deg); }},
+    {"jitter", "0 to 2 deg",
+     [](std::string_view text, Config& config) { return read_number(text, config.jitter_deg); }},
+    {"turning", "0 to 16 frames",
+     [](std::string_view text, Config& config) { return read_number(text, config.turning_frames); }},
+    {"index", "on or off",
+     [](std::string_view text, Config& config) {
+       return read_switch(text, config.index, PhantomSource::Index::kOn, PhantomSource::Index::kOff);
+     }},
+    {"lost", "0 to 50 percent",
+     [](std::string_view text, Config& config) { return read_number(text, config.lost_percent); }},
+};
+
+}  // namespace
+
+Result<Config> PhantomSource::parse(std::string_view options, Config base) {
+  while (!options.empty()) {
+    const std::string_view item = options.substr(0, options.find(','));
+    options.remove_prefix(std::min(item.size() + 1, options.size()));
+    const std::string_view name = item.substr(0, item.find('='));
+    const std::string_view value = item.substr(std::min(name.size() + 1, item.size()));
+
+    const auto* const option = std::ranges::find(kOptions, name, &Option::name);
+    if (option == std::end(kOptions)) {
+      std::string names;
+      for (const Option& each : kOptions) names += fmt::format("{}{}", names.empty() ? "" : ", ", each.name);
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("the phantom has no option {}, expected {}", in_quotes(name), names)};
+    }
+    if (!option->read(value, base)) {
+      return Error{ErrorCode::kInvalidArgument, fmt::format("the phantom's {} is {}, expected {}", name,
+                                                            in_quotes(value), option->expected)};
+    }
+  }
+  if (const auto checked = check(base); !checked) return checked.error();
+  return base;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/phantom/phantom_source.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "proto/base/clock.hpp"
+
+namespace fanlight {
+
+namespace {
+
+using Config = PhantomSource::Config;
+
+constexpr double kFieldMm = 160;
+constexpr double kMotorRadiusMm = 30;
+
+// Of the convex array.
+constexpr double kProbeRadiusMm = 50;
+constexpr double kSectorHalfAngleDeg = 35;
+
+// Echo, in grey levels, as a function of depth below the surface.
+constexpr double kFluidGrey = 6;
+constexpr double kTissueGrey = 110;
+constexpr double kSkinGrey = 70;       // added to the tissue's
+constexpr double kSkinMm = 0.9;        // standard deviation: a bright band of 1 to 2 mm
+constexpr double kDecayMm = 70;        // depth over which the tissue's brightness falls to 1/e
+constexpr double kInterfaceMm = 0.25;  // half width of the step at the surface, less than a pixel
+constexpr double kEchoBeforeMm = 14;   // the table begins this far before the surface
+constexpr double kEchoStepMm = 1.0 / 16;
+
+// Across the thickness of the beam, a slanted surface lies at different depths. Its echo is that of a flat
+// surface, blurred by a Gaussian along depth. The table holds the echo for each of these standard deviations.
+constexpr std::uint32_t kBlurs = 14;
+constexpr double kBlurStepMm = 0.4;
+constexpr double kSlopeReachMm = 0.75;  // the slope is measured over this distance to either side
+const double kFullWidths =
+    2 * std::sqrt(2 * std::log(2.0));  // full width at half maximum for a standard deviation of 1
+// Frames that the probe buffers while the caller takes none.
+constexpr double kBufferedFrames = 8;
+constexpr double kNsPerS = 1e9;
+// Where stamps do not name the volume, the first frames of a sweep count as the last ones of the sweep
+// before, until the reversal is detected.
+constexpr std::uint32_t kTurnSeenLate = 8;
+constexpr std::uint64_t kOfLosses =
+    0x6c6f'7374;  // separates these random numbers from others of the same seed
+
+constexpr auto kEchoEntries = static_cast<std::uint32_t>((kEchoBeforeMm + kFieldMm) / kEchoStepMm);
+
+std::vector<double> flat_echo() {
+  std::vector<double> grey(kEchoEntries);
+  for (std::size_t i = 0; i < grey.size(); ++i) {
+    const double depth_mm = (static_cast<double>(i) + 0.5) * kEchoStepMm - kEchoBeforeMm;
+    const double in_skin = depth_mm / kSkinMm;
+    const double tissue = kTissueGrey * std::exp(-std::max(depth_mm, 0.0) / kDecayMm) +
+                          kSkinGrey * std::exp(-0.5 * in_skin * in_skin);
+    const double share = std::clamp(0.5 + 0.5 * depth_mm / kInterfaceMm, 0.0, 1.0);
+    grey[i] = kFluidGrey + share * (tissue - kFluidGrey);
+  }
+  return grey;
+}
+
+std::vector<std::uint8_t> echo_table() {
+  const std::vector<double> flat = flat_echo();
+  const auto last = static_cast<std::int64_t>(flat.size()) - 1;
+  std::vector<std::uint8_t> grey;
+  grey.reserve(kBlurs * flat.size());
+  for (std::uint32_t blur = 0; blur < kBlurs; ++blur) {
+    const double deviation = std::max(blur * kBlurStepMm / kEchoStepMm, 1e-3);  // in table entries
+    const auto reach = static_cast<std::int64_t>(std::ceil(3 * deviation));
+    std::vector<double> weights;
+    for (std::int64_t away = -reach; away <= reach; ++away) {
+      const double share = static_cast<double>(away) / deviation;
+      weights.push_back(std::exp(-0.5 * share * share));
+    }
+    const double all = std::accumulate(weights.begin(), weights.end(), 0.0);
+    for (std::int64_t i = 0; i <= last; ++i) {
+      double sum = 0;
+      for (std::int64_t away = -reach; away <= reach; ++away) {
+        sum += weights[away + reach] * flat[std::clamp<std::int64_t>(i + away, 0, last)];
+      }
+      grey.push_back(static_cast<std::uint8_t>(std::lround(sum / all)));
+    }
+  }
+  return grey;
+}
+
+PhantomMotor::Config motor_of(const Config& config) {
+  return {.frames_per_volume = config.frames_per_volume,
+          .sweep_rad = radians(config.sweep_deg),
+          .lag_rad = radians(config.lag_deg),
+          .jitter_rad = radians(config.jitter_deg),
+          .turning_frames = config.turning_frames,
+          .seed = config.seed};
+}
+
+FanGeometry geometry_of(const Config& config) {
+  FanGeometry geometry{.kind = config.scan,
+                       .columns = config.columns,
+                       .rows = config.rows,
+                       .pixel_height_mm = kFieldMm / config.rows,
+                       .face_column = (config.columns - 1) / 2.0,
+                       .face_row = 0,
+                       .motor_radius_mm = kMotorRadiusMm};
+  if (config.scan == FrameKind::kConvexLines) {
+    geometry.line_pitch_deg = 2 * kSectorHalfAngleDeg / (config.columns - 1);
+  } else {
+    geometry.pixel_width_mm = kFieldMm / config.columns;
+  }
+  if (config.scan != FrameKind::kLinearLines) geometry.probe_radius_mm = kProbeRadiusMm;
+  if (config.scan == FrameKind::kCartesian) {
+    geometry.sector = {.half_angle_deg = kSectorHalfAngleDeg, .reach_mm = kProbeRadiusMm + kFieldMm};
+  }
+  return geometry;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PhantomSource>> PhantomSource::create(const Config& config) {
+  if (const auto checked = check(config); !checked) return checked.error();
+  return std::unique_ptr<PhantomSource>(new PhantomSource(config));
+}
+
+PhantomSource::PhantomSource(const Config& config)
+    : config_(config),
+      motor_(motor_of(config)),
+      description_{
+          .name = "phantom:",
+          .geometry = geometry_of(config),
+          .counts_volumes = config.index == Index::kOn,
+          .frames_per_volume = motor_.most_frames() + (config.index == Index::kOn ? 0 : kTurnSeenLate),
+          .first_angle_rad = -motor_.furthest_rad(),
+          .last_angle_rad = motor_.furthest_rad()},
+      scene_(config.motion),
+      speckle_(config.speckle == Speckle::kOn ? SpeckleTile(config.seed) : SpeckleTile()),
+      echo_(echo_table()),
+      surface_depths_mm_(config.columns),
+      depths_below_mm_(config.columns),
+      depths_above_mm_(config.columns) {
+  const FanGeometry& geometry = description_.geometry;
+  for (std::uint32_t column = 0; column < geometry.columns; ++column) {
+    const double angle_rad = geometry.line_angle_rad(column);
+    across_.push_back(
+        static_cast<float>(geometry.polar() ? std::sin(angle_rad) : column - geometry.face_column));
+    ahead_.push_back(geometry.polar() ? static_cast<float>(std::cos(angle_rad)) : 0.0F);
+  }
+  for (std::uint32_t row = 0; row < geometry.rows; ++row) rows_.push_back(row_of(row));
+}
+
+PhantomSource::Row PhantomSource::row_of(std::uint32_t row) const {
+  const FanGeometry& geometry = description_.geometry;
+  const double depth_mm = row * geometry.pixel_height_mm;
+  const double from_apex_mm = depth_mm + geometry.probe_radius_mm;
+  if (geometry.polar()) {
+    return {.scale_mm = from_apex_mm, .depth_mm = -geometry.probe_radius_mm, .end = geometry.columns};
+  }
+  Row straight{.scale_mm = geometry.pixel_width_mm, .depth_mm = depth_mm, .end = geometry.columns};
+  const FanGeometry::Sector& sector = geometry.sector;
+  if (sector.half_angle_deg == 0) return straight;
+  const double half_width_mm =
+      std::min({from_apex_mm * std::tan(radians(sector.half_angle_deg)), -geometry.left_mm(),
+                std::sqrt(sector.reach_mm * sector.reach_mm - from_apex_mm * from_apex_mm)});
+  const double half_columns = half_width_mm / geometry.pixel_width_mm;
+  straight.first = static_cast<std::uint32_t>(std::ceil(geometry.face_column - half_columns));
+  straight.end = geometry.columns - straight.first;
+  return straight;
+}
+
+double PhantomSource::scene_time_s(const FrameStamp& frame) const {
+  return static_cast<double>(frame.capture_time_ns - start_ns_) / kNsPerS;
+}
+
+std::int64_t PhantomSource::capture_time_ns(std::uint64_t sequence) const {
+  return start_ns_ + std::llround(static_cast<double>(sequence) * (kNsPerS / config_.frame_rate_hz));
+}
+
+FrameStamp PhantomSource::stamp(std::uint64_t sequence, const PhantomMotor::Position& position) const {
+  FrameStamp stamp{.sequence = sequence,
+                   .angle_rad = position.measured_angle_rad,
+                   .capture_time_ns = capture_time_ns(sequence)};
+  if (config_.index == Index::kOff) return stamp;
+  stamp.volume_index = position.sweep;
+  stamp.frame_index = position.frame_in_sweep;
+  stamp.frames_in_sweep = config_.turning_frames > 0 ? 0 : config_.frames_per_volume;
+  stamp.direction = position.direction;
+  return stamp;
+}
+
+bool PhantomSource::lost(std::uint64_t sequence) const {
+  const std::uint64_t bits = mixed_bits(config_.seed + mixed_bits(sequence + kOfLosses));
+  return std::ldexp(static_cast<double>(bits), -64) * 100 < config_.lost_percent;
+}
+
+Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop) {
+  if (config_.pace == Pace::kRealTime && next_sequence_ == 0) start_ns_ = now_ns();
+  while (lost(next_sequence_)) ++next_sequence_;
+  if (config_.pace == Pace::kRealTime) {
+    const double late_ns = static_cast<double>(now_ns() - capture_time_ns(next_sequence_));
+    const double late_frames = std::floor(late_ns * config_.frame_rate_hz / kNsPerS);
+    if (late_frames > kBufferedFrames)
+      next_sequence_ += static_cast<std::uint64_t>(late_frames - kBufferedFrames);
+    if (!pacer_.wait_until(capture_time_ns(next_sequence_), stop)) return std::optional<FrameStamp>{};
+  }
+  const PhantomMotor::Position position = motor_.at(next_sequence_);
+  const bool ended = config_.volumes > 0 && position.sweep >= config_.volumes;
+  if (ended || stop.stop_requested()) return std::optional<FrameStamp>{};
+  true_angle_rad_ = position.true_angle_rad;
+  current_ = stamp(next_sequence_++, position);
+  return std::optional(current_);
+}
+
+FrameFault PhantomSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
+  const std::uint64_t speckle_roll = mixed_bits(config_.seed + mixed_bits(current_.sequence + 1));
+  const Exposure exposure{.pose = scene_.pose_at(scene_time_s(current_)),
+                          .sine = std::sin(true_angle_rad_),
+                          .cosine = std::cos(true_angle_rad_),
+                          .speckle_row = static_cast<std::uint32_t>(speckle_roll >> 32),
+                          .speckle_column = static_cast<std::uint32_t>(speckle_roll)};
+  const std::uint32_t columns = description_.geometry.columns;
+  for (std::uint32_t row = 0; row < rows_.size(); ++row) {
+    draw_row(row, exposure, pixels.subspan(std::size_t{row} * columns, columns));
+  }
+  return FrameFault::kNone;
+}
+
+void PhantomSource::find_surface(const Row& row, const Point& base, const Exposure& exposure) {
+  const std::uint32_t count = row.end - row.first;
+  // Upper bound: ahead is at most 1 for any pixel.
+  const double deepest_mm = base.y_mm + row.scale_mm * exposure.cosine;
+  if (deepest_mm < scene_.nearest_depth_mm() - kEchoBeforeMm) {
+    for (auto* const depths_mm : {&surface_depths_mm_, &depths_below_mm_, &depths_above_mm_}) {
+      std::fill_n(depths_mm->begin() + row.first, count, PhantomScene::kNoSurfaceMm);
+    }
+    return;
+  }
+  const auto find = [&](double beside_mm, std::vector<float>& depths_mm) {
+    scene_.surface_row_mm(exposure.pose,
+                          {.across = std::span(across_).subspan(row.first, count),
+                           .ahead = std::span(ahead_).subspan(row.first, count),
+                           .x_mm = row.scale_mm,
+                           .z_mm = base.z_mm + beside_mm,
+                           .ahead_z_mm = row.scale_mm * exposure.sine},
+                          std::span(depths_mm).subspan(row.first, count));
+  };
+  find(0, surface_depths_mm_);
+  find(-kSlopeReachMm, depths_below_mm_);
+  find(kSlopeReachMm, depths_above_mm_);
+}
+
+void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
+                             std::span<std::uint8_t> pixels) {
+  const Row& row = rows_[row_index];
+  std::fill_n(pixels.begin(), row.first, std::uint8_t{0});
+  std::fill(pixels.begin() + row.end, pixels.end(), std::uint8_t{0});
+  const Point base = description_.geometry.point(0, {.angle_rad = true_angle_rad_, .depth_mm = row.depth_mm});
+  find_surface(row, base, exposure);
+
+  // A step e out of the plane of the frame moves by (-sin, cos) in y and z, that is e (sin + cos dS/dz) in
+  // depth relative to the surface.
+  const double blurs_per_slope = config_.beam_mm / kFullWidths / kBlurStepMm;
+  const auto level = static_cast<float>(blurs_per_slope * exposure.sine);
+  const auto per_mm = static_cast<float>(blurs_per_slope * exposure.cosine / (2 * kSlopeReachMm));
+  const std::uint8_t* const factors = speckle_.row(row_index + exposure.speckle_row);
+  constexpr auto kPerMm = static_cast<float>(1 / kEchoStepMm);
+  const auto offset = static_cast<float>((base.y_mm + kEchoBeforeMm) / kEchoStepMm);
+  const auto per_ahead = static_cast<float>(row.scale_mm * exposure.cosine / kEchoStepMm);
+  constexpr auto kLast = static_cast<float>(kEchoEntries - 1);
+  // A local copy: the compiler must assume that a written pixel aliases the members.
+  const std::span<const float> ahead = ahead_;
+  const std::span<const float> surface_mm = surface_depths_mm_;
+  const std::span<const float> below_mm = depths_below_mm_;
+  const std::span<const float> above_mm = depths_above_mm_;
+  const std::span<const std::uint8_t> echo = echo_;
+  for (std::uint32_t column = row.first, end = row.end; column < end; ++column) {
+    const float depth = offset + per_ahead * ahead[column];
+    const float entry = std::clamp(depth - surface_mm[column] * kPerMm, 0.0F, kLast);
+    const float slant = std::abs(level + per_mm * (above_mm[column] - below_mm[column]));
+    const auto blur = static_cast<std::uint32_t>(std::min(slant + 0.5F, kBlurs - 0.5F));
+    const std::uint32_t mean = echo[blur * kEchoEntries + static_cast<std::uint32_t>(entry)];
+    const std::uint32_t factor = factors[(exposure.speckle_column + column) % SpeckleTile::kSide];
+    const std::uint32_t grey = (mean * factor + SpeckleTile::kOne / 2) / SpeckleTile::kOne;
+    pixels[column] = static_cast<std::uint8_t>(std::min(grey, 255U));
+  }
+}
+
+}  // namespace fanlight

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/igs_header.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "acquisition/source/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::size_t kLongestLine = 65'536;
+constexpr std::uint32_t kMostSide = 4096;
+constexpr std::uint32_t kMostFrames = 1'000'000;
+constexpr std::size_t kMostFanlightFields = 64;
+// Best ratio of Deflate: one byte of input yields at most this many bytes of output.
+constexpr std::uint64_t kMostInflation = 1032;
+constexpr std::string_view kOrientations = "MF, MN, UF, UN, FM, FU, NM or NU, with or without A or D behind";
+constexpr std::string_view kFramePrefix = "Seq_Frame";
+
+/// A field that must have one value where it is present.
+struct Requirement {
+  std::string_view key;
+  std::string_view value;
+  std::string_view expected;
+};
+constexpr std::array kRequirements = {
+    Requirement{"ObjectType", "Image", "Image"},
+    Requirement{"NDims", "3", "3 (columns, rows, frames)"},
+    Requirement{"BinaryData", "True", "True"},
+    Requirement{"ElementNumberOfChannels", "1", "1"},
+    Requirement{"ElementType", "MET_UCHAR", "MET_UCHAR (8 bit)"},
+    Requirement{"UltrasoundImageType", "BRIGHTNESS", "BRIGHTNESS"},
+};
+
+struct Line {
+  std::string_view key;
+  std::string_view value;
+};
+
+/// A field of one frame: Seq_Frame0000_Name.
+struct FrameField {
+  IgsFrame& frame;
+  std::string_view name;
+};
+
+class HeaderReader {
+ public:
+  HeaderReader(const IgsFile& from, std::uint64_t max_bytes) : from_(from), max_bytes_(max_bytes) {}
+
+  Result<IgsHeader> read() {
+    if (const auto done = read_lines(); !done) return done.error();
+    if (const auto done = check_presence(); !done) return done.error();
+    if (const auto done = check_pixel_bytes(); !done) return done.error();
+    header_.orientation = *orientation_;
+    return std::move(header_);
+  }
+
+ private:
+  Error bad(std::string_view wrong, std::string_view expected, ErrorCode code = ErrorCode::kBadInput) const {
+    return from_.bad(wrong, expected, code);
+  }
+  Error refused(const Line& line, std::string_view expected, ErrorCode code = ErrorCode::kBadInput) const {
+    return bad(fmt::format("{} is {}", in_quotes(line.key), in_quotes(line.value)), expected, code);
+  }
+
+  Result<void> read_lines() {
+    for (;;) {
+      const auto line = next_line();
+      if (!line) return line.error();
+      if (line->key == "ElementDataFile") {
+        if (line->value == "LOCAL") return {};
+        return refused(*line, "LOCAL (pixels in the same file)", ErrorCode::kUnsupported);
+      }
+      const auto taken = line->key.starts_with(kFramePrefix) ? take_frame_field(*line) : take_field(*line);
+      if (!taken) return taken.error();
+    }
+  }
+
+  /// The next line; valid until the next call.
+  Result<Line> next_line() {
+    ++line_number_;
+    line_.clear();
+    for (;;) {
+      const int c = std::getc(from_.file);
+      if (c == EOF) return bad("the header ends too early", "a last line ElementDataFile = LOCAL");
+      ++header_.header_bytes;
+      if (c == '\n') break;
+      const bool control = c < ' ' && c != '\t' && c != '\r';
+      if (control || c == 0x7F) {
+        return bad(fmt::format("line {} of the header holds byte {:#04x}", line_number_, c), "text");
+      }
+      if (line_.size() == kLongestLine) {
+        return bad(fmt::format("line {} of the header is longer than {} bytes", line_number_, kLongestLine),
+                   "shorter lines");
+      }
+      line_.push_back(static_cast<char>(c));
+    }
+    const auto equals = line_.find('=');
+    if (equals == std::string::npos) {
+      return bad(fmt::format("line {} of the header is {}", line_number_, in_quotes(line_)), "Name = value");
+    }
+    const std::string_view text = line_;
+    return Line{trimmed(text.substr(0, equals)), trimmed(text.substr(equals + 1))};
+  }
+
+  Result<void> take_field(const Line& line) {
+    const auto& [key, value] = line;
+    const auto* const required = std::ranges::find(kRequirements, key, &Requirement::key);
+    if (required != kRequirements.end() && value != required->value) {
+      return refused(line, required->expected, ErrorCode::kUnsupported);
+    }
+    if (key == "ElementType") has_element_type_ = true;
+    if (key == "UltrasoundImageOrientation") {
+      orientation_ = ImageOrientation::from_letters(value);
+      if (!orientation_) return refused(line, kOrientations, ErrorCode::kUnsupported);
+    }
+    if (key == "Kinds" && !value.ends_with("list") && !value.ends_with("time")) {
+      return refused(line, "domain domain list (the last axis is time)", ErrorCode::kUnsupported);
+    }
+    if (key == "CompressedData") {
+      if (value != "True" && value != "False") return refused(line, "True or False");
+      header_.sequence.compressed = value == "True";
+    }
+    if (key == "CompressedDataSize") {
+      header_.compressed_bytes = number_in<std::uint64_t>(value);
+      if (!header_.compressed_bytes) return refused(line, "a number of bytes");
+    }
+    if (key == "DimSize") return take_size(line);
+    if (key.starts_with("Fanlight")) return take_fanlight_field(line);
+    return {};
+  }
+
+  Result<void> take_fanlight_field(const Line& line) {
+    auto& fields = header_.sequence.fanlight_fields;
+    if (fields.size() == kMostFanlightFields) {
+      return bad(fmt::format("the header has more than {} Fanlight fields", kMostFanlightFields), "fewer");
+    }
+    fields.emplace(line.key, line.value);
+    return {};
+  }
+
+  Result<void> take_size(const Line& line) {
+    constexpr std::string_view kExpected =
+        "three numbers: columns and rows from 2 to 4096, frames from 1 to 1000000";
+    std::array<std::uint32_t, 3> size{};
+    const auto rest = take_numbers<std::uint32_t>(line.value, size);
+    if (!rest) return refused(line, kExpected);
+    const auto [columns, rows, frames] = size;
+    const bool fits = columns >= 2 && columns <= kMostSide && rows >= 2 && rows <= kMostSide && frames >= 1 &&
+                      frames <= kMostFrames;
+    if (!rest->empty() || !fits) return refused(line, kExpected);
+    // Checked before memory of this size is allocated.
+    const std::uint64_t bytes = std::uint64_t{columns} * rows * frames;
+    if (bytes > max_bytes_) return refused(line, fmt::format("at most {} bytes of pixels", max_bytes_));
+    if (bytes / kMostInflation > from_.bytes) {
+      return refused(line, fmt::format("a size that a file of {} bytes can hold", from_.bytes));
+    }
+    header_.sequence.columns = columns;
+    header_.sequence.rows = rows;
+    header_.sequence.frames.assign(frames, {});
+    return {};
+  }
+
+  /// Numbers at the front of `text`, separated by blanks; returns the text behind them, or nullopt.
+  template <typename T>
+  static std::optional<std::string_view> take_numbers(std::string_view text, std::span<T> numbers) {
+    for (T& each : numbers) {
+      const auto word = text.substr(0, text.find(' '));
+      const auto number = number_in<T>(word);
+      if (!number) return std::nullopt;
+      each = *number;
+      text = trimmed(text.substr(word.size()));
+    }
+    return text;
+  }
+
+  Result<FrameField> frame_field(const Line& line) {
+    auto& frames = header_.sequence.frames;
+    const std::string_view numbered = line.key.substr(kFramePrefix.size());
+    const auto underscore = numbered.find('_');
+    const auto index = number_in<std::uint32_t>(numbered.substr(0, underscore));
+    if (underscore == std::string_view::npos || !index) {
+      return bad(fmt::format("the header has a field {}", in_quotes(line.key)), "Seq_Frame0000_Name");
+    }
+    if (frames.empty()) {
+      return bad("the header describes frames before it gives a DimSize", "DimSize first");
+    }
+    if (*index >= frames.size()) {
+      return bad(fmt::format("the header describes frame {}", *index),
+                 fmt::format("the {} frames of its DimSize, from 0", frames.size()));
+    }
+    return FrameField{frames[*index], numbered.substr(underscore + 1)};
+  }
+
+  Result<void> take_frame_field(const Line& line) {
+    const auto field = frame_field(line);
+    if (!field) return field.error();
+    const auto& [frame, name] = *field;
+    if (name == "Timestamp") return take_number(line, frame.timestamp_s, "seconds");
+    if (name == "MotorAngleDeg") return take_number(line, frame.motor_angle_deg, "degrees");
+    if (name == "VolumeIndex") return take_number(line, frame.volume_index, "a whole number from 0");
+    if (name == "FrameIndex") return take_number(line, frame.frame_index, "a whole number from 0");
+    if (name == "ImageToReferenceTransform" && !header_.sequence.pixel_size) return take_transform(line);
+    if (name == "ImageStatus") {
+      if (line.value != "OK" && line.value != "INVALID") return refused(line, "OK or INVALID");
+      frame.valid = line.value == "OK";
+    }
+    if (name == "SweepDirection") {
+      if (line.value != "FORWARD" && line.value != "BACKWARD") return refused(line, "FORWARD or BACKWARD");
+      frame.direction = line.value == "FORWARD" ? SweepDirection::kForward : SweepDirection::kBackward;
+    }
+    return {};
+  }
+
+  template <typename T>
+  Result<void> take_number(const Line& line, std::optional<T>& number, std::string_view expected) const {
+    number = number_in<T>(line.value);
+    if (!number) return refused(line, expected);
+    return {};
+  }
+
+  /// The pixel size is the lengths of the matrix's first two columns: mm along the image's x and y axes.
+  Result<void> take_transform(const Line& line) {
+    std::array<double, 16> matrix{};  // row order
+    if (!take_numbers<double>(line.value, matrix)) return refused(line, "a matrix of 16 numbers");
+    header_.sequence.pixel_size = {.width_mm = std::hypot(matrix[0], matrix[4], matrix[8]),
+                                   .height_mm = std::hypot(matrix[1], matrix[5], matrix[9])};
+    return {};
+  }
+
+  Result<void> check_presence() const {
+    if (header_.sequence.frames.empty()) return bad("the header has no DimSize", "columns, rows and frames");
+    if (!has_element_type_) return bad("the header has no ElementType", "MET_UCHAR");
+    if (orientation_) return {};
+    // Not guessed: a wrong orientation shows a mirror image of the body.
+    return bad("the header has no UltrasoundImageOrientation", kOrientations, ErrorCode::kUnsupported);
+  }
+
+  Result<void> check_pixel_bytes() const {
+    const std::uint64_t present = from_.bytes - header_.header_bytes;
+    const std::uint64_t pixels = header_.sequence.frame_bytes() * header_.sequence.frames.size();
+    if (!header_.sequence.compressed) {
+      if (pixels <= present) return {};
+      return bad(fmt::format("{} bytes of pixels follow the header", present), fmt::format("{}", pixels));
+    }
+    if (header_.compressed_bytes.value_or(0) > present) {
+      return bad(fmt::format("{} bytes of compressed pixels follow the header", present),
+                 fmt::format("the {} of its CompressedDataSize", *header_.compressed_bytes));
+    }
+    const std::uint64_t compressed = header_.compressed_bytes.value_or(present);
+    if (pixels / kMostInflation > compressed) {
+      return bad(fmt::format("{} compressed bytes cannot hold its DimSize", compressed),
+                 fmt::format("what {} bytes of pixels take", pixels));
+    }
+    return {};
+  }
+
+  const IgsFile& from_;
+  std::uint64_t max_bytes_;
+  IgsHeader header_;
+  std::string line_;
+  std::uint64_t line_number_ = 0;
+  bool has_element_type_ = false;
+  std::optional<ImageOrientation> orientation_;
+};
+
+}  // namespace
+
+Error IgsFile::bad(std::string_view wrong, std::string_view expected, ErrorCode code) const {
+  return {code, fmt::format("{}: {}, expected {}", name, wrong, expected)};
+}
+
+Result<IgsHeader> read_igs_header(const IgsFile& from, std::uint64_t max_bytes) {
+  return HeaderReader(from, max_bytes).read();
+}
+
+}  // namespace fanlight

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "proto/base/result.hpp"
+#include "proto/model/frame.hpp"
+
+namespace fanlight {
+
+/// Header fields of one frame; absent where the header has none.
+struct IgsFrame {
+  std::optional<double> timestamp_s;
+  std::optional<double> motor_angle_deg;
+  std::optional<std::uint32_t> volume_index;
+  std::optional<std::uint32_t> frame_index;
+  std::optional<SweepDirection> direction;
+  bool valid = true;  ///< its ImageStatus is not INVALID
+};
+
+/// A PLUS/IGSIO sequence file (.igs.mha, .mha): a MetaImage whose last axis is time, with fields
+/// Seq_Frame0000_Name for each frame. Supported: 8 bit B-mode frames, scan converted or as scan lines, in
+/// each orientation of ImageOrientation, plain or compressed with zlib. After reading, all have one axis
+/// order: columns (or scan lines) ascend towards the marked side, rows (or samples) away from the probe.
+/// Fields used: Timestamp (s), MotorAngleDeg, VolumeIndex, FrameIndex, ImageStatus, ImageToReferenceTransform
+/// (mm), and Fanlight's own SweepDirection (FORWARD or BACKWARD).
+struct IgsSequence {
+  struct PixelSize {
+    double width_mm;   ///< from column to column
+    double height_mm;  ///< from row to row
+  };
+
+  std::uint32_t columns = 0;
+  std::uint32_t rows = 0;
+  bool compressed = false;
+  std::vector<IgsFrame> frames;
+  std::optional<PixelSize> pixel_size;  ///< from the first ImageToReferenceTransform
+  std::map<std::string, std::string, std::less<>> fanlight_fields;  ///< header fields named Fanlight...
+  std::unique_ptr<std::uint8_t[]> pixels;                           ///< frames x rows x columns
+
+  std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }
+  std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {
+    return {pixels.get() + frame_bytes() * frame, frame_bytes()};
+  }
+};
+
+/// Reads a whole sequence into memory; at most max_bytes of pixels. The file is not trusted. kNotFound: no
+/// such file; kUnsupported: another form of image; kUnavailable: not enough memory; else kBadInput. The
+/// message names the file.
+Result<IgsSequence> read_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes);
+
+}  // namespace fanlight

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "acquisition/source/printable.hpp"
+#include "proto/model/fan_geometry.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr double kHysteresisRad = radians(1.0);
+constexpr double kLeastSpreadDeg = 0.01;
+constexpr double kLongestS = 1e6;
+// A larger gap of FrameIndex is a different numbering and no loss.
+constexpr std::uint32_t kMostLost = 1000;
+
+/// Number of frames that have a field, and the first one without it.
+struct Coverage {
+  std::size_t present = 0;
+  std::size_t first_missing = 0;
+};
+
+template <typename T>
+Coverage coverage(const std::vector<IgsFrame>& frames, std::optional<T> IgsFrame::*field) {
+  const auto present = [field](const IgsFrame& frame) { return (frame.*field).has_value(); };
+  const auto missing = std::ranges::find_if_not(frames, present);
+  return {static_cast<std::size_t>(std::ranges::count_if(frames, present)),
+          static_cast<std::size_t>(missing - frames.begin())};
+}
+
+}  // namespace
+
+Recording::Recording(const Config& config, IgsSequence sequence)
+    : sequence_(std::move(sequence)), frames_(sequence_.frames.size()) {
+  summary_.name = shown(config.path);
+  for (std::size_t i = 0; i < frames_.size(); ++i) frames_[i].valid = sequence_.frames[i].valid;
+}
+
+Result<Recording> Recording::open(const Config& config) {
+  auto sequence = read_igs_sequence(config.path, config.max_bytes);
+  if (!sequence) return sequence.error();
+  const auto geometry = find_geometry(config.path, *sequence, config.geometry_path);
+  if (!geometry) return geometry.error();
+
+  Recording recording(config, *std::move(sequence));
+  if (const auto done = recording.find_times(); !done) return done.error();
+  if (const auto done = recording.find_angles_and_sweeps(*geometry); !done) return done.error();
+  recording.find_directions();
+  recording.find_lost_frames();
+  if (const auto done = recording.summarise(*geometry); !done) return done.error();
+  return recording;
+}
+
+Result<void> Recording::find_times() {
+  const auto& fields = sequence_.frames;
+  if (fields.size() < 2) return bad("there is a single frame", "a sweep of 2 at least");
+  const auto [present, missing] = coverage(fields, &IgsFrame::timestamp_s);
+  if (present < fields.size())
+    return bad(fmt::format("frame {} has no Timestamp", missing), "one for each frame");
+  const double start_s = *fields[0].timestamp_s;
+  for (std::size_t i = 1; i < fields.size(); ++i) {
+    const double since_start_s = *fields[i].timestamp_s - start_s;
+    if (*fields[i].timestamp_s < *fields[i - 1].timestamp_s || since_start_s > kLongestS) {
+      return bad(fmt::format("frame {} comes {} s after the first, out of order", i, since_start_s),
+                 fmt::format("Timestamps that rise, by at most {} s", kLongestS));
+    }
+    frames_[i].time_ns = std::llround(since_start_s * 1e9);
+  }
+  if (frames_.back().time_ns == 0) return bad("all frames have the same Timestamp", "times that rise");
+  return {};
+}
+
+Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry) {
+  const auto& fields = sequence_.frames;
+  const bool measured = coverage(fields, &IgsFrame::motor_angle_deg).present > 0;
+  if (measured) {
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      if (!fields[i].motor_angle_deg && fields[i].valid) {
+        return bad(fmt::format("frame {} has no MotorAngleDeg", i), "one for each valid frame");
+      }
+      frames_[i].angle_rad = radians(fields[i].motor_angle_deg.value_or(0));
+    }
+  } else if (!geometry.first_angle_deg || !geometry.last_angle_deg) {
+    return bad("no frame has a MotorAngleDeg",
+               "one for each frame, or first_angle_deg and last_angle_deg in the geometry");
+  }
+
+  if (coverage(fields, &IgsFrame::volume_index).present > 0) {
+    if (const auto done = cut_at_volume_index(); !done) return done.error();
+  } else if (measured) {
+    cut_at_turning_points();
+  } else {
+    begin_sweep(0, 0);
+  }
+  close_sweeps();
+  if (!measured) spread_angles(*geometry.first_angle_deg, *geometry.last_angle_deg);
+  return {};
+}
+
+Result<void> Recording::cut_at_volume_index() {
+  const auto& fields = sequence_.frames;
+  const auto [present, missing] = coverage(fields, &IgsFrame::volume_index);
+  if (present < fields.size()) {
+    return bad(fmt::format("frame {} has no VolumeIndex", missing), "one for each frame, or for none");
+  }
+  for (std::uint32_t i = 0; i < fields.size(); ++i) {
+    const std::uint32_t index = *fields[i].volume_index;
+    if (i > 0 && index < sweeps_.back().volume_index) {
+      return bad(fmt::format("the VolumeIndex of frame {} goes back from {} to {}", i,
+                             sweeps_.back().volume_index, index),
+                 "indices that never fall");
+    }
+    if (i == 0 || index != sweeps_.back().volume_index) begin_sweep(i, index);
+  }
+  return {};
+}
+
+void Recording::cut_at_turning_points() {
+  begin_sweep(0, 0);
+  // Extreme angle of the open sweep: the first frame that reached it.
+  std::optional<std::uint32_t> extreme;
+  double direction = 0;  // +1 or -1; 0 until the angle has moved
+  for (std::uint32_t i = 0; i < frames_.size(); ++i) {
+    if (!frames_[i].valid) continue;
+    if (!extreme) extreme = i;
+    const double beyond_rad = frames_[i].angle_rad - frames_[*extreme].angle_rad;
+    if (direction == 0) {
+      if (std::abs(beyond_rad) < kHysteresisRad) continue;
+      direction = beyond_rad > 0 ? 1 : -1;
+      extreme = i;
+    } else if (direction * beyond_rad > 0) {
+      extreme = i;
+    } else if (direction * beyond_rad <= -kHysteresisRad) {
+      begin_sweep(*extreme + 1, static_cast<std::uint32_t>(sweeps_.size()));
+      direction = -direction;
+      extreme = i;
+    }
+  }
+}
+
+void Recording::begin_sweep(std::uint32_t first_frame, std::uint32_t volume_index) {
+  sweeps_.push_back({.first_frame = first_frame, .volume_index = volume_index});
+}
+
+void Recording::close_sweeps() {
+  for (std::uint32_t sweep = 0; sweep < sweeps_.size(); ++sweep) {
+    const std::uint32_t first = sweeps_[sweep].first_frame;
+    const bool last = sweep + 1 == sweeps_.size();
+    const auto end = last ? static_cast<std::uint32_t>(frames_.size()) : sweeps_[sweep + 1].first_frame;
+    sweeps_[sweep].frames = end - first;
+    for (std::uint32_t i = first; i < end; ++i) frames_[i].sweep = sweep;
+  }
+}
+
+void Recording::spread_angles(double first_deg, double last_deg) {
+  for (const Sweep& sweep : sweeps_) {
+    const auto stated = sequence_.frames[sweep.first_frame].direction;
+    const bool backward = stated == SweepDirection::kBackward;
+    for (std::uint32_t i = 0; i < sweep.frames; ++i) {
+      const std::uint32_t position = backward ? sweep.frames - 1 - i : i;
+      const double share = sweep.frames == 1 ? 0.5 : static_cast<double>(position) / (sweep.frames - 1);
+      frames_[sweep.first_frame + i].angle_rad = radians(std::lerp(first_deg, last_deg, share));
+    }
+  }
+}
+
+void Recording::find_directions() {
+  for (Sweep& sweep : sweeps_) {
+    const auto frames = std::span(frames_).subspan(sweep.first_frame, sweep.frames);
+    const auto first = std::ranges::find_if(frames, &Frame::valid);
+    const auto last =
+        std::find_if(frames.rbegin(), frames.rend(), [](const Frame& frame) { return frame.valid; });
+    const bool falling = first != frames.end() && last->angle_rad < first->angle_rad;
+    const auto measured = falling ? SweepDirection::kBackward : SweepDirection::kForward;
+    sweep.direction = sequence_.frames[sweep.first_frame].direction.value_or(measured);
+  }
+}
+
+void Recording::find_lost_frames() {
+  const auto& fields = sequence_.frames;
+  for (std::size_t i = 1; i < frames_.size(); ++i) {
+    const auto before = fields[i - 1].frame_index;
+    const auto index = fields[i].frame_index;
+    if (!before || !index || *index <= *before || frames_[i].sweep != frames_[i - 1].sweep) continue;
+    const std::uint32_t lost = *index - *before - 1;
+    if (lost <= kMostLost) frames_[i].lost_before = lost;
+  }
+}
+
+Result<void> Recording::summarise(const RecordingGeometry& geometry) {
+  double smallest_deg = std::numeric_limits<double>::infinity();
+  double largest_deg = -smallest_deg;
+  for (const Frame& frame : frames_) {
+    if (!frame.valid) ++summary_.frames_invalid;
+    summary_.frames_lost += frame.lost_before;
+    // The assembler rejects frames with angles out of this range.
+    const double angle_deg = degrees(frame.angle_rad);
+    if (!frame.valid || std::abs(angle_deg) >= 90) continue;
+    smallest_deg = std::min(smallest_deg, angle_deg);
+    largest_deg = std::max(largest_deg, angle_deg);
+  }
+  if (smallest_deg > largest_deg) return bad("no frame is usable", "valid frames at less than 90 deg");
+  if (largest_deg - smallest_deg < kLeastSpreadDeg) {
+    return bad(fmt::format("the motor angle stays at {} deg", smallest_deg), "a sweep");
+  }
+
+  summary_.frames = static_cast<std::uint32_t>(frames_.size());
+  summary_.columns = sequence_.columns;
+  summary_.rows = sequence_.rows;
+  summary_.compressed = sequence_.compressed;
+  summary_.sweeps = static_cast<std::uint32_t>(sweeps_.size());
+  summary_.frames_in_longest_sweep = std::ranges::max_element(sweeps_, {}, &Sweep::frames)->frames;
+  summary_.smallest_angle_deg = smallest_deg;
+  summary_.largest_angle_deg = largest_deg;
+  summary_.duration_s = static_cast<double>(frames_.back().time_ns) * 1e-9;
+  summary_.frame_rate_hz = static_cast<double>(frames_.size() - 1) / summary_.duration_s;
+  summary_.geometry = geometry.geometry;
+  summary_.geometry_values = geometry.values;
+  return {};
+}
+
+Error Recording::bad(std::string_view wrong, std::string_view expected) const {
+  return {ErrorCode::kBadInput, fmt::format("{}: {}, expected {}", summary_.name, wrong, expected)};
+}
+
+}  // namespace fanlight

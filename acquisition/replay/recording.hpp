@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "acquisition/replay/igs_sequence.hpp"
+#include "acquisition/replay/recording_geometry.hpp"
+#include "proto/base/result.hpp"
+#include "proto/model/frame.hpp"
+
+namespace fanlight {
+
+/// Properties of a recording, for display.
+struct RecordingSummary {
+  std::string name;  ///< path as given by the user
+  std::uint32_t frames = 0;
+  std::uint32_t frames_invalid = 0;  ///< marked as invalid in the file
+  std::uint64_t frames_lost = 0;     ///< gaps of FrameIndex: lost while it was recorded
+  std::uint32_t columns = 0;
+  std::uint32_t rows = 0;
+  bool compressed = false;
+  std::uint32_t sweeps = 0;
+  std::uint32_t frames_in_longest_sweep = 0;
+  double smallest_angle_deg = 0;
+  double largest_angle_deg = 0;
+  double duration_s = 0;  ///< from the first frame to the last
+  double frame_rate_hz = 0;
+  FanGeometry geometry;
+  std::vector<RecordingGeometry::Value> geometry_values;
+};
+
+/// A whole recording of a swept probe in memory: frames with their angles, divided into sweeps.
+///
+/// Sweeps follow the field VolumeIndex. Where no frame has it, they end at reversals of the angle, at each of
+/// which it must come back by 1 deg, to tolerate an unsteady hand. The direction of a sweep is the
+/// SweepDirection of its first frame, else the sign of the angle difference from its first to its last frame.
+/// Angles are MotorAngleDeg; where no frame has it, they are spread evenly over each sweep
+/// (RecordingGeometry).
+class Recording {
+ public:
+  struct Config {
+    std::filesystem::path path;
+    std::filesystem::path geometry_path;               ///< empty: FILE.toml or the file's own header
+    std::uint64_t max_bytes = std::uint64_t{8} << 30;  ///< of pixels
+  };
+
+  struct Frame {
+    double angle_rad = 0;      ///< 0 for an invalid frame without one
+    std::int64_t time_ns = 0;  ///< since the first frame
+    std::uint32_t sweep = 0;
+    std::uint32_t lost_before = 0;  ///< missing frames of the sweep between the previous frame and this one
+    bool valid = true;
+  };
+  struct Sweep {
+    std::uint32_t first_frame = 0;
+    std::uint32_t frames = 0;
+    std::uint32_t volume_index = 0;  ///< from the file, or counted from 0
+    SweepDirection direction = SweepDirection::kForward;
+  };
+
+  /// Reads the whole file, which is not trusted. Errors as of read_igs_sequence and find_geometry; also
+  /// kBadInput where the frames give no sweep: angles or times are missing or do not change.
+  static Result<Recording> open(const Config& config);
+
+  const RecordingSummary& summary() const { return summary_; }
+  const std::vector<Frame>& frames() const { return frames_; }  ///< in order of time, at least 2
+  const std::vector<Sweep>& sweeps() const { return sweeps_; }  ///< in order of time, at least 1
+  std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {
+    return sequence_.frame_pixels(frame);
+  }
+
+ private:
+  Recording(const Config& config, IgsSequence sequence);
+
+  Result<void> find_times();
+  Result<void> find_angles_and_sweeps(const RecordingGeometry& geometry);
+  Result<void> cut_at_volume_index();
+  void cut_at_turning_points();
+  void begin_sweep(std::uint32_t first_frame, std::uint32_t volume_index);
+  void close_sweeps();
+  void spread_angles(double first_deg, double last_deg);
+  void find_directions();
+  void find_lost_frames();
+  Result<void> summarise(const RecordingGeometry& geometry);
+
+  Error bad(std::string_view wrong, std::string_view expected) const;
+
+  IgsSequence sequence_;
+  std::vector<Frame> frames_;
+  std::vector<Sweep> sweeps_;
+  RecordingSummary summary_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/recording_geometry.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <span>
+#include <sstream>
+#include <toml.hpp>
+
+#include "acquisition/source/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+
+/// How a kind of frame uses a value.
+enum class Use : std::uint8_t {
+  kRequired,
+  kOptional,
+  kUnread,   ///< ignored: this kind of frame has no such property
+  kRefused,  ///< it contradicts this kind of frame
+};
+using Uses = std::array<Use, 3>;  ///< by FrameKind
+constexpr Uses kEveryKind = {Use::kRequired, Use::kRequired, Use::kRequired};
+constexpr Uses kIfGiven = {Use::kOptional, Use::kOptional, Use::kOptional};
+constexpr Uses kParallelColumns = {Use::kRequired, Use::kUnread, Use::kRequired};
+constexpr Uses kCurvedArrays = {Use::kOptional, Use::kRequired, Use::kUnread};
+constexpr Uses kConvexLinesAlone = {Use::kRefused, Use::kRequired, Use::kRefused};
+constexpr Uses kSectors = {Use::kOptional, Use::kUnread, Use::kUnread};
+
+constexpr std::array<std::string_view, 3> kFrameKinds = {"cartesian", "convex-lines", "linear-lines"};
+
+struct Key {
+  std::string_view name;
+  std::string_view header_field;
+  Uses uses;
+  void (*set)(RecordingGeometry& into, double value);
+  std::span<const std::string_view> choices = {};  ///< the value is an index into these; empty: a number
+};
+
+constexpr Key kKeys[] = {
+    {"pixel_width_mm", "FanlightPixelWidthMm", kParallelColumns,
+     [](RecordingGeometry& into, double value) { into.geometry.pixel_width_mm = value; }},
+    {"pixel_height_mm", "FanlightPixelHeightMm", kEveryKind,
+     [](RecordingGeometry& into, double value) { into.geometry.pixel_height_mm = value; }},
+    {"face_column", "FanlightFaceColumn", kEveryKind,
+     [](RecordingGeometry& into, double value) { into.geometry.face_column = value; }},
+    {"face_row", "FanlightFaceRow", kEveryKind,
+     [](RecordingGeometry& into, double value) { into.geometry.face_row = value; }},
+    {"motor_radius_mm", "FanlightMotorRadiusMm", kEveryKind,
+     [](RecordingGeometry& into, double value) { into.geometry.motor_radius_mm = value; }},
+    {"frame_kind", "FanlightFrameKind", kEveryKind,
+     [](RecordingGeometry& into, double value) {
+       into.geometry.kind = static_cast<FrameKind>(static_cast<int>(value));
+     },
+     kFrameKinds},
+    {"probe_radius_mm", "FanlightProbeRadiusMm", kCurvedArrays,
+     [](RecordingGeometry& into, double value) { into.geometry.probe_radius_mm = value; }},
+    {"line_pitch_deg", "FanlightLinePitchDeg", kConvexLinesAlone,
+     [](RecordingGeometry& into, double value) { into.geometry.line_pitch_deg = value; }},
+    {"sector_half_angle_deg", "FanlightSectorHalfAngleDeg", kSectors,
+     [](RecordingGeometry& into, double value) { into.geometry.sector.half_angle_deg = value; }},
+    {"sector_reach_mm", "FanlightSectorReachMm", kSectors,
+     [](RecordingGeometry& into, double value) { into.geometry.sector.reach_mm = value; }},
+    {"first_angle_deg", "FanlightFirstAngleDeg", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.first_angle_deg = value; }},
+    {"last_angle_deg", "FanlightLastAngleDeg", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.last_angle_deg = value; }},
+};
+constexpr std::size_t kKeyCount = std::size(kKeys);
+
+constexpr std::size_t key_index(std::string_view name) {
+  return std::ranges::find(kKeys, name, &Key::name) - kKeys;
+}
+constexpr std::size_t kPixelWidth = key_index("pixel_width_mm");
+constexpr std::size_t kPixelHeight = key_index("pixel_height_mm");
+constexpr std::size_t kFrameKind = key_index("frame_kind");
+static_assert(kPixelWidth < kKeyCount && kPixelHeight < kKeyCount && kFrameKind < kKeyCount);
+
+/// The number in a text, or the index of the choice that it names.
+std::optional<double> value_in(const Key& key, std::string_view text) {
+  if (key.choices.empty()) return number_in<double>(text);
+  const auto choice = std::ranges::find(key.choices, text);
+  if (choice == key.choices.end()) return std::nullopt;
+  return static_cast<double>(choice - key.choices.begin());
+}
+
+std::string shown_value(const Key& key, double value) {
+  if (key.choices.empty()) return fmt::format("{}", value);
+  return std::string(key.choices[static_cast<std::size_t>(value)]);
+}
+
+std::string expected_value(const Key& key) {
+  if (key.choices.empty()) return "a number";
+  const auto last = key.choices.size() - 1;
+  return fmt::format("{} or {}", fmt::join(key.choices.first(last), ", "), key.choices[last]);
+}
+
+/// Values of one origin: one per key of kKeys, or none.
+struct Layer {
+  std::string origin;
+  std::array<std::optional<double>, kKeyCount> values{};
+};
+
+/// The first layer that has a value for the key, or nullptr.
+const Layer* first_with(std::span<const Layer> layers, std::size_t key) {
+  const auto found =
+      std::ranges::find_if(layers, [key](const Layer& each) { return each.values[key].has_value(); });
+  return found == layers.end() ? nullptr : &*found;
+}
+
+std::string key_names() {
+  std::string names;
+  for (const Key& key : kKeys) names += fmt::format("{}{}", names.empty() ? "" : ", ", key.name);
+  return names;
+}
+
+std::filesystem::path sidecar(std::filesystem::path recording_path) {
+  recording_path += ".toml";
+  return recording_path;
+}
+
+Error bad(const std::filesystem::path& path, std::string_view wrong, std::string_view expected) {
+  return {ErrorCode::kBadInput, fmt::format("{}: {}, expected {}", shown(path), wrong, expected)};
+}
+
+Result<toml::value> parse(const std::filesystem::path& path) {
+  constexpr std::string_view kExpected = "lines such as motor_radius_mm = 28.0";
+  // Far above the size of any geometry. The parser recurses into each bracket and each dot of a key without a
+  // limit: 16 000 dots overflow its stack.
+  constexpr std::size_t kMostBytes = 4096;
+  constexpr std::ptrdiff_t kMostBrackets = 16;
+  std::string text(kMostBytes + 1, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > kMostBytes)
+    return bad(path, fmt::format("the file is longer than {} bytes", kMostBytes), kExpected);
+  const auto brackets = std::ranges::count_if(text, [](char c) { return c == '[' || c == '{'; });
+  if (brackets > kMostBrackets) return bad(path, "the file is full of brackets", kExpected);
+  try {
+    std::istringstream stream(text);
+    return toml::parse(stream, shown(path));
+  } catch (const toml::exception& failure) {
+    return bad(path, fmt::format("line {} is not TOML", failure.location().line()), kExpected);
+  } catch (const std::exception&) {
+    return bad(path, "the file is not TOML", kExpected);
+  }
+}
+
+std::optional<double> value_of(const Key& key, const toml::value& value) {
+  if (!key.choices.empty()) {
+    return value.is_string() ? value_in(key, value.as_string(std::nothrow).str) : std::nullopt;
+  }
+  double number = std::nan("");
+  if (value.is_floating()) number = value.as_floating(std::nothrow);
+  if (value.is_integer()) number = static_cast<double>(value.as_integer(std::nothrow));
+  return std::isfinite(number) ? std::optional(number) : std::nullopt;
+}
+
+Result<Layer> read_geometry_file(const std::filesystem::path& path) {
+  const auto parsed = parse(path);
+  if (!parsed) return parsed.error();
+  Layer layer{.origin = shown(path)};
+  for (const auto& [name, value] : parsed->as_table(std::nothrow)) {
+    const auto* const key = std::ranges::find(kKeys, name, &Key::name);
+    if (key == std::end(kKeys)) {
+      return bad(path, fmt::format("there is a key {}", in_quotes(name)), key_names());
+    }
+    const auto read = value_of(*key, value);
+    if (!read) {
+      const std::string_view wrong = key->choices.empty() ? "no number" : "none of its choices";
+      return bad(path, fmt::format("{} is {}", name, wrong), expected_value(*key));
+    }
+    layer.values[key - kKeys] = read;
+  }
+  return layer;
+}
+
+Result<Layer> read_header(const std::filesystem::path& path, const IgsSequence& sequence) {
+  Layer layer{.origin = "the header"};
+  for (std::size_t i = 0; i < kKeyCount; ++i) {
+    const auto found = sequence.fanlight_fields.find(kKeys[i].header_field);
+    if (found == sequence.fanlight_fields.end()) continue;
+    layer.values[i] = value_in(kKeys[i], found->second);
+    if (!layer.values[i]) {
+      return bad(path, fmt::format("{} is {}", kKeys[i].header_field, in_quotes(found->second)),
+                 expected_value(kKeys[i]));
+    }
+  }
+  return layer;
+}
+
+Layer read_transform(const IgsSequence& sequence) {
+  Layer layer{.origin = "its ImageToReferenceTransform"};
+  if (sequence.pixel_size) {
+    layer.values[kPixelWidth] = sequence.pixel_size->width_mm;
+    layer.values[kPixelHeight] = sequence.pixel_size->height_mm;
+  }
+  return layer;
+}
+
+Layer defaults() {
+  Layer layer{.origin = "the default"};
+  layer.values[kFrameKind] = static_cast<double>(FrameKind::kCartesian);
+  return layer;
+}
+
+/// All origins of values for the recording, in order of precedence.
+Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_path,
+                                       const IgsSequence& sequence,
+                                       const std::filesystem::path& geometry_path) {
+  const auto file = geometry_path.empty() ? sidecar(recording_path) : geometry_path;
+  std::vector<Layer> layers;
+  std::error_code failure;
+  if (std::filesystem::is_regular_file(file, failure)) {
+    auto layer = read_geometry_file(file);
+    if (!layer) return layer.error();
+    layers.push_back(*std::move(layer));
+  } else if (!geometry_path.empty()) {
+    return Error{
+        ErrorCode::kNotFound,
+        fmt::format("{}: there is no such file, expected a fan geometry in TOML", shown(geometry_path))};
+  }
+  auto header = read_header(recording_path, sequence);
+  if (!header) return header.error();
+  layers.push_back(*std::move(header));
+  layers.push_back(defaults());
+  // Diverging lines have no pixel size that a matrix could contain.
+  const auto kind = *first_with(layers, kFrameKind)->values[kFrameKind];
+  if (kind != static_cast<double>(FrameKind::kConvexLines)) layers.push_back(read_transform(sequence));
+  return layers;
+}
+
+}  // namespace
+
+Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_path,
+                                        const IgsSequence& sequence,
+                                        const std::filesystem::path& geometry_path) {
+  const auto layers = read_layers(recording_path, sequence, geometry_path);
+  if (!layers) return layers.error();
+  const auto kind = static_cast<std::size_t>(*first_with(*layers, kFrameKind)->values[kFrameKind]);
+
+  RecordingGeometry found;
+  found.geometry.columns = sequence.columns;
+  found.geometry.rows = sequence.rows;
+  std::vector<std::string_view> missing;
+  std::vector<std::string_view> missing_fields;
+  for (std::size_t i = 0; i < kKeyCount; ++i) {
+    const Key& key = kKeys[i];
+    const Layer* const layer = first_with(*layers, i);
+    if (layer == nullptr) {
+      if (key.uses[kind] != Use::kRequired) continue;
+      missing.push_back(key.name);
+      missing_fields.push_back(key.header_field);
+    } else if (key.uses[kind] == Use::kRefused) {
+      return bad(recording_path,
+                 fmt::format("{} gives a {} for {} frames", layer->origin, key.name, kFrameKinds[kind]),
+                 fmt::format("another frame_kind, or no {}", key.name));
+    } else if (key.uses[kind] != Use::kUnread) {
+      key.set(found, *layer->values[i]);
+      found.values.push_back({key.name, shown_value(key, *layer->values[i]), layer->origin});
+    }
+  }
+  if (!missing.empty()) {
+    return bad(recording_path, fmt::format("the fan geometry lacks {}", fmt::join(missing, ", ")),
+               fmt::format("a value for each in {}, in a file given by --geometry, or in the header as {}",
+                           shown(sidecar(recording_path).filename()), fmt::join(missing_fields, ", ")));
+  }
+  if (const auto checked = check(found.geometry); !checked) {
+    return Error{ErrorCode::kBadInput, fmt::format("{}: {}", shown(recording_path), checked.error().message)};
+  }
+  return found;
+}
+
+}  // namespace fanlight

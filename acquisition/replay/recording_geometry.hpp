@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "acquisition/replay/igs_sequence.hpp"
+#include "proto/base/result.hpp"
+#include "proto/model/fan_geometry.hpp"
+
+namespace fanlight {
+
+/// Geometry of the frames of a recording, and the origin of each value.
+///
+/// Each value is taken from the first of these that contains it:
+///   1. a geometry file given by the user, or else FILE.toml beside the recording FILE: lines of
+///      `key = value` in TOML
+///   2. fields of the recording's own header (FanlightMotorRadiusMm for motor_radius_mm, and so on)
+///   3. frame_kind: "cartesian"; pixel_width_mm and pixel_height_mm: its ImageToReferenceTransform, except
+///      for convex lines
+/// Columns and rows are those of the frames after reading, whatever the orientation of the file
+/// (IgsSequence).
+///
+/// Required keys: pixel_height_mm, face_column, face_row, motor_radius_mm; where columns are parallel
+/// ("cartesian", "linear-lines") pixel_width_mm; for "convex-lines" probe_radius_mm and line_pitch_deg.
+/// Optional: for Cartesian frames probe_radius_mm, sector_half_angle_deg, sector_reach_mm
+/// (FanGeometry::Sector); first_angle_deg and last_angle_deg, the range over which the frames of a recording
+/// without motor angles are spread. A value that a kind of frame does not have is ignored; but line_pitch_deg
+/// is refused for every kind except "convex-lines".
+struct RecordingGeometry {
+  /// One value and its origin, for display.
+  struct Value {
+    std::string_view key;
+    std::string value;   ///< a number, or the name of a choice
+    std::string origin;  ///< "liver.toml", "the header", ...
+  };
+
+  FanGeometry geometry;
+  std::optional<double> first_angle_deg;
+  std::optional<double> last_angle_deg;
+  std::vector<Value> values;
+};
+
+/// `geometry_path` may be empty. kBadInput names the missing keys and where they may be given, or the wrong
+/// value.
+Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_path,
+                                        const IgsSequence& sequence,
+                                        const std::filesystem::path& geometry_path);
+
+}  // namespace fanlight

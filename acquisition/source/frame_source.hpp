@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+
+#include "proto/base/result.hpp"
+#include "proto/model/fan_geometry.hpp"
+#include "proto/model/frame.hpp"
+
+namespace fanlight {
+
+/// Properties of a source that are known before its first frame.
+struct SourceDescription {
+  std::string name;      ///< for display: "phantom:", "replay:liver.igs.mha"
+  FanGeometry geometry;  ///< of the last announced frame; before the first one, of that frame
+  std::uint64_t largest_frame_bytes =
+      0;                       ///< largest frame of all geometries that it may change to; 0: none larger
+  bool counts_volumes = true;  ///< stamps name their sweep; otherwise a sweep ends where the angle reverses
+  std::uint32_t frames_per_volume = 0;  ///< largest number of frames in a sweep
+  std::uint32_t usual_frames = 0;       ///< frames in a sweep at first; 0: frames_per_volume
+  double first_angle_rad = 0;           ///< smallest and largest motor angle of a sweep
+  double last_angle_rad = 0;
+};
+
+/// Source of frames: the interface that probe, recording and simulator share.
+///
+/// Life: created open -> next_frame(), read_pixels(), next_frame(), ... -> end. All calls come from one
+/// thread, the acquisition thread.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  /// Acquisition thread, or any thread before that one starts. The geometry changes together with the
+  /// geometry_revision of a stamp.
+  virtual const SourceDescription& description() const = 0;
+
+  /// Blocks until the next frame is due and returns its stamp. nullopt at the end of the source, or when
+  /// `stop` is requested. An Error means that the source cannot continue. Allocates nothing.
+  virtual Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) = 0;
+
+  /// Fault of that frame as far as it is known before its pixels; the pixels are then not read.
+  virtual FrameFault known_fault() const { return FrameFault::kNone; }
+
+  /// Writes the pixels of the frame that next_frame() announced: rows x columns bytes, row major, row 0
+  /// nearest the probe. Blocks for pixels that are still to arrive. May be omitted to skip the frame. Returns
+  /// the fault of a frame that did not arrive whole, or when `stop` is requested; the content of `pixels` is
+  /// then undefined. Allocates nothing.
+  virtual FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) = 0;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+
+namespace fanlight {
+
+/// Nanoseconds on the steady clock: the only time base for captures, pictures and their age.
+inline std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+/// A source of such times that tests replace.
+using Clock = std::function<std::int64_t()>;
+
+}  // namespace fanlight

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "proto/exchange/mailbox.hpp"
+#include "proto/model/picture.hpp"
+#include "proto/model/scene.hpp"
+
+namespace fanlight {
+
+/// A view of one display beside the main view, rendered in the time that the main view leaves.
+struct PrivateView {
+  std::uint64_t view_id = 0;  ///< 0: this entry is unused
+  /// The whole scene, including the fields taken from the main view; its revision counts the changes of this
+  /// view.
+  NumberedScene scene;
+  /// Whether it casts its own rays. Otherwise the depth map of the main view is filtered and lit once more,
+  /// and only the fields that passes 2 and 3 read are used.
+  bool own_camera = false;
+  /// Receives its pictures (newest wins), written by the render thread.
+  Mailbox<Picture>* pictures = nullptr;
+};
+
+inline constexpr std::size_t kMostPrivateViews = 4;
+using PrivateViews = std::array<PrivateView, kMostPrivateViews>;
+
+}  // namespace fanlight

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "proto/model/deadline.hpp"
+#include "proto/model/volume.hpp"
+
+namespace fanlight {
+
+/// Stages whose durations each picture carries, in the order of execution.
+enum class Stage : std::uint8_t { kPrepare, kUpload, kCast, kFilter, kLight, kFinish, kReadBack };
+inline constexpr std::array<std::string_view, 7> kStageNames = {"prepare", "upload", "cast",     "filter",
+                                                                "light",   "finish", "read_back"};
+inline constexpr std::size_t kStages = kStageNames.size();
+
+/// Position of a picture's pixels in the transducer frame. The point at depth d of pixel (column, row) is
+/// origin + d * forward + (mm_per_pixel + d * mm_per_pixel_per_mm) * ((column - middle_column) * right + (row
+/// - middle_row) * down). Depths are measured along forward; right, down and forward are unit vectors.
+struct PictureView {
+  std::array<double, 3> origin_mm{};
+  std::array<double, 3> right{};
+  std::array<double, 3> down{};
+  std::array<double, 3> forward{};
+  double mm_per_pixel = 0;         ///< in the view plane
+  double mm_per_pixel_per_mm = 0;  ///< 0 in a parallel projection
+  double middle_column = 0;
+  double middle_row = 0;
+};
+
+/// Identity and time of one picture.
+struct PictureStamp {
+  std::uint64_t view_id = 0;         ///< 0: the main view; else PrivateView::view_id
+  std::uint64_t picture_id = 0;      ///< counts the pictures of a view from 1
+  std::uint64_t scene_revision = 0;  ///< of the scene shown
+  std::uint64_t pass1_runs = 0;      ///< count of the renderer when this picture was submitted
+  std::uint64_t pass2_runs = 0;
+  std::uint8_t deadline_level = 0;  ///< see DeadlineState
+  DeadlineMeasures measures;        ///< in force for this picture
+  VolumeStamp volume;
+  PictureView view;
+  std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
+  std::int64_t finished_time_ns = 0;       ///< fanlight::now_ns
+};
+
+/// A finished picture. `rgba`: height x width x 4 bytes, row major, top row first, sRGB values, alpha 255.
+/// `depth_mm`: height x width floats, same order, depth of the surface as lit; negative: no surface.
+struct Picture {
+  PictureStamp stamp;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::vector<std::uint8_t> rgba;
+  std::vector<float> depth_mm;
+};
+
+/// A black picture with all the memory that it will need, so that filling it allocates nothing.
+inline Picture blank_picture(std::uint32_t width, std::uint32_t height) {
+  Picture blank{.width = width, .height = height};
+  blank.rgba.resize(std::size_t{4} * width * height);
+  blank.depth_mm.resize(std::size_t{width} * height);
+  return blank;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "proto/base/counter.hpp"
+#include "proto/base/counter_table.hpp"
+
+// Each struct of counters is followed by its table, which gives every counter the name and the help text of
+// its metric. A new counter needs a member and a row. The order of the rows is the order of the metrics.
+
+namespace fanlight {
+
+/// Written by the acquisition thread, in entries of `seq_lock`. At any moment
+///   frames_received = frames_assembled + frames_invalid + frames_damaged + frames_cut + frames_misfit +
+///                     frames_repeated + frames_late + frames_over_capacity + frames_in_short_volumes +
+///                     frames_in_incomplete_volumes + frames_abandoned + frames_pending.
+struct AcquisitionCounters {
+  SeqLock seq_lock;
+  Counter frames_received;
+  Counter frames_assembled;              ///< in published volumes
+  Counter frames_invalid;                ///< marked invalid by the source, or with an unusable angle
+  Counter frames_damaged;                ///< with a wrong checksum
+  Counter frames_cut;                    ///< that ended before their last pixel
+  Counter frames_misfit;                 ///< whose size, pixel format or geometry differs from the source's
+  Counter frames_repeated;               ///< with a sequence number that was received before
+  Counter frames_late;                   ///< received after their sweep was closed
+  Counter frames_over_capacity;          ///< of a sweep longer than announced, or than a volume can hold
+  Counter frames_in_short_volumes;       ///< of sweeps dropped because their angle did not change
+  Counter frames_in_incomplete_volumes;  ///< of sweeps dropped because too many of their frames are missing
+  Counter
+      frames_abandoned;  ///< of an unfinished sweep at a stop, a loss of the probe, or a change of geometry
+  Gauge<std::uint64_t> frames_pending;  ///< of the sweep being filled
+
+  // Not part of the sum.
+  Counter frames_missing;        ///< gaps in the sequence: not received before their sweep had ended
+  Counter frames_reordered;      ///< received after a later frame, and used
+  Counter sequence_restarts;     ///< unannounced restarts of the sequence numbers
+  Counter volumes_short;         ///< the sweeps of frames_in_short_volumes
+  Counter volumes_incomplete;    ///< the sweeps of frames_in_incomplete_volumes
+  Counter volumes_interpolated;  ///< published with gaps that were filled from neighbouring frames
+  Counter geometry_changes;      ///< of the source, while it runs
+
+  // Difference between forward and backward sweeps, see SweepHysteresis.
+  Counter mismatch_estimates;       ///< pairs of sweeps that were compared
+  Counter mismatch_refusals;        ///< pairs with too little in the frames to compare
+  Gauge<double> mismatch_deg;       ///< estimated, and corrected in the angles
+  Gauge<double> mismatch_left_deg;  ///< remaining difference of the newest pairs
+  Gauge<double> mismatch_left_mm;   ///< the same at half the depth
+
+  /// Frames that were received and are in no volume: unusable themselves, or of sweeps that were dropped.
+  std::uint64_t frames_unused() const {
+    return frames_invalid.value() + frames_damaged.value() + frames_cut.value() + frames_misfit.value() +
+           frames_repeated.value() + frames_late.value() + frames_over_capacity.value() +
+           frames_in_short_volumes.value() + frames_in_incomplete_volumes.value() + frames_abandoned.value();
+  }
+  /// frames_unused() and the frames that were never received.
+  std::uint64_t frames_lost() const { return frames_unused() + frames_missing.value(); }
+
+  /// Whether the sum above holds now. Any thread.
+  bool sum_holds() const {
+    bool holds = false;
+    seq_lock.read([&] {
+      holds = frames_received.value() == frames_assembled.value() + frames_unused() + frames_pending.value();
+    });
+    return holds;
+  }
+};
+
+inline constexpr auto kAcquisitionTable = std::to_array<CountRow<AcquisitionCounters>>({
+    {"frames_received", "Frames that came from the source", &AcquisitionCounters::frames_received},
+    {"frames_assembled", "Frames in published volumes", &AcquisitionCounters::frames_assembled},
+    {"frames_invalid", "Frames marked invalid or with an unusable angle",
+     &AcquisitionCounters::frames_invalid},
+    {"frames_damaged", "Frames whose checksum is wrong", &AcquisitionCounters::frames_damaged},
+    {"frames_cut", "Frames that ended before their last pixel", &AcquisitionCounters::frames_cut},
+    {"frames_misfit", "Frames of another size, format or geometry than the source's",
+     &AcquisitionCounters::frames_misfit},
+    {"frames_repeated", "Frames that had come before", &AcquisitionCounters::frames_repeated},
+    {"frames_late", "Frames that came after their sweep was closed", &AcquisitionCounters::frames_late},
+    {"frames_over_capacity", "Frames of sweeps longer than a volume can hold",
+     &AcquisitionCounters::frames_over_capacity},
+    {"frames_in_short_volumes", "Frames of sweeps whose angle did not move",
+     &AcquisitionCounters::frames_in_short_volumes},
+    {"frames_in_incomplete_volumes", "Frames of sweeps of which too much is missing",
+     &AcquisitionCounters::frames_in_incomplete_volumes},
+    {"frames_abandoned", "Frames of the sweep under way when the source stopped or was lost",
+     &AcquisitionCounters::frames_abandoned},
+    {"frames_pending", "Frames of the sweep being filled", &AcquisitionCounters::frames_pending,
+     CountKind::kNow},
+    {"frames_missing", "Gaps in the frames' sequence", &AcquisitionCounters::frames_missing},
+    {"frames_reordered", "Frames that came after a later one and were used",
+     &AcquisitionCounters::frames_reordered},
+    {"sequence_restarts", "Times the frames' sequence began anew without a word",
+     &AcquisitionCounters::sequence_restarts},
+    {"volumes_short", "Sweeps dropped because their angle did not move", &AcquisitionCounters::volumes_short},
+    {"volumes_incomplete", "Sweeps dropped because too much of them is missing",
+     &AcquisitionCounters::volumes_incomplete},
+    {"volumes_interpolated", "Volumes with missing frames that their neighbours stand in for",
+     &AcquisitionCounters::volumes_interpolated},
+    {"geometry_changes", "Changes of the frames' geometry in mid-stream",
+     &AcquisitionCounters::geometry_changes},
+    {"mismatch_estimates", "Pairs of sweeps compared for the mismatch of to and fro",
+     &AcquisitionCounters::mismatch_estimates},
+    {"mismatch_refusals", "Pairs of sweeps with too little in them to compare",
+     &AcquisitionCounters::mismatch_refusals},
+});
+
+inline constexpr auto kAcquisitionValueTable = std::to_array<ValueRow<AcquisitionCounters>>({
+    {"sweep_mismatch_degrees", "Mismatch of forward and backward sweeps that is corrected",
+     &AcquisitionCounters::mismatch_deg},
+    {"sweep_mismatch_left_degrees", "What is left of it", &AcquisitionCounters::mismatch_left_deg},
+    {"sweep_mismatch_left_millimetres", "What is left of it at half the depth",
+     &AcquisitionCounters::mismatch_left_mm},
+});
+
+/// Written by the acquisition thread if the source is a USB probe.
+struct ProbeCounters {
+  Counter bytes_received;
+  Counter bytes_skipped;  ///< noise: bytes between frames that belong to no frame
+  Counter transfers_completed;
+  Counter transfers_short;       ///< ended within a frame
+  Counter transfers_stalled;     ///< the endpoint was halted, and cleared again
+  Counter transfers_timed_out;   ///< no byte was received for 1.5 s; the stream was restarted
+  Counter transfers_overflowed;  ///< the probe sent more than was requested
+  Counter transfers_failed;      ///< any other error on the bus
+  Counter transfers_refused;     ///< the operating system did not accept a read
+  Counter streams_restarted;
+  Counter requests_failed;  ///< control requests that the probe did not answer, or stalled
+  Counter probes_found;
+  Counter probes_lost;
+  Counter settings_taken;
+  Counter settings_refused;
+};
+
+inline constexpr auto kProbeTable = std::to_array<CountRow<ProbeCounters>>({
+    {"probe_bytes_received", "Bytes that came over USB", &ProbeCounters::bytes_received},
+    {"probe_bytes_skipped", "Bytes between frames that are no frame", &ProbeCounters::bytes_skipped},
+    {"probe_transfers_completed", "Transfers that ended well", &ProbeCounters::transfers_completed},
+    {"probe_transfers_short", "Transfers that ended in the midst of a frame",
+     &ProbeCounters::transfers_short},
+    {"probe_transfers_stalled", "Halts of the probe's pipe", &ProbeCounters::transfers_stalled},
+    {"probe_transfers_timed_out", "Silences of the probe", &ProbeCounters::transfers_timed_out},
+    {"probe_transfers_overflowed", "Transfers with more than was asked for",
+     &ProbeCounters::transfers_overflowed},
+    {"probe_transfers_failed", "Transfers with another error on the bus", &ProbeCounters::transfers_failed},
+    {"probe_transfers_refused", "Transfers that the system did not take", &ProbeCounters::transfers_refused},
+    {"probe_streams_restarted", "Times the probe was stopped and started again",
+     &ProbeCounters::streams_restarted},
+    {"probe_requests_failed", "Requests that the probe did not answer", &ProbeCounters::requests_failed},
+    {"probes_found", "Times a probe was taken", &ProbeCounters::probes_found},
+    {"probes_lost", "Times a probe was lost", &ProbeCounters::probes_lost},
+    {"probe_settings_taken", "Settings that the probe took", &ProbeCounters::settings_taken},
+    {"probe_settings_refused", "Settings that the probe did not take", &ProbeCounters::settings_refused},
+});
+
+/// Written by the frame queue, on the acquisition thread. Every frame that was committed while there was a
+/// queue is counted in exactly one of the two.
+struct QueueCounters {
+  Counter frames_fed;  ///< passed to the render thread before their volume
+  Counter
+      frames_not_fed;  ///< the queue was full, or the frame too large for it; they are read with the volume
+};
+
+inline constexpr auto kQueueTable = std::to_array<CountRow<QueueCounters>>({
+    {"frames_fed", "Frames handed to the renderer ahead of their volume", &QueueCounters::frames_fed},
+    {"frames_not_fed", "Frames that found no room on that way, and came with their volume alone",
+     &QueueCounters::frames_not_fed},
+});
+
+/// Written by the ring: volumes_published = volumes_taken + volumes_dropped + the volumes still waiting.
+struct RingCounters {
+  Counter volumes_published;
+  Counter volumes_taken;    ///< read by the render thread
+  Counter volumes_dropped;  ///< replaced unread by a newer one (newest wins)
+};
+
+inline constexpr auto kRingTable = std::to_array<CountRow<RingCounters>>({
+    {"volumes_published", "Volumes put into the ring", &RingCounters::volumes_published},
+    {"volumes_taken", "Volumes that the renderer took", &RingCounters::volumes_taken},
+    {"volumes_dropped", "Volumes replaced unread by a newer one", &RingCounters::volumes_dropped},
+});
+
+/// Written by the render thread. For the volumes that it took from its ring
+///   RingCounters::volumes_taken = volumes_rendered + volumes_skipped + volumes_refused + those in flight.
+/// At most two volumes are in flight: none at rest, and none after the renderer was destroyed. A thread that
+/// reads volumes_taken last never finds it smaller than the sum of the others.
+///   pass2_runs = pictures_finished + pictures_outdated + those in flight
+///   pictures_finished = read + pictures_replaced + the one still unread
+struct RenderCounters {
+  Counter volumes_rendered;  ///< with at least one picture
+  Counter volumes_skipped;   ///< given up at the end, or outdated, before their first picture
+  Counter volumes_refused;   ///< with a geometry that this GPU has no room for
+  /// Cast without the requested speckle filter: too large for this GPU's buffers.
+  Counter volumes_unfiltered;
+  Counter pass1_runs;  ///< ray casts: a moved light never increments this
+  Counter pass2_runs;  ///< filter, light and finish
+  Counter pictures_finished;
+  Counter pictures_outdated;  ///< done after a picture of a newer volume, and therefore not shown
+  Counter pictures_replaced;  ///< replaced unread in the picture mailbox by a newer one
+
+  // Of private views. None of the above counts them.
+  Counter private_casts;
+  Counter private_casts_given_up;  ///< the main view took their frames, or the view was closed
+  Counter private_pictures;
+  Counter private_views_refused;  ///< for which this GPU had no memory
+
+  /// Fraction of the last one or two seconds in which the main view had work in progress. Not a metric.
+  Gauge<double> main_busy_share;
+};
+
+inline constexpr auto kRenderTable = std::to_array<CountRow<RenderCounters>>({
+    {"volumes_rendered", "Volumes of which a picture was finished", &RenderCounters::volumes_rendered},
+    {"volumes_skipped", "Volumes given up for a newer one before they had a picture",
+     &RenderCounters::volumes_skipped},
+    {"volumes_refused", "Volumes too large for this GPU", &RenderCounters::volumes_refused},
+    {"volumes_unfiltered", "Volumes too large for the speckle filter on this GPU, cast without it",
+     &RenderCounters::volumes_unfiltered},
+    {"pass1_runs", "Ray casts", &RenderCounters::pass1_runs},
+    {"pass2_runs", "Runs of filter, light and finish", &RenderCounters::pass2_runs},
+    {"pictures_finished", "Pictures rendered", &RenderCounters::pictures_finished},
+    {"pictures_outdated", "Pictures done after one of a newer volume", &RenderCounters::pictures_outdated},
+    {"pictures_replaced", "Pictures replaced before the server read them",
+     &RenderCounters::pictures_replaced},
+    {"private_casts", "Ray casts of private views", &RenderCounters::private_casts},
+    {"private_casts_given_up", "Of those, given up since the main view took their frames",
+     &RenderCounters::private_casts_given_up},
+    {"private_pictures", "Pictures of private views", &RenderCounters::private_pictures},
+    {"private_views_refused", "Private views that this GPU had no memory for",
+     &RenderCounters::private_views_refused},
+});
+
+/// The counters of all stages of the pipeline.
+struct PipelineCounters {
+  const AcquisitionCounters& acquisition;
+  const RingCounters& ring;
+  const QueueCounters& queue;
+  const RenderCounters& render;
+  const ProbeCounters& probe;
+};
+
+// Every counter has a row in its table.
+static_assert(sizeof(AcquisitionCounters) == sizeof(SeqLock) + kAcquisitionTable.size() * sizeof(Counter) +
+                                                 kAcquisitionValueTable.size() * sizeof(Gauge<double>));
+static_assert(sizeof(ProbeCounters) == kProbeTable.size() * sizeof(Counter));
+static_assert(sizeof(QueueCounters) == kQueueTable.size() * sizeof(Counter));
+static_assert(sizeof(RingCounters) == kRingTable.size() * sizeof(Counter));
+static_assert(sizeof(RenderCounters) == kRenderTable.size() * sizeof(Counter) + sizeof(Gauge<double>));
+
+}  // namespace fanlight

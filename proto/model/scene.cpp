@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/model/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fanlight {
+
+Result<void> check(const Scene& scene) {
+  if (scene.rays.start_mm >= scene.rays.end_mm) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("rays.start_mm is {} and rays.end_mm is {}, expected the start before the end",
+                             scene.rays.start_mm, scene.rays.end_mm)};
+  }
+  if (scene.rays.step_mm > 0 &&
+      scene.rays.step_mm * kMostSamplesOnARay < scene.rays.end_mm - scene.rays.start_mm) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("rays.step_mm is {}, expected 0 or at most {} samples between start and end",
+                             scene.rays.step_mm, kMostSamplesOnARay)};
+  }
+  const Scene::Crop& crop = scene.crop;
+  if (crop.left_mm >= crop.right_mm || crop.near_mm >= crop.far_mm || crop.below_mm >= crop.above_mm) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("the crop box is {} to {}, {} to {}, {} to {} mm, expected left below right, near "
+                    "below far, below below above",
+                    crop.left_mm, crop.right_mm, crop.near_mm, crop.far_mm, crop.below_mm, crop.above_mm)};
+  }
+  return {};
+}
+
+FirstPass first_pass_changed(const Scene& from, const Scene& to) {
+  auto first = FirstPass::kNone;
+  for (const SceneField& field : scene_fields()) {
+    if (!field.same(from, to)) first = std::min(first, field.first_pass);
+  }
+  return first;
+}
+
+Scene relit(const Scene& cast, const Scene& newest) {
+  Scene scene = cast;
+  for (const SceneField& field : scene_fields()) {
+    if (field.first_pass >= FirstPass::kFilter) field.copy(scene, newest);
+  }
+  return scene;
+}
+
+Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad,
+                std::uint32_t picture_height) {
+  const double depth_mm = geometry.depth_mm();
+  const double middle_rad = (first_angle_rad + last_angle_rad) / 2;
+  const double swept_rad = std::abs(last_angle_rad - first_angle_rad);
+  const double width_mm = geometry.right_mm() - geometry.left_mm();
+  const double height_mm =
+      2 * (geometry.motor_radius_mm + depth_mm / 2) * std::sin(std::min(swept_rad, kPi) / 2);
+
+  Scene scene;
+  scene.camera.target = geometry.point((geometry.left_mm() + geometry.right_mm()) / 2,
+                                       {.angle_rad = middle_rad, .depth_mm = depth_mm / 2});
+  scene.camera.pitch_deg = degrees(-middle_rad);
+  scene.camera.distance_mm = depth_mm / 2;
+  scene.camera.field_mm = std::max(width_mm, height_mm);
+  scene.rays.end_mm = depth_mm;
+  scene.slice.depth_mm = scene.camera.distance_mm;
+  scene.light.right_mm = -0.42 * scene.camera.field_mm;
+  scene.light.up_mm = 0.42 * scene.camera.field_mm;
+  scene.light.depth_mm = -0.4 * scene.camera.field_mm;
+  // The defaults apply to 512 pixels. In a picture of another height, the scaled odd window covers the same
+  // length in the body.
+  const auto scaled = [&](int window) {
+    const int radius = window / 2;
+    return 2 * static_cast<int>(std::lround(radius * (picture_height / 512.0))) + 1;
+  };
+  scene.filter.size = scaled(scene.filter.size);
+  scene.filter.islands = scaled(scene.filter.islands);
+  scene.filter.holes = scaled(scene.filter.holes);
+  // A fan may be larger than the ranges of the fields.
+  for (const SceneField& field : scene_fields()) {
+    if (!field.is_text()) field.set(scene, std::clamp(field.get(scene), field.minimum, field.maximum));
+  }
+  return scene;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "proto/base/result.hpp"
+#include "proto/model/deadline.hpp"
+#include "proto/model/fan_geometry.hpp"
+#include "proto/model/transfer_function.hpp"
+
+namespace fanlight {
+
+/// Direction of the rays: parallel, or from the eye.
+enum class Projection : std::uint8_t { kParallel, kPerspective };
+/// Filter of pass 0.
+enum class SpeckleFilter : std::uint8_t { kNone, kBox, kMedian, kGuided };
+/// Sign of the intensity step along the ray that makes a surface.
+enum class EdgeSign : std::uint8_t { kDarkToBright, kBrightToDark, kEither };
+/// Position of the surface on the ray: where the detector first exceeds the threshold (as in the paper), or
+/// the steepest point of that edge.
+enum class SurfacePlace : std::uint8_t { kFirstCrossing, kRefined };
+/// Content of the picture.
+enum class Mode : std::uint8_t {
+  kSurface,
+  kVolume,
+  kSurfaceAndVolume,  ///< side by side, from one run of pass 1
+  kMaximum,           ///< intensity along the ray
+  kMinimum,
+  kMean,
+  kDepth,
+  kSlice,   ///< the plane parallel to the picture at Slice::depth_mm
+  kSlices,  ///< three planes through the target, and the surface
+};
+/// Filter of the depth map in pass 2.
+enum class DepthFilter : std::uint8_t { kMean, kGaussian, kEdgePreserving };
+/// When the picture is updated: after each whole sweep, or with every frame, which replaces its position in
+/// the last sweep.
+enum class Refresh : std::uint8_t { kVolume, kFrame };
+/// Weight of each pixel in the depth filter.
+enum class FilterWeights : std::uint8_t { kEven, kConfidence };
+enum class Normals : std::uint8_t { kThreeNeighbours, kCentral };
+enum class LightKind : std::uint8_t { kPoint, kDirectional };
+/// Smoothing of pass 3.
+enum class Smoothing : std::uint8_t { kNone, kMean, kDiffusion };
+enum class ColourMap : std::uint8_t { kNone, kGrey, kSepia, kGold, kIce, kHeat };
+/// Reaction when the machine is too slow for the requested rate.
+enum class DeadlinePlan : std::uint8_t { kOff, kHoldRate };
+
+/// All parameters of a picture that a user may change, as plain numbers. Ranges, units and meanings are in
+/// scene_fields(), the one table that the command line, the network and the page read.
+///
+/// Depth and light are given in the view frame, mm: origin at the picture's centre in the view plane, right
+/// and up along the picture, depth away from the viewer. A depth is a distance from the view plane, in
+/// perspective too. At yaw = pitch = roll = 0 the viewer is behind the probe and looks into the body: right
+/// is +x (lateral), up is +z (elevation), depth is +y.
+struct Scene {
+  struct Camera {
+    Point target;  ///< centre of the orbit
+    double yaw_deg = 0;
+    double pitch_deg = 0;
+    double roll_deg = 0;
+    double distance_mm = 0;  ///< from the view plane to the target
+    double field_mm = 160;   ///< height of the picture in the body, at the depth of the target
+    Projection projection = Projection::kParallel;
+    double opening_deg = 30;  ///< perspective: angle between the picture's top and bottom, seen from the eye
+  } camera;
+
+  struct Rays {
+    double start_mm = 0;  ///< depth at which sampling begins
+    double end_mm = 160;
+    double step_mm = 0;  ///< 0: the finest pixel distance of the frame
+    int window =
+        1;  ///< each sample is the mean of window x window samples, one step apart across the ray; odd
+    int stride = 1;  ///< one ray for stride x stride pixels, through the first of them
+  } rays;
+
+  /// Nothing outside is shown: a box in the transducer frame, and two planes.
+  struct Crop {
+    double left_mm = -1000;
+    double right_mm = 1000;
+    double near_mm = -1000;
+    double far_mm = 1000;
+    double below_mm = -1000;
+    double above_mm = 1000;
+  } crop;
+  /// Keeps the points p with normal . p >= distance |normal|; a normal of zero keeps everything.
+  struct Clip {
+    double normal_x = 0;
+    double normal_y = 0;
+    double normal_z = 0;
+    double distance_mm = 0;
+  } clip1, clip2;
+
+  struct Speckle {
+    SpeckleFilter filter = SpeckleFilter::kGuided;
+    int size = 7;         ///< side of the window in the frame, pixels, odd
+    int across = 1;       ///< number of frames in the window, odd
+    double noise = 0.52;  ///< guided: standard deviation of speckle divided by its mean (Rayleigh: 0.52)
+
+    bool operator==(const Speckle&) const = default;
+  } speckle;
+
+  struct Detector {
+    double threshold = 20;  ///< grey levels, of 255
+    int window = 28;        ///< samples, even
+    EdgeSign sign = EdgeSign::kDarkToBright;
+    SurfacePlace place = SurfacePlace::kRefined;
+  } detector;
+
+  TransferFunction transfer;
+
+  struct Slice {
+    double depth_mm = 80;  ///< of the plane in Mode::kSlice
+  } slice;
+
+  struct Filter {
+    DepthFilter kind = DepthFilter::kGaussian;
+    int size = 21;  ///< side of the window, pixels, odd
+    FilterWeights weights = FilterWeights::kEven;
+    double step_mm = 6;  ///< larger depth differences separate two surfaces
+    int islands = 7;     ///< surfaces smaller than about half this, pixels, are removed; odd; 1: none
+    int holes = 9;       ///< holes smaller than about half this, pixels, are filled; odd; 1: none
+    double steady = 0;   ///< weight of the last volume's depth map
+
+    bool operator==(const Filter&) const = default;
+  } filter;
+
+  struct Light {
+    LightKind kind = LightKind::kPoint;
+    double right_mm = -90;  ///< position; a directional light shines from here to the target
+    double up_mm = 90;
+    double depth_mm = -80;
+    double red = 1;  ///< as displayed (sRGB)
+    double green = 1;
+    double blue = 1;
+    double ambient = 0.2;
+    double diffuse = 0.75;
+    double specular = 0.25;
+    double shininess = 24;
+    Normals normals = Normals::kCentral;
+  } light;
+
+  /// Colour of the surface under white light (sRGB); default: skin.
+  struct Material {
+    double red = 0.95;
+    double green = 0.78;
+    double blue = 0.68;
+  } material;
+
+  struct Shadow {
+    double coefficient = 0.3;  ///< fraction of the direct light that remains in a shadow; 1: no shadows
+    double softness_mm = 15;   ///< radius of the light source; 0: hard shadows
+  } shadow;
+
+  Mode mode = Mode::kSurface;
+  Refresh refresh = Refresh::kVolume;
+
+  struct Finish {
+    Smoothing smoothing = Smoothing::kMean;
+    int iterations = 5;       ///< of the diffusion
+    double conductance = 12;  ///< of the diffusion, grey levels: much larger steps are preserved
+    ColourMap colours = ColourMap::kNone;
+  } finish;
+
+  /// Applied by renderer/schedule/rate_governor.hpp to a sequence of pictures; a single picture has no rate.
+  struct Deadline {
+    DeadlinePlan plan = DeadlinePlan::kOff;
+    double rate_hz = 15;  ///< requested picture rate
+  } deadline;
+};
+
+/// A scene and the number under which the server accepted it.
+struct NumberedScene {
+  std::uint64_t revision = 0;  ///< grows with each change
+  Scene scene;
+  DeadlineState deadline{};  ///< differs from the default where the deadline plan modified `scene`
+};
+
+/// Earliest pass that must run again after a change of a field.
+enum class FirstPass : std::uint8_t { kPrepare, kCast, kFilter, kLight, kNone };
+
+/// A row of the table of scene fields: a number, a choice (transmitted as its index), or a text.
+struct SceneField {
+  std::string_view name;  ///< dotted, as in the protobuf message Scene and on the command line
+  std::string_view unit;  ///< "mm", "deg", "grey levels", ... or empty
+  std::string_view help;  ///< one clause for users
+  double minimum = 0;     ///< of a number, or index of the first choice
+  double maximum = 0;
+  double step = 0;  ///< 0: continuous; otherwise minimum + a whole number of steps
+  FirstPass first_pass = FirstPass::kNone;
+  std::span<const std::string_view> choices;  ///< names of the values 0, 1, ...; empty for a number or text
+
+  // Of a number or a choice; nullptr for a text.
+  double (*get)(const Scene&) = nullptr;
+  void (*set)(Scene&, double) = nullptr;
+  // Of a text; nullptr for the others.
+  std::string (*get_text)(const Scene&) = nullptr;
+  Result<void> (*set_text)(Scene&, std::string_view) = nullptr;
+
+  bool (*same)(const Scene&, const Scene&) = nullptr;
+  void (*copy)(Scene& to, const Scene& from) = nullptr;
+
+  bool is_text() const { return get_text != nullptr; }
+};
+
+std::span<const SceneField> scene_fields();
+
+/// The row with this name, or nullptr.
+const SceneField* find_scene_field(std::string_view name);
+
+/// Sets one field. The error names the refused value and the allowed ones; the scene is then unchanged.
+/// Precondition: not a text.
+Result<void> set_field(Scene& scene, const SceneField& field, double value);
+
+/// The same from a text: a number, the name of a choice, or a text field's content.
+Result<void> set_field(Scene& scene, const SceneField& field, std::string_view text);
+
+/// The field's value as text that set_field() accepts.
+std::string field_text(const Scene& scene, const SceneField& field);
+
+/// Limits the cost of a ray.
+inline constexpr double kMostSamplesOnARay = 8192;
+
+/// Rules that concern several fields: rays must start before they end and take at most kMostSamplesOnARay
+/// samples, and the crop box must not be empty.
+Result<void> check(const Scene& scene);
+
+/// Earliest pass that must run again to change one scene's picture into the other's.
+FirstPass first_pass_changed(const Scene& from, const Scene& to);
+
+/// `cast` with those fields of `newest` that only passes 2 and 3 read (from FirstPass::kFilter on): the part
+/// of a new scene that can be shown with an existing depth map.
+Scene relit(const Scene& cast, const Scene& newest);
+
+/// Scene that shows the whole fan from the probe: the view plane in the probe face, rays down to the last
+/// row, the middle of the sweep in the centre, the light up and to the left. Every field is within the
+/// table's range. The windows of pass 2, in pixels, are scaled to `picture_height`.
+Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad,
+                std::uint32_t picture_height = 512);
+
+}  // namespace fanlight

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/model/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <type_traits>
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::string_view kProjections[] = {"parallel", "perspective"};
+constexpr std::string_view kSpeckleFilters[] = {"none", "box", "median", "guided"};
+constexpr std::string_view kSigns[] = {"dark-to-bright", "bright-to-dark", "either"};
+constexpr std::string_view kPlaces[] = {"first-crossing", "refined"};
+constexpr std::string_view kRefreshes[] = {"volume", "frame"};
+constexpr std::string_view kModes[] = {
+    "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth", "slice", "slices"};
+constexpr std::string_view kDepthFilters[] = {"mean", "gaussian", "edge-preserving"};
+constexpr std::string_view kWeights[] = {"even", "confidence"};
+constexpr std::string_view kNormals[] = {"three-neighbours", "central"};
+constexpr std::string_view kLightKinds[] = {"point", "directional"};
+constexpr std::string_view kSmoothings[] = {"none", "mean", "diffusion"};
+constexpr std::string_view kColourMaps[] = {"none", "grey", "sepia", "gold", "ice", "heat"};
+constexpr std::string_view kDeadlinePlans[] = {"off", "hold-rate"};
+
+using Choices = std::span<const std::string_view>;
+
+// One accessor for reading and writing, so that a row names its member once.
+template <auto kMember>
+const auto& member_of(const Scene& scene) {
+  return kMember(const_cast<Scene&>(scene));
+}
+
+template <auto kMember>
+SceneField any_row(std::string_view name, std::string_view unit, std::string_view help,
+                   FirstPass first_pass) {
+  SceneField field{.name = name, .unit = unit, .help = help, .first_pass = first_pass, .choices = {}};
+  field.same = [](const Scene& a, const Scene& b) { return member_of<kMember>(a) == member_of<kMember>(b); };
+  field.copy = [](Scene& to, const Scene& from) { kMember(to) = member_of<kMember>(from); };
+  return field;
+}
+
+template <auto kMember>
+SceneField row(std::string_view name, std::string_view unit, std::string_view help, double minimum,
+               double maximum, double step, FirstPass first_pass) {
+  SceneField field = any_row<kMember>(name, unit, help, first_pass);
+  field.minimum = minimum;
+  field.maximum = maximum;
+  field.step = step;
+  field.get = [](const Scene& scene) { return static_cast<double>(member_of<kMember>(scene)); };
+  field.set = [](Scene& scene, double value) {
+    auto& member = kMember(scene);
+    member = static_cast<std::remove_reference_t<decltype(member)>>(value);
+  };
+  return field;
+}
+
+template <auto kMember>
+SceneField choice(std::string_view name, std::string_view help, FirstPass first_pass, Choices choices) {
+  SceneField field = row<kMember>(name, "", help, 0, static_cast<double>(choices.size() - 1), 1, first_pass);
+  field.choices = choices;
+  return field;
+}
+
+/// A member with text() and parse().
+template <auto kMember>
+SceneField text_row(std::string_view name, std::string_view help, FirstPass first_pass) {
+  SceneField field = any_row<kMember>(name, "", help, first_pass);
+  field.get_text = [](const Scene& scene) { return member_of<kMember>(scene).text(); };
+  field.set_text = [](Scene& scene, std::string_view text) -> Result<void> {
+    auto& member = kMember(scene);
+    auto parsed = std::remove_reference_t<decltype(member)>::parse(text);
+    if (!parsed) return parsed.error();
+    member = *parsed;
+    return {};
+  };
+  return field;
+}
+
+// NOLINTBEGIN(bugprone-macro-parentheses): a member path cannot stand in parentheses.
+#define MEMBER(path)           \
+  [](Scene & scene) -> auto& { \
+    return scene.path;         \
+  }
+// NOLINTEND(bugprone-macro-parentheses)
+
+const SceneField kFields[] = {
+    row<MEMBER(camera.target.x_mm)>("camera.target_x_mm", "mm",
+                                    "point that the orbit keeps in the middle, lateral", -1000, 1000, 0,
+                                    FirstPass::kCast),
+    row<MEMBER(camera.target.y_mm)>("camera.target_y_mm", "mm", "the same, below the probe face", -1000, 1000,
+                                    0, FirstPass::kCast),
+    row<MEMBER(camera.target.z_mm)>("camera.target_z_mm", "mm", "the same, elevation", -1000, 1000, 0,
+                                    FirstPass::kCast),
+    row<MEMBER(camera.yaw_deg)>("camera.yaw_deg", "deg",
+                                "orbit about elevation, positive towards the marked side", -180, 180, 0,
+                                FirstPass::kCast),
+    row<MEMBER(camera.pitch_deg)>("camera.pitch_deg", "deg", "orbit upwards", -90, 90, 0, FirstPass::kCast),
+    row<MEMBER(camera.roll_deg)>("camera.roll_deg", "deg",
+                                 "turn of the camera about its view direction, clockwise", -180, 180, 0,
+                                 FirstPass::kCast),
+    row<MEMBER(camera.distance_mm)>("camera.distance_mm", "mm", "from the view plane to the target", 0, 2000,
+                                    0, FirstPass::kCast),
+    row<MEMBER(camera.field_mm)>("camera.field_mm", "mm", "height of the picture in the body, at the target",
+                                 1, 2000, 0, FirstPass::kCast),
+    choice<MEMBER(camera.projection)>("camera.projection", "rays side by side, or all from the eye",
+                                      FirstPass::kCast, kProjections),
+    row<MEMBER(camera.opening_deg)>(
+        "camera.opening_deg", "deg",
+        "perspective: angle from the picture's bottom to its top, seen from the eye", 1, 120, 0,
+        FirstPass::kCast),
+    row<MEMBER(rays.start_mm)>("rays.start_mm", "mm", "depth below the view plane at which rays start", 0,
+                               2000, 0, FirstPass::kCast),
+    row<MEMBER(rays.end_mm)>("rays.end_mm", "mm", "depth at which they end", 0, 3000, 0, FirstPass::kCast),
+    row<MEMBER(rays.step_mm)>("rays.step_mm", "mm",
+                              "distance of samples; 0 takes the finest distance of pixels in the frame", 0,
+                              10, 0, FirstPass::kCast),
+    row<MEMBER(rays.window)>("rays.window", "samples",
+                             "each sample is the mean of so many by so many across the ray, odd", 1, 7, 2,
+                             FirstPass::kCast),
+    row<MEMBER(rays.stride)>("rays.stride", "pixels",
+                             "one ray for so many by so many pixels: 2 is coarse, and casts a quarter", 1, 2,
+                             1, FirstPass::kCast),
+    row<MEMBER(crop.left_mm)>("crop.left_mm", "mm", "nothing is shown below this lateral position (x)", -1000,
+                              1000, 0, FirstPass::kCast),
+    row<MEMBER(crop.right_mm)>("crop.right_mm", "mm", "nor above this", -1000, 1000, 0, FirstPass::kCast),
+    row<MEMBER(crop.near_mm)>("crop.near_mm", "mm", "nothing is shown nearer to the probe than this (y)",
+                              -1000, 1000, 0, FirstPass::kCast),
+    row<MEMBER(crop.far_mm)>("crop.far_mm", "mm", "nor farther than this", -1000, 1000, 0, FirstPass::kCast),
+    row<MEMBER(crop.below_mm)>("crop.below_mm", "mm", "nothing is shown below this elevation (z)", -1000,
+                               1000, 0, FirstPass::kCast),
+    row<MEMBER(crop.above_mm)>("crop.above_mm", "mm", "nor above this", -1000, 1000, 0, FirstPass::kCast),
+    row<MEMBER(clip1.normal_x)>(
+        "clip1.normal_x", "",
+        "clip plane: what lies along this normal is kept, lateral part; all 0 keeps everything", -1, 1, 0,
+        FirstPass::kCast),
+    row<MEMBER(clip1.normal_y)>("clip1.normal_y", "", "clip plane: the same, part into the body", -1, 1, 0,
+                                FirstPass::kCast),
+    row<MEMBER(clip1.normal_z)>("clip1.normal_z", "", "clip plane: the same, part in elevation", -1, 1, 0,
+                                FirstPass::kCast),
+    row<MEMBER(clip1.distance_mm)>("clip1.distance_mm", "mm",
+                                   "clip plane: its distance from the probe face's centre along the normal",
+                                   -1000, 1000, 0, FirstPass::kCast),
+    row<MEMBER(clip2.normal_x)>(
+        "clip2.normal_x", "",
+        "second clip plane: what lies along this normal is kept, lateral part; all 0 keeps everything", -1, 1,
+        0, FirstPass::kCast),
+    row<MEMBER(clip2.normal_y)>("clip2.normal_y", "", "second clip plane: the same, part into the body", -1,
+                                1, 0, FirstPass::kCast),
+    row<MEMBER(clip2.normal_z)>("clip2.normal_z", "", "second clip plane: the same, part in elevation", -1, 1,
+                                0, FirstPass::kCast),
+    row<MEMBER(clip2.distance_mm)>(
+        "clip2.distance_mm", "mm",
+        "second clip plane: its distance from the probe face's centre along the normal", -1000, 1000, 0,
+        FirstPass::kCast),
+    choice<MEMBER(speckle.filter)>("speckle.filter", "speckle reduction of the volume before rays are cast",
+                                   FirstPass::kPrepare, kSpeckleFilters),
+    row<MEMBER(speckle.size)>("speckle.size", "pixels", "side of its window in a frame, odd", 3, 7, 2,
+                              FirstPass::kPrepare),
+    row<MEMBER(speckle.across)>("speckle.across", "frames", "neighbouring frames that it spans, odd", 1, 3, 2,
+                                FirstPass::kPrepare),
+    row<MEMBER(speckle.noise)>("speckle.noise", "",
+                               "guided: deviation of speckle over its mean; what varies more is an edge",
+                               0.05, 2, 0, FirstPass::kPrepare),
+    row<MEMBER(detector.threshold)>("detector.threshold", "grey levels",
+                                    "step in the echo that makes a surface", 0, 255, 0, FirstPass::kCast),
+    row<MEMBER(detector.window)>("detector.window", "samples",
+                                 "samples that the edge detector compares, even", 2, 32, 2, FirstPass::kCast),
+    choice<MEMBER(detector.sign)>("detector.sign", "which way the echo must step", FirstPass::kCast, kSigns),
+    choice<MEMBER(detector.place)>(
+        "detector.place",
+        "where on the edge the surface lies: where the threshold is first crossed, or its steepest point",
+        FirstPass::kCast, kPlaces),
+    text_row<MEMBER(transfer)>(
+        "transfer.points",
+        "volume mode: colour and opacity per mm by grey level, as LEVEL #RRGGBB OPACITY, ...",
+        FirstPass::kCast),
+    row<MEMBER(slice.depth_mm)>("slice.depth_mm", "mm", "slice mode: depth of the plane below the view plane",
+                                0, 3000, 0, FirstPass::kCast),
+    choice<MEMBER(filter.kind)>(
+        "filter.kind", "average of depths: moving mean, Gaussian, or one that does not bridge a step",
+        FirstPass::kFilter, kDepthFilters),
+    row<MEMBER(filter.size)>("filter.size", "pixels", "side of its window over the depth map, odd", 1, 31, 2,
+                             FirstPass::kFilter),
+    choice<MEMBER(filter.weights)>("filter.weights",
+                                   "what a pixel counts: all the same, or by the confidence in its edge",
+                                   FirstPass::kFilter, kWeights),
+    row<MEMBER(filter.step_mm)>("filter.step_mm", "mm", "depths that differ by more are two surfaces", 0.1,
+                                100, 0, FirstPass::kFilter),
+    row<MEMBER(filter.islands)>("filter.islands", "pixels",
+                                "surfaces smaller than about half this are removed; odd, 1 removes none", 1,
+                                15, 2, FirstPass::kFilter),
+    row<MEMBER(filter.holes)>("filter.holes", "pixels",
+                              "holes smaller than about half this are filled; odd, 1 fills none", 1, 15, 2,
+                              FirstPass::kFilter),
+    row<MEMBER(filter.steady)>("filter.steady", "",
+                               "share of the last volume in the depth map, while the view stays", 0, 0.95, 0,
+                               FirstPass::kFilter),
+    choice<MEMBER(light.kind)>("light.kind", "at a point, or so far away that its rays are parallel",
+                               FirstPass::kLight, kLightKinds),
+    row<MEMBER(light.right_mm)>(
+        "light.right_mm", "mm",
+        "right of the picture's centre; a directional light shines from here to the target", -2000, 2000, 0,
+        FirstPass::kLight),
+    row<MEMBER(light.up_mm)>("light.up_mm", "mm", "above the picture's centre", -2000, 2000, 0,
+                             FirstPass::kLight),
+    row<MEMBER(light.depth_mm)>("light.depth_mm", "mm", "beyond the view plane (negative: before it)", -2000,
+                                2000, 0, FirstPass::kLight),
+    row<MEMBER(light.red)>("light.red", "", "colour of the light, red", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(light.green)>("light.green", "", "colour of the light, green", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(light.blue)>("light.blue", "", "colour of the light, blue", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(light.ambient)>("light.ambient", "", "light from everywhere", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(light.diffuse)>("light.diffuse", "", "matt reflection", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(light.specular)>("light.specular", "", "shiny reflection", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(light.shininess)>("light.shininess", "", "exponent of the shiny reflection", 1, 256, 0,
+                                 FirstPass::kLight),
+    choice<MEMBER(light.normals)>("light.normals",
+                                  "slope of the surface from three neighbouring pixels, or from both sides",
+                                  FirstPass::kLight, kNormals),
+    row<MEMBER(material.red)>("material.red", "", "colour of the surface, red", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(material.green)>("material.green", "", "colour of the surface, green", 0, 1, 0,
+                                FirstPass::kLight),
+    row<MEMBER(material.blue)>("material.blue", "", "colour of the surface, blue", 0, 1, 0,
+                               FirstPass::kLight),
+    row<MEMBER(shadow.coefficient)>("shadow.coefficient", "",
+                                    "share of the light's own brightness left in a shadow; 1 casts none", 0,
+                                    1, 0, FirstPass::kLight),
+    row<MEMBER(shadow.softness_mm)>("shadow.softness_mm", "mm",
+                                    "radius of the lamp, which blurs the shadow's edge; 0 keeps it hard", 0,
+                                    200, 0, FirstPass::kLight),
+    // Rays end at the surface in surface mode: the volume's colours are computed only in modes that show
+    // them.
+    choice<MEMBER(mode)>("mode", "what the picture shows", FirstPass::kCast, kModes),
+    choice<MEMBER(finish.smoothing)>(
+        "finish.smoothing", "smoothing of the picture: none, 2 x 2 mean, or diffusion that keeps edges",
+        FirstPass::kLight, kSmoothings),
+    row<MEMBER(finish.iterations)>("finish.iterations", "", "steps of the diffusion", 1, 30, 1,
+                                   FirstPass::kLight),
+    row<MEMBER(finish.conductance)>("finish.conductance", "grey levels",
+                                    "diffusion: steps well above this stay", 1, 100, 0, FirstPass::kLight),
+    choice<MEMBER(finish.colours)>("finish.colours", "colour map of the picture's brightness",
+                                   FirstPass::kLight, kColourMaps),
+    // These fields change no pass. Each change is still answered by a picture, and running the light pass is
+    // the cheapest way.
+    choice<MEMBER(refresh)>("refresh",
+                            "when the picture follows the probe: when a sweep is whole, or with every frame",
+                            FirstPass::kLight, kRefreshes),
+    choice<MEMBER(deadline.plan)>(
+        "deadline.plan",
+        "where the machine cannot keep up: nothing, or hold the rate with a coarser picture while the view "
+        "moves, then always, then a wider step, then cheaper filters",
+        FirstPass::kLight, kDeadlinePlans),
+    row<MEMBER(deadline.rate_hz)>("deadline.rate_hz", "Hz", "pictures a second that the plan holds", 1, 60, 0,
+                                  FirstPass::kLight),
+};
+
+#undef MEMBER
+
+std::string allowed(const SceneField& field) {
+  if (!field.choices.empty()) return fmt::format("one of {}", fmt::join(field.choices, ", "));
+  const std::string unit = field.unit.empty() ? "" : fmt::format(" {}", field.unit);
+  const std::string step =
+      field.step == 0 ? "" : fmt::format(" in steps of {} from {}", field.step, field.minimum);
+  return fmt::format("a number from {} to {}{}{}", field.minimum, field.maximum, unit, step);
+}
+
+Error refusal(const SceneField& field, std::string_view given) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{} is {}, expected {}", field.name, given, allowed(field))};
+}
+
+}  // namespace
+
+std::span<const SceneField> scene_fields() {
+  return kFields;
+}
+
+const SceneField* find_scene_field(std::string_view name) {
+  const auto* found = std::ranges::find(kFields, name, &SceneField::name);
+  return found == std::end(kFields) ? nullptr : found;
+}
+
+Result<void> set_field(Scene& scene, const SceneField& field, double value) {
+  const bool in_range = value >= field.minimum && value <= field.maximum;  // false for a NaN
+  const bool on_step = field.step == 0 || std::fmod(value - field.minimum, field.step) == 0;
+  if (!in_range || !on_step) return refusal(field, fmt::format("{}", value));
+  field.set(scene, value);
+  return {};
+}
+
+Result<void> set_field(Scene& scene, const SceneField& field, std::string_view text) {
+  if (field.is_text()) {
+    auto set = field.set_text(scene, text);
+    if (!set) return Error{set.error().code, fmt::format("{}: {}", field.name, set.error().message)};
+    return {};
+  }
+  if (!field.choices.empty()) {
+    const auto found = std::ranges::find(field.choices, text);
+    if (found == field.choices.end()) return refusal(field, fmt::format("\"{}\"", text));
+    field.set(scene, static_cast<double>(found - field.choices.begin()));
+    return {};
+  }
+  double value = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure != std::errc{} || end != text.data() + text.size()) {
+    return refusal(field, fmt::format("\"{}\"", text));
+  }
+  return set_field(scene, field, value);
+}
+
+std::string field_text(const Scene& scene, const SceneField& field) {
+  if (field.is_text()) return field.get_text(scene);
+  const double value = field.get(scene);
+  return field.choices.empty() ? fmt::format("{}", value)
+                               : std::string(field.choices[static_cast<std::size_t>(value)]);
+}
+
+}  // namespace fanlight

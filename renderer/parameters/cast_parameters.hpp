@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "proto/model/fan_geometry.hpp"
+#include "proto/model/scene.hpp"
+#include "renderer/parameters/angle_table.hpp"
+#include "renderer/parameters/pipeline_key.hpp"
+#include "renderer/parameters/view_frame.hpp"
+#include "shaders/cast_parameters.h"
+
+namespace fanlight {
+
+// Pass 1: scene to uniforms and pipelines.
+
+/// What a volume adds to the geometry of its source.
+struct VolumeExtent {
+  double first_angle_rad = 0;  ///< smallest and largest angle of its frames
+  double last_angle_rad = 0;
+  std::uint32_t frames = 0;
+  std::uint32_t frame_capacity = 0;  ///< slices of the texture that holds it
+};
+
+/// The uniforms of pass 1 for this scene and volume. Samples lie at depths rays.start_mm + k * step / (length
+/// of the ray per mm of depth) for whole k. Lengths in mm, in the transducer frame.
+shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
+                                        const AngleTable& table, const VolumeExtent& volume);
+
+/// Whether pass 1 skips empty space. The pictures are the same; kOff serves comparisons.
+enum class Skipping : std::uint8_t { kOn, kOff };
+
+/// The pipelines of pass 1 for a scene and a kind of frames.
+struct CastKeys {
+  PipelineKey cast;                        ///< rays of all tiles
+  std::optional<PipelineKey> empty_space;  ///< runs before the rays; absent where rays sample everything
+  std::optional<PipelineKey> slice;        ///< absent where the mode shows no planes
+  std::optional<PipelineKey> cast_listed;  ///< rays of the dirty tiles only; absent as dirty_tiles
+  std::optional<PipelineKey> dirty_tiles;  ///< absent unless frames are replaced one by one (Refresh::kFrame)
+                                           ///< and rays skip empty space
+};
+CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping);
+
+}  // namespace fanlight

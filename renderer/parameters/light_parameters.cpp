@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/parameters/light_parameters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <iterator>
+
+#include "renderer/parameters/colour_map.hpp"
+#include "shaders/bindings.h"
+
+namespace fanlight {
+
+namespace {
+
+constexpr double kGreyLevels = 255;
+
+/// Linear components of a displayed colour (sRGB).
+glm::vec3 linear(double red, double green, double blue) {
+  const auto decoded = [](double value) {
+    return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+  };
+  return {decoded(red), decoded(green), decoded(blue)};
+}
+
+void set_viewport(shaders::LightParameters& to, const Scene& scene, PictureSize size) {
+  const Viewport port = viewport(scene, size);
+  to.width = size.width;
+  to.height = size.height;
+  to.view_left = static_cast<int>(port.left);
+  to.view_top = static_cast<int>(port.top);
+  to.view_right = static_cast<int>(port.left + port.width) - 1;
+  to.view_bottom = static_cast<int>(port.top + port.height) - 1;
+  to.centre = {port.centre_column(), port.centre_row()};
+  to.pixel = static_cast<float>(port.pixel_mm);
+  const double eye_mm = eye_distance_mm(scene.camera);
+  const double height_mm = eye_height_mm(scene.camera);
+  const bool from_eye = is_perspective(scene.camera);
+  to.view_scale_at_0 = static_cast<float>(from_eye ? height_mm / eye_mm : 1);
+  to.view_scale_per_mm = static_cast<float>(from_eye ? 1 / eye_mm : 0);
+  to.eye_height = static_cast<float>(height_mm);
+  // At least 1 mm in front of the eye, where the eye lies beyond the view plane: nothing visible is nearer.
+  to.shadow_top =
+      static_cast<float>(from_eye ? -std::max(scene.rays.start_mm, 1 - height_mm) : -scene.rays.start_mm);
+}
+
+void set_filter(shaders::LightParameters& to, const Scene& scene, double farthest_mm) {
+  const Scene::Filter& filter = scene.filter;
+  to.steady = static_cast<float>(filter.steady);
+  to.same_surface = static_cast<float>(filter.step_mm);
+  to.islands_radius = filter.islands / 2;
+  to.holes_radius = filter.holes / 2;
+  to.filter_radius = filter.size / 2;
+  const double sigma_pixels = filter.size / 5.0;
+  to.filter_fall = static_cast<float>(1 / (2 * sigma_pixels * sigma_pixels));
+  to.confidence_counts = filter.weights == FilterWeights::kConfidence ? 1 : 0;
+  // The largest sum: a window of the deepest surface everywhere, with the largest weight.
+  const int most_weight = to.confidence_counts != 0 ? FANLIGHT_MAX_WEIGHT : 1;
+  const double largest_mm =
+      std::max(farthest_mm - scene.rays.start_mm, 1.0) * filter.size * filter.size * most_weight;
+  constexpr double kFinestUnits = 16384;
+  to.sum_units = static_cast<float>(std::min(4.0e9 / largest_mm, kFinestUnits));
+}
+
+void set_light(shaders::LightParameters& to, const Scene& scene) {
+  const Scene::Light& light = scene.light;
+  to.light = {light.right_mm, light.up_mm, -light.depth_mm};
+  const glm::dvec3 from_target(light.right_mm, light.up_mm, scene.camera.distance_mm - light.depth_mm);
+  const double distance_mm = glm::length(from_target);
+  to.light_direction = distance_mm > 0 ? from_target / distance_mm : glm::dvec3(0, 0, 1);
+  to.lamp_distance = static_cast<float>(std::max(distance_mm, 1e-3));
+  to.directional = light.kind == LightKind::kDirectional ? 1 : 0;
+  to.light_colour = linear(light.red, light.green, light.blue);
+  to.material = linear(scene.material.red, scene.material.green, scene.material.blue);
+  to.ambient = static_cast<float>(light.ambient);
+  to.diffuse = static_cast<float>(light.diffuse);
+  to.specular = static_cast<float>(light.specular);
+  to.shininess = static_cast<float>(light.shininess);
+  to.central_normals = light.normals == Normals::kCentral ? 1 : 0;
+  to.shadow = static_cast<float>(scene.shadow.coefficient);
+  to.softness = static_cast<float>(scene.shadow.softness_mm);
+}
+
+int shown_by(Mode mode) {
+  switch (mode) {
+    case Mode::kSurface:
+    case Mode::kSurfaceAndVolume:
+    case Mode::kSlices:
+      return FANLIGHT_SHOW_SURFACE;
+    case Mode::kDepth:
+      return FANLIGHT_SHOW_DEPTH;
+    default:
+      return FANLIGHT_SHOW_COLOUR;
+  }
+}
+
+PipelineKey smooth_key(bool along_columns, bool keeps_edges) {
+  return {.shader = Shader::kSmooth, .constants = {along_columns ? 1 : 0, keeps_edges ? 1 : 0}};
+}
+
+PipelineKey light_key(bool perspective, bool soft_shadows) {
+  return {.shader = Shader::kLight, .constants = {perspective ? 1 : 0, soft_shadows ? 1 : 0}};
+}
+
+}  // namespace
+
+shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm) {
+  shaders::LightParameters to{};
+  set_viewport(to, scene, size);
+  set_filter(to, scene, farthest_mm);
+  set_light(to, scene);
+  to.show = shown_by(scene.mode);
+  to.colours_from_left = scene.mode == Mode::kSurfaceAndVolume ? static_cast<int>(size.width / 2) : 0;
+  to.depth_white = static_cast<float>(scene.rays.start_mm);
+  to.depth_scale = static_cast<float>(1 / (scene.rays.end_mm - scene.rays.start_mm));
+  to.mean = scene.finish.smoothing == Smoothing::kMean ? 1 : 0;
+  to.diffusion_scale = static_cast<float>(kGreyLevels / scene.finish.conductance);
+  to.map_colours = scene.finish.colours == ColourMap::kNone ? 0 : 1;
+  const auto points = colour_map_points(scene.finish.colours);
+  std::ranges::copy(points, std::begin(to.map_points));
+  return to;
+}
+
+LightKeys light_keys(const Scene& scene, FrameKind kind) {
+  const bool mean = scene.filter.kind == DepthFilter::kMean;
+  const bool keeps_edges = scene.filter.kind == DepthFilter::kEdgePreserving;
+  return {
+      .confidence = {.shader = Shader::kConfidence,
+                     .constants = {scene.detector.window, 0, kind == FrameKind::kConvexLines ? 1 : 0, 0,
+                                   scene.rays.window / 2}},
+      .filter_rows = mean ? PipelineKey{.shader = Shader::kMeanRows} : smooth_key(false, keeps_edges),
+      .filter_columns = mean ? PipelineKey{.shader = Shader::kMeanColumns} : smooth_key(true, keeps_edges),
+      .light = light_key(is_perspective(scene.camera), scene.shadow.softness_mm > 0)};
+}
+
+std::array<PipelineKey, 8> light_variants() {
+  std::array<PipelineKey, 8> variants;
+  auto* next = variants.data();
+  for (const bool first : {false, true}) {
+    for (const bool second : {false, true}) {
+      *next++ = light_key(first, second);
+      *next++ = smooth_key(first, second);
+    }
+  }
+  return variants;
+}
+
+}  // namespace fanlight

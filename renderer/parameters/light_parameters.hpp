@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "proto/model/fan_geometry.hpp"
+#include "proto/model/scene.hpp"
+#include "renderer/parameters/pipeline_key.hpp"
+#include "renderer/parameters/view_frame.hpp"
+#include "shaders/light_parameters.h"
+
+namespace fanlight {
+
+// Passes 2 and 3: scene to uniforms and pipelines.
+
+/// The uniforms of passes 2 and 3. No surface lies deeper than `farthest_mm`. Lengths in mm, in the view
+/// frame.
+shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm);
+
+/// The pipelines of pass 2 that depend on the scene; the other ones of passes 2 and 3 have no constants.
+struct LightKeys {
+  PipelineKey confidence;      ///< the weights of the depth filter, where the scene asks for them
+  PipelineKey filter_rows;     ///< Shader::kMeanRows or kSmooth
+  PipelineKey filter_columns;  ///< Shader::kMeanColumns or kSmooth
+  PipelineKey light;
+};
+LightKeys light_keys(const Scene& scene, FrameKind kind);
+
+/// Every value that LightKeys::light and the smoothing filter can have, to be built before a scene needs
+/// them: a changed light or filter must not wait for a pipeline.
+std::array<PipelineKey, 8> light_variants();
+
+}  // namespace fanlight

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <string_view>
+
+namespace fanlight {
+
+/// The shaders, in the order in which they run.
+enum class Shader : std::uint8_t {
+  kBox,  // pass 0
+  kMedian,
+  kGuidedFit,
+  kGuidedApply,
+  kBlockMinMax,
+  kNeighbourMinMax,
+  kPack,
+  kEmptySpace,  // pass 1
+  kDirtyTiles,
+  kCast,
+  kSlice,
+  kTemporal,  // pass 2
+  kTileDepthRange,
+  kCleanupTiles,
+  kIslands,
+  kConfidence,
+  kHoles,
+  kMeanRows,
+  kMeanColumns,
+  kSmooth,
+  kMinDepth,
+  kLight,
+  kDiffuse,  // pass 3
+  kFinish
+};
+
+/// File name of the shader without its extension ("cast"); names the pipelines in debugging tools.
+std::string_view name_of(Shader shader);
+
+/// Identifies a compute pipeline: a shader and the values of its specialisation constants 0, 1, ... A shader
+/// ignores the constants that it does not declare; these are 0 here.
+struct PipelineKey {
+  Shader shader = Shader::kCast;
+  std::array<std::int32_t, 8> constants{};
+
+  auto operator<=>(const PipelineKey&) const = default;
+};
+
+}  // namespace fanlight

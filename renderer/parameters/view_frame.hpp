@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "proto/model/picture.hpp"
+#include "proto/model/scene.hpp"
+
+namespace fanlight {
+
+/// Size of a picture in pixels.
+struct PictureSize {
+  std::uint32_t width = 512;
+  std::uint32_t height = 512;
+};
+
+/// The view frame of a camera in the transducer frame (mm): the centre of the picture in the view plane, and
+/// three unit vectors. right x forward = up.
+struct ViewFrame {
+  glm::dvec3 centre;
+  glm::dvec3 right;
+  glm::dvec3 up;
+  glm::dvec3 forward;
+};
+
+ViewFrame view_frame(const Scene::Camera& camera);
+
+/// The part of a picture that rays are cast for. Only this part has depths. Mode::kSlices shows its planes
+/// beside it, Mode::kSurfaceAndVolume the volume.
+struct Viewport {
+  std::uint32_t left = 0;  ///< pixels
+  std::uint32_t top = 0;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  double pixel_mm = 0;  ///< side of a pixel in the body, at the target's depth. camera.field_mm spans the
+                        ///< height, or the smaller side beside the volume
+
+  double centre_column() const { return left + 0.5 * (width - 1.0); }
+  double centre_row() const { return top + 0.5 * (height - 1.0); }
+};
+
+Viewport viewport(const Scene& scene, PictureSize size);
+
+/// Position of the viewport's pixels in the transducer frame.
+PictureView picture_view(const Scene& scene, PictureSize size);
+
+bool is_perspective(const Scene::Camera& camera);
+
+/// In perspective, from the eye to the target: field / (2 tan(opening / 2)).
+double eye_distance_mm(const Scene::Camera& camera);
+
+/// In perspective, height of the eye above the view plane; negative where the eye lies beyond the plane.
+double eye_height_mm(const Scene::Camera& camera);
+
+/// A point of the transducer frame (mm) as a vector.
+glm::dvec3 to_vector(const Point& point);
+
+}  // namespace fanlight

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/schedule/main_schedule.hpp"
+
+#include <algorithm>
+
+namespace fanlight {
+
+namespace {
+
+bool idle_and_settled(const SlotStatus& slot) {
+  return slot.phase == WorkPhase::kIdle && slot.settled();
+}
+
+bool replaces_frames(const MainStatus& status, const NumberedScene& scene) {
+  const SlotStatus& newest = status.slots[status.newest];
+  return fanlight::replaces_frames(newest.loaded, *newest.cast_scene, scene);
+}
+
+}  // namespace
+
+bool view_changed(const NumberedScene& cast_scene, const NumberedScene& scene) {
+  return first_pass_changed(cast_scene.scene, scene.scene) <= FirstPass::kCast;
+}
+
+bool light_changed(const SlotStatus& slot, const NumberedScene& scene) {
+  // With the view unchanged every new revision gets its picture, even one that returns to what is shown: the
+  // client that sent it waits for a picture with its number.
+  if (!view_changed(*slot.cast_scene, scene) && slot.lit_scene->revision != scene.revision) return true;
+  const Scene possible = relit(slot.cast_scene->scene, scene.scene);
+  return first_pass_changed(slot.lit_scene->scene, possible) != FirstPass::kNone;
+}
+
+bool replaces_frames(bool loaded, const NumberedScene& cast_scene, const NumberedScene& scene) {
+  return scene.scene.refresh == Refresh::kFrame && loaded && cast_scene.scene.refresh == Refresh::kFrame;
+}
+
+bool accepts_volume(const MainStatus& status, const NumberedScene& scene) {
+  const bool casting = std::ranges::any_of(
+      status.slots, [](const SlotStatus& slot) { return slot.phase == WorkPhase::kCasting; });
+  if (casting || !idle_and_settled(status.slots[status.other()])) return false;
+  // Where frames are replaced, a volume may take either slot.
+  return !replaces_frames(status, scene) || idle_and_settled(status.slots[status.newest]);
+}
+
+bool accepts_frame(const MainStatus& status, const NumberedScene& scene) {
+  const std::size_t target = replaces_frames(status, scene) ? status.newest : status.other();
+  return status.slots[status.newest].loaded && idle_and_settled(status.slots[target]);
+}
+
+MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
+  MainSteps due;
+  MainStatus now = status;  // as the steps so far leave it
+  SlotStatus& newest = now.slots[now.newest];
+
+  // A cast whose view is outdated is restarted between two bands, but not twice in a row: a camera that never
+  // rests must not starve the pictures.
+  const bool begin = idle_and_settled(newest) && newest.loaded && view_changed(*newest.cast_scene, scene);
+  const bool restart = newest.phase == WorkPhase::kCasting && !newest.cast_submitted && !newest.outstanding &&
+                       !newest.gave_up_cast && view_changed(*newest.cast_scene, scene);
+  if (begin || restart) {
+    due.add(begin ? MainStep::kBeginCast : MainStep::kRestartCast);
+    newest.phase = WorkPhase::kCasting;
+    newest.cast_submitted = false;
+  }
+
+  // Before the next band, so that a changed light does not wait for the band.
+  SlotStatus& shown = now.slots[now.shown];
+  if (shown.phase == WorkPhase::kIdle && shown.loaded && light_changed(shown, scene)) {
+    due.add(MainStep::kLightShown);
+    shown.phase = WorkPhase::kLighting;
+  }
+
+  const bool replaces = replaces_frames(status, scene);
+  if (replaces && idle_and_settled(newest) && newest.frames_changed) {
+    due.add(newest.can_recast ? MainStep::kRecast : MainStep::kBeginCast);
+  } else if (newest.phase == WorkPhase::kCasting) {
+    // A band waits until the band before it is done, and the light waits for the last band: work that is
+    // submitted early delays a changed light, or shows an old one.
+    if (!newest.outstanding) due.add(newest.cast_submitted ? MainStep::kLightCast : MainStep::kCastBand);
+  } else if (!replaces && accepts_frame(now, scene)) {
+    due.add(MainStep::kPrepareAhead);
+  }
+  return due;
+}
+
+}  // namespace fanlight

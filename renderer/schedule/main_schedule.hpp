@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "proto/model/scene.hpp"
+#include "renderer/schedule/work_phase.hpp"
+
+namespace fanlight {
+
+// The order of the main view's work, without a GPU: pure functions of a snapshot and of the newest scene.
+// None of them allocates or blocks.
+
+/// Snapshot of one of the two volume slots of the main view.
+struct SlotStatus {
+  WorkPhase phase = WorkPhase::kIdle;
+  bool loaded = false;                        ///< holds a volume
+  bool outstanding = false;                   ///< the GPU has not finished its submissions
+  bool read_by_private_view = false;          ///< work of a private view that reads the slot is outstanding
+  bool cast_submitted = false;                ///< all bands of pass 1 were submitted
+  bool gave_up_cast = false;                  ///< the cast under way replaced one whose view was outdated
+  bool frames_changed = false;                ///< frames were replaced since the cast
+  bool can_recast = false;                    ///< casting the dirty tiles suffices for the replaced frames
+  const NumberedScene* cast_scene = nullptr;  ///< of the depth map in the slot; not null
+  const NumberedScene* lit_scene = nullptr;   ///< of the picture in the slot; not null
+
+  /// Nothing on the GPU uses the slot, so its memory may be written.
+  bool settled() const { return !outstanding && !read_by_private_view; }
+};
+
+struct MainStatus {
+  std::array<SlotStatus, 2> slots;
+  std::size_t newest = 0;  ///< slot that was loaded last
+  std::size_t shown = 0;   ///< slot whose picture was collected last
+
+  std::size_t other() const { return 1 - newest; }
+};
+
+/// Whether the depth map was cast for another view than the scene's.
+bool view_changed(const NumberedScene& cast_scene, const NumberedScene& scene);
+
+/// Whether the depth map can give a picture that the slot does not hold yet: of a new light, or of a new
+/// revision.
+bool light_changed(const SlotStatus& slot, const NumberedScene& scene);
+
+/// Refresh::kFrame is in force: a single slot is used, and its frames are replaced one by one.
+/// `loaded`, `cast_scene`: of the newest slot.
+bool replaces_frames(bool loaded, const NumberedScene& cast_scene, const NumberedScene& scene);
+
+/// Whether a volume can be loaded: no cast is under way, and the slot that will take it is idle and settled.
+bool accepts_volume(const MainStatus& status, const NumberedScene& scene);
+
+/// Whether a frame can be staged: the slot that will take it is idle and settled, and a volume was loaded
+/// whose angles tell the index of the frame.
+bool accepts_frame(const MainStatus& status, const NumberedScene& scene);
+
+/// One step of the main view's work. kLightShown concerns the shown slot, kPrepareAhead the other slot than
+/// the newest, the remaining ones the newest slot.
+enum class MainStep : std::uint8_t {
+  kBeginCast,    ///< set up pass 1 for the newest scene; submits nothing
+  kRestartCast,  ///< the same in the middle of a cast whose view is outdated
+  kLightShown,   ///< submit passes 2 and 3
+  kRecast,       ///< submit pass 1 for the dirty tiles
+  kCastBand,     ///< submit the next band of passes 0 and 1
+  kLightCast,    ///< submit passes 2 and 3 of the finished cast
+  kPrepareAhead  ///< submit pass 0 for frames that were staged ahead of their volume, if there are any
+};
+
+/// Up to three steps, in order.
+class MainSteps {
+ public:
+  void add(MainStep step) { steps_[count_++] = step; }
+  std::span<const MainStep> steps() const { return std::span(steps_).first(count_); }
+
+ private:
+  std::array<MainStep, 3> steps_{};
+  std::size_t count_ = 0;
+};
+
+/// The steps that are due and that the GPU can take now. They may be empty.
+MainSteps decide(const MainStatus& status, const NumberedScene& scene);
+
+}  // namespace fanlight

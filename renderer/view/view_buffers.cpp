@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/view/view_buffers.hpp"
+
+#include <utility>
+
+#include "renderer/parameters/transfer_table.hpp"
+#include "renderer/vulkan/command_recording.hpp"
+#include "shaders/bindings.h"
+#include "shaders/cast_parameters.h"
+#include "shaders/light_parameters.h"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::uint32_t kTile = 8;  // pixels along a side of a tile
+
+}  // namespace
+
+Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size) {
+  ViewBuffers made;
+  const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
+  const std::uint64_t tiles = std::uint64_t{groups(size.width, kTile)} * groups(size.height, kTile);
+  constexpr VkBufferUsageFlags kStorage =
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+
+  constexpr VkBufferUsageFlags kFilled =
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+
+  struct Wanted {
+    const char* name;
+    GpuBuffer* buffer;
+    std::uint64_t bytes;
+    VkBufferUsageFlags usage;
+    BufferPlace place;
+  };
+  const Wanted buffers[] = {
+      {"cast_parameters", &made.cast_parameters, sizeof(shaders::CastParameters),
+       VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
+      {"light_parameters", &made.light_parameters, sizeof(shaders::LightParameters),
+       VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
+      {"staged_transfer", &made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+       BufferPlace::kToGpu},
+      {"depth", &made.depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {"confidence", &made.confidence, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {"segments", &made.segments, tiles * sizeof(glm::uvec4), kStorage, BufferPlace::kDevice},
+      {"old_segments", &made.old_segments, tiles * sizeof(glm::uvec4), kFilled, BufferPlace::kDevice},
+      {"reached", &made.reached, tiles * sizeof(std::uint32_t), kFilled, BufferPlace::kDevice},
+      {"tile_list", &made.tile_list, (3 + tiles) * sizeof(std::uint32_t),
+       kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, BufferPlace::kDevice},
+      {"volume_colour", &made.volume_colour, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {"steady", &made.steady, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage, BufferPlace::kDevice},
+      {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {"filled", &made.filled, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {"row_sums", &made.row_sums, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
+      {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {"nearest", &made.nearest, sizeof(std::uint32_t),
+       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kDevice},
+      {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
+      {"finished", &made.finished, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {"read_back", &made.read_back, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+       BufferPlace::kFromGpu},
+      {"read_back_depth", &made.read_back_depth, pixels * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+       BufferPlace::kFromGpu},
+  };
+  for (const Wanted& wanted : buffers) {
+    auto buffer = GpuBuffer::create(gpu, wanted.name, wanted.bytes, wanted.usage, wanted.place);
+    if (!buffer) return buffer.error();
+    *wanted.buffer = std::move(*buffer);
+  }
+
+  auto nothing =
+      GpuBuffer::create(gpu, "nothing", sizeof(std::uint32_t),
+                        VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                            VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT,
+                        BufferPlace::kDevice, VK_FORMAT_R32_UINT);
+  if (!nothing) return nothing.error();
+  made.nothing = std::move(*nothing);
+  auto transfer =
+      GpuImage::create(gpu, "transfer", VK_FORMAT_R32G32B32A32_SFLOAT, {TransferTable().size(), 1, 1});
+  if (!transfer) return transfer.error();
+  made.transfer = std::move(*transfer);
+  return made;
+}
+
+void ViewBuffers::write_to(const Gpu& gpu, DescriptorSets& descriptors) const {
+  const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
+      {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters},
+      {FANLIGHT_BINDING_CONFIDENCE, &confidence},
+      {FANLIGHT_BINDING_SEGMENT_MASKS, &segments},
+      {FANLIGHT_BINDING_OLD_SEGMENT_MASKS, &old_segments},
+      {FANLIGHT_BINDING_SAMPLE_ENDS, &reached},
+      {FANLIGHT_BINDING_DIRTY_TILES, &tile_list},
+      {FANLIGHT_BINDING_PREVIOUS_DEPTH, &steady},
+      {FANLIGHT_BINDING_TEMPORAL_DEPTH, &steady},
+      // The depth map without islands is stored where the filtered one will be.
+      {FANLIGHT_BINDING_CLEANED, &smooth_depth},
+      {FANLIGHT_BINDING_TILE_DEPTH_RANGES, &tile_depths},
+      {FANLIGHT_BINDING_CLEANUP_TILES, &uneven},
+      {FANLIGHT_BINDING_FILLED, &filled},
+      {FANLIGHT_BINDING_WEIGHTS, &weights},
+      {FANLIGHT_BINDING_ROW_SUMS, &row_sums},
+      {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth},
+      {FANLIGHT_BINDING_MIN_DEPTH, &nearest},
+      {FANLIGHT_BINDING_LIT, &row_sums},
+      {FANLIGHT_BINDING_DIFFUSED, &diffused},
+      {FANLIGHT_BINDING_FINISHED, &finished}};
+  for (const auto& [binding, buffer] : buffers) descriptors.write(gpu, binding, *buffer);
+  descriptors.write(gpu, FANLIGHT_BINDING_TRANSFER, transfer);
+  write_cast_to(gpu, descriptors);
+}
+
+void ViewBuffers::write_cast_to(const Gpu& gpu, DescriptorSets& descriptors) const {
+  descriptors.write(gpu, FANLIGHT_BINDING_CAST_PARAMETERS, cast_parameters);
+  descriptors.write(gpu, FANLIGHT_BINDING_DEPTH, depth);
+  descriptors.write(gpu, FANLIGHT_BINDING_VOLUME_COLOUR, volume_colour);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/view/view_renderer.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "renderer/parameters/transfer_table.hpp"
+#include "renderer/vulkan/command_recording.hpp"
+#include "renderer/vulkan/debug_name.hpp"
+#include "renderer/vulkan/vulkan_result.hpp"
+#include "shaders/bindings.h"
+
+namespace fanlight {
+
+Result<ViewRenderer> ViewRenderer::create(const Gpu& gpu, const Pipelines& pipelines, const Config& config) {
+  ViewRenderer made(config);
+  auto memory = ViewBuffers::create(gpu, config.size);
+  if (!memory) return memory.error();
+  made.memory_ = std::move(*memory);
+  if (auto step = made.create_commands(gpu); !step) return step.error();
+  auto descriptors = DescriptorSets::create(gpu, pipelines);
+  if (!descriptors) return descriptors.error();
+  made.descriptors_ = std::move(*descriptors);
+  made.memory_.write_to(gpu, made.descriptors_);
+  return made;
+}
+
+Result<void> ViewRenderer::create_commands(const Gpu& gpu) {
+  const VkCommandPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                          .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+                                          .queueFamilyIndex = gpu.candidate().queue_family};
+  VkCommandPool pool = VK_NULL_HANDLE;
+  VkResult result = vkCreateCommandPool(gpu.device(), &pool_info, nullptr, &pool);
+  if (result != VK_SUCCESS) return vulkan_error("vkCreateCommandPool", result);
+  command_pool_ = CommandPoolHandle(gpu.device(), pool);
+
+  std::array<VkCommandBuffer, 2> buffers{};
+  const VkCommandBufferAllocateInfo buffer_info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                                .commandPool = pool,
+                                                .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                                .commandBufferCount = buffers.size()};
+  result = vkAllocateCommandBuffers(gpu.device(), &buffer_info, buffers.data());
+  if (result != VK_SUCCESS) return vulkan_error("vkAllocateCommandBuffers", result);
+  cast_commands_ = buffers[0];
+  light_commands_ = buffers[1];
+  set_debug_name(gpu, cast_commands_, "cast commands");
+  set_debug_name(gpu, light_commands_, "light commands");
+
+  auto clock = GpuTimestamps::create(gpu);
+  if (!clock) return clock.error();
+  timestamps_ = std::move(*clock);
+
+  auto timeline = SubmissionTimeline::create(gpu, "view timeline");
+  if (!timeline) return timeline.error();
+  timeline_ = std::move(*timeline);
+  return {};
+}
+
+void ViewRenderer::bind(const Gpu& gpu, const VolumeBindings& volume) {
+  // Every descriptor must name an existing object, also where no pipeline uses it: lavapipe reads all of
+  // them.
+  const bool has_texture = volume.frames.texture().get() != VK_NULL_HANDLE;
+  descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, has_texture ? volume.frames.texture() : memory_.transfer);
+  for (const auto& [binding, buffer] : volume.frames.bindings()) {
+    descriptors_.write(gpu, binding, buffer != nullptr ? *buffer : memory_.nothing);
+  }
+  descriptors_.write(gpu, FANLIGHT_BINDING_ANGLE_TABLE, volume.angles.entries());
+  memory_.write_cast_to(gpu, descriptors_);
+  other_work_ = volume.written.semaphore == timeline_.newest().semaphore ? TimelinePoint{} : volume.written;
+}
+
+void ViewRenderer::follow(const Gpu& gpu, const ViewRenderer& other) {
+  descriptors_.write(gpu, FANLIGHT_BINDING_PREVIOUS_DEPTH, other.memory_.steady);
+}
+
+void ViewRenderer::share_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume) {
+  bind(gpu, volume);
+  other.memory_.write_cast_to(gpu, descriptors_);
+  farthest_mm_ = other.farthest_mm_;
+  next_tile_ = cast_tiles_ = 0;
+  confidence_known_ = false;
+  cast_since_light_ = true;
+  timestamps_.reset(gpu);
+}
+
+Result<void> ViewRenderer::find_cast_pipelines(Pipelines& pipelines, const Scene& scene, FrameKind kind) {
+  const CastKeys keys = cast_keys(scene, kind, config_.skipping);
+  const std::pair<VkPipeline*, std::optional<PipelineKey>> wanted[] = {
+      {&cast_pipelines_.cast, keys.cast},
+      {&cast_pipelines_.empty_space, keys.empty_space},
+      {&cast_pipelines_.cast_listed, keys.cast_listed},
+      {&cast_pipelines_.dirty_tiles, keys.dirty_tiles},
+      {&cast_pipelines_.slice, keys.slice}};
+  for (const auto& [pipeline, key] : wanted) {
+    auto built = pipelines.get(key);
+    if (!built) return built.error();
+    *pipeline = *built;
+  }
+  notes_reach_ = cast_pipelines_.dirty_tiles != VK_NULL_HANDLE;
+  return {};
+}
+
+/// Cuts the picture into tiles and the tiles into bands.
+void ViewRenderer::set_tiles(const Gpu& gpu, const Scene& scene, const shaders::CastParameters& parameters) {
+  const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
+  const std::uint64_t tile_samples =
+      std::uint64_t{kTileSide} * kTileSide * samples_across * std::max(parameters.steps, 1U);
+  const std::uint32_t tile_side = kTileSide * parameters.pixel_stride;
+  cast_tiles_ = groups(config_.size.width, tile_side) * groups(config_.size.height, tile_side);
+  const std::uint32_t most_groups = gpu.limits().maxComputeWorkGroupCount[0];
+  notes_reach_ = notes_reach_ && cast_tiles_ <= most_groups;  // a list of dirty tiles is not cut into bands
+  const std::uint64_t most_tiles = std::min(cast_tiles_, most_groups);
+  band_tiles_ = static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
+}
+
+Result<void> ViewRenderer::begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                                      const VolumeBindings& volume) {
+  if (auto found = find_cast_pipelines(pipelines, scene, volume.geometry.kind); !found) return found;
+  confidence_known_ = false;
+
+  // Memory that the GPU reads may be slow to read for the processor, so values that are needed again are
+  // kept.
+  const shaders::CastParameters parameters =
+      cast_parameters(scene, config_.size, volume.geometry, volume.table, volume.extent);
+  memory_.cast_parameters.mapped_as<shaders::CastParameters>() = parameters;
+  farthest_mm_ = parameters.end;
+  segments_in_ray_ = groups(parameters.steps, 1U << parameters.segment_shift);
+  timestamps_.reset(gpu);
+  set_tiles(gpu, scene, parameters);
+  next_tile_ = 0;
+  preparing_ = false;
+  if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
+    transfer_due_ = true;  // also after a cast that is given up before its first band
+    memory_.staged_transfer.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
+    transferred_ = scene.transfer;
+    transferred_step_mm_ = parameters.step;
+  }
+  cast_since_light_ = true;
+  return {};
+}
+
+}  // namespace fanlight

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "proto/model/picture.hpp"
+#include "renderer/parameters/angle_table.hpp"
+#include "renderer/parameters/cast_parameters.hpp"
+#include "renderer/parameters/light_parameters.hpp"
+#include "renderer/parameters/view_frame.hpp"
+#include "renderer/passes/descriptor_sets.hpp"
+#include "renderer/passes/pipelines.hpp"
+#include "renderer/view/view_buffers.hpp"
+#include "renderer/volume/angle_buffer.hpp"
+#include "renderer/volume/frame_store.hpp"
+#include "renderer/vulkan/command_recording.hpp"
+#include "renderer/vulkan/gpu_timestamps.hpp"
+#include "renderer/vulkan/submission_timeline.hpp"
+
+namespace fanlight {
+
+/// Copies of a picture's depth maps; see ViewRenderer::read_depth.
+struct DepthMaps {
+  std::vector<float> cast_mm;  ///< of pass 1
+  /// Edge contrast divided by the noise beside the edge, 0 without a surface. Empty where the depth filter
+  /// does not weigh by it.
+  std::vector<float> confidence;
+  std::vector<float> smooth_mm;  ///< after pass 2's filter
+  /// Share of all tiles' ray segments that rays had to sample; 1 where pass 1 skips nothing.
+  double sampled_share = 1;
+};
+
+/// The parts of a volume on the GPU that its views read.
+struct VolumeBindings {
+  FrameStore& frames;
+  AngleBuffer& angles;
+  const AngleTable& table;
+  const FanGeometry& geometry;
+  const VolumeExtent& extent;
+  bool frames_gone = false;  ///< frames of the next volume were staged since the cast
+  TimelinePoint written;     ///< reached when the GPU has written all of it
+};
+
+/// One view of a volume: its depth map, its picture, and the commands of the passes.
+///
+/// Owns the view's buffers, descriptor sets, command buffers, time stamps and timeline. Borrows the volume
+/// (VolumeBindings) for each call, and pipelines from Pipelines. Render thread only.
+///
+/// Life: create() -> bind(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
+/// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light) or
+/// begin_cast() (a changed view, the next volume). Or with another view's depth map: share_cast(other) ->
+/// light(scene).
+class ViewRenderer {
+ public:
+  struct Config {
+    PictureSize size;
+    std::uint64_t band_samples = 0;  ///< approximate limit of samples in one submission of pass 1
+    Skipping skipping = Skipping::kOn;
+  };
+
+  ViewRenderer() = default;
+  /// Allocates all memory of the view. Error: no memory on the GPU.
+  static Result<ViewRenderer> create(const Gpu& gpu, const Pipelines& pipelines, const Config& config);
+
+  /// Sets the volume that the view casts; to be repeated where the volume's buffers were replaced.
+  /// Precondition for this and the next two: nothing is outstanding.
+  void bind(const Gpu& gpu, const VolumeBindings& volume);
+
+  /// Sets the view whose filtered depth map is the temporal filter's input: that of the volumes before and
+  /// after this one's.
+  void follow(const Gpu& gpu, const ViewRenderer& other);
+
+  /// Uses the depth map that another view has cast. The other view's memory must not change while anything
+  /// here is outstanding. `volume` is the other view's, as in bind().
+  void share_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
+
+  /// Builds the pipelines that casting this scene needs. Error: a pipeline that cannot be built.
+  Result<void> find_cast_pipelines(Pipelines& pipelines, const Scene& scene, FrameKind kind);
+
+  /// Sets pass 1 up and gives up a cast under way; submits nothing. Precondition: nothing is outstanding.
+  /// Error: a pipeline that cannot be built.
+  Result<void> begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                          const VolumeBindings& volume);
+
+  /// Submits the next piece of work: a piece of pass 0 (some frames), or a band of pass 1 (some tiles of the
+  /// picture; the first band comes with the upload of the tables). Precondition: nothing is outstanding.
+  Result<void> cast_next_band(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume);
+
+  /// Whether all bands of pass 1 were submitted.
+  bool cast_submitted() const { return next_tile_ == cast_tiles_; }
+
+  /// Submits one piece of pass 0 only. Precondition: nothing is outstanding, and the frames are not done.
+  Result<void> prepare_ahead(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume);
+
+  /// Whether the cast recorded how far its rays went, which recast() needs.
+  bool notes_reach() const { return notes_reach_; }
+
+  /// First and last index of frames that were replaced, by ascending angle.
+  struct FrameRange {
+    std::uint32_t first = 0;
+    std::uint32_t last = 0;
+  };
+  /// Submits pass 0 for replaced frames, and pass 1 for the tiles whose rays they can have changed (dirty
+  /// tiles). Precondition: notes_reach(), nothing is outstanding, the scene is that of the cast.
+  Result<void> recast(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume,
+                      FrameRange changed);
+
+  /// Whether the depth map of follow() is that of the last volume under the same view.
+  enum class History : std::uint8_t { kNone, kUsable };
+
+  /// Submits passes 2 and 3 and the read-back, after the bands of pass 1 submitted before. The filter of the
+  /// depth map is left out where its input and options have not changed.
+  Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, const VolumeBindings& volume,
+                     History history);
+
+  const SubmissionTimeline& timeline() const { return timeline_; }
+
+  /// Number of submissions that the GPU has not finished.
+  std::uint64_t outstanding(const Gpu& gpu) const { return timeline_.outstanding(gpu); }
+
+  // The following functions read what the GPU wrote. Precondition: nothing is outstanding.
+
+  /// The finished picture: height x width x RGBA, top row first.
+  std::span<const std::uint8_t> picture() const { return memory_.read_back.mapped(); }
+
+  /// Its depth map after pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none: height x width, top
+  /// row first.
+  std::span<const float> depth_mm() const {
+    const auto bytes = memory_.read_back_depth.mapped();
+    return {reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)};
+  }
+
+  /// When each stage ran; 0 for stages that the last submissions did not contain.
+  std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const { return timestamps_.spans(gpu); }
+
+  /// Milliseconds of each stage; 0 for stages that the last submissions did not contain.
+  std::array<double, kStages> stage_ms(const Gpu& gpu) const { return timestamps_.ms(gpu); }
+
+  /// The depth maps of pass 1 and of pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none, and the
+  /// confidence: height x width, top row first. Blocks until they are copied, and allocates: for tests and
+  /// one-shot rendering.
+  Result<DepthMaps> read_depth(const Gpu& gpu);
+
+ private:
+  // Pass 1 casts tiles of 8 x 8 rays. Passes 2 and 3 work on tiles of 8 x 8 pixels, numbered along the rows
+  // of tiles. Both are the same tiles where each pixel has its ray.
+  static constexpr std::uint32_t kTileSide = 8;
+
+  explicit ViewRenderer(const Config& config) : config_(config) {}
+  Result<void> create_commands(const Gpu& gpu);
+  void set_tiles(const Gpu& gpu, const Scene& scene, const shaders::CastParameters& parameters);
+  Result<void> submit_frames(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume);
+  void record_tables(VkCommandBuffer commands, AngleBuffer& angles);
+  void record_before_rays(VkCommandBuffer commands, AngleBuffer& angles);
+  void record_empty_space(VkCommandBuffer commands) const;
+  void record_slices(VkCommandBuffer commands) const;
+  void record_dirty_tiles(VkCommandBuffer commands, const Pipelines& pipelines, const FrameStore& frames,
+                          FrameRange frames_changed) const;
+  Result<VkPipeline> confidence_pipeline(Pipelines& pipelines, const PipelineKey& key, const Scene& scene,
+                                         bool frames_gone);
+  Result<void> record_depth_filter(VkCommandBuffer commands, Pipelines& pipelines, const LightKeys& keys,
+                                   VkPipeline confidence);
+  void record_finish(VkCommandBuffer commands, const Pipelines& pipelines, const Scene& scene) const;
+  void record_read_back(VkCommandBuffer commands) const;
+  std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
+  std::uint32_t tiles_across() const { return groups(config_.size.width, kTileSide); }
+  std::uint32_t tiles_down() const { return groups(config_.size.height, kTileSide); }
+
+  Config config_;
+  std::optional<TransferFunction> transferred_;  // transfer function of the table on the GPU, and the step
+  float transferred_step_mm_ = 0;                // that the table is for
+  bool transfer_due_ = false;
+
+  // Of the cast under way.
+  double farthest_mm_ = 0;  // no surface lies deeper
+  struct CastPipelines {    // null where CastKeys names none
+    VkPipeline cast = VK_NULL_HANDLE;
+    VkPipeline empty_space = VK_NULL_HANDLE;
+    VkPipeline slice = VK_NULL_HANDLE;
+    VkPipeline cast_listed = VK_NULL_HANDLE;
+    VkPipeline dirty_tiles = VK_NULL_HANDLE;
+  };
+  CastPipelines cast_pipelines_;
+  bool confidence_known_ = false;  // of the depth map
+  bool notes_reach_ = false;
+  std::uint32_t cast_tiles_ = 0;  // of the whole picture
+  std::uint32_t band_tiles_ = 0;  // of each band
+  std::uint32_t next_tile_ = 0;   // first tile of the next band
+  std::uint32_t segments_in_ray_ = 0;
+  bool cast_since_light_ = false;
+  bool preparing_ = false;               // pass 0 has begun
+  std::optional<Scene::Filter> filter_;  // options of the filtered depth map
+
+  ViewBuffers memory_;
+  DescriptorSets descriptors_;
+  CommandPoolHandle command_pool_;
+  VkCommandBuffer cast_commands_ = VK_NULL_HANDLE;   // of the pool
+  VkCommandBuffer light_commands_ = VK_NULL_HANDLE;  // of the pool
+  GpuTimestamps timestamps_;
+  SubmissionTimeline timeline_;
+  TimelinePoint other_work_;  // on another timeline, whose results this view reads; null: there is none
+};
+
+}  // namespace fanlight

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "proto/model/scene.hpp"
+#include "proto/model/volume.hpp"
+#include "renderer/parameters/speckle_filter.hpp"
+#include "renderer/passes/pipelines.hpp"
+#include "renderer/vulkan/gpu_memory.hpp"
+
+namespace fanlight {
+
+/// The frames of one volume on the GPU. Frames are staged as they arrive, prepared by pass 0, and copied to
+/// where rays sample them, with the minima and maxima of their grey levels, by which rays skip empty space.
+/// Frames are indexed by ascending angle. Frames that were staged at the wrong index, or dropped by the
+/// queue, are detected by their commit number when the whole volume is loaded, and staged then; the others
+/// are not copied again.
+///
+/// Owns the buffers and the texture of the frames. Render thread only.
+///
+/// Life: load(volume), or stage() of single frames -> begin(options) -> record_piece() until done(); again
+/// from begin(), for other options, or from load() or stage().
+class FrameStore {
+ public:
+  struct Config {
+    std::uint32_t columns = 0;  ///< of a frame
+    std::uint32_t rows = 0;
+    std::uint32_t frame_capacity = 0;
+    std::uint64_t piece_samples = 0;  ///< approximate work of one piece, in samples of pass 1
+    Sampling sampling = Sampling::kTexture;
+  };
+
+  /// A store without a volume and without memory.
+  FrameStore() = default;
+  /// Allocates all memory except pass 0's. Errors: kUnsupported where such volumes exceed the GPU's limits,
+  /// kUnavailable where the GPU has no memory for them.
+  static Result<FrameStore> create(const Gpu& gpu, const Config& config);
+
+  /// Whether the memory has room for the volume, and for no larger frames. Physical sizes do not matter.
+  bool suits(const Volume& volume) const {
+    return suits(volume.geometry()) && volume.stamp().frames <= config_.frame_capacity;
+  }
+  bool suits(const FanGeometry& geometry) const {
+    return geometry.columns == config_.columns && geometry.rows == config_.rows;
+  }
+  std::uint32_t frame_capacity() const { return config_.frame_capacity; }
+
+  /// Copies those frames that are not staged yet to memory that the GPU reads. Precondition: suits(volume),
+  /// and nothing that was recorded is outstanding.
+  void load(const Volume& volume);
+
+  /// Copies one frame of a volume that has `frames` frames, not necessarily the last volume. Precondition as
+  /// load().
+  void stage(std::uint32_t frame_index, std::uint32_t frames, std::uint64_t commit_number,
+             std::span<const std::uint8_t> pixels);
+
+  /// Sets pass 0 up. Where the GPU has no memory for the filter, the filter is left out. With the options of
+  /// the last call, prepared frames stay prepared. Precondition as load(). Error: a pipeline that cannot be
+  /// built.
+  Result<void> begin(const Gpu& gpu, Pipelines& pipelines, const Scene::Speckle& options);
+  bool filter_left_out() const { return left_out_; }
+
+  /// Whether all frames are prepared with the options of the last begin() and can be sampled.
+  bool done() const { return !next_piece(); }
+  /// Whether a frame can be prepared before its neighbours are staged.
+  bool prepares_single_frames() const {
+    return wanted_.filter == SpeckleFilter::kNone || wanted_.across == 1;
+  }
+
+  /// Whether this frame is staged at that index.
+  bool holds(std::uint32_t frame_index, std::uint64_t commit_number) const {
+    return commit_number != 0 && commit_numbers_[frame_index] == commit_number;
+  }
+  /// Distance, in frames, over which pass 0 mixes frames.
+  std::uint32_t reach_frames() const { return speckle_reach_frames(wanted_); }
+
+  /// Records pass 0 for the next piece, some frames. Precondition: !done(), and the view's descriptors are
+  /// bound.
+  void record_piece(VkCommandBuffer commands, const Pipelines& pipelines);
+
+  /// Null with Sampling::kGathering.
+  const GpuImage& texture() const { return texture_; }
+
+  /// Buffers for the descriptors of FANLIGHT_BINDING_...; nullptr for a buffer that does not exist. The last
+  /// begin() or a new store may have replaced them; bindings_changed() tells about begin().
+  using Bindings = std::array<std::pair<std::uint32_t, const GpuBuffer*>, 10>;
+  Bindings bindings() const;
+  bool bindings_changed() const { return bindings_changed_; }
+
+ private:
+  // Pass 0 reads four pixels at once, so rows of the staged frames are padded to whole words.
+  static constexpr std::uint32_t kPixelsInWord = 4;
+  struct Piece {
+    std::uint32_t first = 0;
+    std::uint32_t end = 0;
+  };
+  std::uint32_t words_in_row() const { return (config_.columns + kPixelsInWord - 1) / kPixelsInWord; }
+  std::uint64_t frame_bytes() const { return std::uint64_t{kPixelsInWord} * words_in_row() * config_.rows; }
+  bool filters() const { return wanted_.filter != SpeckleFilter::kNone; }
+  std::uint64_t frames_at_a_time(const Gpu& gpu, const Scene::Speckle& options) const;
+  std::uint32_t piece_frames(const Gpu& gpu) const;
+  std::optional<Piece> next_piece() const;
+  void set_frame_count(std::uint32_t frames);
+  void copy_frame(std::uint32_t frame_index, std::uint64_t commit_number,
+                  std::span<const std::uint8_t> pixels);
+  Result<void> create_volume(const Gpu& gpu);
+  Result<void> create_filter_memory(const Gpu& gpu, const Scene::Speckle& options);
+  Result<void> find_pipelines(Pipelines& pipelines);
+  void record_filter(VkCommandBuffer commands, const Pipelines& pipelines, Piece piece);
+  void record_copies(VkCommandBuffer commands, const Pipelines& pipelines, Piece piece);
+
+  Config config_;
+  std::uint32_t frames_ = 0;
+  Scene::Speckle wanted_;
+  Scene::Speckle refused_;  // options of the filter that was left out
+  bool left_out_ = false;
+  bool bindings_changed_ = false;
+  std::uint32_t piece_frames_ = 0;
+  std::array<VkPipeline, 2> pipelines_{};  // of the filter; the guided filter has two
+  // By frame index: commit number of the staged frame, 0 where it has none; and whether the frame is prepared
+  // with the wanted options.
+  std::vector<std::uint64_t> commit_numbers_;
+  std::vector<bool> prepared_;
+
+  GpuBuffer staged_;
+  GpuBuffer coefficients_;  // this and the next are allocated when a filter is first requested
+  GpuBuffer filtered_;
+  GpuBuffer blocks_;
+  GpuBuffer bounds_;
+  GpuBuffer packed_;  // this or the texture, by Sampling
+  GpuImage texture_;
+  bool texture_written_ = false;
+};
+
+}  // namespace fanlight

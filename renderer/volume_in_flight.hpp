@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "proto/exchange/frame_queue.hpp"
+#include "proto/model/picture.hpp"
+#include "proto/model/volume.hpp"
+#include "renderer/parameters/angle_table.hpp"
+#include "renderer/passes/pipelines.hpp"
+#include "renderer/view/view_renderer.hpp"
+#include "renderer/volume/angle_buffer.hpp"
+#include "renderer/volume/frame_store.hpp"
+
+namespace fanlight {
+
+/// All GPU resources of one volume in flight. Owns its frames, its angle table, and the main view of it. Two
+/// volumes may be in flight. They share one thing: the temporal filter of each reads the last depth map of
+/// the other, on the one queue that runs both. Render thread only.
+///
+/// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
+/// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light),
+/// begin_cast() (a changed view) or load() (the next volume). Where frames are replaced one by one: replace()
+/// -> recast() or begin_cast() -> light(), and complete() with the whole volume.
+class VolumeInFlight {
+ public:
+  struct Config {
+    PictureSize size;
+    FanGeometry geometry;  ///< memory for such frames is allocated in create()
+    double first_angle_rad = 0;
+    double last_angle_rad = 0;
+    std::uint32_t frame_capacity = 0;
+    std::uint32_t usual_frames = 0;  ///< memory for this number of frames is allocated in create()
+    std::uint64_t band_samples = 0;  ///< approximate limit of samples in one submission of pass 1
+    Skipping skipping = Skipping::kOn;
+    Sampling sampling = Sampling::kTexture;
+  };
+
+  static Result<VolumeInFlight> create(const Gpu& gpu, const Pipelines& pipelines, const Config& config);
+
+  /// Allocates the memory of pass 0 and builds the pipelines that casting this scene needs, ahead of the
+  /// first volume. Error: a pipeline that cannot be built.
+  Result<void> prepare(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);
+
+  /// Sets the slot of the volumes before and after this one's, whose depth map the temporal filter reads.
+  /// Once, before the first volume.
+  void follow(const Gpu& gpu, const VolumeInFlight& other) { view_.follow(gpu, other.view_); }
+
+  /// Copies those frames of the volume that are not staged yet, in ascending order of angle, to memory that
+  /// the GPU reads; the volume is not needed afterwards. Where its columns or rows differ from the last
+  /// volume's, or it has more frames than the memory holds, the frames' memory is freed and allocated again.
+  /// Precondition: nothing is outstanding. Errors as FrameStore::create; then light() still works on the last
+  /// depth map, but begin_cast() needs a load() that succeeds.
+  Result<void> load(const Gpu& gpu, const Volume& volume);
+
+  /// Copies a frame of the next volume, which is estimated to have `frames` frames, ahead of the others. The
+  /// last depth map can still be lit. Does nothing where the frame does not fit. Precondition: nothing is
+  /// outstanding.
+  void stage(const FanGeometry& geometry, std::uint32_t frame_index, std::uint32_t frames,
+             std::uint64_t commit_number, std::span<const std::uint8_t> pixels);
+
+  /// Submits pass 0 for frames that are staged ahead; false where there are none, or where the filter needs
+  /// their neighbours first. Precondition: nothing is outstanding.
+  Result<bool> prepare_ahead(const Gpu& gpu, Pipelines& pipelines, const Scene::Speckle& options);
+
+  /// Replaces one frame of the cast volume by a newer one, at an angle between its neighbours' angles, and
+  /// updates volume(). Returns false and does nothing where the frame does not fit. Precondition: nothing is
+  /// outstanding.
+  bool replace(const QueuedFrame& frame, std::uint32_t frame_index, double angle_rad);
+
+  /// Whether the allocated memory has room for the volume, and for no larger frames.
+  bool suits(const Volume& volume) const { return frames_.suits(volume); }
+
+  /// Completes the volume that replace() assembled frame by frame: takes its missing frames, its angles and
+  /// its stamp. Precondition: suits(volume). Error as load().
+  Result<void> complete(const Gpu& gpu, const Volume& volume);
+
+  /// Whether the frames changed since the cast, and whether recast() suffices; otherwise begin_cast() is
+  /// needed.
+  bool changed() const { return changed_.has_value() || changed_beyond_; }
+  bool can_recast() const { return changed_.has_value() && !changed_beyond_ && view_.notes_reach(); }
+
+  /// Submits passes 0 and 1 for the replaced frames; pass 1 casts the dirty tiles only. light() comes next.
+  /// Precondition: can_recast(), nothing is outstanding, the scene is that of the cast.
+  Result<void> recast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);
+
+  /// Sets passes 0 and 1 up and gives up a cast under way; submits nothing. Precondition: nothing is
+  /// outstanding. Error: a pipeline that cannot be built.
+  Result<void> begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);
+
+  /// Angles of the last volume's frames, with replaced frames, ascending.
+  std::span<const double> angles_rad() const { return angles_rad_; }
+
+  // As the functions of ViewRenderer.
+  Result<void> cast_next_band(const Gpu& gpu, const Pipelines& pipelines) {
+    return view_.cast_next_band(gpu, pipelines, bindings());
+  }
+  bool cast_submitted() const { return frames_.done() && view_.cast_submitted(); }
+  using History = ViewRenderer::History;
+  Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, History history) {
+    return view_.light(gpu, pipelines, scene, bindings(), history);
+  }
+  std::uint64_t outstanding(const Gpu& gpu) const { return view_.outstanding(gpu); }
+
+  /// The main view, to read from; work goes through the functions above.
+  ViewRenderer& view() { return view_; }
+  const ViewRenderer& view() const { return view_; }
+
+  /// The parts of the volume that views read. Precondition: loaded().
+  VolumeBindings bindings() {
+    return {.frames = frames_,
+            .angles = angles_,
+            .table = table_,
+            .geometry = geometry_,
+            .extent = extent_,
+            .frames_gone = frames_gone_,
+            .written = view_.timeline().newest()};
+  }
+
+  /// Whether the frames that rays sample are those of the main view's cast.
+  bool frames_ready() const { return loaded() && frames_.done() && !changed(); }
+  /// Changes whenever the frames change.
+  std::uint64_t frames_version() const { return frames_version_; }
+
+  /// Whether the cast under way leaves out the requested speckle filter; see FrameStore::begin.
+  bool filter_left_out() const { return frames_.filter_left_out(); }
+
+  bool loaded() const { return volume_.frames > 0; }
+  const VolumeStamp& volume() const { return volume_; }
+
+ private:
+  explicit VolumeInFlight(const Config& config)
+      : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {
+    angles_rad_.reserve(config.frame_capacity);
+  }
+  Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames);
+  Result<void> replace_frames(const Gpu& gpu, const Volume& volume);
+  Result<void> begin_frames(const Gpu& gpu, Pipelines& pipelines, const Scene::Speckle& options);
+  void mark_changed(std::uint32_t frame_index);
+  void update_angles();
+
+  Config config_;
+  AngleTable table_;
+  std::vector<double> angles_rad_;  // of the frames, ascending
+  // Range of frames that were replaced since the cast, and whether a change needs a whole cast.
+  std::optional<ViewRenderer::FrameRange> changed_;
+  bool changed_beyond_ = false;
+  FanGeometry geometry_;  // of the volume, as the next two
+  VolumeStamp volume_;
+  VolumeExtent extent_;
+  bool frames_gone_ = false;  // frames of the next volume were staged since the cast
+  std::uint64_t frames_version_ = 0;
+  FrameStore frames_;
+  AngleBuffer angles_;
+  ViewRenderer view_;  // last: its descriptors refer to the memory of the others
+};
+
+}  // namespace fanlight

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/base/counter.hpp"
+#include "proto/base/result.hpp"
+
+namespace fanlight {
+
+/// The kind of a candidate that renders on the processor (lavapipe).
+inline constexpr std::string_view kProcessorKind = "processor";
+
+/// A GPU of this machine, and why it cannot be used.
+struct GpuCandidate {
+  VkPhysicalDevice physical = VK_NULL_HANDLE;
+  std::string name;
+  std::string kind;    ///< "discrete GPU", "processor", ...
+  std::string driver;  ///< name and version
+  std::uint32_t queue_family = 0;
+  std::uint32_t queues = 0;           ///< of that family
+  std::vector<std::string> refusals;  ///< one clause each; empty where it can be used
+};
+
+/// The Vulkan instance: finds the machine's GPUs. Any thread, one at a time.
+class GpuInstance {
+ public:
+  struct Config {
+    /// Loads the Khronos validation layer with its synchronisation checks, and counts its messages.
+    bool validation = false;
+  };
+  /// Errors: kNotFound where no Vulkan driver, or no validation layer, is installed.
+  static Result<std::unique_ptr<GpuInstance>> create(const Config& config);
+  ~GpuInstance();
+  GpuInstance(const GpuInstance&) = delete;
+  GpuInstance& operator=(const GpuInstance&) = delete;
+
+  /// Every GPU, best first: usable ones before refused ones, then GPUs before the processor.
+  const std::vector<GpuCandidate>& candidates() const { return candidates_; }
+
+  /// Warnings and errors of the validation layer so far; 0 without it. Each is printed to stderr.
+  std::uint64_t validation_messages() const { return validation_messages_.value(); }
+
+  /// Whether objects can be named (VK_EXT_debug_utils).
+  bool has_debug_utils() const { return has_debug_utils_; }
+
+ private:
+  GpuInstance() = default;
+  Result<void> create_instance(const Config& config);
+  Result<void> find_candidates();
+
+  VkInstance instance_ = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  bool has_debug_utils_ = false;
+  Counter validation_messages_;
+  std::vector<GpuCandidate> candidates_;
+};
+
+/// The logical device of one GPU and its queues. One thread uses the queues: the
+/// render thread, or the caller where a command renders without one.
+class Gpu {
+ public:
+  /// The best usable candidate, or the best one whose name contains `name` (any case). The instance must
+  /// outlive the result. Error: kNotFound; it names every GPU found and why it was refused.
+  static Result<std::unique_ptr<Gpu>> create(const GpuInstance& instance, std::string_view name);
+  ~Gpu();
+  Gpu(const Gpu&) = delete;
+  Gpu& operator=(const Gpu&) = delete;
+
+  VkDevice device() const { return device_; }
+  const GpuCandidate& candidate() const { return candidate_; }
+  const VkPhysicalDeviceProperties& properties() const { return properties_; }
+  const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
+  std::uint64_t largest_buffer_bytes() const { return largest_buffer_bytes_; }
+
+  /// Passes 0 and 1 and uploads go to the cast queue, passes 2 and 3 to the light queue. Both are the same
+  /// queue where the family has only one.
+  VkQueue cast_queue() const { return cast_queue_; }
+  VkQueue light_queue() const { return light_queue_; }
+
+  /// Index of a memory type among `type_bits` that has `wanted`, preferring one that also has `preferred`.
+  /// Error: kUnavailable where there is none.
+  Result<std::uint32_t> memory_type(std::uint32_t type_bits, VkMemoryPropertyFlags wanted,
+                                    VkMemoryPropertyFlags preferred) const;
+  /// Size of the heap of a memory type.
+  std::uint64_t heap_bytes(std::uint32_t memory_type) const {
+    return memory_.memoryHeaps[memory_.memoryTypes[memory_type].heapIndex].size;
+  }
+
+  /// See renderer/vulkan/debug_name.hpp.
+  void set_debug_name(VkObjectType type, std::uint64_t handle, const char* name) const;
+
+ private:
+  Gpu() = default;
+
+  GpuCandidate candidate_;
+  VkPhysicalDeviceProperties properties_{};
+  std::uint64_t largest_buffer_bytes_ = 0;
+  VkPhysicalDeviceMemoryProperties memory_{};
+  VkDevice device_ = VK_NULL_HANDLE;
+  PFN_vkSetDebugUtilsObjectNameEXT name_object_ = nullptr;  // null without VK_EXT_debug_utils
+  VkQueue cast_queue_ = VK_NULL_HANDLE;
+  VkQueue light_queue_ = VK_NULL_HANDLE;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/vulkan/gpu_timestamps.hpp"
+
+#include <algorithm>
+
+#include "renderer/vulkan/vulkan_result.hpp"
+
+namespace fanlight {
+
+Result<GpuTimestamps> GpuTimestamps::create(const Gpu& gpu) {
+  const VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                                   .queryType = VK_QUERY_TYPE_TIMESTAMP,
+                                   .queryCount = kMoments};
+  VkQueryPool times = VK_NULL_HANDLE;
+  const VkResult result = vkCreateQueryPool(gpu.device(), &info, nullptr, &times);
+  if (result != VK_SUCCESS) return vulkan_error("vkCreateQueryPool", result);
+  GpuTimestamps made;
+  made.times_ = QueryPoolHandle(gpu.device(), times);
+  return made;
+}
+
+void GpuTimestamps::reset(const Gpu& gpu) const {
+  vkResetQueryPool(gpu.device(), times_.get(), 0, kMoments);
+}
+
+void GpuTimestamps::stamp(VkCommandBuffer commands, Moment moment) const {
+  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_.get(), moment);
+}
+
+std::array<StageSpan, kStages> GpuTimestamps::spans(const Gpu& gpu) const {
+  std::array<std::uint64_t, kMoments> ticks{};
+  const auto between = [&](Moment from, Moment to) {
+    if (ticks[from] == 0 || ticks[to] <= ticks[from]) return StageSpan{};
+    // A GPU may count nanoseconds since 1970: too many for the precision of a double.
+    const auto ns = [&](Moment moment) {
+      return static_cast<std::int64_t>(static_cast<long double>(ticks[moment]) *
+                                       gpu.limits().timestampPeriod);
+    };
+    return StageSpan{.begin_ns = ns(from), .end_ns = ns(to)};
+  };
+  // Time stamps that were not written since the reset stay 0.
+  for (std::uint32_t moment = 0; moment < kMoments; ++moment) {
+    vkGetQueryPoolResults(gpu.device(), times_.get(), moment, 1, sizeof ticks[moment], &ticks[moment],
+                          sizeof ticks[moment], VK_QUERY_RESULT_64_BIT);
+  }
+  return {between(kPrepareBegin, kPrepareEnd), between(kUploadBegin, kCastBegin),
+          between(kCastBegin, kCastEnd),       between(kFilterBegin, kLightBegin),
+          between(kLightBegin, kLightEnd),     between(kLightEnd, kFinishEnd),
+          between(kFinishEnd, kReadBackEnd)};
+}
+
+std::array<double, kStages> GpuTimestamps::ms(const Gpu& gpu) const {
+  std::array<double, kStages> ms{};
+  std::ranges::transform(spans(gpu), ms.begin(), [](const StageSpan& span) {
+    return static_cast<double>(span.end_ns - span.begin_ns) / 1e6;
+  });
+  return ms;
+}
+
+}  // namespace fanlight

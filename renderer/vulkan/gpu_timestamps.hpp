@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "proto/base/result.hpp"
+#include "proto/model/picture.hpp"
+#include "renderer/vulkan/device_handle.hpp"
+#include "renderer/vulkan/gpu.hpp"
+
+namespace fanlight {
+
+/// When a stage of a picture ran, on the device's clock, ns; both are 0 where it did not run.
+struct StageSpan {
+  std::int64_t begin_ns = 0;
+  std::int64_t end_ns = 0;
+};
+
+/// Time stamps that the GPU writes before and after each stage of a picture. Owns the query pool. Render
+/// thread only.
+class GpuTimestamps {
+ public:
+  enum Moment : std::uint32_t {
+    kPrepareBegin,
+    kPrepareEnd,
+    kUploadBegin,
+    kCastBegin,
+    kCastEnd,
+    kFilterBegin,
+    kLightBegin,
+    kLightEnd,
+    kFinishEnd,
+    kReadBackEnd,
+    kMoments
+  };
+
+  static Result<GpuTimestamps> create(const Gpu& gpu);
+
+  /// Resets all time stamps. Precondition: the GPU writes none of them.
+  void reset(const Gpu& gpu) const;
+
+  /// Records a time stamp that is written when all commands before it are done.
+  void stamp(VkCommandBuffer commands, Moment moment) const;
+
+  /// When each stage ran; 0 for stages whose time stamps were not written since reset(). Precondition: the
+  /// GPU writes none of them.
+  std::array<StageSpan, kStages> spans(const Gpu& gpu) const;
+
+  /// Duration of each stage in milliseconds.
+  std::array<double, kStages> ms(const Gpu& gpu) const;
+
+ private:
+  QueryPoolHandle times_;
+};
+
+}  // namespace fanlight

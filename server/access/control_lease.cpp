@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/access/control_lease.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace fanlight {
+
+namespace {
+
+// More than may sit around one patient.
+constexpr std::size_t kMostAsking = 64;
+
+Error refusal(std::string sentence) {
+  return {ErrorCode::kInvalidArgument, std::move(sentence)};
+}
+
+Result<void> check_role(Role role) {
+  if (role != Role::kViewer) return {};
+  return refusal("this session is a viewer's, expected an operator's or an admin's for a change");
+}
+
+}  // namespace
+
+Error ControlLease::held() const {
+  return refusal(fmt::format("{} (session {}) is in control, expected to be asked for it", state_.holder.name,
+                             state_.holder.session));
+}
+
+void ControlLease::give(const Party& who, std::int64_t now_ms) {
+  state_.holder = who;
+  heard_ms_ = now_ms;
+  std::erase_if(state_.asking, [&](const Party& one) { return one.session == who.session; });
+}
+
+void ControlLease::hand_on(std::int64_t now_ms) {
+  state_.holder = {};
+  if (!state_.asking.empty()) give(Party(state_.asking.front()), now_ms);
+}
+
+Result<void> ControlLease::may_change(const Party& who, Role role) const {
+  if (auto may = check_role(role); !may) return may;
+  if (state_.holder.session != 0 && !holds(who.session)) return held();
+  return {};
+}
+
+Result<void> ControlLease::use(const Party& who, Role role, std::int64_t now_ms) {
+  if (auto may = may_change(who, role); !may) return may;
+  give(who, now_ms);
+  return {};
+}
+
+Result<bool> ControlLease::ask(const Party& who, Role role, std::int64_t now_ms) {
+  if (auto may = check_role(role); !may) return may.error();
+  if (state_.holder.session == 0 || holds(who.session)) {
+    give(who, now_ms);
+    return true;
+  }
+  const bool asked = std::ranges::find(state_.asking, who.session, &Party::session) != state_.asking.end();
+  if (!asked && state_.asking.size() >= kMostAsking) {
+    return refusal(
+        fmt::format("{} sessions ask for the control already, expected some patience", kMostAsking));
+  }
+  if (!asked) state_.asking.push_back(who);
+  return false;
+}
+
+Result<bool> ControlLease::release(std::uint64_t session, std::int64_t now_ms) {
+  if (holds(session)) {
+    hand_on(now_ms);
+    return false;
+  }
+  if (std::erase_if(state_.asking, [&](const Party& one) { return one.session == session; }) == 0) {
+    return refusal("this session neither has the control nor asks for it, expected one of them");
+  }
+  return false;
+}
+
+Result<bool> ControlLease::grant(std::uint64_t from, std::uint64_t to, std::int64_t now_ms) {
+  if (!holds(from)) return refusal("this session is not in control, expected it to be before it hands it on");
+  const auto asking = std::ranges::find(state_.asking, to, &Party::session);
+  if (asking == state_.asking.end()) {
+    return refusal(fmt::format("session {} does not ask for the control, expected one that does", to));
+  }
+  give(Party(*asking), now_ms);
+  return false;
+}
+
+Result<bool> ControlLease::take_over(const Party& who, Role role, std::int64_t now_ms) {
+  if (role != Role::kAdmin) {
+    return refusal("this session is not an admin's, expected it to be to take the control over");
+  }
+  give(who, now_ms);
+  return true;
+}
+
+Result<bool> ControlLease::keep(std::uint64_t session, std::int64_t now_ms) {
+  if (!holds(session)) return refusal("this session is not in control, expected it to be to keep it");
+  heard_ms_ = now_ms;
+  return true;
+}
+
+bool ControlLease::renamed(const Party& who) {
+  bool known = holds(who.session);
+  if (known) state_.holder.name = who.name;
+  for (Party& asking : state_.asking) {
+    if (asking.session != who.session) continue;
+    asking.name = who.name;
+    known = true;
+  }
+  return known;
+}
+
+bool ControlLease::left(std::uint64_t session, std::int64_t now_ms) {
+  const bool asked =
+      std::erase_if(state_.asking, [&](const Party& one) { return one.session == session; }) > 0;
+  if (!holds(session)) return asked;
+  hand_on(now_ms);
+  return true;
+}
+
+bool ControlLease::expire(std::int64_t now_ms) {
+  if (state_.holder.session == 0 || now_ms - heard_ms_ < lapse_ms_) return false;
+  hand_on(now_ms);
+  return true;
+}
+
+}  // namespace fanlight

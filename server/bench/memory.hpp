@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "renderer/vulkan/gpu.hpp"
+#include "server/bench/rows.hpp"
+
+namespace fanlight {
+
+/// Memory of this process in MB (10^6 bytes), as the kernel counts it (proc(5), status).
+struct HeldMemory {
+  std::uint64_t volumes = 0;  ///< rendered so far
+  double resident_mb = 0;     ///< all resident memory
+  double own_mb = 0;          ///< of it, memory without a file behind it: all allocations
+  double ring_mb = 0;         ///< of it, the pixels of the volumes that stand in for a ring's
+};
+
+/// Renders `volumes` volumes of a row with four different volumes in memory, as in a ring of four slots.
+/// Calls `tell` after the first ten volumes and then ten times at even distances.
+Result<void> run_bench_memory(const Gpu& gpu, const BenchRow& row, std::uint64_t volumes,
+                              const std::function<void(const HeldMemory&)>& tell);
+
+}  // namespace fanlight

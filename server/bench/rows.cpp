@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/bench/rows.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// The method of the paper, after pass 0: detector over 8 samples, first crossing, moving average, no shadow.
+constexpr std::string_view kPaper =
+    "detector.window=8 detector.place=first-crossing filter.kind=mean filter.size=7 filter.islands=1 "
+    "filter.holes=1 light.normals=three-neighbours shadow.coefficient=1";
+constexpr std::string_view kDefault;
+
+constexpr BenchRow kRows[] = {
+    {"r1/paper", "phantom:", 512, kPaper, ""},
+    {"r1/paper/31", "phantom:", 512, kPaper, "filter.size=31"},
+    {"r1/paper/shadow", "phantom:", 512, kPaper, "shadow.coefficient=0.3"},
+    {"r1/paper/raw", "phantom:", 512, kPaper, "speckle.filter=none"},
+    {"r1/quiet", "phantom:speckle=off", 512, kPaper, "speckle.filter=none"},
+    {"r1/default", "phantom:", 512, kDefault, ""},
+    {"r1/default/no-shadow", "phantom:", 512, kDefault, "shadow.coefficient=1"},
+    {"r1/volume", "phantom:", 512, kDefault, "mode=volume"},
+    {"r1/perspective", "phantom:", 512, kDefault, "camera.projection=perspective"},
+    {"r1/coarse", "phantom:", 256, kPaper, "rays.step_mm=0.66"},
+    {"picture/256", "phantom:", 256, kDefault, ""},
+    {"picture/1024", "phantom:", 1024, kDefault, ""},
+    {"frames/70", "phantom:frames=70", 512, kPaper, ""},
+    {"frames/140", "phantom:frames=140", 512, kPaper, ""},
+    {"pixels/256", "phantom:columns=256,rows=256", 512, kPaper, ""},
+    {"pixels/1024", "phantom:columns=1024,rows=1024", 512, kPaper, ""},
+    {"voxels/8", "phantom:columns=1024,rows=1024,frames=70", 512, kPaper, ""},
+};
+
+}  // namespace
+
+std::span<const BenchRow> bench_rows() {
+  return kRows;
+}
+
+}  // namespace fanlight

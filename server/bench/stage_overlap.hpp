@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "proto/model/picture.hpp"
+#include "renderer/renderer.hpp"
+#include "server/bench/pipeline.hpp"
+
+namespace fanlight {
+
+/// When the stages of one volume ran. `stages` is in the GPU's clock, the rest in the processor's.
+struct VolumeTrace {
+  std::uint64_t volume_id = 0;
+  StageSpan load;
+  std::array<StageSpan, kStages> stages;
+  std::int64_t finished_ns = 0;
+};
+
+/// When a picture was encoded, in the processor's clock.
+struct EncodingTrace {
+  std::uint64_t volume_id = 0;
+  StageSpan span;
+};
+
+/// The traces of the volumes of one block, in the order in which they were loaded, and of their encodings.
+struct BlockTrace {
+  std::vector<VolumeTrace> volumes;
+  std::vector<EncodingTrace> encodings;
+};
+
+/// The fraction of some spans that is covered by other spans, summed over all calls of add().
+class CoveredShare {
+ public:
+  void add(const StageSpan& span, std::vector<StageSpan> others);
+  double value() const;
+
+ private:
+  std::int64_t covered_ns_ = 0;
+  std::int64_t all_ns_ = 0;
+};
+
+/// How much the stages of different volumes overlap in pipelined operation; see PipelineTimes.
+class StageOverlap {
+ public:
+  void add(const BlockTrace& block);
+  void write_to(PipelineTimes& times) const;
+
+ private:
+  CoveredShare light_in_cast_;
+  CoveredShare light_in_work_;
+  CoveredShare upload_in_work_;
+  CoveredShare read_back_in_work_;
+  CoveredShare encoding_in_work_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/bench/memory.hpp"
+#include "server/bench/pipeline.hpp"
+#include "server/bench/run.hpp"
+#include "server/cli/commands.hpp"
+#include "server/cli/render_device.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct BenchOptions {
+  std::string only;
+  std::string input;
+  std::string geometry_path;
+  int count = 9;
+  std::string gpu;
+  bool json = false;
+  int volumes = 8;
+  int memory_volumes = 100;
+};
+
+nlohmann::ordered_json as_json(const BenchRow& row, const BenchTimes& times, int rounds) {
+  nlohmann::ordered_json stages;
+  for (const auto& [name, ms] : times.ms) {
+    stages[name] = {{"p50", quantile(ms, 0.5)}, {"p99", quantile(ms, 0.99)}, {"least", quantile(ms, 0)}};
+  }
+  return {{"name", row.name},       {"input", row.input},
+          {"picture", row.picture}, {"settings", fmt::format("{} {}", row.method, row.settings)},
+          {"rounds", rounds},       {"surface_share", times.surface_share},
+          {"stages_ms", stages}};
+}
+
+/// The columns of the table in their order. The JSON report has all times.
+constexpr const char* kColumns[] = {"new_volume",  "cast",         "filter",        "light",
+                                    "finish",      "read_back",    "camera",        "frame",
+                                    "light_moved", "whole_volume", "whole_prepare", "cast_unskipped"};
+
+void print_head() {
+  fmt::print("ms, medians\n{:<22}", "");
+  for (const char* const name : kColumns) fmt::print(" {:>14}", name);
+  fmt::print("\n");
+}
+
+void print_row(const BenchRow& row, const BenchTimes& times) {
+  fmt::print("{:<22}", row.name);
+  for (const char* const name : kColumns) fmt::print(" {:>14.2f}", quantile(times.ms.at(name), 0.5));
+  fmt::print("\n");
+  std::fflush(stdout);
+}
+
+/// The row with exactly this name, or else all rows whose name contains it. Error, kNotFound: no row.
+Result<std::vector<BenchRow>> chosen_rows(std::string_view only) {
+  std::vector<BenchRow> chosen;
+  for (const BenchRow& row : bench_rows()) {
+    if (row.name == only) return std::vector{row};
+    if (row.name.find(only) != std::string_view::npos) chosen.push_back(row);
+  }
+  if (chosen.empty()) {
+    return Error{ErrorCode::kNotFound, fmt::format("no row has {} in its name, expected one as {}", only,
+                                                   bench_rows().front().name)};
+  }
+  return chosen;
+}
+
+Result<std::vector<BenchRow>> chosen_rows(std::span<const std::string_view> names) {
+  std::vector<BenchRow> rows;
+  for (const std::string_view name : names) {
+    const auto chosen = chosen_rows(name);
+    if (!chosen) return chosen.error();
+    std::ranges::copy(*chosen, std::back_inserter(rows));
+  }
+  return rows;
+}
+
+/// The source of --input as a row, or else the rows of --only.
+Result<std::vector<BenchRow>> chosen_rows(const BenchOptions& options) {
+  if (options.input.empty()) return chosen_rows(std::string_view(options.only));
+  return std::vector{
+      BenchRow{.name = "input", .input = options.input, .geometry_path = options.geometry_path}};
+}
+
+Result<void> bench(const BenchOptions& options) {
+  const auto device = open_device(options.gpu);
+  if (!device) return device.error();
+  nlohmann::ordered_json report = {{"device", device->name()}, {"rows", nlohmann::ordered_json::array()}};
+  const auto rows = chosen_rows(options);
+  if (!rows) return rows.error();
+  for (const BenchRow& row : *rows) {
+    const auto times = run_bench_row(*device->gpu, row, options.count);
+    if (!times) return times.error();
+    report["rows"].push_back(as_json(row, *times, options.count));
+    if (!options.json && report["rows"].size() == 1) print_head();
+    if (!options.json) print_row(row, *times);
+  }
+  if (options.json) fmt::print("{}\n", report.dump(1));
+  return {};
+}
+
+double ratio(const PipelineTimes& times) {
+  return quantile(times.pipelined.volumes_a_second, 0.5) / quantile(times.serial.volumes_a_second, 0.5);
+}
+
+nlohmann::ordered_json as_json(const PipelineFigures& figures) {
+  return {{"volumes", figures.volumes},
+          {"pictures", figures.pictures},
+          {"encoded", figures.encoded},
+          {"volumes_a_second", figures.volumes_a_second},
+          {"volumes_a_second_p50", quantile(figures.volumes_a_second, 0.5)},
+          {"light_ms", {{"p50", quantile(figures.light_ms, 0.5)}, {"p99", quantile(figures.light_ms, 0.99)}}},
+          {"busy_cores", figures.busy_cores}};
+}
+
+nlohmann::ordered_json as_json(const BenchRow& row, const PipelineTimes& times) {
+  return {{"name", row.name},
+          {"input", row.input},
+          {"picture", row.picture},
+          {"settings", fmt::format("{} {}", row.method, row.settings)},
+          {"serial", as_json(times.serial)},
+          {"pipelined", as_json(times.pipelined)},
+          {"pipelined_over_serial", ratio(times)},
+          {"shares",
+           {{"light_in_cast", times.light_in_cast},
+            {"light_in_work", times.light_in_work},
+            {"upload_in_work", times.upload_in_work},
+            {"read_back_in_work", times.read_back_in_work},
+            {"encoding_in_work", times.encoding_in_work}}}};
+}
+
+void print_figures(std::string_view name, const PipelineFigures& figures) {
+  fmt::print(
+      "  {:<10} {:7.3f} volumes a second, passes 2 and 3 done {:.1f} ms after pass 1, {:.2f} cores busy\n",
+      name, quantile(figures.volumes_a_second, 0.5), quantile(figures.light_ms, 0.5), figures.busy_cores);
+}
+
+void print_pipeline(const BenchRow& row, const PipelineTimes& times) {
+  fmt::print("{}: {} volumes, {} pictures, {} encoded\n", row.name, times.pipelined.volumes,
+             times.pipelined.pictures, times.pipelined.encoded);
+  print_figures("serial", times.serial);
+  print_figures("pipelined", times.pipelined);
+  fmt::print("  pipelined over serial {:.3f}\n", ratio(times));
+  fmt::print("  of passes 2 and 3, {:.1f} % lay in another volume's pass 1, {:.1f} % in its passes 0 and 1\n",
+             100 * times.light_in_cast, 100 * times.light_in_work);
+  fmt::print(
+      "  of upload {:.1f} %, of read-back {:.1f} %, of encoding {:.1f} % lay in what the GPU did for "
+      "others\n",
+      100 * times.upload_in_work, 100 * times.read_back_in_work, 100 * times.encoding_in_work);
+  std::fflush(stdout);
+}
+
+Result<void> bench_pipeline(const BenchOptions& options) {
+  const auto device = open_device(options.gpu);
+  if (!device) return device.error();
+  nlohmann::ordered_json report = {{"device", device->name()},
+                                   {"mechanism", pipeline_mechanism(*device->gpu)},
+                                   {"blocks", options.count},
+                                   {"volumes_a_block", options.volumes},
+                                   {"rows", nlohmann::ordered_json::array()}};
+  if (!options.json) {
+    fmt::print("{}, {}; medians of {} blocks of {} volumes each way, in turn\n", device->name(),
+               pipeline_mechanism(*device->gpu), options.count, options.volumes);
+  }
+  const auto rows =
+      options.only.empty() && options.input.empty() ? chosen_rows(pipeline_rows()) : chosen_rows(options);
+  if (!rows) return rows.error();
+  for (const BenchRow& row : *rows) {
+    const auto times = run_bench_pipeline(*device->gpu, row, options.count, options.volumes);
+    if (!times) return times.error();
+    report["rows"].push_back(as_json(row, *times));
+    if (!options.json) print_pipeline(row, *times);
+  }
+  if (options.json) fmt::print("{}\n", report.dump(1));
+  return {};
+}
+
+nlohmann::ordered_json as_json(const HeldMemory& held) {
+  return {{"volumes", held.volumes},
+          {"resident_mb", held.resident_mb},
+          {"own_mb", held.own_mb},
+          {"ring_mb", held.ring_mb}};
+}
+
+void print_held(const HeldMemory& held) {
+  fmt::print("{:10} {:10.1f} {:10.1f} {:10.1f}\n", held.volumes, held.resident_mb, held.own_mb, held.ring_mb);
+  std::fflush(stdout);
+}
+
+Result<void> bench_memory(const BenchOptions& options) {
+  const auto device = open_device(options.gpu);
+  if (!device) return device.error();
+  BenchOptions one_row = options;
+  if (one_row.only.empty()) one_row.only = "r1/paper";
+  const auto rows = chosen_rows(one_row);
+  if (!rows) return rows.error();
+  const BenchRow& row = rows->front();
+  nlohmann::ordered_json report = {{"device", device->name()},
+                                   {"name", row.name},
+                                   {"input", row.input},
+                                   {"held", nlohmann::ordered_json::array()}};
+  if (!options.json) fmt::print("{}: MB\n   volumes   resident        own  ring of 4\n", row.name);
+  const auto report_held = [&](const HeldMemory& held) {
+    report["held"].push_back(as_json(held));
+    if (!options.json) print_held(held);
+  };
+  const auto done =
+      run_bench_memory(*device->gpu, row, static_cast<std::uint64_t>(options.memory_volumes), report_held);
+  if (!done) return done.error();
+  if (options.json) fmt::print("{}\n", report.dump(1));
+  return {};
+}
+
+void add_options(CLI::App& command, BenchOptions& options) {
+  command.add_option("--only", options.only, "The row of that name, or else rows whose name contains it")
+      ->type_name("NAME");
+  command
+      .add_option("--input", options.input,
+                  "In place of the rows: the default scene of this source, as for `fanlight render`")
+      ->excludes("--only")
+      ->type_name("SOURCE");
+  command.add_option("--geometry", options.geometry_path, "TOML file with the recording's geometry")
+      ->needs("--input")
+      ->type_name("FILE");
+  command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command.add_flag("--json", options.json, "Print the report as JSON");
+}
+
+}  // namespace
+
+Command add_bench_command(CLI::App& program) {
+  CLI::App* const command = program.add_subcommand("bench", "Measures how long pictures take");
+  CLI::App* const pipeline =
+      command->add_subcommand("pipeline", "Measures what it brings to work at several volumes at once");
+  CLI::App* const memory =
+      command->add_subcommand("memory", "Tells how much memory a row takes, and whether it grows");
+  const auto options = std::make_shared<BenchOptions>();
+  for (const auto& [app, what] :
+       {std::pair(command, "Rounds of each row"), std::pair(pipeline, "Blocks of each way")}) {
+    add_options(*app, *options);
+    app->add_option("--count", options->count, what)
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000))
+        ->type_name("N");
+  }
+  pipeline->add_option("--volumes", options->volumes, "Volumes of each block")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  add_options(*memory, *options);
+  memory->add_option("--volumes", options->memory_volumes, "Volumes to render")
+      ->capture_default_str()
+      ->check(CLI::Range(10, 1'000'000))
+      ->type_name("N");
+  return [options, pipeline, memory]() {
+    if (pipeline->parsed()) return bench_pipeline(*options);
+    return memory->parsed() ? bench_memory(*options) : bench(*options);
+  };
+}
+
+}  // namespace fanlight

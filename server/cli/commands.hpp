@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/App.hpp>
+#include <functional>
+
+#include "proto/base/result.hpp"
+
+namespace fanlight {
+
+/// Runs a subcommand after its options were parsed. The sentence of an Error is printed to stderr.
+using Command = std::function<Result<void>()>;
+
+// Each adds a subcommand with its options to the program, and returns the function that runs it.
+Command add_serve_command(CLI::App& program);
+Command add_render_command(CLI::App& program);
+Command add_info_command(CLI::App& program);
+Command add_bench_command(CLI::App& program);
+Command add_watch_command(CLI::App& program);
+Command add_token_command(CLI::App& program);
+Command add_audit_command(CLI::App& program);
+
+}  // namespace fanlight

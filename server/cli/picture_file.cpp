@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/cli/picture_file.hpp"
+
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+namespace fanlight {
+
+namespace {
+
+Error unwritable(const std::string& path, std::string reason) {
+  while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.')) reason.pop_back();
+  return {ErrorCode::kUnavailable,
+          fmt::format("{} could not be written ({}), expected a folder that is there "
+                      "and a name that ends in a picture format such as .png or .exr",
+                      path, reason)};
+}
+
+Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+                   const void* pixels, OIIO::stride_t pixel_stride) {
+  const auto output = OIIO::ImageOutput::create(path);
+  if (!output) return unwritable(path, OIIO::geterror());
+  if (!output->open(path, spec) || !output->write_image(type, pixels, pixel_stride) || !output->close()) {
+    return unwritable(path, output->geterror());
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_picture(const std::string& path, const Picture& picture) {
+  OIIO::ImageSpec spec(static_cast<int>(picture.width), static_cast<int>(picture.height), 3,
+                       OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  return write(path, spec, OIIO::TypeDesc::UINT8, picture.rgba.data(), 4);
+}
+
+Result<void> check_depth_path(const std::string& path) {
+  if (path.empty() || path.ends_with(".exr")) return {};
+  return unwritable(path, "depth needs 32 bit floats, which only .exr is asked to hold");
+}
+
+Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,
+                         std::uint32_t height, double mm_per_pixel) {
+  OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 1, OIIO::TypeDesc::FLOAT);
+  spec.channelnames = {"Z"};
+  spec.z_channel = 0;
+  spec.attribute("fanlight:mm_per_pixel", static_cast<float>(mm_per_pixel));
+  spec.attribute("compression", "zip");
+  return write(path, spec, OIIO::TypeDesc::FLOAT, depth_mm.data(), OIIO::AutoStride);
+}
+
+}  // namespace fanlight

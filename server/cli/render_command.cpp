@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+
+#include "acquisition/acquisition_thread.hpp"
+#include "acquisition/offline_volumes.hpp"
+#include "acquisition/open_source.hpp"
+#include "renderer/renderer.hpp"
+#include "server/cli/commands.hpp"
+#include "server/cli/picture_file.hpp"
+#include "server/cli/probe_options.hpp"
+#include "server/cli/render_device.hpp"
+#include "server/cli/scene_options.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct RenderOptions {
+  std::string input;
+  SourceOptions playing{.as_fast_as_taken = true};
+  std::string out;
+  std::string depth;
+  std::int64_t volume = 0;
+  bool all = false;
+  std::optional<std::int64_t> count;  // of volumes, with `all`; absent: to the end of the source
+  std::string size = "512x512";
+  std::string gpu;
+  bool json = false;
+  SceneOptions scene;
+};
+
+Result<Picture> render_once(Renderer& renderer, const Volume& volume) {
+  if (auto loaded = renderer.load(volume); !loaded) return loaded.error();
+  Picture picture;
+  for (;;) {
+    if (auto advanced = renderer.advance(); !advanced) return advanced.error();
+    if (renderer.collect(picture)) return picture;
+    constexpr std::int64_t kSecondNs = 1'000'000'000;
+    if (auto waited = renderer.wait(kSecondNs); !waited) return waited.error();
+  }
+}
+
+/// Quantiles of the depths of the surface in mm, for shares from 0 to 1. Empty without a surface.
+std::vector<float> depth_quantiles_mm(const std::vector<float>& smooth_mm, std::span<const double> shares) {
+  std::vector<float> depths_mm;
+  std::ranges::copy_if(smooth_mm, std::back_inserter(depths_mm), [](float depth) { return depth >= 0; });
+  if (depths_mm.empty()) return {};
+  std::ranges::sort(depths_mm);
+  std::vector<float> quantiles_mm;
+  for (const double share : shares) {
+    quantiles_mm.push_back(
+        depths_mm[static_cast<std::size_t>(share * static_cast<double>(depths_mm.size() - 1))]);
+  }
+  return quantiles_mm;
+}
+
+/// What the report says of one volume.
+struct RenderReport {
+  const RenderOptions& options;
+  const Picture& picture;
+  std::string device;
+  double surface_share = 0;             ///< of the pixels
+  std::vector<float> depth_5_50_95_mm;  ///< empty without a surface
+  bool speckle_filter_left_out = false;
+  double total_ms = 0;
+};
+
+RenderReport report_of(const RenderOptions& options, const Picture& picture,
+                       const std::vector<float>& smooth_mm) {
+  const auto surfaces = std::ranges::count_if(smooth_mm, [](float depth) { return depth >= 0; });
+  constexpr double kShares[] = {0.05, 0.5, 0.95};
+  RenderReport report{.options = options,
+                      .picture = picture,
+                      .device = {},
+                      .surface_share = static_cast<double>(surfaces) / static_cast<double>(smooth_mm.size()),
+                      .depth_5_50_95_mm = depth_quantiles_mm(smooth_mm, kShares)};
+  for (const double stage_ms : picture.stamp.stage_ms) report.total_ms += stage_ms;
+  return report;
+}
+
+void print_json(const RenderReport& report) {
+  const Picture& picture = report.picture;
+  nlohmann::ordered_json stages;
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    stages[std::string(kStageNames[stage])] = picture.stamp.stage_ms[stage];
+  }
+  const nlohmann::ordered_json json = {{"input", report.options.input},
+                                       {"volume", report.options.volume},
+                                       {"frames", picture.stamp.volume.frames},
+                                       {"device", report.device},
+                                       {"width", picture.width},
+                                       {"height", picture.height},
+                                       {"surface_share", report.surface_share},
+                                       {"depth_5_50_95_mm", report.depth_5_50_95_mm},
+                                       {"speckle_filter_left_out", report.speckle_filter_left_out},
+                                       {"stage_ms", stages},
+                                       {"total_ms", report.total_ms}};
+  fmt::print("{}\n", json.dump());
+}
+
+void print_text(const RenderReport& report) {
+  const Picture& picture = report.picture;
+  fmt::print("volume {} of {}: {} frames, {} x {} pixels on {}, a surface in {:.1f} % of them\n",
+             report.options.volume, report.options.input, picture.stamp.volume.frames, picture.width,
+             picture.height, report.device, 100 * report.surface_share);
+  if (report.speckle_filter_left_out) {
+    fmt::print("the speckle filter was left out: the volume is too large for it on this GPU\n");
+  }
+  if (const auto& depths_mm = report.depth_5_50_95_mm; !depths_mm.empty()) {
+    fmt::print(
+        "its depth below the view plane: {:.1f} mm at the median, 5 % before {:.1f}, 5 % beyond {:.1f}\n",
+        depths_mm[1], depths_mm[0], depths_mm[2]);
+  }
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    fmt::print("  {:<10} {:8.2f} ms\n", kStageNames[stage], picture.stamp.stage_ms[stage]);
+  }
+  fmt::print("  {:<10} {:8.2f} ms\n", "together", report.total_ms);
+}
+
+/// x.png -> x.0007.png
+std::string numbered(const std::string& path, std::int64_t number) {
+  const std::filesystem::path whole(path);
+  return (whole.parent_path() / whole.stem()).string() + fmt::format(".{:04}", number) +
+         whole.extension().string();
+}
+
+struct RenderedVolumes {
+  std::int64_t pictures = 0;
+  std::uint64_t interpolated = 0;  ///< of them, of volumes with frames interpolated
+};
+
+void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
+                  const AcquisitionCounters& counters) {
+  std::uint64_t received = 0;
+  std::uint64_t unused = 0;
+  std::uint64_t missing = 0;
+  counters.seq_lock.read([&] {
+    received = counters.frames_received.value();
+    unused = counters.frames_unused();
+    missing = counters.frames_missing.value();
+  });
+  const std::uint64_t sweeps_dropped = counters.volumes_incomplete.value() + counters.volumes_short.value();
+  if (options.json) {
+    const nlohmann::ordered_json report = {{"input", options.input},
+                                           {"pictures", rendered.pictures},
+                                           {"volumes_interpolated", rendered.interpolated},
+                                           {"frames_received", received},
+                                           {"frames_unused", unused},
+                                           {"frames_missing", missing},
+                                           {"sweeps_dropped", sweeps_dropped}};
+    fmt::print("{}\n", report.dump());
+    return;
+  }
+  fmt::print("{} pictures of {}, {} of them of volumes with frames interpolated\n", rendered.pictures,
+             options.input, rendered.interpolated);
+  fmt::print("frames: {} received, {} of them in no volume, and {} that never came; sweeps dropped: {}\n",
+             received, unused, missing, sweeps_dropped);
+}
+
+/// Renders every volume of the source to numbered files, and prints what happened to its frames.
+Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, Renderer& renderer) {
+  RenderedVolumes rendered;
+  for (; !options.count || rendered.pictures < *options.count; ++rendered.pictures) {
+    const auto volume = volumes.next();
+    if (!volume) return volume.error();
+    if (!*volume) break;
+    if ((*volume)->stamp().frames_missing > 0) ++rendered.interpolated;
+    const auto picture = render_once(renderer, **volume);
+    if (!picture) return picture.error();
+    if (auto written = write_picture(numbered(options.out, rendered.pictures), *picture); !written) {
+      return written;
+    }
+  }
+  print_frames(options, rendered, volumes.counters());
+  if (rendered.pictures > 0) return {};
+  return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
+}
+
+/// The renderer with what it needs.
+struct RenderSetup {
+  RenderDevice device;
+  RenderCounters counters;
+  Scene scene;
+  std::unique_ptr<Renderer> renderer;
+};
+
+/// Renders one volume, writes its picture and its depth map, and prints the report.
+Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, RenderSetup& setup) {
+  const auto volume = volumes.pick(options.volume);
+  if (!volume) return volume.error();
+  const auto picture = render_once(*setup.renderer, **volume);
+  if (!picture) return picture.error();
+  const auto depths = setup.renderer->read_depth();
+  if (!depths) return depths.error();
+
+  if (auto written = write_picture(options.out, *picture); !written) return written;
+  if (!options.depth.empty()) {
+    const PictureSize size{.width = picture->width, .height = picture->height};
+    const double mm_per_pixel = viewport(setup.scene, size).pixel_mm;
+    if (auto written = write_depth(options.depth, depths->smooth_mm, size.width, size.height, mm_per_pixel);
+        !written) {
+      return written;
+    }
+  }
+  RenderReport report = report_of(options, *picture, depths->smooth_mm);
+  report.device = setup.device.name();
+  report.speckle_filter_left_out = setup.counters.volumes_unfiltered.value() > 0;
+  if (options.json) {
+    print_json(report);
+  } else {
+    print_text(report);
+  }
+  return {};
+}
+
+Result<void> set_up(const RenderOptions& options, const PictureSize& size, const SourceDescription& source,
+                    RenderSetup& setup) {
+  const auto scene = options.scene.applied_to(
+      scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height));
+  if (!scene) return scene.error();
+  setup.scene = *scene;
+  auto device = open_device(options.gpu);
+  if (!device) return device.error();
+  setup.device = std::move(*device);
+  auto renderer = Renderer::create({.size = size,
+                                    .geometry = source.geometry,
+                                    .first_angle_rad = source.first_angle_rad,
+                                    .last_angle_rad = source.last_angle_rad,
+                                    .frame_capacity = source.frames_per_volume,
+                                    .usual_frames = source.usual_frames},
+                                   {.gpu = *setup.device.gpu, .counters = setup.counters},
+                                   {.revision = 1, .scene = setup.scene});
+  if (!renderer) return renderer.error();
+  setup.renderer = std::move(*renderer);
+  return {};
+}
+
+Result<void> render(const RenderOptions& options) {
+  const auto size = parse_picture_size(options.size);
+  if (!size) return size.error();
+  if (auto named = check_depth_path(options.depth); !named) return named;
+  if (options.all && !options.depth.empty()) {
+    return Error{ErrorCode::kInvalidArgument, "--depth goes with one volume, expected it without --all"};
+  }
+  Doorbell bell;
+  ProbeLink probe(bell, bell);
+  auto source = open_source(options.input, options.playing, probe);
+  if (!source) return source.error();
+  RenderSetup setup;
+  if (auto ready = set_up(options, *size, (*source)->description(), setup); !ready) return ready;
+  OfflineVolumes volumes(**source);
+  return options.all ? render_all(options, volumes, *setup.renderer) : render_one(options, volumes, setup);
+}
+
+}  // namespace
+
+Command add_render_command(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("render", "Renders one volume to a picture file");
+  const auto options = std::make_shared<RenderOptions>();
+  command
+      ->add_option("INPUT", options->input,
+                   "A recording (.igs.mha), phantom: for the simulated probe, or usb:VENDOR:PRODUCT[:SERIAL] "
+                   "for a probe")
+      ->required();
+  command->add_option("--out", options->out, "The picture to write, such as x.png")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--depth", options->depth, "The filtered depth map to write, mm, such as z.exr")
+      ->type_name("FILE");
+  command->add_option("--volume", options->volume, "Which volume of the source, from 0")
+      ->check(CLI::Range(0, 9999))  // the phantom never ends, and generates all volumes before this one
+      ->type_name("N");
+  command->add_flag("--all", options->all,
+                    "Render every volume, to numbered files: x.0000.png, x.0001.png, ...");
+  command->add_option("--count", options->count, "With --all: how many volumes, for a source that never ends")
+      ->check(CLI::PositiveNumber)
+      ->needs("--all")
+      ->type_name("N");
+  command->add_option("--geometry", options->playing.geometry_path, "TOML file with the recording's geometry")
+      ->type_name("FILE");
+  command->add_option("--size", options->size, "Of the picture, pixels")
+      ->capture_default_str()
+      ->type_name("WxH");
+  command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command->add_flag("--json", options->json, "Print the report as JSON");
+  add_probe_options(*command, options->playing);
+  options->scene.add_to(*command);
+  return [options]() { return render(*options); };
+}
+
+}  // namespace fanlight

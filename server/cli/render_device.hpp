@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "proto/base/result.hpp"
+#include "renderer/vulkan/gpu.hpp"
+
+namespace fanlight {
+
+/// The GPU that a command renders with, and the Vulkan instance that it belongs to.
+struct RenderDevice {
+  std::unique_ptr<GpuInstance> instance;
+  std::unique_ptr<Gpu> gpu;  // after the instance, which must outlive it
+
+  const std::string& name() const { return gpu->candidate().name; }
+};
+
+/// `name`: part of the GPU's name; empty for the best one. Errors: those of GpuInstance::create and
+/// Gpu::create.
+Result<RenderDevice> open_device(const std::string& name);
+
+}  // namespace fanlight

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/cli/scene_options.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
+
+#include <charconv>
+
+namespace fanlight {
+
+namespace {
+
+/// The default for --help. Empty for a field whose default depends on the geometry of the fan: it differs
+/// between two fans.
+std::string default_of(const SceneField& field) {
+  const FanGeometry small{.columns = 64,
+                          .rows = 64,
+                          .pixel_width_mm = 1,
+                          .pixel_height_mm = 1,
+                          .face_column = 20,
+                          .motor_radius_mm = 20};
+  FanGeometry large = small;
+  large.rows = 200;
+  large.columns = 300;
+  const Scene of_small = scene_for(small, -0.4, 0.5);
+  if (!field.same(of_small, scene_for(large, -0.8, 0.7))) return "";
+  return fmt::format(", default {}", field_text(of_small, field));
+}
+
+std::string help_of(const SceneField& field) {
+  if (field.is_text()) return fmt::format("{}{}", field.help, default_of(field));
+  const std::string allowed = field.choices.empty()
+                                  ? fmt::format("{} to {}{}{}", field.minimum, field.maximum,
+                                                field.unit.empty() ? "" : " ", field.unit)
+                                  : fmt::format("{}", fmt::join(field.choices, ", "));
+  return fmt::format("{} ({}{})", field.help, allowed, default_of(field));
+}
+
+/// The group in --help: "Scene: camera" for camera.yaw_deg.
+std::string group_of(const SceneField& field) {
+  const std::size_t dot = field.name.find('.');
+  return dot == std::string_view::npos ? "Scene" : fmt::format("Scene: {}", field.name.substr(0, dot));
+}
+
+}  // namespace
+
+void SceneOptions::add_to(CLI::App& command) {
+  command.footer("What of the scene has no default here follows from the fan's geometry.");
+  for (const SceneField& field : scene_fields()) {
+    auto& given = given_.emplace_back(&field, "");
+    command.add_option(fmt::format("--{}", field.name), given.second, help_of(field))
+        ->type_name(field.is_text()         ? "TEXT"
+                    : field.choices.empty() ? "NUMBER"
+                                            : "NAME")
+        ->group(group_of(field));
+  }
+}
+
+Result<Scene> SceneOptions::applied_to(Scene scene) const {
+  for (const auto& [field, text] : given_) {
+    if (text.empty()) continue;
+    if (auto set = set_field(scene, *field, std::string_view(text)); !set) return set.error();
+  }
+  if (auto whole = check(scene); !whole) return whole.error();
+  return scene;
+}
+
+Result<PictureSize> parse_picture_size(const std::string& text) {
+  constexpr std::uint32_t kSmallest = 16;
+  constexpr std::uint32_t kLargest = 2048;  // on a CPU, lighting a larger picture takes seconds
+  PictureSize size{};
+  const char* const end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size.width);
+  const bool cross = width.ec == std::errc{} && width.ptr != end && *width.ptr == 'x';
+  const auto height = cross ? std::from_chars(width.ptr + 1, end, size.height) : width;
+  const auto fits = [](std::uint32_t side) { return side >= kSmallest && side <= kLargest; };
+  if (!cross || height.ec != std::errc{} || height.ptr != end || !fits(size.width) || !fits(size.height)) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("the picture size is \"{}\", expected WIDTHxHEIGHT such as 512x512, {} to {} each", text,
+                    kSmallest, kLargest)};
+  }
+  return size;
+}
+
+}  // namespace fanlight

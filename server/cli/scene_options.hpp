@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/App.hpp>
+#include <deque>
+#include <string>
+#include <utility>
+
+#include "proto/base/result.hpp"
+#include "proto/model/scene.hpp"
+#include "renderer/parameters/view_frame.hpp"
+
+namespace fanlight {
+
+/// The command line options of the scene: one for each field of the scene table, with the name of the field
+/// (--detector.threshold 30, --mode volume).
+class SceneOptions {
+ public:
+  /// The options write into this object, which must not move until the parser is done.
+  void add_to(CLI::App& command);
+
+  /// The scene with the given options applied. Errors: a value that is not allowed.
+  Result<Scene> applied_to(Scene scene) const;
+
+ private:
+  std::deque<std::pair<const SceneField*, std::string>> given_;  // a deque: its elements do not move
+};
+
+/// Parses "512x512": width and height in pixels, 16 to 2048 each.
+Result<PictureSize> parse_picture_size(const std::string& text);
+
+}  // namespace fanlight

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+
+#include "acquisition/open_source.hpp"
+#include "server/cli/commands.hpp"
+#include "server/cli/named_option.hpp"
+#include "server/cli/probe_options.hpp"
+#include "server/cli/render_device.hpp"
+#include "server/cli/scene_options.hpp"
+#include "server/http/stream_server.hpp"
+#include "server/net/listen_address.hpp"
+#include "server/pipeline/pipeline.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct ServeOptions {
+  std::string source = "phantom:";
+  SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
+  std::string listen = "127.0.0.1:8080";
+  TlsFiles tls;
+  std::string tokens;
+  std::string audit_log;
+  double control_lapse_s = 60;
+  std::size_t private_views = kMostPrivateViews;
+  MismatchCorrection mismatch = MismatchCorrection::kOn;
+  std::optional<RingPolicy> policy;  // absent: what suits the source
+  ProbeControl probe_control = ProbeControl::kEveryone;
+  std::string size = "512x512";
+  std::string gpu;
+  int jpeg_quality = 85;
+  std::uint32_t ring_slots = 4;
+  SceneOptions scene;
+};
+
+Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& options) {
+  auto endpoint = parse_listen_address(options.listen);
+  if (!endpoint) return endpoint;
+  if (!endpoint->address().is_loopback() && (options.tls.empty() || options.tokens.empty())) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("listening on {} would let everyone on its network watch and control; expected "
+                    "--tls-certificate, --tls-key and --tokens, or a loopback address such as 127.0.0.1:8080",
+                    options.listen)};
+  }
+  if (!options.tls.client_ca.empty() && options.tokens.empty()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--client-ca says who signs certificates, not whose may come in; expected --tokens with "
+                 "[[certificate]] "
+                 "entries too"};
+  }
+  return endpoint;
+}
+
+void log_device(const RenderDevice& device) {
+  for (const GpuCandidate& candidate : device.instance->candidates()) {
+    if (!candidate.refusals.empty())
+      spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
+  }
+  const GpuCandidate& used = device.gpu->candidate();
+  spdlog::info("renders on {} ({}, {})", used.name, used.kind, used.driver);
+}
+
+void log_source(const SourceDescription& source) {
+  const FanGeometry& geometry = source.geometry;
+  spdlog::info(
+      "source {}: {} frames a volume of {} x {} pixels of {:.4f} x {:.4f} mm, {:.1f} to {:.1f} deg about an "
+      "axis {:.1f} mm "
+      "behind the probe face",
+      source.name, source.usual_frames > 0 ? source.usual_frames : source.frames_per_volume, geometry.columns,
+      geometry.rows, geometry.pixel_width_mm, geometry.pixel_height_mm, degrees(source.first_angle_rad),
+      degrees(source.last_angle_rad), geometry.motor_radius_mm);
+}
+
+void log_end(const PipelineCounters& pipeline, const ServerCounters& server) {
+  std::string counts;
+  for (const NamedCount& count : named_counts(pipeline, server)) {
+    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count.name, count.value);
+  }
+  spdlog::info("ended: {}", counts);
+}
+
+Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize& size, const Scene& scene) {
+  const RingPolicy suitable =
+      options.playing.as_fast_as_taken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins;
+  return {.size = size,
+          .scene = scene,
+          .ring_slots = options.ring_slots,
+          .policy = options.policy.value_or(suitable),
+          .mismatch = options.mismatch,
+          .pipeline_cache = {.folder = user_cache_folder(std::getenv("XDG_CACHE_HOME"), std::getenv("HOME")),
+                             .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }}};
+}
+
+/// The server's configuration but for the scenes, the source and the device.
+StreamServer::Config server_config(const ServeOptions& options, const PictureSize& size) {
+  return {.facts = {.picture_width = size.width,
+                    .picture_height = size.height,
+                    .jpeg_quality = options.jpeg_quality},
+          .tls = options.tls,
+          .credentials = options.tokens,
+          .audit_log = options.audit_log,
+          .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
+          .probe_control = options.probe_control,
+          .most_private_views = options.private_views};
+}
+
+StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& link,
+                                               ServerCounters& counters) {
+  return {.bell = link.server_bell,
+          .pictures = pipeline.pictures(),
+          .scenes = pipeline.scenes(),
+          .failures = pipeline.failures(),
+          .pipeline = pipeline.counters(),
+          .probe = link.probe,
+          .counters = counters,
+          .source_state = [&pipeline] { return pipeline.source_state(); },
+          .private_views = &pipeline.private_views()};
+}
+
+Result<void> serve(const ServeOptions& options) {
+  const auto size = parse_picture_size(options.size);
+  if (!size) return size.error();
+  StreamServer::Config config = server_config(options, *size);
+  const auto endpoint = listen_endpoint(options);
+  if (!endpoint) return endpoint.error();
+  config.endpoint = *endpoint;
+
+  SourceLink link;
+  const auto source = open_source(options.source, options.playing, link.probe);
+  if (!source) return source.error();
+  const SourceDescription& description = (*source)->description();
+  config.facts.source = description.name;
+  config.suggested_scene =
+      scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
+  const auto scene = options.scene.applied_to(config.suggested_scene);
+  if (!scene) return scene.error();
+  config.initial_scene = {.revision = 1, .scene = *scene};
+
+  // Scripts read the address from stdout, so the log goes to stderr.
+  spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
+  const auto device = open_device(options.gpu);
+  if (!device) return device.error();
+  config.facts.device = device->name();
+  const auto pipeline = Pipeline::create(pipeline_config(options, *size, *scene),
+                                         {.gpu = *device->gpu, .source = **source, .link = link});
+  if (!pipeline) return pipeline.error();
+  ServerCounters counters;
+  const auto server = StreamServer::create(config, server_dependencies(**pipeline, link, counters));
+  if (!server) return server.error();
+
+  spdlog::info("fanlight {}", FANLIGHT_VERSION);
+  log_device(*device);
+  log_source(description);
+  spdlog::info("the ring of volumes takes up to {:.0f} MB",
+               static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6);
+  (*pipeline)->start();
+  fmt::print("Fanlight shows {} on {}\n", description.name,
+             page_url((*server)->endpoint(), !options.tls.empty()));
+  std::fflush(stdout);
+  const Result<void> served = (*server)->run();
+  (*pipeline)->stop();
+  log_end((*pipeline)->counters(), counters);
+  return served;
+}
+
+// The order of the options is that of --help.
+
+void add_network_options(CLI::App& command, ServeOptions& options) {
+  command.add_option("--listen", options.listen, "Address and port; port 0 takes a free one")
+      ->capture_default_str()
+      ->type_name("ADDR:PORT");
+  auto* const certificate = command
+                                .add_option("--tls-certificate", options.tls.certificate,
+                                            "The server's, and those up to its root, PEM")
+                                ->type_name("FILE");
+  auto* const key =
+      command.add_option("--tls-key", options.tls.key, "Its private key, PEM")->type_name("FILE");
+  certificate->needs(key);
+  key->needs(certificate);
+  command.add_option("--client-ca", options.tls.client_ca, "Who signs clients' certificates, PEM")
+      ->needs(certificate)
+      ->type_name("FILE");
+  command
+      .add_option("--tokens", options.tokens,
+                  "Who may come in, as `fanlight token` writes it; read again where it changes")
+      ->type_name("FILE");
+  command.add_option("--audit-log", options.audit_log, "Appends who changed what, a line of JSON each")
+      ->type_name("FILE");
+  command
+      .add_option("--control-lapse", options.control_lapse_s,
+                  "The control is free again after so much silence")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 86400))
+      ->type_name("S");
+  command
+      .add_option("--private-views", options.private_views,
+                  "Displays that may have a light or a camera of their own at once")
+      ->capture_default_str()
+      ->check(CLI::Range(std::size_t{0}, kMostPrivateViews))
+      ->type_name("N");
+}
+
+void add_source_options(CLI::App& command, ServeOptions& options) {
+  command.add_option("--geometry", options.playing.geometry_path, "TOML file with the recording's geometry")
+      ->type_name("FILE");
+  add_named_option<ReplaySource::Ending, ReplaySource::Ending>(
+      command, "--ending", options.playing.ending,
+      {{"once", ReplaySource::Ending::kOnce},
+       {"loop", ReplaySource::Ending::kLoop},
+       {"to-and-fro", ReplaySource::Ending::kToAndFro}},
+      "After the recording's last frame: once, loop or to-and-fro (the default)");
+  command.add_option("--speed", options.playing.speed, "Of the recording: 1 as recorded, 0.01 to 1000")
+      ->type_name("FACTOR");
+  command.add_flag("--fast", options.playing.as_fast_as_taken,
+                   "Play as fast as volumes are rendered, and render them all");
+}
+
+void add_picture_options(CLI::App& command, ServeOptions& options) {
+  command.add_option("--size", options.size, "Of the picture, pixels")
+      ->capture_default_str()
+      ->type_name("WxH");
+  command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command.add_option("--jpeg-quality", options.jpeg_quality, "1 to 100")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100))
+      ->type_name("N");
+}
+
+void add_volume_options(CLI::App& command, ServeOptions& options) {
+  command.add_option("--ring", options.ring_slots, "Volumes that the ring holds, 3 to 64")
+      ->capture_default_str()
+      ->check(CLI::Range(3, 64))
+      ->type_name("N");
+  add_named_option<std::optional<RingPolicy>, RingPolicy>(
+      command, "--policy", options.policy,
+      {{"newest-wins", RingPolicy::kNewestWins}, {"process-all", RingPolicy::kProcessAll}},
+      "Where volumes come faster than they are rendered: newest-wins drops older ones, process-all makes the "
+      "source wait (the default with --fast)");
+  add_named_option<MismatchCorrection, MismatchCorrection>(
+      command, "--mismatch", options.mismatch,
+      {{"corrected", MismatchCorrection::kOn}, {"as-measured", MismatchCorrection::kOff}},
+      "Where forward and backward sweeps disagree: corrected (the default), or angles as-measured");
+}
+
+}  // namespace
+
+Command add_serve_command(CLI::App& program) {
+  CLI::App* command =
+      program.add_subcommand("serve", "Renders a source as it comes and streams it to displays");
+  const auto options = std::make_shared<ServeOptions>();
+  command
+      ->add_option("--source", options->source,
+                   "phantom: (the simulated probe), replay:PATH (a recording) or usb:VENDOR:PRODUCT[:SERIAL] "
+                   "(a probe)")
+      ->capture_default_str()
+      ->type_name("SOURCE");
+  add_network_options(*command, *options);
+  add_source_options(*command, *options);
+  add_picture_options(*command, *options);
+  add_volume_options(*command, *options);
+  add_probe_options(*command, options->playing);
+  add_named_option<ProbeControl, ProbeControl>(
+      *command, "--probe-control", options->probe_control,
+      {{"everyone", ProbeControl::kEveryone}, {"nobody", ProbeControl::kNobody}},
+      "Whether whoever is in control may set the probe: everyone (the default) or nobody");
+  options->scene.add_to(*command);
+  return [options]() { return serve(*options); };
+}
+
+}  // namespace fanlight

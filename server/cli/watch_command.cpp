@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "proto/base/clock.hpp"
+#include "proto/model/scene.hpp"
+#include "server/cli/commands.hpp"
+#include "server/cli/named_option.hpp"
+#include "server/client/stream_client.hpp"
+#include "server/state/scene_message.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct WatchOptions {
+  StreamClient::Config server;
+  std::string token_file;
+  std::vector<std::string> changes;
+  std::string save;
+  std::uint64_t pictures = 0;
+  double seconds = 0;
+  bool json = false;
+  bool take_over = false;
+  bool own_view = false;
+  v1::StreamRequest::Codec codec = v1::StreamRequest::JPEG;
+  v1::StreamRequest stream;
+};
+
+std::atomic<bool> interrupted = false;
+
+Result<std::string> token_of(const WatchOptions& options) {
+  if (options.token_file.empty()) {
+    // Not an option: other users of the machine can see a command line.
+    const char* const token = std::getenv("FANLIGHT_TOKEN");
+    return std::string(token != nullptr ? token : "");
+  }
+  std::ifstream file(options.token_file);
+  std::string token;
+  if (!(file >> token)) {
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("{} has no token in it, expected one", options.token_file)};
+  }
+  return token;
+}
+
+Result<v1::Scene> change_of(const std::vector<std::string>& items) {
+  v1::Scene change;
+  for (const std::string& item : items) {
+    const std::size_t equals = item.find('=');
+    const std::string name = item.substr(0, equals);
+    const SceneField* const field = find_scene_field(name);
+    if (field == nullptr || equals == std::string::npos) {
+      return Error{
+          ErrorCode::kInvalidArgument,
+          fmt::format("--set {}: expected NAME=VALUE with a field of the scene, such as light.up_mm=20",
+                      item)};
+    }
+    Scene scene;
+    if (auto set = set_field(scene, *field, std::string_view(item).substr(equals + 1)); !set)
+      return set.error();
+    if (field->is_text()) {
+      put_change(change, *field, field->get_text(scene));
+    } else {
+      put_change(change, *field, field->get(scene));
+    }
+  }
+  return change;
+}
+
+/// Pictures received in one second.
+struct Second {
+  int pictures = 0;
+  std::size_t bytes = 0;
+  std::vector<double>
+      ages_ms;  ///< time since the pictures were finished; correct if both computers have the same clock
+};
+
+void print_json(const Second& second, double age_ms, const v1::Statistics& statistics) {
+  const nlohmann::ordered_json report = {{"pictures", second.pictures},
+                                         {"bytes", second.bytes},
+                                         {"age_ms", age_ms},
+                                         {"offered", statistics.pictures_offered()},
+                                         {"sent", statistics.pictures_sent()},
+                                         {"skipped", statistics.pictures_skipped()},
+                                         {"volumes_assembled", statistics.volumes_assembled()},
+                                         {"volumes_dropped", statistics.volumes_dropped()},
+                                         {"frames_lost", statistics.frames_lost()},
+                                         {"sessions", statistics.sessions()},
+                                         {"source", statistics.source_state()}};
+  fmt::print("{}\n", report.dump());
+}
+
+void print_text(const Second& second, double age_ms, const v1::Statistics& statistics) {
+  fmt::print(
+      "{:4} pictures, {:7.1f} kB, finished {:6.1f} ms ago (median); sent {}, skipped {} of {}; {} "
+      "volumes, {} "
+      "dropped; {} displays; source {}\n",
+      second.pictures, static_cast<double>(second.bytes) / 1e3, age_ms, statistics.pictures_sent(),
+      statistics.pictures_skipped(), statistics.pictures_offered(), statistics.volumes_assembled(),
+      statistics.volumes_dropped(), statistics.sessions(), statistics.source_state());
+}
+
+/// Watches one stream until the options or a signal end it.
+class Watch {
+ public:
+  Watch(const WatchOptions& options, StreamClient& client) : options_(options), client_(client) {}
+
+  Result<void> run() {
+    if (auto asked = ask(); !asked) return asked;
+    const std::int64_t from_ns = now_ns();
+    while (!interrupted) {
+      auto message = client_.next();
+      if (!message && interrupted) break;
+      if (!message) return message.error();
+      if (auto taken = take(*message); !taken) return taken;
+      if (options_.pictures > 0 && pictures_ >= options_.pictures) break;
+      if (options_.seconds > 0 && static_cast<double>(now_ns() - from_ns) / 1e9 >= options_.seconds) break;
+    }
+    return {};
+  }
+
+ private:
+  Result<void> ask() {
+    v1::ClientMessage stream;
+    *stream.mutable_stream() = options_.stream;
+    stream.mutable_stream()->set_codec(options_.codec);
+    if (auto sent = client_.send(stream); !sent) return sent;
+    if (options_.take_over) {
+      v1::ClientMessage control;
+      control.mutable_control()->set_wish(v1::ControlRequest::TAKE_OVER);
+      if (auto sent = client_.send(control); !sent) return sent;
+    }
+    if (options_.changes.empty()) return {};
+    const auto change = change_of(options_.changes);
+    if (!change) return change.error();
+    v1::ClientMessage message;
+    if (options_.own_view) {
+      message.mutable_view()->set_request_id(1);
+      *message.mutable_view()->mutable_scene() = *change;
+    } else {
+      message.mutable_scene_change()->set_request_id(1);
+      *message.mutable_scene_change()->mutable_scene() = *change;
+    }
+    return client_.send(message);
+  }
+
+  Result<void> take(const v1::ServerMessage& message) {
+    switch (message.body_case()) {
+      case v1::ServerMessage::kPicture:
+        return take_picture(message.picture());
+      case v1::ServerMessage::kStatistics:
+        report(message.statistics());
+        return {};
+      case v1::ServerMessage::kSceneReply:
+        if (message.scene_reply().has_refused()) return refused(message.scene_reply().refused());
+        fmt::print(stderr, "the scene has revision {}\n", message.scene_reply().in_force().revision());
+        return {};
+      case v1::ServerMessage::kViewReply:
+        if (message.view_reply().has_refused()) return refused(message.view_reply().refused());
+        fmt::print(stderr, "the own view has revision {}\n", message.view_reply().in_force().revision());
+        return {};
+      case v1::ServerMessage::kView:
+        if (message.view().ended().empty()) return {};
+        return Error{ErrorCode::kStopped,
+                     fmt::format("the server ended the own view: {}", message.view().ended())};
+      case v1::ServerMessage::kSceneShown:
+        fmt::print(stderr, "picture {} is the first with revision {}\n", message.scene_shown().picture_id(),
+                   message.scene_shown().revision());
+        return {};
+      case v1::ServerMessage::kStreamReply:
+        return message.stream_reply().has_refused() ? refused(message.stream_reply().refused())
+                                                    : Result<void>();
+      case v1::ServerMessage::kControlReply:
+        return message.control_reply().has_refused() ? refused(message.control_reply().refused())
+                                                     : Result<void>();
+      case v1::ServerMessage::kError:
+        return refused(message.error());
+      default:
+        return {};
+    }
+  }
+
+  static Result<void> refused(const v1::Error& error) {
+    return Error{ErrorCode::kInvalidArgument, error.message()};
+  }
+
+  Result<void> take_picture(const v1::Picture& picture) {
+    // Pictures of the main view are sent until the own view has its first picture.
+    if (options_.own_view && !options_.changes.empty() && !picture.private_view()) return {};
+    ++pictures_;
+    const std::string& bytes = !picture.jpeg().empty()  ? picture.jpeg()
+                               : !picture.png().empty() ? picture.png()
+                                                        : picture.h264();
+    ++second_.pictures;
+    second_.bytes += bytes.size();
+    second_.ages_ms.push_back(static_cast<double>(now_ns() - picture.finished_time_ns()) / 1e6);
+    if (options_.save.empty()) return {};
+    const char* const ending = !picture.jpeg().empty() ? "jpg" : !picture.png().empty() ? "png" : "h264";
+    // H.264 goes to one file, which players expect.
+    const bool film = !picture.h264().empty();
+    const std::string path = film ? fmt::format("{}.{}", options_.save, ending)
+                                  : fmt::format("{}.{:06}.{}", options_.save, picture.picture_id(), ending);
+    std::ofstream file(path, film && pictures_ > 1 ? std::ios::binary | std::ios::app : std::ios::binary);
+    if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
+      return Error{ErrorCode::kUnavailable,
+                   fmt::format("{} could not be written, expected room for it", path)};
+    }
+    return {};
+  }
+
+  void report(const v1::Statistics& statistics) {
+    std::ranges::sort(second_.ages_ms);
+    const double age_ms = second_.ages_ms.empty() ? 0 : second_.ages_ms[second_.ages_ms.size() / 2];
+    if (options_.json) {
+      print_json(second_, age_ms, statistics);
+    } else {
+      print_text(second_, age_ms, statistics);
+    }
+    std::fflush(stdout);
+    second_ = {};
+  }
+
+  const WatchOptions& options_;
+  StreamClient& client_;
+  std::uint64_t pictures_ = 0;
+  Second second_;
+};
+
+Result<void> watch(WatchOptions options) {
+  auto token = token_of(options);
+  if (!token) return token.error();
+  options.server.token = std::move(*token);
+  const auto client = StreamClient::connect(options.server);
+  if (!client) return client.error();
+  const v1::Hello& hello = (*client)->hello();
+  fmt::print(stderr, "{} {}: {} on {}, {} x {}; session {} as {}\n", options.server.url,
+             hello.server_version(), hello.source(), hello.device(), hello.picture_width(),
+             hello.picture_height(), hello.session_id(), v1::Role_Name(hello.role()));
+  // The server sends a message at least once a second, which ends the wait for the next one.
+  std::signal(SIGINT, [](int) { interrupted = true; });
+  std::signal(SIGTERM, [](int) { interrupted = true; });
+  return Watch(options, **client).run();
+}
+
+// The order of the options is that of --help.
+
+void add_connection_options(CLI::App& command, WatchOptions& options) {
+  command.add_option("url", options.server.url, "The server")->capture_default_str()->type_name("URL");
+  command
+      .add_option("--token-file", options.token_file, "Holds the token; else it is read from FANLIGHT_TOKEN")
+      ->type_name("FILE");
+  command
+      .add_option("--server-ca", options.server.server_ca,
+                  "Who signs the server's certificate; else whom the system trusts")
+      ->type_name("FILE");
+  auto* const certificate =
+      command.add_option("--certificate", options.server.certificate, "In place of a token")
+          ->type_name("FILE");
+  command.add_option("--key", options.server.key, "Of the certificate")
+      ->needs(certificate)
+      ->type_name("FILE");
+  command.add_option("--name", options.server.name, "As others are to see this display")->type_name("TEXT");
+}
+
+void add_change_options(CLI::App& command, WatchOptions& options) {
+  command
+      .add_option("--set", options.changes, "A change of the scene: light.up_mm=20; may come several times")
+      ->type_name("NAME=VALUE");
+  command.add_flag("--own-view", options.own_view,
+                   "The changes are this display's alone: a light, filters or a camera of its own");
+  command.add_flag("--take-over", options.take_over, "Take the control from whoever has it (an admin's)");
+}
+
+void add_output_options(CLI::App& command, WatchOptions& options) {
+  command.add_option("--save", options.save, "Pictures to PATH.000001.jpg and so on, H.264 to PATH.h264")
+      ->type_name("PATH");
+  command.add_option("--pictures", options.pictures, "Leave after so many")->type_name("N");
+  command.add_option("--seconds", options.seconds, "Leave after so long")->type_name("S");
+  command.add_flag("--json", options.json, "Statistics as a line of JSON a second");
+}
+
+void add_stream_options(CLI::App& command, WatchOptions& options) {
+  add_named_option<v1::StreamRequest::Codec, v1::StreamRequest::Codec>(
+      command, "--codec", options.codec,
+      {{"jpeg", v1::StreamRequest::JPEG}, {"png", v1::StreamRequest::PNG}, {"h264", v1::StreamRequest::H264}},
+      "jpeg (the default), png or h264");
+  command
+      .add_option_function<std::uint32_t>(
+          "--quality", [&options](std::uint32_t value) { options.stream.set_quality(value); },
+          "Of JPEG, 1 to 100")
+      ->type_name("N");
+  command
+      .add_option_function<std::uint32_t>(
+          "--kbps", [&options](std::uint32_t value) { options.stream.set_bit_rate_kbps(value); },
+          "About so many bits a second, in thousands")
+      ->type_name("N");
+  command
+      .add_option_function<double>(
+          "--rate", [&options](double value) { options.stream.set_rate_hz(value); },
+          "Pictures a second at most")
+      ->type_name("HZ");
+  command
+      .add_option_function<std::string>(
+          "--size",
+          [&options](const std::string& text) {
+            unsigned width = 0;
+            unsigned height = 0;
+            if (std::sscanf(text.c_str(), "%ux%u", &width, &height) != 2)
+              throw CLI::ValidationError("--size", "expected WIDTHxHEIGHT");
+            options.stream.set_width(width);
+            options.stream.set_height(height);
+          },
+          "Pixels at most; the proportions stay")
+      ->type_name("WxH");
+}
+
+}  // namespace
+
+Command add_watch_command(CLI::App& program) {
+  CLI::App* const command =
+      program.add_subcommand("watch", "Looks on as a display: statistics, pictures to files, changes");
+  const auto options = std::make_shared<WatchOptions>();
+  add_connection_options(*command, *options);
+  add_change_options(*command, *options);
+  add_output_options(*command, *options);
+  add_stream_options(*command, *options);
+  return [options] { return watch(*options); };
+}
+
+}  // namespace fanlight

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/client/stream_client.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/host_name_verification.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+
+#include "server/client/server_url.hpp"
+
+namespace fanlight {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+using asio::ip::tcp;
+
+namespace {
+
+constexpr std::size_t kLargestMessageBytes = 64 << 20;
+
+Error broken(const std::string& what, const boost::system::error_code& why) {
+  return {ErrorCode::kUnavailable, fmt::format("{} failed ({})", what, why.message())};
+}
+
+Result<std::unique_ptr<asio::ssl::context>> client_context(const StreamClient::Config& config) {
+  auto context = std::make_unique<asio::ssl::context>(asio::ssl::context::tls_client);
+  boost::system::error_code failure;
+  context->set_verify_mode(asio::ssl::verify_peer);
+  if (config.server_ca.empty()) {
+    context->set_default_verify_paths(failure);
+  } else {
+    context->load_verify_file(config.server_ca.string(), failure);
+  }
+  if (failure) return broken("reading " + config.server_ca.string(), failure);
+  if (config.certificate.empty()) return context;
+  context->use_certificate_chain_file(config.certificate.string(), failure);
+  if (failure) return broken("reading " + config.certificate.string(), failure);
+  context->use_private_key_file(config.key.string(), asio::ssl::context::pem, failure);
+  if (failure) return broken("reading " + config.key.string(), failure);
+  return context;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<StreamClient>> StreamClient::connect(const Config& config) {
+  std::unique_ptr<StreamClient> made(new StreamClient());
+  if (auto opened = made->open(config); !opened) return opened.error();
+  if (auto greeted = made->greet(config); !greeted) return greeted.error();
+  return made;
+}
+
+Result<void> StreamClient::open(const Config& config) {
+  const auto url = parse_server_url(config.url);
+  if (!url) return url.error();
+  boost::system::error_code failure;
+  tcp::resolver resolver(loop_);
+  const auto endpoints = resolver.resolve(url->host, url->port, failure);
+  if (failure) return broken("finding " + url->host, failure);
+  if (!config.token.empty() && !url->tls && !endpoints.begin()->endpoint().address().is_loopback()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "a token would travel in the clear, expected https:// or a loopback address"};
+  }
+  if (url->tls) {
+    auto context = client_context(config);
+    if (!context) return context.error();
+    context_ = std::move(*context);
+    Tls& socket = socket_.emplace<Tls>(loop_, *context_);
+    socket.next_layer().set_verify_callback(asio::ssl::host_name_verification(url->host));
+    SSL_set_tlsext_host_name(socket.next_layer().native_handle(), url->host.c_str());
+    beast::get_lowest_layer(socket).connect(endpoints, failure);
+    if (failure) return broken("connecting to " + config.url, failure);
+    socket.next_layer().handshake(asio::ssl::stream_base::client, failure);
+    if (failure) return broken("TLS with " + config.url, failure);
+  } else {
+    beast::get_lowest_layer(socket_.emplace<Plain>(loop_)).connect(endpoints, failure);
+    if (failure) return broken("connecting to " + config.url, failure);
+  }
+  const auto decorate = [](websocket::request_type& request) {
+    request.set(beast::http::field::sec_websocket_protocol, "fanlight.v2");
+  };
+  std::string answer;
+  const auto shake = [&](auto& socket) {
+    socket.set_option(websocket::stream_base::decorator(decorate));
+    socket.read_message_max(kLargestMessageBytes);
+    socket.binary(true);
+    websocket::response_type response;
+    socket.handshake(response, url->host_and_port(), "/stream", failure);
+    if (failure == websocket::error::upgrade_declined) answer = response.body();
+  };
+  if (url->tls) {
+    shake(std::get<Tls>(socket_));
+  } else {
+    shake(std::get<Plain>(socket_));
+  }
+  if (!answer.empty()) return Error{ErrorCode::kInvalidArgument, answer.substr(0, answer.find('\n'))};
+  if (failure) return broken("the upgrade to a WebSocket", failure);
+  return {};
+}
+
+Result<void> StreamClient::greet(const Config& config) {
+  v1::ClientMessage login;
+  login.mutable_login()->set_token(config.token);
+  login.mutable_login()->set_name(config.name);
+  bool login_sent = false;
+  for (;;) {
+    auto message = next();
+    if (!message) return message.error();
+    if (message->has_error()) return Error{ErrorCode::kInvalidArgument, message->error().message()};
+    if (message->has_login_needed() && !std::exchange(login_sent, true)) {
+      if (config.token.empty() && config.certificate.empty()) {
+        return Error{ErrorCode::kInvalidArgument, message->login_needed().message()};
+      }
+      if (auto sent = send(login); !sent) return sent;
+    }
+    if (!message->has_hello()) continue;
+    hello_ = message->hello();
+    if (!login_sent && !config.name.empty()) return send(login);
+    return {};
+  }
+}
+
+Result<v1::ServerMessage> StreamClient::next() {
+  beast::flat_buffer incoming;
+  boost::system::error_code failure;
+  std::string reason;
+  const auto read = [&](auto& socket) {
+    socket.read(incoming, failure);
+    reason = socket.reason().reason.c_str();
+  };
+  if (auto* tls = std::get_if<Tls>(&socket_)) {
+    read(*tls);
+  } else {
+    read(std::get<Plain>(socket_));
+  }
+  if (failure == websocket::error::closed || (failure && !reason.empty())) {
+    return Error{ErrorCode::kStopped,
+                 fmt::format("the server closed{}{}", reason.empty() ? "" : ": ", reason)};
+  }
+  if (failure) return broken("reading from the server", failure);
+  v1::ServerMessage message;
+  if (!message.ParseFromArray(incoming.cdata().data(), static_cast<int>(incoming.size()))) {
+    return Error{ErrorCode::kBadInput, "the server sent what is no fanlight.v1.ServerMessage"};
+  }
+  return message;
+}
+
+Result<void> StreamClient::send(const v1::ClientMessage& message) {
+  const std::string bytes = message.SerializeAsString();
+  boost::system::error_code failure;
+  const auto write = [&](auto& socket) { socket.write(asio::buffer(bytes), failure); };
+  if (auto* tls = std::get_if<Tls>(&socket_)) {
+    write(*tls);
+  } else {
+    write(std::get<Plain>(socket_));
+  }
+  if (failure) return broken("writing to the server", failure);
+  return {};
+}
+
+}  // namespace fanlight

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+# Writes a C++ file OUTPUT that holds the bytes of the files INPUTS, by file name, and defines page_files().
+set(code "#include \"server/http/page_files.hpp\"\n\nnamespace fanlight {\nnamespace {\n")
+set(rows)
+foreach(input IN LISTS INPUTS)
+  get_filename_component(name ${input} NAME)
+  string(MAKE_C_IDENTIFIER ${name} identifier)
+  file(READ ${input} bytes HEX)
+  string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
+  string(APPEND code "constexpr unsigned char ${identifier}[] = {${bytes}};\n")
+  string(APPEND rows "    {\"${name}\", {reinterpret_cast<const char*>(${identifier}), sizeof ${identifier}}},\n")
+endforeach()
+string(APPEND code "const PageFile kFiles[] = {\n${rows}};\n}  // namespace\n\n")
+string(APPEND code "std::span<const PageFile> page_files() { return kFiles; }\n}  // namespace fanlight\n")
+file(WRITE ${OUTPUT} "${code}")

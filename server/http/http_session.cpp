@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/http_session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/beast/core/stream_traits.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <nlohmann/json.hpp>
+
+#include "server/http/page_files.hpp"
+#include "server/net/request_host.hpp"
+#include "server/stream/stream_protocol.hpp"
+
+namespace fanlight {
+
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+
+namespace {
+
+constexpr std::uint32_t kLargestHeaderBytes = 8 << 10;
+constexpr std::uint64_t kLargestBodyBytes = 64 << 10;
+constexpr auto kRequestTime = std::chrono::seconds(10);
+
+// The page loads files of this server only, and runs no script but those.
+constexpr const char* kContentPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+std::string_view content_type(std::string_view name) {
+  if (name.ends_with(".html")) return "text/html; charset=utf-8";
+  if (name.ends_with(".js")) return "text/javascript; charset=utf-8";
+  if (name.ends_with(".css")) return "text/css; charset=utf-8";
+  return "image/svg+xml";
+}
+
+HttpSession::Response response_with(http::status status, std::string_view type, std::string body) {
+  HttpSession::Response response(status, 11);
+  response.set(http::field::content_type, type);
+  response.body() = std::move(body);
+  return response;
+}
+
+std::string address_text(Connection& connection) {
+  beast::error_code gone;
+  const auto peer = connection.next_layer().socket().remote_endpoint(gone);
+  if (gone) return "gone";
+  const std::string host = peer.address().to_string();
+  return peer.address().is_v6() ? fmt::format("[{}]:{}", host, peer.port())
+                                : fmt::format("{}:{}", host, peer.port());
+}
+
+bool is_read(const HttpSession::Request& request) {
+  return request.method() == http::verb::get || request.method() == http::verb::head;
+}
+
+}  // namespace
+
+HttpSession::HttpSession(Connection connection, ConnectionPermit permit, const Dependencies& dependencies)
+    : dependencies_(dependencies),
+      permit_(std::move(permit)),
+      connection_(std::move(connection)),
+      address_(address_text(connection_)) {}
+
+void HttpSession::start() {
+  if (!connection_.is_tls()) return read();
+  beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  connection_.async_handshake([self = shared_from_this()](beast::error_code failure) {
+    if (failure) {
+      self->dependencies_.counters.handshakes_failed.add();
+      if (const std::string wrong = self->connection_.certificate_trouble(); !wrong.empty()) {
+        self->dependencies_.audit.note_refusal(
+            {.name = "unknown", .address = self->address_},
+            {.what = "login", .result = "refused: the certificate shown: " + wrong});
+      }
+    } else {
+      self->read();
+    }
+  });
+}
+
+void HttpSession::read() {
+  parser_.emplace();
+  parser_->header_limit(kLargestHeaderBytes);
+  parser_->body_limit(kLargestBodyBytes);
+  beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  http::async_read(connection_, incoming_, *parser_,
+                   [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                     self->received(failure);
+                   });
+}
+
+void HttpSession::received(beast::error_code failure) {
+  if (failure == http::error::end_of_stream || failure == beast::error::timeout)
+    return;  // the destructor closes the socket
+  if (!failure) return serve(parser_->release());
+  // Errors of HTTP itself can be answered; those of the connection cannot.
+  if (failure.category() != make_error_code(http::error::bad_method).category()) return;
+  send(last_refusal(
+      http::status::bad_request,
+      fmt::format("the request could not be read ({}), expected at most {} bytes of header and {} of body",
+                  failure.message(), kLargestHeaderBytes, kLargestBodyBytes)));
+}
+
+void HttpSession::serve(const Request& request) {
+  const std::string_view host = request[http::field::host];
+  if (dependencies_.loopback_only && !host.empty() && !is_loopback_host(host)) {
+    return reply(request,
+                 refusal(http::status::misdirected_request,
+                         "the request names another host, expected localhost or a loopback address"));
+  }
+  if (auto rejected = rejection(request)) return send(std::move(*rejected));
+  auto principal = authenticate(request);
+  if (!principal) {
+    const bool wait = principal.error().code == ErrorCode::kUnavailable;
+    Response response = refusal(wait ? http::status::too_many_requests : http::status::unauthorized,
+                                principal.error().message);
+    response.set(http::field::www_authenticate, "Bearer");
+    return reply(request, std::move(response));
+  }
+  if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
+    return upgrade(request, std::move(*principal));
+  }
+  reply(request, respond(request, *principal));
+}
+
+std::optional<HttpSession::Response> HttpSession::rejection(const Request& request) {
+  const std::string_view origin = request[http::field::origin];  // only browsers send it
+  if (!origin.empty() && !is_origin_of_host(origin, request[http::field::host])) {
+    dependencies_.audit.note_refusal({.name = "unknown", .address = address_},
+                                     {.what = "request", .result = "refused: from a page of another site"},
+                                     {{"origin", std::string(origin.substr(0, 64))}});
+    return last_refusal(http::status::forbidden,
+                        "the request comes from a page of another site, expected our own");
+  }
+  if (is_read(request) && !request.body().empty())
+    return last_refusal(http::status::bad_request, "a GET came with a body, expected none");
+  return std::nullopt;
+}
+
+Result<std::optional<Principal>> HttpSession::authenticate(const Request& request) {
+  if (!dependencies_.access.asks()) return std::optional(dependencies_.access.anyone(address_));
+  constexpr std::string_view kBearer = "Bearer ";
+  const std::string_view given = request[http::field::authorization];
+  if (given.starts_with(kBearer)) {
+    auto principal = dependencies_.access.by_token(given.substr(kBearer.size()), address_);
+    if (!principal) return principal.error();
+    return std::optional(std::move(*principal));
+  }
+  if (const auto fingerprint = connection_.client_fingerprint()) {
+    auto principal = dependencies_.access.by_certificate(*fingerprint, address_);
+    if (!principal) return principal.error();
+    return std::optional(std::move(*principal));
+  }
+  return std::optional<Principal>();
+}
+
+void HttpSession::upgrade(const Request& request, std::optional<Principal> principal) {
+  const auto protocol = agreed_protocol(request["Sec-WebSocket-Protocol"]);
+  if (!protocol) return reply(request, refusal(http::status::bad_request, protocol.error().message));
+  std::make_shared<StreamSession>(std::move(connection_), std::move(permit_), dependencies_.stream, address_)
+      ->start(request, *protocol, std::move(principal));
+}
+
+void HttpSession::reply(const Request& request, Response response) {
+  response.keep_alive(request.keep_alive());
+  response.set(http::field::cache_control, "no-store");
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Content-Security-Policy", kContentPolicy);
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  if (connection_.is_tls()) response.set("Strict-Transport-Security", "max-age=31536000");
+  response.prepare_payload();
+  if (request.method() == http::verb::head) response.body().clear();
+  send(std::move(response));
+}
+
+HttpSession::Response HttpSession::respond(const Request& request,
+                                           const std::optional<Principal>& principal) {
+  const std::string_view path = std::string_view(request.target()).substr(0, request.target().find('?'));
+  // The page and the health check show nothing of the scan, and the page is needed to log in.
+  const bool guarded = path == "/metrics" || path.starts_with("/api/");
+  if (guarded && !principal) {
+    Response response =
+        refusal(http::status::unauthorized, "expected a token, as Authorization: Bearer TOKEN");
+    response.set(http::field::www_authenticate, "Bearer");
+    return response;
+  }
+  if (path.starts_with("/api/")) {
+    Response response = dependencies_.rest_api.respond(request, path, *principal);
+    if (http::to_status_class(response.result()) == http::status_class::client_error) {
+      dependencies_.counters.requests_refused.add();
+    }
+    return response;
+  }
+  if (!is_read(request)) return refusal(http::status::method_not_allowed, "expected the method GET or HEAD");
+  if (path == "/healthz") return health();
+  if (path == "/metrics") {
+    return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
+                         metrics_text(dependencies_.metrics));
+  }
+  return respond_with_page(path);
+}
+
+HttpSession::Response HttpSession::health() {
+  std::string state = dependencies_.source_state();
+  const bool healthy = state == "running" || state == "ended";
+  // A probe that was unplugged is no fault of the server.
+  if (healthy && dependencies_.probe.lost()) state = "waits for a probe that was lost";
+  return response_with(healthy ? http::status::ok : http::status::service_unavailable,
+                       "text/plain; charset=utf-8",
+                       fmt::format("{}; source {}\n", healthy ? "ok" : "failing", state));
+}
+
+HttpSession::Response HttpSession::respond_with_page(std::string_view path) {
+  const std::string_view name =
+      path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
+  const auto file = std::ranges::find(page_files(), name, &PageFile::name);
+  if (file == page_files().end()) {
+    return refusal(
+        http::status::not_found,
+        "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene or /api/picture.png");
+  }
+  return response_with(http::status::ok, content_type(name), std::string(file->bytes));
+}
+
+HttpSession::Response HttpSession::refusal(http::status status, const std::string& sentence) {
+  dependencies_.counters.requests_refused.add();
+  return response_with(status, "text/plain; charset=utf-8", sentence + "\n");
+}
+
+HttpSession::Response HttpSession::last_refusal(http::status status, const std::string& sentence) {
+  Response response = refusal(status, sentence);
+  response.keep_alive(false);
+  return response;
+}
+
+void HttpSession::send(Response response) {
+  if (!response.has_content_length()) response.prepare_payload();
+  response_ = std::move(response);
+  beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  http::async_write(connection_, *response_,
+                    [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                      if (!failure) self->sent();
+                    });
+}
+
+void HttpSession::sent() {
+  if (response_->keep_alive()) return read();
+  beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  connection_.async_shutdown([self = shared_from_this()](beast::error_code /*closed either way*/) {});
+}
+
+}  // namespace fanlight

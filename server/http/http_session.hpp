@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/access/audit_log.hpp"
+#include "server/access/authenticator.hpp"
+#include "server/http/metrics_text.hpp"
+#include "server/http/rest_api.hpp"
+#include "server/net/connection.hpp"
+#include "server/net/connection_limit.hpp"
+#include "server/stream/stream_session.hpp"
+
+namespace fanlight {
+
+/// One HTTP connection: the page of the viewer, /healthz, /metrics and the REST API under /api. An upgrade at
+/// /stream becomes a StreamSession. A TLS handshake and a request have ten seconds each. Kept alive by its
+/// own pending operations. Server thread only.
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+ public:
+  using Request = boost::beast::http::request<boost::beast::http::string_body>;
+  using Response = boost::beast::http::response<boost::beast::http::string_body>;
+
+  struct Dependencies {
+    ServerCounters& counters;
+    AuditLog& audit;
+    Authenticator& access;
+    const ProbeProxy& probe;
+    const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
+    bool loopback_only;  ///< the server listens on loopback, and requests must name a loopback host
+    RestApi& rest_api;
+    MetricsSources metrics;
+    const StreamSession::Dependencies& stream;
+  };
+
+  /// `dependencies` and all that it refers to must outlive the session.
+  HttpSession(Connection connection, ConnectionPermit permit, const Dependencies& dependencies);
+
+  /// Performs the TLS handshake, if any, and serves requests.
+  void start();
+
+ private:
+  void read();
+  void received(boost::beast::error_code failure);
+  void serve(const Request& request);
+  /// The response to a request that this server must not serve, whoever sent it; else nothing.
+  std::optional<Response> rejection(const Request& request);
+  void upgrade(const Request& request, std::optional<Principal> principal);
+  /// The principal of the request; empty if it shows no credentials. Error: they are not valid.
+  Result<std::optional<Principal>> authenticate(const Request& request);
+  Response respond(const Request& request, const std::optional<Principal>& principal);
+  Response respond_with_page(std::string_view path);
+  Response health();
+  void reply(const Request& request, Response response);
+  Response refusal(boost::beast::http::status status, const std::string& sentence);
+  /// A refusal after which the connection is closed.
+  Response last_refusal(boost::beast::http::status status, const std::string& sentence);
+  void send(Response response);
+  void sent();
+
+  const Dependencies& dependencies_;
+  ConnectionPermit permit_;
+  Connection connection_;
+  std::string address_;  // of the client, with port
+  boost::beast::flat_buffer incoming_;
+  std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
+  std::optional<Response> response_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/metrics_text.hpp"
+
+#include <fmt/format.h>
+#include <prometheus/metric_family.h>
+#include <prometheus/text_serializer.h>
+
+#include <vector>
+
+namespace fanlight {
+
+namespace {
+
+prometheus::MetricFamily family(const std::string& name, const char* help, prometheus::MetricType type,
+                                double value) {
+  prometheus::ClientMetric metric;
+  if (type == prometheus::MetricType::Counter) {
+    metric.counter.value = value;
+  } else {
+    metric.gauge.value = value;
+  }
+  return {.name = name, .help = help, .type = type, .metric = {metric}};
+}
+
+}  // namespace
+
+std::string metrics_text(const MetricsSources& sources) {
+  std::vector<prometheus::MetricFamily> families;
+  for (const NamedCount& count : named_counts(sources.pipeline, sources.counters)) {
+    const bool total = count.kind == CountKind::kTotal;
+    families.push_back(family(fmt::format("fanlight_{}{}", count.name, total ? "_total" : ""), count.help,
+                              total ? prometheus::MetricType::Counter : prometheus::MetricType::Gauge,
+                              static_cast<double>(count.value)));
+  }
+  for (const NamedValue& value : named_values(sources.pipeline)) {
+    families.push_back(family(fmt::format("fanlight_{}", value.name), value.help,
+                              prometheus::MetricType::Gauge, value.value));
+  }
+  families.push_back(family(
+      "fanlight_probe_streaming", "1 while a probe streams, 0 while it is lost or there is none",
+      prometheus::MetricType::Gauge, sources.probe.status().state == ProbeStatus::State::kStreaming ? 1 : 0));
+  families.push_back(family("fanlight_sessions", "Displays connected", prometheus::MetricType::Gauge,
+                            static_cast<double>(sources.hub.subscriber_count())));
+  families.push_back(family("fanlight_scene_revision", "Number of the scene in force",
+                            prometheus::MetricType::Gauge,
+                            static_cast<double>(sources.scene_store.in_force().revision)));
+  return prometheus::TextSerializer().Serialize(families);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/rest_api.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "server/state/scene_json.hpp"
+#include "server/state/scene_message.hpp"
+
+namespace fanlight {
+
+namespace http = boost::beast::http;
+
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+RestApi::Response json_response(http::status status, const ordered_json& body) {
+  RestApi::Response response(status, 11);
+  response.set(http::field::content_type, "application/json");
+  response.body() = body.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return response;
+}
+
+RestApi::Response refusal(http::status status, const std::string& sentence,
+                          const SceneField* field = nullptr) {
+  ordered_json error = {{"message", sentence}};
+  if (field != nullptr) error.update(range_json(*field));
+  return json_response(status, {{"error", error}});
+}
+
+ordered_json state_json(const NumberedScene& scene) {
+  return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
+}
+
+}  // namespace
+
+RestApi::Response RestApi::respond(const Request& request, std::string_view path,
+                                   const Principal& principal) {
+  const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
+  if (path == "/api/scene" && reads) return scene();
+  if (path == "/api/scene" && request.method() == http::verb::patch) return change_scene(request, principal);
+  if (path == "/api/picture.png" && reads) return picture();
+  if (path == "/api/scene" || path == "/api/picture.png") {
+    Response response =
+        refusal(http::status::method_not_allowed,
+                path == "/api/scene" ? "expected the method GET or PATCH" : "expected the method GET");
+    response.set(http::field::allow, path == "/api/scene" ? "GET, HEAD, PATCH" : "GET, HEAD");
+    return response;
+  }
+  return refusal(http::status::not_found, "there is nothing here, expected /api/scene or /api/picture.png");
+}
+
+RestApi::Response RestApi::scene() const {
+  return json_response(http::status::ok, state_json(dependencies_.scene_store.in_force()));
+}
+
+void RestApi::audit_change(const Principal& principal, const std::string& result, const json& details) const {
+  const AuditLog::Event event{.what = "scene_change", .result = result};
+  if (result == "done") return dependencies_.audit.note(principal, event, details);
+  dependencies_.audit.note_refusal(principal, event, details);
+}
+
+RestApi::Response RestApi::change_scene(const Request& request, const Principal& principal) {
+  // A browser sends JSON to another site only after a preflight request, which this server does not grant.
+  const std::string_view type = request[http::field::content_type];
+  if (!type.starts_with("application/json") && !type.starts_with("application/merge-patch+json")) {
+    return refusal(http::status::unsupported_media_type, "expected Content-Type: application/json");
+  }
+  if (const auto may =
+          dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
+      !may) {
+    dependencies_.counters.scene_refusals.add();
+    audit_change(principal, "refused: " + may.error().message, nullptr);
+    return refusal(principal.role == Role::kViewer ? http::status::forbidden : http::status::conflict,
+                   may.error().message);
+  }
+  const auto parsed = json::parse(request.body(), nullptr, false);
+  if (parsed.is_discarded()) {
+    dependencies_.counters.scene_refusals.add();
+    return refusal(http::status::bad_request,
+                   "the body is no JSON, expected an object with fields of the scene");
+  }
+  const auto change = scene_change_from_json(parsed);
+  const SceneField* refused = nullptr;
+  const auto applied =
+      change ? dependencies_.scene_store.apply(*change, &refused) : Result<bool>(change.error());
+  if (!applied) {
+    dependencies_.counters.scene_refusals.add();
+    if (change) audit_change(principal, "refused: " + applied.error().message, change_json(*change));
+    return refusal(http::status::unprocessable_entity, applied.error().message, refused);
+  }
+  dependencies_.counters.scene_changes.add();
+  audit_change(principal, "done", change_json(*change));
+  if (*applied) dependencies_.sessions.scene_changed(0);
+  return scene();
+}
+
+RestApi::Response RestApi::picture() const {
+  const Picture* const picture = dependencies_.hub.newest_picture();
+  if (picture == nullptr) {
+    Response response =
+        refusal(http::status::service_unavailable, "there is no picture yet, expected some patience");
+    response.set(http::field::retry_after, "1");
+    return response;
+  }
+  const auto png = dependencies_.hub.png();
+  if (!png) return refusal(http::status::internal_server_error, png.error().message);
+  Response response(http::status::ok, 11);
+  response.set(http::field::content_type, "image/png");
+  response.set("X-Fanlight-Picture-Id", std::to_string(picture->stamp.picture_id));
+  response.set("X-Fanlight-Volume-Id", std::to_string(picture->stamp.volume.volume_id));
+  response.set("X-Fanlight-Scene-Revision", std::to_string(picture->stamp.scene_revision));
+  response.body() = **png;
+  return response;
+}
+
+}  // namespace fanlight

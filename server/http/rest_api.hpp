@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <string_view>
+
+#include "server/access/audit_log.hpp"
+#include "server/access/control_lease.hpp"
+#include "server/access/role.hpp"
+#include "server/metrics/server_counters.hpp"
+#include "server/state/scene_store.hpp"
+#include "server/stream/picture_hub.hpp"
+#include "server/stream/session_registry.hpp"
+
+namespace fanlight {
+
+/// Requests of scripts over plain HTTP, with the rights that the same principal has in a session:
+///
+///   GET   /api/scene         the scene in force, as JSON
+///   PATCH /api/scene         changes some of its fields: {"light": {"up_mm": 20}}
+///   GET   /api/picture.png   the newest picture of the main view
+///
+/// Server thread only.
+class RestApi {
+ public:
+  using Request = boost::beast::http::request<boost::beast::http::string_body>;
+  using Response = boost::beast::http::response<boost::beast::http::string_body>;
+
+  /// All must outlive this object.
+  struct Dependencies {
+    ServerCounters& counters;
+    SceneStore& scene_store;
+    PictureHub& hub;
+    const ControlLease& control;
+    AuditLog& audit;
+    SessionRegistry& sessions;
+  };
+  explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
+
+  /// `path`: of the request, from "/api/" on, without the query.
+  Response respond(const Request& request, std::string_view path, const Principal& principal);
+
+ private:
+  Response scene() const;
+  Response change_scene(const Request& request, const Principal& principal);
+  Response picture() const;
+  void audit_change(const Principal& principal, const std::string& result,
+                    const nlohmann::json& details) const;
+
+  Dependencies dependencies_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/stream_server.hpp"
+
+#include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "proto/base/clock.hpp"
+#include "server/net/listen_address.hpp"
+
+namespace fanlight {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+
+namespace {
+
+/// The number of connections, at most `connections`, for which the process has file descriptors. Raises the
+/// limit of the process as far as possible, and keeps some descriptors for files.
+std::size_t connections_within_limit(std::size_t connections) {
+  constexpr rlim_t kOthers = 64;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return connections;
+  limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, connections + kOthers));
+  setrlimit(RLIMIT_NOFILE, &limit);
+  getrlimit(RLIMIT_NOFILE, &limit);
+  return limit.rlim_cur > kOthers ? limit.rlim_cur - kOthers : 1;
+}
+
+}  // namespace
+
+StreamServer::StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit,
+                           Authenticator access)
+    : config_(config),
+      dependencies_(dependencies),
+      scene_store_(config.initial_scene, config.suggested_scene, dependencies.scenes),
+      probe_(dependencies.probe, config.probe_control),
+      views_({.views = dependencies.private_views,
+              .bell = dependencies.bell,
+              .scene_store = scene_store_,
+              .render = dependencies.pipeline.render,
+              .counters = dependencies.counters},
+             config.most_private_views, config.facts.picture_width, config.facts.picture_height),
+      hub_(dependencies.counters),
+      sessions_(views_),
+      audit_(std::move(audit)),
+      access_(std::move(access)),
+      control_(config.control_lapse_ms),
+      messages_({.description = config_.facts,
+                 .pipeline = dependencies_.pipeline,
+                 .source_state = dependencies_.source_state,
+                 .scene_store = scene_store_,
+                 .probe = probe_,
+                 .views = views_,
+                 .control = control_,
+                 .hub = hub_}),
+      request_dependencies_{.counters = dependencies_.counters,
+                            .scene_store = scene_store_,
+                            .probe = probe_,
+                            .views = views_,
+                            .hub = hub_,
+                            .access = access_,
+                            .control = control_,
+                            .sessions = sessions_,
+                            .messages = messages_,
+                            .jpeg_quality = config_.facts.jpeg_quality},
+      stream_dependencies_{.counters = dependencies_.counters,
+                           .probe = probe_,
+                           .views = views_,
+                           .hub = hub_,
+                           .access = access_,
+                           .control = control_,
+                           .audit = audit_,
+                           .sessions = sessions_,
+                           .messages = messages_,
+                           .requests = request_dependencies_},
+      rest_api_({.counters = dependencies_.counters,
+                 .scene_store = scene_store_,
+                 .hub = hub_,
+                 .control = control_,
+                 .audit = audit_,
+                 .sessions = sessions_}),
+      http_dependencies_{.counters = dependencies_.counters,
+                         .audit = audit_,
+                         .access = access_,
+                         .probe = probe_,
+                         .source_state = dependencies_.source_state,
+                         .loopback_only = config.endpoint.address().is_loopback(),
+                         .rest_api = rest_api_,
+                         .metrics = {.pipeline = dependencies_.pipeline,
+                                     .counters = dependencies_.counters,
+                                     .probe = probe_,
+                                     .hub = hub_,
+                                     .scene_store = scene_store_},
+                         .stream = stream_dependencies_},
+      connection_limit_(config.most_connections, config.most_connections_a_host) {
+  access_.audit_to(audit_);
+  // The library would log a line for each malformed message; the sessions answer and count them.
+  google::protobuf::SetLogHandler(nullptr);
+}
+
+Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
+                                                           const Dependencies& dependencies) {
+  Config config = wanted;
+  config.most_connections =
+      std::min(config.most_connections, connections_within_limit(config.most_connections));
+  AuditLog audit;
+  if (!config.audit_log.empty()) {
+    auto opened = AuditLog::open(config.audit_log);
+    if (!opened) return opened.error();
+    audit = std::move(*opened);
+  }
+  auto access = Authenticator::create(config.credentials);
+  if (!access) return access.error();
+  std::unique_ptr<StreamServer> server(
+      new StreamServer(config, dependencies, std::move(audit), std::move(*access)));
+  if (!config.tls.empty()) {
+    if (auto read = server->read_certificates(); !read) return read.error();
+  }
+  if (auto listening = server->listen(); !listening) return listening.error();
+  // The stream descriptor closes its file descriptor, which belongs to the bell: so it gets a duplicate.
+  server->bell_.assign(dup(dependencies.bell.file_descriptor()));
+  return server;
+}
+
+Result<void> StreamServer::read_certificates() {
+  const auto versions = file_marks(config_.tls);
+  auto context = make_tls_context(config_.tls);
+  if (!context) return context.error();
+  certificates_read_ = versions;
+  tls_ = std::move(*context);
+  return {};
+}
+
+Result<void> StreamServer::listen() {
+  boost::system::error_code failure;
+  acceptor_.open(config_.endpoint.protocol(), failure);
+  if (!failure) acceptor_.set_option(tcp::acceptor::reuse_address(true), failure);
+  if (!failure) acceptor_.bind(config_.endpoint, failure);
+  if (!failure) acceptor_.listen(asio::socket_base::max_listen_connections, failure);
+  if (failure) {
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("listening on {} failed ({}), expected an address of this machine and a free port",
+                    page_url(config_.endpoint, !config_.tls.empty()), failure.message())};
+  }
+  return {};
+}
+
+Result<void> StreamServer::run() {
+  boost::system::error_code ignored;
+  signals_.add(SIGINT, ignored);
+  signals_.add(SIGTERM, ignored);
+  signals_.async_wait([this](boost::system::error_code failure, int) {
+    if (!failure) stop();
+  });
+  accept();
+  watch_bell();
+  bell_rang();  // values may have come before
+  start_second();
+  loop_.run();
+  if (audit_.lines() > 0)
+    spdlog::info("the audit log has {} lines, the newest with the hash {}", audit_.lines(),
+                 audit_.newest_hash());
+  if (failure_) return *failure_;
+  return {};
+}
+
+void StreamServer::fail(const Error& error) {
+  failure_ = error;
+  stop();
+}
+
+void StreamServer::accept() {
+  acceptor_.async_accept([this](boost::system::error_code failure, tcp::socket socket) {
+    if (failure != asio::error::operation_aborted) accepted(failure, std::move(socket));
+  });
+}
+
+void StreamServer::accepted(boost::system::error_code failure, tcp::socket socket) {
+  if (failure) {
+    // Probably there is no free file descriptor: wait until a connection may have ended.
+    dependencies_.counters.connections_refused.add();
+    accept_pause_.expires_after(std::chrono::milliseconds(100));
+    accept_pause_.async_wait([this](boost::system::error_code stopped) {
+      if (!stopped) accept();
+    });
+    return;
+  }
+  boost::system::error_code ignored;
+  if (auto permit = connection_limit_.take(socket.remote_endpoint(ignored).address())) {
+    socket.set_option(tcp::no_delay(true), ignored);
+    auto connection = tls_ != nullptr ? Connection(std::move(socket), tls_) : Connection(std::move(socket));
+    std::make_shared<HttpSession>(std::move(connection), std::move(*permit), http_dependencies_)->start();
+  } else {
+    dependencies_.counters.connections_refused.add();  // the destructor closes the socket
+  }
+  accept();
+}
+
+void StreamServer::watch_bell() {
+  bell_.async_wait(asio::posix::descriptor_base::wait_read, [this](boost::system::error_code failure) {
+    if (failure) return;
+    dependencies_.bell.wait(0);
+    bell_rang();
+    watch_bell();
+  });
+}
+
+void StreamServer::bell_rang() {
+  if (const Error* broken = dependencies_.failures.newest()) return fail(*broken);
+  if (probe_.update()) probe_changed();
+  if (const Picture* picture = dependencies_.pictures.newest()) {
+    views_.main_shown(picture->stamp, now_ns());
+    hub_.show(*picture);
+  }
+  show_private_views();
+}
+
+void StreamServer::show_private_views() {
+  for (const Picture* picture : views_.newest(now_ns())) hub_.show(*picture);
+  if (!views_.has_more()) return;
+  private_pause_.expires_after(std::chrono::nanoseconds(ViewAdmission::kBetweenPicturesNs));
+  private_pause_.async_wait([this](boost::system::error_code stopped) {
+    if (!stopped) show_private_views();
+  });
+}
+
+void StreamServer::probe_changed() {
+  const ProbeStatus& status = probe_.status();
+  if (status.state != logged_.state || status.trouble != logged_.trouble ||
+      status.settings != logged_.settings) {
+    logged_ = status;
+    spdlog::info("{}{}", probe_.sentence(), status.trouble.empty() ? "" : ": " + status.trouble);
+  }
+  const double half_rad = radians(status.settings.sweep_deg / 2);
+  const bool has_geometry = status.geometry.columns > 0;
+  const bool scene_differs =
+      has_geometry && scene_store_.suggest(scene_for(status.geometry, -half_rad, half_rad));
+  sessions_.probe_changed();
+  if (scene_differs) sessions_.scene_changed(0);
+}
+
+void StreamServer::start_second() {
+  second_.expires_after(std::chrono::seconds(1));
+  second_.async_wait([this](boost::system::error_code failure) {
+    if (failure) return;
+    second_passed();
+    start_second();
+  });
+}
+
+void StreamServer::second_passed() {
+  reload_credentials();
+  reload_certificates();
+  lapse_control();
+  audit_.second_passed();
+  dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
+  notify_sessions_of_second();
+}
+
+void StreamServer::reload_credentials() {
+  std::string trouble;
+  if (!access_.reload(trouble)) return;
+  audit_.note({.name = "fanlight"},
+              {.what = "credentials_read", .result = trouble.empty() ? "done" : trouble});
+  if (trouble.empty()) {
+    spdlog::info("read the credentials again");
+  } else {
+    spdlog::error("the credentials stay as they were: {}", trouble);
+  }
+}
+
+void StreamServer::reload_certificates() {
+  if (config_.tls.empty() || file_marks(config_.tls) == certificates_read_) return;
+  // Files that cannot be read are tried again every second; the same error is logged once.
+  const auto read = read_certificates();
+  const std::string result = read ? "done" : read.error().message;
+  if (std::exchange(certificates_result_, read ? "" : result) == result) return;
+  audit_.note({.name = "fanlight"}, {.what = "certificates_read", .result = result});
+  spdlog::info("the certificates were read again: {}", result);
+}
+
+void StreamServer::lapse_control() {
+  if (!control_.expire(now_ns() / 1'000'000)) return;
+  audit_.note({.name = "fanlight"}, {.what = "control", .result = "lapsed"},
+              {{"in_control", control_.state().holder.session}});
+  sessions_.control_changed();
+}
+
+void StreamServer::notify_sessions_of_second() {
+  const auto ended = views_.second_passed();
+  for (const auto& session : sessions_.all()) {
+    if (std::ranges::find(ended, session->id()) != ended.end()) {
+      dependencies_.counters.private_views_ended.add();
+      session->view_ended("the main view left it no time for 5 s");
+    }
+    session->second_passed();
+  }
+}
+
+StreamServer::~StreamServer() {
+  for (const auto& session : sessions_.all()) session->abandon();
+}
+
+}  // namespace fanlight

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/exchange/doorbell.hpp"
+#include "proto/exchange/mailbox.hpp"
+#include "server/http/http_session.hpp"
+#include "server/http/rest_api.hpp"
+#include "server/net/connection_limit.hpp"
+#include "server/net/tls_context.hpp"
+#include "server/state/probe_proxy.hpp"
+#include "server/state/scene_store.hpp"
+#include "server/state/view_admission.hpp"
+#include "server/stream/picture_hub.hpp"
+#include "server/stream/server_messages.hpp"
+#include "server/stream/session_registry.hpp"
+#include "server/stream/stream_session.hpp"
+
+namespace fanlight {
+
+/// The server: HTTP and WebSocket on one port, in one event loop on the thread that calls run(), the server
+/// thread. Reads pictures from a mailbox and writes scenes to another.
+class StreamServer {
+ public:
+  struct Config {
+    boost::asio::ip::tcp::endpoint endpoint;
+    ServerDescription facts;
+    NumberedScene initial_scene;        ///< the scene that the renderer was made with
+    Scene suggested_scene;              ///< scene_for() of the source, without options of the user
+    TlsFiles tls;                       ///< empty: no TLS
+    std::filesystem::path credentials;  ///< empty: every client is an admin
+    std::filesystem::path audit_log;    ///< empty: no audit log
+    std::int64_t control_lapse_ms = 60'000;
+    ProbeControl probe_control = ProbeControl::kEveryone;
+    std::size_t most_connections = 2048;
+    std::size_t most_connections_a_host = 256;  ///< except this machine, which may run a proxy
+    std::size_t most_private_views = kMostPrivateViews;
+  };
+  /// All must outlive the server. `bell`: rung by the mailboxes that the server reads, and when the result of
+  /// source_state() changes.
+  struct Dependencies {
+    Doorbell& bell;
+    Mailbox<Picture>& pictures;
+    Mailbox<NumberedScene>& scenes;
+    Mailbox<Error>& failures;
+    PipelineCounters pipeline;
+    ProbeLink& probe;
+    ServerCounters& counters;
+    std::function<std::string()> source_state;
+    Mailbox<PrivateViews>* private_views = nullptr;  ///< null: private views are not available
+  };
+
+  /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
+  /// machine; those of the files in the configuration.
+  static Result<std::unique_ptr<StreamServer>> create(const Config& config, const Dependencies& dependencies);
+
+  ~StreamServer();
+
+  /// The address that it listens on, with the port that the system chose if the configuration has port 0.
+  boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
+
+  /// Blocks and serves until SIGINT, SIGTERM, stop(), or a failure, which it returns.
+  Result<void> run();
+
+  /// Ends run(). Any thread.
+  void stop() { loop_.stop(); }
+
+ private:
+  StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, Authenticator access);
+  Result<void> listen();
+  Result<void> read_certificates();
+  void accept();
+  void accepted(boost::system::error_code failure, boost::asio::ip::tcp::socket socket);
+  void watch_bell();
+  /// Reads all mailboxes.
+  void bell_rang();
+  void start_second();
+  void second_passed();
+  void reload_credentials();
+  void reload_certificates();
+  void lapse_control();
+  void notify_sessions_of_second();
+  void show_private_views();
+  void probe_changed();
+  void fail(const Error& error);
+
+  Config config_;
+  Dependencies dependencies_;
+  // The loop is declared after what sessions use: its destruction ends the pending operations of sessions.
+  SceneStore scene_store_;
+  ProbeProxy probe_;
+  ProbeStatus logged_;  // the last status that was logged
+  ViewAdmission views_;
+  PictureHub hub_;
+  SessionRegistry sessions_;
+  AuditLog audit_;
+  Authenticator access_;
+  ControlLease control_;
+  ServerMessages messages_;
+  StreamRequests::Dependencies request_dependencies_;
+  StreamSession::Dependencies stream_dependencies_;
+  RestApi rest_api_;
+  HttpSession::Dependencies http_dependencies_;
+  std::shared_ptr<boost::asio::ssl::context> tls_;  // null: no TLS
+  std::array<FileVersion, 3> certificates_read_;
+  std::string certificates_result_;  // the last error that was logged; empty: none
+  ConnectionLimit connection_limit_;
+  boost::asio::io_context loop_{1};
+  boost::asio::ip::tcp::acceptor acceptor_{loop_};
+  boost::asio::posix::stream_descriptor bell_{loop_};
+  boost::asio::steady_timer second_{loop_};
+  boost::asio::steady_timer accept_pause_{loop_};
+  boost::asio::steady_timer private_pause_{loop_};
+  boost::asio::signal_set signals_{loop_};
+  std::optional<Error> failure_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "proto/base/counter.hpp"
+#include "proto/base/counter_table.hpp"
+#include "proto/model/pipeline_counters.hpp"
+
+namespace fanlight {
+
+/// Written by the server thread. Over all sessions,
+///   pictures_offered = pictures_sent + pictures_skipped + those that wait or are being sent.
+struct ServerCounters {
+  Counter pictures_encoded;
+  Counter pictures_offered;
+  Counter pictures_sent;
+  Counter pictures_skipped;  ///< replaced unsent by a newer one, or unsent when the session ended
+  Counter sessions_opened;
+  Counter sessions_closed;
+  Counter connections_refused;            ///< beyond the limit
+  Counter handshakes_failed;              ///< of TLS
+  Counter encodings_failed;               ///< sessions closed because their picture could not be encoded
+  Counter sessions_stalled;               ///< closed because they acknowledged nothing for five seconds
+  Gauge<std::uint64_t> audit_lines_lost;  ///< for which the disk had no room
+  Counter control_refusals;               ///< requests for control that were not granted
+  Counter requests_refused;  ///< HTTP requests that were malformed, too long or for no known path
+  Counter messages_refused;  ///< malformed, oversized or unexpected WebSocket messages
+  Counter scene_changes;
+  Counter scene_refusals;              ///< changes with a value that is not allowed
+  Gauge<std::uint64_t> private_views;  ///< open now
+  Counter private_view_refusals;
+  Counter private_views_ended;  ///< because the main view had left them no time for five seconds
+  Counter probe_changes;
+  Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not accept
+};
+
+inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
+    {"pictures_encoded", "Pictures encoded", &ServerCounters::pictures_encoded},
+    {"pictures_offered", "Pictures offered to sessions", &ServerCounters::pictures_offered},
+    {"pictures_sent", "Pictures sent to sessions", &ServerCounters::pictures_sent},
+    {"pictures_skipped", "Pictures that a session was too slow for", &ServerCounters::pictures_skipped},
+    {"sessions_opened", "Displays that connected", &ServerCounters::sessions_opened},
+    {"sessions_closed", "Displays that left", &ServerCounters::sessions_closed},
+    {"connections_refused", "Connections beyond the limit", &ServerCounters::connections_refused},
+    {"handshakes_failed", "TLS handshakes that came to nothing", &ServerCounters::handshakes_failed},
+    {"encodings_failed", "Displays closed since their picture could not be encoded",
+     &ServerCounters::encodings_failed},
+    {"sessions_stalled", "Displays dropped since they took nothing for five seconds",
+     &ServerCounters::sessions_stalled},
+    {"audit_lines_lost", "Lines of the audit log that the disk had no room for",
+     &ServerCounters::audit_lines_lost},
+    {"control_refusals", "Wishes to be in control that were not granted", &ServerCounters::control_refusals},
+    {"requests_refused", "HTTP requests that were refused", &ServerCounters::requests_refused},
+    {"messages_refused", "WebSocket messages that were refused", &ServerCounters::messages_refused},
+    {"scene_changes", "Scene changes taken", &ServerCounters::scene_changes},
+    {"scene_refusals", "Scene changes refused", &ServerCounters::scene_refusals},
+    {"private_views", "Private views that are open", &ServerCounters::private_views},
+    {"private_view_refusals", "Changes of private views that were refused",
+     &ServerCounters::private_view_refusals},
+    {"private_views_ended", "Private views ended since the main view left them no time for five seconds",
+     &ServerCounters::private_views_ended},
+    {"probe_changes", "Changes of the probe that displays asked for and got", &ServerCounters::probe_changes},
+    {"probe_refusals", "Changes of the probe that were refused", &ServerCounters::probe_refusals},
+});
+
+// Every counter has a row in the table.
+static_assert(sizeof(ServerCounters) == kServerTable.size() * sizeof(Counter));
+
+/// A count with its metric, see CountRow.
+struct NamedCount {
+  const char* name;
+  const char* help;
+  std::uint64_t value;
+  CountKind kind;
+};
+
+/// A value with its metric, see ValueRow.
+struct NamedValue {
+  const char* name;
+  const char* help;
+  double value;
+};
+std::vector<NamedValue> named_values(const PipelineCounters& pipeline);
+
+/// All counts in the order of the stages that a volume passes through. Those of the acquisition are from one
+/// moment, so that their sum holds.
+std::vector<NamedCount> named_counts(const PipelineCounters& pipeline, const ServerCounters& server);
+
+}  // namespace fanlight

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/pipeline/pipeline.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "acquisition/source/frame_source.hpp"
+#include "renderer/renderer.hpp"
+
+namespace fanlight {
+
+namespace {
+
+VolumeRing::Config ring_config(const SourceDescription& source, const Pipeline::Config& config) {
+  return {.geometry = source.geometry,
+          .frame_capacity = source.frames_per_volume,
+          .slots = config.ring_slots,
+          .policy = config.policy,
+          .largest_frame_bytes = source.largest_frame_bytes};
+}
+
+FrameQueue::Config queue_config(const SourceDescription& source) {
+  return {.largest_frame_bytes =
+              std::max<std::uint64_t>(source.geometry.frame_bytes(), source.largest_frame_bytes)};
+}
+
+Renderer::Config renderer_config(const SourceDescription& source, const Pipeline::Config& config) {
+  return {.size = config.size,
+          .geometry = source.geometry,
+          .first_angle_rad = source.first_angle_rad,
+          .last_angle_rad = source.last_angle_rad,
+          .frame_capacity = source.frames_per_volume,
+          .usual_frames = source.usual_frames,
+          .pipeline_cache = config.pipeline_cache};
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
+    : source_(dependencies.source),
+      link_(dependencies.link),
+      mismatch_(config.mismatch),
+      ring_(ring_config(source_.description(), config),
+            {.reader_bell = render_bell_, .writer_bell = link_.acquisition_bell}),
+      queue_(queue_config(source_.description()), {.reader_bell = render_bell_}),
+      pictures_(link_.server_bell, blank_picture(config.size.width, config.size.height)),
+      failures_(link_.server_bell) {}
+
+Result<std::unique_ptr<Pipeline>> Pipeline::create(const Config& config, const Dependencies& dependencies) {
+  std::unique_ptr<Pipeline> made(new Pipeline(config, dependencies));
+  auto renderer = Renderer::create(renderer_config(dependencies.source.description(), config),
+                                   {.gpu = dependencies.gpu, .counters = made->render_counters_},
+                                   {.revision = 1, .scene = config.scene});
+  if (!renderer) return renderer.error();
+  made->renderer_ = std::move(*renderer);
+  return made;
+}
+
+void Pipeline::start() {
+  render_thread_.emplace(std::move(renderer_), RenderThread::Dependencies{.ring = ring_,
+                                                                          .scenes = scenes_,
+                                                                          .pictures = pictures_,
+                                                                          .counters = render_counters_,
+                                                                          .bell = render_bell_,
+                                                                          .failures = failures_,
+                                                                          .feed = &queue_,
+                                                                          .private_views = &private_views_});
+  acquisition_thread_.emplace(AcquisitionThread::Dependencies{.source = source_,
+                                                              .ring = ring_,
+                                                              .writer_bell = link_.acquisition_bell,
+                                                              .counters = acquisition_counters_,
+                                                              .ended_bell = link_.server_bell,
+                                                              .frame_queue = &queue_},
+                              mismatch_);
+}
+
+void Pipeline::stop() {
+  acquisition_thread_.reset();
+  render_thread_.reset();
+}
+
+std::string Pipeline::source_state() const {
+  if (!acquisition_thread_) return "ended";
+  switch (acquisition_thread_->state()) {
+    case AcquisitionThread::State::kRunning:
+      return "running";
+    case AcquisitionThread::State::kFailed:
+      return acquisition_thread_->error().message;
+    default:
+      return "ended";
+  }
+}
+
+}  // namespace fanlight

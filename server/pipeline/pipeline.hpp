@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "acquisition/acquisition_thread.hpp"
+#include "proto/base/result.hpp"
+#include "proto/exchange/doorbell.hpp"
+#include "proto/exchange/frame_queue.hpp"
+#include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/private_view.hpp"
+#include "proto/exchange/probe_link.hpp"
+#include "proto/exchange/volume_ring.hpp"
+#include "proto/model/picture.hpp"
+#include "proto/model/pipeline_counters.hpp"
+#include "proto/model/scene.hpp"
+#include "renderer/render_thread.hpp"
+
+namespace fanlight {
+
+/// What the acquisition thread and the server thread share about the source. Created before the source,
+/// because a USB probe uses the link.
+struct SourceLink {
+  Doorbell acquisition_bell;  ///< wakes the acquisition thread
+  Doorbell server_bell;       ///< wakes the server thread
+  ProbeLink probe{acquisition_bell, server_bell};
+};
+
+/// The acquisition thread and the render thread with everything that they exchange between them and with the
+/// server thread: ring of volumes, frame queue, mailboxes, bells and counters. The three threads share
+/// nothing else. The member functions belong to the server thread.
+class Pipeline {
+ public:
+  struct Config {
+    PictureSize size;
+    Scene scene;  ///< the first one; it gets revision 1
+    std::uint32_t ring_slots = 4;
+    RingPolicy policy = RingPolicy::kNewestWins;
+    MismatchCorrection mismatch = MismatchCorrection::kOn;
+    PipelineCache::Config pipeline_cache{};  ///< see Renderer::Config; by default there is no file
+  };
+  /// All must outlive the pipeline.
+  struct Dependencies {
+    const Gpu& gpu;
+    FrameSource& source;
+    SourceLink& link;
+  };
+
+  /// Allocates the ring, the queue, the mailboxes and the renderer. Starts no thread. Errors:
+  /// Renderer::create's.
+  static Result<std::unique_ptr<Pipeline>> create(const Config& config, const Dependencies& dependencies);
+  ~Pipeline() = default;
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  /// Starts both threads. Call it once.
+  void start();
+
+  /// Ends both threads and waits for them. The counters stay. The destructor does the same.
+  void stop();
+
+  /// "running", "ended", or the sentence why the source failed. "ended" too before start() and after stop().
+  std::string source_state() const;
+
+  // The server thread's ends of the mailboxes. SourceLink::server_bell rings for those that it reads.
+  Mailbox<Picture>& pictures() { return pictures_; }
+  Mailbox<Error>& failures() { return failures_; }  ///< of the render thread, which has then ended
+  Mailbox<NumberedScene>& scenes() { return scenes_; }
+  Mailbox<PrivateViews>& private_views() { return private_views_; }
+
+  PipelineCounters counters() const {
+    return {acquisition_counters_, ring_.counters(), queue_.counters(), render_counters_,
+            link_.probe.counters};
+  }
+  std::uint64_t ring_capacity_bytes() const { return ring_.capacity_bytes(); }
+
+ private:
+  Pipeline(const Config& config, const Dependencies& dependencies);
+
+  FrameSource& source_;
+  SourceLink& link_;
+  MismatchCorrection mismatch_;
+  Doorbell render_bell_;
+  AcquisitionCounters acquisition_counters_;
+  RenderCounters render_counters_;
+  VolumeRing ring_;
+  FrameQueue queue_;
+  Mailbox<NumberedScene> scenes_{render_bell_};
+  Mailbox<PrivateViews> private_views_{render_bell_};
+  Mailbox<Picture> pictures_;
+  Mailbox<Error> failures_;
+  std::unique_ptr<Renderer> renderer_;  // null from start() on: the render thread owns it
+  // Last: the threads use the members above.
+  std::optional<RenderThread> render_thread_;
+  std::optional<AcquisitionThread> acquisition_thread_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/state/scene_store.hpp"
+
+#include "server/state/scene_message.hpp"
+
+namespace fanlight {
+
+Result<bool> SceneStore::apply(const v1::Scene& change, const SceneField** refused) {
+  auto changed = changed_scene(in_force_.scene, change, refused);
+  if (!changed) return changed.error();
+  if (first_pass_changed(in_force_.scene, *changed) == FirstPass::kNone) return false;
+  in_force_ = {.revision = in_force_.revision + 1, .scene = *changed};
+  scenes_.draft() = in_force_;
+  scenes_.publish();
+  return true;
+}
+
+bool SceneStore::suggest(const Scene& suggested) {
+  Scene default_scene = default_;
+  Scene scene = in_force_.scene;
+  for (const SceneField& field : scene_fields()) {
+    if (field.same(default_scene, suggested_)) field.copy(default_scene, suggested);
+    if (field.same(scene, suggested_)) field.copy(scene, suggested);
+  }
+  // Chosen fields may contradict the new ones, for example if a ray would end before it starts. Then nothing
+  // changes.
+  if (!check(default_scene) || !check(scene)) return false;
+  suggested_ = suggested;
+  const bool other_default = first_pass_changed(default_, default_scene) != FirstPass::kNone;
+  const bool other_scene = first_pass_changed(in_force_.scene, scene) != FirstPass::kNone;
+  default_ = default_scene;
+  if (other_scene) {
+    in_force_ = {.revision = in_force_.revision + 1, .scene = scene};
+    scenes_.draft() = in_force_;
+    scenes_.publish();
+  }
+  return other_default || other_scene;
+}
+
+v1::SceneState scene_state(const NumberedScene& scene) {
+  v1::SceneState state;
+  state.set_revision(scene.revision);
+  *state.mutable_scene() = scene_message(scene.scene);
+  return state;
+}
+
+}  // namespace fanlight

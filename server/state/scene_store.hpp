@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "proto/base/result.hpp"
+#include "proto/exchange/mailbox.hpp"
+#include "proto/fanlight.pb.h"
+#include "proto/model/scene.hpp"
+
+namespace fanlight {
+
+/// Keeps the scene in force. Checks and numbers its changes and passes them to the render thread. Server
+/// thread only.
+class SceneStore {
+ public:
+  /// `initial`: the scene that the renderer was made with. `suggested`: the scene for the source alone,
+  /// without options of the user. `scenes` must outlive this object.
+  SceneStore(const NumberedScene& initial, const Scene& suggested, Mailbox<NumberedScene>& scenes)
+      : suggested_(suggested), default_(initial.scene), in_force_(initial), scenes_(scenes) {}
+
+  const NumberedScene& in_force() const { return in_force_; }
+  const Scene& default_scene() const { return default_; }
+
+  /// Applies all of the change or, with an Error, nothing. True if the scene differs now; otherwise the
+  /// revision stays. `refused`: as in changed_scene().
+  Result<bool> apply(const v1::Scene& change, const SceneField** refused = nullptr);
+
+  /// The geometry of the source has changed; `suggested` is the scene for it alone. Fields that still have
+  /// the value of the last suggestion take the new one, in the default scene and in the scene in force;
+  /// fields that were chosen otherwise stay. True if either scene differs now.
+  bool suggest(const Scene& suggested);
+
+ private:
+  Scene suggested_;
+  Scene default_;
+  NumberedScene in_force_;
+  Mailbox<NumberedScene>& scenes_;
+};
+
+/// The scene in force as a message.
+v1::SceneState scene_state(const NumberedScene& scene);
+
+}  // namespace fanlight

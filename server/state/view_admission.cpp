@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/state/view_admission.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "server/state/scene_message.hpp"
+
+namespace fanlight {
+
+namespace {
+
+using Groups = std::set<std::string, std::less<>>;
+
+constexpr double kLeastHz = 2;
+constexpr int kMostSecondsBehind = 5;
+// The busy share of the main view covers one second: after this time without a picture, the view is idle.
+constexpr double kAtRestMs = 1500;
+// The fields that passes 2 and 3 read, and the camera.
+constexpr std::string_view kPrivateGroups[] = {"camera", "filter", "light", "material", "shadow", "finish"};
+
+std::string_view group_of(const SceneField& field) {
+  return field.name.substr(0, field.name.find('.'));
+}
+
+/// `main`, with the fields of `groups` from `own`.
+Scene combined(const Scene& main, const Scene& own, const Groups& groups) {
+  Scene scene = main;
+  for (const SceneField& field : scene_fields()) {
+    if (groups.contains(group_of(field))) field.copy(scene, own);
+  }
+  return scene;
+}
+
+/// The groups of the fields that a change holds. Error: a field that a private view cannot have of its own.
+Result<Groups> private_groups(const v1::Scene& change) {
+  Groups groups;
+  const SceneField* not_private = nullptr;
+  for_each_change(change, [&](const SceneField& field, const auto& /*value*/) {
+    if (std::ranges::find(kPrivateGroups, group_of(field)) == std::end(kPrivateGroups)) not_private = &field;
+    groups.emplace(group_of(field));
+  });
+  if (not_private == nullptr) return groups;
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("{} is the main view's, expected fields of camera, filter, light, material, "
+                           "shadow or finish",
+                           not_private->name)};
+}
+
+}  // namespace
+
+ViewAdmission::View* ViewAdmission::find(std::uint64_t session) {
+  const auto found = std::ranges::find_if(
+      views_, [session](const View& view) { return session != 0 && view.wanted.view_id == session; });
+  return found == views_.end() ? nullptr : &*found;
+}
+
+double ViewAdmission::cost_ms(const View* view, bool own_camera) const {
+  double sum_ms = 0;
+  const auto add = [&](Stage stage) {
+    const auto index = static_cast<std::size_t>(stage);
+    sum_ms += std::max(stage_ms_[index], view != nullptr ? view->stage_ms[index] : 0);
+  };
+  for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish, Stage::kReadBack}) add(stage);
+  if (own_camera) add(Stage::kCast);
+  return sum_ms;
+}
+
+Result<void> ViewAdmission::check_budget(const View* wanted, bool own_camera, std::int64_t now_ns) const {
+  const double picture_ms = std::accumulate(stage_ms_.begin(), stage_ms_.end(), 0.0);
+  const auto since_ms = static_cast<double>(now_ns - main_shown_ns_) / 1e6;
+  const bool at_rest = since_ms > std::max(kAtRestMs, 2 * picture_ms);
+  const double left_share = at_rest ? 1 : 1 - dependencies_.render.main_busy_share.value();
+  double taken_ms = 0;
+  for (const View& view : views_) {
+    if (view.wanted.view_id != 0 && &view != wanted)
+      taken_ms += kLeastHz * cost_ms(&view, view.wanted.own_camera);
+  }
+  const char* const what = own_camera ? "a private camera" : "a private light";
+  const double once_ms = cost_ms(wanted, own_camera);
+  if (kLeastHz * once_ms + taken_ms > 1000 * left_share) {
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("{} would take {:.0f} ms of each second; the main view leaves {:.0f}, of which other "
+                    "private views take {:.0f}, expected {}",
+                    what, kLeastHz * once_ms, 1000 * left_share, taken_ms,
+                    own_camera ? "the main view's camera, or a main view that does less"
+                               : "fewer private views, or a main view that does less")};
+  }
+  // The volume after the next one overwrites the frames that the cast reads.
+  const double gap_ms = left_share * main_period_ms_;
+  if (own_camera && !at_rest && main_period_ms_ > 0 && once_ms > gap_ms) {
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("{} would take {:.0f} ms; the main view leaves {:.0f} between two volumes, expected "
+                    "the main view's camera, or a main view that does less",
+                    what, once_ms, gap_ms)};
+  }
+  return {};
+}
+
+Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
+  const auto taken = static_cast<std::size_t>(
+      std::ranges::count_if(views_, [](const View& each) { return each.wanted.view_id != 0; }));
+  const auto free = std::ranges::find(views_, 0U, [](const View& each) { return each.wanted.view_id; });
+  if (taken >= most_views_ || free == views_.end()) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("there are {} private views already, expected some patience", taken)};
+  }
+  View& view = *free;
+  if (view.pictures == nullptr)
+    view.pictures = std::make_unique<Mailbox<Picture>>(dependencies_.bell, blank_picture(width_, height_));
+  view.wanted = {.view_id = session, .pictures = view.pictures.get()};
+  view.own.clear();
+  view.seconds_behind = 0;
+  view.stage_ms = {};
+  view.volume_shown = view.revision_shown = 0;
+  return &view;
+}
+
+Result<void> ViewAdmission::change(std::uint64_t session, const v1::Scene& change, const SceneField** refused,
+                                   std::int64_t now_ns) {
+  if (dependencies_.views == nullptr || most_views_ == 0)
+    return Error{ErrorCode::kUnavailable, "there are no private views here, expected the main view"};
+  const auto groups = private_groups(change);
+  if (!groups) return groups.error();
+  View* view = find(session);
+  const Scene& before =
+      view != nullptr ? view->wanted.scene.scene : dependencies_.scene_store.in_force().scene;
+  auto scene = changed_scene(before, change, refused);
+  if (!scene) return scene.error();
+  const bool own_camera = (view != nullptr && view->wanted.own_camera) || groups->contains("camera");
+  if (auto fits = check_budget(view, own_camera, now_ns); !fits) return fits;
+  if (view == nullptr) {
+    const auto opened = open(session);
+    if (!opened) return opened.error();
+    view = *opened;
+  }
+  view->own.insert(groups->begin(), groups->end());
+  view->wanted.own_camera = own_camera;
+  view->wanted.scene = {.revision = ++revisions_, .scene = *scene};
+  publish();
+  return {};
+}
+
+bool ViewAdmission::leave(std::uint64_t session) {
+  View* const view = find(session);
+  if (view == nullptr) return false;
+  view->wanted.view_id = 0;
+  publish();
+  return true;
+}
+
+void ViewAdmission::publish() {
+  PrivateViews& draft = dependencies_.views->draft();
+  std::uint64_t open = 0;
+  for (std::size_t index = 0; index < views_.size(); ++index) {
+    draft[index] = views_[index].wanted;
+    open += draft[index].view_id != 0 ? 1 : 0;
+  }
+  dependencies_.views->publish();
+  dependencies_.counters.private_views.set(open);
+}
+
+v1::ViewState ViewAdmission::state(std::uint64_t session) const {
+  v1::ViewState state;
+  const View* const view = find(session);
+  if (view == nullptr) return state;
+  state.set_is_private(true);
+  for (const std::string& group : view->own) state.add_own(group);
+  state.set_revision(view->wanted.scene.revision);
+  *state.mutable_scene() = scene_message(view->wanted.scene.scene);
+  return state;
+}
+
+std::uint64_t ViewAdmission::revision(std::uint64_t session) const {
+  const View* const view = find(session);
+  return view == nullptr ? 0 : view->wanted.scene.revision;
+}
+
+std::vector<std::uint64_t> ViewAdmission::main_changed() {
+  std::vector<std::uint64_t> changed;
+  for (View& view : views_) {
+    if (view.wanted.view_id == 0) continue;
+    const Scene& before = view.wanted.scene.scene;
+    const Scene now = combined(dependencies_.scene_store.in_force().scene, before, view.own);
+    if (first_pass_changed(before, now) == FirstPass::kNone) continue;
+    view.wanted.scene = {.revision = ++revisions_, .scene = now};
+    changed.push_back(view.wanted.view_id);
+  }
+  if (!changed.empty()) publish();
+  return changed;
+}
+
+void ViewAdmission::main_shown(const PictureStamp& stamp, std::int64_t now_ns) {
+  if (stamp.volume.volume_id != main_volume_) {
+    const double period_ms = main_volume_ns_ == 0 ? 0 : static_cast<double>(now_ns - main_volume_ns_) / 1e6;
+    // Smoothed, so that one late volume has little weight. After a rest the measurement starts again.
+    main_period_ms_ = main_period_ms_ == 0 || period_ms > 1000
+                          ? period_ms
+                          : main_period_ms_ + (period_ms - main_period_ms_) / 4;
+    main_volume_ns_ = now_ns;
+  }
+  main_shown_ns_ = now_ns;
+  main_volume_ = stamp.volume.volume_id;
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    // A stage that did not run for this picture keeps its last time.
+    if (stamp.stage_ms[stage] > 0) stage_ms_[stage] = stamp.stage_ms[stage];
+  }
+}
+
+std::vector<const Picture*> ViewAdmission::newest(std::int64_t now_ns) {
+  std::vector<const Picture*> pictures;
+  has_more_ = false;
+  for (View& view : views_) {
+    if (view.pictures == nullptr) continue;
+    if (now_ns - view.shown_ns < kBetweenPicturesNs) {
+      has_more_ = true;  // possibly: a mailbox shows only by a read whether it has a picture
+      continue;
+    }
+    const Picture* const picture = view.pictures->newest();
+    if (picture == nullptr || picture->stamp.view_id != view.wanted.view_id) continue;
+    view.shown_ns = now_ns;
+    for (std::size_t stage = 0; stage < kStages; ++stage) {
+      if (picture->stamp.stage_ms[stage] > 0) view.stage_ms[stage] = picture->stamp.stage_ms[stage];
+    }
+    view.volume_shown = picture->stamp.volume.volume_id;
+    view.revision_shown = picture->stamp.scene_revision;
+    view.seconds_behind = 0;
+    pictures.push_back(picture);
+  }
+  return pictures;
+}
+
+std::vector<std::uint64_t> ViewAdmission::second_passed() {
+  std::vector<std::uint64_t> ended;
+  for (View& view : views_) {
+    if (view.wanted.view_id == 0 || main_shown_ns_ == 0) continue;
+    const bool behind =
+        view.volume_shown != main_volume_ || view.revision_shown != view.wanted.scene.revision;
+    view.seconds_behind = behind ? view.seconds_behind + 1 : 0;
+    if (view.seconds_behind >= kMostSecondsBehind) ended.push_back(view.wanted.view_id);
+  }
+  for (const std::uint64_t session : ended) leave(session);
+  return ended;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stream/outgoing_queue.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace fanlight {
+
+void OutgoingQueue::add_shown_request(const ShownRequest& request) {
+  if (shown_requests_.size() >= kMostShownRequests) shown_requests_.pop_front();
+  shown_requests_.push_back(request);
+}
+
+void OutgoingQueue::count_skip() {
+  ++counts_.skipped;
+  counters_.pictures_skipped.add();
+}
+
+void OutgoingQueue::skip_waiting() {
+  if (std::exchange(waiting_.message, nullptr) != nullptr) count_skip();
+}
+
+void OutgoingQueue::offer(const PictureOffer& picture) {
+  ++counts_.offered;
+  counters_.pictures_offered.add();
+  needs_key_ |= waiting_.message != nullptr;
+  skip_waiting();
+  waiting_ = picture;
+  if (needs_key_ && !picture.key) {
+    skip_waiting();  // the client could not decode it
+  } else {
+    needs_key_ = false;
+  }
+}
+
+void OutgoingQueue::begin_stream(bool needs_key) {
+  skip_waiting();
+  needs_key_ = needs_key;
+}
+
+std::optional<OutgoingQueue::Notice> OutgoingQueue::take_notice() {
+  for (const Notice notice :
+       {Notice::kControl, Notice::kScene, Notice::kView, Notice::kProbe, Notice::kStatistics}) {
+    if ((notices_due_ & bit(notice)) == 0) continue;
+    notices_due_ &= ~bit(notice);
+    return notice;
+  }
+  return std::nullopt;
+}
+
+OutgoingQueue::Item OutgoingQueue::next() {
+  if (close_sent_) return {};
+  if (!answers_.empty()) {
+    Item item{.kind = Item::Kind::kAnswer, .message = answers_.front()};
+    answers_.pop_front();
+    return item;
+  }
+  if (closing_) {
+    close_sent_ = true;
+    return {.kind = Item::Kind::kClose};
+  }
+  if (const auto notice = take_notice()) return {.kind = Item::Kind::kNotice, .notice = *notice};
+  if (waiting_.message != nullptr) return next_of_picture();
+  // The client lacks a picture, and the next one may be far away.
+  if (needs_key_) return {.kind = Item::Kind::kNeedsKey};
+  return {};
+}
+
+OutgoingQueue::Item OutgoingQueue::next_of_picture() {
+  // Before the picture, the client learns which of its changes the picture shows.
+  const auto shown = std::ranges::find_if(shown_requests_, [this](const ShownRequest& request) {
+    return request.view_id == waiting_.view_id && request.revision <= waiting_.scene_revision;
+  });
+  if (shown != shown_requests_.end()) {
+    const Item item{.kind = Item::Kind::kShown, .shown = *shown, .picture_id = waiting_.picture_id};
+    shown_requests_.erase(shown);
+    return item;
+  }
+  picture_under_way_ = true;
+  return {.kind = Item::Kind::kPicture, .message = std::exchange(waiting_.message, nullptr)};
+}
+
+void OutgoingQueue::sent() {
+  if (!std::exchange(picture_under_way_, false)) return;
+  ++counts_.sent;
+  counters_.pictures_sent.add();
+}
+
+void OutgoingQueue::end() {
+  skip_waiting();
+  if (std::exchange(picture_under_way_, false)) count_skip();
+}
+
+}  // namespace fanlight

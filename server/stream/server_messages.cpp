@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stream/server_messages.hpp"
+
+#include "proto/base/clock.hpp"
+#include "server/state/scene_message.hpp"
+#include "server/stream/stream_protocol.hpp"
+
+namespace fanlight {
+
+v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
+  v1::ServerMessage message;
+  v1::Hello& hello = *message.mutable_hello();
+  hello.set_protocol_version(kProtocolVersion);
+  hello.set_server_version(FANLIGHT_VERSION);
+  hello.set_source(dependencies_.description.source);
+  hello.set_device(dependencies_.description.device);
+  hello.set_picture_width(dependencies_.description.picture_width);
+  hello.set_picture_height(dependencies_.description.picture_height);
+  hello.set_session_id(session.id);
+  hello.set_role(static_cast<v1::Role>(session.principal->role));
+  hello.set_name(session.name);
+  *hello.mutable_control() = control_state(session.id);
+  add_scene_fields(hello);
+  *hello.mutable_scene() = scene_state(dependencies_.scene_store.in_force());
+  *hello.mutable_default_scene() = scene_message(dependencies_.scene_store.default_scene());
+  return message;
+}
+
+v1::ServerMessage ServerMessages::login_needed() {
+  v1::ServerMessage message;
+  message.mutable_login_needed()->set_message(
+      "this server needs a token, expected a login with one made by `fanlight token add`");
+  return message;
+}
+
+v1::ServerMessage ServerMessages::error(const std::string& sentence) {
+  v1::ServerMessage message;
+  message.mutable_error()->set_message(sentence);
+  return message;
+}
+
+v1::ServerMessage ServerMessages::control(std::uint64_t session) const {
+  v1::ServerMessage message;
+  *message.mutable_control() = control_state(session);
+  return message;
+}
+
+v1::ServerMessage ServerMessages::scene() const {
+  v1::ServerMessage message;
+  *message.mutable_scene() = scene_state(dependencies_.scene_store.in_force());
+  *message.mutable_scene()->mutable_default_scene() =
+      scene_message(dependencies_.scene_store.default_scene());
+  return message;
+}
+
+v1::ServerMessage ServerMessages::view(std::uint64_t session, const std::string& ended) const {
+  v1::ServerMessage message;
+  *message.mutable_view() = dependencies_.views.state(session);
+  message.mutable_view()->set_ended(ended);
+  return message;
+}
+
+v1::ServerMessage ServerMessages::probe_status() const {
+  v1::ServerMessage message;
+  *message.mutable_probe_status() = dependencies_.probe.message();
+  return message;
+}
+
+v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts& pictures) const {
+  const PipelineCounters& pipeline = dependencies_.pipeline;
+  v1::ServerMessage message;
+  v1::Statistics& to = *message.mutable_statistics();
+  to.set_server_time_ns(now_ns());
+  const AcquisitionCounters& frames = pipeline.acquisition;
+  frames.seq_lock.read([&] {
+    to.set_frames_received(frames.frames_received.value());
+    to.set_frames_lost(frames.frames_lost());
+  });
+  to.set_volumes_interpolated(frames.volumes_interpolated.value());
+  to.set_mismatch_deg(frames.mismatch_deg.value());
+  to.set_mismatch_left_deg(frames.mismatch_left_deg.value());
+  to.set_mismatch_left_mm(frames.mismatch_left_mm.value());
+  to.set_volumes_assembled(pipeline.ring.volumes_published.value());
+  to.set_volumes_dropped(pipeline.ring.volumes_dropped.value());
+  to.set_pass1_runs(pipeline.render.pass1_runs.value());
+  to.set_pass2_runs(pipeline.render.pass2_runs.value());
+  to.set_pictures_rendered(pipeline.render.pictures_finished.value());
+  to.set_pictures_offered(pictures.offered);
+  to.set_pictures_sent(pictures.sent);
+  to.set_pictures_skipped(pictures.skipped);
+  to.set_sessions(static_cast<std::uint32_t>(dependencies_.hub.subscriber_count()));
+  to.set_source_state(dependencies_.probe.lost() ? "probe lost" : dependencies_.source_state());
+  return message;
+}
+
+v1::ServerMessage ServerMessages::scene_shown(const OutgoingQueue::ShownRequest& request,
+                                              std::uint64_t picture_id) {
+  v1::ServerMessage message;
+  v1::SceneShown& shown = *message.mutable_scene_shown();
+  shown.set_request_id(request.request_id);
+  shown.set_revision(request.revision);
+  shown.set_picture_id(picture_id);
+  shown.set_private_view(request.view_id != 0);
+  return message;
+}
+
+v1::ControlState ServerMessages::control_state(std::uint64_t session) const {
+  const ControlLease::State& state = dependencies_.control.state();
+  v1::ControlState message;
+  message.set_holder_session(state.holder.session);
+  message.set_holder_name(state.holder.name);
+  message.set_lapses_after_s(static_cast<double>(dependencies_.control.lapse_ms()) / 1000);
+  message.set_mine(dependencies_.control.holds(session));
+  for (const ControlLease::Party& party : state.asking) {
+    v1::ControlState::Asking& asking = *message.add_asking();
+    asking.set_session(party.session);
+    asking.set_name(party.name);
+  }
+  return message;
+}
+
+SharedMessage serialised(const v1::ServerMessage& message) {
+  return std::make_shared<const std::string>(message.SerializeAsString());
+}
+
+}  // namespace fanlight

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stream/session_audit.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "server/state/scene_json.hpp"
+
+namespace fanlight {
+
+void SessionAudit::note(const char* what, const std::string& result) {
+  if (result.starts_with("refused")) return note_limited(what, result);
+  log_.note(*session_.principal, {.what = what, .session = session_.id, .result = result});
+}
+
+void SessionAudit::note_limited(const char* what, const std::string& result) {
+  log_.note_refusal(*session_.principal, {.what = what, .session = session_.id, .result = result});
+}
+
+void SessionAudit::note_limited(const char* what, const std::string& result, const nlohmann::json& details) {
+  log_.note_refusal(*session_.principal, {.what = what, .session = session_.id, .result = result}, details);
+}
+
+void SessionAudit::add_change(const v1::Scene& change) {
+  changes_.MergeFrom(change);
+  ++change_count_;
+}
+
+void SessionAudit::flush_changes() {
+  const std::uint64_t count = std::exchange(change_count_, 0);
+  if (count == 0) return;
+  log_.note(*session_.principal, {.what = "scene_change", .session = session_.id, .result = "done"},
+            {{"changes", count}, {"to", change_json(changes_)}});
+  changes_.Clear();
+}
+
+}  // namespace fanlight

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "proto/fanlight.pb.h"
+#include "server/access/audit_log.hpp"
+#include "server/stream/server_messages.hpp"
+
+namespace fanlight {
+
+/// Writes the audit lines of one session. Precondition of all methods: its client is authenticated. Server
+/// thread only.
+class SessionAudit {
+ public:
+  /// Both must outlive this object.
+  SessionAudit(AuditLog& log, const SessionIdentity& session) : log_(log), session_(session) {}
+
+  /// Writes a line; rate-limited if the result begins with "refused".
+  void note(const char* what, const std::string& result);
+
+  /// For events that a client can cause as often as it likes: the log takes a limited number of lines a
+  /// second, and counts the others.
+  void note_limited(const char* what, const std::string& result);
+  void note_limited(const char* what, const std::string& result, const nlohmann::json& details);
+
+  /// The scene was changed. A second's changes make one line: see flush_changes().
+  void add_change(const v1::Scene& change);
+
+  /// Called once a second and at the end: writes a line about the changes since the last call, if any.
+  void flush_changes();
+
+ private:
+  AuditLog& log_;
+  const SessionIdentity& session_;
+  v1::Scene changes_;
+  std::uint64_t change_count_ = 0;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stream/session_registry.hpp"
+
+#include <algorithm>
+
+namespace fanlight {
+
+std::vector<std::shared_ptr<RegisteredSession>> SessionRegistry::all() const {
+  std::vector<std::shared_ptr<RegisteredSession>> sessions;
+  sessions.reserve(sessions_.size());
+  for (const auto& [id, session] : sessions_) sessions.push_back(session);
+  return sessions;
+}
+
+void SessionRegistry::scene_changed(std::uint64_t except_session) {
+  for_each_open([&](RegisteredSession& session) {
+    if (session.id() != except_session) session.scene_changed();
+  });
+  const auto changed = views_.main_changed();
+  for_each_open([&](RegisteredSession& session) {
+    if (std::ranges::find(changed, session.id()) != changed.end()) session.view_changed();
+  });
+}
+
+void SessionRegistry::control_changed() {
+  for_each_open([](RegisteredSession& session) { session.control_changed(); });
+}
+
+void SessionRegistry::probe_changed() {
+  for_each_open([](RegisteredSession& session) { session.probe_changed(); });
+}
+
+}  // namespace fanlight

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/state/view_admission.hpp"
+
+namespace fanlight {
+
+/// A session, as the server and the other sessions notify it. Server thread only.
+class RegisteredSession {
+ public:
+  virtual ~RegisteredSession() = default;
+
+  virtual std::uint64_t id() const = 0;
+
+  /// Whether its client is authenticated. Only open sessions receive the notifications below, except
+  /// second_passed() and abandon().
+  virtual bool is_open() const = 0;
+
+  /// The scene of the main view has changed.
+  virtual void scene_changed() = 0;
+
+  /// Another session holds control, or none.
+  virtual void control_changed() = 0;
+
+  /// The state of the probe has changed.
+  virtual void probe_changed() = 0;
+
+  /// The scene of its private view has changed.
+  virtual void view_changed() = 0;
+
+  /// The server has ended its private view.
+  virtual void view_ended(const std::string& reason) = 0;
+
+  /// Called once a second. May remove the session.
+  virtual void second_passed() = 0;
+
+  /// The server ends. Removes the session.
+  virtual void abandon() = 0;
+};
+
+/// Owns the connected sessions and notifies them. Notifications may be sent by the sessions themselves, but
+/// must not add or remove one, except those that say so. Server thread only.
+class SessionRegistry {
+ public:
+  /// `views` must outlive the registry.
+  explicit SessionRegistry(ViewAdmission& views) : views_(views) {}
+
+  /// The number of a new session, from 1 on.
+  std::uint64_t next_id() { return ++last_id_; }
+
+  /// Keeps the session alive until remove().
+  void add(const std::shared_ptr<RegisteredSession>& session) { sessions_[session->id()] = session; }
+  void remove(std::uint64_t id) { sessions_.erase(id); }
+
+  /// All sessions, in the order of their numbers, also those that are not open.
+  std::vector<std::shared_ptr<RegisteredSession>> all() const;
+
+  /// Notifies every open session except one (0: no exception), and those whose private views follow the main
+  /// view's scene.
+  void scene_changed(std::uint64_t except_session);
+  void control_changed();
+  void probe_changed();
+
+ private:
+  template <typename Notify>
+  void for_each_open(Notify notify) {
+    for (const auto& [id, session] : sessions_) {
+      if (session->is_open()) notify(*session);
+    }
+  }
+
+  ViewAdmission& views_;
+  std::map<std::uint64_t, std::shared_ptr<RegisteredSession>> sessions_;
+  std::uint64_t last_id_ = 0;
+};
+
+}  // namespace fanlight

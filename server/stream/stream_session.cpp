@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stream/stream_session.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/asio/buffer.hpp>
+#include <utility>
+
+#include "proto/base/clock.hpp"
+
+namespace fanlight {
+
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+
+namespace {
+
+// A scene change with every field is under 1 KB.
+constexpr std::size_t kLargestMessageBytes = 64 << 10;
+// Up to this size a message is read to its end, so that the client receives the reason of the refusal. Beyond
+// it, the connection is cut.
+constexpr std::size_t kLargestReadBytes = 1 << 20;
+// Before the login, a client has no other message to send.
+constexpr std::size_t kLargestLoginBytes = 4 << 10;
+constexpr int kSecondsForALogin = 10;
+constexpr int kSecondsWithoutProgress = 5;
+
+}  // namespace
+
+StreamSession::StreamSession(Connection connection, ConnectionPermit permit, const Dependencies& dependencies,
+                             std::string address)
+    : dependencies_(dependencies),
+      permit_(std::move(permit)),
+      socket_(std::move(connection)),
+      identity_{.id = dependencies.sessions.next_id(),
+                .address = std::move(address),
+                .principal = std::nullopt,
+                .name = ""},
+      settings_{.quality = dependencies.requests.jpeg_quality},
+      queue_(dependencies.counters),
+      audit_(dependencies.audit, identity_),
+      requests_(dependencies.requests, *this, audit_, queue_, budget_) {}
+
+void StreamSession::enter(State state) {
+  state_ = state;
+  seconds_in_state_ = 0;
+}
+
+void StreamSession::start(const beast::http::request<beast::http::string_body>& request,
+                          std::string_view protocol, std::optional<Principal> principal) {
+  // The WebSocket has time-outs of its own.
+  beast::get_lowest_layer(socket_).expires_never();
+  socket_.set_option(websocket::stream_base::timeout{.handshake_timeout = std::chrono::seconds(10),
+                                                     .idle_timeout = std::chrono::seconds(10),
+                                                     .keep_alive_pings = true});
+  if (!protocol.empty()) {
+    socket_.set_option(websocket::stream_base::decorator(
+        [protocol = std::string(protocol)](websocket::response_type& response) {
+          response.set(beast::http::field::sec_websocket_protocol, protocol);
+        }));
+  }
+  socket_.read_message_max(kLargestLoginBytes);
+  socket_.binary(true);
+  socket_.auto_fragment(false);
+  socket_.async_accept(
+      request, [self = shared_from_this(), principal = std::move(principal)](beast::error_code failure) {
+        if (!failure) self->accepted(principal);
+      });
+}
+
+void StreamSession::accepted(const std::optional<Principal>& principal) {
+  enter(State::kLogin);
+  dependencies_.sessions.add(shared_from_this());
+  if (principal) {
+    open(*principal, "");
+  } else {
+    queue_.add_answer(serialised(ServerMessages::login_needed()));
+  }
+  read();
+  pump();
+}
+
+void StreamSession::open(const Principal& principal, const std::string& name) {
+  identity_.principal = principal;
+  identity_.name = name.empty() ? principal.name : name;
+  socket_.read_message_max(kLargestReadBytes);
+  // A session that is being closed stays so.
+  if (state_ == State::kLogin) enter(State::kOpen);
+  dependencies_.counters.sessions_opened.add();
+  audit_.note("session_opened", "done");
+  queue_.add_answer(serialised(dependencies_.messages.hello(identity_)));
+  if (dependencies_.probe.status().state != ProbeStatus::State::kAbsent)
+    queue_.add_notice(OutgoingQueue::Notice::kProbe);
+  if (auto added = dependencies_.hub.add(*this); !added) encoding_failed();
+}
+
+void StreamSession::leave() {
+  if (!is_connected()) return;
+  const auto self = shared_from_this();  // the registry may hold the last reference
+  const bool was_open = is_open();
+  enter(State::kGone);
+  dependencies_.sessions.remove(id());
+  // A pending operation to a peer that has gone, or that does not read, would keep the connection for ever.
+  beast::get_lowest_layer(socket_).close();
+  if (!was_open) return;
+  dependencies_.hub.remove(*this);
+  dependencies_.views.leave(id());
+  dependencies_.counters.sessions_closed.add();
+  queue_.end();
+  audit_.flush_changes();
+  audit_.note("session_closed",
+              close_reason_ ? std::string(close_reason_->reason.c_str()) : "the display left");
+  if (dependencies_.control.left(id(), now_ns() / 1'000'000)) dependencies_.sessions.control_changed();
+}
+
+void StreamSession::encoding_failed() {
+  dependencies_.counters.encodings_failed.add();
+  close(websocket::close_code::internal_error, "the picture could not be encoded");
+}
+
+void StreamSession::offer(const PictureOffer& picture) {
+  queue_.offer(picture);
+  pump();
+}
+
+void StreamSession::set_settings(const StreamSettings& settings) {
+  settings_ = settings;
+  queue_.begin_stream(settings_.codec == StreamSettings::Codec::kH264);
+}
+
+void StreamSession::set_view(std::uint64_t view_id) {
+  if (std::exchange(view_id_, view_id) == view_id) return;
+  // The pictures of the other view belong to another H.264 stream.
+  queue_.begin_stream(settings_.codec == StreamSettings::Codec::kH264);
+}
+
+void StreamSession::notify(OutgoingQueue::Notice notice) {
+  queue_.add_notice(notice);
+  pump();
+}
+
+void StreamSession::view_changed() {
+  view_end_.clear();
+  notify(OutgoingQueue::Notice::kView);
+}
+
+void StreamSession::view_ended(const std::string& reason) {
+  dependencies_.hub.forget_view(*this);
+  view_end_ = reason;
+  notify(OutgoingQueue::Notice::kView);
+}
+
+void StreamSession::probe_changed() {
+  requests_.answer_probe_changes();
+  notify(OutgoingQueue::Notice::kProbe);
+}
+
+void StreamSession::second_passed() {
+  ++seconds_in_state_;
+  budget_.refill();
+  if (state_ == State::kClosing && seconds_in_state_ >= kSecondsWithoutProgress)
+    return cut("it was told to go and did not");
+  audit_.flush_changes();
+  const int stalled = progress_.seconds_stalled(beast::get_lowest_layer(socket_).socket().native_handle(),
+                                                under_way_ != nullptr);
+  if (stalled >= kSecondsWithoutProgress) {
+    dependencies_.counters.sessions_stalled.add();
+    return cut("it took nothing for 5 s");
+  }
+  if (state_ == State::kLogin && seconds_in_state_ >= kSecondsForALogin)
+    close(websocket::close_code::policy_error, "no token came");
+  if (state_ == State::kOpen && !dependencies_.access.may_stay(*identity_.principal)) {
+    close(websocket::close_code::policy_error, "the token or certificate is not valid any more");
+  }
+  if (is_open()) queue_.add_notice(OutgoingQueue::Notice::kStatistics);
+  read();
+  pump();
+}
+
+void StreamSession::close(websocket::close_code code, const std::string& reason) {
+  if (state_ == State::kLogin || state_ == State::kOpen) {
+    close_reason_.emplace(code, reason);
+    queue_.close();
+    enter(State::kClosing);
+  }
+  pump();
+}
+
+void StreamSession::cut(const char* why) {
+  // A close frame would wait behind the message that the client does not take.
+  if (!close_reason_) close_reason_.emplace(websocket::close_code::going_away, why);
+  leave();
+}
+
+void StreamSession::read() {
+  if (reading_ || !queue_.has_room() || !budget_.may_read()) return;
+  if (state_ != State::kLogin && state_ != State::kOpen) return;
+  reading_ = true;
+  budget_.begin_read();
+  socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code failure, std::size_t bytes) {
+    self->received(failure, bytes);
+  });
+}
+
+void StreamSession::received(beast::error_code failure, std::size_t bytes) {
+  reading_ = false;
+  if (failure) {
+    if (failure == websocket::error::message_too_big) dependencies_.counters.messages_refused.add();
+    leave();
+    return;
+  }
+  budget_.add_bytes(bytes);
+  handle_message(bytes);
+  incoming_.consume(incoming_.size());
+  read();
+  pump();
+}
+
+void StreamSession::handle_message(std::size_t bytes) {
+  v1::ClientMessage message;
+  const auto data = incoming_.cdata();
+  if (bytes > kLargestMessageBytes) {
+    requests_.refuse(fmt::format("a message has {} bytes, expected at most {}", bytes, kLargestMessageBytes));
+    close(websocket::close_code::too_big, "a message was too long");
+  } else if (!socket_.got_binary()) {
+    requests_.refuse("a message is text, expected a binary fanlight.v1.ClientMessage");
+  } else if (!message.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
+    requests_.refuse(
+        fmt::format("a message of {} bytes could not be read, expected a fanlight.v1.ClientMessage", bytes));
+  } else {
+    requests_.handle(message);
+  }
+}
+
+void StreamSession::pump() {
+  if (!is_connected() || under_way_ != nullptr) return;
+  using Kind = OutgoingQueue::Item::Kind;
+  const OutgoingQueue::Item item = queue_.next();
+  switch (item.kind) {
+    case Kind::kNothing:
+      return;
+    case Kind::kAnswer:
+    case Kind::kPicture:
+      return write(item.message);
+    case Kind::kClose:
+      return send_close();
+    case Kind::kNotice:
+      return write(serialised(notice_message(item.notice)));
+    case Kind::kShown:
+      return write(serialised(ServerMessages::scene_shown(item.shown, item.picture_id)));
+    case Kind::kNeedsKey:
+      if (auto begun = dependencies_.hub.resync(*this); !begun) encoding_failed();
+      return;
+  }
+}
+
+v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
+  switch (notice) {
+    case OutgoingQueue::Notice::kControl:
+      return dependencies_.messages.control(id());
+    case OutgoingQueue::Notice::kScene:
+      return dependencies_.messages.scene();
+    case OutgoingQueue::Notice::kView:
+      return dependencies_.messages.view(id(), std::exchange(view_end_, {}));
+    case OutgoingQueue::Notice::kProbe:
+      return dependencies_.messages.probe_status();
+    case OutgoingQueue::Notice::kStatistics:
+      break;
+  }
+  return dependencies_.messages.statistics(queue_.picture_counts());
+}
+
+void StreamSession::write(const SharedMessage& message) {
+  under_way_ = message;
+  socket_.async_write(boost::asio::buffer(*under_way_),
+                      [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                        self->written(failure);
+                      });
+}
+
+void StreamSession::written(beast::error_code failure) {
+  under_way_ = nullptr;
+  if (failure) {
+    leave();
+    return;
+  }
+  queue_.sent();
+  read();  // there may be room for another answer
+  pump();
+}
+
+void StreamSession::send_close() {
+  socket_.async_close(*close_reason_, [self = shared_from_this()](beast::error_code /*closed either way*/) {
+    self->leave();
+  });
+}
+
+}  // namespace fanlight

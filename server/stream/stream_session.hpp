@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/websocket/stream.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "proto/fanlight.pb.h"
+#include "server/net/connection.hpp"
+#include "server/net/connection_limit.hpp"
+#include "server/net/send_progress.hpp"
+#include "server/stream/input_budget.hpp"
+#include "server/stream/outgoing_queue.hpp"
+#include "server/stream/server_messages.hpp"
+#include "server/stream/session_audit.hpp"
+#include "server/stream/session_registry.hpp"
+#include "server/stream/stream_requests.hpp"
+
+namespace fanlight {
+
+/// One display on its WebSocket: owns the socket and the life cycle. At most one read and one write are under
+/// way. OutgoingQueue decides what is written, InputBudget how much is read, and StreamRequests carries out
+/// the messages. A display that reads slowly loses pictures of its own only. One that acknowledges no byte
+/// for five seconds, or answers no ping for ten, is disconnected.
+///
+/// SessionRegistry and the pending operations keep it alive. Server thread only.
+class StreamSession : public StreamRequests::Session,
+                      public RegisteredSession,
+                      public std::enable_shared_from_this<StreamSession> {
+ public:
+  struct Dependencies {
+    ServerCounters& counters;
+    const ProbeProxy& probe;
+    ViewAdmission& views;
+    PictureHub& hub;
+    const Authenticator& access;
+    ControlLease& control;
+    AuditLog& audit;
+    SessionRegistry& sessions;
+    const ServerMessages& messages;
+    const StreamRequests::Dependencies& requests;
+  };
+
+  /// `dependencies` and all that it refers to must outlive the session. `address`: of the client, with port.
+  StreamSession(Connection connection, ConnectionPermit permit, const Dependencies& dependencies,
+                std::string address);
+
+  /// Answers the upgrade request and serves the client. `protocol`: what was agreed on, or empty. Without a
+  /// principal the client must log in first.
+  void start(const boost::beast::http::request<boost::beast::http::string_body>& request,
+             std::string_view protocol, std::optional<Principal> principal);
+
+  // PictureSubscriber.
+  std::uint64_t id() const override { return identity_.id; }
+  std::uint64_t view_id() const override { return view_id_; }
+  void set_view(std::uint64_t view_id) override;
+  const StreamSettings& settings() const override { return settings_; }
+  void offer(const PictureOffer& picture) override;
+  void encoding_failed() override;
+
+  // RegisteredSession.
+  bool is_open() const override { return identity_.principal.has_value(); }
+  void scene_changed() override { notify(OutgoingQueue::Notice::kScene); }
+  void control_changed() override { notify(OutgoingQueue::Notice::kControl); }
+  void probe_changed() override;
+  void view_changed() override;
+  void view_ended(const std::string& reason) override;
+  void second_passed() override;
+  void abandon() override { leave(); }
+
+  // StreamRequests::Session.
+  const SessionIdentity& identity() const override { return identity_; }
+  void open(const Principal& principal, const std::string& name) override;
+  void set_name(const std::string& name) override { identity_.name = name; }
+  void set_settings(const StreamSettings& settings) override;
+  void forget_view_end() override { view_end_.clear(); }
+  void close(boost::beast::websocket::close_code code, const std::string& reason) override;
+
+ private:
+  enum class State : std::uint8_t {
+    kUpgrading,  ///< the WebSocket is not open yet
+    kLogin,      ///< waits for a login
+    kOpen,       ///< authenticated, and subscribed to the hub
+    kClosing,    ///< a close frame is due or was sent; subscribed if it was open
+    kGone,       ///< the connection is closed, and nothing refers to the session but pending operations
+  };
+
+  bool is_connected() const { return state_ != State::kUpgrading && state_ != State::kGone; }
+  void enter(State state);
+  void accepted(const std::optional<Principal>& principal);
+  void read();
+  void received(boost::beast::error_code failure, std::size_t bytes);
+  void handle_message(std::size_t bytes);
+  void notify(OutgoingQueue::Notice notice);
+  /// Writes what is due next, unless a write is under way.
+  void pump();
+  v1::ServerMessage notice_message(OutgoingQueue::Notice notice);
+  void write(const SharedMessage& message);
+  void written(boost::beast::error_code failure);
+  void send_close();
+  /// Closes the connection without a close frame.
+  void cut(const char* why);
+  void leave();
+
+  const Dependencies& dependencies_;
+  ConnectionPermit permit_;
+  boost::beast::websocket::stream<Connection> socket_;
+  State state_ = State::kUpgrading;
+  int seconds_in_state_ = 0;
+  std::optional<boost::beast::websocket::close_reason> close_reason_;
+  SessionIdentity identity_;
+  StreamSettings settings_;
+  std::uint64_t view_id_ = 0;
+  std::string view_end_;  // why the server has ended the private view; else empty
+  InputBudget budget_;
+  OutgoingQueue queue_;
+  SessionAudit audit_;
+  StreamRequests requests_;
+  SendProgress progress_;
+  boost::beast::flat_buffer incoming_;
+  bool reading_ = false;
+  SharedMessage under_way_;  // being written; null: none
+};
+
+}  // namespace fanlight

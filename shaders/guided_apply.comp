@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pass 0, guided filter, step 2: applies the mean of the lines of all windows that contain the pixel
+// (renderer/ALGORITHM.md, pass 0).
+//
+// Reads: frames, words of four pixels (frame_words.h), and coefficients (guided_fit.comp).
+// Writes: filtered_frames, the same shape as frames, rounded to the nearest grey level.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_control_flow_attributes : require
+#include "bindings.h"
+#include "prepare_constants.h"
+
+layout(push_constant, scalar) uniform Constants {
+  PrepareConstants prepare;
+};
+#include "frame_words.h"
+
+layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
+layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) readonly buffer Coefficients {
+  uvec4 coefficients[];
+};
+layout(binding = FANLIGHT_BINDING_FILTERED_FRAMES, r32ui) writeonly uniform uimageBuffer filtered_frames;
+
+struct Sums {
+  uvec4 first;   // of a, in 1/65535
+  uvec4 second;  // of b, in 255/65535 of a grey level
+};
+
+Sums entry(uint word) {
+  uvec4 lines = coefficients[word - word_at(0, 0, int(prepare.first_kept))];
+  return Sums(lines & 0xFFFFu, lines >> 16);
+}
+
+void put(uint word, Sums sums, uvec4 numbers) {
+  vec4 scale = 1.0 / (65535.0 * vec4(numbers));
+  vec4 grey = scale * vec4(sums.first) * vec4(pixels_of(texelFetch(frames, int(word)).x)) +
+              255.0 * scale * vec4(sums.second);
+  imageStore(filtered_frames, int(word), uvec4(word_of(uvec4(min(grey + 0.5, 255.0)))));
+}
+
+#include "sliding_window.h"
+
+void main() {
+  slide_window();
+}

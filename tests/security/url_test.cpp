@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// The URL of a server, and the Host and Origin headers of a request.
+#include <gtest/gtest.h>
+
+#include "server/client/server_url.hpp"
+#include "server/net/request_host.hpp"
+
+namespace fanlight::test {
+namespace {
+
+/// "tls host port", or the sentence of the error.
+std::string parsed(const std::string& text) {
+  const auto url = parse_server_url(text);
+  if (!url) return url.error().message;
+  return std::string(url->tls ? "tls " : "plain ") + url->host + " " + url->port;
+}
+
+TEST(ServerUrl, HasASchemeAHostAndAPort) {
+  EXPECT_EQ(parsed("http://127.0.0.1:8080/"), "plain 127.0.0.1 8080");
+  EXPECT_EQ(parsed("http://127.0.0.1:8080"), "plain 127.0.0.1 8080");
+  EXPECT_EQ(parsed("ws://console-2.example/stream"), "plain console-2.example 80");
+  EXPECT_EQ(parsed("https://console_2/a/b:7?c=d://e#f"), "tls console_2 443");
+  EXPECT_EQ(parsed("wss://localhost:08443"), "tls localhost 8443");
+  EXPECT_EQ(parsed("HTTPS://Console"), "tls Console 443");
+}
+
+TEST(ServerUrl, HasAnIpv6AddressInBrackets) {
+  EXPECT_EQ(parsed("http://[::1]:8080/"), "plain ::1 8080");
+  EXPECT_EQ(parsed("https://[2001:db8::7]"), "tls 2001:db8::7 443");
+  EXPECT_EQ(parsed("http://[::ffff:127.0.0.1]:1/"), "plain ::ffff:127.0.0.1 1");
+  EXPECT_EQ(parsed("http://[fe80::1%eth0]:8080/a%20b"), "plain fe80::1%eth0 8080");
+  EXPECT_EQ(parse_server_url("http://[::1]").value().host_and_port(), "[::1]:80");
+  EXPECT_EQ(parse_server_url("http://localhost").value().host_and_port(), "localhost:80");
+}
+
+TEST(ServerUrl, IsRefusedWithItsTextInTheSentence) {
+  for (const std::string text : {"",
+                                 "127.0.0.1:8080",
+                                 "localhost",
+                                 "ftp://localhost",
+                                 "http:",
+                                 "http://",
+                                 "http:///",
+                                 "http://:8080",
+                                 "http://localhost:",
+                                 "http://localhost:port",
+                                 "http://localhost:-1",
+                                 "http://localhost:0",
+                                 "http://localhost:65536",
+                                 "http://localhost:4294967377",
+                                 "http://me@localhost",
+                                 "http://me:secret@localhost",
+                                 "http://::1",
+                                 "http://[::1",
+                                 "http://[::1]8080",
+                                 "http://[::g]",
+                                 "http://[1]",
+                                 "http://[host%eth0]",
+                                 "http://local host",
+                                 " http://localhost",
+                                 "http://localhost%",
+                                 "http://\xc3\xa4"}) {
+    EXPECT_EQ(parsed(text), text + " is no address of a server, expected one such as http://127.0.0.1:8080");
+  }
+}
+
+TEST(RequestHost, IsLoopbackUnderAnyPort) {
+  for (const char* host : {"localhost", "localhost:8080", "127.0.0.1", "127.0.0.1:1", "127.3.2.1:8080",
+                           "[::1]", "[::1]:65535"}) {
+    EXPECT_TRUE(is_loopback_host(host)) << host;
+  }
+  for (const char* host :
+       {"example.com", "example.com:8080", "localhost.example.com", "127.0.0.1.example.com:8080", "10.0.0.1",
+        "[::2]:8080", "me@localhost", "localhost:8080:8080", "localhost/", "[localhost]", "127.0.0.1:port",
+        "127.0.0.1 ", ""}) {
+    EXPECT_FALSE(is_loopback_host(host)) << host;
+  }
+}
+
+TEST(RequestHost, IsTheOneOfTheOrigin) {
+  EXPECT_TRUE(is_origin_of_host("http://localhost:8080", "localhost:8080"));
+  EXPECT_TRUE(is_origin_of_host("https://console", "console"));
+  EXPECT_TRUE(is_origin_of_host("http://[::1]:8080", "[::1]:8080"));
+  for (const char* origin :
+       {"", "null", "localhost:8080", "http://localhost", "http://localhost:8081", "http://localhost:8080/",
+        "http://localhost:8080?a", "http://localhost:8080#a", "http://evil.example",
+        "http://evil.example/localhost:8080", "http:localhost:8080", "http://evil.example@localhost:8080",
+        "://localhost:8080"}) {
+    EXPECT_FALSE(is_origin_of_host(origin, "localhost:8080")) << origin;
+  }
+}
+
+}  // namespace
+}  // namespace fanlight::test

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+// PictureHub without sockets: which subscriber is offered which picture, and how often it is encoded.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/stream/picture_hub.hpp"
+
+namespace fanlight::test {
+namespace {
+
+/// Keeps what the hub tells it.
+class SpySubscriber : public PictureSubscriber {
+ public:
+  explicit SpySubscriber(std::uint64_t id, const StreamSettings& settings = {.quality = 80})
+      : id_(id), settings_(settings) {}
+
+  std::uint64_t id() const override { return id_; }
+  std::uint64_t view_id() const override { return view_id_; }
+  const StreamSettings& settings() const override { return settings_; }
+  void set_view(std::uint64_t view_id) override { view_id_ = view_id; }
+  void offer(const PictureOffer& picture) override { offers.push_back(picture); }
+  void encoding_failed() override { ++failures; }
+
+  void set_settings(const StreamSettings& settings) { settings_ = settings; }
+  std::vector<std::uint64_t> picture_ids() const {
+    std::vector<std::uint64_t> ids;
+    for (const PictureOffer& offer : offers) ids.push_back(offer.picture_id);
+    return ids;
+  }
+
+  std::vector<PictureOffer> offers;
+  int failures = 0;
+
+ private:
+  std::uint64_t id_;
+  std::uint64_t view_id_ = 0;
+  StreamSettings settings_;
+};
+
+/// What the coders of a hub did.
+struct CoderLog {
+  int encoded = 0;
+  int failing_quality = -1;  ///< settings whose encoding fails
+};
+
+/// Encodes nothing; only the first picture and requested ones are key pictures if the codec is H.264.
+class SpyCoder : public PictureCoder {
+ public:
+  SpyCoder(CoderLog& log, const StreamSettings& settings) : log_(log), settings_(settings) {}
+
+  Result<CodedPicture> encode(const Pixels& pixels, bool key) override {
+    if (settings_.quality == log_.failing_quality)
+      return Error{ErrorCode::kBroken, "no encoding, expected one"};
+    ++log_.encoded;
+    const bool first = std::exchange(first_, false);
+    return CodedPicture{.bytes = pixels.rgba,
+                        .key = settings_.codec != StreamSettings::Codec::kH264 || key || first};
+  }
+
+ private:
+  CoderLog& log_;
+  StreamSettings settings_;
+  bool first_ = true;
+};
+
+class PictureHubTest : public testing::Test {
+ protected:
+  static constexpr std::int64_t kSecondNs = 1'000'000'000;
+  static constexpr StreamSettings kFilm{.codec = StreamSettings::Codec::kH264, .bit_rate_kbps = 4000};
+
+  /// Shows a picture of 2 x 2 pixels; the hub keeps a pointer to it.
+  void show(std::uint64_t picture_id, std::uint64_t view_id = 0) {
+    Picture& picture = pictures_[view_id];
+    picture.stamp = {.view_id = view_id, .picture_id = picture_id};
+    picture.stamp.finished_time_ns = now_ns_;
+    picture.width = picture.height = 2;
+    picture.rgba.assign(16, 7);
+    hub_.show(picture);
+  }
+  void pass(std::int64_t ns) { now_ns_ += ns; }
+
+  std::int64_t now_ns_ = 5 * kSecondNs;
+  CoderLog log_;
+  std::map<std::uint64_t, Picture> pictures_;
+  ServerCounters counters_;
+  PictureHub hub_{counters_,
+                  [this](const StreamSettings& settings) -> Result<std::unique_ptr<PictureCoder>> {
+                    return std::unique_ptr<PictureCoder>(std::make_unique<SpyCoder>(log_, settings));
+                  },
+                  [this] { return now_ns_; }};
+};
+
+TEST_F(PictureHubTest, EncodesOnceForSubscribersWithEqualSettings) {
+  SpySubscriber first(1);
+  SpySubscriber second(2);
+  // The rate of a codec without memory does not change the encoding.
+  SpySubscriber slow(3, {.quality = 80, .rate_hz = 0.5});
+  SpySubscriber other(4, {.quality = 30});
+  for (SpySubscriber* each : {&first, &second, &slow, &other}) ASSERT_TRUE(hub_.add(*each));
+  EXPECT_EQ(hub_.subscriber_count(), 4U);
+  show(1);
+  EXPECT_EQ(log_.encoded, 2);
+  EXPECT_EQ(counters_.pictures_encoded.value(), 2U);
+  EXPECT_EQ(first.offers.at(0).message, second.offers.at(0).message);
+  EXPECT_EQ(first.offers.at(0).message, slow.offers.at(0).message);
+  EXPECT_NE(first.offers.at(0).message, other.offers.at(0).message);
+}
+
+TEST_F(PictureHubTest, EncodesNothingWithoutSubscribers) {
+  show(1);
+  EXPECT_EQ(log_.encoded, 0);
+  ASSERT_NE(hub_.newest_picture(), nullptr);
+  EXPECT_EQ(hub_.newest_picture()->stamp.picture_id, 1U);
+  SpySubscriber slow(1, {.quality = 80, .rate_hz = 1});
+  ASSERT_TRUE(hub_.add(slow));
+  EXPECT_EQ(log_.encoded, 1) << "the newest picture";
+  pass(kSecondNs / 10);
+  show(2);
+  EXPECT_EQ(log_.encoded, 1) << "a picture that no rate has due";
+}
+
+TEST_F(PictureHubTest, OffersAPrivateViewToItsOwnerOnly) {
+  SpySubscriber owner(1);
+  SpySubscriber other(2);
+  ASSERT_TRUE(hub_.add(owner));
+  ASSERT_TRUE(hub_.add(other));
+  show(1);
+  show(50, owner.id());
+  EXPECT_EQ(owner.view_id(), owner.id());
+  show(2);
+  EXPECT_EQ(owner.picture_ids(), (std::vector<std::uint64_t>{1, 50}));
+  EXPECT_EQ(owner.offers.back().view_id, owner.id());
+  EXPECT_EQ(other.picture_ids(), (std::vector<std::uint64_t>{1, 2}));
+  hub_.forget_view(owner);
+  EXPECT_EQ(owner.view_id(), 0U);
+  EXPECT_EQ(owner.picture_ids(), (std::vector<std::uint64_t>{1, 50, 2}));
+  EXPECT_EQ(hub_.newest_picture(owner.id()), nullptr);
+}
+
+TEST_F(PictureHubTest, ResyncOffersTheNewestPictureAgain) {
+  SpySubscriber subscriber(1);
+  ASSERT_TRUE(hub_.add(subscriber));
+  EXPECT_TRUE(hub_.resync(subscriber)) << "without a picture there is nothing to offer";
+  EXPECT_TRUE(subscriber.offers.empty());
+  show(1);
+  subscriber.set_settings({.quality = 30});
+  ASSERT_TRUE(hub_.resync(subscriber));
+  EXPECT_EQ(subscriber.picture_ids(), (std::vector<std::uint64_t>{1, 1}));
+  EXPECT_EQ(log_.encoded, 2);
+}
+
+TEST_F(PictureHubTest, ResyncOfASharedStreamRequestsAKeyPicture) {
+  SpySubscriber first(1, kFilm);
+  SpySubscriber late(2, kFilm);
+  ASSERT_TRUE(hub_.add(first));
+  show(1);
+  EXPECT_TRUE(first.offers.back().key);
+  show(2);
+  EXPECT_FALSE(first.offers.back().key);
+
+  // The picture is new: the next one becomes the key picture.
+  ASSERT_TRUE(hub_.add(late));
+  EXPECT_TRUE(late.offers.empty());
+  pass(kSecondNs / 10);
+  show(3);
+  EXPECT_TRUE(late.offers.at(0).key);
+  EXPECT_EQ(first.offers.back().message, late.offers.back().message);
+
+  // The picture has been still for long enough: all subscribers receive it again as a key picture.
+  pass(2 * kSecondNs);
+  ASSERT_TRUE(hub_.resync(late));
+  EXPECT_EQ(late.picture_ids(), (std::vector<std::uint64_t>{3, 3}));
+  EXPECT_TRUE(late.offers.back().key);
+  EXPECT_EQ(first.offers.back().message, late.offers.back().message);
+
+  // At most one key picture of a still picture a second.
+  const int encoded = log_.encoded;
+  pass(kSecondNs * 9 / 10);
+  ASSERT_TRUE(hub_.resync(late));
+  EXPECT_EQ(log_.encoded, encoded);
+  pass(kSecondNs / 5);
+  ASSERT_TRUE(hub_.resync(late));
+  EXPECT_EQ(log_.encoded, encoded + 1);
+}
+
+TEST_F(PictureHubTest, ARemovedSubscriberIsOfferedNothing) {
+  SpySubscriber stays(1);
+  SpySubscriber leaves(2);
+  ASSERT_TRUE(hub_.add(stays));
+  ASSERT_TRUE(hub_.add(leaves));
+  show(1);
+  show(50, leaves.id());
+  hub_.remove(leaves);
+  EXPECT_EQ(hub_.subscriber_count(), 1U);
+  EXPECT_EQ(hub_.newest_picture(leaves.id()), nullptr);
+  show(2);
+  EXPECT_EQ(stays.picture_ids(), (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_EQ(leaves.picture_ids(), (std::vector<std::uint64_t>{1, 50}));
+}
+
+TEST_F(PictureHubTest, AnEncodingFailureConcernsItsSubscribersOnly) {
+  SpySubscriber good(1);
+  SpySubscriber bad(2, {.quality = 13});
+  ASSERT_TRUE(hub_.add(good));
+  ASSERT_TRUE(hub_.add(bad));
+  log_.failing_quality = 13;
+  show(1);
+  EXPECT_EQ(good.picture_ids(), (std::vector<std::uint64_t>{1}));
+  EXPECT_EQ(good.failures, 0);
+  EXPECT_TRUE(bad.offers.empty());
+  EXPECT_EQ(bad.failures, 1);
+  const auto refused = hub_.resync(bad);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "no encoding, expected one");
+}
+
+TEST_F(PictureHubTest, LimitsTheEncodingsAtATime) {
+  show(1);
+  std::vector<std::unique_ptr<SpySubscriber>> subscribers;
+  for (std::size_t index = 0; index < PictureHub::kMostEncodings; ++index) {
+    const StreamSettings settings{.quality = static_cast<int>(index) + 1};
+    EXPECT_TRUE(hub_.has_room(0, settings));
+    subscribers.push_back(std::make_unique<SpySubscriber>(index + 1, settings));
+    ASSERT_TRUE(hub_.add(*subscribers.back()));
+  }
+  const auto refused = hub_.has_room(0, {.quality = 99});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_TRUE(hub_.has_room(0, {.quality = 5})) << "one that exists";
+  hub_.remove(*subscribers.back());
+  EXPECT_TRUE(hub_.has_room(0, {.quality = 99})) << "an encoding without subscribers is dropped";
+}
+
+TEST_F(PictureHubTest, EncodesThePictureFileOnce) {
+  show(1);
+  const auto first = hub_.png();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(*hub_.png(), *first);
+  EXPECT_EQ(log_.encoded, 1);
+  show(2);
+  EXPECT_NE(*hub_.png(), *first);
+}
+
+}  // namespace
+}  // namespace fanlight::test

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// ViewAdmission without sockets: the budget of private views, and when they end. Time is a parameter.
+#include "server/state/view_admission.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace fanlight::test {
+namespace {
+
+class ViewAdmissionTest : public testing::Test {
+ protected:
+  static constexpr std::int64_t kMs = 1'000'000;
+
+  static v1::Scene light(double right_mm) {
+    v1::Scene scene;
+    scene.mutable_light()->set_right_mm(right_mm);
+    return scene;
+  }
+  static v1::Scene yaw(double yaw_deg) {
+    v1::Scene scene;
+    scene.mutable_camera()->set_yaw_deg(yaw_deg);
+    return scene;
+  }
+
+  Result<void> change(std::uint64_t session, const v1::Scene& scene) {
+    const SceneField* refused = nullptr;
+    return admission_.change(session, scene, &refused, now_ns_);
+  }
+  /// The sentence of the refusal; empty if the change was accepted.
+  std::string refusal_of(std::uint64_t session, const v1::Scene& scene) {
+    const auto changed = change(session, scene);
+    return changed ? "" : changed.error().message;
+  }
+
+  /// The main view shows its next volume after `period_ms`.
+  void show_main(double busy_share, double cast_ms, double light_ms, std::int64_t period_ms) {
+    now_ns_ += period_ms * kMs;
+    render_.main_busy_share.set(busy_share);
+    PictureStamp stamp;
+    stamp.volume.volume_id = ++volumes_;
+    stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)] = cast_ms;
+    stamp.stage_ms[static_cast<std::size_t>(Stage::kLight)] = light_ms;
+    admission_.main_shown(stamp, now_ns_);
+  }
+
+  /// The renderer finishes a picture of a session's view.
+  void render(std::uint64_t session, double finish_ms = 1) {
+    const PrivateViews& views = *published();
+    for (const PrivateView& view : views) {
+      if (view.view_id != session) continue;
+      Picture& picture = view.pictures->draft();
+      picture.stamp = {.view_id = session, .scene_revision = view.scene.revision};
+      picture.stamp.volume.volume_id = volumes_;
+      picture.stamp.stage_ms[static_cast<std::size_t>(Stage::kFinish)] = finish_ms;
+      view.pictures->publish();
+    }
+  }
+  /// The views that the renderer knows; null before the first.
+  const PrivateViews* published() {
+    if (const PrivateViews* newest = views_.newest()) published_ = newest;
+    return published_;
+  }
+
+  std::int64_t now_ns_ = 1'000'000'000'000;
+  std::uint64_t volumes_ = 0;
+  Doorbell bell_;
+  Doorbell render_bell_;
+  Mailbox<PrivateViews> views_{render_bell_};
+  const PrivateViews* published_ = nullptr;
+  Mailbox<NumberedScene> scenes_{render_bell_};
+  SceneStore scene_store_{{.revision = 1, .scene = {}}, {}, scenes_};
+  RenderCounters render_;
+  ServerCounters counters_;
+  ViewAdmission admission_{{.views = &views_,
+                            .bell = bell_,
+                            .scene_store = scene_store_,
+                            .render = render_,
+                            .counters = counters_},
+                           kMostPrivateViews,
+                           4,
+                           4};
+};
+
+TEST_F(ViewAdmissionTest, ViewsFitIntoTheTimeThatTheMainViewLeaves) {
+  show_main(0.5, 300, 20, 1000);
+  EXPECT_EQ(refusal_of(1, yaw(5)),
+            "a private camera would take 640 ms of each second; the main view leaves 500, of which other "
+            "private views take 0, expected the main view's camera, or a main view that does less");
+  EXPECT_EQ(refusal_of(1, light(5)), "");
+  show_main(0.93, 300, 20, 1000);
+  EXPECT_NE(refusal_of(2, light(5)).find("leaves 70, of which other private views take 40"),
+            std::string::npos);
+  EXPECT_EQ(refusal_of(1, light(6)), "") << "an open view may change its light";
+  EXPECT_NE(refusal_of(1, yaw(5)), "") << "but not acquire a camera of its own";
+  EXPECT_TRUE(admission_.leave(1));
+  EXPECT_EQ(refusal_of(2, light(5)), "") << "the time of the view that ended is free";
+}
+
+TEST_F(ViewAdmissionTest, AMainViewWithoutNewPicturesLeavesAllTime) {
+  show_main(0.93, 300, 20, 1000);
+  EXPECT_NE(refusal_of(1, yaw(5)), "");
+  now_ns_ += 1490 * kMs;
+  EXPECT_NE(refusal_of(1, yaw(5)), "");
+  now_ns_ += 20 * kMs;
+  EXPECT_EQ(refusal_of(1, yaw(5)), "");
+}
+
+TEST_F(ViewAdmissionTest, ACameraFitsBetweenTwoVolumes) {
+  show_main(0.5, 230, 10, 1000);
+  show_main(0.5, 230, 10, 100);
+  // 480 ms of each second would fit, but 240 ms do not fit into the gap of 50 ms.
+  EXPECT_EQ(
+      refusal_of(1, yaw(5)),
+      "a private camera would take 240 ms; the main view leaves 50 between two volumes, expected the main "
+      "view's camera, or a main view that does less");
+  EXPECT_EQ(refusal_of(1, light(5)), "");
+}
+
+TEST_F(ViewAdmissionTest, TheCostOfAViewIsThatOfItsOwnPictures) {
+  ASSERT_TRUE(change(1, light(5)));
+  render(1, 400);
+  EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
+  show_main(0.5, 80, 10, 1000);
+  EXPECT_NE(refusal_of(1, light(6)).find("would take 820 ms"), std::string::npos);
+}
+
+TEST_F(ViewAdmissionTest, LimitsTheNumberOfViews) {
+  for (std::uint64_t session = 1; session <= kMostPrivateViews; ++session)
+    EXPECT_EQ(refusal_of(session, light(5)), "");
+  EXPECT_EQ(refusal_of(100, light(5)), "there are 4 private views already, expected some patience");
+  EXPECT_EQ(counters_.private_views.value(), kMostPrivateViews);
+  EXPECT_TRUE(admission_.leave(1));
+  EXPECT_FALSE(admission_.leave(1));
+  EXPECT_EQ(refusal_of(100, light(5)), "");
+}
+
+TEST_F(ViewAdmissionTest, GroupsOfItsOwnStayWhenTheMainViewChanges) {
+  ASSERT_TRUE(change(1, light(33)));
+  EXPECT_EQ(admission_.state(1).scene().camera().yaw_deg(), Scene{}.camera.yaw_deg);
+  ASSERT_TRUE(scene_store_.apply(light(-5)));
+  EXPECT_TRUE(admission_.main_changed().empty());
+  ASSERT_TRUE(scene_store_.apply(yaw(12)));
+  EXPECT_EQ(admission_.main_changed(), std::vector<std::uint64_t>{1});
+  EXPECT_EQ(admission_.state(1).scene().light().right_mm(), 33);
+  EXPECT_EQ(admission_.state(1).scene().camera().yaw_deg(), 12);
+  EXPECT_EQ(published()->at(0).scene.revision, admission_.revision(1));
+}
+
+TEST_F(ViewAdmissionTest, LimitsTheRateOfPictures) {
+  ASSERT_TRUE(change(1, light(5)));
+  render(1);
+  EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
+  render(1);
+  now_ns_ += ViewAdmission::kBetweenPicturesNs - 1;
+  EXPECT_TRUE(admission_.newest(now_ns_).empty());
+  EXPECT_TRUE(admission_.has_more());
+  now_ns_ += 1;
+  EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
+  EXPECT_FALSE(admission_.has_more());
+}
+
+TEST_F(ViewAdmissionTest, AViewThatIsBehindForFiveSecondsEnds) {
+  show_main(0.5, 80, 10, 1000);
+  ASSERT_TRUE(change(1, light(5)));
+  for (int second = 0; second < 4; ++second) EXPECT_TRUE(admission_.second_passed().empty()) << second;
+  render(1);
+  EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
+  for (int second = 0; second < 10; ++second) EXPECT_TRUE(admission_.second_passed().empty()) << "up to date";
+  show_main(0.5, 80, 10, 1000);
+  for (int second = 0; second < 4; ++second) EXPECT_TRUE(admission_.second_passed().empty()) << second;
+  EXPECT_EQ(admission_.second_passed(), std::vector<std::uint64_t>{1});
+  EXPECT_FALSE(admission_.has(1));
+  EXPECT_EQ(counters_.private_views.value(), 0U);
+}
+
+}  // namespace
+}  // namespace fanlight::test

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <pthread.h>
+
+#include <cmath>
+#include <ctime>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "proto/base/clock.hpp"
+#include "server/http/stream_server.hpp"
+
+namespace fanlight::test {
+
+/// A server on a free loopback port in its own thread. The test takes the place of the renderer and the
+/// acquisition: it shows pictures and reads scenes. Test thread only.
+class ServerFixture {
+ public:
+  static constexpr std::uint32_t kWidth = 64;
+  static constexpr std::uint32_t kHeight = 48;
+
+  explicit ServerFixture(std::size_t most_connections = 64, std::string source_state = "running",
+                         ProbeControl probe_control = ProbeControl::kEveryone)
+      : ServerFixture({.probe_control = probe_control, .most_connections = most_connections},
+                      std::move(source_state)) {}
+
+  /// Uses the access options and limits of `config`; sets the endpoint, the description and the scene itself.
+  explicit ServerFixture(StreamServer::Config config, std::string source_state = "running")
+      : source_state_(std::move(source_state)) {
+    config.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0};
+    config.facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
+    config.initial_scene = {.revision = 1, .scene = {}};
+    auto server =
+        StreamServer::create(config, {.bell = bell_,
+                                      .pictures = pictures_,
+                                      .scenes = scenes_,
+                                      .failures = failures_,
+                                      .pipeline = {acquisition_, ring_, feed_, render_, probe_.counters},
+                                      .probe = probe_,
+                                      .counters = counters_,
+                                      .source_state = [this] { return source_state_; },
+                                      .private_views = &private_views_});
+    if (!server) throw std::runtime_error(server.error().message);
+    server_ = std::move(*server);
+    endpoint_ = server_->endpoint();
+    thread_ = std::jthread([this] { result_ = server_->run(); });
+  }
+  ~ServerFixture() {
+    server_->stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  boost::asio::ip::tcp::endpoint endpoint() const { return endpoint_; }
+  const ServerCounters& counters() const { return counters_; }
+
+  /// Shows a picture of kWidth x kHeight with one grey level.
+  void show(std::uint64_t picture_id, std::uint8_t grey) { show({.picture_id = picture_id}, grey); }
+  void show(const PictureStamp& stamp, std::uint8_t grey) {
+    show(stamp, kWidth, kHeight, [grey](std::size_t /*value*/) { return grey; });
+  }
+
+  /// Shows a picture of noise, which no codec compresses: about half a megabyte as JPEG.
+  void show_noise(std::uint64_t picture_id) {
+    std::uint32_t state = static_cast<std::uint32_t>(picture_id);
+    show({.picture_id = picture_id}, 640, 480, [&state](std::size_t /*value*/) {
+      state = 1'664'525 * state + 1'013'904'223;  // linear congruential generator of Numerical Recipes
+      return static_cast<std::uint8_t>(state >> 24);
+    });
+  }
+
+  /// Shows a picture with the depths `depth_at(column, row)` in mm. The view direction is y; a pixel is 0.5
+  /// mm, and pixel (5, 6) is at the origin.
+  template <typename DepthAt>
+  void show_depths(std::uint64_t picture_id, DepthAt depth_at) {
+    std::vector<float>& depth_mm = pictures_.draft().depth_mm;
+    depth_mm.clear();
+    for (std::uint32_t row = 0; row < kHeight; ++row) {
+      for (std::uint32_t column = 0; column < kWidth; ++column) depth_mm.push_back(depth_at(column, row));
+    }
+    show({.picture_id = picture_id,
+          .view = {.right = {1, 0, 0},
+                   .down = {0, 0, -1},
+                   .forward = {0, 1, 0},
+                   .mm_per_pixel = 0.5,
+                   .middle_column = 5,
+                   .middle_row = 6}},
+         128);
+  }
+
+  /// Shows a shaded dome of 512 x 512 pixels with a grain that differs between pictures. A codec needs about
+  /// as many bytes for it as for a rendered surface.
+  void show_surface(std::uint64_t picture_id) {
+    constexpr std::uint32_t kSide = 512;
+    show({.picture_id = picture_id}, kSide, kSide, [picture_id](std::size_t at) {
+      const double x = (static_cast<double>(at / 4 % kSide) - 256) / 200;
+      const double y = (static_cast<double>(at / 4 / kSide) - 256) / 200;
+      const double height = 1 - x * x - y * y;
+      if (height <= 0) return std::uint8_t{0};
+      const double grain = 12 * std::sin(40 * x + 0.3 * static_cast<double>(picture_id)) * std::sin(40 * y);
+      return static_cast<std::uint8_t>(40 + 180 * std::sqrt(height) + grain);
+    });
+  }
+
+  /// Processor time of the server thread so far, in seconds; 0 if it is unknown.
+  double server_processor_s() {
+    clockid_t clock{};
+    timespec time{};
+    if (pthread_getcpuclockid(thread_.native_handle(), &clock) != 0 || clock_gettime(clock, &time) != 0)
+      return 0;
+    return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) / 1e9;
+  }
+
+  /// Blocks until the server publishes a scene, and returns the newest.
+  NumberedScene next_scene() {
+    for (;;) {
+      if (const NumberedScene* scene = scenes_.newest()) return *scene;
+      scene_bell_.wait(-1);
+    }
+  }
+  bool has_scene() { return scenes_.newest() != nullptr; }
+
+  /// Blocks until the server publishes private views, and returns the newest.
+  PrivateViews next_private_views() {
+    for (;;) {
+      if (const PrivateViews* views = private_views_.newest()) return *views;
+      scene_bell_.wait(-1);
+    }
+  }
+  /// Shows a picture of one grey level in a private view.
+  void show_in(const PrivateView& view, const PictureStamp& stamp, std::uint8_t grey) {
+    show(*view.pictures, stamp, kWidth, kHeight, [grey](std::size_t /*value*/) { return grey; });
+  }
+  /// Busy share of the main view, as the render thread reports it.
+  void set_main_busy_share(double share) { render_.main_busy_share.set(share); }
+
+  /// The probe link, for use as the acquisition thread.
+  ProbeLink& probe() { return probe_; }
+
+  /// Reports a failure of the renderer, which ends the server.
+  void fail(const Error& error) {
+    failures_.draft() = error;
+    failures_.publish();
+  }
+  /// Blocks until run() of the server has returned, and returns its result.
+  Result<void> wait_for_end() {
+    thread_.join();
+    return result_;
+  }
+
+ private:
+  template <typename Value>
+  void show(PictureStamp stamp, std::uint32_t width, std::uint32_t height, Value value) {
+    stamp.scene_revision = 1;
+    show(pictures_, stamp, width, height, value);
+  }
+  template <typename Value>
+  static void show(Mailbox<Picture>& pictures, const PictureStamp& stamp, std::uint32_t width,
+                   std::uint32_t height, Value value) {
+    Picture& picture = pictures.draft();
+    picture.stamp = stamp;
+    picture.width = width;
+    picture.height = height;
+    picture.rgba.resize(std::size_t{4} * width * height);
+    for (std::size_t at = 0; at < picture.rgba.size(); ++at) picture.rgba[at] = value(at);
+    picture.stamp.finished_time_ns = now_ns();
+    pictures.publish();
+  }
+
+  const std::string source_state_;
+  Doorbell bell_;
+  Doorbell scene_bell_;
+  Mailbox<Picture> pictures_{bell_};
+  Mailbox<NumberedScene> scenes_{scene_bell_};
+  Mailbox<PrivateViews> private_views_{scene_bell_};
+  Mailbox<Error> failures_{bell_};
+  AcquisitionCounters acquisition_;
+  RingCounters ring_;
+  QueueCounters feed_;
+  RenderCounters render_;
+  Doorbell acquisition_bell_;
+  ProbeLink probe_{acquisition_bell_, bell_};
+  ServerCounters counters_;
+  std::unique_ptr<StreamServer> server_;
+  boost::asio::ip::tcp::endpoint endpoint_;
+  Result<void> result_;
+  std::jthread thread_;
+};
+
+}  // namespace fanlight::test
