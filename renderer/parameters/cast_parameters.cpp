@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "renderer/parameters/grey_levels.hpp"
 #include "renderer/parameters/speckle_filter.hpp"
 #include "shaders/bindings.h"
 #include "shaders/prepare_constants.h"
@@ -13,7 +14,6 @@ namespace fanlight {
 
 namespace {
 
-constexpr double kGreyLevels = 255;
 // Farther than any point in the body.
 constexpr double kFarMm = 1e4;
 

@@ -7,13 +7,12 @@
 #include <iterator>
 
 #include "renderer/parameters/colour_map.hpp"
+#include "renderer/parameters/grey_levels.hpp"
 #include "shaders/bindings.h"
 
 namespace fanlight {
 
 namespace {
-
-constexpr double kGreyLevels = 255;
 
 /// Linear components of a displayed colour (sRGB).
 glm::vec3 linear(double red, double green, double blue) {

@@ -3,10 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/milliseconds.hpp"
+
 namespace fanlight {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kHostStartNs = 5'000'000 * kMs;
 
 TEST(DeviceClock, FollowsTheFastestFrame) {

@@ -8,10 +8,10 @@
 #include <functional>
 #include <vector>
 
+#include "tests/support/milliseconds.hpp"
+
 namespace fanlight {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 Scene wanting(double rate_hz) {
   Scene scene;

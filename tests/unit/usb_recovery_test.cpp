@@ -8,11 +8,10 @@
 #include "acquisition/usb/recovery_policy.hpp"
 #include "acquisition/usb/source_state.hpp"
 #include "acquisition/usb/stream_numbering.hpp"
+#include "tests/support/milliseconds.hpp"
 
 namespace fanlight {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 TEST(SourceStateTable, EveryTransition) {
   struct Row {

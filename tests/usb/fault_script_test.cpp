@@ -3,10 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/milliseconds.hpp"
+
 namespace fanlight::test {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kBegin = 5'000 * kMs;
 
 FaultScript begun(std::string_view text) {

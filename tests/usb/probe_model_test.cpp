@@ -6,18 +6,18 @@
 #include <cmath>
 
 #include "proto/base/crc32c.hpp"
+#include "tests/support/milliseconds.hpp"
 
 namespace fanlight::test {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kStartNs = 50'000 * kMs;
-constexpr std::int64_t kPeriodNs = 10 * kMs;  // at the 100 Hz of small()
+constexpr std::int64_t kPeriodNs = 10 * kMs;  // at the 100 Hz of small_model()
 constexpr std::uint32_t kFrames = 6;
 
 using Config = ProbeModel::Config;
 
-Config small() {
+Config small_model() {
   return {.frame_rate_hz = 100, .frames_per_volume = kFrames, .columns = 32, .rows = 64, .room_frames = 1000};
 }
 
@@ -86,7 +86,7 @@ void expect_balance(const ProbeModel& model) {
 }
 
 TEST(ProbeModelTest, AnswersWhoItIs) {
-  const auto model = made(small());
+  const auto model = made(small_model());
   const auto ask = [&](probe::Request request) {
     return *model->control_in(static_cast<std::uint8_t>(request));
   };
@@ -104,7 +104,7 @@ TEST(ProbeModelTest, AnswersWhoItIs) {
 }
 
 TEST(ProbeModelTest, SendsNothingBeforeTheStartAndAfterTheStop) {
-  const auto model = made(small());
+  const auto model = made(small_model());
   EXPECT_TRUE(transfer(*model, kStartNs).bytes.empty());
   EXPECT_FALSE(model->ready_at_ns());
   tell(*model, probe::Request::kStart, kStartNs);
@@ -118,7 +118,7 @@ TEST(ProbeModelTest, SendsNothingBeforeTheStartAndAfterTheStop) {
 }
 
 TEST(ProbeModelTest, FramesFollowTheMotorToAndFro) {
-  auto config = small();
+  auto config = small_model();
   config.lag_deg = 1;
   const auto model = started(config);
   const auto frames = transfers_until(*model, 3 * kFrames - 1);
@@ -140,7 +140,7 @@ TEST(ProbeModelTest, FramesFollowTheMotorToAndFro) {
 }
 
 TEST(ProbeModelTest, WithoutAVolumeIndexFramesHaveOnlyTheirAngle) {
-  auto config = small();
+  auto config = small_model();
   config.counts_volumes = false;
   const auto model = started(config);
   for (const Transfer& frame : transfers_until(*model, 2 * kFrames)) {
@@ -150,7 +150,7 @@ TEST(ProbeModelTest, WithoutAVolumeIndexFramesHaveOnlyTheirAngle) {
 }
 
 TEST(ProbeModelTest, AFrameEndsItsTransferAndFillsThoseBefore) {
-  const auto model = started(small());
+  const auto model = started(small_model());
   constexpr std::size_t kBytes = probe::kFrameHeaderBytes + 32 * 64;  // 2112: four packets and 64 bytes
   const Transfer first = transfer(*model, kStartNs, 1024);
   EXPECT_EQ(first.bytes.size(), 1024U);
@@ -162,7 +162,7 @@ TEST(ProbeModelTest, AFrameEndsItsTransferAndFillsThoseBefore) {
 }
 
 TEST(ProbeModelTest, AFullLastPacketIsFollowedByAnEmptyOne) {
-  auto config = small();
+  auto config = small_model();
   config.rows = 62;  // 64 + 32 x 62 bytes are four packets
   const auto model = started(config);
   const Transfer full = transfer(*model, kStartNs, 2048);
@@ -175,7 +175,7 @@ TEST(ProbeModelTest, AFullLastPacketIsFollowedByAnEmptyOne) {
 }
 
 TEST(ProbeModelTest, KeepsAFewFramesAndDropsTheOldest) {
-  auto config = small();
+  auto config = small_model();
   config.room_frames = 3;
   const auto model = started(config);
   const auto frames = transfers_until(*model, 9);
@@ -187,7 +187,7 @@ TEST(ProbeModelTest, KeepsAFewFramesAndDropsTheOldest) {
 }
 
 TEST(ProbeModelTest, FaultsOfAFrame) {
-  const auto model = started(small());
+  const auto model = started(small_model());
   const auto with = [&](const Fault& fault, std::uint64_t frame) {
     model->inject(fault, time_of(frame) - 1);
     return transfer(*model, time_of(frame));
@@ -223,7 +223,7 @@ TEST(ProbeModelTest, FaultsOfAFrame) {
 }
 
 TEST(ProbeModelTest, FaultsOfTheStream) {
-  const auto model = started(small());
+  const auto model = started(small_model());
   transfers_until(*model, 2);
   model->inject({.kind = FaultKind::kSilent, .duration_ns = 3 * kPeriodNs}, time_of(2));
   EXPECT_TRUE(transfers_until(*model, 4).empty());
@@ -242,7 +242,7 @@ TEST(ProbeModelTest, FaultsOfTheStream) {
 }
 
 TEST(ProbeModelTest, ALostTransferTearsItsFrame) {
-  const auto model = started(small());
+  const auto model = started(small_model());
   transfer(*model, time_of(0));  // whole
   model->lose_last_fill();
   transfer(*model, time_of(1), 512);  // begun
@@ -256,7 +256,7 @@ TEST(ProbeModelTest, ALostTransferTearsItsFrame) {
 }
 
 TEST(ProbeModelTest, SettingsComeWithTheNextSweep) {
-  const auto model = started(small());
+  const auto model = started(small_model());
   transfers_until(*model, 2);
   EXPECT_TRUE(tell(*model, probe::Request::kSetSweep, 40'000'000, time_of(2)));
   EXPECT_TRUE(tell(*model, probe::Request::kSetFrames, 3, time_of(2)));
@@ -282,7 +282,7 @@ TEST(ProbeModelTest, SettingsComeWithTheNextSweep) {
 }
 
 TEST(ProbeModelTest, RefusesSettingsOutOfRange) {
-  const auto model = made(small());
+  const auto model = made(small_model());
   EXPECT_FALSE(tell(*model, probe::Request::kSetSweep, 180'000'000, 0));
   EXPECT_FALSE(tell(*model, probe::Request::kSetFrames, 1, 0));
   EXPECT_FALSE(tell(*model, probe::Request::kSetDepth, 200'000, 0));
@@ -290,7 +290,7 @@ TEST(ProbeModelTest, RefusesSettingsOutOfRange) {
 }
 
 TEST(ProbeModelTest, TheDepthChangesByItselfInMidSweep) {
-  const auto model = started(small());
+  const auto model = started(small_model());
   transfers_until(*model, 1);
   model->inject({.kind = FaultKind::kGeometry}, time_of(1));
   const auto frames = transfers_until(*model, 3 * kFrames);
@@ -299,7 +299,7 @@ TEST(ProbeModelTest, TheDepthChangesByItselfInMidSweep) {
 }
 
 TEST(ProbeModelTest, AnUnplugForgetsAllButTheCounters) {
-  const auto model = started(small());
+  const auto model = started(small_model());
   tell(*model, probe::Request::kSetFrames, 3, kStartNs);
   transfer(*model, time_of(3), 512);
   model->unplugged();
@@ -315,7 +315,7 @@ TEST(ProbeModelTest, AnUnplugForgetsAllButTheCounters) {
 }
 
 TEST(ProbeModelTest, PreparedPicturesComeAgainAndAgain) {
-  auto config = small();
+  auto config = small_model();
   config.prepared = true;
   const auto model = started(config);
   const auto frames = transfers_until(*model, 5 * kFrames - 1);
@@ -330,7 +330,7 @@ TEST(ProbeModelTest, PreparedPicturesComeAgainAndAgain) {
 }
 
 TEST(ProbeModelTest, OneThatDoesNotEndItsTransfersFillsThem) {
-  auto config = small();
+  auto config = small_model();
   config.ends_transfers = false;
   const auto model = started(config);
   const Transfer full = transfer(*model, time_of(9), 4096);
@@ -343,7 +343,7 @@ TEST(ProbeModelTest, RefusesWhatCannotBe) {
        {+[](Config& config) { config.frame_rate_hz = 0; }, +[](Config& config) { config.columns = 1; },
         +[](Config& config) { config.lag_deg = std::nan(""); },
         +[](Config& config) { config.depth_mm = 500; }}) {
-    auto config = small();
+    auto config = small_model();
     change(config);
     const auto model = ProbeModel::create(config);
     ASSERT_FALSE(model);

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kTransfers = 16;
 constexpr std::size_t kTransferBytes = 65536;
 
-ProbeModel::Config small() {
+ProbeModel::Config small_probe() {
   // 64 + 64 x 64 bytes are 8 packets and 64 bytes.
   return {.frame_rate_hz = 200, .frames_per_volume = 10, .columns = 64, .rows = 64, .room_frames = 1000};
 }
@@ -60,7 +60,7 @@ std::size_t open_files() {
 
 TEST(UsbfsProbeTest, IsFoundAndAnswersItsRequests) {
   EmulatedBus bus;
-  const auto probe = made(bus, {.model = small()});
+  const auto probe = made(bus, {.model = small_probe()});
   RawReader reader;
   EXPECT_EQ(reader.serials(), std::vector<std::string>{"0001"});
   ASSERT_EQ(reader.open("0001"), 0);
@@ -79,7 +79,7 @@ TEST(UsbfsProbeTest, IsFoundAndAnswersItsRequests) {
 
 TEST(UsbfsProbeTest, IsAVendorInterfaceWithOneBulkEndpoint) {
   EmulatedBus bus;
-  const auto probe = made(bus, {.model = small()});
+  const auto probe = made(bus, {.model = small_probe()});
   RawReader reader;
   ASSERT_EQ(reader.open("0001"), 0);
   libusb_device* const device = libusb_get_device(reader.handle());
@@ -98,7 +98,7 @@ TEST(UsbfsProbeTest, IsAVendorInterfaceWithOneBulkEndpoint) {
 
 TEST(UsbfsProbeTest, StreamsEveryFrameWhole) {
   EmulatedBus bus;
-  const auto probe = made(bus, {.model = small()});
+  const auto probe = made(bus, {.model = small_probe()});
   RawReader reader;
   ASSERT_EQ(reader.open("0001"), 0);
   reader.begin(kTransfers, 4096);  // each frame needs two transfers, and the second is short
@@ -115,7 +115,7 @@ TEST(UsbfsProbeTest, StreamsEveryFrameWhole) {
 
 TEST(UsbfsProbeTest, EndsAFullLastPacketWithAnEmptyOne) {
   EmulatedBus bus;
-  auto model = small();
+  auto model = small_probe();
   model.columns = 56;  // 64 + 56 x 64 bytes, and 7.125 packets
   model.rows = 72;     // 64 + 56 x 72 bytes are 8 packets
   const auto probe = made(bus, {.model = model});
@@ -137,7 +137,7 @@ TEST(UsbfsProbeTest, FaultsOfFramesHappenAtTheirFrame) {
   EmulatedBus bus;
   const auto probe = made(
       bus,
-      {.model = small(),
+      {.model = small_probe(),
        .faults =
            "frame 3 drop; frame 5 damage; frame 7 cut; frame 9 repeat; frame 12 swap; frame 15 invalid"});
   RawReader reader;
@@ -156,7 +156,7 @@ TEST(UsbfsProbeTest, FaultsOfFramesHappenAtTheirFrame) {
 
 TEST(UsbfsProbeTest, ErrorAndOverflowLoseOneTransferEach) {
   EmulatedBus bus;
-  const auto probe = made(bus, {.model = small(), .faults = "frame 3 error; frame 6 overflow"});
+  const auto probe = made(bus, {.model = small_probe(), .faults = "frame 3 error; frame 6 overflow"});
   RawReader reader;
   ASSERT_EQ(reader.open("0001"), 0);
   reader.begin(kTransfers, kTransferBytes);
@@ -173,7 +173,7 @@ TEST(UsbfsProbeTest, ErrorAndOverflowLoseOneTransferEach) {
 
 TEST(UsbfsProbeTest, StallsUntilTheHaltIsCleared) {
   EmulatedBus bus;
-  const auto probe = made(bus, {.model = small(), .faults = "frame 3 stall"});
+  const auto probe = made(bus, {.model = small_probe(), .faults = "frame 3 stall"});
   RawReader reader;
   ASSERT_EQ(reader.open("0001"), 0);
   reader.begin(kTransfers, kTransferBytes);
@@ -195,7 +195,7 @@ TEST(UsbfsProbeTest, StallsUntilTheHaltIsCleared) {
 
 TEST(UsbfsProbeTest, RequestsTimeOutWhileItIsMute) {
   EmulatedBus bus;
-  const auto probe = made(bus, {.model = small()});
+  const auto probe = made(bus, {.model = small_probe()});
   RawReader reader;
   ASSERT_EQ(reader.open("0001"), 0);
   std::vector<std::uint8_t> answer(256);
@@ -209,7 +209,7 @@ TEST(UsbfsProbeTest, RequestsTimeOutWhileItIsMute) {
 
 TEST(UsbfsProbeTest, ASecondReaderCannotClaim) {
   EmulatedBus bus;
-  const auto probe = made(bus, {.model = small()});
+  const auto probe = made(bus, {.model = small_probe()});
   RawReader first;
   ASSERT_EQ(first.open("0001"), 0);
   RawReader second;
@@ -223,10 +223,10 @@ TEST(UsbfsProbeTest, ASecondReaderCannotClaim) {
 
 TEST(UsbfsProbeTest, ProbesAreToldApartByTheirSerialNumbers) {
   EmulatedBus bus;
-  auto other = small();
+  auto other = small_probe();
   other.serial = "0002";
   other.columns = 32;
-  const auto first = made(bus, {.model = small()});
+  const auto first = made(bus, {.model = small_probe()});
   const auto second = made(bus, {.model = other});
   RawReader reader;
   auto serials = reader.serials();
@@ -244,7 +244,7 @@ TEST(UsbfsProbeTest, ProbesAreToldApartByTheirSerialNumbers) {
 /// Streams, is unplugged with pending transfers, and is plugged in again, ten times.
 void unplug_and_replug(EmulatedBus::Udev udev) {
   EmulatedBus bus(udev);
-  const auto probe = made(bus, {.model = small()});
+  const auto probe = made(bus, {.model = small_probe()});
   std::size_t files = 0;
   for (int round = 0; round < 10; ++round) {
     SCOPED_TRACE(round);
@@ -297,7 +297,7 @@ int LIBUSB_CALL count_change(libusb_context* /*context*/, libusb_device* /*devic
 
 TEST(UsbfsProbeTest, HotplugTellsOfAScriptedReplug) {
   EmulatedBus bus;
-  const auto probe = made(bus, {.model = small(), .faults = "at 50ms unplug; after 50ms replug"});
+  const auto probe = made(bus, {.model = small_probe(), .faults = "at 50ms unplug; after 50ms replug"});
   RawReader reader;
   std::pair<int, int> changes;
   libusb_hotplug_register_callback(
