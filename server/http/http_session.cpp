@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http/page_files.hpp"
+#include "server/http/request_rules.hpp"
 #include "server/net/request_host.hpp"
 #include "server/stream/stream_protocol.hpp"
 
@@ -53,6 +54,10 @@ std::string address_text(Connection& connection) {
                                 : fmt::format("{}:{}", host, peer.port());
 }
 
+std::string_view path_of(const HttpSession::Request& request) {
+  return std::string_view(request.target()).substr(0, request.target().find('?'));
+}
+
 bool is_read(const HttpSession::Request& request) {
   return request.method() == http::verb::get || request.method() == http::verb::head;
 }
@@ -87,6 +92,34 @@ void HttpSession::read() {
   parser_->header_limit(kLargestHeaderBytes);
   parser_->body_limit(kLargestBodyBytes);
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  http::async_read_header(connection_, incoming_, *parser_,
+                          [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                            self->header_received(failure);
+                          });
+}
+
+void HttpSession::header_received(beast::error_code failure) {
+  if (failure) return refuse_unreadable(failure);
+  without_body_ = parser_->get().method() == http::verb::head;
+  if (const auto wrong = violation_of(parser_->get()))
+    return send(last_refusal(wrong->status, wrong->sentence));
+  if (!to_origin_form(parser_->get())) {
+    return send(
+        last_refusal(http::status::bad_request, "the target is neither a path nor a URL, expected one"));
+  }
+  if (waits_for_continue(parser_->get()) && !parser_->is_done()) return send_continue();
+  read_body();
+}
+
+void HttpSession::send_continue() {
+  continue_.emplace(http::status::continue_, 11);
+  http::async_write(connection_, *continue_,
+                    [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                      if (!failure) self->read_body();
+                    });
+}
+
+void HttpSession::read_body() {
   http::async_read(connection_, incoming_, *parser_,
                    [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
                      self->received(failure);
@@ -94,9 +127,13 @@ void HttpSession::read() {
 }
 
 void HttpSession::received(beast::error_code failure) {
+  if (failure) return refuse_unreadable(failure);
+  serve(parser_->release());
+}
+
+void HttpSession::refuse_unreadable(beast::error_code failure) {
   if (failure == http::error::end_of_stream || failure == beast::error::timeout)
     return;  // the destructor closes the socket
-  if (!failure) return serve(parser_->release());
   // Errors of HTTP itself can be answered; those of the connection cannot.
   if (failure.category() != make_error_code(http::error::bad_method).category()) return;
   send(last_refusal(
@@ -123,6 +160,11 @@ void HttpSession::serve(const Request& request) {
   }
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     return upgrade(request, std::move(*principal));
+  }
+  if (*principal && is_read(request) && path_of(request) == "/api/picture.png") {
+    return dependencies_.rest_api.picture([self = shared_from_this(), request](Response response) {
+      self->reply(request, std::move(response));
+    });
   }
   reply(request, respond(request, *principal));
 }
@@ -174,13 +216,12 @@ void HttpSession::reply(const Request& request, Response response) {
   response.set("Cross-Origin-Resource-Policy", "same-origin");
   if (connection_.is_tls()) response.set("Strict-Transport-Security", "max-age=31536000");
   response.prepare_payload();
-  if (request.method() == http::verb::head) response.body().clear();
   send(std::move(response));
 }
 
 HttpSession::Response HttpSession::respond(const Request& request,
                                            const std::optional<Principal>& principal) {
-  const std::string_view path = std::string_view(request.target()).substr(0, request.target().find('?'));
+  const std::string_view path = path_of(request);
   // The page and the health check show nothing of the scan, and the page is needed to log in.
   const bool guarded = path == "/metrics" || path.starts_with("/api/");
   if (guarded && !principal) {
@@ -196,7 +237,11 @@ HttpSession::Response HttpSession::respond(const Request& request,
     }
     return response;
   }
-  if (!is_read(request)) return refusal(http::status::method_not_allowed, "expected the method GET or HEAD");
+  if (!is_read(request)) {
+    Response response = refusal(http::status::method_not_allowed, "expected the method GET or HEAD");
+    response.set(http::field::allow, "GET, HEAD");
+    return response;
+  }
   if (path == "/healthz") return health();
   if (path == "/metrics") {
     return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
@@ -206,13 +251,18 @@ HttpSession::Response HttpSession::respond(const Request& request,
 }
 
 HttpSession::Response HttpSession::health() {
-  std::string state = dependencies_.source_state();
-  const bool healthy = state == "running" || state == "ended";
-  // A probe that was unplugged is no fault of the server.
-  if (healthy && dependencies_.probe.lost()) state = "waits for a probe that was lost";
-  return response_with(healthy ? http::status::ok : http::status::service_unavailable,
+  using Cause = PictureLiveness::Cause;
+  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  // A supervisor that restarts the server on 503 must not do so because a probe was unplugged or a recording
+  // ended.
+  const bool failing = report.cause == Cause::kSourceFailed || report.cause == Cause::kGpuHung ||
+                       report.cause == Cause::kGpuRemade;
+  const std::string source = dependencies_.probe.lost() ? "probe lost" : dependencies_.source_state();
+  const std::string age = report.age_s < 0 ? "" : fmt::format(", {:.1f} s old", report.age_s);
+  return response_with(failing ? http::status::service_unavailable : http::status::ok,
                        "text/plain; charset=utf-8",
-                       fmt::format("{}; source {}\n", healthy ? "ok" : "failing", state));
+                       fmt::format("{}; source {}; picture {}{}; {}\n", failing ? "failing" : "ok", source,
+                                   PictureLiveness::name(report.state), age, report.sentence));
 }
 
 HttpSession::Response HttpSession::respond_with_page(std::string_view path) {
@@ -240,6 +290,7 @@ HttpSession::Response HttpSession::last_refusal(http::status status, const std::
 
 void HttpSession::send(Response response) {
   if (!response.has_content_length()) response.prepare_payload();
+  if (without_body_) response.body().clear();  // the length stays
   response_ = std::move(response);
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
   http::async_write(connection_, *response_,

@@ -23,6 +23,16 @@ using asio::ip::tcp;
 
 namespace {
 
+// How often it is looked at whether the picture is live.
+constexpr auto kLivenessInterval = std::chrono::milliseconds(250);
+
+PictureLiveness::Source liveness_source(const std::string& source_state, bool probe_lost) {
+  using State = PictureLiveness::Source::State;
+  if (source_state == "running") return {.state = State::kRunning, .failure = "", .probe_lost = probe_lost};
+  if (source_state == "ended") return {.state = State::kEnded, .failure = "", .probe_lost = probe_lost};
+  return {.state = State::kFailed, .failure = source_state, .probe_lost = probe_lost};
+}
+
 /// The number of connections, at most `connections`, for which the process has file descriptors. Raises the
 /// limit of the process as far as possible, and keeps some descriptors for files.
 std::size_t connections_within_limit(std::size_t connections) {
@@ -43,13 +53,14 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       dependencies_(dependencies),
       scene_store_(config.initial_scene, config.suggested_scene, dependencies.scenes),
       probe_(dependencies.probe, config.probe_control),
+      liveness_(dependencies_.pipeline, now_ns()),
       views_({.views = dependencies.private_views,
               .bell = dependencies.bell,
               .scene_store = scene_store_,
               .render = dependencies.pipeline.render,
               .counters = dependencies.counters},
              config.most_private_views, config.facts.picture_width, config.facts.picture_height),
-      hub_(dependencies.counters),
+      hub_(dependencies.counters, hub_config()),
       sessions_(views_),
       audit_(std::move(audit)),
       access_(std::move(access)),
@@ -59,6 +70,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .source_state = dependencies_.source_state,
                  .scene_store = scene_store_,
                  .probe = probe_,
+                 .liveness = liveness_,
                  .views = views_,
                  .control = control_,
                  .hub = hub_}),
@@ -93,11 +105,13 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                          .access = access_,
                          .probe = probe_,
                          .source_state = dependencies_.source_state,
+                         .liveness = liveness_,
                          .loopback_only = config.endpoint.address().is_loopback(),
                          .rest_api = rest_api_,
                          .metrics = {.pipeline = dependencies_.pipeline,
                                      .counters = dependencies_.counters,
                                      .probe = probe_,
+                                     .liveness = liveness_,
                                      .hub = hub_,
                                      .scene_store = scene_store_},
                          .stream = stream_dependencies_},
@@ -105,6 +119,18 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
   access_.audit_to(audit_);
   // The library would log a line for each malformed message; the sessions answer and count them.
   google::protobuf::SetLogHandler(nullptr);
+}
+
+PictureHub::Config StreamServer::hub_config() {
+  PictureHub::Config config;
+  config.executor = [this](EncoderLane lane, std::function<void()> work, std::function<void()> done) {
+    encoders_.submit(lane, [this, work = std::move(work), done = std::move(done)]() mutable {
+      work();
+      asio::post(loop_, std::move(done));
+    });
+  };
+  config.threads = EncoderPool::usual_threads();
+  return config;
 }
 
 Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
@@ -166,6 +192,7 @@ Result<void> StreamServer::run() {
   watch_bell();
   bell_rang();  // values may have come before
   start_second();
+  start_liveness();
   loop_.run();
   if (audit_.lines() > 0)
     spdlog::info("the audit log has {} lines, the newest with the hash {}", audit_.lines(),
@@ -218,11 +245,42 @@ void StreamServer::watch_bell() {
 void StreamServer::bell_rang() {
   if (const Error* broken = dependencies_.failures.newest()) return fail(*broken);
   if (probe_.update()) probe_changed();
+  if (dependencies_.render_health != nullptr) {
+    if (const RenderHealth* health = dependencies_.render_health->newest()) liveness_.health_changed(*health);
+  }
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
+    liveness_.shown(picture->stamp, now_ns());
     hub_.show(*picture);
   }
+  update_liveness();
   show_private_views();
+}
+
+void StreamServer::start_liveness() {
+  liveness_pause_.expires_after(kLivenessInterval);
+  liveness_pause_.async_wait([this](boost::system::error_code failure) {
+    if (failure) return;
+    update_liveness();
+    start_liveness();
+  });
+}
+
+void StreamServer::update_liveness() {
+  if (!liveness_.update(liveness_source(dependencies_.source_state(), probe_.lost()), now_ns())) return;
+  log_liveness();
+  sessions_.liveness_changed();
+}
+
+void StreamServer::log_liveness() {
+  const PictureLiveness::Report& report = liveness_.report();
+  if (report.live() || report.state == PictureLiveness::State::kWaiting) {
+    spdlog::info("{}", report.sentence);
+  } else {
+    spdlog::warn("the picture is {}, {:.1f} s old: {}",
+                 report.state == PictureLiveness::State::kDelayed ? "delayed" : "not live", report.age_s,
+                 report.sentence);
+  }
 }
 
 void StreamServer::show_private_views() {

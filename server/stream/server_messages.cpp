@@ -66,6 +66,19 @@ v1::ServerMessage ServerMessages::probe_status() const {
   return message;
 }
 
+v1::ServerMessage ServerMessages::liveness() const {
+  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  v1::ServerMessage message;
+  v1::Liveness& to = *message.mutable_liveness();
+  to.set_state(static_cast<v1::Liveness::State>(report.state));
+  to.set_cause(static_cast<v1::Liveness::Cause>(report.cause));
+  to.set_sentence(report.sentence);
+  to.set_age_s(report.age_s);
+  to.set_pictures_per_second(report.pictures_per_second);
+  to.set_limit_s(static_cast<double>(dependencies_.liveness.limit_ns()) / 1e9);
+  return message;
+}
+
 v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts& pictures) const {
   const PipelineCounters& pipeline = dependencies_.pipeline;
   v1::ServerMessage message;

@@ -234,7 +234,7 @@ Result<void> StreamRequests::may_change_stream(const StreamSettings& settings) {
     return Error{ErrorCode::kUnavailable,
                  "the stream was changed several times within a second, expected some patience"};
   }
-  return dependencies_.hub.has_room(session_.view_id(), settings);
+  return dependencies_.hub.has_room(session_, settings);
 }
 
 void StreamRequests::change_stream(const v1::StreamRequest& request) {
@@ -255,7 +255,7 @@ void StreamRequests::change_stream(const v1::StreamRequest& request) {
   answer(message);
   if (!other) return;
   session_.set_settings(*settings);
-  if (auto begun = dependencies_.hub.resync(session_); !begun) session_.encoding_failed();
+  dependencies_.hub.resync(session_);
 }
 
 void StreamRequests::answer_clock(const v1::ClockRequest& request) {

@@ -91,7 +91,8 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   queue_.add_answer(serialised(dependencies_.messages.hello(identity_)));
   if (dependencies_.probe.status().state != ProbeStatus::State::kAbsent)
     queue_.add_notice(OutgoingQueue::Notice::kProbe);
-  if (auto added = dependencies_.hub.add(*this); !added) encoding_failed();
+  queue_.add_notice(OutgoingQueue::Notice::kLiveness);
+  dependencies_.hub.add(*this);
 }
 
 void StreamSession::leave() {
@@ -172,7 +173,10 @@ void StreamSession::second_passed() {
   if (state_ == State::kOpen && !dependencies_.access.may_stay(*identity_.principal)) {
     close(websocket::close_code::policy_error, "the token or certificate is not valid any more");
   }
-  if (is_open()) queue_.add_notice(OutgoingQueue::Notice::kStatistics);
+  if (is_open()) {
+    queue_.add_notice(OutgoingQueue::Notice::kLiveness);
+    queue_.add_notice(OutgoingQueue::Notice::kStatistics);
+  }
   read();
   pump();
 }
@@ -249,8 +253,7 @@ void StreamSession::pump() {
     case Kind::kShown:
       return write(serialised(ServerMessages::scene_shown(item.shown, item.picture_id)));
     case Kind::kNeedsKey:
-      if (auto begun = dependencies_.hub.resync(*this); !begun) encoding_failed();
-      return;
+      return dependencies_.hub.resync(*this);
   }
 }
 
@@ -264,6 +267,8 @@ v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
       return dependencies_.messages.view(id(), std::exchange(view_end_, {}));
     case OutgoingQueue::Notice::kProbe:
       return dependencies_.messages.probe_status();
+    case OutgoingQueue::Notice::kLiveness:
+      return dependencies_.messages.liveness();
     case OutgoingQueue::Notice::kStatistics:
       break;
   }

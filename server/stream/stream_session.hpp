@@ -61,6 +61,9 @@ class StreamSession : public StreamRequests::Session,
   std::uint64_t view_id() const override { return view_id_; }
   void set_view(std::uint64_t view_id) override;
   const StreamSettings& settings() const override { return settings_; }
+  bool privileged() const override {
+    return identity_.principal && identity_.principal->role != Role::kViewer;
+  }
   void offer(const PictureOffer& picture) override;
   void encoding_failed() override;
 
@@ -69,6 +72,7 @@ class StreamSession : public StreamRequests::Session,
   void scene_changed() override { notify(OutgoingQueue::Notice::kScene); }
   void control_changed() override { notify(OutgoingQueue::Notice::kControl); }
   void probe_changed() override;
+  void liveness_changed() override { notify(OutgoingQueue::Notice::kLiveness); }
   void view_changed() override;
   void view_ended(const std::string& reason) override;
   void second_passed() override;
