@@ -112,7 +112,7 @@ Result<void> StreamClient::greet(const Config& config) {
     if (!message) return message.error();
     if (message->has_error()) return Error{ErrorCode::kInvalidArgument, message->error().message()};
     if (message->has_login_needed() && !std::exchange(login_sent, true)) {
-      if (config.token.empty() && config.certificate.empty()) {
+      if (config.token.empty()) {
         return Error{ErrorCode::kInvalidArgument, message->login_needed().message()};
       }
       if (auto sent = send(login); !sent) return sent;

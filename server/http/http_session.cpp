@@ -58,6 +58,12 @@ std::string_view path_of(const HttpSession::Request& request) {
   return std::string_view(request.target()).substr(0, request.target().find('?'));
 }
 
+/// Whether a path needs credentials. The page and the health check show nothing of the scan, and the page is
+/// needed to log in. The stream asks for a login by itself.
+bool is_guarded(std::string_view path) {
+  return path == "/metrics" || path.starts_with("/api/");
+}
+
 bool is_read(const HttpSession::Request& request) {
   return request.method() == http::verb::get || request.method() == http::verb::head;
 }
@@ -71,6 +77,9 @@ HttpSession::HttpSession(Connection connection, ConnectionPermit permit, const D
       address_(address_text(connection_)) {}
 
 void HttpSession::start() {
+  permit_.on_eviction([weak = weak_from_this()] {
+    if (const auto self = weak.lock()) beast::get_lowest_layer(self->connection_).close();
+  });
   if (!connection_.is_tls()) return read();
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
   connection_.async_handshake([self = shared_from_this()](beast::error_code failure) {
@@ -158,6 +167,7 @@ void HttpSession::serve(const Request& request) {
     response.set(http::field::www_authenticate, "Bearer");
     return reply(request, std::move(response));
   }
+  if (*principal) permit_.authenticated();
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     return upgrade(request, std::move(*principal));
   }
@@ -192,10 +202,14 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
     if (!principal) return principal.error();
     return std::optional(std::move(*principal));
   }
+  const bool stream = path_of(request) == "/stream";
+  // Whoever asks for the page alone needs no certificate, so none is judged.
+  if (!stream && !is_guarded(path_of(request))) return std::optional<Principal>();
   if (const auto fingerprint = connection_.client_fingerprint()) {
     auto principal = dependencies_.access.by_certificate(*fingerprint, address_);
-    if (!principal) return principal.error();
-    return std::optional(std::move(*principal));
+    if (principal) return std::optional(std::move(*principal));
+    if (!stream) return principal.error();
+    login_reason_ = principal.error().message;  // a person can still log in with a token
   }
   return std::optional<Principal>();
 }
@@ -204,7 +218,7 @@ void HttpSession::upgrade(const Request& request, std::optional<Principal> princ
   const auto protocol = agreed_protocol(request["Sec-WebSocket-Protocol"]);
   if (!protocol) return reply(request, refusal(http::status::bad_request, protocol.error().message));
   std::make_shared<StreamSession>(std::move(connection_), std::move(permit_), dependencies_.stream, address_)
-      ->start(request, *protocol, std::move(principal));
+      ->start(request, *protocol, std::move(principal), login_reason_);
 }
 
 void HttpSession::reply(const Request& request, Response response) {
@@ -214,7 +228,8 @@ void HttpSession::reply(const Request& request, Response response) {
   response.set("Content-Security-Policy", kContentPolicy);
   response.set("Referrer-Policy", "no-referrer");
   response.set("Cross-Origin-Resource-Policy", "same-origin");
-  if (connection_.is_tls()) response.set("Strict-Transport-Security", "max-age=31536000");
+  if (dependencies_.hsts && connection_.is_tls())
+    response.set("Strict-Transport-Security", "max-age=31536000");
   response.prepare_payload();
   send(std::move(response));
 }
@@ -222,9 +237,7 @@ void HttpSession::reply(const Request& request, Response response) {
 HttpSession::Response HttpSession::respond(const Request& request,
                                            const std::optional<Principal>& principal) {
   const std::string_view path = path_of(request);
-  // The page and the health check show nothing of the scan, and the page is needed to log in.
-  const bool guarded = path == "/metrics" || path.starts_with("/api/");
-  if (guarded && !principal) {
+  if (is_guarded(path) && !principal) {
     Response response =
         refusal(http::status::unauthorized, "expected a token, as Authorization: Bearer TOKEN");
     response.set(http::field::www_authenticate, "Bearer");

@@ -35,6 +35,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     const ProbeProxy& probe;
     const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
     const PictureLiveness& liveness;
+    bool hsts;           ///< tell browsers to come over TLS only
     bool loopback_only;  ///< the server listens on loopback, and requests must name a loopback host
     RestApi& rest_api;
     MetricsSources metrics;
@@ -80,6 +81,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   std::optional<Response> response_;
   std::optional<boost::beast::http::response<boost::beast::http::empty_body>> continue_;
+  std::string login_reason_;   // why the certificate shown does not suffice; empty: none was shown
   bool without_body_ = false;  // the response to a HEAD request
 };
 

@@ -106,6 +106,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                          .probe = probe_,
                          .source_state = dependencies_.source_state,
                          .liveness = liveness_,
+                         .hsts = config.hsts,
                          .loopback_only = config.endpoint.address().is_loopback(),
                          .rest_api = rest_api_,
                          .metrics = {.pipeline = dependencies_.pipeline,
@@ -223,14 +224,22 @@ void StreamServer::accepted(boost::system::error_code failure, tcp::socket socke
     return;
   }
   boost::system::error_code ignored;
-  if (auto permit = connection_limit_.take(socket.remote_endpoint(ignored).address())) {
+  const auto address = socket.remote_endpoint(ignored).address();
+  const bool in_time = tls_ == nullptr || connect_rate_.take(ConnectionLimit::host_of(address));
+  auto permit = in_time ? connection_limit_.take(address) : std::nullopt;
+  dependencies_.counters.connections_evicted.set(connection_limit_.evicted());
+  if (permit) {
     socket.set_option(tcp::no_delay(true), ignored);
     auto connection = tls_ != nullptr ? Connection(std::move(socket), tls_) : Connection(std::move(socket));
     std::make_shared<HttpSession>(std::move(connection), std::move(*permit), http_dependencies_)->start();
   } else {
     dependencies_.counters.connections_refused.add();  // the destructor closes the socket
   }
-  accept();
+  if (tls_ == nullptr || connect_rate_.may_accept()) {
+    accept();
+  } else {
+    accepts_ = false;  // until the second has passed
+  }
 }
 
 void StreamServer::watch_bell() {
@@ -317,6 +326,8 @@ void StreamServer::start_second() {
 }
 
 void StreamServer::second_passed() {
+  connect_rate_.refill();
+  if (!std::exchange(accepts_, true)) accept();
   reload_credentials();
   reload_certificates();
   lapse_control();

@@ -19,6 +19,7 @@
 #include "proto/exchange/render_health.hpp"
 #include "server/http/http_session.hpp"
 #include "server/http/rest_api.hpp"
+#include "server/net/connect_rate.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/net/tls_context.hpp"
 #include "server/state/picture_liveness.hpp"
@@ -42,6 +43,7 @@ class StreamServer {
     NumberedScene initial_scene;        ///< the scene that the renderer was made with
     Scene suggested_scene;              ///< scene_for() of the source, without options of the user
     TlsFiles tls;                       ///< empty: no TLS
+    bool hsts = false;                  ///< with TLS: browsers come to this host over TLS only, for a year
     std::filesystem::path credentials;  ///< empty: every client is an admin
     std::filesystem::path audit_log;    ///< empty: no audit log
     std::int64_t control_lapse_ms = 60'000;
@@ -125,6 +127,8 @@ class StreamServer {
   std::array<FileVersion, 3> certificates_read_;
   std::string certificates_result_;  // the last error that was logged; empty: none
   ConnectionLimit connection_limit_;
+  bool accepts_ = true;       // an accept is under way, or paused for a free descriptor
+  ConnectRate connect_rate_;  // where there is TLS
   boost::asio::io_context loop_{1};
   boost::asio::ip::tcp::acceptor acceptor_{loop_};
   boost::asio::posix::stream_descriptor bell_{loop_};

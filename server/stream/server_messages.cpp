@@ -26,10 +26,11 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   return message;
 }
 
-v1::ServerMessage ServerMessages::login_needed() {
+v1::ServerMessage ServerMessages::login_needed(const std::string& reason) {
   v1::ServerMessage message;
   message.mutable_login_needed()->set_message(
-      "this server needs a token, expected a login with one made by `fanlight token add`");
+      reason.empty() ? "this server needs a token, expected a login with one made by `fanlight token add`"
+                     : reason);
   return message;
 }
 

@@ -57,7 +57,8 @@ class ServerMessages {
 
   /// Precondition: the client is authenticated.
   v1::ServerMessage hello(const SessionIdentity& session) const;
-  static v1::ServerMessage login_needed();
+  /// `reason`: why what the client has shown does not suffice; empty: it has shown nothing.
+  static v1::ServerMessage login_needed(const std::string& reason);
   static v1::ServerMessage error(const std::string& sentence);
   v1::ServerMessage control(std::uint64_t session) const;
   v1::ServerMessage scene() const;
