@@ -23,6 +23,10 @@ using asio::ip::tcp;
 
 namespace {
 
+// Open files besides connections: the GPU's, the source's, the logs.
+constexpr rlim_t kOtherFiles = 64;
+// Fewer connections than this are too few for a ward: the administrator is told.
+constexpr std::size_t kFewConnections = 256;
 // How often it is looked at whether the picture is live.
 constexpr auto kLivenessInterval = std::chrono::milliseconds(250);
 
@@ -36,13 +40,12 @@ PictureLiveness::Source liveness_source(const std::string& source_state, bool pr
 /// The number of connections, at most `connections`, for which the process has file descriptors. Raises the
 /// limit of the process as far as possible, and keeps some descriptors for files.
 std::size_t connections_within_limit(std::size_t connections) {
-  constexpr rlim_t kOthers = 64;
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return connections;
-  limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, connections + kOthers));
+  limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, connections + kOtherFiles));
   setrlimit(RLIMIT_NOFILE, &limit);
   getrlimit(RLIMIT_NOFILE, &limit);
-  return limit.rlim_cur > kOthers ? limit.rlim_cur - kOthers : 1;
+  return limit.rlim_cur > kOtherFiles ? limit.rlim_cur - kOtherFiles : 1;
 }
 
 }  // namespace
@@ -139,6 +142,12 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
   Config config = wanted;
   config.most_connections =
       std::min(config.most_connections, connections_within_limit(config.most_connections));
+  if (config.most_connections < std::min(wanted.most_connections, kFewConnections)) {
+    spdlog::warn(
+        "there is room for {} connections only, since the system allows this process few open files "
+        "(ulimit -n), expected {} or more",
+        config.most_connections, wanted.most_connections + kOtherFiles);
+  }
   AuditLog audit;
   if (!config.audit_log.empty()) {
     auto opened = AuditLog::open(config.audit_log);
@@ -366,11 +375,12 @@ void StreamServer::lapse_control() {
 }
 
 void StreamServer::notify_sessions_of_second() {
-  const auto ended = views_.second_passed();
+  const auto ended = views_.second_passed(now_ns());
   for (const auto& session : sessions_.all()) {
-    if (std::ranges::find(ended, session->id()) != ended.end()) {
+    const auto view = std::ranges::find(ended, session->id(), &ViewAdmission::EndedView::session);
+    if (view != ended.end()) {
       dependencies_.counters.private_views_ended.add();
-      session->view_ended("the main view left it no time for 5 s");
+      session->view_ended(view->reason);
     }
     session->second_passed();
   }

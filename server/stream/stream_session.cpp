@@ -239,6 +239,10 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
   reading_ = false;
   if (failure) {
     if (failure == websocket::error::message_too_big) dependencies_.counters.messages_refused.add();
+    if (failure == beast::error::timeout) {
+      dependencies_.counters.sessions_unanswered.add();
+      return cut("it answered no ping for 10 s");
+    }
     leave();
     return;
   }
