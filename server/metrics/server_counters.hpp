@@ -21,7 +21,7 @@ struct ServerCounters {
   Counter sessions_opened;
   Counter sessions_closed;
   Counter connections_refused;               ///< beyond the limit
-  Gauge<std::uint64_t> connections_evicted;  ///< of strangers, whose place was needed for others
+  Gauge<std::uint64_t> connections_evicted;  ///< of anonymous clients: others needed their place
   Counter handshakes_failed;                 ///< of TLS
   Counter encodings_failed;                  ///< sessions closed because their picture could not be encoded
   Counter sessions_out_of_memory;            ///< closed because there was no memory for what they asked for

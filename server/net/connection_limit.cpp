@@ -20,7 +20,7 @@ void ConnectionPermit::on_eviction(std::function<void()> close) {
 }
 
 void ConnectionPermit::authenticated() {
-  if (limit_ != nullptr) limit_->leave_strangers(*place_);
+  if (limit_ != nullptr) limit_->leave_anonymous(*place_);
 }
 
 std::string ConnectionLimit::host_of(const asio::ip::address& address) {
@@ -39,30 +39,30 @@ std::optional<ConnectionPermit> ConnectionLimit::take(const asio::ip::address& a
   const auto known = by_host_.find(host);
   if (!loopback && known != by_host_.end() && known->second >= most_a_host_) return std::nullopt;
   // A place that is told to close is free only when its connection has ended.
-  if (!loopback && strangers_ >= most_strangers() && !evict_oldest()) return std::nullopt;
+  if (!loopback && anonymous_count_ >= most_anonymous() && !evict_oldest()) return std::nullopt;
   if (places_.size() >= most_) return std::nullopt;
   ++by_host_[host];
-  strangers_ += loopback ? 0 : 1;
-  places_.push_back({.host = host, .stranger = !loopback, .close = nullptr});
+  anonymous_count_ += loopback ? 0 : 1;
+  places_.push_back({.host = host, .anonymous = !loopback, .close = nullptr});
   return ConnectionPermit(*this, std::prev(places_.end()));
 }
 
 bool ConnectionLimit::evict_oldest() {
   const auto oldest = std::ranges::find_if(
-      places_, [](const Place& place) { return place.stranger && place.close != nullptr; });
+      places_, [](const Place& place) { return place.anonymous && place.close != nullptr; });
   if (oldest == places_.end()) return false;
-  leave_strangers(*oldest);
+  leave_anonymous(*oldest);
   ++evicted_;
   std::exchange(oldest->close, nullptr)();
   return true;
 }
 
-void ConnectionLimit::leave_strangers(Place& place) {
-  if (std::exchange(place.stranger, false)) --strangers_;
+void ConnectionLimit::leave_anonymous(Place& place) {
+  if (std::exchange(place.anonymous, false)) --anonymous_count_;
 }
 
 void ConnectionLimit::give_back(ConnectionPermit::Position place) {
-  leave_strangers(*place);
+  leave_anonymous(*place);
   const auto known = by_host_.find(place->host);
   if (--known->second == 0) by_host_.erase(known);
   places_.erase(place);

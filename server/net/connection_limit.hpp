@@ -30,7 +30,7 @@ class ConnectionPermit {
   friend class ConnectionLimit;
   struct Place {
     std::string host;
-    bool stranger = true;
+    bool anonymous = true;
     std::function<void()> close;
   };
   using Position = std::list<Place>::iterator;
@@ -40,12 +40,12 @@ class ConnectionPermit {
   Position place_;
 };
 
-/// Limits the number of connections, in all, of one host, and of strangers: clients that have not shown valid
-/// credentials. Strangers have three quarters of the places. Where these are full, the oldest stranger loses
-/// its place to a new one, so that neither slow logins nor idle health checks keep people out. The limit for
-/// one host, and the share of strangers, do not apply to the loopback address, where a proxy may run. A host
-/// is an IPv4 address, or the first 64 bits of an IPv6 address, which is what one customer has. Must outlive
-/// its permits. Server thread only.
+/// Limits the number of connections: in all, of one host, and of anonymous clients, which have not shown
+/// valid credentials. These have three quarters of the places; where they are full, the oldest anonymous
+/// client loses its place to a new one, so that neither slow logins nor idle health checks keep people out.
+/// The limit for one host, and the share of anonymous clients, do not apply to the loopback address, where a
+/// proxy may run. A host is an IPv4 address, or the first 64 bits of an IPv6 address, which is what one
+/// customer has. Must outlive its permits. Server thread only.
 class ConnectionLimit {
  public:
   ConnectionLimit(std::size_t most, std::size_t most_a_host) : most_(most), most_a_host_(most_a_host) {}
@@ -56,21 +56,21 @@ class ConnectionLimit {
   /// The host that an address belongs to; empty for loopback.
   static std::string host_of(const boost::asio::ip::address& address);
 
-  /// Strangers that lost their place, since the start.
+  /// Anonymous clients that lost their place, since the start.
   std::size_t evicted() const { return evicted_; }
 
  private:
   friend class ConnectionPermit;
   using Place = ConnectionPermit::Place;
-  std::size_t most_strangers() const { return most_ - most_ / 4; }
+  std::size_t most_anonymous() const { return most_ - most_ / 4; }
   bool evict_oldest();
   void give_back(ConnectionPermit::Position place);
-  void leave_strangers(Place& place);
+  void leave_anonymous(Place& place);
 
   std::size_t most_;
   std::size_t most_a_host_;
-  std::list<Place> places_;    // oldest first
-  std::size_t strangers_ = 0;  // without those on loopback, and without those that were told to close
+  std::list<Place> places_;          // oldest first
+  std::size_t anonymous_count_ = 0;  // without those on loopback, and without those that were told to close
   std::map<std::string, std::size_t> by_host_;
   std::size_t evicted_ = 0;
 };

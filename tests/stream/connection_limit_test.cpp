@@ -50,35 +50,35 @@ TEST(ConnectionLimit, CountsIpv6ByNetwork) {
   EXPECT_TRUE(limit.take(address("2001:db8:1:3::1")));
 }
 
-TEST(ConnectionLimit, TheOldestStrangerMakesRoomForANewOne) {
-  ConnectionLimit limit(8, 8);  // six places for strangers
-  std::vector<std::optional<ConnectionPermit>> strangers;
+TEST(ConnectionLimit, TheOldestAnonymousClientMakesRoomForANewOne) {
+  ConnectionLimit limit(8, 8);  // six places for anonymous clients
+  std::vector<std::optional<ConnectionPermit>> anonymous;
   std::vector<unsigned> closed;
   for (unsigned number = 0; number < 6; ++number) {
-    strangers.push_back(limit.take(host(number)));
-    ASSERT_TRUE(strangers.back());
-    strangers.back()->on_eviction([&closed, number] { closed.push_back(number); });
+    anonymous.push_back(limit.take(host(number)));
+    ASSERT_TRUE(anonymous.back());
+    anonymous.back()->on_eviction([&closed, number] { closed.push_back(number); });
   }
-  strangers[0]->authenticated();  // by now known
+  anonymous[0]->authenticated();  // by now known
   auto seventh = limit.take(host(20));
   ASSERT_TRUE(seventh);
-  EXPECT_TRUE(closed.empty()) << "the one that logged in left a place for strangers";
+  EXPECT_TRUE(closed.empty()) << "the one that logged in left its place to another anonymous client";
   auto eighth = limit.take(host(21));
   ASSERT_TRUE(eighth);
   EXPECT_EQ(closed, (std::vector<unsigned>{1})) << "the oldest that did not log in";
   EXPECT_EQ(limit.evicted(), 1U);
   EXPECT_FALSE(limit.take(host(22))) << "all places are taken until the closed one has ended";
-  strangers[1].reset();
+  anonymous[1].reset();
   EXPECT_TRUE(limit.take(host(22)));
 }
 
-TEST(ConnectionLimit, StrangersLeaveAQuarterForLoopback) {
+TEST(ConnectionLimit, AnonymousClientsLeaveAQuarterForLoopback) {
   ConnectionLimit limit(8, 8);
-  std::vector<ConnectionPermit> strangers;
+  std::vector<ConnectionPermit> anonymous;
   // None of them can be closed yet: their handshakes have not begun.
-  while (auto permit = limit.take(host(static_cast<unsigned>(strangers.size()))))
-    strangers.push_back(std::move(*permit));
-  EXPECT_EQ(strangers.size(), 6U);
+  while (auto permit = limit.take(host(static_cast<unsigned>(anonymous.size()))))
+    anonymous.push_back(std::move(*permit));
+  EXPECT_EQ(anonymous.size(), 6U);
   EXPECT_TRUE(limit.take(address("127.0.0.1")));
 }
 
