@@ -48,7 +48,7 @@ std::atomic<bool> interrupted = false;
 Result<std::string> token_of(const WatchOptions& options) {
   if (options.token_file.empty()) {
     // Not an option: other users of the machine can see a command line.
-    const char* const token = std::getenv("FANLIGHT_TOKEN");
+    const char* const token = std::getenv("FANLIGHT_TOKEN");  // NOLINT(concurrency-mt-unsafe): one thread yet
     return std::string(token != nullptr ? token : "");
   }
   std::ifstream file(options.token_file);

@@ -64,7 +64,7 @@ OutgoingQueue::Item OutgoingQueue::next() {
   }
   if (const auto notice = take_notice()) return {.kind = Item::Kind::kNotice, .notice = *notice};
   if (!given_up_.empty()) {
-    const Item item{.kind = Item::Kind::kShown, .shown = given_up_.front(), .picture_id = 0};
+    Item item{.kind = Item::Kind::kShown, .shown = given_up_.front(), .picture_id = 0};
     given_up_.pop_front();
     return item;
   }
@@ -80,7 +80,7 @@ OutgoingQueue::Item OutgoingQueue::next_of_picture() {
     return request.view_id == waiting_.view_id && request.revision <= waiting_.scene_revision;
   });
   if (shown != shown_requests_.end()) {
-    const Item item{.kind = Item::Kind::kShown, .shown = *shown, .picture_id = waiting_.picture_id};
+    Item item{.kind = Item::Kind::kShown, .shown = *shown, .picture_id = waiting_.picture_id};
     shown_requests_.erase(shown);
     return item;
   }
