@@ -72,7 +72,7 @@ void HttpSession::start() {
     if (failure) {
       self->dependencies_.counters.handshakes_failed.add();
       if (const std::string wrong = self->connection_.certificate_trouble(); !wrong.empty()) {
-        self->dependencies_.audit.note_refusal(
+        self->dependencies_.audit.note(
             {.name = "unknown", .address = self->address_},
             {.what = "login", .result = "refused: the certificate shown: " + wrong});
       }
@@ -130,9 +130,9 @@ void HttpSession::serve(const Request& request) {
 std::optional<HttpSession::Response> HttpSession::rejection(const Request& request) {
   const std::string_view origin = request[http::field::origin];  // only browsers send it
   if (!origin.empty() && !is_origin_of_host(origin, request[http::field::host])) {
-    dependencies_.audit.note_refusal({.name = "unknown", .address = address_},
-                                     {.what = "request", .result = "refused: from a page of another site"},
-                                     {{"origin", std::string(origin.substr(0, 64))}});
+    dependencies_.audit.note({.name = "unknown", .address = address_},
+                             {.what = "request", .result = "refused: from a page of another site"},
+                             {{"origin", std::string(origin.substr(0, 64))}});
     return last_refusal(http::status::forbidden,
                         "the request comes from a page of another site, expected our own");
   }

@@ -42,7 +42,7 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
   const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
   if (path == "/api/scene" && reads) return scene();
   if (path == "/api/scene" && request.method() == http::verb::patch) return change_scene(request, principal);
-  if (path == "/api/picture.png" && reads) return picture();
+  if (path == "/api/picture.png" && reads) return picture(principal);
   if (path == "/api/scene" || path == "/api/picture.png") {
     Response response =
         refusal(http::status::method_not_allowed,
@@ -58,9 +58,7 @@ RestApi::Response RestApi::scene() const {
 }
 
 void RestApi::audit_change(const Principal& principal, const std::string& result, const json& details) const {
-  const AuditLog::Event event{.what = "scene_change", .result = result};
-  if (result == "done") return dependencies_.audit.note(principal, event, details);
-  dependencies_.audit.note_refusal(principal, event, details);
+  dependencies_.audit.note(principal, {.what = "scene_change", .result = result}, details);
 }
 
 RestApi::Response RestApi::change_scene(const Request& request, const Principal& principal) {
@@ -98,7 +96,7 @@ RestApi::Response RestApi::change_scene(const Request& request, const Principal&
   return scene();
 }
 
-RestApi::Response RestApi::picture() const {
+RestApi::Response RestApi::picture(const Principal& principal) const {
   const Picture* const picture = dependencies_.hub.newest_picture();
   if (picture == nullptr) {
     Response response =
@@ -108,6 +106,8 @@ RestApi::Response RestApi::picture() const {
   }
   const auto png = dependencies_.hub.png();
   if (!png) return refusal(http::status::internal_server_error, png.error().message);
+  dependencies_.audit.note(principal, {.what = "picture_read", .result = "done"},
+                           {{"picture", picture->stamp.picture_id}});
   Response response(http::status::ok, 11);
   response.set(http::field::content_type, "image/png");
   response.set("X-Fanlight-Picture-Id", std::to_string(picture->stamp.picture_id));

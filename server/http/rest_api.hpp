@@ -44,7 +44,7 @@ class RestApi {
  private:
   Response scene() const;
   Response change_scene(const Request& request, const Principal& principal);
-  Response picture() const;
+  Response picture(const Principal& principal) const;
   void audit_change(const Principal& principal, const std::string& result,
                     const nlohmann::json& details) const;
 

@@ -8,13 +8,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
 #include "proto/base/clock.hpp"
 #include "server/net/listen_address.hpp"
+#include "server/net/tls_warnings.hpp"
 
 namespace fanlight {
 
@@ -101,7 +101,11 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                                      .hub = hub_,
                                      .scene_store = scene_store_},
                          .stream = stream_dependencies_},
-      connection_limit_(config.most_connections, config.most_connections_a_host) {
+      connection_limit_(config.most_connections, config.most_connections_a_host),
+      signals_(loop_, {.end = [this] { end("the server ends"); },
+                       .end_now = [this] { stop(); },
+                       .read_again = [this] { read_again(); },
+                       .tell_state = [this] { tell_state(); }}) {
   access_.audit_to(audit_);
   // The library would log a line for each malformed message; the sessions answer and count them.
   google::protobuf::SetLogHandler(nullptr);
@@ -114,7 +118,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
       std::min(config.most_connections, connections_within_limit(config.most_connections));
   AuditLog audit;
   if (!config.audit_log.empty()) {
-    auto opened = AuditLog::open(config.audit_log);
+    auto opened = AuditLog::open(config.audit_log, config.audit_rotate_bytes);
     if (!opened) return opened.error();
     audit = std::move(*opened);
   }
@@ -137,6 +141,7 @@ Result<void> StreamServer::read_certificates() {
   if (!context) return context.error();
   certificates_read_ = versions;
   tls_ = std::move(*context);
+  for (const std::string& warning : tls_warnings(config_.tls)) spdlog::warn("{}", warning);
   return {};
 }
 
@@ -156,27 +161,66 @@ Result<void> StreamServer::listen() {
 }
 
 Result<void> StreamServer::run() {
-  boost::system::error_code ignored;
-  signals_.add(SIGINT, ignored);
-  signals_.add(SIGTERM, ignored);
-  signals_.async_wait([this](boost::system::error_code failure, int) {
-    if (!failure) stop();
-  });
+  signals_.start();
   accept();
   watch_bell();
   bell_rang();  // values may have come before
   start_second();
   loop_.run();
-  if (audit_.lines() > 0)
-    spdlog::info("the audit log has {} lines, the newest with the hash {}", audit_.lines(),
-                 audit_.newest_hash());
+  signals_.release_ends();
+  close_audit();
   if (failure_) return *failure_;
   return {};
 }
 
 void StreamServer::fail(const Error& error) {
-  failure_ = error;
-  stop();
+  if (!failure_) failure_ = error;
+  end("the server ends after a failure");
+}
+
+void StreamServer::end(const std::string& reason) {
+  if (std::exchange(ending_, true)) return;
+  constexpr std::int64_t kSecondNs = 1'000'000'000;
+  boost::system::error_code ignored;
+  acceptor_.close(ignored);
+  for (const auto& session : sessions_.all()) session->end(reason);
+  stop_without_sessions(now_ns() + kSecondNs);
+}
+
+void StreamServer::stop_without_sessions(std::int64_t until_ns) {
+  if (sessions_.all().empty() || now_ns() >= until_ns) return stop();
+  end_pause_.expires_after(std::chrono::milliseconds(10));
+  end_pause_.async_wait([this, until_ns](boost::system::error_code stopped) {
+    if (!stopped) stop_without_sessions(until_ns);
+  });
+}
+
+void StreamServer::close_audit() {
+  for (const auto& session : sessions_.all()) session->abandon();
+  const bool written = audit_.close();
+  if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
+  if (!written) spdlog::warn("the audit log was left, since its disk did not answer within 2 s");
+  dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
+  if (const AuditPosition newest = audit_.newest(); newest.line > 0) {
+    spdlog::info("the audit log has {} lines, the newest with the hash {}", newest.line, newest.hash);
+  }
+}
+
+void StreamServer::read_again() {
+  spdlog::info("SIGHUP: reads tokens and certificates again, and looks whether the audit log was moved");
+  reload_credentials(true);
+  reload_certificates(true);
+  audit_.reopen();
+}
+
+void StreamServer::tell_state() {
+  const ControlLease::Party& holder = control_.state().holder;
+  const AuditPosition newest = audit_.newest();
+  const std::string audit =
+      newest.line == 0 ? ""
+                       : fmt::format(", line {} of the audit log has the hash {}", newest.line, newest.hash);
+  spdlog::info("SIGUSR1: {} sessions, in control: {}, source {}{}", sessions_.all().size(),
+               holder.session == 0 ? "nobody" : holder.name, dependencies_.source_state(), audit);
 }
 
 void StreamServer::accept() {
@@ -259,17 +303,18 @@ void StreamServer::start_second() {
 }
 
 void StreamServer::second_passed() {
-  reload_credentials();
-  reload_certificates();
+  reload_credentials(false);
+  reload_certificates(false);
   lapse_control();
   audit_.second_passed();
+  if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
   dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
   notify_sessions_of_second();
 }
 
-void StreamServer::reload_credentials() {
+void StreamServer::reload_credentials(bool in_any_case) {
   std::string trouble;
-  if (!access_.reload(trouble)) return;
+  if (!access_.reload(trouble, in_any_case)) return;
   audit_.note({.name = "fanlight"},
               {.what = "credentials_read", .result = trouble.empty() ? "done" : trouble});
   if (trouble.empty()) {
@@ -279,12 +324,12 @@ void StreamServer::reload_credentials() {
   }
 }
 
-void StreamServer::reload_certificates() {
-  if (config_.tls.empty() || file_marks(config_.tls) == certificates_read_) return;
+void StreamServer::reload_certificates(bool in_any_case) {
+  if (config_.tls.empty() || (!in_any_case && file_marks(config_.tls) == certificates_read_)) return;
   // Files that cannot be read are tried again every second; the same error is logged once.
   const auto read = read_certificates();
   const std::string result = read ? "done" : read.error().message;
-  if (std::exchange(certificates_result_, read ? "" : result) == result) return;
+  if (std::exchange(certificates_result_, read ? "" : result) == result && !in_any_case) return;
   audit_.note({.name = "fanlight"}, {.what = "certificates_read", .result = result});
   spdlog::info("the certificates were read again: {}", result);
 }
