@@ -138,6 +138,7 @@ Result<void> AuditFile::read_end() {
     text.remove_prefix(length + 1);
   }
   position_ = chain.position();
+  undo_unfinished_rotation();
   bytes_ = size - text.size();
   if (text.empty() && (chain.lines() > 0 || size == 0)) return {};
   const bool known = chain.lines() > 0 || offset == 0;
@@ -237,11 +238,23 @@ int AuditFile::continue_in(int next, const nlohmann::json& details, const std::f
   return 0;
 }
 
+std::string AuditFile::rotated_name() const {
+  return fmt::format("{}.{:012}", path_.string(), position_.line);
+}
+
+std::string AuditFile::next_name() const {
+  return path_.string() + ".next";
+}
+
+void AuditFile::undo_unfinished_rotation() const {
+  ::unlink(next_name().c_str());
+  if (is_same_file(file_, rotated_name())) ::unlink(rotated_name().c_str());
+}
+
 void AuditFile::rotate() {
   // The old file gets its second name first: at each moment the name of the log is that of a file with lines.
-  const std::string old_name = fmt::format("{}.{:012}", path_.string(), position_.line);
-  const std::string next_name = path_.string() + ".next";
-  ::unlink(next_name.c_str());  // of a process that was ended here
+  const std::string old_name = rotated_name();
+  const std::string next_name = this->next_name();
   int failure = ::link(path_.c_str(), old_name.c_str()) == 0 ? 0 : errno;
   if (failure == 0) {
     struct stat old {};

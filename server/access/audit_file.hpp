@@ -44,6 +44,10 @@ class AuditFile : public AuditSink {
   Result<void> read_end();
   Result<void> set_aside(std::string_view torn, std::uint64_t whole_bytes);
   int finish_last_write();
+  std::string rotated_name() const;
+  std::string next_name() const;
+  /// Removes what a process left that was ended while it rotated.
+  void undo_unfinished_rotation() const;
   void rotate();
   /// Continues the chain in the file `next`, which this object then owns. `named`: called when the first line
   /// is on the disk; returns 0 or an errno. Returns 0, or an errno: then all is as before.

@@ -124,6 +124,19 @@ TEST(AuditFile, IsRotatedWithItsChain) {
   EXPECT_FALSE(verify_audit_logs(files_of(folder))) << "a file is missing";
 }
 
+TEST(AuditFile, GoesOnAfterARotationThatWasCutOff) {
+  const TemporaryFolder folder;
+  append(folder / "log", 3);
+  std::filesystem::create_hard_link(folder / "log", folder / "log.000000000003");
+  std::ofstream(folder / "log.next") << "{\"line\":4,";
+  append(folder / "log", 20, 1500);
+  EXPECT_FALSE(std::filesystem::exists(folder / "log.next"));
+  EXPECT_GE(files_of(folder).size(), 2U);
+  const auto summary = verify_audit_logs(files_of(folder));
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_GE(summary->lines, 23U);
+}
+
 TEST(AuditFile, ARotatedFileWithoutItsFirstLinesIsDetected) {
   const TemporaryFolder folder;
   append(folder / "log", 10);
