@@ -89,7 +89,8 @@ class AuditWriter::Work {
       busy_ = true;
       lock.unlock();
       const std::uint64_t not_written = write(batch);
-      const std::string notice = sink_->take_notice() + std::exchange(sync_notice_, {});
+      add_notice(sink_->take_notice());
+      const std::string notice = std::exchange(new_notice_, {});
       lock.lock();
       publish(notice, not_written);
       busy_ = false;
@@ -155,7 +156,12 @@ class AuditWriter::Work {
     return ending_;
   }
 
+  static std::string reason_of_gap(int failure) {
+    return failure == 0 ? "more lines came than could be written" : std::generic_category().message(failure);
+  }
+
   void add_gap(std::uint64_t lines, int failure) {
+    if (gap_ == 0) add_notice(fmt::format("the audit log loses lines ({})", reason_of_gap(failure)));
     gap_ += lines;
     gap_failure_ = failure;
   }
@@ -163,9 +169,7 @@ class AuditWriter::Work {
   /// Writes the entry about the lines that are missing, if any. Returns false if that fails.
   bool write_gap() {
     if (gap_ == 0) return true;
-    const std::string because = gap_failure_ == 0 ? "more lines came than could be written"
-                                                  : std::generic_category().message(gap_failure_);
-    const nlohmann::json details = {{"count", gap_}, {"because", because}};
+    const nlohmann::json details = {{"count", gap_}, {"because", reason_of_gap(gap_failure_)}};
     if (const int failure = append(audit_fields_of_log(kAuditLost, details))) {
       gap_failure_ = failure;
       return false;
@@ -183,8 +187,13 @@ class AuditWriter::Work {
     sync_failure_ = failure;
     if (failure == 0) return;
     const std::string because = std::generic_category().message(failure);
-    sync_notice_ = fmt::format("the audit log could not be synced to its disk ({})", because);
+    add_notice(fmt::format("the audit log could not be synced to its disk ({})", because));
     (void)append(audit_fields_of_log("not synced", {{"because", because}}));
+  }
+
+  void add_notice(const std::string& sentence) {
+    if (sentence.empty()) return;
+    new_notice_ += new_notice_.empty() ? sentence : "; " + sentence;
   }
 
   void publish(const std::string& notice, std::uint64_t not_written) {
@@ -196,11 +205,11 @@ class AuditWriter::Work {
 
   // The writer's thread alone.
   const std::unique_ptr<AuditSink> sink_;
-  std::uint64_t gap_ = 0;  // lines lost since the last entry about such
-  int gap_failure_ = 0;    // 0: the queue was full
-  bool unsynced_ = false;  // lines were written since the last sync
-  int sync_failure_ = 0;   // of the last sync
-  std::string sync_notice_;
+  std::uint64_t gap_ = 0;   // lines lost since the last entry about such
+  int gap_failure_ = 0;     // 0: the queue was full
+  bool unsynced_ = false;   // lines were written since the last sync
+  int sync_failure_ = 0;    // of the last sync
+  std::string new_notice_;  // not published yet
   std::chrono::steady_clock::time_point synced_at_{};
 
   mutable std::mutex mutex_;

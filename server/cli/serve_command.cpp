@@ -165,7 +165,7 @@ Result<void> serve(const ServeOptions& options) {
   const auto source = open_source(options.source, options.playing, link.probe);
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
-  config.facts.source = description.name;
+  config.facts.source = printable(description.name);
   config.suggested_scene =
       scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
   const auto scene = options.scene.applied_to(config.suggested_scene);

@@ -180,11 +180,10 @@ void StreamServer::fail(const Error& error) {
 
 void StreamServer::end(const std::string& reason) {
   if (std::exchange(ending_, true)) return;
-  constexpr std::int64_t kSecondNs = 1'000'000'000;
   boost::system::error_code ignored;
   acceptor_.close(ignored);
   for (const auto& session : sessions_.all()) session->end(reason);
-  stop_without_sessions(now_ns() + kSecondNs);
+  stop_without_sessions(now_ns() + config_.most_end_ms * 1'000'000);
 }
 
 void StreamServer::stop_without_sessions(std::int64_t until_ns) {

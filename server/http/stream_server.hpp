@@ -44,6 +44,7 @@ class StreamServer {
     std::filesystem::path audit_log;       ///< empty: no audit log
     std::uint64_t audit_rotate_bytes = 0;  ///< see AuditFile::open()
     std::int64_t control_lapse_ms = 60'000;
+    std::int64_t most_end_ms = 1'000;  ///< for displays to take their close frame
     ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_connections = 2048;
     std::size_t most_connections_a_host = 256;  ///< except this machine, which may run a proxy
@@ -73,8 +74,8 @@ class StreamServer {
   boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
 
   /// Blocks and serves until SIGINT, SIGTERM, stop(), or a failure, which it returns. Signals: see
-  /// ServerSignals. After the first signal, or a failure, displays get a close frame and have a second to
-  /// take it. Writes the last lines of the audit log before it returns.
+  /// ServerSignals. After the first signal, or a failure, displays get a close frame and have
+  /// Config::most_end_ms to take it. Writes the last lines of the audit log before it returns.
   Result<void> run();
 
   /// Ends run(). Any thread.
@@ -84,7 +85,7 @@ class StreamServer {
   StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, Authenticator access);
   Result<void> listen();
   Result<void> read_certificates();
-  /// Tells every display that the server ends, and stops when all have left, or after a second.
+  /// Tells every display that the server ends, and stops when all have left, or after Config::most_end_ms.
   void end(const std::string& reason);
   void stop_without_sessions(std::int64_t until_ns);
   void close_audit();

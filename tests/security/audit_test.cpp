@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/base/printable.hpp"
+#include "server/access/audit_budget.hpp"
 #include "server/access/audit_log.hpp"
 #include "tests/support/file_size_limit.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -173,6 +174,36 @@ TEST(AuditLog, CountsWhatItFolds) {
   EXPECT_EQ(folded["session_opened"]["count"], 980);
   EXPECT_EQ(folded["scene_change"]["count"], 30);
   EXPECT_EQ(folded["scene_change"]["newest"]["light.up_mm"], 50);
+}
+
+TEST(AuditBudget, ManySessionsUseUpNothingThatAnotherOnesActNeeds) {
+  AuditBudget budget;
+  const auto act = [&](const char* what, const Principal& who, std::uint64_t session) {
+    return budget.take(who, {.what = what, .session = session, .result = "done"}, nullptr);
+  };
+  std::size_t lines = 0;
+  for (std::uint64_t session = 1; session <= 100'000; ++session) {
+    if (act("private_view", kSomebody, session)) ++lines;
+  }
+  EXPECT_LE(lines, AuditBudget::kMostBudgets + AuditBudget::kLinesASecond) << "and the memory is bounded";
+  EXPECT_TRUE(act("control", {.role = Role::kAdmin, .name = "admin", .proof = "11112222", .address = ""}, 1));
+  std::uint64_t folded = 0;
+  for (const auto& one : budget.second_passed()) folded += one.count;
+  EXPECT_EQ(folded, 100'000 - lines);
+  EXPECT_TRUE(act("private_view", kSomebody, 100'001)) << "a second later";
+}
+
+TEST(AuditBudget, PicturesThatAreReadHaveALineAMinute) {
+  AuditBudget budget;
+  const AuditEvent read{.what = "picture_read", .result = "done"};
+  std::size_t lines = 0;
+  std::uint64_t folded = 0;
+  for (int second = 0; second < 120; ++second) {
+    if (budget.take(kSomebody, read, nullptr)) ++lines;
+    for (const auto& one : budget.second_passed()) folded += one.count;
+  }
+  EXPECT_EQ(lines, 2U);
+  EXPECT_EQ(folded, 118U);
 }
 
 TEST(AuditLog, HasPrintableTextOnly) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a server writes to its audit log about displays and scripts, under a flood and otherwise.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
@@ -123,6 +126,27 @@ TEST(AuditedActs, ReadingAPictureHasALine) {
   EXPECT_EQ(lines[0]["details"]["picture"], 7);
   EXPECT_EQ(lines[1]["result"], "folded");
   EXPECT_EQ(lines[1]["details"]["count"], 30);
+}
+
+TEST(AuditedActs, ALogThatNobodyReadsHoldsNobodyUp) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  const int reader = open((folder / "pipe").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  fcntl(reader, F_SETPIPE_SZ, 4096);
+  {
+    StreamServer::Config config;
+    config.audit_log = folder / "pipe";
+    ServerFixture fixture(config);
+    // If the loop waited for the pipe, one of these would never be answered.
+    for (int number = 0; number < 100; ++number) {
+      TestDisplay display(fixture.endpoint());
+      display.next(v1::ServerMessage::kHello);
+      v1::Scene scene;
+      scene.mutable_light()->set_up_mm(number);
+      EXPECT_TRUE(display.change(scene).has_in_force());
+    }
+  }
+  close(reader);
 }
 
 TEST(AuditedActs, NamesAndOriginsArePrintable) {

@@ -66,8 +66,9 @@ TEST(Signals, ADisplayThatDoesNotAnswerHoldsTheEndUpForASecond) {
 
 TEST(Signals, TheSecondEndsAtOnce) {
   const TemporaryFolder folder;
-  ServerFixture fixture(with_log(folder / "log"));
-  // So many that do not answer: without the second signal, each run takes a second.
+  auto config = with_log(folder / "log");
+  config.most_end_ms = 120'000;  // the displays do not answer
+  ServerFixture fixture(config);
   std::vector<TestDisplay> displays;
   for (int number = 0; number < 3; ++number) {
     displays.emplace_back(fixture.endpoint()).next(v1::ServerMessage::kHello);
@@ -76,7 +77,7 @@ TEST(Signals, TheSecondEndsAtOnce) {
   kill(getpid(), SIGTERM);
   kill(getpid(), SIGTERM);
   EXPECT_TRUE(fixture.wait_for_end());
-  EXPECT_LT(Clock::now() - began, std::chrono::milliseconds(900));
+  EXPECT_LT(Clock::now() - began, std::chrono::seconds(60));
   EXPECT_EQ(audited(folder / "log", "session_closed", 3).size(), 3U);
 }
 
