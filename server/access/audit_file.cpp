@@ -212,8 +212,12 @@ void AuditFile::wait_for_room() {
 }
 
 int AuditFile::sync() {
-  if (!regular_ || ::fdatasync(file_) == 0) return 0;
-  return errno;
+  if (!regular_) return 0;
+  if (::fdatasync(file_) != 0) return errno;
+  // Lines that go on into a file without a name would be lost when it is closed.
+  struct stat status {};
+  if (::fstat(file_, &status) == 0 && status.st_nlink == 0) reopen();
+  return 0;
 }
 
 int AuditFile::continue_in(int next, const nlohmann::json& details, const std::function<int()>& named) {

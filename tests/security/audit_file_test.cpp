@@ -89,6 +89,34 @@ TEST(AuditFile, RefusesAnEndThatWasChanged) {
   EXPECT_NE(opened.error().message.find("line 6"), std::string::npos) << opened.error().message;
 }
 
+TEST(AuditFile, GoesOnWithALogOfVersion0_1_0) {
+  const TemporaryFolder folder;
+  // clang-format off
+  const std::vector<std::string> lines = {
+      R"({"line":1,"time":"2026-11-21T08:30:52.055Z","what":"session_opened","who":"loopback","role":"admin","proof":"","from":"127.0.0.1:37910","session":1,"result":"done","follows":"0000000000000000000000000000000000000000000000000000000000000000"})",
+      R"({"line":2,"time":"2026-11-21T08:30:52.336Z","what":"scene_change","who":"loopback","role":"admin","proof":"","from":"127.0.0.1:37910","session":1,"result":"done","details":{"changes":1,"to":{"light":{"up_mm":20}}},"follows":"422d2cbf2b6789ac3e715579faad0dcaa60f2109c218964d5171da38f25e332c"})",
+      R"({"line":3,"time":"2026-11-21T08:30:52.336Z","what":"session_closed","who":"loopback","role":"admin","proof":"","from":"127.0.0.1:37910","session":1,"result":"the display left","follows":"40f1a8ee44ed336f721483409e3df5461da71958b495c603a799e86a7b4690cb"})"};
+  // clang-format on
+  for (const std::string& line : lines) std::ofstream(folder / "log", std::ios::app) << line << "\n";
+  EXPECT_EQ(verify_audit_log(folder / "log").value().lines, 3U);
+  EXPECT_EQ(append(folder / "log", 2), "");
+  EXPECT_EQ(verify_audit_log(folder / "log").value().lines, 5U);
+}
+
+TEST(AuditFile, GoesOnInANewFileWhenItWasRemoved) {
+  const TemporaryFolder folder;
+  auto file = AuditFile::open(folder / "log", 0).value();
+  EXPECT_EQ(file->append(entry()), 0);
+  std::filesystem::remove(folder / "log");
+  EXPECT_EQ(file->sync(), 0);
+  EXPECT_NE(file->take_notice().find("new file"), std::string::npos);
+  EXPECT_EQ(file->append(entry()), 0);
+  const auto summary = verify_audit_log(folder / "log");
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_EQ(summary->first_line, 2U) << "what was removed is missed";
+  EXPECT_EQ(summary->lines, 2U);
+}
+
 TEST(AuditFile, HasOneWriter) {
   const TemporaryFolder folder;
   {
