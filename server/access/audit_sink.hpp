@@ -21,7 +21,8 @@ class AuditSink {
   /// After EAGAIN: waits until there may be room, at most 100 ms.
   virtual void wait_for_room() = 0;
 
-  /// Makes what was appended outlast a power cut. Returns 0 or an errno. As reopen(), if the file was removed.
+  /// Makes what was appended outlast a power cut. Returns 0 or an errno. As reopen(), if the file was
+  /// removed.
   virtual int sync() = 0;
 
   /// Continues the chain in a new file if the present one was moved or removed.
