@@ -2,16 +2,32 @@
 #include <spdlog/cfg/env.h>
 #include <CLI/CLI.hpp>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <string>
 #include <vector>
 
+#include "proto/base/printable.hpp"
 #include "server/cli/commands.hpp"
 
 namespace {
 
 constexpr int kUsageError = 2;
+
+/// Text of files, devices and the network is part of some sentences.
+void print_error(const std::string& of, const std::string& sentence) {
+  std::fprintf(stderr, "%s: %s\n", of.c_str(), fanlight::printable(sentence).c_str());
+}
+
+/// The exit code of a command that succeeded. What it printed is in memory until now; on a full disk it would
+/// be lost without a word.
+int flush_output() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+  print_error("fanlight", "what was to be printed could not be written, expected room for it");
+  return 1;
+}
 
 int run(int argc, char** argv) {
   CLI::App program("Fanlight renders the surface in 4D ultrasound and streams it to displays.", "fanlight");
@@ -25,21 +41,23 @@ int run(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? 0 : kUsageError;
+    return program.exit(error) == 0 ? flush_output() : kUsageError;
   }
   for (const auto& [name, command] : commands) {
     if (!program.got_subcommand(name)) continue;
     if (const auto done = command(); !done) {
-      std::fprintf(stderr, "fanlight %s: %s\n", name.c_str(), done.error().message.c_str());
+      print_error("fanlight " + name, done.error().message);
       return 1;
     }
   }
-  return 0;
+  return flush_output();
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Beyond a limit for the size of files, a write then fails, which is an error to tell.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     spdlog::cfg::load_env_levels();  // SPDLOG_LEVEL=warn: messages of this level and above
     return run(argc, argv);
@@ -48,8 +66,9 @@ int main(int argc, char** argv) {
                  "fanlight: there is not enough memory for this source, expected smaller or fewer volumes\n");
     return 1;
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return flush_output();
     // Thrown by a library where no caller expected it.
-    std::fprintf(stderr, "fanlight: %s\n", error.what());
+    print_error("fanlight", error.what());
     return 1;
   }
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/base/printable.hpp"
+
 namespace fanlight {
 
 std::string_view trimmed(std::string_view text) {
@@ -22,10 +24,7 @@ std::string in_quotes(std::string_view text) {
 }
 
 std::string shown(const std::filesystem::path& path) {
-  std::string text = path.string();
-  std::ranges::replace_if(
-      text, [](char c) { return (c >= 0 && c < ' ') || c == 0x7F; }, '?');
-  return text;
+  return printable(path.string());
 }
 
 }  // namespace fanlight

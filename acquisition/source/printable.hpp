@@ -31,7 +31,7 @@ std::string_view trimmed(std::string_view text);
 /// printable ASCII replaced by '?'.
 std::string in_quotes(std::string_view text);
 
-/// A path for an error message: control characters replaced by '?'.
+/// A path for an error message: what is not printable() is replaced by '?'.
 std::string shown(const std::filesystem::path& path);
 
 }  // namespace fanlight

@@ -1,71 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/access/audit_log.hpp"
 
-#include <fcntl.h>
-#include <fmt/chrono.h>
-#include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <chrono>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <system_error>
 #include <utility>
+
+#include "server/access/audit_budget.hpp"
+#include "server/access/audit_file.hpp"
+#include "server/access/audit_writer.hpp"
 
 namespace fanlight {
 
-namespace {
+AuditLog::AuditLog() = default;
+AuditLog::AuditLog(AuditLog&& other) noexcept = default;
+AuditLog& AuditLog::operator=(AuditLog&& other) noexcept = default;
+AuditLog::~AuditLog() = default;
 
-// The previous hash of the first line.
-constexpr std::string_view kBeginning = "0000000000000000000000000000000000000000000000000000000000000000";
-
-std::string time_text() {
-  const auto now = std::chrono::system_clock::now();
-  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()) % 1000;
-  return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(std::chrono::system_clock::to_time_t(now)),
-                     ms.count());
-}
-
-}  // namespace
-
-AuditLog::AuditLog(AuditLog&& other) noexcept {
-  *this = std::move(other);
-}
-
-AuditLog& AuditLog::operator=(AuditLog&& other) noexcept {
-  std::swap(file_, other.file_);
-  std::swap(lines_, other.lines_);
-  std::swap(lines_lost_, other.lines_lost_);
-  std::swap(newest_hash_, other.newest_hash_);
-  std::swap(bytes_, other.bytes_);
-  std::swap(refusals_left_, other.refusals_left_);
-  std::swap(refusals_unlisted_, other.refusals_unlisted_);
-  return *this;
-}
-
-AuditLog::~AuditLog() {
-  if (file_ >= 0) close(file_);
-}
-
-Result<AuditLog> AuditLog::open(const std::filesystem::path& path) {
+Result<AuditLog> AuditLog::open(const std::filesystem::path& path, std::uint64_t rotate_bytes) {
+  auto file = AuditFile::open(path, rotate_bytes);
+  if (!file) return file.error();
   AuditLog made;
-  made.newest_hash_ = kBeginning;
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(path, ignored)) {  // a pipe has no lines to read
-    const auto summary = verify_audit_log(path);
-    if (!summary) return summary.error();
-    made.lines_ = summary->lines;
-    if (summary->lines > 0) made.newest_hash_ = summary->newest_hash;
-  }
-  made.file_ = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, S_IRUSR | S_IWUSR);
-  if (made.file_ < 0) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("the audit log {} could not be opened ({}), expected a file to append to",
-                             path.string(), std::generic_category().message(errno))};
-  }
-  struct stat status {};
-  if (fstat(made.file_, &status) == 0) made.bytes_ = static_cast<std::uint64_t>(status.st_size);
+  made.budget_ = std::make_unique<AuditBudget>();
+  made.writer_ = std::make_unique<AuditWriter>(std::move(*file));
   return made;
 }
 
@@ -74,70 +30,54 @@ void AuditLog::note(const Principal& who, const Event& event) {
 }
 
 void AuditLog::note(const Principal& who, const Event& event, const nlohmann::json& details) {
-  if (file_ < 0) return;
-  nlohmann::ordered_json line = {
-      {"line", lines_ + 1},  {"time", time_text()},         {"what", event.what},
-      {"who", who.name},     {"role", role_name(who.role)}, {"proof", who.proof},
-      {"from", who.address}, {"session", event.session},    {"result", event.result}};
-  if (!details.is_null()) line["details"] = details;
-  line["follows"] = newest_hash_;
-  // Details can hold text from a client: bytes that are not UTF-8 are replaced.
-  const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-  if (write(file_, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
-    ++lines_lost_;
-    // An incomplete line would break the chain.
-    if (ftruncate(file_, static_cast<off_t>(bytes_)) != 0) close(std::exchange(file_, -1));
-    return;
-  }
-  bytes_ += text.size();
-  ++lines_;
-  newest_hash_ = hex(sha256(std::string_view(text).substr(0, text.size() - 1)));
+  if (writer_ != nullptr && budget_->take(who, event, details)) append(who, event, details);
 }
 
-void AuditLog::note_refusal(const Principal& who, const Event& event) {
-  note_refusal(who, event, nullptr);
+void AuditLog::append(const Principal& who, const Event& event, const nlohmann::json& details) {
+  writer_->push(audit_fields(who, event, details),
+                is_act_of_control(event) ? AuditWriter::Urgency::kNow : AuditWriter::Urgency::kWithinASecond);
 }
 
-void AuditLog::note_refusal(const Principal& who, const Event& event, const nlohmann::json& details) {
-  if (refusals_left_ <= 0) {
-    ++refusals_unlisted_;
-    return;
+void AuditLog::append_folded(bool all) {
+  for (const AuditBudget::Folded& one : all ? budget_->end() : budget_->second_passed()) {
+    nlohmann::json details = {{"count", one.count}};
+    if (!one.newest.is_null()) details["newest"] = one.newest;
+    append(one.who, one.event, details);
   }
-  --refusals_left_;
-  note(who, event, details);
+  if (const std::uint64_t unlisted = budget_->take_refusals_unlisted(); unlisted > 0) {
+    append({.name = "fanlight"}, {.what = "refusals", .result = "more than are listed"},
+           {{"unlisted", unlisted}});
+  }
 }
 
 void AuditLog::second_passed() {
-  refusals_left_ = kRefusalsASecond;
-  const std::uint64_t unlisted = std::exchange(refusals_unlisted_, 0);
-  if (unlisted > 0) {
-    note({.name = "fanlight"}, {.what = "refusals", .result = "more than are listed"},
-         {{"unlisted", unlisted}});
-  }
+  if (writer_ != nullptr) append_folded(false);
 }
 
-Result<AuditSummary> verify_audit_log(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) {
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("the audit log {} could not be read, expected a file", path.string())};
-  }
-  AuditSummary summary{.newest_hash = std::string(kBeginning)};
-  for (std::string text; std::getline(file, text);) {
-    const auto line = nlohmann::json::parse(text, nullptr, false);
-    const bool follows = line.is_object() && line.contains("line") && line["line"] == summary.lines + 1 &&
-                         line.contains("follows") && line["follows"] == summary.newest_hash;
-    if (!follows || file.eof()) {
-      return Error{ErrorCode::kBadInput, fmt::format("line {} of the audit log {} does not follow from the "
-                                                     "one before it: the log was changed or cut; "
-                                                     "expected it as it was written, or a new file",
-                                                     summary.lines + 1, path.string())};
-    }
-    ++summary.lines;
-    summary.newest_hash = hex(sha256(text));
-  }
-  if (summary.lines == 0) summary.newest_hash.clear();
-  return summary;
+void AuditLog::reopen() {
+  if (writer_ != nullptr) writer_->reopen();
+}
+
+bool AuditLog::wait_until_written() {
+  return writer_ == nullptr || writer_->wait_until_written(std::chrono::seconds(10));
+}
+
+bool AuditLog::close() {
+  if (writer_ == nullptr) return true;
+  append_folded(true);
+  return writer_->end(std::chrono::seconds(2));
+}
+
+AuditPosition AuditLog::newest() const {
+  return writer_ == nullptr ? AuditPosition{} : writer_->position();
+}
+
+std::uint64_t AuditLog::lines_lost() const {
+  return writer_ == nullptr ? 0 : writer_->lost();
+}
+
+std::string AuditLog::take_notice() {
+  return writer_ == nullptr ? std::string() : writer_->take_notice();
 }
 
 }  // namespace fanlight

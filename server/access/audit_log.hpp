@@ -3,72 +3,71 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "proto/base/result.hpp"
+#include "server/access/audit_chain.hpp"
+#include "server/access/audit_entry.hpp"
 #include "server/access/digest.hpp"
 #include "server/access/role.hpp"
 
 namespace fanlight {
 
+class AuditBudget;
+class AuditWriter;
+
 /// An append-only file with one line of JSON for each event: the time, the principal, the action and its
 /// result. Each line holds the SHA-256 of the line before it, so that a changed, removed or inserted line is
 /// detected. A truncated end is not detected: keep the newest hash elsewhere (the server logs it when it
-/// ends). The file holds names of tokens and addresses, no secrets and no image data. One thread.
+/// ends). The file holds names of tokens and addresses, no secrets and no image data.
+///
+/// note() never waits for the disk: a thread of its own writes. Lines that were lost, by a full disk, a full
+/// pipe or a full queue, and events beyond a client's budget are counted in an entry of the log. One thread.
 class AuditLog {
  public:
-  struct Event {
-    const char* what;           ///< name of the event: "login", "scene_change", ...
-    std::uint64_t session = 0;  ///< 0: none
-    std::string result;         ///< "done", or the reason of the failure
-  };
+  using Event = AuditEvent;
 
   /// Keeps no log.
-  AuditLog() = default;
+  AuditLog();
   AuditLog(AuditLog&& other) noexcept;
   AuditLog& operator=(AuditLog&& other) noexcept;
   ~AuditLog();
 
-  /// Opens the file to append to it. Creates it with access for its owner only if it does not exist. Errors:
-  /// it cannot be written, or its chain of hashes is broken.
-  static Result<AuditLog> open(const std::filesystem::path& path);
+  /// Opens the file to append to it: see AuditFile::open(), also for `rotate_bytes` and the errors.
+  static Result<AuditLog> open(const std::filesystem::path& path, std::uint64_t rotate_bytes = 0);
 
-  /// Appends a line. If the disk is full, the line is lost and counted in lines_lost().
+  /// Appends a line, unless the client has used up its budget for such events: see AuditBudget.
   void note(const Principal& who, const Event& event, const nlohmann::json& details);
   void note(const Principal& who, const Event& event);
 
-  /// The same for events that any client can cause at any rate, above all refusals. Writes at most
-  /// kRefusalsASecond lines in a second; the further ones of that second are only counted.
-  void note_refusal(const Principal& who, const Event& event, const nlohmann::json& details);
-  void note_refusal(const Principal& who, const Event& event);
-
-  /// Call this once a second.
+  /// Call this once a second: appends the lines about what was folded.
   void second_passed();
 
-  std::uint64_t lines() const { return lines_; }
-  std::uint64_t lines_lost() const { return lines_lost_; }
-  const std::string& newest_hash() const { return newest_hash_; }
+  /// Continues the log in a new file if the present one was moved or removed, soon after this call.
+  void reopen();
+
+  /// Blocks until all lines are written or lost, at most 10 s. Returns whether they are. For tests.
+  bool wait_until_written();
+
+  /// Writes what is left, for at most 2 s, and closes the log. Returns false if it took longer.
+  bool close();
+
+  /// The last line that was written: its number and its hash. Line 0: none.
+  AuditPosition newest() const;
+  std::uint64_t lines_lost() const;
+
+  /// Sentences for the log of the server since the last call; empty: none.
+  std::string take_notice();
 
  private:
-  static constexpr int kRefusalsASecond = 20;
+  void append(const Principal& who, const Event& event, const nlohmann::json& details);
+  /// `all`: also what is folded for longer than a second.
+  void append_folded(bool all);
 
-  int file_ = -1;
-  std::uint64_t lines_ = 0;
-  std::uint64_t lines_lost_ = 0;
-  std::uint64_t bytes_ = 0;  // size of the file
-  std::string newest_hash_;
-  int refusals_left_ = kRefusalsASecond;
-  std::uint64_t refusals_unlisted_ = 0;
+  std::unique_ptr<AuditWriter> writer_;  // null: no log
+  std::unique_ptr<AuditBudget> budget_;
 };
-
-/// The content of a log with an intact chain of hashes.
-struct AuditSummary {
-  std::uint64_t lines = 0;
-  std::string newest_hash;  ///< empty for an empty file
-};
-
-/// Reads a whole log. Error, kBadInput: the first line whose hash does not match the line before it.
-Result<AuditSummary> verify_audit_log(const std::filesystem::path& path);
 
 }  // namespace fanlight

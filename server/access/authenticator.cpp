@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "proto/base/clock.hpp"
+#include "proto/base/printable.hpp"
 
 namespace fanlight {
 
@@ -46,7 +47,9 @@ Result<Principal> Authenticator::judge(const Result<Credentials::Entry>& entry, 
   const std::string host = host_of(address);
   // Correct credentials are never delayed: other clients may share the address.
   if (entry) {
-    return Principal{.role = entry->role, .name = entry->name, .proof = entry->id, .address = address};
+    // Other displays and the log show the name; a file written by hand may hold anything.
+    return Principal{
+        .role = entry->role, .name = printable(entry->name), .proof = entry->id, .address = address};
   }
   if (const std::int64_t wait_ms = guard_.wait_ms(host, steady_ms()); wait_ms > 0) {
     return Error{ErrorCode::kUnavailable,
@@ -54,8 +57,8 @@ Result<Principal> Authenticator::judge(const Result<Credentials::Entry>& entry, 
                              (wait_ms + 999) / 1000)};
   }
   guard_.failed(host, steady_ms());
-  audit_->note_refusal({.name = "unknown", .address = address},
-                       {.what = "login", .result = "refused: " + entry.error().message});
+  audit_->note({.name = "unknown", .address = address},
+               {.what = "login", .result = "refused: " + entry.error().message});
   return Error{
       ErrorCode::kInvalidArgument,
       "this token or certificate does not open Fanlight, expected one that is known and has not expired"};
@@ -73,11 +76,11 @@ bool Authenticator::may_stay(const Principal& principal) const {
   return !asks() || known_.holds(principal.proof, principal.role, unix_s());
 }
 
-bool Authenticator::reload(std::string& trouble) {
+bool Authenticator::reload(std::string& trouble, bool in_any_case) {
   trouble.clear();
   if (!asks()) return false;
   const FileVersion mark = file_version(path_);
-  if (mark == read_) return false;
+  if (mark == read_ && !in_any_case) return false;
   auto known = Credentials::load(path_);
   if (known) {
     read_ = mark;
@@ -86,7 +89,7 @@ bool Authenticator::reload(std::string& trouble) {
     return true;
   }
   trouble = known.error().message;
-  return std::exchange(trouble_, trouble) != trouble;
+  return std::exchange(trouble_, trouble) != trouble || in_any_case;
 }
 
 }  // namespace fanlight

@@ -38,9 +38,10 @@ class Authenticator {
   /// Whether a client that was authenticated before is still allowed to stay.
   bool may_stay(const Principal& principal) const;
 
-  /// Reads the file again if it changed. If that fails, the old credentials stay in force and the next call
-  /// tries again. Returns true if the result is new: `trouble` is empty for success, else it is the error.
-  bool reload(std::string& trouble);
+  /// Reads the file again if it changed, or `in_any_case`. If that fails, the old credentials stay in force
+  /// and the next call tries again. Returns true if the result is new, or was asked for in any case:
+  /// `trouble` is empty for success, else it is the error.
+  bool reload(std::string& trouble, bool in_any_case = false);
 
  private:
   explicit Authenticator(std::filesystem::path path) : path_(std::move(path)) {}

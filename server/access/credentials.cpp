@@ -15,6 +15,9 @@
 #include <system_error>
 #include <toml.hpp>
 
+#include "proto/base/file_replacement.hpp"
+#include "server/access/folder_lock.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -132,17 +135,6 @@ Result<std::vector<Credentials::Entry>> entries_of(const toml::value& file, cons
   return entries;
 }
 
-Result<void> append_text(const std::filesystem::path& path, const std::string& text) {
-  const int file = open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, S_IRUSR | S_IWUSR);
-  bool written = file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  if (file >= 0) written = close(file) == 0 && written;
-  if (!written) {
-    return Error{ErrorCode::kUnavailable, fmt::format("{} could not be written ({})", path.string(),
-                                                      std::generic_category().message(errno))};
-  }
-  return {};
-}
-
 bool is_token(const toml::value& table, std::string_view id) {
   return table.is_table() && toml::find_or<std::string>(table, "id", "") == id;
 }
@@ -172,24 +164,10 @@ toml::value without_token(toml::value file, std::string_view id) {
   return file;
 }
 
-/// Replaces the file at once, because a server may read it at any moment. Keeps its owner and its mode.
-Result<void> replace_file(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path next = path.string() + ".new";
-  std::error_code failure;
-  std::filesystem::remove(next, failure);
-  struct stat status {};
-  if (auto written = append_text(next, text); !written) return written;
-  if (stat(path.c_str(), &status) == 0 && (chown(next.c_str(), status.st_uid, status.st_gid) != 0 ||
-                                           chmod(next.c_str(), status.st_mode & 0777) != 0)) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} could not be given to the owner of {}", next.string(), path.string())};
-  }
-  std::filesystem::rename(next, path, failure);
-  if (failure) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} could not be replaced ({})", path.string(), failure.message())};
-  }
-  return {};
+/// Replaces the file whole, because a server may read it at any moment. One that the server may not read any
+/// more would close all sessions, so the owner must stay.
+Result<void> replace_tokens(const std::filesystem::path& path, const std::string& text) {
+  return replace_file(path, text, {.mode = S_IRUSR | S_IWUSR, .must_keep_owner = true});
 }
 
 bool expired(const Credentials::Entry& entry, std::int64_t now_s) {
@@ -279,10 +257,21 @@ Result<void> append_token(const std::filesystem::path& path, const Credentials::
   const std::string text =
       fmt::format("[[token]]\nid = \"{}\"\nname = {}\nrole = \"{}\"\nsha256 = \"{}\"\n{}\n", entry.id,
                   toml::format(toml::value(entry.name)), role_name(entry.role), hex(entry.hash), expires);
-  return append_text(path, text);
+  const auto lock = FolderLock::take(path);
+  if (!lock) return lock.error();
+  std::string whole;
+  if (std::error_code absent; std::filesystem::is_regular_file(path, absent)) {
+    auto before = text_of(path);
+    if (!before) return before.error();
+    whole = std::move(*before);
+    if (!whole.empty() && whole.back() != '\n') whole += '\n';
+  }
+  return replace_tokens(path, whole + text);
 }
 
 Result<void> remove_token(const std::filesystem::path& path, std::string_view id) {
+  const auto lock = FolderLock::take(path);
+  if (!lock) return lock.error();
   const auto before = text_of(path);
   if (!before) return before.error();
   std::string text = *before;
@@ -306,7 +295,7 @@ Result<void> remove_token(const std::filesystem::path& path, std::string_view id
                  fmt::format("{} has no token {}, expected an id that `fanlight token list` shows",
                              path.string(), id)};
   }
-  return replace_file(path, text);
+  return replace_tokens(path, text);
 }
 
 std::optional<std::int64_t> parse_day(std::string_view text) {

@@ -70,7 +70,9 @@ struct NewToken {
 };
 NewToken make_token(std::string name, Role role, std::optional<std::int64_t> expires_s);
 
-/// Appends the entry to the file. Creates the file with access for its owner only if it does not exist.
+/// Appends the entry to the file. Creates the file with access for its owner only if it does not exist. This
+/// and remove_token() replace the file whole, one call at a time among all processes. Where one fails, the
+/// file is as it was.
 Result<void> append_token(const std::filesystem::path& path, const Credentials::Entry& entry);
 
 /// Removes the [[token]] table with this id and the empty line behind it from the file. All other bytes stay,

@@ -2,10 +2,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "server/access/audit_log.hpp"
+#include "proto/base/printable.hpp"
+#include "server/access/audit_chain.hpp"
 #include "server/access/credentials.hpp"
 #include "server/cli/commands.hpp"
 
@@ -21,18 +27,38 @@ struct TokenOptions {
   std::string id;
 };
 
+Result<std::optional<std::int64_t>> expiry_of(const TokenOptions& options) {
+  if (options.expires.empty()) return std::optional<std::int64_t>();
+  const auto expires_s = parse_day(options.expires);
+  if (!expires_s) return Error{ErrorCode::kInvalidArgument, "--expires: expected a day such as 2027-01-31"};
+  const std::int64_t now_s =
+      std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
+          .count();
+  if (*expires_s > now_s) return expires_s;
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("--expires {}: a token that has expired is of no use, expected a day after {}",
+                           options.expires, day_text(now_s))};
+}
+
 Result<void> add_token(const TokenOptions& options) {
   const auto role = find_role(options.role);
   if (!role) return Error{ErrorCode::kInvalidArgument, "--role: expected viewer, operator or admin"};
-  std::optional<std::int64_t> expires_s;
-  if (!options.expires.empty()) {
-    expires_s = parse_day(options.expires);
-    if (!expires_s) return Error{ErrorCode::kInvalidArgument, "--expires: expected a day such as 2027-01-31"};
+  if (!is_printable(options.name)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--name: it has characters that do not print, expected the name of a place or a device"};
   }
-  const NewToken made = make_token(options.name, *role, expires_s);
+  const auto expires_s = expiry_of(options);
+  if (!expires_s) return expires_s.error();
+  const NewToken made = make_token(options.name, *role, *expires_s);
   if (auto written = append_token(options.file, made.entry); !written) return written;
-  // Scripts read the token from stdout. It is stored nowhere.
-  fmt::print("{}\n", made.text);
+  // Scripts read the token from stdout. It is stored nowhere, so one that was not printed must not stay.
+  if (std::fputs((made.text + "\n").c_str(), stdout) < 0 || std::fflush(stdout) != 0) {
+    auto removed = remove_token(options.file, made.entry.id);
+    if (!removed) return removed;
+    return Error{ErrorCode::kUnavailable,
+                 "the token could not be printed and was removed from the file, "
+                 "expected a standard output with room"};
+  }
   fmt::print(stderr, "token {} for {} ({}), shown this once; {} has its hash\n", made.entry.id, options.name,
              options.role, options.file);
   return {};
@@ -43,17 +69,25 @@ Result<void> list_tokens(const TokenOptions& options) {
   if (!known) return known.error();
   fmt::print("{:<10} {:<10} {:<12} {}\n", "id", "role", "expires", "name");
   for (const Credentials::Entry& entry : known->tokens()) {
-    fmt::print("{:<10} {:<10} {:<12} {}\n", entry.id, role_name(entry.role),
-               entry.expires_s ? day_text(*entry.expires_s) : "never", entry.name);
+    fmt::print("{:<10} {:<10} {:<12} {}\n", printable(entry.id), role_name(entry.role),
+               entry.expires_s ? day_text(*entry.expires_s) : "never", printable(entry.name));
   }
   return {};
 }
 
-Result<void> verify(const std::string& file) {
-  const auto summary = verify_audit_log(file);
+Result<void> verify(const std::vector<std::filesystem::path>& files) {
+  const auto summary = verify_audit_logs(files);
   if (!summary) return summary.error();
   fmt::print("{} lines hold together; the newest has the hash {}\n", summary->lines,
              summary->lines > 0 ? summary->newest_hash : "-");
+  if (summary->first_line > 1) {
+    fmt::print("the first is line {} and follows the hash {} of a file before it\n", summary->first_line,
+               summary->first_follows);
+  }
+  if (summary->lost > 0) {
+    fmt::print("{} lines were lost while the log was written; entries of \"audit\" say where\n",
+               summary->lost);
+  }
   return {};
 }
 
@@ -91,9 +125,11 @@ Command add_token_command(CLI::App& program) {
 
 Command add_audit_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand("audit", "Checks that an audit log is as it was written");
-  const auto file = std::make_shared<std::string>();
-  command->add_option("file", *file, "A server's --audit-log")->required()->type_name("FILE");
-  return [file] { return verify(*file); };
+  const auto files = std::make_shared<std::vector<std::filesystem::path>>();
+  command->add_option("file", *files, "A server's --audit-log; of a rotated one all files, in any order")
+      ->required()
+      ->type_name("FILE");
+  return [files] { return verify(*files); };
 }
 
 }  // namespace fanlight

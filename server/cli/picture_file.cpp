@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/cli/picture_file.hpp"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+
+#include "proto/base/file_replacement.hpp"
 
 namespace fanlight {
 
@@ -10,20 +13,25 @@ namespace {
 
 Error unwritable(const std::string& path, std::string reason) {
   while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.')) reason.pop_back();
-  return {ErrorCode::kUnavailable,
-          fmt::format("{} could not be written ({}), expected a folder that is there "
-                      "and a name that ends in a picture format such as .png or .exr",
-                      path, reason)};
+  return {ErrorCode::kUnavailable, fmt::format("{} could not be written ({}), expected a name that ends in a "
+                                               "picture format such as .png or .exr",
+                                               path, reason)};
 }
 
+/// Encodes in memory: the library reports no error of a full disk where it writes to a file itself.
 Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
                    const void* pixels, OIIO::stride_t pixel_stride) {
   const auto output = OIIO::ImageOutput::create(path);
   if (!output) return unwritable(path, OIIO::geterror());
+  OIIO::Filesystem::IOVecOutput encoded;
+  if (!output->supports("ioproxy") || !output->set_ioproxy(&encoded)) {
+    return unwritable(path, fmt::format("the format {} is not supported", output->format_name()));
+  }
   if (!output->open(path, spec) || !output->write_image(type, pixels, pixel_stride) || !output->close()) {
     return unwritable(path, output->geterror());
   }
-  return {};
+  const auto& bytes = encoded.buffer();
+  return replace_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace

@@ -9,14 +9,16 @@
 
 namespace fanlight {
 
-/// Writes the picture as 8 bit RGB in the format of the file name extension (.png, .tif, .jpg, ...).
+/// Writes the picture as 8 bit RGB in the format of the file name extension (.png, .tif, .jpg, ...). As with
+/// replace_file(), a file of this name is replaced whole, and stays as it was where this fails.
 Result<void> write_picture(const std::string& path, const Picture& picture);
 
 /// Checks the file name for a depth map: it must end in .exr, or be empty for no depth map.
 Result<void> check_depth_path(const std::string& path);
 
 /// Writes a depth map (height x width, row major, in mm, -1 where there is no surface) as one channel of 32
-/// bit floats named Z, with the attribute fanlight:mm_per_pixel. The path must pass check_depth_path().
+/// bit floats named Z, with the attribute fanlight:mm_per_pixel. Otherwise as write_picture(). The path must
+/// pass check_depth_path().
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,
                          std::uint32_t height, double mm_per_pixel);
 

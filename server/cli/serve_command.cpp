@@ -3,17 +3,21 @@
 #include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <stdio_ext.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <optional>
 
 #include "acquisition/open_source.hpp"
+#include "proto/base/printable.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/log_format.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/probe_options.hpp"
 #include "server/cli/render_device.hpp"
@@ -34,6 +38,7 @@ struct ServeOptions {
   bool hsts = false;
   std::string tokens;
   std::string audit_log;
+  std::uint64_t audit_log_mb = 0;
   double control_lapse_s = 60;
   std::size_t private_views = kMostPrivateViews;
   MismatchCorrection mismatch = MismatchCorrection::kOn;
@@ -114,6 +119,7 @@ StreamServer::Config server_config(const ServeOptions& options, const PictureSiz
           .hsts = options.hsts,
           .credentials = options.tokens,
           .audit_log = options.audit_log,
+          .audit_rotate_bytes = options.audit_log_mb * 1'000'000,
           .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
           .probe_control = options.probe_control,
           .most_private_views = options.private_views};
@@ -132,7 +138,24 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
           .private_views = &pipeline.private_views()};
 }
 
+/// Before the server answers its signals, and after: a file that may be read again is read at the start
+/// anyway. A log whose reader has gone does not end the service.
+void ignore_harmless_signals() {
+  for (const int signal : {SIGPIPE, SIGHUP, SIGUSR1}) std::signal(signal, SIG_IGN);
+}
+
+/// Scripts read the address from stdout.
+void print_address(const std::string& source, const std::string& url) {
+  fmt::print("Fanlight shows {} on {}\n", printable(source), url);
+  if (std::fflush(stdout) == 0) return;
+  // Nobody reads it: no reason not to serve, nor to end with an error.
+  __fpurge(stdout);
+  std::clearerr(stdout);
+  spdlog::warn("the address could not be printed on the standard output; it is {}", url);
+}
+
 Result<void> serve(const ServeOptions& options) {
+  ignore_harmless_signals();
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
   StreamServer::Config config = server_config(options, *size);
@@ -144,15 +167,16 @@ Result<void> serve(const ServeOptions& options) {
   const auto source = open_source(options.source, options.playing, link.probe);
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
-  config.facts.source = description.name;
+  config.facts.source = printable(description.name);
   config.suggested_scene =
       scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
   const auto scene = options.scene.applied_to(config.suggested_scene);
   if (!scene) return scene.error();
   config.initial_scene = {.revision = 1, .scene = *scene};
 
-  // Scripts read the address from stdout, so the log goes to stderr.
+  // Scripts read the standard output, so the log goes to stderr.
   spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
+  spdlog::set_formatter(printable_log_format());
   const auto device = open_device(options.gpu);
   if (!device) return device.error();
   config.facts.device = device->name();
@@ -169,9 +193,7 @@ Result<void> serve(const ServeOptions& options) {
   spdlog::info("the ring of volumes takes up to {:.0f} MB",
                static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6);
   (*pipeline)->start();
-  fmt::print("Fanlight shows {} on {}\n", description.name,
-             page_url((*server)->endpoint(), !options.tls.empty()));
-  std::fflush(stdout);
+  print_address(description.name, page_url((*server)->endpoint(), !options.tls.empty()));
   const Result<void> served = (*server)->run();
   (*pipeline)->stop();
   log_end((*pipeline)->counters(), counters);
@@ -205,6 +227,12 @@ void add_network_options(CLI::App& command, ServeOptions& options) {
       ->type_name("FILE");
   command.add_option("--audit-log", options.audit_log, "Appends who changed what, a line of JSON each")
       ->type_name("FILE");
+  command
+      .add_option("--audit-log-mb", options.audit_log_mb,
+                  "Size at which the audit log goes on in a new file; 0: never")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1'000'000))
+      ->type_name("MB");
   command
       .add_option("--control-lapse", options.control_lapse_s,
                   "The control is free again after so much silence")

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "proto/base/clock.hpp"
+#include "proto/base/file_replacement.hpp"
+#include "proto/base/printable.hpp"
 #include "proto/model/scene.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/named_option.hpp"
@@ -102,7 +104,7 @@ std::string state_text(const v1::Liveness& liveness) {
   const std::string age = liveness.age_s() < 0 ? "" : fmt::format(", {:.1f} s old", liveness.age_s());
   const bool explains = liveness.state() != v1::Liveness::LIVE;
   return fmt::format("{}{}{}{}", state_name(liveness), age, explains ? ": " : "",
-                     explains ? liveness.sentence() : "");
+                     explains ? printable(liveness.sentence()) : "");
 }
 
 void print_json(const Second& second, double age_ms, const v1::Liveness& liveness,
@@ -117,10 +119,10 @@ void print_json(const Second& second, double age_ms, const v1::Liveness& livenes
                                          {"volumes_dropped", statistics.volumes_dropped()},
                                          {"frames_lost", statistics.frames_lost()},
                                          {"sessions", statistics.sessions()},
-                                         {"source", statistics.source_state()},
+                                         {"source", printable(statistics.source_state())},
                                          {"picture", state_name(liveness)},
                                          {"picture_age_s", liveness.age_s()},
-                                         {"reason", liveness.sentence()}};
+                                         {"reason", printable(liveness.sentence())}};
   fmt::print("{}\n", report.dump());
 }
 
@@ -133,7 +135,7 @@ void print_text(const Second& second, double age_ms, const v1::Liveness& livenes
       state_text(liveness), second.pictures, static_cast<double>(second.bytes) / 1e3, age_ms,
       statistics.pictures_sent(), statistics.pictures_skipped(), statistics.pictures_offered(),
       statistics.volumes_assembled(), statistics.volumes_dropped(), statistics.sessions(),
-      statistics.source_state());
+      printable(statistics.source_state()));
 }
 
 /// Watches one stream until the options or a signal end it.
@@ -238,17 +240,20 @@ class Watch {
     second_.bytes += bytes.size();
     second_.ages_ms.push_back(static_cast<double>(now_ns() - picture.finished_time_ns()) / 1e6);
     if (options_.save.empty()) return {};
-    const char* const ending = !picture.jpeg().empty() ? "jpg" : !picture.png().empty() ? "png" : "h264";
-    // H.264 goes to one file, which players expect.
-    const bool film = !picture.h264().empty();
-    const std::string path = film ? fmt::format("{}.{}", options_.save, ending)
-                                  : fmt::format("{}.{:06}.{}", options_.save, picture.picture_id(), ending);
-    std::ofstream file(path, film && pictures_ > 1 ? std::ios::binary | std::ios::app : std::ios::binary);
-    if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-      return Error{ErrorCode::kUnavailable,
-                   fmt::format("{} could not be written, expected room for it", path)};
-    }
-    return {};
+    const char* const ending = !picture.jpeg().empty() ? "jpg" : "png";
+    if (!picture.h264().empty()) return add_to_film(bytes);
+    return replace_file(fmt::format("{}.{:06}.{}", options_.save, picture.picture_id(), ending), bytes);
+  }
+
+  /// H.264 goes to one file, which players expect, and which grows with each picture.
+  Result<void> add_to_film(const std::string& bytes) const {
+    const std::string path = options_.save + ".h264";
+    std::ofstream file(path, pictures_ > 1 ? std::ios::binary | std::ios::app : std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (file) return {};
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} could not be written, expected a folder that is there, with room", path)};
   }
 
   void report(const v1::Statistics& statistics) {
@@ -294,8 +299,8 @@ Result<void> watch(WatchOptions options) {
   if (!client) return client.error();
   const v1::Hello& hello = (*client)->hello();
   fmt::print(stderr, "{} {}: {} on {}, {} x {}; session {} as {}\n", options.server.url,
-             hello.server_version(), hello.source(), hello.device(), hello.picture_width(),
-             hello.picture_height(), hello.session_id(), v1::Role_Name(hello.role()));
+             printable(hello.server_version()), printable(hello.source()), printable(hello.device()),
+             hello.picture_width(), hello.picture_height(), hello.session_id(), v1::Role_Name(hello.role()));
   // The server sends a message at least once a second, which ends the wait for the next one.
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });

@@ -86,7 +86,7 @@ void HttpSession::start() {
     if (failure) {
       self->dependencies_.counters.handshakes_failed.add();
       if (const std::string wrong = self->connection_.certificate_trouble(); !wrong.empty()) {
-        self->dependencies_.audit.note_refusal(
+        self->dependencies_.audit.note(
             {.name = "unknown", .address = self->address_},
             {.what = "login", .result = "refused: the certificate shown: " + wrong});
       }
@@ -172,9 +172,10 @@ void HttpSession::serve(const Request& request) {
     return upgrade(request, std::move(*principal));
   }
   if (*principal && is_read(request) && path_of(request) == "/api/picture.png") {
-    return dependencies_.rest_api.picture([self = shared_from_this(), request](Response response) {
-      self->reply(request, std::move(response));
-    });
+    return dependencies_.rest_api.picture(**principal,
+                                          [self = shared_from_this(), request](Response response) {
+                                            self->reply(request, std::move(response));
+                                          });
   }
   reply(request, respond(request, *principal));
 }
@@ -182,9 +183,9 @@ void HttpSession::serve(const Request& request) {
 std::optional<HttpSession::Response> HttpSession::rejection(const Request& request) {
   const std::string_view origin = request[http::field::origin];  // only browsers send it
   if (!origin.empty() && !is_origin_of_host(origin, request[http::field::host])) {
-    dependencies_.audit.note_refusal({.name = "unknown", .address = address_},
-                                     {.what = "request", .result = "refused: from a page of another site"},
-                                     {{"origin", std::string(origin.substr(0, 64))}});
+    dependencies_.audit.note({.name = "unknown", .address = address_},
+                             {.what = "request", .result = "refused: from a page of another site"},
+                             {{"origin", std::string(origin.substr(0, 64))}});
     return last_refusal(http::status::forbidden,
                         "the request comes from a page of another site, expected our own");
   }

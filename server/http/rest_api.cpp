@@ -57,9 +57,7 @@ RestApi::Response RestApi::scene() const {
 }
 
 void RestApi::audit_change(const Principal& principal, const std::string& result, const json& details) const {
-  const AuditLog::Event event{.what = "scene_change", .result = result};
-  if (result == "done") return dependencies_.audit.note(principal, event, details);
-  dependencies_.audit.note_refusal(principal, event, details);
+  dependencies_.audit.note(principal, {.what = "scene_change", .result = result}, details);
 }
 
 RestApi::Response RestApi::change_scene(const Request& request, const Principal& principal) {
@@ -97,19 +95,21 @@ RestApi::Response RestApi::change_scene(const Request& request, const Principal&
   return scene();
 }
 
-void RestApi::picture(const std::function<void(Response)>& answer) const {
+void RestApi::picture(const Principal& principal, const std::function<void(Response)>& answer) const {
   if (dependencies_.hub.newest_picture() == nullptr) {
     Response response =
         refusal(http::status::service_unavailable, "there is no picture yet, expected some patience");
     response.set(http::field::retry_after, "1");
     return answer(std::move(response));
   }
-  dependencies_.hub.png([answer](const Result<PictureHub::PictureFile>& file) {
+  dependencies_.hub.png([answer, principal, this](const Result<PictureHub::PictureFile>& file) {
     if (!file) {
       const bool busy = file.error().code == ErrorCode::kUnavailable;
       return answer(refusal(busy ? http::status::service_unavailable : http::status::internal_server_error,
                             file.error().message));
     }
+    dependencies_.audit.note(principal, {.what = "picture_read", .result = "done"},
+                             {{"picture", file->stamp.picture_id}});
     Response response(http::status::ok, 11);
     response.set(http::field::content_type, "image/png");
     response.set("X-Fanlight-Picture-Id", std::to_string(file->stamp.picture_id));

@@ -42,7 +42,7 @@ class RestApi {
   Response respond(const Request& request, std::string_view path, const Principal& principal);
 
   /// The answer to a GET of /api/picture.png, once the picture is encoded.
-  void picture(const std::function<void(Response)>& answer) const;
+  void picture(const Principal& principal, const std::function<void(Response)>& answer) const;
 
  private:
   Response scene() const;

@@ -8,13 +8,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
 #include "proto/base/clock.hpp"
 #include "server/net/listen_address.hpp"
+#include "server/net/tls_warnings.hpp"
 
 namespace fanlight {
 
@@ -27,16 +27,6 @@ namespace {
 constexpr rlim_t kOtherFiles = 64;
 // Fewer connections than this are too few for a ward: the administrator is told.
 constexpr std::size_t kFewConnections = 256;
-// How often it is looked at whether the picture is live.
-constexpr auto kLivenessInterval = std::chrono::milliseconds(250);
-
-PictureLiveness::Source liveness_source(const std::string& source_state, bool probe_lost) {
-  using State = PictureLiveness::Source::State;
-  if (source_state == "running") return {.state = State::kRunning, .failure = "", .probe_lost = probe_lost};
-  if (source_state == "ended") return {.state = State::kEnded, .failure = "", .probe_lost = probe_lost};
-  return {.state = State::kFailed, .failure = source_state, .probe_lost = probe_lost};
-}
-
 /// The number of connections, at most `connections`, for which the process has file descriptors. Raises the
 /// limit of the process as far as possible, and keeps some descriptors for files.
 std::size_t connections_within_limit(std::size_t connections) {
@@ -119,7 +109,11 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                                      .hub = hub_,
                                      .scene_store = scene_store_},
                          .stream = stream_dependencies_},
-      connection_limit_(config.most_connections, config.most_connections_a_host) {
+      connection_limit_(config.most_connections, config.most_connections_a_host),
+      signals_(loop_, {.end = [this] { end("the server ends"); },
+                       .end_now = [this] { stop(); },
+                       .read_again = [this] { read_again(); },
+                       .tell_state = [this] { tell_state(); }}) {
   access_.audit_to(audit_);
   // The library would log a line for each malformed message; the sessions answer and count them.
   google::protobuf::SetLogHandler(nullptr);
@@ -150,7 +144,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
   }
   AuditLog audit;
   if (!config.audit_log.empty()) {
-    auto opened = AuditLog::open(config.audit_log);
+    auto opened = AuditLog::open(config.audit_log, config.audit_rotate_bytes);
     if (!opened) return opened.error();
     audit = std::move(*opened);
   }
@@ -173,6 +167,7 @@ Result<void> StreamServer::read_certificates() {
   if (!context) return context.error();
   certificates_read_ = versions;
   tls_ = std::move(*context);
+  for (const std::string& warning : tls_warnings(config_.tls)) spdlog::warn("{}", warning);
   return {};
 }
 
@@ -192,28 +187,66 @@ Result<void> StreamServer::listen() {
 }
 
 Result<void> StreamServer::run() {
-  boost::system::error_code ignored;
-  signals_.add(SIGINT, ignored);
-  signals_.add(SIGTERM, ignored);
-  signals_.async_wait([this](boost::system::error_code failure, int) {
-    if (!failure) stop();
-  });
+  signals_.start();
   accept();
   watch_bell();
   bell_rang();  // values may have come before
   start_second();
-  start_liveness();
+  liveness_watch_.start();
   loop_.run();
-  if (audit_.lines() > 0)
-    spdlog::info("the audit log has {} lines, the newest with the hash {}", audit_.lines(),
-                 audit_.newest_hash());
+  signals_.release_ends();
+  close_audit();
   if (failure_) return *failure_;
   return {};
 }
 
 void StreamServer::fail(const Error& error) {
-  failure_ = error;
-  stop();
+  if (!failure_) failure_ = error;
+  end("the server ends after a failure");
+}
+
+void StreamServer::end(const std::string& reason) {
+  if (std::exchange(ending_, true)) return;
+  boost::system::error_code ignored;
+  acceptor_.close(ignored);
+  for (const auto& session : sessions_.all()) session->end(reason);
+  stop_without_sessions(now_ns() + config_.most_end_ms * 1'000'000);
+}
+
+void StreamServer::stop_without_sessions(std::int64_t until_ns) {
+  if (sessions_.all().empty() || now_ns() >= until_ns) return stop();
+  end_pause_.expires_after(std::chrono::milliseconds(10));
+  end_pause_.async_wait([this, until_ns](boost::system::error_code stopped) {
+    if (!stopped) stop_without_sessions(until_ns);
+  });
+}
+
+void StreamServer::close_audit() {
+  for (const auto& session : sessions_.all()) session->abandon();
+  const bool written = audit_.close();
+  if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
+  if (!written) spdlog::warn("the audit log was left, since its disk did not answer within 2 s");
+  dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
+  if (const AuditPosition newest = audit_.newest(); newest.line > 0) {
+    spdlog::info("the audit log has {} lines, the newest with the hash {}", newest.line, newest.hash);
+  }
+}
+
+void StreamServer::read_again() {
+  spdlog::info("SIGHUP: reads tokens and certificates again, and looks whether the audit log was moved");
+  reload_credentials(true);
+  reload_certificates(true);
+  audit_.reopen();
+}
+
+void StreamServer::tell_state() {
+  const ControlLease::Party& holder = control_.state().holder;
+  const AuditPosition newest = audit_.newest();
+  const std::string audit =
+      newest.line == 0 ? ""
+                       : fmt::format(", line {} of the audit log has the hash {}", newest.line, newest.hash);
+  spdlog::info("SIGUSR1: {} sessions, in control: {}, source {}{}", sessions_.all().size(),
+               holder.session == 0 ? "nobody" : holder.name, dependencies_.source_state(), audit);
 }
 
 void StreamServer::accept() {
@@ -263,42 +296,13 @@ void StreamServer::watch_bell() {
 void StreamServer::bell_rang() {
   if (const Error* broken = dependencies_.failures.newest()) return fail(*broken);
   if (probe_.update()) probe_changed();
-  if (dependencies_.render_health != nullptr) {
-    if (const RenderHealth* health = dependencies_.render_health->newest()) liveness_.health_changed(*health);
-  }
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
     hub_.show(*picture);
   }
-  update_liveness();
+  liveness_watch_.update();
   show_private_views();
-}
-
-void StreamServer::start_liveness() {
-  liveness_pause_.expires_after(kLivenessInterval);
-  liveness_pause_.async_wait([this](boost::system::error_code failure) {
-    if (failure) return;
-    update_liveness();
-    start_liveness();
-  });
-}
-
-void StreamServer::update_liveness() {
-  if (!liveness_.update(liveness_source(dependencies_.source_state(), probe_.lost()), now_ns())) return;
-  log_liveness();
-  sessions_.liveness_changed();
-}
-
-void StreamServer::log_liveness() {
-  const PictureLiveness::Report& report = liveness_.report();
-  if (report.live() || report.state == PictureLiveness::State::kWaiting) {
-    spdlog::info("{}", report.sentence);
-  } else {
-    spdlog::warn("the picture is {}, {:.1f} s old: {}",
-                 report.state == PictureLiveness::State::kDelayed ? "delayed" : "not live", report.age_s,
-                 report.sentence);
-  }
 }
 
 void StreamServer::show_private_views() {
@@ -337,17 +341,18 @@ void StreamServer::start_second() {
 void StreamServer::second_passed() {
   connect_rate_.refill();
   if (!std::exchange(accepts_, true)) accept();
-  reload_credentials();
-  reload_certificates();
+  reload_credentials(false);
+  reload_certificates(false);
   lapse_control();
   audit_.second_passed();
+  if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
   dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
   notify_sessions_of_second();
 }
 
-void StreamServer::reload_credentials() {
+void StreamServer::reload_credentials(bool in_any_case) {
   std::string trouble;
-  if (!access_.reload(trouble)) return;
+  if (!access_.reload(trouble, in_any_case)) return;
   audit_.note({.name = "fanlight"},
               {.what = "credentials_read", .result = trouble.empty() ? "done" : trouble});
   if (trouble.empty()) {
@@ -357,12 +362,12 @@ void StreamServer::reload_credentials() {
   }
 }
 
-void StreamServer::reload_certificates() {
-  if (config_.tls.empty() || file_marks(config_.tls) == certificates_read_) return;
+void StreamServer::reload_certificates(bool in_any_case) {
+  if (config_.tls.empty() || (!in_any_case && file_marks(config_.tls) == certificates_read_)) return;
   // Files that cannot be read are tried again every second; the same error is logged once.
   const auto read = read_certificates();
   const std::string result = read ? "done" : read.error().message;
-  if (std::exchange(certificates_result_, read ? "" : result) == result) return;
+  if (std::exchange(certificates_result_, read ? "" : result) == result && !in_any_case) return;
   audit_.note({.name = "fanlight"}, {.what = "certificates_read", .result = result});
   spdlog::info("the certificates were read again: {}", result);
 }

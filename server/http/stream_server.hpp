@@ -5,7 +5,6 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <filesystem>
 #include <functional>
@@ -18,7 +17,9 @@
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/render_health.hpp"
 #include "server/http/http_session.hpp"
+#include "server/http/liveness_watch.hpp"
 #include "server/http/rest_api.hpp"
+#include "server/http/server_signals.hpp"
 #include "server/net/connect_rate.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/net/tls_context.hpp"
@@ -40,13 +41,15 @@ class StreamServer {
   struct Config {
     boost::asio::ip::tcp::endpoint endpoint;
     ServerDescription facts;
-    NumberedScene initial_scene;        ///< the scene that the renderer was made with
-    Scene suggested_scene;              ///< scene_for() of the source, without options of the user
-    TlsFiles tls;                       ///< empty: no TLS
-    bool hsts = false;                  ///< with TLS: browsers come to this host over TLS only, for a year
-    std::filesystem::path credentials;  ///< empty: every client is an admin
-    std::filesystem::path audit_log;    ///< empty: no audit log
+    NumberedScene initial_scene;           ///< the scene that the renderer was made with
+    Scene suggested_scene;                 ///< scene_for() of the source, without options of the user
+    TlsFiles tls;                          ///< empty: no TLS
+    bool hsts = false;                     ///< with TLS: browsers come to this host over TLS only, for a year
+    std::filesystem::path credentials;     ///< empty: every client is an admin
+    std::filesystem::path audit_log;       ///< empty: no audit log
+    std::uint64_t audit_rotate_bytes = 0;  ///< see AuditFile::open()
     std::int64_t control_lapse_ms = 60'000;
+    std::int64_t most_end_ms = 1'000;  ///< for displays to take their close frame
     ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_connections = 2048;
     std::size_t most_connections_a_host = 256;  ///< except this machine, which may run a proxy
@@ -76,7 +79,9 @@ class StreamServer {
   /// The address that it listens on, with the port that the system chose if the configuration has port 0.
   boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
 
-  /// Blocks and serves until SIGINT, SIGTERM, stop(), or a failure, which it returns.
+  /// Blocks and serves until SIGINT, SIGTERM, stop(), or a failure, which it returns. Signals: see
+  /// ServerSignals. After the first signal, or a failure, displays get a close frame and have
+  /// Config::most_end_ms to take it. Writes the last lines of the audit log before it returns.
   Result<void> run();
 
   /// Ends run(). Any thread.
@@ -87,18 +92,22 @@ class StreamServer {
   PictureHub::Config hub_config();
   Result<void> listen();
   Result<void> read_certificates();
+  /// Tells every display that the server ends, and stops when all have left, or after Config::most_end_ms.
+  void end(const std::string& reason);
+  void stop_without_sessions(std::int64_t until_ns);
+  void close_audit();
+  void read_again();
+  void tell_state();
   void accept();
   void accepted(boost::system::error_code failure, boost::asio::ip::tcp::socket socket);
   void watch_bell();
   /// Reads all mailboxes.
   void bell_rang();
   void start_second();
-  void start_liveness();
-  void update_liveness();
-  void log_liveness();
   void second_passed();
-  void reload_credentials();
-  void reload_certificates();
+  /// Reads files that have changed; `in_any_case`: also those that have not.
+  void reload_credentials(bool in_any_case);
+  void reload_certificates(bool in_any_case);
   void lapse_control();
   void notify_sessions_of_second();
   void show_private_views();
@@ -133,10 +142,17 @@ class StreamServer {
   boost::asio::ip::tcp::acceptor acceptor_{loop_};
   boost::asio::posix::stream_descriptor bell_{loop_};
   boost::asio::steady_timer second_{loop_};
-  boost::asio::steady_timer liveness_pause_{loop_};
   boost::asio::steady_timer accept_pause_{loop_};
   boost::asio::steady_timer private_pause_{loop_};
-  boost::asio::signal_set signals_{loop_};
+  boost::asio::steady_timer end_pause_{loop_};
+  ServerSignals signals_;
+  LivenessWatch liveness_watch_{loop_,
+                                {.liveness = liveness_,
+                                 .probe = probe_,
+                                 .source_state = dependencies_.source_state,
+                                 .health = dependencies_.render_health,
+                                 .sessions = sessions_}};
+  bool ending_ = false;
   std::optional<Error> failure_;
   EncoderPool encoders_;  // last: it ends first, and its results go to the loop
 };

@@ -9,16 +9,11 @@
 namespace fanlight {
 
 void SessionAudit::note(const char* what, const std::string& result) {
-  if (result.starts_with("refused")) return note_limited(what, result);
   log_.note(*session_.principal, {.what = what, .session = session_.id, .result = result});
 }
 
-void SessionAudit::note_limited(const char* what, const std::string& result) {
-  log_.note_refusal(*session_.principal, {.what = what, .session = session_.id, .result = result});
-}
-
-void SessionAudit::note_limited(const char* what, const std::string& result, const nlohmann::json& details) {
-  log_.note_refusal(*session_.principal, {.what = what, .session = session_.id, .result = result}, details);
+void SessionAudit::note(const char* what, const std::string& result, const nlohmann::json& details) {
+  log_.note(*session_.principal, {.what = what, .session = session_.id, .result = result}, details);
 }
 
 void SessionAudit::add_change(const v1::Scene& change) {

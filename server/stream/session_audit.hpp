@@ -17,13 +17,9 @@ class SessionAudit {
   /// Both must outlive this object.
   SessionAudit(AuditLog& log, const SessionIdentity& session) : log_(log), session_(session) {}
 
-  /// Writes a line; rate-limited if the result begins with "refused".
+  /// Writes a line, within the budget of this session: see AuditBudget.
   void note(const char* what, const std::string& result);
-
-  /// For events that a client can cause as often as it likes: the log takes a limited number of lines a
-  /// second, and counts the others.
-  void note_limited(const char* what, const std::string& result);
-  void note_limited(const char* what, const std::string& result, const nlohmann::json& details);
+  void note(const char* what, const std::string& result, const nlohmann::json& details);
 
   /// The scene was changed. A second's changes make one line: see flush_changes().
   void add_change(const v1::Scene& change);

@@ -19,7 +19,7 @@ class RegisteredSession {
   virtual std::uint64_t id() const = 0;
 
   /// Whether its client is authenticated. Only open sessions receive the notifications below, except
-  /// second_passed() and abandon().
+  /// second_passed(), end() and abandon().
   virtual bool is_open() const = 0;
 
   /// The scene of the main view has changed.
@@ -42,6 +42,9 @@ class RegisteredSession {
 
   /// Called once a second. May remove the session.
   virtual void second_passed() = 0;
+
+  /// The server ends: sends a close frame with the code 1001 and this reason, at most 123 bytes.
+  virtual void end(const std::string& reason) = 0;
 
   /// The server ends. Removes the session.
   virtual void abandon() = 0;

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "proto/base/clock.hpp"
+#include "proto/base/printable.hpp"
 #include "server/state/scene_message.hpp"
 #include "server/stream/picture_message.hpp"
 
@@ -24,10 +24,9 @@ std::int64_t now_ms() {
   return now_ns() / 1'000'000;
 }
 
-/// Whether the text may appear on a page and in a log: short, and without control characters.
+/// Whether the text may appear on a page and in a log.
 bool is_name(const std::string& text) {
-  return text.size() <= kLongestNameBytes &&
-         std::ranges::none_of(text, [](unsigned char letter) { return letter < 32 || letter == 127; });
+  return text.size() <= kLongestNameBytes && is_printable(text);
 }
 
 }  // namespace
@@ -126,7 +125,7 @@ void StreamRequests::change_view(const v1::ViewChange& change) {
     return answer(message);
   }
   session_.forget_view_end();
-  if (!had_view) audit_.note_limited("private_view", "done");
+  if (!had_view) audit_.note("private_view", "done");
   *reply.mutable_in_force() = dependencies_.views.state(id);
   answer(message);
   queue_.add_shown_request(
@@ -139,7 +138,7 @@ void StreamRequests::leave_view(v1::ServerMessage& message) {
   *message.mutable_view_reply()->mutable_in_force() = dependencies_.views.state(id);
   answer(message);
   if (!had_view) return;
-  audit_.note_limited("private_view", "left");
+  audit_.note("private_view", "left");
   dependencies_.hub.forget_view(session_);
 }
 
@@ -227,10 +226,9 @@ void StreamRequests::change_control(const v1::ControlRequest& request) {
   }
   answer(message);
   if (request.wish() == v1::ControlRequest::KEEP && done) return;  // frequent, and changes nothing to report
-  // Rate-limited also if it succeeds: a client can repeat it as often as it likes.
-  audit_.note_limited("control", done ? "done" : "refused: " + done.error().message,
-                      {{"wish", v1::ControlRequest::Wish_Name(request.wish())},
-                       {"in_control", dependencies_.control.state().holder.session}});
+  audit_.note("control", done ? "done" : "refused: " + done.error().message,
+              {{"wish", v1::ControlRequest::Wish_Name(request.wish())},
+               {"in_control", dependencies_.control.state().holder.session}});
   if (done) dependencies_.sessions.control_changed();
 }
 

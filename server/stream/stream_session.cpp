@@ -219,6 +219,10 @@ void StreamSession::close(websocket::close_code code, const std::string& reason)
   pump();
 }
 
+void StreamSession::end(const std::string& reason) {
+  close(websocket::close_code::going_away, reason);
+}
+
 void StreamSession::cut(const char* why) {
   // A close frame would wait behind the message that the client does not take.
   if (!close_reason_) close_reason_.emplace(websocket::close_code::going_away, why);

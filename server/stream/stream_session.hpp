@@ -76,6 +76,7 @@ class StreamSession : public StreamRequests::Session,
   void view_changed() override;
   void view_ended(const std::string& reason) override;
   void second_passed() override;
+  void end(const std::string& reason) override;
   void abandon() override { leave(); }
 
   // StreamRequests::Session.

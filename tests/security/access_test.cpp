@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "server/access/authenticator.hpp"
+#include "tests/support/file_text.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace fanlight::test {
@@ -94,11 +95,6 @@ TEST(Credentials, AreTakenBackOneByOne) {
   EXPECT_TRUE(known.token(second.text, kNow));
   EXPECT_TRUE(known.certificate(sha256("x"), kNow));
   EXPECT_EQ(remove_token(file, first.entry.id).error().code, ErrorCode::kNotFound);
-}
-
-std::string text_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 /// A [[token]] table as a person may write it.

@@ -21,8 +21,8 @@ class MadeCertificate {
  public:
   struct Options {
     std::string name = "fanlight test";
-    long from_s = -3600;  ///< begin of validity, relative to now
-    long to_s = 3600;     ///< end of validity, relative to now
+    long from_s = -3600;     ///< begin of validity, relative to now
+    long to_s = 90 * 86400;  ///< end of validity, relative to now
     bool authority = false;
   };
 
@@ -53,6 +53,7 @@ class MadeCertificate {
     };
     PEM_write_X509(file(certificate).get(), certificate_.get());
     PEM_write_PrivateKey(file(key).get(), key_.get(), nullptr, nullptr, 0, nullptr, nullptr);
+    std::filesystem::permissions(key, std::filesystem::perms(0600));
   }
 
   Digest fingerprint() const { return fanlight::fingerprint(certificate_.get()); }

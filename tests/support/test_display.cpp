@@ -83,4 +83,8 @@ std::uint16_t TestDisplay::close_code() const {
   return socket_->stream.reason().code;
 }
 
+std::string TestDisplay::close_reason() const {
+  return socket_->stream.reason().reason.c_str();
+}
+
 }  // namespace fanlight::test

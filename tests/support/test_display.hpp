@@ -40,8 +40,9 @@ class TestDisplay {
   void close_half();
   /// Closes the TCP connection without a close frame.
   void vanish();
-  /// The code of the close frame of the server.
+  /// The code and the reason of the close frame of the server.
   std::uint16_t close_code() const;
+  std::string close_reason() const;
 
  private:
   struct Socket;

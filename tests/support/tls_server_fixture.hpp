@@ -8,6 +8,7 @@
 
 #include "server/access/credentials.hpp"
 #include "server/client/stream_client.hpp"
+#include "tests/support/audit_lines.hpp"
 #include "tests/support/made_certificate.hpp"
 #include "tests/support/server_fixture.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -55,19 +56,9 @@ class TlsServerFixture {
     return std::move(*client);
   }
 
-  /// Entries of the audit log whose "what" equals `what`. Waits up to 5 s until there are `at_least` of them,
-  /// then returns those that exist.
+  /// Entries of the audit log, see audited() of audit_lines.hpp.
   std::vector<nlohmann::json> audited(const std::string& what, std::size_t at_least = 1) const {
-    for (int attempt = 0;; ++attempt) {
-      std::vector<nlohmann::json> lines;
-      std::ifstream log(file("audit.log"));
-      for (std::string line; std::getline(log, line);) {
-        auto parsed = nlohmann::json::parse(line, nullptr, false);
-        if (parsed.is_object() && parsed["what"] == what) lines.push_back(std::move(parsed));
-      }
-      if (lines.size() >= at_least || attempt == 100) return lines;
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
+    return test::audited(file("audit.log"), what, at_least);
   }
 
  private:

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/base/file_replacement.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace fanlight {
+
+namespace {
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+/// The file that the path names, behind symbolic links; the path itself if there is none.
+std::filesystem::path target_of(const std::filesystem::path& path) {
+  std::error_code absent;
+  auto target = std::filesystem::canonical(path, absent);
+  return absent ? path : target;
+}
+
+/// A new file in the folder of another, to take its name. The destructor removes it unless it did.
+class FileBeside {
+ public:
+  FileBeside() = default;
+  FileBeside(const FileBeside&) = delete;
+  FileBeside& operator=(const FileBeside&) = delete;
+  ~FileBeside() {
+    if (file_ >= 0) ::close(file_);
+    if (!name_.empty()) ::unlink(name_.c_str());
+  }
+
+  /// These return 0 or an errno.
+  int create(const std::filesystem::path& target, mode_t mode) {
+    static std::atomic<unsigned> made = 0;
+    constexpr int kMostTries = 1000;  // an ended process with our number may have left files
+    for (int tries = 0; tries < kMostTries; ++tries) {
+      const std::filesystem::path name =
+          folder_of(target) / fmt::format(".fanlight-{}-{}", ::getpid(), made.fetch_add(1));
+      file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+      if (file_ >= 0) name_ = name;
+      if (file_ >= 0 || errno != EEXIST) break;
+    }
+    return file_ >= 0 ? 0 : errno;
+  }
+  int fill(std::string_view bytes) const {
+    if (const int failure = write_all(file_, bytes)) return failure;
+    return ::fsync(file_) == 0 ? 0 : errno;
+  }
+  int belong_like(const struct stat& old, bool must_keep_owner) const {
+    if (::fchown(file_, old.st_uid, old.st_gid) != 0 && must_keep_owner) return errno;
+    return ::fchmod(file_, old.st_mode & 07777) == 0 ? 0 : errno;
+  }
+  int take_the_name_of(const std::filesystem::path& target) {
+    if (::close(std::exchange(file_, -1)) != 0) return errno;
+    if (::rename(name_.c_str(), target.c_str()) != 0) return errno;
+    name_.clear();
+    return 0;
+  }
+
+ private:
+  int file_ = -1;
+  std::filesystem::path name_;
+};
+
+int write_in_place(const std::filesystem::path& path, std::string_view bytes) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (file < 0) return errno;
+  const int failure = write_all(file, bytes);
+  if (::close(file) != 0 && failure == 0) return errno;
+  return failure;
+}
+
+int replace(const std::filesystem::path& path, std::string_view bytes, const FileAccess& access) {
+  const std::filesystem::path target = target_of(path);
+  struct stat old {};
+  const bool exists = ::stat(target.c_str(), &old) == 0;
+  if (exists && !S_ISREG(old.st_mode)) return write_in_place(target, bytes);
+  // A new name in the folder would replace a file that the process may not write.
+  if (exists && ::faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0) return errno;
+  FileBeside next;
+  if (const int failure = next.create(target, access.mode)) return failure;
+  if (exists) {
+    if (const int failure = next.belong_like(old, access.must_keep_owner)) return failure;
+  }
+  if (const int failure = next.fill(bytes)) return failure;
+  if (const int failure = next.take_the_name_of(target)) return failure;
+  sync_folder_of(target);
+  return 0;
+}
+
+}  // namespace
+
+int write_all(int file, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    if (written == 0) return ENOSPC;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+void sync_folder_of(const std::filesystem::path& path) {
+  const int folder = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  ::fsync(folder);
+  ::close(folder);
+}
+
+Result<void> replace_file(const std::filesystem::path& path, std::string_view bytes,
+                          const FileAccess& access) {
+  const int failure = replace(path, bytes, access);
+  if (failure == 0) return {};
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("{} could not be written ({}), expected a folder that is there and may be "
+                           "written, with room for {} bytes",
+                           path.string(), std::generic_category().message(failure), bytes.size())};
+}
+
+}  // namespace fanlight

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string_view>
+
+#include "proto/base/result.hpp"
+
+namespace fanlight {
+
+/// How a replaced file belongs to somebody.
+struct FileAccess {
+  mode_t mode = 0666;            ///< of a file that did not exist, less the process's umask
+  bool must_keep_owner = false;  ///< fail if the owner of the old file cannot be kept; else only try
+};
+
+/// Writes the file whole or not at all: the bytes go to a new file in the same folder, which is synced to the
+/// disk and then takes the name. Whoever reads the name, also after a power cut, finds the old bytes or the
+/// new ones. The mode of an old file is kept, and a symbolic link keeps pointing to it. A device or a pipe is
+/// written as it stands. Blocks for as long as the disk takes; any thread. Errors, kUnavailable: the reason;
+/// the old file is as it was, and nothing is left beside it.
+Result<void> replace_file(const std::filesystem::path& path, std::string_view bytes,
+                          const FileAccess& access = {});
+
+/// Writes all bytes to a descriptor, in several parts where needed. Returns 0, or the errno of the failure;
+/// some of the bytes may then be written.
+int write_all(int file, std::string_view bytes);
+
+/// Syncs the folder of a file, so that a new name in it outlasts a power cut. A file system that cannot sync
+/// a folder is left alone.
+void sync_folder_of(const std::filesystem::path& path);
+
+}  // namespace fanlight

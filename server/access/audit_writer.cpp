@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/access/audit_writer.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "server/access/audit_entry.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr auto kBetweenSyncs = std::chrono::seconds(1);
+constexpr std::size_t kMostNoticeBytes = 4096;
+
+}  // namespace
+
+/// What the two threads share, and the work of the writer's.
+class AuditWriter::Work {
+ public:
+  explicit Work(std::unique_ptr<AuditSink> sink) : sink_(std::move(sink)) {
+    publish(sink_->take_notice(), 0);
+  }
+
+  void push(std::string fields, Urgency urgency) {
+    const std::scoped_lock lock(mutex_);
+    if (queue_.size() >= kMostLines || queue_bytes_ + fields.size() > kMostBytes) {
+      ++overflow_;
+      ++lost_;
+      return;
+    }
+    queue_bytes_ += fields.size();
+    queue_.push_back({.fields = std::move(fields), .urgency = urgency});
+    woken_.notify_one();
+  }
+
+  void ask_for_reopening() {
+    const std::scoped_lock lock(mutex_);
+    reopening_ = true;
+    woken_.notify_one();
+  }
+
+  void ask_for_end() {
+    const std::scoped_lock lock(mutex_);
+    ending_ = true;
+    woken_.notify_one();
+  }
+
+  bool wait_until_written(std::chrono::milliseconds most) {
+    std::unique_lock lock(mutex_);
+    return idle_.wait_for(lock, most, [this] { return queue_.empty() && !busy_; });
+  }
+
+  bool wait_until_ended(std::chrono::milliseconds most) {
+    std::unique_lock lock(mutex_);
+    return idle_.wait_for(lock, most, [this] { return ended_; });
+  }
+
+  AuditPosition position() const {
+    const std::scoped_lock lock(mutex_);
+    return position_;
+  }
+  std::uint64_t lost() const {
+    const std::scoped_lock lock(mutex_);
+    return lost_;
+  }
+  std::string take_notice() {
+    const std::scoped_lock lock(mutex_);
+    return std::exchange(notice_, {});
+  }
+
+  /// The writer's thread.
+  void run() {
+    std::unique_lock lock(mutex_);
+    while (!ended_) {
+      wait_for_work(lock);
+      Batch batch{.lines = std::exchange(queue_, {}),
+                  .overflow = std::exchange(overflow_, 0),
+                  .reopen = std::exchange(reopening_, false),
+                  .last = ending_};
+      queue_bytes_ = 0;
+      busy_ = true;
+      lock.unlock();
+      const std::uint64_t not_written = write(batch);
+      add_notice(sink_->take_notice());
+      const std::string notice = std::exchange(new_notice_, {});
+      lock.lock();
+      publish(notice, not_written);
+      busy_ = false;
+      ended_ = batch.last && queue_.empty();
+      idle_.notify_all();
+    }
+  }
+
+ private:
+  struct Line {
+    std::string fields;
+    Urgency urgency;
+  };
+  struct Batch {
+    std::deque<Line> lines;
+    std::uint64_t overflow;  // lines that came after these and did not fit
+    bool reopen;
+    bool last;
+  };
+
+  void wait_for_work(std::unique_lock<std::mutex>& lock) {
+    const auto has_work = [this] { return ending_ || reopening_ || !queue_.empty(); };
+    if (unsynced_ || gap_ > 0) {
+      woken_.wait_until(lock, synced_at_ + kBetweenSyncs, has_work);
+    } else {
+      woken_.wait(lock, has_work);
+    }
+  }
+
+  /// Returns how many lines of the batch were lost.
+  std::uint64_t write(const Batch& batch) {
+    std::uint64_t lost = 0;
+    bool sync = batch.last;
+    for (const Line& line : batch.lines) {
+      const int failure = write_gap() ? append(line.fields) : gap_failure_;
+      if (failure == 0) {
+        unsynced_ = true;
+        sync = sync || line.urgency == Urgency::kNow;
+      } else {
+        add_gap(1, failure);
+        ++lost;
+      }
+    }
+    if (batch.overflow > 0) add_gap(batch.overflow, 0);
+    (void)write_gap();
+    if (batch.reopen) sink_->reopen();
+    if (sync || std::chrono::steady_clock::now() >= synced_at_ + kBetweenSyncs) sync_now();
+    return lost;
+  }
+
+  /// While a pipe is full, lines wait in the queue, and those that do not fit are lost.
+  int append(std::string_view fields) {
+    int failure = sink_->append(fields);
+    while (failure == EAGAIN && !is_ending()) {
+      sink_->wait_for_room();
+      failure = sink_->append(fields);
+    }
+    return failure;
+  }
+
+  bool is_ending() const {
+    const std::scoped_lock lock(mutex_);
+    return ending_;
+  }
+
+  static std::string reason_of_gap(int failure) {
+    return failure == 0 ? "more lines came than could be written" : std::generic_category().message(failure);
+  }
+
+  void add_gap(std::uint64_t lines, int failure) {
+    if (gap_ == 0) add_notice(fmt::format("the audit log loses lines ({})", reason_of_gap(failure)));
+    gap_ += lines;
+    gap_failure_ = failure;
+  }
+
+  /// Writes the entry about the lines that are missing, if any. Returns false if that fails.
+  bool write_gap() {
+    if (gap_ == 0) return true;
+    const nlohmann::json details = {{"count", gap_}, {"because", reason_of_gap(gap_failure_)}};
+    if (const int failure = append(audit_fields_of_log(kAuditLost, details))) {
+      gap_failure_ = failure;
+      return false;
+    }
+    unsynced_ = true;
+    gap_ = 0;
+    return true;
+  }
+
+  void sync_now() {
+    synced_at_ = std::chrono::steady_clock::now();
+    const bool due = std::exchange(unsynced_, false);
+    const int failure = due ? sink_->sync() : 0;
+    if (failure == sync_failure_ || !due) return;
+    sync_failure_ = failure;
+    if (failure == 0) return;
+    const std::string because = std::generic_category().message(failure);
+    add_notice(fmt::format("the audit log could not be synced to its disk ({})", because));
+    (void)append(audit_fields_of_log("not synced", {{"because", because}}));
+  }
+
+  void add_notice(const std::string& sentence) {
+    if (sentence.empty()) return;
+    new_notice_ += new_notice_.empty() ? sentence : "; " + sentence;
+  }
+
+  void publish(const std::string& notice, std::uint64_t not_written) {
+    position_ = sink_->position();
+    lost_ += not_written;
+    if (notice.empty() || notice_.size() + notice.size() > kMostNoticeBytes) return;
+    notice_ += notice_.empty() ? notice : "; " + notice;
+  }
+
+  // The writer's thread alone.
+  const std::unique_ptr<AuditSink> sink_;
+  std::uint64_t gap_ = 0;   // lines lost since the last entry about such
+  int gap_failure_ = 0;     // 0: the queue was full
+  bool unsynced_ = false;   // lines were written since the last sync
+  int sync_failure_ = 0;    // of the last sync
+  std::string new_notice_;  // not published yet
+  std::chrono::steady_clock::time_point synced_at_{};
+
+  mutable std::mutex mutex_;
+  std::condition_variable woken_;
+  std::condition_variable idle_;
+  std::deque<Line> queue_;
+  std::size_t queue_bytes_ = 0;
+  std::uint64_t overflow_ = 0;  // lines that did not fit since the last batch was taken
+  std::uint64_t lost_ = 0;
+  bool reopening_ = false;
+  bool ending_ = false;
+  bool busy_ = false;
+  bool ended_ = false;
+  AuditPosition position_;
+  std::string notice_;
+};
+
+AuditWriter::AuditWriter(std::unique_ptr<AuditSink> sink)
+    : work_(std::make_shared<Work>(std::move(sink))), thread_([work = work_] { work->run(); }) {}
+
+AuditWriter::~AuditWriter() {
+  (void)end(std::chrono::seconds(2));
+}
+
+void AuditWriter::push(std::string fields, Urgency urgency) {
+  work_->push(std::move(fields), urgency);
+}
+
+void AuditWriter::reopen() {
+  work_->ask_for_reopening();
+}
+
+bool AuditWriter::wait_until_written(std::chrono::milliseconds most) {
+  return work_->wait_until_written(most);
+}
+
+bool AuditWriter::end(std::chrono::milliseconds most) {
+  if (!thread_.joinable()) return true;
+  work_->ask_for_end();
+  if (!work_->wait_until_ended(most)) {
+    thread_.detach();
+    return false;
+  }
+  thread_.join();
+  return true;
+}
+
+AuditPosition AuditWriter::position() const {
+  return work_->position();
+}
+
+std::uint64_t AuditWriter::lost() const {
+  return work_->lost();
+}
+
+std::string AuditWriter::take_notice() {
+  return work_->take_notice();
+}
+
+}  // namespace fanlight

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <string>
+
+#include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/render_health.hpp"
+#include "server/state/picture_liveness.hpp"
+#include "server/state/probe_proxy.hpp"
+#include "server/stream/session_registry.hpp"
+
+namespace fanlight {
+
+/// Brings PictureLiveness up to date several times a second; tells sessions and the log what has changed.
+/// Server thread only.
+class LivenessWatch {
+ public:
+  /// All must outlive this object.
+  struct Dependencies {
+    PictureLiveness& liveness;
+    const ProbeProxy& probe;
+    const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
+    Mailbox<RenderHealth>* health;                     ///< null: the renderer is always well
+    SessionRegistry& sessions;
+  };
+  LivenessWatch(boost::asio::io_context& loop, const Dependencies& dependencies)
+      : dependencies_(dependencies), pause_(loop) {}
+
+  /// Begins; lasts as long as the loop.
+  void start();
+
+  /// Looks now: something has changed.
+  void update();
+
+ private:
+  void log() const;
+
+  Dependencies dependencies_;
+  boost::asio::steady_timer pause_;
+};
+
+}  // namespace fanlight

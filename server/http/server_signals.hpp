@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <functional>
+
+namespace fanlight {
+
+/// The signals that the server answers, in its loop. Server thread only.
+///
+///   SIGTERM, SIGINT   the first ends the server in good order, the second at once
+///   SIGHUP            reads tokens and certificates again, and opens the audit log again if it was moved
+///   SIGUSR1           writes a line about the state of the server to the log
+class ServerSignals {
+ public:
+  struct Actions {
+    std::function<void()> end;
+    std::function<void()> end_now;
+    std::function<void()> read_again;
+    std::function<void()> tell_state;
+  };
+
+  ServerSignals(boost::asio::io_context& loop, Actions actions);
+
+  /// Calls the actions from now on.
+  void start();
+
+  /// SIGTERM and SIGINT end the process again.
+  void release_ends();
+
+ private:
+  void wait();
+  void received(int signal);
+
+  Actions actions_;
+  boost::asio::signal_set signals_;
+  bool ending_ = false;
+};
+
+}  // namespace fanlight
