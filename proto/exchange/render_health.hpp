@@ -6,8 +6,8 @@
 
 namespace fanlight {
 
-/// Whether the renderer can make pictures. The render thread publishes it in a mailbox when it changes; the server
-/// tells displays.
+/// Whether the renderer can make pictures. The render thread publishes it in a mailbox when it changes; the
+/// server tells displays.
 struct RenderHealth {
   enum class State : std::uint8_t {
     kRunning,
@@ -16,10 +16,10 @@ struct RenderHealth {
     kRemaking,  ///< the device was lost or did not answer, and is being made anew
   };
   State state = State::kRunning;
-  std::int64_t since_ns = 0;        ///< fanlight::now_ns of the last change of `state`
-  std::uint64_t devices_lost = 0;   ///< since the start
-  std::string cause;                ///< a sentence, where `state` is not kRunning
-  std::string refusal;              ///< why the newest volume was refused; empty: it was taken
+  std::int64_t since_ns = 0;       ///< fanlight::now_ns of the last change of `state`
+  std::uint64_t devices_lost = 0;  ///< since the start
+  std::string cause;               ///< a sentence, where `state` is not kRunning
+  std::string refusal;             ///< why the newest volume or scene was refused; empty: both were taken
 };
 
 }  // namespace fanlight
