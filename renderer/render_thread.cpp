@@ -61,7 +61,9 @@ void RenderThread::show_degraded() {
 void RenderThread::rest() {
   const std::int64_t now = now_ns();
   if (governor_.in_force(now) != renderer().scene().deadline) return;  // it has just changed
-  const auto change_ns = governor_.next_change_ns(now);
+  auto change_ns = governor_.next_change_ns(now);
+  if (const auto try_ns = renderer().next_scene_try_ns())
+    change_ns = std::min(change_ns.value_or(*try_ns), *try_ns);
   to_.bell.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
 }
 

@@ -113,7 +113,6 @@ MainStatus Renderer::status() const {
 Result<void> Renderer::load(const Volume& volume, Loading loading) {
   const auto commit_numbers = volume.commit_numbers();
   newest_commit_number_ = commit_numbers.empty() ? 0 : *std::ranges::max_element(commit_numbers);
-  try_refused_scene();
   // A volume that does not fit takes the other slot, so that a refusal leaves the shown picture.
   const bool completes = replaces_frames() && slots_[newest_]->slot.suits(volume);
   auto loaded = completes ? complete_newest(volume, loading) : load_into_other(volume, loading);
@@ -237,6 +236,7 @@ Result<void> Renderer::light(SlotState& state) {
 
 Result<void> Renderer::advance() {
   if (auto retried = retry_held(); !retried) return retried;
+  try_refused_scene();
   const MainSteps due = decide(status(), scene_);
   if (gpu_.fault() != nullptr) return *gpu_.fault();
   for (const MainStep step : due.steps()) {

@@ -71,11 +71,19 @@ class Renderer {
   ~Renderer();
 
   /// Sets the scene of all following pictures. A scene whose pipelines the driver does not build is refused
-  /// when its turn comes, and the one before stays; it is tried again with a later volume.
-  void show(const NumberedScene& scene) { wanted_ = scene_ = scene; }
+  /// when its turn comes, and the one before stays; it is tried again later.
+  void show(const NumberedScene& scene) {
+    wanted_ = scene_ = scene;
+    scene_rest_ns_ = kLeastSceneRestNs;
+  }
 
   /// Why the scene of show() is not shown; empty where it is, or will be.
   const std::string& scene_refusal() const { return scene_refusal_; }
+  /// When advance() tries a refused scene again; absent where none is refused.
+  std::optional<std::int64_t> next_scene_try_ns() const {
+    if (scene_refusal_.empty() || scene_.revision == wanted_.revision) return {};
+    return scene_refused_ns_ + scene_rest_ns_;
+  }
 
   /// Whether load() accepts a volume: no pass 1 is under way and a slot is free.
   bool wants_volume() const { return accepts_volume(status(), scene_); }
@@ -175,6 +183,11 @@ class Renderer {
   const NumberedScene& proven_scene() const { return proven_; }
 
  private:
+  // A refused scene is tried again after this time, and then after twice the time before, since each try
+  // costs a cast and may cost a compilation.
+  static constexpr std::int64_t kLeastSceneRestNs = 1'000'000'000;
+  static constexpr std::int64_t kMostSceneRestNs = 64'000'000'000;
+
   struct SlotState {
     VolumeInFlight slot;
     WorkPhase phase = WorkPhase::kIdle;
@@ -241,6 +254,7 @@ class Renderer {
   NumberedScene proven_;
   std::string scene_refusal_;
   std::int64_t scene_refused_ns_ = 0;
+  std::int64_t scene_rest_ns_ = kLeastSceneRestNs;  // until the next try
   std::uint64_t pictures_ = 0;
 };
 

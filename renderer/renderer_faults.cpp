@@ -16,8 +16,6 @@ namespace {
 // no such limit, shares its time with everything else on the machine, and compiles shaders within a
 // submission.
 constexpr std::int64_t kProcessorHungNs = 30'000'000'000;
-// A refused scene is tried again after this time at the earliest: each try may cost a compilation.
-constexpr std::int64_t kSceneRestNs = 1'000'000'000;
 constexpr std::int64_t kSettlePollNs = 10'000'000;
 
 }  // namespace
@@ -81,7 +79,10 @@ bool Renderer::falls_back(const Error& error) {
 }
 
 void Renderer::try_refused_scene() {
-  if (!scene_refusal_.empty() && now_ns() - scene_refused_ns_ > kSceneRestNs) scene_ = wanted_;
+  const auto try_ns = next_scene_try_ns();
+  if (!try_ns || now_ns() < *try_ns) return;
+  scene_ = wanted_;
+  scene_rest_ns_ = std::min(2 * scene_rest_ns_, kMostSceneRestNs);
 }
 
 Result<void> Renderer::retry_held() {

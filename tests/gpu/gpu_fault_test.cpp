@@ -189,9 +189,9 @@ TEST_F(GpuFaultTest, AModeWithoutMemoryKeepsTheViewAndIsShownLater) {
     return !seen_.empty() && seen_.back().refusal.find("revision 2") != std::string::npos;
   }));
   const Picture kept = picture_of(publish(kNearMm));
-  // The scene is tried again with a volume, but not at once.
+  // The scene is tried again, but not at once; also where no further volume comes.
   Picture later = kept;
-  while (later.stamp.scene_revision < 2 && !HasFailure()) later = picture_of(publish(kNearMm));
+  while (later.stamp.scene_revision < 2 && !HasFailure()) later = picture_of(volumes_);
   EXPECT_NE(later.rgba, near_.rgba);
   EXPECT_TRUE(eventually([this] {
     read_others();
@@ -216,6 +216,20 @@ TEST_F(GpuFaultTest, APipelineThatIsNeverBuiltKeepsTheView) {
     EXPECT_EQ(next.stamp.scene_revision, 1U);
     EXPECT_EQ(next.rgba, near_.rgba);
   }
+  EXPECT_EQ(counters_.devices_lost.value(), 0U);
+  end();
+}
+
+TEST_F(GpuFaultTest, AFilterWithoutMemoryIsLeftOutOfThatVolumeOnly) {
+  Scene filtered = scene_;
+  filtered.speckle.across += 2;  // it needs more memory for its coefficients
+  inject({.call = GpuCall::kAllocateMemory, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});
+  show(2, filtered);
+  EXPECT_TRUE(eventually([this] { return counters_.volumes_unfiltered.value() == 1; }));
+  // Each slot of the renderer has memory of its own.
+  for (int volume = 0; volume < 4; ++volume)
+    EXPECT_EQ(picture_of(publish(kNearMm)).stamp.scene_revision, 2U);
+  EXPECT_EQ(counters_.volumes_unfiltered.value(), 1U);
   EXPECT_EQ(counters_.devices_lost.value(), 0U);
   end();
 }
