@@ -92,17 +92,17 @@ class RenderThread {
   std::int64_t measured_ns_ = 0;  // time of the last measure_busy()
   std::int64_t window_ns_ = 0;    // start of the window of the busy share
   std::int64_t busy_ns_ = 0;      // of the main view in the window
-  bool was_busy_ = false;
-  double finest_mm_ = 0;  // step of the newest volume's rays where the scene sets none
+  double finest_mm_ = 0;          // step of the newest volume's rays where the scene sets none
 
   // For the time after a loss. The volume that was loaded last keeps its slot of the ring.
   VolumeRing::Lease volume_;
-  bool volume_due_ = false;  // the renderer is new, and has no volume yet
   PrivateViews views_;
-  bool views_due_ = false;
   LossRecord losses_;
   std::size_t short_in_a_row_ = 0;  // volumes for which there was no memory
   bool remade_for_memory_ = false;  // and no volume was loaded since
+  bool volume_due_ = false;         // the renderer is new, and has no volume yet
+  bool views_due_ = false;          // nor its private views
+  bool was_busy_ = false;           // at the last measure_busy()
   DeviceDisposal disposal_;
   HealthReporter health_;
 

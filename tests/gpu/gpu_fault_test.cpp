@@ -227,8 +227,7 @@ TEST_F(GpuFaultTest, AFilterWithoutMemoryIsLeftOutOfThatVolumeOnly) {
   show(2, filtered);
   EXPECT_TRUE(eventually([this] { return counters_.volumes_unfiltered.value() == 1; }));
   // Each slot of the renderer has memory of its own.
-  for (int volume = 0; volume < 4; ++volume)
-    EXPECT_EQ(picture_of(publish(kNearMm)).stamp.scene_revision, 2U);
+  for (int volume = 0; volume < 4; ++volume) EXPECT_EQ(picture_of(publish(kNearMm)).stamp.scene_revision, 2U);
   EXPECT_EQ(counters_.volumes_unfiltered.value(), 1U);
   EXPECT_EQ(counters_.devices_lost.value(), 0U);
   end();
