@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "acquisition/source/printable.hpp"
@@ -17,6 +19,7 @@ namespace {
 constexpr std::size_t kLongestLine = 65'536;
 constexpr std::uint32_t kMostSide = 4096;
 constexpr std::uint32_t kMostFrames = 1'000'000;
+constexpr std::size_t kMostKeys = 10'000;
 constexpr std::size_t kMostFanlightFields = 64;
 // Best ratio of Deflate: one byte of input yields at most this many bytes of output.
 constexpr std::uint64_t kMostInflation = 1032;
@@ -111,6 +114,9 @@ class HeaderReader {
 
   Result<void> take_field(const Line& line) {
     const auto& [key, value] = line;
+    // The second one might describe other pixels than the first.
+    if (key != "Comment" && !keys_.emplace(key).second) return refused(line, "each line of the header once");
+    if (keys_.size() > kMostKeys) return bad(fmt::format("the header has over {} lines", kMostKeys), "fewer");
     const auto* const required = std::ranges::find(kRequirements, key, &Requirement::key);
     if (required != kRequirements.end() && value != required->value) {
       return refused(line, required->expected, ErrorCode::kUnsupported);
@@ -202,6 +208,9 @@ class HeaderReader {
     const auto field = frame_field(line);
     if (!field) return field.error();
     const auto& [frame, name] = *field;
+    // The lines of a frame stand together.
+    if (std::exchange(last_frame_, &frame) != &frame) keys_of_frame_.clear();
+    if (!keys_of_frame_.emplace(name).second) return refused(line, "each line of a frame once");
     if (name == "Timestamp") return take_number(line, frame.timestamp_s, "seconds");
     if (name == "MotorAngleDeg") return take_number(line, frame.motor_angle_deg, "degrees");
     if (name == "VolumeIndex") return take_number(line, frame.volume_index, "a whole number from 0");
@@ -220,6 +229,7 @@ class HeaderReader {
 
   template <typename T>
   Result<void> take_number(const Line& line, std::optional<T>& number, std::string_view expected) const {
+    if (number) return refused(line, "each line of a frame once");
     number = number_in<T>(line.value);
     if (!number) return refused(line, expected);
     return {};
@@ -267,6 +277,9 @@ class HeaderReader {
   std::string line_;
   std::uint64_t line_number_ = 0;
   bool has_element_type_ = false;
+  std::set<std::string, std::less<>> keys_;           // of the lines that belong to no frame
+  std::set<std::string, std::less<>> keys_of_frame_;  // of the frame that was described last
+  const void* last_frame_ = nullptr;
   std::optional<ImageOrientation> orientation_;
 };
 

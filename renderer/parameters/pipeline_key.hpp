@@ -45,6 +45,7 @@ struct PipelineKey {
   Shader shader = Shader::kCast;
   std::array<std::int32_t, 8> constants{};
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the zero inside <=> for a pointer
   auto operator<=>(const PipelineKey&) const = default;
 };
 

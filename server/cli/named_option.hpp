@@ -15,6 +15,7 @@ template <typename Value, typename Choice>
 CLI::Option* add_named_option(CLI::App& command, const std::string& name, Value& value,
                               std::vector<std::pair<std::string, Choice>> choices, const std::string& help) {
   std::vector<std::string> names;
+  names.reserve(choices.size());
   for (const auto& choice : choices) names.push_back(choice.first);
   return command
       .add_option_function<std::string>(

@@ -31,6 +31,7 @@ struct ServeOptions {
   SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
   std::string listen = "127.0.0.1:8080";
   TlsFiles tls;
+  bool hsts = false;
   std::string tokens;
   std::string audit_log;
   double control_lapse_s = 60;
@@ -121,6 +122,7 @@ StreamServer::Config server_config(const ServeOptions& options, const PictureSiz
                     .picture_height = size.height,
                     .jpeg_quality = options.jpeg_quality},
           .tls = options.tls,
+          .hsts = options.hsts,
           .credentials = options.tokens,
           .audit_log = options.audit_log,
           .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
@@ -204,6 +206,10 @@ void add_network_options(CLI::App& command, ServeOptions& options) {
       command.add_option("--tls-key", options.tls.key, "Its private key, PEM")->type_name("FILE");
   certificate->needs(key);
   key->needs(certificate);
+  command
+      .add_flag("--hsts", options.hsts,
+                "Tell browsers to come to this host over TLS only, for a year; also to its other ports")
+      ->needs(certificate);
   command.add_option("--client-ca", options.tls.client_ca, "Who signs clients' certificates, PEM")
       ->needs(certificate)
       ->type_name("FILE");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include "server/cli/commands.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/client/stream_client.hpp"
+#include "server/state/picture_liveness.hpp"
 #include "server/state/scene_message.hpp"
 
 namespace fanlight {
@@ -38,12 +40,15 @@ struct WatchOptions {
   v1::StreamRequest stream;
 };
 
+// The server sends statistics once a second.
+constexpr std::chrono::milliseconds kSilence{2000};
+
 std::atomic<bool> interrupted = false;
 
 Result<std::string> token_of(const WatchOptions& options) {
   if (options.token_file.empty()) {
     // Not an option: other users of the machine can see a command line.
-    const char* const token = std::getenv("FANLIGHT_TOKEN");
+    const char* const token = std::getenv("FANLIGHT_TOKEN");  // NOLINT(concurrency-mt-unsafe): one thread yet
     return std::string(token != nullptr ? token : "");
   }
   std::ifstream file(options.token_file);
@@ -87,7 +92,21 @@ struct Second {
       ages_ms;  ///< time since the pictures were finished; correct if both computers have the same clock
 };
 
-void print_json(const Second& second, double age_ms, const v1::Statistics& statistics) {
+/// "live", "delayed", "not live" or "waiting", as `fanlight watch` and /healthz say it.
+const char* state_name(const v1::Liveness& liveness) {
+  return PictureLiveness::name(static_cast<PictureLiveness::State>(liveness.state()));
+}
+
+/// "not live, 34.2 s old: The probe is lost."
+std::string state_text(const v1::Liveness& liveness) {
+  const std::string age = liveness.age_s() < 0 ? "" : fmt::format(", {:.1f} s old", liveness.age_s());
+  const bool explains = liveness.state() != v1::Liveness::LIVE;
+  return fmt::format("{}{}{}{}", state_name(liveness), age, explains ? ": " : "",
+                     explains ? liveness.sentence() : "");
+}
+
+void print_json(const Second& second, double age_ms, const v1::Liveness& liveness,
+                const v1::Statistics& statistics) {
   const nlohmann::ordered_json report = {{"pictures", second.pictures},
                                          {"bytes", second.bytes},
                                          {"age_ms", age_ms},
@@ -98,18 +117,23 @@ void print_json(const Second& second, double age_ms, const v1::Statistics& stati
                                          {"volumes_dropped", statistics.volumes_dropped()},
                                          {"frames_lost", statistics.frames_lost()},
                                          {"sessions", statistics.sessions()},
-                                         {"source", statistics.source_state()}};
+                                         {"source", statistics.source_state()},
+                                         {"picture", state_name(liveness)},
+                                         {"picture_age_s", liveness.age_s()},
+                                         {"reason", liveness.sentence()}};
   fmt::print("{}\n", report.dump());
 }
 
-void print_text(const Second& second, double age_ms, const v1::Statistics& statistics) {
+void print_text(const Second& second, double age_ms, const v1::Liveness& liveness,
+                const v1::Statistics& statistics) {
   fmt::print(
-      "{:4} pictures, {:7.1f} kB, finished {:6.1f} ms ago (median); sent {}, skipped {} of {}; {} "
+      "{}; {:4} pictures, {:7.1f} kB, finished {:6.1f} ms ago (median); sent {}, skipped {} of {}; {} "
       "volumes, {} "
       "dropped; {} displays; source {}\n",
-      second.pictures, static_cast<double>(second.bytes) / 1e3, age_ms, statistics.pictures_sent(),
-      statistics.pictures_skipped(), statistics.pictures_offered(), statistics.volumes_assembled(),
-      statistics.volumes_dropped(), statistics.sessions(), statistics.source_state());
+      state_text(liveness), second.pictures, static_cast<double>(second.bytes) / 1e3, age_ms,
+      statistics.pictures_sent(), statistics.pictures_skipped(), statistics.pictures_offered(),
+      statistics.volumes_assembled(), statistics.volumes_dropped(), statistics.sessions(),
+      statistics.source_state());
 }
 
 /// Watches one stream until the options or a signal end it.
@@ -121,10 +145,14 @@ class Watch {
     if (auto asked = ask(); !asked) return asked;
     const std::int64_t from_ns = now_ns();
     while (!interrupted) {
-      auto message = client_.next();
+      auto message = client_.next_within(kSilence);
       if (!message && interrupted) break;
       if (!message) return message.error();
-      if (auto taken = take(*message); !taken) return taken;
+      if (!*message) {
+        report_silence();
+      } else if (auto taken = take(**message); !taken) {
+        return taken;
+      }
       if (options_.pictures > 0 && pictures_ >= options_.pictures) break;
       if (options_.seconds > 0 && static_cast<double>(now_ns() - from_ns) / 1e9 >= options_.seconds) break;
     }
@@ -160,6 +188,9 @@ class Watch {
     switch (message.body_case()) {
       case v1::ServerMessage::kPicture:
         return take_picture(message.picture());
+      case v1::ServerMessage::kLiveness:
+        liveness_ = message.liveness();
+        return {};
       case v1::ServerMessage::kStatistics:
         report(message.statistics());
         return {};
@@ -224,18 +255,35 @@ class Watch {
     std::ranges::sort(second_.ages_ms);
     const double age_ms = second_.ages_ms.empty() ? 0 : second_.ages_ms[second_.ages_ms.size() / 2];
     if (options_.json) {
-      print_json(second_, age_ms, statistics);
+      print_json(second_, age_ms, liveness_, statistics);
     } else {
-      print_text(second_, age_ms, statistics);
+      print_text(second_, age_ms, liveness_, statistics);
     }
     std::fflush(stdout);
     second_ = {};
+    heard_ns_ = now_ns();
+  }
+
+  /// The server has stopped, or the way to it.
+  void report_silence() {
+    const double silent_s = static_cast<double>(now_ns() - heard_ns_) / 1e9;
+    const std::string sentence = fmt::format("The server has not answered for {:.0f} s.", silent_s);
+    if (options_.json) {
+      const nlohmann::ordered_json report = {
+          {"pictures", 0}, {"picture", "not live"}, {"silent_s", silent_s}, {"reason", sentence}};
+      fmt::print("{}\n", report.dump());
+    } else {
+      fmt::print("not live: {}\n", sentence);
+    }
+    std::fflush(stdout);
   }
 
   const WatchOptions& options_;
   StreamClient& client_;
   std::uint64_t pictures_ = 0;
   Second second_;
+  v1::Liveness liveness_;             // the last one told
+  std::int64_t heard_ns_ = now_ns();  // when the last statistics came
 };
 
 Result<void> watch(WatchOptions options) {

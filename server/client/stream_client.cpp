@@ -6,7 +6,7 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/host_name_verification.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
+#include <utility>
 
 #include "server/client/server_url.hpp"
 
@@ -44,6 +44,12 @@ Result<std::unique_ptr<asio::ssl::context>> client_context(const StreamClient::C
 }
 
 }  // namespace
+
+template <typename Use>
+auto StreamClient::on_socket(Use use) {
+  if (auto* const tls = std::get_if<Tls>(&socket_)) return use(*tls);
+  return use(std::get<Plain>(socket_));
+}
 
 Result<std::unique_ptr<StreamClient>> StreamClient::connect(const Config& config) {
   std::unique_ptr<StreamClient> made(new StreamClient());
@@ -90,11 +96,7 @@ Result<void> StreamClient::open(const Config& config) {
     socket.handshake(response, url->host_and_port(), "/stream", failure);
     if (failure == websocket::error::upgrade_declined) answer = response.body();
   };
-  if (url->tls) {
-    shake(std::get<Tls>(socket_));
-  } else {
-    shake(std::get<Plain>(socket_));
-  }
+  on_socket(shake);
   if (!answer.empty()) return Error{ErrorCode::kInvalidArgument, answer.substr(0, answer.find('\n'))};
   if (failure) return broken("the upgrade to a WebSocket", failure);
   return {};
@@ -110,7 +112,7 @@ Result<void> StreamClient::greet(const Config& config) {
     if (!message) return message.error();
     if (message->has_error()) return Error{ErrorCode::kInvalidArgument, message->error().message()};
     if (message->has_login_needed() && !std::exchange(login_sent, true)) {
-      if (config.token.empty() && config.certificate.empty()) {
+      if (config.token.empty()) {
         return Error{ErrorCode::kInvalidArgument, message->login_needed().message()};
       }
       if (auto sent = send(login); !sent) return sent;
@@ -123,39 +125,44 @@ Result<void> StreamClient::greet(const Config& config) {
 }
 
 Result<v1::ServerMessage> StreamClient::next() {
-  beast::flat_buffer incoming;
-  boost::system::error_code failure;
-  std::string reason;
-  const auto read = [&](auto& socket) {
-    socket.read(incoming, failure);
-    reason = socket.reason().reason.c_str();
-  };
-  if (auto* tls = std::get_if<Tls>(&socket_)) {
-    read(*tls);
-  } else {
-    read(std::get<Plain>(socket_));
+  for (;;) {
+    auto message = next_within(std::chrono::hours(1));
+    if (!message) return message.error();
+    if (*message) return std::move(**message);
   }
-  if (failure == websocket::error::closed || (failure && !reason.empty())) {
+}
+
+Result<std::optional<v1::ServerMessage>> StreamClient::next_within(std::chrono::milliseconds time) {
+  const auto read = [this](auto& socket) {
+    socket.async_read(incoming_,
+                      [this](boost::system::error_code failure, std::size_t /*bytes*/) { read_ = failure; });
+  };
+  if (!std::exchange(reading_, true)) {
+    read_.reset();
+    on_socket(read);
+  }
+  loop_.restart();
+  loop_.run_for(time);
+  if (!read_) return std::optional<v1::ServerMessage>();
+  reading_ = false;
+  const std::string reason =
+      on_socket([](auto& socket) { return std::string(socket.reason().reason.c_str()); });
+  if (*read_ == websocket::error::closed || (*read_ && !reason.empty())) {
     return Error{ErrorCode::kStopped,
                  fmt::format("the server closed{}{}", reason.empty() ? "" : ": ", reason)};
   }
-  if (failure) return broken("reading from the server", failure);
+  if (*read_) return broken("reading from the server", *read_);
   v1::ServerMessage message;
-  if (!message.ParseFromArray(incoming.cdata().data(), static_cast<int>(incoming.size()))) {
-    return Error{ErrorCode::kBadInput, "the server sent what is no fanlight.v1.ServerMessage"};
-  }
-  return message;
+  const bool parsed = message.ParseFromArray(incoming_.cdata().data(), static_cast<int>(incoming_.size()));
+  incoming_.consume(incoming_.size());
+  if (!parsed) return Error{ErrorCode::kBadInput, "the server sent what is no fanlight.v1.ServerMessage"};
+  return std::optional(std::move(message));
 }
 
 Result<void> StreamClient::send(const v1::ClientMessage& message) {
   const std::string bytes = message.SerializeAsString();
   boost::system::error_code failure;
-  const auto write = [&](auto& socket) { socket.write(asio::buffer(bytes), failure); };
-  if (auto* tls = std::get_if<Tls>(&socket_)) {
-    write(*tls);
-  } else {
-    write(std::get<Plain>(socket_));
-  }
+  on_socket([&](auto& socket) { socket.write(asio::buffer(bytes), failure); });
   if (failure) return broken("writing to the server", failure);
   return {};
 }

@@ -3,11 +3,14 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ssl/context.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/beast/websocket/stream.hpp>
+#include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -36,6 +39,9 @@ class StreamClient {
 
   /// Waits for the next message. Error, kStopped: the server has closed the connection, with its reason.
   Result<v1::ServerMessage> next();
+  /// The same, but gives up after a time: empty if no message came. The server sends one a second at least,
+  /// so a silence of two seconds means that it, or the way to it, has stopped.
+  Result<std::optional<v1::ServerMessage>> next_within(std::chrono::milliseconds time);
   Result<void> send(const v1::ClientMessage& message);
 
  private:
@@ -45,10 +51,16 @@ class StreamClient {
   StreamClient() = default;
   Result<void> open(const Config& config);
   Result<void> greet(const Config& config);
+  template <typename Use>
+  auto on_socket(Use use);
 
   boost::asio::io_context loop_;
   std::unique_ptr<boost::asio::ssl::context> context_;
   std::variant<std::monostate, Plain, Tls> socket_;
+  // Of the read under way, which next_within() may leave behind.
+  boost::beast::flat_buffer incoming_;
+  std::optional<boost::system::error_code> read_;  // its result; empty while it is under way
+  bool reading_ = false;
   v1::Hello hello_;
 };
 

@@ -25,6 +25,7 @@ struct StreamSettings {
   /// one coder, at one rate.
   bool remembers() const { return codec == Codec::kH264 || bit_rate_kbps > 0; }
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the zero inside <=> for a pointer
   auto operator<=>(const StreamSettings&) const = default;
 };
 

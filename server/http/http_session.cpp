@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http/page_files.hpp"
+#include "server/http/request_rules.hpp"
 #include "server/net/request_host.hpp"
 #include "server/stream/stream_protocol.hpp"
 
@@ -53,6 +54,16 @@ std::string address_text(Connection& connection) {
                                 : fmt::format("{}:{}", host, peer.port());
 }
 
+std::string_view path_of(const HttpSession::Request& request) {
+  return std::string_view(request.target()).substr(0, request.target().find('?'));
+}
+
+/// Whether a path needs credentials. The page and the health check show nothing of the scan, and the page is
+/// needed to log in. The stream asks for a login by itself.
+bool is_guarded(std::string_view path) {
+  return path == "/metrics" || path.starts_with("/api/");
+}
+
 bool is_read(const HttpSession::Request& request) {
   return request.method() == http::verb::get || request.method() == http::verb::head;
 }
@@ -66,6 +77,9 @@ HttpSession::HttpSession(Connection connection, ConnectionPermit permit, const D
       address_(address_text(connection_)) {}
 
 void HttpSession::start() {
+  permit_.on_eviction([weak = weak_from_this()] {
+    if (const auto self = weak.lock()) beast::get_lowest_layer(self->connection_).close();
+  });
   if (!connection_.is_tls()) return read();
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
   connection_.async_handshake([self = shared_from_this()](beast::error_code failure) {
@@ -87,6 +101,34 @@ void HttpSession::read() {
   parser_->header_limit(kLargestHeaderBytes);
   parser_->body_limit(kLargestBodyBytes);
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
+  http::async_read_header(connection_, incoming_, *parser_,
+                          [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                            self->header_received(failure);
+                          });
+}
+
+void HttpSession::header_received(beast::error_code failure) {
+  if (failure) return refuse_unreadable(failure);
+  without_body_ = parser_->get().method() == http::verb::head;
+  if (const auto wrong = violation_of(parser_->get()))
+    return send(last_refusal(wrong->status, wrong->sentence));
+  if (!to_origin_form(parser_->get())) {
+    return send(
+        last_refusal(http::status::bad_request, "the target is neither a path nor a URL, expected one"));
+  }
+  if (waits_for_continue(parser_->get()) && !parser_->is_done()) return send_continue();
+  read_body();
+}
+
+void HttpSession::send_continue() {
+  continue_.emplace(http::status::continue_, 11);
+  http::async_write(connection_, *continue_,
+                    [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
+                      if (!failure) self->read_body();
+                    });
+}
+
+void HttpSession::read_body() {
   http::async_read(connection_, incoming_, *parser_,
                    [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
                      self->received(failure);
@@ -94,9 +136,13 @@ void HttpSession::read() {
 }
 
 void HttpSession::received(beast::error_code failure) {
+  if (failure) return refuse_unreadable(failure);
+  serve(parser_->release());
+}
+
+void HttpSession::refuse_unreadable(beast::error_code failure) {
   if (failure == http::error::end_of_stream || failure == beast::error::timeout)
     return;  // the destructor closes the socket
-  if (!failure) return serve(parser_->release());
   // Errors of HTTP itself can be answered; those of the connection cannot.
   if (failure.category() != make_error_code(http::error::bad_method).category()) return;
   send(last_refusal(
@@ -121,8 +167,14 @@ void HttpSession::serve(const Request& request) {
     response.set(http::field::www_authenticate, "Bearer");
     return reply(request, std::move(response));
   }
+  if (*principal) permit_.authenticated();
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     return upgrade(request, std::move(*principal));
+  }
+  if (*principal && is_read(request) && path_of(request) == "/api/picture.png") {
+    return dependencies_.rest_api.picture([self = shared_from_this(), request](Response response) {
+      self->reply(request, std::move(response));
+    });
   }
   reply(request, respond(request, *principal));
 }
@@ -150,10 +202,14 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
     if (!principal) return principal.error();
     return std::optional(std::move(*principal));
   }
+  const bool stream = path_of(request) == "/stream";
+  // Whoever asks for the page alone needs no certificate, so none is judged.
+  if (!stream && !is_guarded(path_of(request))) return std::optional<Principal>();
   if (const auto fingerprint = connection_.client_fingerprint()) {
     auto principal = dependencies_.access.by_certificate(*fingerprint, address_);
-    if (!principal) return principal.error();
-    return std::optional(std::move(*principal));
+    if (principal) return std::optional(std::move(*principal));
+    if (!stream) return principal.error();
+    login_reason_ = principal.error().message;  // a person can still log in with a token
   }
   return std::optional<Principal>();
 }
@@ -162,7 +218,7 @@ void HttpSession::upgrade(const Request& request, std::optional<Principal> princ
   const auto protocol = agreed_protocol(request["Sec-WebSocket-Protocol"]);
   if (!protocol) return reply(request, refusal(http::status::bad_request, protocol.error().message));
   std::make_shared<StreamSession>(std::move(connection_), std::move(permit_), dependencies_.stream, address_)
-      ->start(request, *protocol, std::move(principal));
+      ->start(request, *protocol, std::move(principal), login_reason_);
 }
 
 void HttpSession::reply(const Request& request, Response response) {
@@ -172,18 +228,16 @@ void HttpSession::reply(const Request& request, Response response) {
   response.set("Content-Security-Policy", kContentPolicy);
   response.set("Referrer-Policy", "no-referrer");
   response.set("Cross-Origin-Resource-Policy", "same-origin");
-  if (connection_.is_tls()) response.set("Strict-Transport-Security", "max-age=31536000");
+  if (dependencies_.hsts && connection_.is_tls())
+    response.set("Strict-Transport-Security", "max-age=31536000");
   response.prepare_payload();
-  if (request.method() == http::verb::head) response.body().clear();
   send(std::move(response));
 }
 
 HttpSession::Response HttpSession::respond(const Request& request,
                                            const std::optional<Principal>& principal) {
-  const std::string_view path = std::string_view(request.target()).substr(0, request.target().find('?'));
-  // The page and the health check show nothing of the scan, and the page is needed to log in.
-  const bool guarded = path == "/metrics" || path.starts_with("/api/");
-  if (guarded && !principal) {
+  const std::string_view path = path_of(request);
+  if (is_guarded(path) && !principal) {
     Response response =
         refusal(http::status::unauthorized, "expected a token, as Authorization: Bearer TOKEN");
     response.set(http::field::www_authenticate, "Bearer");
@@ -196,7 +250,11 @@ HttpSession::Response HttpSession::respond(const Request& request,
     }
     return response;
   }
-  if (!is_read(request)) return refusal(http::status::method_not_allowed, "expected the method GET or HEAD");
+  if (!is_read(request)) {
+    Response response = refusal(http::status::method_not_allowed, "expected the method GET or HEAD");
+    response.set(http::field::allow, "GET, HEAD");
+    return response;
+  }
   if (path == "/healthz") return health();
   if (path == "/metrics") {
     return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
@@ -206,13 +264,18 @@ HttpSession::Response HttpSession::respond(const Request& request,
 }
 
 HttpSession::Response HttpSession::health() {
-  std::string state = dependencies_.source_state();
-  const bool healthy = state == "running" || state == "ended";
-  // A probe that was unplugged is no fault of the server.
-  if (healthy && dependencies_.probe.lost()) state = "waits for a probe that was lost";
-  return response_with(healthy ? http::status::ok : http::status::service_unavailable,
+  using Cause = PictureLiveness::Cause;
+  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  // A supervisor that restarts the server on 503 must not do so because a probe was unplugged or a recording
+  // ended.
+  const bool failing = report.cause == Cause::kSourceFailed || report.cause == Cause::kGpuHung ||
+                       report.cause == Cause::kGpuRemade;
+  const std::string source = dependencies_.probe.lost() ? "probe lost" : dependencies_.source_state();
+  const std::string age = report.age_s < 0 ? "" : fmt::format(", {:.1f} s old", report.age_s);
+  return response_with(failing ? http::status::service_unavailable : http::status::ok,
                        "text/plain; charset=utf-8",
-                       fmt::format("{}; source {}\n", healthy ? "ok" : "failing", state));
+                       fmt::format("{}; source {}; picture {}{}; {}\n", failing ? "failing" : "ok", source,
+                                   PictureLiveness::name(report.state), age, report.sentence));
 }
 
 HttpSession::Response HttpSession::respond_with_page(std::string_view path) {
@@ -240,6 +303,7 @@ HttpSession::Response HttpSession::last_refusal(http::status status, const std::
 
 void HttpSession::send(Response response) {
   if (!response.has_content_length()) response.prepare_payload();
+  if (without_body_) response.body().clear();  // the length stays
   response_ = std::move(response);
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
   http::async_write(connection_, *response_,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <functional>
@@ -33,6 +34,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     Authenticator& access;
     const ProbeProxy& probe;
     const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
+    const PictureLiveness& liveness;
+    bool hsts;           ///< tell browsers to come over TLS only
     bool loopback_only;  ///< the server listens on loopback, and requests must name a loopback host
     RestApi& rest_api;
     MetricsSources metrics;
@@ -47,7 +50,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
  private:
   void read();
+  void header_received(boost::beast::error_code failure);
+  /// Tells the client to send the body that it holds back.
+  void send_continue();
+  void read_body();
   void received(boost::beast::error_code failure);
+  /// Answers an error of HTTP, and ends without a word after one of the connection.
+  void refuse_unreadable(boost::beast::error_code failure);
   void serve(const Request& request);
   /// The response to a request that this server must not serve, whoever sent it; else nothing.
   std::optional<Response> rejection(const Request& request);
@@ -71,6 +80,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   boost::beast::flat_buffer incoming_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   std::optional<Response> response_;
+  std::optional<boost::beast::http::response<boost::beast::http::empty_body>> continue_;
+  std::string login_reason_;   // why the certificate shown does not suffice; empty: none was shown
+  bool without_body_ = false;  // the response to a HEAD request
 };
 
 }  // namespace fanlight

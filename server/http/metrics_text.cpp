@@ -39,6 +39,14 @@ std::string metrics_text(const MetricsSources& sources) {
   families.push_back(family(
       "fanlight_probe_streaming", "1 while a probe streams, 0 while it is lost or there is none",
       prometheus::MetricType::Gauge, sources.probe.status().state == ProbeStatus::State::kStreaming ? 1 : 0));
+  const PictureLiveness::Report& liveness = sources.liveness.report();
+  families.push_back(family("fanlight_picture_live",
+                            "1 while the main view shows what the probe sees now, 0 while its picture is old",
+                            prometheus::MetricType::Gauge, liveness.live() ? 1 : 0));
+  families.push_back(
+      family("fanlight_picture_age_seconds",
+             "From the capture of the newest picture's volume to now; -1 before the first picture",
+             prometheus::MetricType::Gauge, liveness.age_s));
   families.push_back(family("fanlight_sessions", "Displays connected", prometheus::MetricType::Gauge,
                             static_cast<double>(sources.hub.subscriber_count())));
   families.push_back(family("fanlight_scene_revision", "Number of the scene in force",

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "server/metrics/server_counters.hpp"
+#include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/stream/picture_hub.hpp"
@@ -15,6 +16,7 @@ struct MetricsSources {
   const PipelineCounters& pipeline;
   const ServerCounters& counters;
   const ProbeProxy& probe;
+  const PictureLiveness& liveness;
   const PictureHub& hub;
   const SceneStore& scene_store;
 };

@@ -42,7 +42,6 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
   const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
   if (path == "/api/scene" && reads) return scene();
   if (path == "/api/scene" && request.method() == http::verb::patch) return change_scene(request, principal);
-  if (path == "/api/picture.png" && reads) return picture();
   if (path == "/api/scene" || path == "/api/picture.png") {
     Response response =
         refusal(http::status::method_not_allowed,
@@ -98,23 +97,27 @@ RestApi::Response RestApi::change_scene(const Request& request, const Principal&
   return scene();
 }
 
-RestApi::Response RestApi::picture() const {
-  const Picture* const picture = dependencies_.hub.newest_picture();
-  if (picture == nullptr) {
+void RestApi::picture(const std::function<void(Response)>& answer) const {
+  if (dependencies_.hub.newest_picture() == nullptr) {
     Response response =
         refusal(http::status::service_unavailable, "there is no picture yet, expected some patience");
     response.set(http::field::retry_after, "1");
-    return response;
+    return answer(std::move(response));
   }
-  const auto png = dependencies_.hub.png();
-  if (!png) return refusal(http::status::internal_server_error, png.error().message);
-  Response response(http::status::ok, 11);
-  response.set(http::field::content_type, "image/png");
-  response.set("X-Fanlight-Picture-Id", std::to_string(picture->stamp.picture_id));
-  response.set("X-Fanlight-Volume-Id", std::to_string(picture->stamp.volume.volume_id));
-  response.set("X-Fanlight-Scene-Revision", std::to_string(picture->stamp.scene_revision));
-  response.body() = **png;
-  return response;
+  dependencies_.hub.png([answer](const Result<PictureHub::PictureFile>& file) {
+    if (!file) {
+      const bool busy = file.error().code == ErrorCode::kUnavailable;
+      return answer(refusal(busy ? http::status::service_unavailable : http::status::internal_server_error,
+                            file.error().message));
+    }
+    Response response(http::status::ok, 11);
+    response.set(http::field::content_type, "image/png");
+    response.set("X-Fanlight-Picture-Id", std::to_string(file->stamp.picture_id));
+    response.set("X-Fanlight-Volume-Id", std::to_string(file->stamp.volume.volume_id));
+    response.set("X-Fanlight-Scene-Revision", std::to_string(file->stamp.scene_revision));
+    response.body() = *file->png;
+    answer(std::move(response));
+  });
 }
 
 }  // namespace fanlight

@@ -41,10 +41,12 @@ class RestApi {
   /// `path`: of the request, from "/api/" on, without the query.
   Response respond(const Request& request, std::string_view path, const Principal& principal);
 
+  /// The answer to a GET of /api/picture.png, once the picture is encoded.
+  void picture(const std::function<void(Response)>& answer) const;
+
  private:
   Response scene() const;
   Response change_scene(const Request& request, const Principal& principal);
-  Response picture() const;
   void audit_change(const Principal& principal, const std::string& result,
                     const nlohmann::json& details) const;
 

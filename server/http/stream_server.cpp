@@ -23,16 +23,29 @@ using asio::ip::tcp;
 
 namespace {
 
+// Open files besides connections: the GPU's, the source's, the logs.
+constexpr rlim_t kOtherFiles = 64;
+// Fewer connections than this are too few for a ward: the administrator is told.
+constexpr std::size_t kFewConnections = 256;
+// How often it is looked at whether the picture is live.
+constexpr auto kLivenessInterval = std::chrono::milliseconds(250);
+
+PictureLiveness::Source liveness_source(const std::string& source_state, bool probe_lost) {
+  using State = PictureLiveness::Source::State;
+  if (source_state == "running") return {.state = State::kRunning, .failure = "", .probe_lost = probe_lost};
+  if (source_state == "ended") return {.state = State::kEnded, .failure = "", .probe_lost = probe_lost};
+  return {.state = State::kFailed, .failure = source_state, .probe_lost = probe_lost};
+}
+
 /// The number of connections, at most `connections`, for which the process has file descriptors. Raises the
 /// limit of the process as far as possible, and keeps some descriptors for files.
 std::size_t connections_within_limit(std::size_t connections) {
-  constexpr rlim_t kOthers = 64;
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return connections;
-  limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, connections + kOthers));
+  limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, connections + kOtherFiles));
   setrlimit(RLIMIT_NOFILE, &limit);
   getrlimit(RLIMIT_NOFILE, &limit);
-  return limit.rlim_cur > kOthers ? limit.rlim_cur - kOthers : 1;
+  return limit.rlim_cur > kOtherFiles ? limit.rlim_cur - kOtherFiles : 1;
 }
 
 }  // namespace
@@ -43,13 +56,14 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       dependencies_(dependencies),
       scene_store_(config.initial_scene, config.suggested_scene, dependencies.scenes),
       probe_(dependencies.probe, config.probe_control),
+      liveness_(dependencies_.pipeline, now_ns()),
       views_({.views = dependencies.private_views,
               .bell = dependencies.bell,
               .scene_store = scene_store_,
               .render = dependencies.pipeline.render,
               .counters = dependencies.counters},
              config.most_private_views, config.facts.picture_width, config.facts.picture_height),
-      hub_(dependencies.counters),
+      hub_(dependencies.counters, hub_config()),
       sessions_(views_),
       audit_(std::move(audit)),
       access_(std::move(access)),
@@ -59,6 +73,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .source_state = dependencies_.source_state,
                  .scene_store = scene_store_,
                  .probe = probe_,
+                 .liveness = liveness_,
                  .views = views_,
                  .control = control_,
                  .hub = hub_}),
@@ -93,11 +108,14 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                          .access = access_,
                          .probe = probe_,
                          .source_state = dependencies_.source_state,
+                         .liveness = liveness_,
+                         .hsts = config.hsts,
                          .loopback_only = config.endpoint.address().is_loopback(),
                          .rest_api = rest_api_,
                          .metrics = {.pipeline = dependencies_.pipeline,
                                      .counters = dependencies_.counters,
                                      .probe = probe_,
+                                     .liveness = liveness_,
                                      .hub = hub_,
                                      .scene_store = scene_store_},
                          .stream = stream_dependencies_},
@@ -107,11 +125,29 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
   google::protobuf::SetLogHandler(nullptr);
 }
 
+PictureHub::Config StreamServer::hub_config() {
+  PictureHub::Config config;
+  config.executor = [this](EncoderLane lane, std::function<void()> work, std::function<void()> done) {
+    encoders_.submit(lane, [this, work = std::move(work), done = std::move(done)]() mutable {
+      work();
+      asio::post(loop_, std::move(done));
+    });
+  };
+  config.threads = EncoderPool::usual_threads();
+  return config;
+}
+
 Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
                                                            const Dependencies& dependencies) {
   Config config = wanted;
   config.most_connections =
       std::min(config.most_connections, connections_within_limit(config.most_connections));
+  if (config.most_connections < std::min(wanted.most_connections, kFewConnections)) {
+    spdlog::warn(
+        "there is room for {} connections only, since the system allows this process few open files "
+        "(ulimit -n), expected {} or more",
+        config.most_connections, wanted.most_connections + kOtherFiles);
+  }
   AuditLog audit;
   if (!config.audit_log.empty()) {
     auto opened = AuditLog::open(config.audit_log);
@@ -166,6 +202,7 @@ Result<void> StreamServer::run() {
   watch_bell();
   bell_rang();  // values may have come before
   start_second();
+  start_liveness();
   loop_.run();
   if (audit_.lines() > 0)
     spdlog::info("the audit log has {} lines, the newest with the hash {}", audit_.lines(),
@@ -196,14 +233,22 @@ void StreamServer::accepted(boost::system::error_code failure, tcp::socket socke
     return;
   }
   boost::system::error_code ignored;
-  if (auto permit = connection_limit_.take(socket.remote_endpoint(ignored).address())) {
+  const auto address = socket.remote_endpoint(ignored).address();
+  const bool in_time = tls_ == nullptr || connect_rate_.take(ConnectionLimit::host_of(address));
+  auto permit = in_time ? connection_limit_.take(address) : std::nullopt;
+  dependencies_.counters.connections_evicted.set(connection_limit_.evicted());
+  if (permit) {
     socket.set_option(tcp::no_delay(true), ignored);
     auto connection = tls_ != nullptr ? Connection(std::move(socket), tls_) : Connection(std::move(socket));
     std::make_shared<HttpSession>(std::move(connection), std::move(*permit), http_dependencies_)->start();
   } else {
     dependencies_.counters.connections_refused.add();  // the destructor closes the socket
   }
-  accept();
+  if (tls_ == nullptr || connect_rate_.may_accept()) {
+    accept();
+  } else {
+    accepts_ = false;  // until the second has passed
+  }
 }
 
 void StreamServer::watch_bell() {
@@ -218,11 +263,42 @@ void StreamServer::watch_bell() {
 void StreamServer::bell_rang() {
   if (const Error* broken = dependencies_.failures.newest()) return fail(*broken);
   if (probe_.update()) probe_changed();
+  if (dependencies_.render_health != nullptr) {
+    if (const RenderHealth* health = dependencies_.render_health->newest()) liveness_.health_changed(*health);
+  }
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
+    liveness_.shown(picture->stamp, now_ns());
     hub_.show(*picture);
   }
+  update_liveness();
   show_private_views();
+}
+
+void StreamServer::start_liveness() {
+  liveness_pause_.expires_after(kLivenessInterval);
+  liveness_pause_.async_wait([this](boost::system::error_code failure) {
+    if (failure) return;
+    update_liveness();
+    start_liveness();
+  });
+}
+
+void StreamServer::update_liveness() {
+  if (!liveness_.update(liveness_source(dependencies_.source_state(), probe_.lost()), now_ns())) return;
+  log_liveness();
+  sessions_.liveness_changed();
+}
+
+void StreamServer::log_liveness() {
+  const PictureLiveness::Report& report = liveness_.report();
+  if (report.live() || report.state == PictureLiveness::State::kWaiting) {
+    spdlog::info("{}", report.sentence);
+  } else {
+    spdlog::warn("the picture is {}, {:.1f} s old: {}",
+                 report.state == PictureLiveness::State::kDelayed ? "delayed" : "not live", report.age_s,
+                 report.sentence);
+  }
 }
 
 void StreamServer::show_private_views() {
@@ -259,6 +335,8 @@ void StreamServer::start_second() {
 }
 
 void StreamServer::second_passed() {
+  connect_rate_.refill();
+  if (!std::exchange(accepts_, true)) accept();
   reload_credentials();
   reload_certificates();
   lapse_control();
@@ -297,11 +375,12 @@ void StreamServer::lapse_control() {
 }
 
 void StreamServer::notify_sessions_of_second() {
-  const auto ended = views_.second_passed();
+  const auto ended = views_.second_passed(now_ns());
   for (const auto& session : sessions_.all()) {
-    if (std::ranges::find(ended, session->id()) != ended.end()) {
+    const auto view = std::ranges::find(ended, session->id(), &ViewAdmission::EndedView::session);
+    if (view != ended.end()) {
       dependencies_.counters.private_views_ended.add();
-      session->view_ended("the main view left it no time for 5 s");
+      session->view_ended(view->reason);
     }
     session->second_passed();
   }

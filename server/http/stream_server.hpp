@@ -16,10 +16,13 @@
 
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/render_health.hpp"
 #include "server/http/http_session.hpp"
 #include "server/http/rest_api.hpp"
+#include "server/net/connect_rate.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/net/tls_context.hpp"
+#include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/view_admission.hpp"
@@ -40,6 +43,7 @@ class StreamServer {
     NumberedScene initial_scene;        ///< the scene that the renderer was made with
     Scene suggested_scene;              ///< scene_for() of the source, without options of the user
     TlsFiles tls;                       ///< empty: no TLS
+    bool hsts = false;                  ///< with TLS: browsers come to this host over TLS only, for a year
     std::filesystem::path credentials;  ///< empty: every client is an admin
     std::filesystem::path audit_log;    ///< empty: no audit log
     std::int64_t control_lapse_ms = 60'000;
@@ -60,6 +64,7 @@ class StreamServer {
     ServerCounters& counters;
     std::function<std::string()> source_state;
     Mailbox<PrivateViews>* private_views = nullptr;  ///< null: private views are not available
+    Mailbox<RenderHealth>* render_health = nullptr;  ///< null: the renderer is always well
   };
 
   /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
@@ -79,6 +84,7 @@ class StreamServer {
 
  private:
   StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, Authenticator access);
+  PictureHub::Config hub_config();
   Result<void> listen();
   Result<void> read_certificates();
   void accept();
@@ -87,6 +93,9 @@ class StreamServer {
   /// Reads all mailboxes.
   void bell_rang();
   void start_second();
+  void start_liveness();
+  void update_liveness();
+  void log_liveness();
   void second_passed();
   void reload_credentials();
   void reload_certificates();
@@ -102,6 +111,7 @@ class StreamServer {
   SceneStore scene_store_;
   ProbeProxy probe_;
   ProbeStatus logged_;  // the last status that was logged
+  PictureLiveness liveness_;
   ViewAdmission views_;
   PictureHub hub_;
   SessionRegistry sessions_;
@@ -117,14 +127,18 @@ class StreamServer {
   std::array<FileVersion, 3> certificates_read_;
   std::string certificates_result_;  // the last error that was logged; empty: none
   ConnectionLimit connection_limit_;
+  bool accepts_ = true;       // an accept is under way, or paused for a free descriptor
+  ConnectRate connect_rate_;  // where there is TLS
   boost::asio::io_context loop_{1};
   boost::asio::ip::tcp::acceptor acceptor_{loop_};
   boost::asio::posix::stream_descriptor bell_{loop_};
   boost::asio::steady_timer second_{loop_};
+  boost::asio::steady_timer liveness_pause_{loop_};
   boost::asio::steady_timer accept_pause_{loop_};
   boost::asio::steady_timer private_pause_{loop_};
   boost::asio::signal_set signals_{loop_};
   std::optional<Error> failure_;
+  EncoderPool encoders_;  // last: it ends first, and its results go to the loop
 };
 
 }  // namespace fanlight

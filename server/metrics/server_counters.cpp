@@ -30,6 +30,7 @@ std::vector<NamedCount> named_counts(const PipelineCounters& pipeline, const Ser
 
 std::vector<NamedValue> named_values(const PipelineCounters& pipeline) {
   std::vector<NamedValue> values;
+  values.reserve(kAcquisitionValueTable.size());
   for (const auto& row : kAcquisitionValueTable) {
     values.push_back({.name = row.name, .help = row.help, .value = row.value(pipeline.acquisition)});
   }

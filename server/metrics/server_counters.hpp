@@ -20,12 +20,15 @@ struct ServerCounters {
   Counter pictures_skipped;  ///< replaced unsent by a newer one, or unsent when the session ended
   Counter sessions_opened;
   Counter sessions_closed;
-  Counter connections_refused;            ///< beyond the limit
-  Counter handshakes_failed;              ///< of TLS
-  Counter encodings_failed;               ///< sessions closed because their picture could not be encoded
-  Counter sessions_stalled;               ///< closed because they acknowledged nothing for five seconds
-  Gauge<std::uint64_t> audit_lines_lost;  ///< for which the disk had no room
-  Counter control_refusals;               ///< requests for control that were not granted
+  Counter connections_refused;               ///< beyond the limit
+  Gauge<std::uint64_t> connections_evicted;  ///< of anonymous clients: others needed their place
+  Counter handshakes_failed;                 ///< of TLS
+  Counter encodings_failed;                  ///< sessions closed because their picture could not be encoded
+  Counter sessions_out_of_memory;            ///< closed because there was no memory for what they asked for
+  Counter sessions_unanswered;               ///< closed because they answered no ping for ten seconds
+  Counter sessions_stalled;                  ///< closed because they acknowledged nothing for five seconds
+  Gauge<std::uint64_t> audit_lines_lost;     ///< for which the disk had no room
+  Counter control_refusals;                  ///< requests for control that were not granted
   Counter requests_refused;  ///< HTTP requests that were malformed, too long or for no known path
   Counter messages_refused;  ///< malformed, oversized or unexpected WebSocket messages
   Counter scene_changes;
@@ -45,9 +48,15 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
     {"sessions_opened", "Displays that connected", &ServerCounters::sessions_opened},
     {"sessions_closed", "Displays that left", &ServerCounters::sessions_closed},
     {"connections_refused", "Connections beyond the limit", &ServerCounters::connections_refused},
+    {"connections_evicted", "Connections without credentials that made room for others",
+     &ServerCounters::connections_evicted},
     {"handshakes_failed", "TLS handshakes that came to nothing", &ServerCounters::handshakes_failed},
     {"encodings_failed", "Displays closed since their picture could not be encoded",
      &ServerCounters::encodings_failed},
+    {"sessions_out_of_memory", "Displays dropped since there was no memory for what they asked for",
+     &ServerCounters::sessions_out_of_memory},
+    {"sessions_unanswered", "Displays dropped since they answered no ping for ten seconds",
+     &ServerCounters::sessions_unanswered},
     {"sessions_stalled", "Displays dropped since they took nothing for five seconds",
      &ServerCounters::sessions_stalled},
     {"audit_lines_lost", "Lines of the audit log that the disk had no room for",

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/core/rate_policy.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/beast/websocket/ssl.hpp>
 #include <boost/beast/websocket/teardown.hpp>
@@ -23,12 +25,17 @@ namespace fanlight {
 /// AsyncStream). Server thread only.
 class Connection {
  public:
-  using next_layer_type = boost::beast::tcp_stream;
+  using next_layer_type = boost::beast::basic_stream<boost::asio::ip::tcp, boost::asio::any_io_executor,
+                                                     boost::beast::simple_rate_policy>;
   using executor_type = next_layer_type::executor_type;
 
   explicit Connection(boost::asio::ip::tcp::socket socket) : stream_(next_layer_type(std::move(socket))) {}
   Connection(boost::asio::ip::tcp::socket socket, std::shared_ptr<boost::asio::ssl::context> context)
       : context_(std::move(context)), stream_(Tls(next_layer_type(std::move(socket)), *context_)) {}
+
+  /// Most bytes that are read from the socket in a second; the rest waits there. Counts all that arrives:
+  /// headers, control frames, fragments, TLS.
+  void limit_reads(std::size_t bytes_a_second) { next_layer().rate_policy().read_limit(bytes_a_second); }
 
   bool is_tls() const { return context_ != nullptr; }
 

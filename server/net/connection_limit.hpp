@@ -3,63 +3,76 @@
 
 #include <boost/asio/ip/address.hpp>
 #include <cstddef>
+#include <functional>
+#include <list>
 #include <map>
 #include <optional>
 #include <string>
-#include <utility>
 
 namespace fanlight {
 
 class ConnectionLimit;
 
-/// The permit for one connection. It counts against the limit until it is destroyed.
+/// The permit for one connection. It counts against the limit until it is destroyed. Server thread only.
 class ConnectionPermit {
  public:
-  ConnectionPermit(ConnectionLimit& limit, std::string host) : limit_(&limit), host_(std::move(host)) {}
-  ConnectionPermit(ConnectionPermit&& other) noexcept
-      : limit_(std::exchange(other.limit_, nullptr)), host_(std::move(other.host_)) {}
+  ConnectionPermit(ConnectionPermit&& other) noexcept;
   ConnectionPermit& operator=(ConnectionPermit&&) = delete;
   ~ConnectionPermit();
 
+  /// What closes the connection, where its place is needed for another one. Called at most once.
+  void on_eviction(std::function<void()> close);
+
+  /// The client has shown credentials that are valid: its place is its own from now on.
+  void authenticated();
+
  private:
+  friend class ConnectionLimit;
+  struct Place {
+    std::string host;
+    bool anonymous = true;
+    std::function<void()> close;
+  };
+  using Position = std::list<Place>::iterator;
+  ConnectionPermit(ConnectionLimit& limit, Position place) : limit_(&limit), place_(place) {}
+
   ConnectionLimit* limit_;
-  std::string host_;
+  Position place_;
 };
 
-/// Limits the number of connections, in all and from one address, so that one peer cannot use up all of them.
-/// The limit for one address does not apply to the loopback address, where a proxy may run. Must outlive its
-/// permits. Server thread only.
+/// Limits the number of connections: in all, of one host, and of anonymous clients, which have not shown
+/// valid credentials. These have three quarters of the places; where they are full, the oldest anonymous
+/// client loses its place to a new one, so that neither slow logins nor idle health checks keep people out.
+/// The limit for one host, and the share of anonymous clients, do not apply to the loopback address, where a
+/// proxy may run. A host is an IPv4 address, or the first 64 bits of an IPv6 address, which is what one
+/// customer has. Must outlive its permits. Server thread only.
 class ConnectionLimit {
  public:
   ConnectionLimit(std::size_t most, std::size_t most_a_host) : most_(most), most_a_host_(most_a_host) {}
 
-  /// nullopt if a limit is reached.
-  std::optional<ConnectionPermit> take(const boost::asio::ip::address& address) {
-    const std::string host = address.is_loopback() ? "" : address.to_string();
-    const auto known = by_host_.find(host);
-    if (taken_ >= most_ || (!host.empty() && known != by_host_.end() && known->second >= most_a_host_))
-      return std::nullopt;
-    ++taken_;
-    ++by_host_[host];
-    return std::optional<ConnectionPermit>(std::in_place, *this, host);
-  }
+  /// nullopt if a limit is reached and nobody can make room.
+  std::optional<ConnectionPermit> take(const boost::asio::ip::address& address);
+
+  /// The host that an address belongs to; empty for loopback.
+  static std::string host_of(const boost::asio::ip::address& address);
+
+  /// Anonymous clients that lost their place, since the start.
+  std::size_t evicted() const { return evicted_; }
 
  private:
   friend class ConnectionPermit;
-  void give_back(const std::string& host) {
-    --taken_;
-    const auto known = by_host_.find(host);
-    if (--known->second == 0) by_host_.erase(known);
-  }
+  using Place = ConnectionPermit::Place;
+  std::size_t most_anonymous() const { return most_ - most_ / 4; }
+  bool evict_oldest();
+  void give_back(ConnectionPermit::Position place);
+  void leave_anonymous(Place& place);
 
   std::size_t most_;
   std::size_t most_a_host_;
-  std::size_t taken_ = 0;
+  std::list<Place> places_;          // oldest first
+  std::size_t anonymous_count_ = 0;  // without those on loopback, and without those that were told to close
   std::map<std::string, std::size_t> by_host_;
+  std::size_t evicted_ = 0;
 };
-
-inline ConnectionPermit::~ConnectionPermit() {
-  if (limit_ != nullptr) limit_->give_back(host_);
-}
 
 }  // namespace fanlight

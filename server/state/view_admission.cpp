@@ -68,10 +68,13 @@ double ViewAdmission::cost_ms(const View* view, bool own_camera) const {
   return sum_ms;
 }
 
-Result<void> ViewAdmission::check_budget(const View* wanted, bool own_camera, std::int64_t now_ns) const {
+bool ViewAdmission::main_at_rest(std::int64_t now_ns) const {
   const double picture_ms = std::accumulate(stage_ms_.begin(), stage_ms_.end(), 0.0);
-  const auto since_ms = static_cast<double>(now_ns - main_shown_ns_) / 1e6;
-  const bool at_rest = since_ms > std::max(kAtRestMs, 2 * picture_ms);
+  return static_cast<double>(now_ns - main_shown_ns_) / 1e6 > std::max(kAtRestMs, 2 * picture_ms);
+}
+
+Result<void> ViewAdmission::check_budget(const View* wanted, bool own_camera, std::int64_t now_ns) const {
+  const bool at_rest = main_at_rest(now_ns);
   const double left_share = at_rest ? 1 : 1 - dependencies_.render.main_busy_share.value();
   double taken_ms = 0;
   for (const View& view : views_) {
@@ -234,16 +237,39 @@ std::vector<const Picture*> ViewAdmission::newest(std::int64_t now_ns) {
   return pictures;
 }
 
-std::vector<std::uint64_t> ViewAdmission::second_passed() {
-  std::vector<std::uint64_t> ended;
+bool ViewAdmission::over_budget(std::int64_t now_ns) const {
+  if (main_at_rest(now_ns)) return false;
+  // At two pictures a second each; by what a picture costs now, which is more than at the admission where the
+  // main view's filters, or the view's own, have become dearer.
+  double taken_ms = 0;
+  for (const View& view : views_) {
+    if (view.wanted.view_id != 0) taken_ms += kLeastHz * cost_ms(&view, view.wanted.own_camera);
+  }
+  const double left_ms = 1000 * (1 - dependencies_.render.main_busy_share.value());
+  return taken_ms > left_ms;
+}
+
+std::vector<ViewAdmission::EndedView> ViewAdmission::second_passed(std::int64_t now_ns) {
+  std::vector<EndedView> ended;
   for (View& view : views_) {
     if (view.wanted.view_id == 0 || main_shown_ns_ == 0) continue;
     const bool behind =
         view.volume_shown != main_volume_ || view.revision_shown != view.wanted.scene.revision;
     view.seconds_behind = behind ? view.seconds_behind + 1 : 0;
-    if (view.seconds_behind >= kMostSecondsBehind) ended.push_back(view.wanted.view_id);
+    if (view.seconds_behind >= kMostSecondsBehind)
+      ended.push_back({.session = view.wanted.view_id, .reason = "the main view left it no time for 5 s"});
   }
-  for (const std::uint64_t session : ended) leave(session);
+  seconds_over_budget_ = ended.empty() && over_budget(now_ns) ? seconds_over_budget_ + 1 : 0;
+  if (seconds_over_budget_ >= kMostSecondsBehind) {
+    seconds_over_budget_ = 0;
+    const auto dearest = std::ranges::max_element(views_, {}, [this](const View& view) {
+      return view.wanted.view_id == 0 ? -1 : cost_ms(&view, view.wanted.own_camera);
+    });
+    ended.push_back({.session = dearest->wanted.view_id,
+                     .reason = fmt::format("it has become too dear: {:.0f} ms a picture, for 5 s",
+                                           cost_ms(&*dearest, dearest->wanted.own_camera))});
+  }
+  for (const EndedView& view : ended) leave(view.session);
   return ended;
 }
 

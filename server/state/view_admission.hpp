@@ -71,8 +71,15 @@ class ViewAdmission {
   std::vector<const Picture*> newest(std::int64_t now_ns);
   bool has_more() const { return has_more_; }
 
-  /// Called once a second. Ends the views that were behind for too long, and returns their sessions.
-  std::vector<std::uint64_t> second_passed();
+  /// A view that the server has ended, and why, as a sentence.
+  struct EndedView {
+    std::uint64_t session = 0;
+    std::string reason;
+  };
+  /// Called once a second. Ends the views that were behind for too long, and the dearest one where all
+  /// together have cost more than the main view leaves for too long: a scene may get dearer after it was
+  /// admitted.
+  std::vector<EndedView> second_passed(std::int64_t now_ns);
 
  private:
   struct View {
@@ -85,6 +92,8 @@ class ViewAdmission {
     std::uint64_t revision_shown = 0;
     int seconds_behind = 0;
   };
+  bool main_at_rest(std::int64_t now_ns) const;
+  bool over_budget(std::int64_t now_ns) const;
   View* find(std::uint64_t session);
   const View* find(std::uint64_t session) const { return const_cast<ViewAdmission*>(this)->find(session); }
   Result<View*> open(std::uint64_t session);
@@ -104,6 +113,7 @@ class ViewAdmission {
   std::int64_t main_volume_ns_ = 0;
   double main_period_ms_ = 0;  // smoothed time between volumes of the main view; 0: unknown
   bool has_more_ = false;
+  int seconds_over_budget_ = 0;
   std::uint64_t main_volume_ = 0;
   std::uint64_t revisions_ = 0;
 };

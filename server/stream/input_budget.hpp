@@ -15,6 +15,8 @@ class InputBudget {
   static constexpr std::size_t kBytesPerSecond = 256 << 10;
   /// Each may have a picture encoded again.
   static constexpr int kStreamChangesPerSecond = 3;
+  /// A display needs none. Each is answered by the library.
+  static constexpr int kPingsPerSecond = 20;
 
   /// A second has passed.
   void refill() { *this = {}; }
@@ -35,10 +37,14 @@ class InputBudget {
     return true;
   }
 
+  /// A ping came; false if there were too many.
+  bool take_ping() { return pings_left_ > 0 && pings_left_-- > 0; }
+
  private:
   int messages_left_ = kMessagesPerSecond;
   std::size_t bytes_left_ = kBytesPerSecond;
   int stream_changes_left_ = kStreamChangesPerSecond;
+  int pings_left_ = kPingsPerSecond;
 };
 
 }  // namespace fanlight

@@ -7,7 +7,10 @@
 namespace fanlight {
 
 void OutgoingQueue::add_shown_request(const ShownRequest& request) {
-  if (shown_requests_.size() >= kMostShownRequests) shown_requests_.pop_front();
+  if (shown_requests_.size() >= kMostShownRequests) {
+    given_up_.push_back(shown_requests_.front());
+    shown_requests_.pop_front();
+  }
   shown_requests_.push_back(request);
 }
 
@@ -39,8 +42,8 @@ void OutgoingQueue::begin_stream(bool needs_key) {
 }
 
 std::optional<OutgoingQueue::Notice> OutgoingQueue::take_notice() {
-  for (const Notice notice :
-       {Notice::kControl, Notice::kScene, Notice::kView, Notice::kProbe, Notice::kStatistics}) {
+  for (const Notice notice : {Notice::kControl, Notice::kScene, Notice::kView, Notice::kProbe,
+                              Notice::kLiveness, Notice::kStatistics}) {
     if ((notices_due_ & bit(notice)) == 0) continue;
     notices_due_ &= ~bit(notice);
     return notice;
@@ -60,6 +63,11 @@ OutgoingQueue::Item OutgoingQueue::next() {
     return {.kind = Item::Kind::kClose};
   }
   if (const auto notice = take_notice()) return {.kind = Item::Kind::kNotice, .notice = *notice};
+  if (!given_up_.empty()) {
+    Item item{.kind = Item::Kind::kShown, .shown = given_up_.front(), .picture_id = 0};
+    given_up_.pop_front();
+    return item;
+  }
   if (waiting_.message != nullptr) return next_of_picture();
   // The client lacks a picture, and the next one may be far away.
   if (needs_key_) return {.kind = Item::Kind::kNeedsKey};
@@ -72,7 +80,7 @@ OutgoingQueue::Item OutgoingQueue::next_of_picture() {
     return request.view_id == waiting_.view_id && request.revision <= waiting_.scene_revision;
   });
   if (shown != shown_requests_.end()) {
-    const Item item{.kind = Item::Kind::kShown, .shown = *shown, .picture_id = waiting_.picture_id};
+    Item item{.kind = Item::Kind::kShown, .shown = *shown, .picture_id = waiting_.picture_id};
     shown_requests_.erase(shown);
     return item;
   }

@@ -17,7 +17,7 @@ namespace fanlight {
 class OutgoingQueue {
  public:
   /// States whose newest value is sent when the socket is free, in the order in which they are sent.
-  enum class Notice : std::uint8_t { kControl, kScene, kView, kProbe, kStatistics };
+  enum class Notice : std::uint8_t { kControl, kScene, kView, kProbe, kLiveness, kStatistics };
 
   /// A client wants to know which picture is the first to show its change.
   struct ShownRequest {
@@ -33,7 +33,7 @@ class OutgoingQueue {
       kAnswer,    ///< `message`
       kClose,     ///< the close frame; nothing follows it
       kNotice,    ///< the newest value of `notice`
-      kShown,     ///< that `picture_id` is the first picture to show `shown`
+      kShown,     ///< that `picture_id` is the first picture to show `shown`; 0: none is named
       kPicture,   ///< `message`; ends with sent() or end()
       kNeedsKey,  ///< nothing, but the client waits for a key picture
     };
@@ -55,12 +55,13 @@ class OutgoingQueue {
   explicit OutgoingQueue(ServerCounters& counters) : counters_(counters) {}
 
   /// Whether there is room for the answer to another message. The caller stops reading while there is none.
-  bool has_room() const { return answers_.size() < kMostAnswers; }
+  bool has_room() const { return answers_.size() + given_up_.size() < kMostAnswers; }
   void add_answer(SharedMessage message) { answers_.push_back(std::move(message)); }
 
   void add_notice(Notice notice) { notices_due_ |= bit(notice); }
 
-  /// At most kMostShownRequests wait; beyond that, the oldest one is dropped and gets no answer.
+  /// At most kMostShownRequests wait; beyond that, the oldest one is answered at once, with picture_id 0: no
+  /// picture is named for it.
   void add_shown_request(const ShownRequest& request);
 
   /// After the answers comes the close frame, and then nothing.
@@ -98,7 +99,8 @@ class OutgoingQueue {
   std::deque<SharedMessage> answers_;
   unsigned notices_due_ = 0;  // a bit for each Notice
   std::deque<ShownRequest> shown_requests_;
-  PictureOffer waiting_;  // without a message: none
+  std::deque<ShownRequest> given_up_;  // to be answered with picture_id 0
+  PictureOffer waiting_;               // without a message: none
   bool picture_under_way_ = false;
   bool needs_key_ = false;  // a picture was skipped that the next ones may depend on
   bool closing_ = false;

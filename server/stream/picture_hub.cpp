@@ -31,52 +31,184 @@ void put_pixels(v1::Picture& message, StreamSettings::Codec codec, std::span<con
 }
 
 /// Describes a picture and its encoded pixels as a serialised ServerMessage.
-SharedMessage picture_message(const Picture& picture, const StreamSettings& settings, const Pixels& pixels,
+SharedMessage picture_message(PictureSnapshot& snapshot, const StreamSettings& settings, const Pixels& pixels,
                               const CodedPicture& coded) {
   v1::ServerMessage message;
   v1::Picture& body = *message.mutable_picture();
-  describe(body, picture);
+  describe(body, snapshot.picture());
   body.set_width(pixels.width);
   body.set_height(pixels.height);
   body.set_key_picture(coded.key);
   put_pixels(body, settings.codec, coded.bytes);
   if (settings.with_depth) {
-    body.set_depth(packed_depth(picture));
+    body.set_depth(snapshot.depth());
     body.set_depth_unit_mm(kDepthUnitMm);
   }
   return std::make_shared<const std::string>(message.SerializeAsString());
 }
 
+EncoderLane lane_of(const StreamSettings& settings) {
+  const bool heavy = settings.with_depth || settings.codec == StreamSettings::Codec::kPng;
+  return heavy ? EncoderLane::kHeavy : EncoderLane::kQuick;
+}
+
 }  // namespace
+
+/// One picture in one encoding, from the server thread to a thread of the pool and back.
+struct PictureHub::Job {
+  EncodingKey encoding_key;
+  std::shared_ptr<Machine> machine;
+  std::shared_ptr<PictureSnapshot> snapshot;
+  std::set<std::uint64_t> due;  // the subscribers that wait for it
+  bool key = false;
+  Result<PictureOffer> offer = Error{ErrorCode::kBroken, "the picture was not encoded"};
+
+  void run(const CoderFactory& make_coder);
+};
+
+void PictureHub::Job::run(const CoderFactory& make_coder) {
+  const auto& [view_id, settings] = encoding_key;
+  if (machine->coder == nullptr) {
+    auto coder = make_coder(settings);
+    if (!coder) {
+      offer = coder.error();
+      return;
+    }
+    machine->coder = std::move(*coder);
+  }
+  const Picture& picture = snapshot->picture();
+  const Pixels pixels = machine->scaler.fitted(pixels_of(picture), settings);
+  const auto coded = machine->coder->encode(pixels, key);
+  if (!coded) {
+    offer = coded.error();
+    return;
+  }
+  offer = PictureOffer{.message = picture_message(*snapshot, settings, pixels, *coded),
+                       .picture_id = picture.stamp.picture_id,
+                       .scene_revision = picture.stamp.scene_revision,
+                       .view_id = view_id,
+                       .key = coded->key};
+}
+
+/// The newest picture as a file: who waits for it, and the last one made.
+struct PictureHub::PngFile {
+  std::vector<FileReady> waiting;
+  bool running = false;
+  std::unique_ptr<PictureCoder> coder;        // used by one job at a time
+  std::shared_ptr<PictureSnapshot> snapshot;  // of `made`, or of the job that runs
+  Result<PictureFile> made = Error{ErrorCode::kBroken, "the picture was not encoded"};
+  bool newest = false;  // `made` is of the newest picture
+
+  void run(const CoderFactory& make_coder);
+};
+
+void PictureHub::PngFile::run(const CoderFactory& make_coder) {
+  if (coder == nullptr) {
+    auto new_coder = make_coder({.codec = StreamSettings::Codec::kPng});
+    if (!new_coder) {
+      made = new_coder.error();
+      return;
+    }
+    coder = std::move(*new_coder);
+  }
+  const auto coded = coder->encode(pixels_of(snapshot->picture()), true);
+  if (!coded) {
+    made = coded.error();
+    return;
+  }
+  made = PictureFile{.png = std::make_shared<const std::string>(coded->bytes.begin(), coded->bytes.end()),
+                     .stamp = snapshot->picture().stamp};
+}
+
+PictureHub::PictureHub(ServerCounters& counters, Config config)
+    : counters_(counters), config_(std::move(config)), png_(std::make_shared<PngFile>()) {}
+
+PictureHub::~PictureHub() = default;
 
 PictureHub::EncodingKey PictureHub::key_of(const PictureSubscriber& subscriber) {
   return {subscriber.view_id(), coding_settings(subscriber.settings())};
 }
 
-Result<PictureOffer> PictureHub::encoded(const EncodingKey& encoding_key, bool key_picture) {
-  const auto& [view_id, settings] = encoding_key;
-  const Picture& picture = *shown_.at(view_id).picture;
+void PictureHub::want(const EncodingKey& encoding_key, const PictureSubscriber& subscriber) {
   Encoding& encoding = encodings_[encoding_key];
-  if (encoding.offer.message != nullptr && (encoding.offer.key || !key_picture)) return encoding.offer;
-  if (encoding.coder == nullptr) {
-    auto coder = make_coder_(settings);
-    if (!coder) return coder.error();
-    encoding.coder = std::move(*coder);
+  encoding.due.insert(subscriber.id());
+  enqueue(encoding_key, encoding);
+}
+
+void PictureHub::enqueue(const EncodingKey& encoding_key, Encoding& encoding) {
+  if (encoding.running || std::exchange(encoding.queued, true)) return;
+  lanes_[static_cast<std::size_t>(lane_of(encoding_key.second))].queue.push_back(encoding_key);
+}
+
+void PictureHub::start_jobs() {
+  for (const EncoderLane lane : {EncoderLane::kQuick, EncoderLane::kHeavy}) {
+    Lane& state = lanes_[static_cast<std::size_t>(lane)];
+    while (state.running < config_.threads && !state.queue.empty()) {
+      const EncodingKey encoding_key = state.queue.front();
+      state.queue.pop_front();
+      const auto encoding = encodings_.find(encoding_key);
+      if (encoding != encodings_.end() && std::exchange(encoding->second.queued, false))
+        start(lane, encoding_key, encoding->second);
+    }
   }
-  const Pixels pixels = encoding.scaler.fitted(pixels_of(picture), settings);
-  const auto coded = encoding.coder->encode(pixels, key_picture);
-  if (!coded) return coded.error();
-  encoding.offer = {.message = picture_message(picture, settings, pixels, *coded),
-                    .picture_id = picture.stamp.picture_id,
-                    .scene_revision = picture.stamp.scene_revision,
-                    .view_id = view_id,
-                    .key = coded->key};
-  if (coded->key) {
-    encoding.key_requested = false;
-    encoding.key_coded_ns = clock_();
+}
+
+void PictureHub::start(EncoderLane lane, const EncodingKey& encoding_key, Encoding& encoding) {
+  const auto shown = shown_.find(encoding_key.first);
+  if (shown == shown_.end()) return encoding.due.clear();  // its private view has ended
+  const auto job = std::make_shared<Job>(Job{.encoding_key = encoding_key,
+                                             .machine = encoding.machine,
+                                             .snapshot = snapshot_of(shown->second),
+                                             .due = std::exchange(encoding.due, {}),
+                                             .key = std::exchange(encoding.key_requested, false)});
+  encoding.running = true;
+  ++lanes_[static_cast<std::size_t>(lane)].running;
+  config_.executor(
+      lane, [this, job] { job->run(config_.make_coder); }, [this, job] { finished(*job); });
+}
+
+std::shared_ptr<PictureSnapshot> PictureHub::snapshot_of(Shown& shown) {
+  if (shown.snapshot != nullptr) return shown.snapshot;
+  const auto free =
+      std::ranges::find_if(snapshots_, [](const auto& snapshot) { return snapshot.use_count() == 1; });
+  shown.snapshot =
+      free != snapshots_.end() ? *free : snapshots_.emplace_back(std::make_shared<PictureSnapshot>());
+  shown.snapshot->take(*shown.picture);
+  return shown.snapshot;
+}
+
+void PictureHub::finished(Job& job) {
+  --lanes_[static_cast<std::size_t>(lane_of(job.encoding_key.second))].running;
+  const auto found = encodings_.find(job.encoding_key);
+  // It may have been dropped meanwhile, and made anew.
+  if (found != encodings_.end() && found->second.machine == job.machine) {
+    Encoding& encoding = found->second;
+    encoding.running = false;
+    if (job.offer) {
+      counters_.pictures_encoded.add();
+      if (job.offer->key) encoding.key_coded_ns = config_.clock();
+      if (job.key && !job.offer->key) encoding.key_requested = true;
+      const auto shown = shown_.find(job.encoding_key.first);
+      if (shown != shown_.end() && shown->second.snapshot == job.snapshot) encoding.offer = *job.offer;
+    }
+    if (!encoding.due.empty()) enqueue(job.encoding_key, encoding);
+    deliver(job.encoding_key, job.due, job);
   }
-  counters_.pictures_encoded.add();
-  return encoding.offer;
+  start_jobs();
+}
+
+void PictureHub::deliver(const EncodingKey& encoding_key, const std::set<std::uint64_t>& due,
+                         const Job& job) {
+  std::vector<PictureSubscriber*> failed;
+  for (PictureSubscriber* subscriber : subscribers_) {
+    if (!due.contains(subscriber->id()) || key_of(*subscriber) != encoding_key) continue;
+    if (job.offer) {
+      subscriber->offer(*job.offer);
+    } else {
+      failed.push_back(subscriber);
+    }
+  }
+  for (PictureSubscriber* subscriber : failed) subscriber->encoding_failed();
 }
 
 void PictureHub::show(const Picture& picture) {
@@ -85,27 +217,22 @@ void PictureHub::show(const Picture& picture) {
   for (auto& [encoding_key, encoding] : encodings_) {
     if (encoding_key.first == view_id) encoding.offer.message = nullptr;
   }
-  if (view_id == 0) png_ = nullptr;
-  const std::int64_t last_shown_ns = std::exchange(shown_[view_id], {&picture, shown_ns}).since_ns;
-  std::vector<PictureSubscriber*> failed;
+  if (view_id == 0) png_->newest = false;
+  const std::int64_t last_shown_ns =
+      std::exchange(shown_[view_id], {.picture = &picture, .since_ns = shown_ns, .snapshot = nullptr})
+          .since_ns;
   for (PictureSubscriber* subscriber : subscribers_) {
     if (view_id != 0 && subscriber->id() == view_id) subscriber->set_view(view_id);
     if (subscriber->view_id() != view_id) continue;
     if (!picture_due(subscriber->settings().rate_hz, last_shown_ns, shown_ns)) continue;
-    const auto encoding = encodings_.find(key_of(*subscriber));
-    const bool key_picture = encoding != encodings_.end() && encoding->second.key_requested;
-    if (const auto offer = encoded(key_of(*subscriber), key_picture)) {
-      subscriber->offer(*offer);
-    } else {
-      failed.push_back(subscriber);
-    }
+    want(key_of(*subscriber), *subscriber);
   }
-  for (PictureSubscriber* subscriber : failed) subscriber->encoding_failed();
+  start_jobs();
 }
 
-Result<void> PictureHub::add(PictureSubscriber& subscriber) {
+void PictureHub::add(PictureSubscriber& subscriber) {
   subscribers_.insert(&subscriber);
-  return resync(subscriber);
+  resync(subscriber);
 }
 
 void PictureHub::remove(PictureSubscriber& subscriber) {
@@ -118,48 +245,64 @@ void PictureHub::forget_view(PictureSubscriber& subscriber) {
   shown_.erase(subscriber.id());
   if (subscriber.view_id() == 0) return;
   subscriber.set_view(0);
-  if (auto begun = resync(subscriber); !begun) subscriber.encoding_failed();
+  resync(subscriber);
 }
 
-Result<void> PictureHub::has_room(std::uint64_t view_id, const StreamSettings& settings) {
+Result<void> PictureHub::has_room(const PictureSubscriber& subscriber, const StreamSettings& settings) {
   drop_unused_encodings();
-  if (encodings_.contains({view_id, coding_settings(settings)}) || encodings_.size() < kMostEncodings)
+  if (encodings_.contains({subscriber.view_id(), coding_settings(settings)})) return {};
+  if (encodings_.size() >= kMostEncodings) {
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("pictures are encoded in {} ways already, expected one of those or some patience",
+                    kMostEncodings)};
+  }
+  if (subscriber.privileged() || lane_of(settings) == EncoderLane::kQuick) return {};
+  const auto of_viewers = [this](const auto& entry) {
+    return lane_of(entry.first.second) == EncoderLane::kHeavy &&
+           std::ranges::none_of(subscribers_, [&](const PictureSubscriber* each) {
+             return each->privileged() && key_of(*each) == entry.first;
+           });
+  };
+  if (std::ranges::count_if(encodings_, of_viewers) < static_cast<std::ptrdiff_t>(kMostHeavyOfViewers))
     return {};
-  return Error{ErrorCode::kUnavailable,
-               fmt::format("pictures are encoded in {} ways already, expected one of those or some patience",
-                           kMostEncodings)};
+  return Error{
+      ErrorCode::kUnavailable,
+      fmt::format("viewers are sent PNG or depth maps in {} ways already, expected one of those, JPEG or "
+                  "H.264 without depth, or the role of an operator",
+                  kMostHeavyOfViewers)};
 }
 
-Result<void> PictureHub::resync(PictureSubscriber& subscriber) {
+void PictureHub::resync(PictureSubscriber& subscriber) {
   drop_unused_encodings();
   const auto shown = shown_.find(subscriber.view_id());
-  if (shown == shown_.end()) return {};
+  if (shown == shown_.end()) return;
   const EncodingKey encoding_key = key_of(subscriber);
-  const auto encoding = encodings_.find(encoding_key);
-  if (encoding_key.second.codec == StreamSettings::Codec::kH264 && encoding != encodings_.end())
-    return resync_shared(encoding_key, encoding->second, shown->second);
-  const auto offer = encoded(encoding_key, true);
-  if (!offer) return offer.error();
-  subscriber.offer(*offer);
-  return {};
+  const auto found = encodings_.find(encoding_key);
+  if (found == encodings_.end()) {
+    want(encoding_key, subscriber);
+    return start_jobs();
+  }
+  Encoding& encoding = found->second;
+  if (encoding_key.second.codec == StreamSettings::Codec::kH264)
+    return resync_shared(encoding_key, encoding, shown->second);
+  if (encoding.offer.message != nullptr) return subscriber.offer(encoding.offer);
+  want(encoding_key, subscriber);
+  start_jobs();
 }
 
-Result<void> PictureHub::resync_shared(const EncodingKey& encoding_key, Encoding& encoding,
-                                       const Shown& shown) {
+void PictureHub::resync_shared(const EncodingKey& encoding_key, Encoding& encoding, const Shown& shown) {
   constexpr std::int64_t kStillNs = 500'000'000;
   constexpr std::int64_t kBetweenKeysNs = 1'000'000'000;
   // A key picture is large and all subscribers of the stream receive it. If the next picture comes soon, that
   // one becomes the key picture.
-  const std::int64_t now = clock_();
+  const std::int64_t now = config_.clock();
   encoding.key_requested = true;
-  if (now - shown.since_ns < kStillNs || now - encoding.key_coded_ns < kBetweenKeysNs) return {};
-  encoding.offer.message = nullptr;
-  const auto offer = encoded(encoding_key, true);
-  if (!offer) return offer.error();
+  if (now - shown.since_ns < kStillNs || now - encoding.key_coded_ns < kBetweenKeysNs) return;
   for (PictureSubscriber* each : subscribers_) {
-    if (key_of(*each) == encoding_key) each->offer(*offer);
+    if (key_of(*each) == encoding_key) want(encoding_key, *each);
   }
-  return {};
+  start_jobs();
 }
 
 void PictureHub::drop_unused_encodings() {
@@ -170,17 +313,25 @@ void PictureHub::drop_unused_encodings() {
   });
 }
 
-Result<SharedMessage> PictureHub::png() {
-  if (png_ != nullptr) return png_;
-  if (png_coder_ == nullptr) {
-    auto coder = make_coder_({.codec = StreamSettings::Codec::kPng});
-    if (!coder) return coder.error();
-    png_coder_ = std::move(*coder);
+void PictureHub::png(FileReady ready) {
+  if (png_->newest && !png_->running) return ready(png_->made);
+  if (png_->waiting.size() >= kMostFileRequests) {
+    return ready(Error{
+        ErrorCode::kUnavailable,
+        fmt::format("{} requests wait for a picture already, expected some patience", kMostFileRequests)});
   }
-  const auto coded = png_coder_->encode(pixels_of(*newest_picture()), true);
-  if (!coded) return coded.error();
-  png_ = std::make_shared<const std::string>(coded->bytes.begin(), coded->bytes.end());
-  return png_;
+  png_->waiting.push_back(std::move(ready));
+  if (std::exchange(png_->running, true)) return;
+  png_->snapshot = snapshot_of(shown_.at(0));
+  config_.executor(
+      EncoderLane::kHeavy, [this, file = png_] { file->run(config_.make_coder); },
+      [this, file = png_] {
+        file->running = false;
+        const auto shown = shown_.find(0);
+        file->newest = shown != shown_.end() && shown->second.snapshot == file->snapshot;
+        file->snapshot = nullptr;
+        for (const FileReady& each : std::exchange(file->waiting, {})) each(file->made);
+      });
 }
 
 }  // namespace fanlight

@@ -1,58 +1,89 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <unordered_set>
 #include <utility>
+#include <vector>
 
 #include "proto/base/clock.hpp"
 #include "proto/model/picture.hpp"
+#include "server/codec/encoder_pool.hpp"
 #include "server/codec/picture_coder.hpp"
 #include "server/metrics/server_counters.hpp"
+#include "server/stream/picture_snapshot.hpp"
 #include "server/stream/picture_subscriber.hpp"
 
 namespace fanlight {
 
 /// Offers each picture to every subscriber of its view. Subscribers of one view with equal settings share one
-/// encoding, and a picture that no subscriber needs is not encoded. Server thread only.
+/// encoding, and a picture that no subscriber needs is not encoded. The encoding runs elsewhere; while an
+/// encoding is busy, newer pictures replace those that wait for it. Server thread only.
 class PictureHub {
  public:
   using CoderFactory = std::function<Result<std::unique_ptr<PictureCoder>>(const StreamSettings&)>;
+  /// Runs `work` on a thread of the lane, and then `done` on the server thread.
+  using Executor =
+      std::function<void(EncoderLane lane, std::function<void()> work, std::function<void()> done)>;
+  /// A picture of the main view as a PNG file.
+  struct PictureFile {
+    SharedMessage png;
+    PictureStamp stamp;
+  };
+  using FileReady = std::function<void(const Result<PictureFile>&)>;
 
   /// Most encodings (view and settings) at a time.
   static constexpr std::size_t kMostEncodings = 16;
+  /// Of these, most in the heavy lane whose subscribers are all viewers.
+  static constexpr std::size_t kMostHeavyOfViewers = 4;
+  /// Most requests for a picture as a file that wait at a time.
+  static constexpr std::size_t kMostFileRequests = 64;
 
-  /// Tests replace `make_coder` and `clock`.
-  explicit PictureHub(
-      ServerCounters& counters,
-      CoderFactory make_coder = [](const StreamSettings& settings) { return fanlight::make_coder(settings); },
-      Clock clock = now_ns)
-      : counters_(counters), make_coder_(std::move(make_coder)), clock_(std::move(clock)) {}
+  struct Config {
+    CoderFactory make_coder = [](const StreamSettings& settings) { return fanlight::make_coder(settings); };
+    Clock clock = now_ns;
+    /// The default encodes at once, on the server thread.
+    Executor executor = [](EncoderLane, const auto& work, const auto& done) {
+      work();
+      done();
+    };
+    std::size_t threads = 1;  ///< of each lane: so many encodings run at a time
+  };
 
-  /// Offers the picture to all subscribers of its view whose rate has a picture due. The picture must stay
-  /// unchanged until the next call for the same view. A subscriber receives its private view from the first
-  /// picture of that view on. Calls encoding_failed() of each subscriber whose picture cannot be encoded.
+  /// `counters` must outlive the hub. Tests replace what is in `config`.
+  explicit PictureHub(ServerCounters& counters) : PictureHub(counters, Config()) {}
+  PictureHub(ServerCounters& counters, Config config);
+  ~PictureHub();
+
+  /// Offers the picture to all subscribers of its view whose rate has a picture due, as soon as it is
+  /// encoded. The picture must stay unchanged until the next call for the same view. A subscriber receives
+  /// its private view from the first picture of that view on. Calls encoding_failed() of each subscriber
+  /// whose picture cannot be encoded.
   void show(const Picture& picture);
 
   /// The private view of the subscriber has ended: it receives the main view again.
   void forget_view(PictureSubscriber& subscriber);
 
-  /// Subscribes, and offers the newest picture of the view if there is one. Error: it cannot be encoded.
-  Result<void> add(PictureSubscriber& subscriber);
+  /// Subscribes, and offers the newest picture of the view if there is one.
+  void add(PictureSubscriber& subscriber);
 
   /// Unsubscribes, and forgets the private view of the subscriber.
   void remove(PictureSubscriber& subscriber);
 
-  /// Whether a subscriber may use these settings. Error, kUnavailable: there are kMostEncodings others.
-  Result<void> has_room(std::uint64_t view_id, const StreamSettings& settings);
+  /// Whether a subscriber may use these settings. Error, kUnavailable: there are kMostEncodings others, or,
+  /// for a viewer, kMostHeavyOfViewers others of the heavy lane.
+  Result<void> has_room(const PictureSubscriber& subscriber, const StreamSettings& settings);
 
   /// The subscriber has other settings now, or has missed a picture that the next one depends on. Offers it
   /// the newest picture. If other subscribers share its H.264 stream, requests a key picture of that stream
   /// instead: at once if the picture does not change and the last key picture is old enough, else with the
   /// next picture.
-  Result<void> resync(PictureSubscriber& subscriber);
+  void resync(PictureSubscriber& subscriber);
 
   std::size_t subscriber_count() const { return subscribers_.size(); }
 
@@ -62,37 +93,58 @@ class PictureHub {
     return shown == shown_.end() ? nullptr : shown->second.picture;
   }
 
-  /// The newest picture of the main view as a PNG file, encoded once. Precondition: there is one.
-  Result<SharedMessage> png();
+  /// Encodes the newest picture of the main view as a PNG file, once for all who ask meanwhile. Precondition:
+  /// there is one. Error, kUnavailable: kMostFileRequests wait already.
+  void png(FileReady ready);
 
  private:
-  struct Encoding {
+  /// The view, and those settings that the encoding depends on.
+  using EncodingKey = std::pair<std::uint64_t, StreamSettings>;
+  /// What encodes; used by one job at a time, on its thread.
+  struct Machine {
     std::unique_ptr<PictureCoder> coder;
     PictureScaler scaler;
-    PictureOffer offer;             // of the newest picture; without a message until it is needed
+  };
+  struct Encoding {
+    std::shared_ptr<Machine> machine = std::make_shared<Machine>();
+    PictureOffer offer;           // of the newest picture; without a message until it is encoded
+    std::set<std::uint64_t> due;  // subscribers that wait for the newest picture
+    bool queued = false;          // waits for a thread of its lane
+    bool running = false;
     bool key_requested = false;     // for the next picture
     std::int64_t key_coded_ns = 0;  // when the last key picture was encoded
   };
-  /// The view, and those settings that the encoding depends on.
-  using EncodingKey = std::pair<std::uint64_t, StreamSettings>;
   struct Shown {
     const Picture* picture = nullptr;
     std::int64_t since_ns = 0;
+    std::shared_ptr<PictureSnapshot> snapshot;  // of the picture, once a job needs it
   };
+  struct Lane {
+    std::deque<EncodingKey> queue;
+    std::size_t running = 0;
+  };
+  struct Job;
+  struct PngFile;
 
   static EncodingKey key_of(const PictureSubscriber& subscriber);
-  Result<PictureOffer> encoded(const EncodingKey& encoding_key, bool key_picture);
-  Result<void> resync_shared(const EncodingKey& encoding_key, Encoding& encoding, const Shown& shown);
+  void want(const EncodingKey& encoding_key, const PictureSubscriber& subscriber);
+  void enqueue(const EncodingKey& encoding_key, Encoding& encoding);
+  void start_jobs();
+  void start(EncoderLane lane, const EncodingKey& encoding_key, Encoding& encoding);
+  void finished(Job& job);
+  void deliver(const EncodingKey& encoding_key, const std::set<std::uint64_t>& due, const Job& job);
+  std::shared_ptr<PictureSnapshot> snapshot_of(Shown& shown);
+  void resync_shared(const EncodingKey& encoding_key, Encoding& encoding, const Shown& shown);
   void drop_unused_encodings();
 
   ServerCounters& counters_;
-  CoderFactory make_coder_;
-  Clock clock_;
+  Config config_;
   std::unordered_set<PictureSubscriber*> subscribers_;
   std::map<EncodingKey, Encoding> encodings_;
   std::map<std::uint64_t, Shown> shown_;  // by view
-  std::unique_ptr<PictureCoder> png_coder_;
-  SharedMessage png_;  // of the newest picture of the main view; null until it is needed
+  std::array<Lane, kEncoderLanes> lanes_;
+  std::vector<std::shared_ptr<PictureSnapshot>> snapshots_;  // those that nobody uses are used again
+  std::shared_ptr<PngFile> png_;                             // shared with the job that runs
 };
 
 }  // namespace fanlight

@@ -9,7 +9,7 @@
 
 namespace fanlight {
 
-/// A serialised ServerMessage, shared by all sessions that send it. Server thread only.
+/// A serialised ServerMessage, shared by all sessions that send it.
 using SharedMessage = std::shared_ptr<const std::string>;
 
 /// An encoded picture, ready to be sent.
@@ -35,6 +35,9 @@ class PictureSubscriber {
 
   /// How its pictures are encoded.
   virtual const StreamSettings& settings() const = 0;
+
+  /// Whether its role is above a viewer's.
+  virtual bool privileged() const = 0;
 
   /// Receives the newest picture. It must not add or remove subscribers of the hub.
   virtual void offer(const PictureOffer& picture) = 0;

@@ -26,10 +26,11 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   return message;
 }
 
-v1::ServerMessage ServerMessages::login_needed() {
+v1::ServerMessage ServerMessages::login_needed(const std::string& reason) {
   v1::ServerMessage message;
   message.mutable_login_needed()->set_message(
-      "this server needs a token, expected a login with one made by `fanlight token add`");
+      reason.empty() ? "this server needs a token, expected a login with one made by `fanlight token add`"
+                     : reason);
   return message;
 }
 
@@ -63,6 +64,19 @@ v1::ServerMessage ServerMessages::view(std::uint64_t session, const std::string&
 v1::ServerMessage ServerMessages::probe_status() const {
   v1::ServerMessage message;
   *message.mutable_probe_status() = dependencies_.probe.message();
+  return message;
+}
+
+v1::ServerMessage ServerMessages::liveness() const {
+  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  v1::ServerMessage message;
+  v1::Liveness& to = *message.mutable_liveness();
+  to.set_state(static_cast<v1::Liveness::State>(report.state));
+  to.set_cause(static_cast<v1::Liveness::Cause>(report.cause));
+  to.set_sentence(report.sentence);
+  to.set_age_s(report.age_s);
+  to.set_pictures_per_second(report.pictures_per_second);
+  to.set_limit_s(static_cast<double>(dependencies_.liveness.limit_ns()) / 1e9);
   return message;
 }
 

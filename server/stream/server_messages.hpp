@@ -10,6 +10,7 @@
 #include "server/access/control_lease.hpp"
 #include "server/access/role.hpp"
 #include "server/metrics/server_counters.hpp"
+#include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/view_admission.hpp"
@@ -47,6 +48,7 @@ class ServerMessages {
     const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
     const SceneStore& scene_store;
     const ProbeProxy& probe;
+    const PictureLiveness& liveness;
     const ViewAdmission& views;
     const ControlLease& control;
     const PictureHub& hub;
@@ -55,13 +57,15 @@ class ServerMessages {
 
   /// Precondition: the client is authenticated.
   v1::ServerMessage hello(const SessionIdentity& session) const;
-  static v1::ServerMessage login_needed();
+  /// `reason`: why what the client has shown does not suffice; empty: it has shown nothing.
+  static v1::ServerMessage login_needed(const std::string& reason);
   static v1::ServerMessage error(const std::string& sentence);
   v1::ServerMessage control(std::uint64_t session) const;
   v1::ServerMessage scene() const;
   /// `ended`: why the server has ended the private view of the session; else empty.
   v1::ServerMessage view(std::uint64_t session, const std::string& ended) const;
   v1::ServerMessage probe_status() const;
+  v1::ServerMessage liveness() const;
   v1::ServerMessage statistics(const OutgoingQueue::PictureCounts& pictures) const;
   static v1::ServerMessage scene_shown(const OutgoingQueue::ShownRequest& request, std::uint64_t picture_id);
 

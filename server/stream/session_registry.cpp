@@ -30,4 +30,8 @@ void SessionRegistry::probe_changed() {
   for_each_open([](RegisteredSession& session) { session.probe_changed(); });
 }
 
+void SessionRegistry::liveness_changed() {
+  for_each_open([](RegisteredSession& session) { session.liveness_changed(); });
+}
+
 }  // namespace fanlight

@@ -31,6 +31,9 @@ class RegisteredSession {
   /// The state of the probe has changed.
   virtual void probe_changed() = 0;
 
+  /// The main view's picture is live, or is not live any more, or for another reason.
+  virtual void liveness_changed() = 0;
+
   /// The scene of its private view has changed.
   virtual void view_changed() = 0;
 
@@ -66,6 +69,7 @@ class SessionRegistry {
   void scene_changed(std::uint64_t except_session);
   void control_changed();
   void probe_changed();
+  void liveness_changed();
 
  private:
   template <typename Notify>

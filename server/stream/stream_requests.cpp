@@ -144,10 +144,7 @@ void StreamRequests::leave_view(v1::ServerMessage& message) {
 }
 
 Result<std::uint64_t> StreamRequests::order_of_probe(const v1::ProbeSettings& settings) {
-  const std::uint64_t holder = dependencies_.control.state().holder.session;
-  const auto may = dependencies_.control.use(party(), role(), now_ms());
-  if (dependencies_.control.state().holder.session != holder) dependencies_.sessions.control_changed();
-  if (!may) return may.error();
+  if (auto may = dependencies_.control.may_change(party(), role()); !may) return may.error();
   // The answer comes later, and the session must be able to read meanwhile.
   if (pending_probe_changes_.size() >= kMostPendingProbeChanges) {
     return Error{ErrorCode::kUnavailable,
@@ -160,7 +157,12 @@ Result<std::uint64_t> StreamRequests::order_of_probe(const v1::ProbeSettings& se
 void StreamRequests::change_probe(const v1::ProbeChange& change) {
   const auto order = order_of_probe(change.settings());
   if (order) {
-    pending_probe_changes_.push_back({.order = *order, .request_id = change.request_id()});
+    // Only an order that was given acquires control; it is free again where the probe refuses.
+    const bool held = dependencies_.control.holds(identity().id);
+    (void)dependencies_.control.use(party(), role(), now_ms());
+    pending_probe_changes_.push_back(
+        {.order = *order, .request_id = change.request_id(), .acquired_control = !held});
+    if (!held) dependencies_.sessions.control_changed();
     return;
   }
   dependencies_.counters.probe_refusals.add();
@@ -176,7 +178,8 @@ void StreamRequests::answer_probe_changes() {
   while (!pending_probe_changes_.empty() && pending_probe_changes_.front().order <= status.order_answered) {
     v1::ServerMessage message;
     v1::ProbeReply& reply = *message.mutable_probe_reply();
-    reply.set_request_id(pending_probe_changes_.front().request_id);
+    const PendingProbeChange change = pending_probe_changes_.front();
+    reply.set_request_id(change.request_id);
     pending_probe_changes_.pop_front();
     if (status.refusal.empty()) {
       dependencies_.counters.probe_changes.add();
@@ -186,6 +189,8 @@ void StreamRequests::answer_probe_changes() {
       dependencies_.counters.probe_refusals.add();
       reply.mutable_refused()->set_message(status.refusal);
       audit_.note("probe_change", "refused: " + status.refusal);
+      if (change.acquired_control && dependencies_.control.release(identity().id, now_ms()))
+        dependencies_.sessions.control_changed();
     }
     answer(message);
   }
@@ -234,7 +239,7 @@ Result<void> StreamRequests::may_change_stream(const StreamSettings& settings) {
     return Error{ErrorCode::kUnavailable,
                  "the stream was changed several times within a second, expected some patience"};
   }
-  return dependencies_.hub.has_room(session_.view_id(), settings);
+  return dependencies_.hub.has_room(session_, settings);
 }
 
 void StreamRequests::change_stream(const v1::StreamRequest& request) {
@@ -255,7 +260,7 @@ void StreamRequests::change_stream(const v1::StreamRequest& request) {
   answer(message);
   if (!other) return;
   session_.set_settings(*settings);
-  if (auto begun = dependencies_.hub.resync(session_); !begun) session_.encoding_failed();
+  dependencies_.hub.resync(session_);
 }
 
 void StreamRequests::answer_clock(const v1::ClockRequest& request) {

@@ -96,6 +96,7 @@ class StreamRequests {
   struct PendingProbeChange {
     std::uint64_t order;       // number that ProbeProxy gave it
     std::uint64_t request_id;  // number that the client gave it
+    bool acquired_control;     // the session did not hold it before
   };
   std::deque<PendingProbeChange> pending_probe_changes_;  // at most kMostPendingProbeChanges
 };

@@ -24,6 +24,8 @@ constexpr std::size_t kLargestReadBytes = 1 << 20;
 constexpr std::size_t kLargestLoginBytes = 4 << 10;
 constexpr int kSecondsForALogin = 10;
 constexpr int kSecondsWithoutProgress = 5;
+// All that arrives, also control frames and fragments: twice what messages may take.
+constexpr std::size_t kReadBytesPerSecond = 2 * InputBudget::kBytesPerSecond;
 
 }  // namespace
 
@@ -47,7 +49,8 @@ void StreamSession::enter(State state) {
 }
 
 void StreamSession::start(const beast::http::request<beast::http::string_body>& request,
-                          std::string_view protocol, std::optional<Principal> principal) {
+                          std::string_view protocol, std::optional<Principal> principal,
+                          const std::string& login_reason) {
   // The WebSocket has time-outs of its own.
   beast::get_lowest_layer(socket_).expires_never();
   socket_.set_option(websocket::stream_base::timeout{.handshake_timeout = std::chrono::seconds(10),
@@ -59,22 +62,29 @@ void StreamSession::start(const beast::http::request<beast::http::string_body>& 
           response.set(beast::http::field::sec_websocket_protocol, protocol);
         }));
   }
+  socket_.next_layer().limit_reads(kReadBytesPerSecond);
+  socket_.control_callback(
+      [this](websocket::frame_type kind, beast::string_view) { count_control_frame(kind); });
+  permit_.on_eviction([this] {
+    close_reason_.emplace(websocket::close_code::try_again_later, "its place was needed for others");
+    beast::get_lowest_layer(socket_).close();  // the pending operations fail, and the session leaves
+  });
   socket_.read_message_max(kLargestLoginBytes);
   socket_.binary(true);
   socket_.auto_fragment(false);
-  socket_.async_accept(
-      request, [self = shared_from_this(), principal = std::move(principal)](beast::error_code failure) {
-        if (!failure) self->accepted(principal);
-      });
+  socket_.async_accept(request, [self = shared_from_this(), principal = std::move(principal),
+                                 login_reason](beast::error_code failure) {
+    if (!failure) self->accepted(principal, login_reason);
+  });
 }
 
-void StreamSession::accepted(const std::optional<Principal>& principal) {
+void StreamSession::accepted(const std::optional<Principal>& principal, const std::string& login_reason) {
   enter(State::kLogin);
   dependencies_.sessions.add(shared_from_this());
   if (principal) {
     open(*principal, "");
   } else {
-    queue_.add_answer(serialised(ServerMessages::login_needed()));
+    queue_.add_answer(serialised(ServerMessages::login_needed(login_reason)));
   }
   read();
   pump();
@@ -82,6 +92,7 @@ void StreamSession::accepted(const std::optional<Principal>& principal) {
 
 void StreamSession::open(const Principal& principal, const std::string& name) {
   identity_.principal = principal;
+  permit_.authenticated();
   identity_.name = name.empty() ? principal.name : name;
   socket_.read_message_max(kLargestReadBytes);
   // A session that is being closed stays so.
@@ -91,7 +102,8 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   queue_.add_answer(serialised(dependencies_.messages.hello(identity_)));
   if (dependencies_.probe.status().state != ProbeStatus::State::kAbsent)
     queue_.add_notice(OutgoingQueue::Notice::kProbe);
-  if (auto added = dependencies_.hub.add(*this); !added) encoding_failed();
+  queue_.add_notice(OutgoingQueue::Notice::kLiveness);
+  dependencies_.hub.add(*this);
 }
 
 void StreamSession::leave() {
@@ -119,8 +131,10 @@ void StreamSession::encoding_failed() {
 }
 
 void StreamSession::offer(const PictureOffer& picture) {
-  queue_.offer(picture);
-  pump();
+  guarded([&] {
+    queue_.offer(picture);
+    pump();
+  });
 }
 
 void StreamSession::set_settings(const StreamSettings& settings) {
@@ -135,8 +149,10 @@ void StreamSession::set_view(std::uint64_t view_id) {
 }
 
 void StreamSession::notify(OutgoingQueue::Notice notice) {
-  queue_.add_notice(notice);
-  pump();
+  guarded([&] {
+    queue_.add_notice(notice);
+    pump();
+  });
 }
 
 void StreamSession::view_changed() {
@@ -155,11 +171,20 @@ void StreamSession::probe_changed() {
   notify(OutgoingQueue::Notice::kProbe);
 }
 
+void StreamSession::count_control_frame(websocket::frame_type kind) {
+  // Beast is in the midst of a read: the session ends with the next second.
+  if (kind == websocket::frame_type::ping && !budget_.take_ping()) too_many_pings_ = true;
+}
+
 void StreamSession::second_passed() {
   ++seconds_in_state_;
   budget_.refill();
   if (state_ == State::kClosing && seconds_in_state_ >= kSecondsWithoutProgress)
     return cut("it was told to go and did not");
+  if (out_of_memory_) {
+    dependencies_.counters.sessions_out_of_memory.add();
+    return cut("the server had no memory for it");
+  }
   audit_.flush_changes();
   const int stalled = progress_.seconds_stalled(beast::get_lowest_layer(socket_).socket().native_handle(),
                                                 under_way_ != nullptr);
@@ -167,12 +192,20 @@ void StreamSession::second_passed() {
     dependencies_.counters.sessions_stalled.add();
     return cut("it took nothing for 5 s");
   }
+  if (too_many_pings_ && state_ != State::kClosing) {
+    dependencies_.counters.messages_refused.add();
+    close(websocket::close_code::policy_error,
+          fmt::format("over {} pings within a second", InputBudget::kPingsPerSecond));
+  }
   if (state_ == State::kLogin && seconds_in_state_ >= kSecondsForALogin)
     close(websocket::close_code::policy_error, "no token came");
   if (state_ == State::kOpen && !dependencies_.access.may_stay(*identity_.principal)) {
     close(websocket::close_code::policy_error, "the token or certificate is not valid any more");
   }
-  if (is_open()) queue_.add_notice(OutgoingQueue::Notice::kStatistics);
+  if (is_open()) {
+    queue_.add_notice(OutgoingQueue::Notice::kLiveness);
+    queue_.add_notice(OutgoingQueue::Notice::kStatistics);
+  }
   read();
   pump();
 }
@@ -198,7 +231,7 @@ void StreamSession::read() {
   reading_ = true;
   budget_.begin_read();
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code failure, std::size_t bytes) {
-    self->received(failure, bytes);
+    self->guarded([&] { self->received(failure, bytes); });
   });
 }
 
@@ -206,6 +239,10 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
   reading_ = false;
   if (failure) {
     if (failure == websocket::error::message_too_big) dependencies_.counters.messages_refused.add();
+    if (failure == beast::error::timeout) {
+      dependencies_.counters.sessions_unanswered.add();
+      return cut("it answered no ping for 10 s");
+    }
     leave();
     return;
   }
@@ -214,6 +251,16 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
   incoming_.consume(incoming_.size());
   read();
   pump();
+}
+
+template <typename Handle>
+void StreamSession::guarded(Handle handle) {
+  try {
+    handle();
+  } catch (const std::bad_alloc&) {
+    // The caller may be in a loop over the sessions: this one leaves with the next second.
+    out_of_memory_ = true;
+  }
 }
 
 void StreamSession::handle_message(std::size_t bytes) {
@@ -249,8 +296,7 @@ void StreamSession::pump() {
     case Kind::kShown:
       return write(serialised(ServerMessages::scene_shown(item.shown, item.picture_id)));
     case Kind::kNeedsKey:
-      if (auto begun = dependencies_.hub.resync(*this); !begun) encoding_failed();
-      return;
+      return dependencies_.hub.resync(*this);
   }
 }
 
@@ -264,6 +310,8 @@ v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
       return dependencies_.messages.view(id(), std::exchange(view_end_, {}));
     case OutgoingQueue::Notice::kProbe:
       return dependencies_.messages.probe_status();
+    case OutgoingQueue::Notice::kLiveness:
+      return dependencies_.messages.liveness();
     case OutgoingQueue::Notice::kStatistics:
       break;
   }
@@ -274,7 +322,7 @@ void StreamSession::write(const SharedMessage& message) {
   under_way_ = message;
   socket_.async_write(boost::asio::buffer(*under_way_),
                       [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
-                        self->written(failure);
+                        self->guarded([&] { self->written(failure); });
                       });
 }
 

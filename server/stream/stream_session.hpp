@@ -52,15 +52,18 @@ class StreamSession : public StreamRequests::Session,
                 std::string address);
 
   /// Answers the upgrade request and serves the client. `protocol`: what was agreed on, or empty. Without a
-  /// principal the client must log in first.
+  /// principal the client must log in first, and is told `login_reason`, or a usual one.
   void start(const boost::beast::http::request<boost::beast::http::string_body>& request,
-             std::string_view protocol, std::optional<Principal> principal);
+             std::string_view protocol, std::optional<Principal> principal, const std::string& login_reason);
 
   // PictureSubscriber.
   std::uint64_t id() const override { return identity_.id; }
   std::uint64_t view_id() const override { return view_id_; }
   void set_view(std::uint64_t view_id) override;
   const StreamSettings& settings() const override { return settings_; }
+  bool privileged() const override {
+    return identity_.principal && identity_.principal->role != Role::kViewer;
+  }
   void offer(const PictureOffer& picture) override;
   void encoding_failed() override;
 
@@ -69,6 +72,7 @@ class StreamSession : public StreamRequests::Session,
   void scene_changed() override { notify(OutgoingQueue::Notice::kScene); }
   void control_changed() override { notify(OutgoingQueue::Notice::kControl); }
   void probe_changed() override;
+  void liveness_changed() override { notify(OutgoingQueue::Notice::kLiveness); }
   void view_changed() override;
   void view_ended(const std::string& reason) override;
   void second_passed() override;
@@ -93,10 +97,14 @@ class StreamSession : public StreamRequests::Session,
 
   bool is_connected() const { return state_ != State::kUpgrading && state_ != State::kGone; }
   void enter(State state);
-  void accepted(const std::optional<Principal>& principal);
+  void accepted(const std::optional<Principal>& principal, const std::string& login_reason);
   void read();
   void received(boost::beast::error_code failure, std::size_t bytes);
   void handle_message(std::size_t bytes);
+  void count_control_frame(boost::beast::websocket::frame_type kind);
+  /// Runs a handler. Where memory runs out, this session ends with the next second, and no other does.
+  template <typename Handle>
+  void guarded(Handle handle);
   void notify(OutgoingQueue::Notice notice);
   /// Writes what is due next, unless a write is under way.
   void pump();
@@ -125,6 +133,8 @@ class StreamSession : public StreamRequests::Session,
   SendProgress progress_;
   boost::beast::flat_buffer incoming_;
   bool reading_ = false;
+  bool too_many_pings_ = false;
+  bool out_of_memory_ = false;
   SharedMessage under_way_;  // being written; null: none
 };
 

@@ -61,12 +61,18 @@ export class ServerProcess {
     return this.#output;
   }
 
+  /** Sends the signal, such as SIGSTOP, and does not wait. */
+  send(signal) {
+    this.#process.kill(signal);
+  }
+
   /** Sends the signal and waits for the exit. Kills a server that has not exited after kEndMs. */
   async end(signal = "SIGTERM") {
     const child = this.#process;
     if (child.pid === undefined || child.exitCode !== null || child.signalCode !== null) return;
     const exited = once(child, "exit");
     child.kill(signal);
+    child.kill("SIGCONT"); // a stopped process takes no signal
     const timer = setTimeout(() => child.kill("SIGKILL"), kEndMs);
     await exited;
     clearTimeout(timer);

@@ -24,7 +24,13 @@ export async function withPage(name, source, steps, options = []) {
       server = await ServerProcess.start(source, server.port, options);
     };
     const openPage = () => ViewerPage.open(browser, server.url);
-    await steps(viewer, { end: (signal) => server.end(signal), restart, openPage, url: server.url });
+    await steps(viewer, {
+      end: (signal) => server.end(signal),
+      send: (signal) => server.send(signal),
+      restart,
+      openPage,
+      url: server.url,
+    });
   } catch (error) {
     error.message += `\nconsole problems of the page: ${JSON.stringify(viewer?.consoleProblems)}\nthe server printed:\n${server.output}`;
     throw error;

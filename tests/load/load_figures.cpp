@@ -168,6 +168,26 @@ void idle_sockets(const Options& options, ServerFixture& fixture) {
       bad.report()["idle_opened"].get<int>());
 }
 
+/// Viewers who ask for PNG with the depth map, each in a size of its own, beside ten who take JPEG.
+void heavy_viewers(const Options& options, ServerFixture& fixture) {
+  const double seconds = options.small ? 3 : 20;
+  const auto before = watched(options, fixture, 10, seconds).second;
+  for (const int count : {3, 15}) {
+    Viewers heavy(options.program, fixture,
+                  {"--viewers", std::to_string(count), "--png", "--seconds", std::to_string(seconds)});
+    const auto meanwhile = watched(options, fixture, 10, seconds).second;
+    const json of_heavy = heavy.report();
+    fmt::print(
+        "{} viewers with PNG and depth: the others' age p50 {:.1f}, p99 {:.1f} ms ({:.1f}, {:.1f} before), "
+        "the "
+        "slowest sees {:.2f} a second; the slowest of the {} sees {:.2f}\n",
+        count, meanwhile["age_p50_ms"].get<double>(), meanwhile["age_p99_ms"].get<double>(),
+        before["age_p50_ms"].get<double>(), before["age_p99_ms"].get<double>(),
+        meanwhile["fewest_a_second"].get<double>(), count, of_heavy["fewest_a_second"].get<double>());
+    if (options.small) return;
+  }
+}
+
 /// Slow headers, slow bodies and slow reads of slowhttptest, with a thousand connections each.
 void slow_attacks(const Options& options, ServerFixture& fixture) {
   const char* const kProgram = "/usr/bin/slowhttptest";
@@ -205,6 +225,7 @@ int run(int argc, char** argv) {
   many_viewers(options, fixture);
   one_stopped(options, fixture);
   idle_sockets(options, fixture);
+  heavy_viewers(options, fixture);
   slow_attacks(options, fixture);
   const ServerCounters& counts = fixture.counters();
   const std::uint64_t done = counts.pictures_sent.value() + counts.pictures_skipped.value();

@@ -30,10 +30,21 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
   Viewer(asio::io_context& loop, const tcp::endpoint& server) : socket_(loop), server_(server) {}
 
-  void start() {
+  /// `png_side`: asks for PNG with the depth map, of at most so many pixels a side; 0: what the server
+  /// chooses.
+  void start(std::uint32_t png_side) {
     beast::get_lowest_layer(socket_).connect(server_);
     socket_.read_message_max(16 << 20);
     socket_.handshake("127.0.0.1", "/stream");
+    if (png_side > 0) {
+      v1::ClientMessage request;
+      request.mutable_stream()->set_codec(v1::StreamRequest::PNG);
+      request.mutable_stream()->set_with_depth(true);
+      request.mutable_stream()->set_width(png_side);
+      request.mutable_stream()->set_height(png_side);
+      socket_.binary(true);
+      socket_.write(asio::buffer(request.SerializeAsString()));
+    }
     read();
   }
 
@@ -108,18 +119,24 @@ int run(int argc, char** argv) {
   CLI::App program("Many displays of a Fanlight server");
   std::uint16_t port = 8080;
   int viewers = 1;
+  bool png = false;
   int idle = 0;
   double seconds = 10;
   program.add_option("--port", port);
   program.add_option("--viewers", viewers);
   program.add_option("--idle", idle);
+  program.add_flag("--png", png, "PNG with depth, each viewer in a size of its own");
   program.add_option("--seconds", seconds);
   CLI11_PARSE(program, argc, argv);
   asio::io_context loop;
   const tcp::endpoint server(asio::ip::make_address("127.0.0.1"), port);
   std::vector<std::shared_ptr<Viewer>> all;
   for (int one = 0; one < viewers; ++one) all.push_back(std::make_shared<Viewer>(loop, server));
-  for (const auto& viewer : all) viewer->start();
+  std::uint32_t png_side = png ? 256 : 0;  // of the first viewer; each further one asks for four more
+  for (const auto& viewer : all) {
+    viewer->start(png_side);
+    png_side += png ? 4 : 0;
+  }
   const Idlers idlers(loop, server, idle);
   std::puts("ready");
   std::fflush(stdout);

@@ -46,7 +46,32 @@ TEST(Tls, GuardsTheScriptsDoorAndTheMetrics) {
     const std::string with = "Authorization: Bearer " + guarded.token(Role::kViewer).text + "\r\n";
     EXPECT_EQ(https(guarded, context, get(target, with)).find("401"), std::string::npos) << target;
   }
-  EXPECT_NE(https(guarded, context, get("/")).find("Strict-Transport-Security"), std::string::npos);
+}
+
+TEST(Tls, TellsBrowsersToStayWithTlsOnlyWhereAskedFor) {
+  TlsServerFixture plain;
+  auto context = client();
+  EXPECT_EQ(https(plain, context, get("/")).find("Strict-Transport-Security"), std::string::npos);
+  TlsServerFixture strict(60'000, true);
+  EXPECT_NE(https(strict, context, get("/")).find("Strict-Transport-Security"), std::string::npos);
+}
+
+TEST(Tls, AnUnlistedCertificateGetsThePageToLogInOn) {
+  TlsServerFixture guarded;
+  const MadeCertificate other({.name = "signed, not listed"}, &guarded.authority());
+  other.write(guarded.file("other.pem"), guarded.file("other.key"));
+  auto context = client();
+  context.use_certificate_chain_file(guarded.file("other.pem"));
+  context.use_private_key_file(guarded.file("other.key"), ssl::context::pem);
+  for (const char* target : {"/", "/viewer.js", "/healthz"})
+    EXPECT_NE(https(guarded, context, get(target)).find(" 200 "), std::string::npos) << target;
+  EXPECT_NE(https(guarded, context, get("/api/scene")).find(" 401 "), std::string::npos);
+  const auto with_token = fanlight::StreamClient::connect({.url = guarded.url(),
+                                                           .token = guarded.token(Role::kViewer).text,
+                                                           .server_ca = guarded.file("server.pem"),
+                                                           .certificate = guarded.file("other.pem"),
+                                                           .key = guarded.file("other.key")});
+  EXPECT_TRUE(with_token) << with_token.error().message;
 }
 
 TEST(Tls, AViewersScriptMayReadAndNotChange) {

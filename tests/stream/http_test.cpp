@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <boost/asio/read.hpp>
+#include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 #include <string>
 
@@ -12,14 +13,19 @@
 namespace fanlight::test {
 namespace {
 
-/// Sends the bytes and returns all that the server sends until it closes the connection.
-std::string talk(const ServerFixture& fixture, const std::string& request) {
+/// Sends the bytes and returns all that the server sends until it closes the connection. `body` is sent once
+/// the server has asked for it.
+std::string talk(const ServerFixture& fixture, const std::string& request, const std::string& body = "") {
   boost::asio::io_context loop;
   boost::asio::ip::tcp::socket socket(loop);
   socket.connect(fixture.endpoint());
   boost::asio::write(socket, boost::asio::buffer(request));
   std::string answer;
   boost::system::error_code end;
+  if (!body.empty()) {
+    boost::asio::read_until(socket, boost::asio::dynamic_buffer(answer), "\r\n\r\n", end);
+    boost::asio::write(socket, boost::asio::buffer(body), end);
+  }
   boost::asio::read(socket, boost::asio::dynamic_buffer(answer), end);
   return answer;
 }
@@ -42,7 +48,9 @@ TEST(Http, ServesThePage) {
 
 TEST(Http, ServesHealthAndMetrics) {
   ServerFixture fixture;
-  EXPECT_NE(get(fixture, "/healthz").find("ok; source running"), std::string::npos);
+  EXPECT_NE(get(fixture, "/healthz")
+                .find("ok; source running; picture waiting; The first volume is not complete yet."),
+            std::string::npos);
   const std::string metrics = get(fixture, "/metrics");
   for (const char* name :
        {"fanlight_frames_received_total 0", "fanlight_pass1_runs_total 0", "fanlight_volumes_dropped_total 0",
@@ -55,7 +63,10 @@ TEST(Http, ReportsAFailedSourceAsUnhealthy) {
   ServerFixture fixture(64, "the probe is gone");
   const std::string answer = get(fixture, "/healthz");
   EXPECT_NE(answer.find("HTTP/1.1 503"), std::string::npos);
-  EXPECT_NE(answer.find("failing; source the probe is gone"), std::string::npos);
+  EXPECT_NE(
+      answer.find(
+          "failing; source the probe is gone; picture waiting; The source has failed: the probe is gone."),
+      std::string::npos);
 }
 
 TEST(Http, AnswersHeadWithoutABody) {
@@ -105,6 +116,109 @@ TEST(Http, RefusesMalformedRequests) {
     EXPECT_NE(answer.find("expected"), std::string::npos) << request.substr(0, 40);
   }
   EXPECT_NE(get(fixture, "/healthz").find("ok"), std::string::npos);
+}
+
+/// Status lines in everything that came: one for each request that was served.
+std::size_t answers_in(const std::string& received) {
+  std::size_t count = 0;
+  for (auto at = received.find("HTTP/1."); at != std::string::npos; at = received.find("HTTP/1.", at + 1))
+    ++count;
+  return count;
+}
+
+TEST(Http, ServesNoBodyAsTheNextRequest) {
+  ServerFixture fixture;
+  const std::string smuggled = "GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+  const std::string chunked = "0\r\n\r\n";
+  for (const char* header :
+       {"Transfer-Encoding: xchunked", "Transfer-Encoding: identity", "Transfer-Encoding: chunked, identity",
+        "Transfer-Encoding: gzip, chunked", "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked",
+        "Transfer-Encoding: chunked\r\nContent-Length: 5", "Content-Length: 5\r\nTransfer-Encoding: chunked",
+        "Content-Length: 0\r\nContent-Length: 5", "Transfer-Encoding : chunked",
+        "Transfer-Encoding:\x0b"
+        "chunked"}) {
+    std::string request =
+        "PATCH /api/scene HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n";
+    request.append(header).append("\r\n\r\n").append(chunked).append(smuggled);
+    const std::string received = talk(fixture, request);
+    EXPECT_EQ(answers_in(received), 1U) << header << "\n" << received;
+    EXPECT_NE(received.find("HTTP/1.1 400"), std::string::npos) << header << "\n" << received;
+    EXPECT_NE(received.find("Connection: close"), std::string::npos) << header;
+  }
+}
+
+TEST(Http, TakesAPlainChunkedBody) {
+  ServerFixture fixture;
+  const std::string received =
+      talk(fixture,
+           "PATCH /api/scene HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+           "Transfer-Encoding: Chunked\r\nConnection: close\r\n\r\n2\r\n{}\r\n0\r\n\r\n");
+  EXPECT_NE(received.find("HTTP/1.1 200"), std::string::npos) << received;
+}
+
+TEST(Http, NeedsOneHost) {
+  ServerFixture fixture;
+  const auto asked = [&](const std::string& head) {
+    return talk(fixture, head + "Connection: close\r\n\r\n");
+  };
+  EXPECT_NE(asked("GET / HTTP/1.1\r\n").find("HTTP/1.1 400"), std::string::npos);
+  EXPECT_NE(asked("GET / HTTP/1.1\r\nHost: localhost\r\nHost: localhost\r\n").find("HTTP/1.1 400"),
+            std::string::npos);
+  EXPECT_NE(asked("GET / HTTP/1.0\r\n").find(" 200 "), std::string::npos) << "HTTP/1.0 has none";
+}
+
+TEST(Http, TakesTargetsInAbsoluteForm) {
+  ServerFixture fixture;
+  const auto asked = [&](const std::string& target, const char* host) {
+    std::string request = "GET ";
+    request.append(target).append(" HTTP/1.1\r\nHost: ").append(host);
+    return talk(fixture, request.append("\r\nConnection: close\r\n\r\n"));
+  };
+  EXPECT_NE(asked("http://localhost/healthz", "localhost").find("HTTP/1.1 200"), std::string::npos);
+  EXPECT_NE(asked("http://localhost", "localhost").find("text/html"), std::string::npos);
+  EXPECT_NE(asked("http://localhost:8080/viewer.css?version=1", "localhost").find("text/css"),
+            std::string::npos);
+  EXPECT_NE(asked("http://elsewhere.example/", "localhost").find("HTTP/1.1 421"), std::string::npos)
+      << "the target's host counts, not the header's";
+  EXPECT_NE(asked("ftp://localhost/", "localhost").find("HTTP/1.1 400"), std::string::npos);
+  EXPECT_NE(asked("localhost:80", "localhost").find("HTTP/1.1 400"), std::string::npos);
+}
+
+TEST(Http, AnswersExpectations) {
+  ServerFixture fixture;
+  const std::string head =
+      "PATCH /api/scene HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+      "Content-Length: 2\r\nConnection: close\r\n";
+  const std::string met = talk(fixture, head + "Expect: 100-continue\r\n\r\n", "{}");
+  EXPECT_EQ(met.find("HTTP/1.1 100 Continue\r\n\r\n"), 0U) << met;
+  EXPECT_NE(met.find("HTTP/1.1 200"), std::string::npos) << met;
+  const std::string unknown = talk(fixture, head + "Expect: a-miracle\r\n\r\n{}");
+  EXPECT_NE(unknown.find("HTTP/1.1 417"), std::string::npos) << unknown;
+}
+
+TEST(Http, SaysWhichMethodsAreAllowed) {
+  ServerFixture fixture;
+  const auto deleted = [&](const std::string& path) {
+    std::string request = "DELETE ";
+    return talk(fixture,
+                request.append(path).append(" HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"));
+  };
+  EXPECT_NE(deleted("/").find("Allow: GET, HEAD\r\n"), std::string::npos);
+  EXPECT_NE(deleted("/api/scene").find("Allow: GET, HEAD, PATCH\r\n"), std::string::npos);
+  EXPECT_NE(deleted("/api/picture.png").find("Allow: GET, HEAD\r\n"), std::string::npos);
+}
+
+TEST(Http, NoAnswerToHeadHasABody) {
+  ServerFixture fixture;
+  fixture.show(1, 100);
+  for (const char* target : {"/", "/nothing", "/api/scene", "/api/picture.png", "/metrics"}) {
+    std::string request = "HEAD ";
+    request.append(target).append(" HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+    const std::string answer = talk(fixture, request);
+    EXPECT_EQ(answer.find("\r\n\r\n"), answer.size() - 4) << target << "\n" << answer;
+  }
+  const std::string refused = talk(fixture, "HEAD / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n");
+  EXPECT_EQ(refused.find("\r\n\r\n"), refused.size() - 4) << refused;
 }
 
 TEST(ListenAddress, IsParsedOrRefused) {

@@ -163,9 +163,14 @@ TEST_F(OutgoingQueueTest, AnnouncesTheFirstPictureThatShowsAChange) {
   expect_counts(3, 3, 0);
 }
 
-TEST_F(OutgoingQueueTest, DropsTheOldestOfTooManyShownRequests) {
+TEST_F(OutgoingQueueTest, AnswersTheOldestOfTooManyShownRequestsWithoutAPicture) {
   for (std::uint64_t request_id = 0; request_id <= OutgoingQueue::kMostShownRequests; ++request_id)
     queue_.add_shown_request({.view_id = 0, .revision = 1, .request_id = request_id});
+  const auto given_up = queue_.next();
+  EXPECT_EQ(given_up.kind, OutgoingQueue::Item::Kind::kShown);
+  EXPECT_EQ(given_up.shown.request_id, 0U);
+  EXPECT_EQ(given_up.picture_id, 0U);
+  EXPECT_EQ(queue_.next().kind, OutgoingQueue::Item::Kind::kNothing);
   queue_.offer(picture(1));
   EXPECT_EQ(queue_.next().shown.request_id, 1U);
 }

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // PictureHub without sockets: which subscriber is offered which picture, and how often it is encoded.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -22,6 +26,7 @@ class SpySubscriber : public PictureSubscriber {
   std::uint64_t view_id() const override { return view_id_; }
   const StreamSettings& settings() const override { return settings_; }
   void set_view(std::uint64_t view_id) override { view_id_ = view_id; }
+  bool privileged() const override { return privileged_role; }
   void offer(const PictureOffer& picture) override { offers.push_back(picture); }
   void encoding_failed() override { ++failures; }
 
@@ -34,6 +39,7 @@ class SpySubscriber : public PictureSubscriber {
 
   std::vector<PictureOffer> offers;
   int failures = 0;
+  bool privileged_role = false;
 
  private:
   std::uint64_t id_;
@@ -87,11 +93,41 @@ class PictureHubTest : public testing::Test {
   CoderLog log_;
   std::map<std::uint64_t, Picture> pictures_;
   ServerCounters counters_;
-  PictureHub hub_{counters_,
-                  [this](const StreamSettings& settings) -> Result<std::unique_ptr<PictureCoder>> {
-                    return std::unique_ptr<PictureCoder>(std::make_unique<SpyCoder>(log_, settings));
-                  },
-                  [this] { return now_ns_; }};
+  PictureHub::Config config() {
+    PictureHub::Config config;
+    config.make_coder = [this](const StreamSettings& settings) -> Result<std::unique_ptr<PictureCoder>> {
+      return std::unique_ptr<PictureCoder>(std::make_unique<SpyCoder>(log_, settings));
+    };
+    config.clock = [this] { return now_ns_; };
+    config.executor = [this](EncoderLane lane, std::function<void()> work, std::function<void()> done) {
+      jobs_.push_back({lane, std::move(work), std::move(done)});
+      if (at_once_) finish_jobs();
+    };
+    return config;
+  }
+  /// Carries out the jobs that were started, also those that start meanwhile.
+  void finish_jobs() {
+    while (!jobs_.empty()) {
+      const Started job = std::move(jobs_.front());
+      jobs_.pop_front();
+      job.work();
+      job.done();
+    }
+  }
+  Result<void> room_for(const StreamSettings& settings, bool privileged = true) {
+    SpySubscriber asking(1000);
+    asking.privileged_role = privileged;
+    return hub_.has_room(asking, settings);
+  }
+
+  struct Started {
+    EncoderLane lane;
+    std::function<void()> work;
+    std::function<void()> done;
+  };
+  std::deque<Started> jobs_;
+  bool at_once_ = true;
+  PictureHub hub_{counters_, config()};
 };
 
 TEST_F(PictureHubTest, EncodesOnceForSubscribersWithEqualSettings) {
@@ -100,7 +136,7 @@ TEST_F(PictureHubTest, EncodesOnceForSubscribersWithEqualSettings) {
   // The rate of a codec without memory does not change the encoding.
   SpySubscriber slow(3, {.quality = 80, .rate_hz = 0.5});
   SpySubscriber other(4, {.quality = 30});
-  for (SpySubscriber* each : {&first, &second, &slow, &other}) ASSERT_TRUE(hub_.add(*each));
+  for (SpySubscriber* each : {&first, &second, &slow, &other}) hub_.add(*each);
   EXPECT_EQ(hub_.subscriber_count(), 4U);
   show(1);
   EXPECT_EQ(log_.encoded, 2);
@@ -116,7 +152,7 @@ TEST_F(PictureHubTest, EncodesNothingWithoutSubscribers) {
   ASSERT_NE(hub_.newest_picture(), nullptr);
   EXPECT_EQ(hub_.newest_picture()->stamp.picture_id, 1U);
   SpySubscriber slow(1, {.quality = 80, .rate_hz = 1});
-  ASSERT_TRUE(hub_.add(slow));
+  hub_.add(slow);
   EXPECT_EQ(log_.encoded, 1) << "the newest picture";
   pass(kSecondNs / 10);
   show(2);
@@ -126,8 +162,8 @@ TEST_F(PictureHubTest, EncodesNothingWithoutSubscribers) {
 TEST_F(PictureHubTest, OffersAPrivateViewToItsOwnerOnly) {
   SpySubscriber owner(1);
   SpySubscriber other(2);
-  ASSERT_TRUE(hub_.add(owner));
-  ASSERT_TRUE(hub_.add(other));
+  hub_.add(owner);
+  hub_.add(other);
   show(1);
   show(50, owner.id());
   EXPECT_EQ(owner.view_id(), owner.id());
@@ -143,12 +179,12 @@ TEST_F(PictureHubTest, OffersAPrivateViewToItsOwnerOnly) {
 
 TEST_F(PictureHubTest, ResyncOffersTheNewestPictureAgain) {
   SpySubscriber subscriber(1);
-  ASSERT_TRUE(hub_.add(subscriber));
-  EXPECT_TRUE(hub_.resync(subscriber)) << "without a picture there is nothing to offer";
-  EXPECT_TRUE(subscriber.offers.empty());
+  hub_.add(subscriber);
+  hub_.resync(subscriber);
+  EXPECT_TRUE(subscriber.offers.empty()) << "without a picture there is nothing to offer";
   show(1);
   subscriber.set_settings({.quality = 30});
-  ASSERT_TRUE(hub_.resync(subscriber));
+  hub_.resync(subscriber);
   EXPECT_EQ(subscriber.picture_ids(), (std::vector<std::uint64_t>{1, 1}));
   EXPECT_EQ(log_.encoded, 2);
 }
@@ -156,14 +192,14 @@ TEST_F(PictureHubTest, ResyncOffersTheNewestPictureAgain) {
 TEST_F(PictureHubTest, ResyncOfASharedStreamRequestsAKeyPicture) {
   SpySubscriber first(1, kFilm);
   SpySubscriber late(2, kFilm);
-  ASSERT_TRUE(hub_.add(first));
+  hub_.add(first);
   show(1);
   EXPECT_TRUE(first.offers.back().key);
   show(2);
   EXPECT_FALSE(first.offers.back().key);
 
   // The picture is new: the next one becomes the key picture.
-  ASSERT_TRUE(hub_.add(late));
+  hub_.add(late);
   EXPECT_TRUE(late.offers.empty());
   pass(kSecondNs / 10);
   show(3);
@@ -172,7 +208,7 @@ TEST_F(PictureHubTest, ResyncOfASharedStreamRequestsAKeyPicture) {
 
   // The picture has been still for long enough: all subscribers receive it again as a key picture.
   pass(2 * kSecondNs);
-  ASSERT_TRUE(hub_.resync(late));
+  hub_.resync(late);
   EXPECT_EQ(late.picture_ids(), (std::vector<std::uint64_t>{3, 3}));
   EXPECT_TRUE(late.offers.back().key);
   EXPECT_EQ(first.offers.back().message, late.offers.back().message);
@@ -180,18 +216,18 @@ TEST_F(PictureHubTest, ResyncOfASharedStreamRequestsAKeyPicture) {
   // At most one key picture of a still picture a second.
   const int encoded = log_.encoded;
   pass(kSecondNs * 9 / 10);
-  ASSERT_TRUE(hub_.resync(late));
+  hub_.resync(late);
   EXPECT_EQ(log_.encoded, encoded);
   pass(kSecondNs / 5);
-  ASSERT_TRUE(hub_.resync(late));
+  hub_.resync(late);
   EXPECT_EQ(log_.encoded, encoded + 1);
 }
 
 TEST_F(PictureHubTest, ARemovedSubscriberIsOfferedNothing) {
   SpySubscriber stays(1);
   SpySubscriber leaves(2);
-  ASSERT_TRUE(hub_.add(stays));
-  ASSERT_TRUE(hub_.add(leaves));
+  hub_.add(stays);
+  hub_.add(leaves);
   show(1);
   show(50, leaves.id());
   hub_.remove(leaves);
@@ -205,17 +241,16 @@ TEST_F(PictureHubTest, ARemovedSubscriberIsOfferedNothing) {
 TEST_F(PictureHubTest, AnEncodingFailureConcernsItsSubscribersOnly) {
   SpySubscriber good(1);
   SpySubscriber bad(2, {.quality = 13});
-  ASSERT_TRUE(hub_.add(good));
-  ASSERT_TRUE(hub_.add(bad));
+  hub_.add(good);
+  hub_.add(bad);
   log_.failing_quality = 13;
   show(1);
   EXPECT_EQ(good.picture_ids(), (std::vector<std::uint64_t>{1}));
   EXPECT_EQ(good.failures, 0);
   EXPECT_TRUE(bad.offers.empty());
   EXPECT_EQ(bad.failures, 1);
-  const auto refused = hub_.resync(bad);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().message, "no encoding, expected one");
+  hub_.resync(bad);
+  EXPECT_EQ(bad.failures, 2);
 }
 
 TEST_F(PictureHubTest, LimitsTheEncodingsAtATime) {
@@ -223,26 +258,145 @@ TEST_F(PictureHubTest, LimitsTheEncodingsAtATime) {
   std::vector<std::unique_ptr<SpySubscriber>> subscribers;
   for (std::size_t index = 0; index < PictureHub::kMostEncodings; ++index) {
     const StreamSettings settings{.quality = static_cast<int>(index) + 1};
-    EXPECT_TRUE(hub_.has_room(0, settings));
+    EXPECT_TRUE(room_for(settings));
     subscribers.push_back(std::make_unique<SpySubscriber>(index + 1, settings));
-    ASSERT_TRUE(hub_.add(*subscribers.back()));
+    hub_.add(*subscribers.back());
   }
-  const auto refused = hub_.has_room(0, {.quality = 99});
+  const auto refused = room_for({.quality = 99});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
-  EXPECT_TRUE(hub_.has_room(0, {.quality = 5})) << "one that exists";
+  EXPECT_TRUE(room_for({.quality = 5})) << "one that exists";
   hub_.remove(*subscribers.back());
-  EXPECT_TRUE(hub_.has_room(0, {.quality = 99})) << "an encoding without subscribers is dropped";
+  EXPECT_TRUE(room_for({.quality = 99})) << "an encoding without subscribers is dropped";
+}
+
+TEST_F(PictureHubTest, ABusyEncodingTakesTheNewestPictureNext) {
+  at_once_ = false;
+  SpySubscriber viewer(1);
+  hub_.add(viewer);
+  show(1);
+  show(2);
+  show(3);
+  EXPECT_EQ(jobs_.size(), 1U) << "one job at a time for an encoding";
+  finish_jobs();
+  EXPECT_EQ(viewer.picture_ids(), (std::vector<std::uint64_t>{1, 3})) << "the one in between is not encoded";
+}
+
+TEST_F(PictureHubTest, HeavyEncodingsDoNotDelayQuickOnes) {
+  at_once_ = false;
+  std::vector<std::unique_ptr<SpySubscriber>> heavy;
+  for (std::uint32_t index = 0; index < 15; ++index) {
+    heavy.push_back(std::make_unique<SpySubscriber>(
+        index + 10,
+        StreamSettings{.codec = StreamSettings::Codec::kPng, .most_width = 100 + index, .with_depth = true}));
+    hub_.add(*heavy.back());
+  }
+  SpySubscriber viewer(1);
+  hub_.add(viewer);
+  show(1);
+  ASSERT_EQ(jobs_.size(), 2U) << "one of each lane";
+  const auto quick = std::ranges::find(jobs_, EncoderLane::kQuick, &Started::lane);
+  ASSERT_NE(quick, jobs_.end());
+  quick->work();
+  quick->done();
+  EXPECT_EQ(viewer.picture_ids(), (std::vector<std::uint64_t>{1})) << "before any heavy one has ended";
+  jobs_.erase(quick);
+  finish_jobs();
+  for (const auto& each : heavy) EXPECT_EQ(each->picture_ids(), (std::vector<std::uint64_t>{1}));
+}
+
+TEST_F(PictureHubTest, AnEncodingThatIsDroppedWhileItRunsOffersNothing) {
+  at_once_ = false;
+  SpySubscriber leaves(1);
+  hub_.add(leaves);
+  show(1);
+  hub_.remove(leaves);
+  SpySubscriber comes(2, {.quality = 20});
+  hub_.add(comes);  // drops the unused encoding
+  finish_jobs();
+  EXPECT_TRUE(leaves.offers.empty());
+  EXPECT_EQ(comes.picture_ids(), (std::vector<std::uint64_t>{1}));
+}
+
+TEST_F(PictureHubTest, APrivateViewThatEndsWhileItIsEncodedIsNotOffered) {
+  at_once_ = false;
+  SpySubscriber owner(1);
+  hub_.add(owner);
+  show(1);
+  finish_jobs();
+  show(50, owner.id());
+  hub_.forget_view(owner);
+  finish_jobs();
+  EXPECT_EQ(owner.picture_ids(), (std::vector<std::uint64_t>{1, 1}));
+  EXPECT_EQ(owner.offers.back().view_id, 0U);
+}
+
+TEST_F(PictureHubTest, AKeyPictureRequestedWhileAJobRunsComesNext) {
+  at_once_ = false;
+  SpySubscriber first(1, kFilm);
+  hub_.add(first);
+  show(1);
+  finish_jobs();
+  pass(kSecondNs / 10);
+  show(2);
+  SpySubscriber late(2, kFilm);
+  hub_.add(late);  // the job of picture 2 is under way
+  finish_jobs();
+  EXPECT_FALSE(first.offers.back().key);
+  pass(kSecondNs / 10);
+  show(3);
+  finish_jobs();
+  EXPECT_TRUE(late.offers.back().key);
+  EXPECT_EQ(late.offers.back().picture_id, 3U);
+}
+
+TEST_F(PictureHubTest, ViewersShareFewHeavyEncodings) {
+  std::vector<std::unique_ptr<SpySubscriber>> viewers;
+  const auto png = [](std::uint32_t width) {
+    return StreamSettings{.codec = StreamSettings::Codec::kPng, .most_width = width};
+  };
+  for (std::uint32_t index = 0; index < PictureHub::kMostHeavyOfViewers; ++index) {
+    ASSERT_TRUE(room_for(png(100 + index), false));
+    viewers.push_back(std::make_unique<SpySubscriber>(index + 1, png(100 + index)));
+    hub_.add(*viewers.back());
+    show(index + 1);
+  }
+  EXPECT_FALSE(room_for(png(50), false));
+  EXPECT_TRUE(room_for(png(101), false)) << "one that exists";
+  EXPECT_TRUE(room_for({.quality = 30}, false)) << "a quick one";
+  EXPECT_TRUE(room_for(png(50), true)) << "of an operator";
+}
+
+/// The picture file; empty where it was refused.
+std::string file_of(PictureHub& hub) {
+  std::string png;
+  hub.png([&png](const Result<PictureHub::PictureFile>& file) {
+    if (file) png = fmt::format("{}:{}", file->stamp.picture_id, file->png->size());
+  });
+  return png;
 }
 
 TEST_F(PictureHubTest, EncodesThePictureFileOnce) {
   show(1);
-  const auto first = hub_.png();
-  ASSERT_TRUE(first);
-  EXPECT_EQ(*hub_.png(), *first);
+  EXPECT_EQ(file_of(hub_), "1:16");
+  EXPECT_EQ(file_of(hub_), "1:16");
   EXPECT_EQ(log_.encoded, 1);
   show(2);
-  EXPECT_NE(*hub_.png(), *first);
+  EXPECT_EQ(file_of(hub_), "2:16");
+}
+
+TEST_F(PictureHubTest, RequestsForThePictureFileAreBounded) {
+  at_once_ = false;
+  show(1);
+  std::size_t made = 0;
+  std::size_t refused = 0;
+  for (std::size_t request = 0; request < PictureHub::kMostFileRequests + 10; ++request) {
+    hub_.png([&](const Result<PictureHub::PictureFile>& file) { ++(file ? made : refused); });
+  }
+  EXPECT_EQ(refused, 10U);
+  finish_jobs();
+  EXPECT_EQ(made, PictureHub::kMostFileRequests);
+  EXPECT_EQ(log_.encoded, 1);
 }
 
 }  // namespace

@@ -136,6 +136,30 @@ TEST(ProbeStream, AChangeIsAnsweredWhenTheProbeHasAnswered) {
   EXPECT_EQ(probe_fixture.fixture.counters().probe_refusals.value(), 1U);
 }
 
+TEST(ProbeStream, ARefusedChangeTakesNoControl) {
+  ProbeFixture probe_fixture;
+  TestDisplay client(probe_fixture.fixture.endpoint());
+  client.send(change(40, 50));  // there is no probe
+  EXPECT_TRUE(client.next(Body::kProbeReply).probe_reply().has_refused());
+  const auto holder = [&client] {
+    v1::ClientMessage keep;
+    keep.mutable_control()->set_wish(v1::ControlRequest::RELEASE);
+    client.send(keep);
+    return client.next(Body::kControlReply).control_reply().state().holder_session();
+  };
+  EXPECT_EQ(holder(), 0U);
+
+  auto answered = status_with(ProbeStatus::State::kStreaming);
+  probe_fixture.publish(answered);
+  client.next(Body::kProbeStatus);
+  client.send(change(41, 500));
+  answered.order_answered = probe_fixture.next_order().number;
+  EXPECT_TRUE(client.next(Body::kControl).control().mine()) << "while the probe considers it";
+  answered.refusal = "the probe's sweep was to be 500 deg, expected 10 to 85 deg";
+  probe_fixture.publish(answered);
+  EXPECT_EQ(client.next(Body::kControl).control().holder_session(), 0U);
+}
+
 TEST(ProbeStream, AChangeIsRelativeToTheUnansweredOnes) {
   ProbeFixture probe_fixture;
   TestDisplay client(probe_fixture.fixture.endpoint());

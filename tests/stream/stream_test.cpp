@@ -308,19 +308,26 @@ TEST(Stream, ADisplayThatClosesHalfOfItsConnectionReturnsItsPermit) {
   next.next(Body::kHello);
 }
 
-TEST(ConnectionLimit, OneAddressCannotUseAllPermits) {
-  ConnectionLimit limit(4, 2);
-  const auto far = boost::asio::ip::make_address("192.0.2.7");
-  const auto near = boost::asio::ip::make_address("127.0.0.1");
-  auto first = limit.take(far);
-  const auto second = limit.take(far);
-  EXPECT_TRUE(first && second);
-  EXPECT_FALSE(limit.take(far));
-  first.reset();
-  EXPECT_TRUE(limit.take(far)) << "a permit was returned";
-  std::vector<ConnectionPermit> others;
-  while (auto permit = limit.take(near)) others.push_back(std::move(*permit));
-  EXPECT_EQ(others.size(), 3U) << "loopback, where a proxy may run, may use all";
+/// Reads until the server closes, and returns the code of its close frame.
+std::uint16_t code_at_the_end(TestDisplay& display) {
+  try {
+    for (;;) display.next();
+  } catch (const boost::system::system_error&) {
+    return display.close_code();
+  }
+}
+
+TEST(Stream, EndsADisplayThatPingsWithoutEnd) {
+  ServerFixture fixture;
+  TestDisplay noisy(fixture.endpoint());
+  TestDisplay quiet(fixture.endpoint());
+  for (int ping = 0; ping < InputBudget::kPingsPerSecond / 2; ++ping) quiet.ping();
+  // Over the limit of whatever seconds it falls into.
+  for (int ping = 0; ping < 10 * InputBudget::kPingsPerSecond; ++ping) noisy.ping();
+  EXPECT_EQ(code_at_the_end(noisy), 1008);
+  quiet.next(Body::kStatistics);
+  quiet.next(Body::kStatistics);
+  EXPECT_EQ(fixture.counters().sessions_closed.value(), 1U);
 }
 
 TEST(SceneStore, AppliesEachFieldAlone) {

@@ -165,15 +165,43 @@ TEST_F(ViewAdmissionTest, LimitsTheRateOfPictures) {
 TEST_F(ViewAdmissionTest, AViewThatIsBehindForFiveSecondsEnds) {
   show_main(0.5, 80, 10, 1000);
   ASSERT_TRUE(change(1, light(5)));
-  for (int second = 0; second < 4; ++second) EXPECT_TRUE(admission_.second_passed().empty()) << second;
+  for (int second = 0; second < 4; ++second) EXPECT_TRUE(admission_.second_passed(now_ns_).empty()) << second;
   render(1);
   EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
-  for (int second = 0; second < 10; ++second) EXPECT_TRUE(admission_.second_passed().empty()) << "up to date";
+  for (int second = 0; second < 10; ++second)
+    EXPECT_TRUE(admission_.second_passed(now_ns_).empty()) << "up to date";
   show_main(0.5, 80, 10, 1000);
-  for (int second = 0; second < 4; ++second) EXPECT_TRUE(admission_.second_passed().empty()) << second;
-  EXPECT_EQ(admission_.second_passed(), std::vector<std::uint64_t>{1});
+  for (int second = 0; second < 4; ++second) EXPECT_TRUE(admission_.second_passed(now_ns_).empty()) << second;
+  const auto ended = admission_.second_passed(now_ns_);
+  ASSERT_EQ(ended.size(), 1U);
+  EXPECT_EQ(ended[0].session, 1U);
+  EXPECT_EQ(ended[0].reason, "the main view left it no time for 5 s");
   EXPECT_FALSE(admission_.has(1));
   EXPECT_EQ(counters_.private_views.value(), 0U);
+}
+
+TEST_F(ViewAdmissionTest, EndsTheDearestViewWhereAllHaveBecomeTooDear) {
+  show_main(0.5, 40, 5, 100);
+  ASSERT_TRUE(change(1, light(1)));
+  ASSERT_TRUE(change(2, light(2)));
+  const auto second = [this](double dear_ms) {
+    show_main(0.5, 40, 5, 1000);
+    now_ns_ += 100 * kMs;
+    render(1, 10);
+    render(2, dear_ms);
+    admission_.newest(now_ns_);
+    return admission_.second_passed(now_ns_);
+  };
+  for (int seconds = 0; seconds < 10; ++seconds) EXPECT_TRUE(second(20).empty()) << "it fits";
+  // 30 steps of diffusion take 400 ms: twice a second they do not fit into the half that the main view
+  // leaves.
+  for (int seconds = 0; seconds < 4; ++seconds) EXPECT_TRUE(second(400).empty()) << "not for long enough";
+  const auto ended = second(400);
+  ASSERT_EQ(ended.size(), 1U);
+  EXPECT_EQ(ended[0].session, 2U);
+  EXPECT_NE(ended[0].reason.find("too dear"), std::string::npos) << ended[0].reason;
+  EXPECT_TRUE(admission_.has(1));
+  EXPECT_FALSE(admission_.has(2));
 }
 
 }  // namespace

@@ -154,6 +154,7 @@ class ServerFixture {
   template <typename Value>
   void show(PictureStamp stamp, std::uint32_t width, std::uint32_t height, Value value) {
     stamp.scene_revision = 1;
+    if (stamp.volume.last_capture_time_ns == 0) stamp.volume.last_capture_time_ns = now_ns();
     show(pictures_, stamp, width, height, value);
   }
   template <typename Value>

@@ -31,6 +31,10 @@ TestDisplay::TestDisplay(const boost::asio::ip::tcp::endpoint& endpoint, const s
   stream.handshake("127.0.0.1:" + std::to_string(endpoint.port()), "/stream");
 }
 
+void TestDisplay::ping() {
+  socket_->stream.ping({});
+}
+
 TestDisplay::~TestDisplay() = default;
 TestDisplay::TestDisplay(TestDisplay&&) noexcept = default;
 

@@ -32,6 +32,8 @@ class TestDisplay {
   /// Sends the change and returns its reply.
   v1::SceneReply change(const v1::Scene& scene, std::uint64_t request_id = 1);
 
+  /// Sends a ping of the WebSocket.
+  void ping();
   /// Closes with a close frame.
   void close();
   /// Closes the sending half of the TCP connection.

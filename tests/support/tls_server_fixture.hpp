@@ -18,7 +18,7 @@ namespace fanlight::test {
 /// temporary folder.
 class TlsServerFixture {
  public:
-  explicit TlsServerFixture(std::int64_t control_lapse_ms = 60'000) {
+  explicit TlsServerFixture(std::int64_t control_lapse_ms = 60'000, bool hsts = false) {
     server_certificate_.write(file("server.pem"), file("server.key"));
     authority_.write(file("ca.pem"), file("ca.key"));
     client_certificate_.write(file("client.pem"), file("client.key"));
@@ -35,6 +35,7 @@ class TlsServerFixture {
     config.credentials = file("tokens.toml");
     config.audit_log = file("audit.log");
     config.control_lapse_ms = control_lapse_ms;
+    config.hsts = hsts;
     fixture_ = std::make_unique<ServerFixture>(config);
   }
 

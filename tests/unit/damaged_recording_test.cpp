@@ -121,6 +121,23 @@ const std::vector<Damage>& damages() {
          IgsFile::set(file.header, "DimSize", "100 200 5");
          return file.bytes();
        }},
+      {"HeaderLineTwice", kBadInput, "expected each line of the header once",
+       [](IgsFile& file) {
+         std::string bytes = file.bytes();
+         bytes.insert(bytes.find("DimSize"), "UltrasoundImageOrientation = MNA\n");
+         return bytes;
+       }},
+      {"AngleOfAFrameTwice", kBadInput, "expected each line of a frame once",
+       [](IgsFile& file) {
+         file.frames[1].emplace_back("MotorAngleDeg", "30");
+         return file.bytes();
+       }},
+      {"StatusOfAFrameTwice", kBadInput, "expected each line of a frame once",
+       [](IgsFile& file) {
+         file.frames[1].emplace_back("ImageStatus", "OK");
+         file.frames[1].emplace_back("ImageStatus", "INVALID");
+         return file.bytes();
+       }},
       header_damage("SizeThatTheFileCannotHold", kBadInput, "expected a size that a file of", "DimSize",
                     "4096 4096 100"),
       header_damage("SizeBeyondTheLimit", kBadInput, "bytes of pixels", "DimSize", "4096 4096 1000000"),

@@ -180,8 +180,18 @@ function offer(socket, picture) {
   tell(socket, "picture", picture);
 }
 
+/** The fake server's pictures are live, except while its probe is unplugged. */
+function livenessNow() {
+  const lost = Boolean(probe && !probe.plugged);
+  const age_s = Number(process.hrtime.bigint() - captureTime_ns) / 1e9;
+  return lost
+    ? { state: 3, cause: 3, sentence: "The probe is lost.", ageS: age_s, limitS: 2 }
+    : { state: volumeId > 0n ? 1 : 0, sentence: "The picture is live.", ageS: age_s, picturesPerSecond: 10, limitS: 2 };
+}
+
 function tellStatistics() {
   for (const [socket, { offered, sent }] of sessions) {
+    tell(socket, "liveness", livenessNow());
     tell(socket, "statistics", {
       serverTimeNs: process.hrtime.bigint(),
       framesReceived: volumeId * kFramesPerVolume,

@@ -4,6 +4,9 @@ import type { Picture } from "../generated/fanlight_pb.js";
 
 const kCodec = "avc1.42E01F"; // constrained baseline; without a description WebCodecs expects Annex B
 
+// Pictures that wait for the decoder. One that is this far behind does not catch up.
+const kMostPending = 30;
+
 export function canDecodeFilm(): boolean {
   return "VideoDecoder" in window; // present only if the page came from localhost or over TLS
 }
@@ -21,6 +24,10 @@ export class FilmDecoder {
     if (!this.decoder) {
       if (!picture.keyPicture) return; // it depends on a picture that this decoder did not get
       this.decoder = this.begin();
+    }
+    if (this.pending.size >= kMostPending) {
+      this.end();
+      return this.failed();
     }
     const timestamp = Number(picture.pictureId);
     this.pending.set(timestamp, picture);

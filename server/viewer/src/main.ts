@@ -14,6 +14,7 @@ import {
   type ViewReply,
   type ViewState,
 } from "../generated/fanlight_pb.js";
+import { ConditionView } from "./condition_view";
 import { Connection } from "./connection";
 import { ControlBar, controlText } from "./control_bar";
 import { Controls } from "./controls";
@@ -21,7 +22,8 @@ import { FieldEffects, unknownNames } from "./field_effects";
 import { canDecodeFilm } from "./film_decoder";
 import { LightHandle } from "./light_handle";
 import { LoginForm } from "./login_form";
-import { FrameWatch, noticeFor, notLiveText, type Condition } from "./notice";
+import { LivenessWatch } from "./liveness";
+import type { Condition } from "./notice";
 import { Orbit } from "./orbit";
 import { kOwnGroups, OwnView } from "./own_view";
 import { PictureInput } from "./picture_input";
@@ -37,17 +39,15 @@ import { Tools } from "./tools";
 
 const kProtocolVersion = 2;
 const kClockMs = 500;
+const kConditionMs = 250;
 
 const page = {
   canvas: find("#picture", HTMLCanvasElement),
   frame: find("#frame", HTMLElement),
-  notLive: find("#not-live", HTMLElement),
   light: find("#light", SVGSVGElement),
   tools: find("#tools", HTMLFieldSetElement),
   resetView: find("#reset-view", HTMLButtonElement),
-  connection: find("#connection", HTMLElement),
   source: find("#source", HTMLElement),
-  notice: find("#notice", HTMLElement),
   refusal: find("#refusal", HTMLElement),
   form: find("#controls", HTMLFormElement),
   control: find("#control", HTMLElement),
@@ -56,13 +56,14 @@ const page = {
   codec: find("#codec", HTMLSelectElement),
 };
 
+const clock = new ServerClock();
+const liveness = new LivenessWatch((pageMs) => clock.at(pageMs));
 const condition: Condition = {
   connection: { state: "connecting" },
   probe: undefined,
   serverError: undefined,
-  silentSeconds: undefined,
+  liveness: liveness.news(0),
   source: "",
-  sourceState: "running",
   pictureShown: false,
 };
 let hello: Hello | undefined;
@@ -72,12 +73,18 @@ let shown: Picture | undefined;
 let mayChange = true;
 let loggingIn = false;
 
-const clock = new ServerClock();
-const frames = new FrameWatch();
 const probe = new ProbeWatch(
   (pageMs) => clock.at(pageMs),
   (pageMs) => Date.now() - performance.now() + pageMs,
 );
+const conditionView = new ConditionView({
+  root: document.documentElement,
+  connection: find("#connection", HTMLElement),
+  frame: page.frame,
+  notLive: find("#not-live", HTMLElement),
+  rendering: find("#rendering", HTMLElement),
+  notice: find("#notice", HTMLElement),
+});
 const statistics = new StatisticsView(document, clock);
 const connection = new Connection(streamUrl(), {
   connecting: () => showCondition({ connection: { state: "connecting" } }),
@@ -89,7 +96,6 @@ const connection = new Connection(streamUrl(), {
     showCondition({
       connection: { state: "lost", sentence, retrying: true },
       serverError: undefined,
-      silentSeconds: undefined,
     });
   },
 });
@@ -143,19 +149,21 @@ page.resetView.onclick = () => orbit.reset();
 page.codec.onchange = askForStream;
 page.codec.querySelector<HTMLOptionElement>('[value="2"]')!.disabled = !canDecodeFilm();
 window.setInterval(askClock, kClockMs);
-window.setInterval(() => showCondition({ silentSeconds: frames.silentSeconds(performance.now()) }), 1000);
+window.setInterval(() => showCondition({}), kConditionMs);
 connection.open();
 
 function receive({ body }: ServerMessage): void {
+  liveness.heard(performance.now());
   switch (body.case) {
     case "hello":
       return begin(body.value);
     case "picture":
       return view.show(body.value);
     case "statistics":
-      frames.count(body.value.framesReceived, performance.now());
-      showCondition({ sourceState: body.value.sourceState });
       return statistics.counters(body.value);
+    case "liveness":
+      liveness.tell(body.value);
+      return showCondition({});
     case "scene":
       return sceneTold(body.value);
     case "sceneReply":
@@ -197,7 +205,7 @@ function begin(newHello: Hello): void {
   }
   loggingIn = false;
   clock.reset();
-  frames.reset();
+  liveness.reset(performance.now());
   probe.reset();
   probeGroup.forget();
   askClock();
@@ -223,7 +231,6 @@ function begin(newHello: Hello): void {
   showCondition({
     connection: { state: "open" },
     source: hello.source,
-    sourceState: "running",
     pictureShown: false,
   });
 }
@@ -310,14 +317,14 @@ function settleProbe({ requestId, outcome }: ProbeReply): void {
 function probeTold(status: ProbeStatus): void {
   probe.tell(status.state, performance.now());
   probeGroup.tell(status);
-  frames.reset(); // the first frames after a return are counted within a second; the time before is no silence
-  showCondition({ silentSeconds: undefined, probeTrouble: status.trouble });
+  showCondition({ probeTrouble: status.trouble });
 }
 
 function pictureShown(picture: Picture): void {
   const news = picture.volumeId !== shown?.volumeId || !condition.pictureShown;
   shown = picture;
   probe.show(Number(picture.captureTimeNs) / 1e6);
+  liveness.show(Number(picture.captureTimeNs) / 1e6);
   statistics.picture(picture);
   light.placeMarker(); // the size of the picture may have changed
   showBusy();
@@ -333,28 +340,20 @@ function showScene(): void {
 
 /** The canvas is busy until it shows the scene that was requested last. */
 function showBusy(): void {
-  page.canvas.ariaBusy = String(
-    !shown || shown.privateView !== ownView.isOpen || !editor.isShownBy(shown.sceneRevision),
-  );
+  const busy = !shown || shown.privateView !== ownView.isOpen || !editor.isShownBy(shown.sceneRevision);
+  page.canvas.ariaBusy = String(busy);
+  conditionView.setBusy(busy, performance.now());
+  conditionView.showRendering(condition, performance.now());
 }
 
 function showCondition(change: Partial<Condition>): void {
-  Object.assign(condition, change, { probe: probe.news(performance.now()) });
-  const state = condition.connection.state;
-  document.documentElement.dataset.connection = state;
-  page.connection.textContent = { connecting: "Connecting", open: "Connected", lost: "Connection lost" }[state];
-  page.form.inert = page.resetView.disabled = state !== "open" || !(mayChange || ownView.wanted);
-  const notice = noticeFor(condition);
-  page.notice.hidden = !notice;
-  page.notice.dataset.kind = notice?.kind ?? "";
-  page.notice.classList.toggle("over-picture", condition.pictureShown);
-  const isLive = state === "open" && condition.pictureShown && probe.isLive();
-  page.frame.classList.toggle("stale", !isLive);
-  page.notLive.hidden = isLive;
-  page.notLive.textContent = notLiveText(probe.ageMs(performance.now()));
-  const [title, detail] = page.notice.children;
-  write(title!, notice?.title ?? "");
-  write(detail!, notice?.detail ?? "");
+  const nowMs = performance.now();
+  Object.assign(condition, change, { probe: probe.news(nowMs), liveness: liveness.news(nowMs) });
+  // After a probe's return only a volume from after it is live.
+  if (condition.liveness.state === "live" && !probe.isLive()) condition.liveness.state = "not-live";
+  page.form.inert = page.resetView.disabled = condition.connection.state !== "open" || !(mayChange || ownView.wanted);
+  conditionView.show(condition);
+  conditionView.showRendering(condition, nowMs);
 }
 
 function showRefusal(sentence: string): void {
@@ -374,11 +373,6 @@ function sameSettings(a: Hello, b: Hello): boolean {
   const settings = ({ fields, defaultScene }: Hello) =>
     create(HelloSchema, { fields, ...(defaultScene && { defaultScene }) });
   return equals(HelloSchema, settings(a), settings(b));
-}
-
-/** Writes only changed text, because a screen reader announces every write. */
-function write(place: Element, text: string): void {
-  if (place.textContent !== text) place.textContent = text;
 }
 
 /** Relative to the page, so that it also works behind a reverse proxy with a path prefix. */

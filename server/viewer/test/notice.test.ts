@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { FrameWatch, noticeFor, notLiveText, type Condition } from "../src/notice";
+import type { LivenessNews } from "../src/liveness";
+import { noticeFor, type Condition } from "../src/notice";
+
+const live: LivenessNews = { state: "live", ageMs: 300, title: "", detail: "" };
+const silent: LivenessNews = { state: "not-live", ageMs: 70_000, title: "No new frames", detail: "None for 70 s." };
 
 const living: Condition = {
   connection: { state: "open" },
   probe: undefined,
   serverError: undefined,
-  silentSeconds: undefined,
+  liveness: live,
   source: "phantom:",
-  sourceState: "running",
   pictureShown: true,
 };
 
@@ -22,7 +25,7 @@ test("what is worse hides what is less", () => {
     ...living,
     probe: { state: "lost", since: undefined },
     serverError: "a message had no body",
-    silentSeconds: 70,
+    liveness: silent,
     pictureShown: false,
   };
   assert.equal(noticeFor({ ...bad, connection: { state: "lost", sentence: "Gone.", retrying: true } })?.kind, "lost");
@@ -31,15 +34,17 @@ test("what is worse hides what is less", () => {
   assert.equal(noticeFor(bad)?.kind, "error");
   assert.equal(noticeFor({ ...bad, serverError: undefined })?.kind, "probe-back");
   bad.probe = undefined;
-  assert.equal(noticeFor({ ...bad, serverError: undefined })?.kind, "silent");
+  assert.equal(noticeFor({ ...bad, serverError: undefined })?.kind, "not-live");
   assert.equal(noticeFor({ ...living, pictureShown: false })?.kind, "waiting");
 });
 
-test("a source that is over says so, whether it ended or failed", () => {
-  const silent: Condition = { ...living, silentSeconds: 4 };
-  assert.equal(noticeFor({ ...silent, sourceState: "ended" })?.title, "The source has ended");
-  const failed = noticeFor({ ...silent, sourceState: "the probe is gone" });
-  assert.deepEqual([failed?.kind, failed?.detail], ["error", "the probe is gone"]);
+test("a picture that is not live says why, and that the last volume stays", () => {
+  const notice = noticeFor({ ...living, liveness: silent });
+  assert.equal(notice?.title, "No new frames");
+  assert.equal(notice?.detail, "None for 70 s. The last volume stays on display.");
+  assert.equal(noticeFor({ ...living, liveness: silent, pictureShown: false })?.detail, "None for 70 s.");
+  const delayed: LivenessNews = { state: "delayed", ageMs: 5000, title: "Delayed", detail: "Slow." };
+  assert.equal(noticeFor({ ...living, liveness: delayed })?.detail, "Slow.");
 });
 
 test("a probe that is plugged in and not read says why", () => {
@@ -51,7 +56,7 @@ test("a probe that is plugged in and not read says why", () => {
 test("a lost probe says since when, as well as that is known", () => {
   const wallMs = new Date(2026, 10, 20, 9, 5, 7).getTime();
   const told = (since: { wallMs: number; seen: boolean } | undefined) =>
-    noticeFor({ ...living, silentSeconds: 8, sourceState: "probe lost", probe: { state: "lost", since } });
+    noticeFor({ ...living, liveness: silent, probe: { state: "lost", since } });
   assert.equal(told({ wallMs, seen: true })?.title, "Probe lost");
   assert.equal(
     told({ wallMs, seen: true })?.detail,
@@ -61,28 +66,9 @@ test("a lost probe says since when, as well as that is known", () => {
   assert.match(told(undefined)?.detail ?? "", /^The picture goes on/);
 });
 
-test("a probe that is back is no failed source, though the statistics still have it lost", () => {
-  const back: Condition = { ...living, sourceState: "probe lost", probe: { state: "back", pictureShown: false } };
+test("a probe that is back says so, before its first volume", () => {
+  const back: Condition = { ...living, probe: { state: "back", pictureShown: false } };
   assert.equal(noticeFor(back)?.detail, "Waiting for its first volume.");
   assert.equal(noticeFor({ ...back, probe: { state: "back", pictureShown: true } })?.kind, "probe-back");
   assert.equal(noticeFor({ ...back, probe: undefined }), undefined);
-});
-
-test("a picture that stands still tells its age", () => {
-  assert.equal(notLiveText(undefined), "Not live");
-  assert.equal(notLiveText(48_900), "Not live, 48 s old");
-  assert.equal(notLiveText(125_000), "Not live, 2 min old");
-  assert.equal(notLiveText(3 * 3_600_000), "Not live, 3 h old");
-});
-
-test("frames that stop coming are noticed, and their return too", () => {
-  const frames = new FrameWatch();
-  assert.equal(frames.silentSeconds(99_000), undefined);
-  frames.count(35n, 1000);
-  frames.count(35n, 2000);
-  assert.equal(frames.silentSeconds(3000), undefined);
-  frames.count(35n, 4000);
-  assert.equal(frames.silentSeconds(4000), 3);
-  frames.count(36n, 5000);
-  assert.equal(frames.silentSeconds(5000), undefined);
 });

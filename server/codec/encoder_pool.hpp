@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <vector>
+
+namespace fanlight {
+
+/// Whether an encoding delays the others: a PNG or a depth map takes ten times a JPEG.
+enum class EncoderLane : std::uint8_t { kQuick, kHeavy };
+inline constexpr std::size_t kEncoderLanes = 2;
+
+/// Threads that encode pictures, so that the event loop does not. Each lane has threads of its own; those of
+/// the heavy lane run at a low priority, since nobody watches a moving heart in PNG.
+class EncoderPool {
+ public:
+  using Work = std::function<void()>;
+
+  /// `threads`: of each lane, 1 or more.
+  explicit EncoderPool(std::size_t threads = usual_threads());
+  /// Waits for the work that runs; the work that waits is dropped.
+  ~EncoderPool();
+  EncoderPool(const EncoderPool&) = delete;
+  EncoderPool& operator=(const EncoderPool&) = delete;
+
+  /// Runs `work` on a thread of the lane. Any thread. The caller bounds how much waits: no more than
+  /// threads() a lane are ever useful.
+  void submit(EncoderLane lane, Work work);
+
+  std::size_t threads() const { return threads_.size() / kEncoderLanes; }
+
+  /// A quarter of the processors for each lane: the rest is the renderer's and the acquisition's.
+  static std::size_t usual_threads();
+
+ private:
+  struct Queue {
+    std::deque<Work> works;
+    std::condition_variable_any wake;
+  };
+  void run(const std::stop_token& stop, EncoderLane lane);
+
+  std::mutex mutex_;
+  std::array<Queue, kEncoderLanes> queues_;
+  std::vector<std::jthread> threads_;  // last: they use the others
+};
+
+}  // namespace fanlight

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/net/connection_limit.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace fanlight {
+
+namespace asio = boost::asio;
+
+ConnectionPermit::ConnectionPermit(ConnectionPermit&& other) noexcept
+    : limit_(std::exchange(other.limit_, nullptr)), place_(other.place_) {}
+
+ConnectionPermit::~ConnectionPermit() {
+  if (limit_ != nullptr) limit_->give_back(place_);
+}
+
+void ConnectionPermit::on_eviction(std::function<void()> close) {
+  if (limit_ != nullptr) place_->close = std::move(close);
+}
+
+void ConnectionPermit::authenticated() {
+  if (limit_ != nullptr) limit_->leave_anonymous(*place_);
+}
+
+std::string ConnectionLimit::host_of(const asio::ip::address& address) {
+  if (address.is_loopback()) return "";
+  if (!address.is_v6()) return address.to_string();
+  const asio::ip::address_v6 v6 = address.to_v6();
+  if (v6.is_v4_mapped()) return host_of(asio::ip::make_address_v4(asio::ip::v4_mapped, v6));
+  auto bytes = v6.to_bytes();
+  std::fill(bytes.begin() + 8, bytes.end(), std::uint8_t{0});
+  return asio::ip::address_v6(bytes).to_string() + "/64";
+}
+
+std::optional<ConnectionPermit> ConnectionLimit::take(const asio::ip::address& address) {
+  const std::string host = host_of(address);
+  const bool loopback = host.empty();
+  const auto known = by_host_.find(host);
+  if (!loopback && known != by_host_.end() && known->second >= most_a_host_) return std::nullopt;
+  // A place that is told to close is free only when its connection has ended.
+  if (!loopback && anonymous_count_ >= most_anonymous() && !evict_oldest()) return std::nullopt;
+  if (places_.size() >= most_) return std::nullopt;
+  ++by_host_[host];
+  anonymous_count_ += loopback ? 0 : 1;
+  places_.push_back({.host = host, .anonymous = !loopback, .close = nullptr});
+  return ConnectionPermit(*this, std::prev(places_.end()));
+}
+
+bool ConnectionLimit::evict_oldest() {
+  const auto oldest = std::ranges::find_if(
+      places_, [](const Place& place) { return place.anonymous && place.close != nullptr; });
+  if (oldest == places_.end()) return false;
+  leave_anonymous(*oldest);
+  ++evicted_;
+  std::exchange(oldest->close, nullptr)();
+  return true;
+}
+
+void ConnectionLimit::leave_anonymous(Place& place) {
+  if (std::exchange(place.anonymous, false)) --anonymous_count_;
+}
+
+void ConnectionLimit::give_back(ConnectionPermit::Position place) {
+  leave_anonymous(*place);
+  const auto known = by_host_.find(place->host);
+  if (--known->second == 0) by_host_.erase(known);
+  places_.erase(place);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/state/picture_liveness.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::int64_t kSecondNs = 1'000'000'000;
+constexpr std::int64_t kLeastLimitNs = 2 * kSecondNs;
+constexpr std::int64_t kSweepsOfALivePicture = 3;
+// Pictures over which the rate is measured.
+constexpr std::size_t kRatePictures = 8;
+
+double seconds(std::int64_t duration_ns) {
+  return static_cast<double>(duration_ns) / kSecondNs;
+}
+
+}  // namespace
+
+PictureLiveness::PictureLiveness(const PipelineCounters& pipeline, std::int64_t start_ns)
+    : pipeline_(pipeline), progressed_ns_(start_ns) {
+  frames_.grown_ns = volumes_.grown_ns = dropped_.grown_ns = refused_.grown_ns = start_ns;
+}
+
+const char* PictureLiveness::name(State state) {
+  switch (state) {
+    case State::kWaiting:
+      return "waiting";
+    case State::kLive:
+      return "live";
+    case State::kDelayed:
+      return "delayed";
+    case State::kNotLive:
+      break;
+  }
+  return "not live";
+}
+
+void PictureLiveness::Growth::see(std::uint64_t value, std::int64_t now_ns) {
+  if (value == count) return;
+  count = value;
+  grown_ns = now_ns;
+}
+
+void PictureLiveness::shown(const PictureStamp& stamp, std::int64_t now_ns) {
+  const VolumeStamp& volume = stamp.volume;
+  if (any_picture_ && volume.last_capture_time_ns <= captured_ns_) return;
+  count(now_ns);
+  any_picture_ = true;
+  captured_ns_ = volume.last_capture_time_ns;
+  sweep_ns_ = std::max<std::int64_t>(0, volume.last_capture_time_ns - volume.first_capture_time_ns);
+  frame_ns_ = volume.frames > 1 ? sweep_ns_ / (volume.frames - 1) : 0;
+  progressed_ns_ = now_ns;
+  for (Growth* growth : {&frames_, &volumes_, &dropped_, &refused_}) growth->before_progress = growth->count;
+  progress_.push_back(now_ns);
+  if (progress_.size() > kRatePictures) progress_.pop_front();
+}
+
+std::int64_t PictureLiveness::limit_ns() const {
+  return std::max(kLeastLimitNs, kSweepsOfALivePicture * sweep_ns_);
+}
+
+void PictureLiveness::count(std::int64_t now_ns) {
+  const AcquisitionCounters& frames = pipeline_.acquisition;
+  frames_.see(frames.frames_received.value(), now_ns);
+  dropped_.see(frames.volumes_incomplete.value() + frames.volumes_short.value(), now_ns);
+  volumes_.see(pipeline_.ring.volumes_published.value(), now_ns);
+  refused_.see(pipeline_.render.volumes_refused.value(), now_ns);
+}
+
+bool PictureLiveness::frames_silent(std::int64_t now_ns) const {
+  return now_ns - frames_.grown_ns > std::max(kLeastLimitNs, kSweepsOfALivePicture * frame_ns_);
+}
+
+PictureLiveness::Cause PictureLiveness::cause(const Source& source, std::int64_t now_ns) const {
+  if (source.state == Source::State::kFailed) return Cause::kSourceFailed;
+  if (source.state == Source::State::kEnded) return Cause::kSourceEnded;
+  if (source.probe_lost) return Cause::kProbeLost;
+  if (health_.state == RenderHealth::State::kRemaking) return Cause::kGpuRemade;
+  if (health_.state == RenderHealth::State::kHung) return Cause::kGpuHung;
+  if (frames_silent(now_ns)) return Cause::kNoFrames;
+  const bool still = now_ns - progressed_ns_ > limit_ns();
+  return still ? cause_of_stillness(now_ns) : Cause::kNone;
+}
+
+PictureLiveness::Cause PictureLiveness::cause_of_stillness(std::int64_t now_ns) const {
+  // A volume that was published before the last picture may be the one that is refused now.
+  if (refused_.since(progressed_ns_) && now_ns - refused_.grown_ns <= limit_ns())
+    return Cause::kVolumesRefused;
+  if (volumes_.since(progressed_ns_)) return Cause::kRendererBehind;
+  return dropped_.since(progressed_ns_) ? Cause::kSweepsDropped : Cause::kNoSweep;
+}
+
+PictureLiveness::State PictureLiveness::state(Cause cause, std::int64_t now_ns) const {
+  if (!any_picture_) return State::kWaiting;
+  if (cause != Cause::kNone) return State::kNotLive;
+  return now_ns - captured_ns_ > limit_ns() ? State::kDelayed : State::kLive;
+}
+
+double PictureLiveness::rate() const {
+  if (progress_.size() < 2) return 0;
+  const std::int64_t span_ns = progress_.back() - progress_.front();
+  return span_ns > 0 ? static_cast<double>(progress_.size() - 1) / seconds(span_ns) : 0;
+}
+
+bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
+  count(now_ns);
+  const State before = report_.state;
+  const Cause cause_before = report_.cause;
+  report_.cause = cause(source, now_ns);
+  report_.state = state(report_.cause, now_ns);
+  report_.age_s = any_picture_ ? std::max(0.0, seconds(now_ns - captured_ns_)) : -1;
+  const bool still = now_ns - progressed_ns_ > limit_ns();
+  report_.pictures_per_second = still ? 0 : rate();
+  report_.sentence = sentence(source, now_ns);
+  return report_.state != before || report_.cause != cause_before;
+}
+
+std::string PictureLiveness::sentence(const Source& source, std::int64_t now_ns) const {
+  switch (report_.state) {
+    case State::kLive:
+      return "The picture is live.";
+    case State::kDelayed:
+      return fmt::format("The renderer is slower than the probe: {:.1f} pictures a second.",
+                         report_.pictures_per_second);
+    case State::kWaiting:
+      if (report_.cause == Cause::kNone) return "The first volume is not complete yet.";
+      break;
+    case State::kNotLive:
+      break;
+  }
+  return reason(source, now_ns);
+}
+
+std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) const {
+  const auto ago = [now_ns](std::int64_t time_ns) {
+    return fmt::format("{:.0f} s", seconds(now_ns - time_ns));
+  };
+  switch (report_.cause) {
+    case Cause::kNone:
+      return "";
+    case Cause::kSourceFailed:
+      return fmt::format("The source has failed: {}.", source.failure);
+    case Cause::kSourceEnded:
+      return "The recording has ended.";
+    case Cause::kProbeLost:
+      return "The probe is lost.";
+    case Cause::kGpuRemade:
+      return fmt::format("The GPU was lost and is started again: {}.", health_.cause);
+    case Cause::kGpuHung:
+      return fmt::format("The GPU does not answer: {}.", health_.cause);
+    case Cause::kNoFrames:
+      return fmt::format("The source has sent no frame for {}.", ago(frames_.grown_ns));
+    case Cause::kVolumesRefused:
+      return fmt::format("The GPU refuses every volume{}.",
+                         health_.refusal.empty() ? "" : ": " + health_.refusal);
+    case Cause::kRendererBehind:
+      return fmt::format("The renderer has finished no picture for {}.", ago(progressed_ns_));
+    case Cause::kSweepsDropped:
+      return fmt::format("Every sweep lacks too many frames: {} dropped in {}.",
+                         dropped_.count - dropped_.before_progress, ago(progressed_ns_));
+    case Cause::kNoSweep:
+      return fmt::format("Frames come, but no sweep has ended for {}.", ago(progressed_ns_));
+  }
+  return "";
+}
+
+}  // namespace fanlight

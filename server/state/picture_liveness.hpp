@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+
+#include "proto/exchange/render_health.hpp"
+#include "proto/model/picture.hpp"
+#include "proto/model/pipeline_counters.hpp"
+
+namespace fanlight {
+
+/// Decides whether the main view's picture shows what the probe sees now, and if not, why. Judged by the
+/// capture time of the shown volume: an old volume that is lit again stays old. A picture is live up to an
+/// age of two seconds, or of three sweeps where those take longer. Time is a parameter. Server thread only.
+class PictureLiveness {
+ public:
+  enum class State : std::uint8_t {
+    kWaiting,  ///< there was no picture yet
+    kLive,
+    kDelayed,  ///< pictures of new volumes come, and each is too old
+    kNotLive,
+  };
+  /// What keeps new pictures away. In order of precedence.
+  enum class Cause : std::uint8_t {
+    kNone,
+    kSourceFailed,
+    kSourceEnded,  ///< a recording has no more frames
+    kProbeLost,
+    kGpuRemade,       ///< the GPU was lost and its device is being made anew
+    kGpuHung,         ///< the GPU does not finish its work
+    kNoFrames,        ///< the source sends none
+    kVolumesRefused,  ///< the GPU has no room for them
+    kRendererBehind,  ///< volumes come, and no picture is finished
+    kSweepsDropped,   ///< frames come, and every sweep lacks too many
+    kNoSweep,         ///< frames come, and no sweep has ended
+  };
+  struct Report {
+    State state = State::kWaiting;
+    Cause cause = Cause::kNone;
+    double age_s = -1;               ///< of the newest picture's volume; negative: no picture
+    double pictures_per_second = 0;  ///< of new volumes or frames, over the last ones
+    std::string sentence;            ///< for people; says what holds, and why
+
+    bool live() const { return state == State::kLive; }
+  };
+  /// Where the frames come from, as one of three states.
+  struct Source {
+    enum class State : std::uint8_t { kRunning, kEnded, kFailed };
+    State state = State::kRunning;
+    std::string failure;  ///< a sentence, where it has failed
+    bool probe_lost = false;
+  };
+
+  /// `pipeline` must outlive this object. `start_ns`: fanlight::now_ns of the start.
+  PictureLiveness(const PipelineCounters& pipeline, std::int64_t start_ns);
+
+  /// The main view shows another picture.
+  void shown(const PictureStamp& stamp, std::int64_t now_ns);
+
+  /// The render thread has published its health.
+  void health_changed(const RenderHealth& health) { health_ = health; }
+
+  /// Brings the report up to date; call it several times a second. Whether state or cause changed.
+  bool update(const Source& source, std::int64_t now_ns);
+
+  const Report& report() const { return report_; }
+
+  /// "waiting", "live", "delayed" or "not live".
+  static const char* name(State state);
+
+  /// Greatest age of a live picture.
+  std::int64_t limit_ns() const;
+
+ private:
+  /// A count, and when it last grew.
+  struct Growth {
+    std::uint64_t count = 0;
+    std::uint64_t before_progress = 0;  // the count when a new volume was last shown
+    std::int64_t grown_ns = 0;
+
+    void see(std::uint64_t value, std::int64_t now_ns);
+    bool since(std::int64_t time_ns) const { return grown_ns > time_ns; }
+  };
+  void count(std::int64_t now_ns);
+  Cause cause(const Source& source, std::int64_t now_ns) const;
+  Cause cause_of_stillness(std::int64_t now_ns) const;
+  State state(Cause cause, std::int64_t now_ns) const;
+  bool frames_silent(std::int64_t now_ns) const;
+  double rate() const;
+  std::string sentence(const Source& source, std::int64_t now_ns) const;
+  std::string reason(const Source& source, std::int64_t now_ns) const;
+
+  const PipelineCounters& pipeline_;
+  RenderHealth health_;
+  bool any_picture_ = false;
+  std::int64_t captured_ns_ = 0;       // of the newest picture's volume
+  std::int64_t sweep_ns_ = 0;          // its duration
+  std::int64_t frame_ns_ = 0;          // from frame to frame
+  std::int64_t progressed_ns_ = 0;     // when a new volume, or a new frame of it, was last shown
+  std::deque<std::int64_t> progress_;  // the last such times
+  Growth frames_;
+  Growth volumes_;
+  Growth dropped_;
+  Growth refused_;
+  Report report_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether the picture on this display is live, and what to say where it is not.
+import { Liveness_Cause, Liveness_State, type Liveness } from "../generated/fanlight_pb.js";
+
+const kSilenceMs = 2000; // the server sends a message once a second at least
+const kUsualLimitMs = 2000; // until the server has told its own
+
+export interface LivenessNews {
+  state: "waiting" | "live" | "delayed" | "not-live";
+  /** From the capture of the volume shown to now; undefined without a picture, or while the clock is unknown. */
+  ageMs: number | undefined;
+  /** What keeps new pictures away: a title and a sentence; both empty where the picture is live. */
+  title: string;
+  detail: string;
+}
+
+const kTitles: Record<Liveness_Cause, string> = {
+  [Liveness_Cause.NONE]: "",
+  [Liveness_Cause.SOURCE_FAILED]: "The source has failed",
+  [Liveness_Cause.SOURCE_ENDED]: "The recording has ended",
+  [Liveness_Cause.PROBE_LOST]: "Probe lost",
+  [Liveness_Cause.GPU_REMADE]: "The GPU is started again",
+  [Liveness_Cause.GPU_HUNG]: "The GPU does not answer",
+  [Liveness_Cause.NO_FRAMES]: "No new frames",
+  [Liveness_Cause.VOLUMES_REFUSED]: "Volumes refused",
+  [Liveness_Cause.RENDERER_BEHIND]: "No new pictures",
+  [Liveness_Cause.SWEEPS_DROPPED]: "No complete sweep",
+  [Liveness_Cause.NO_SWEEP]: "No complete sweep",
+};
+
+/**
+ * Joins what the server says of its newest picture, the age of the picture on this display, and the server's silence.
+ * Times are performance.now() of the page, except where the name says another clock.
+ */
+export class LivenessWatch {
+  private told: Liveness | undefined;
+  private heardMs = 0;
+  private capturedServerMs: number | undefined;
+
+  /** `serverMs` converts a time of the page to the server's clock; undefined while that is unknown. */
+  constructor(private readonly serverMs: (pageMs: number) => number | undefined) {}
+
+  /** Call at the start of a session. */
+  reset(nowMs: number): void {
+    this.told = this.capturedServerMs = undefined;
+    this.heardMs = nowMs;
+  }
+
+  /** Call for each message of the server. */
+  heard(nowMs: number): void {
+    this.heardMs = nowMs;
+  }
+
+  tell(liveness: Liveness): void {
+    this.told = liveness;
+  }
+
+  /** Call for each picture shown. */
+  show(capturedServerMs: number): void {
+    this.capturedServerMs = capturedServerMs;
+  }
+
+  news(nowMs: number): LivenessNews {
+    const ageMs = this.ageMs(nowMs);
+    const shown = this.capturedServerMs !== undefined;
+    const still = { state: shown ? "not-live" : "waiting", ageMs } as const;
+    const silentMs = nowMs - this.heardMs;
+    if (silentMs > kSilenceMs) {
+      const detail = `Nothing has come from it for ${duration(silentMs / 1000)}.`;
+      return { ...still, title: "The server does not answer", detail };
+    }
+    const { cause, sentence, state } = this.told ?? {};
+    if (cause) {
+      const title = kTitles[cause] || "No new pictures";
+      return { ...still, title, detail: withoutTitle(sentence ?? "", title) };
+    }
+    if (!shown) return { ...still, title: "", detail: "" };
+    const late = ageMs !== undefined && ageMs > this.limitMs();
+    if (state === Liveness_State.DELAYED) return { state: "delayed", ageMs, title: "Delayed", detail: sentence ?? "" };
+    if (late) return { state: "delayed", ageMs, title: "Delayed", detail: "Pictures reach this display late." };
+    return { state: "live", ageMs, title: "", detail: "" };
+  }
+
+  private limitMs(): number {
+    return this.told?.limitS ? this.told.limitS * 1000 : kUsualLimitMs;
+  }
+
+  private ageMs(nowMs: number): number | undefined {
+    const serverMs = this.serverMs(nowMs);
+    if (serverMs === undefined || this.capturedServerMs === undefined) return undefined;
+    return Math.max(0, serverMs - this.capturedServerMs);
+  }
+}
+
+/** The sentence, without a beginning that says the same as the title. */
+function withoutTitle(sentence: string, title: string): string {
+  return sentence.startsWith(title) ? sentence.slice(title.length).replace(/^[.:] ?/, "") : sentence;
+}
+
+/** "Live", "Delayed", "Not live": the word beside the source's name. */
+export function stateWord(state: LivenessNews["state"]): string {
+  return { waiting: "Waiting", live: "Live", delayed: "Delayed", "not-live": "Not live" }[state];
+}
+
+/** "0.4 s", "48 s", "2 min": the age of a picture. */
+export function ageText(ageMs: number | undefined): string {
+  if (ageMs === undefined) return "";
+  return ageMs < 9_950 ? `${(ageMs / 1000).toFixed(1)} s` : duration(ageMs / 1000);
+}
+
+/** The mark on a picture: "Not live, 48 s old", "Delayed 3.1 s"; empty on a live one. */
+export function markText({ state, ageMs }: LivenessNews): string {
+  if (state === "live") return "";
+  if (ageMs === undefined) return stateWord(state);
+  return state === "delayed" ? `Delayed ${ageText(ageMs)}` : `${stateWord(state)}, ${duration(ageMs / 1000)} old`;
+}
+
+export function duration(seconds: number): string {
+  if (seconds < 60) return `${Math.floor(seconds)} s`;
+  return seconds < 3600 ? `${Math.floor(seconds / 60)} min` : `${Math.floor(seconds / 3600)} h`;
+}

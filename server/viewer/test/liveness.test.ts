@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { create } from "@bufbuild/protobuf";
+import { Liveness_Cause, Liveness_State, LivenessSchema } from "../generated/fanlight_pb.js";
+import { ageText, LivenessWatch, markText } from "../src/liveness";
+
+const kServerAheadMs = 100_000;
+const serverMs = (pageMs: number) => pageMs + kServerAheadMs;
+
+function told(state: Liveness_State, cause = Liveness_Cause.NONE, sentence = "", limitS = 2) {
+  return create(LivenessSchema, { state, cause, sentence, limitS });
+}
+
+/** A page that heard the server at `nowMs`, and shows a volume captured 300 ms before. */
+function watchAt(nowMs: number): LivenessWatch {
+  const watch = new LivenessWatch(serverMs);
+  watch.reset(nowMs);
+  watch.tell(told(Liveness_State.LIVE));
+  watch.show(serverMs(nowMs - 300));
+  return watch;
+}
+
+test("a young picture of a server that says live is live", () => {
+  assert.deepEqual(watchAt(1000).news(1000), { state: "live", ageMs: 300, title: "", detail: "" });
+});
+
+test("without a picture the page waits, and says what keeps it away", () => {
+  const watch = new LivenessWatch(serverMs);
+  watch.reset(0);
+  assert.deepEqual(watch.news(100), { state: "waiting", ageMs: undefined, title: "", detail: "" });
+  watch.tell(told(Liveness_State.WAITING, Liveness_Cause.NO_FRAMES, "The source has sent no frame for 3 s."));
+  const news = watch.news(200);
+  assert.deepEqual([news.state, news.title], ["waiting", "No new frames"]);
+  assert.equal(news.detail, "The source has sent no frame for 3 s.");
+});
+
+test("each cause that the server tells has a title, and takes the word live away at once", () => {
+  for (const cause of Object.values(Liveness_Cause).filter(
+    (value): value is Liveness_Cause => typeof value === "number",
+  )) {
+    if (cause === Liveness_Cause.NONE) continue;
+    const watch = watchAt(1000);
+    watch.tell(told(Liveness_State.NOT_LIVE, cause, "A reason."));
+    const news = watch.news(1000);
+    assert.equal(news.state, "not-live");
+    assert.ok(news.title.length > 0, `cause ${cause} has no title`);
+    assert.equal(news.detail, "A reason.");
+  }
+});
+
+test("a sentence does not say again what its title says", () => {
+  const watch = watchAt(1000);
+  const detail = (cause: Liveness_Cause, sentence: string) => {
+    watch.tell(told(Liveness_State.NOT_LIVE, cause, sentence));
+    return watch.news(1000).detail;
+  };
+  assert.equal(detail(Liveness_Cause.SOURCE_ENDED, "The recording has ended."), "");
+  assert.equal(detail(Liveness_Cause.GPU_HUNG, "The GPU does not answer: nothing for 10 s."), "nothing for 10 s.");
+});
+
+test("a cause that this page does not know still takes the word live away", () => {
+  const watch = watchAt(1000);
+  watch.tell(told(Liveness_State.NOT_LIVE, 99 as Liveness_Cause, "Something new."));
+  assert.deepEqual([watch.news(1000).state, watch.news(1000).title], ["not-live", "No new pictures"]);
+});
+
+test("a server that says nothing for two seconds does not answer", () => {
+  const watch = watchAt(1000);
+  watch.show(serverMs(4000)); // the picture itself is no message of the server
+  assert.equal(watch.news(2999).state, "live");
+  const news = watch.news(3100);
+  assert.deepEqual([news.state, news.title], ["not-live", "The server does not answer"]);
+  assert.equal(news.detail, "Nothing has come from it for 2 s.");
+  watch.heard(3200);
+  assert.equal(watch.news(3300).state, "live");
+});
+
+test("pictures that reach this display late are delayed, though the server's are live", () => {
+  const watch = watchAt(1000);
+  for (let nowMs = 1000; nowMs <= 9000; nowMs += 500) watch.heard(nowMs);
+  watch.show(serverMs(5500));
+  const news = watch.news(9000);
+  assert.deepEqual([news.state, news.ageMs, news.title], ["delayed", 3500, "Delayed"]);
+  watch.tell(told(Liveness_State.LIVE, Liveness_Cause.NONE, "", 9)); // sweeps of three seconds
+  assert.equal(watch.news(9000).state, "live");
+});
+
+test("a relit old volume stays old", () => {
+  const watch = watchAt(1000);
+  for (let nowMs = 1000; nowMs <= 9000; nowMs += 500) {
+    watch.heard(nowMs);
+    watch.show(serverMs(700));
+  }
+  assert.equal(watch.news(9000).ageMs, 8300);
+  assert.equal(watch.news(9000).state, "delayed");
+});
+
+test("while the clock is unknown the page believes the server", () => {
+  const watch = new LivenessWatch(() => undefined);
+  watch.reset(0);
+  watch.show(5);
+  watch.tell(told(Liveness_State.LIVE));
+  assert.deepEqual(watch.news(10), { state: "live", ageMs: undefined, title: "", detail: "" });
+});
+
+test("ages are short, and marks say what is wrong", () => {
+  assert.deepEqual(
+    [ageText(undefined), ageText(420), ageText(48_900), ageText(125_000)],
+    ["", "0.4 s", "48 s", "2 min"],
+  );
+  const mark = (state: "live" | "delayed" | "not-live", ageMs?: number) =>
+    markText({ state, ageMs, title: "", detail: "" });
+  assert.equal(mark("live", 10), "");
+  assert.equal(mark("delayed", 3100), "Delayed 3.1 s");
+  assert.equal(mark("not-live", 48_900), "Not live, 48 s old");
+  assert.equal(mark("not-live", 3 * 3_600_000), "Not live, 3 h old");
+  assert.equal(mark("not-live"), "Not live");
+});

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tests in Chromium, against the real server, that an old picture never looks live.
+//   FANLIGHT_BIN           the fanlight binary (required)
+//   FANLIGHT_ARTIFACTS     a folder for screenshots
+//   CHROMIUM               the browser, if not /usr/bin/chromium
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { until } from "./viewer_page.mjs";
+import { withPage } from "./with_page.mjs";
+
+const kMovingSource = "phantom:rate=20,speckle=off";
+
+function waitForWord(viewer, expected) {
+  return until(
+    `the header to say ${expected}`,
+    () => viewer.page.locator("#connection [role=status]").textContent(),
+    (word) => word === expected,
+  );
+}
+
+function waitForNotice(viewer, pattern) {
+  return until(
+    `the notice to match ${pattern}`,
+    () => viewer.page.locator("#notice").textContent(),
+    (text) => pattern.test(text),
+  );
+}
+
+test("a server that is stopped with its socket open is seen, and a change says that it waits", async () => {
+  await withPage("server-stopped", kMovingSource, async (viewer, server) => {
+    await viewer.firstPicture();
+    await waitForWord(viewer, "Live");
+    assert.equal(await viewer.page.locator("#not-live").isVisible(), false);
+    await viewer.screenshot("live");
+    server.send("SIGSTOP");
+    await viewer.drag([0.3, 0.3], [0.7, 0.6]);
+    await waitForNotice(viewer, /The server does not answer/);
+    assert.match(await viewer.page.locator("#not-live").textContent(), /^Not live, \d+ s old$/);
+    assert.match(await viewer.page.locator("#frame").getAttribute("class"), /stale/);
+    assert.equal(
+      await viewer.page.locator("#rendering").isVisible(),
+      true,
+      "nothing says that the light is on its way",
+    );
+    await viewer.screenshot("stopped");
+    server.send("SIGCONT");
+    await waitForWord(viewer, "Live");
+    await until(
+      "the marks to go",
+      () => viewer.page.locator("#not-live, #rendering, #notice").evaluateAll((marks) => marks.every((m) => m.hidden)),
+      (gone) => gone,
+    );
+  });
+});
+
+test("the last volume of a source that has ended is marked, also when it is lit again", async () => {
+  await withPage("source-ended", "phantom:volumes=1,rate=20", async (viewer, server) => {
+    await viewer.firstPicture();
+    await waitForWord(viewer, "Not live");
+    await waitForNotice(viewer, /The recording has ended.*The last volume stays on display\./);
+    const pass2 = await viewer.number("pass2-runs");
+    await viewer.drag([0.3, 0.3], [0.7, 0.6]);
+    await until(
+      "the moved light",
+      () => viewer.number("pass2-runs"),
+      (runs) => runs > pass2,
+    );
+    await viewer.settled();
+    assert.equal(await viewer.page.locator("#connection [role=status]").textContent(), "Not live");
+    assert.match(await viewer.page.locator("#not-live").textContent(), /^Not live, \d+ s old$/);
+    const health = await (await fetch(new URL("healthz", server.url))).text();
+    assert.match(health, /^ok; source ended; picture not live, [\d.]+ s old; The recording has ended\.$/m);
+    const metrics = await (await fetch(new URL("metrics", server.url))).text();
+    assert.match(metrics, /^fanlight_picture_live 0$/m);
+    assert.match(metrics, /^fanlight_picture_age_seconds \d/m);
+  });
+});

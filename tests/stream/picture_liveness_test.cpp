@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether the picture is live, and the cause where it is not. Time and counters are set by the test.
+#include "server/state/picture_liveness.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/milliseconds.hpp"
+
+namespace fanlight::test {
+namespace {
+
+using State = PictureLiveness::State;
+using Cause = PictureLiveness::Cause;
+
+/// A source of one sweep in `sweep_ms`, 20 frames each, and a renderer that takes `render_ms` for a volume.
+class LivenessTest : public testing::Test {
+ protected:
+  /// One sweep passes; its volume is published where it is complete, and shown where there is a renderer.
+  void sweep(bool complete = true, bool rendered = true) {
+    for (int frame = 0; frame < 20; ++frame) {
+      now_ns_ += sweep_ms_ * kMs / 20;
+      acquisition_.frames_received.add();
+      update();
+    }
+    if (!complete) {
+      acquisition_.volumes_incomplete.add();
+    } else {
+      ring_.volumes_published.add();
+      if (rendered) show(now_ns_);
+    }
+    update();
+  }
+
+  /// A picture of a sweep that ended at `captured_ns` is shown now.
+  void show(std::int64_t captured_ns) {
+    PictureStamp stamp;
+    stamp.volume = {.volume_id = ring_.volumes_published.value(),
+                    .frames = 20,
+                    .first_capture_time_ns = captured_ns - sweep_ms_ * kMs,
+                    .last_capture_time_ns = captured_ns};
+    liveness_.shown(stamp, now_ns_);
+  }
+
+  /// Time passes without a frame.
+  void pass(std::int64_t ms) {
+    for (; ms > 0; ms -= 250) {
+      now_ns_ += std::min<std::int64_t>(ms, 250) * kMs;
+      update();
+    }
+  }
+
+  bool update() { return liveness_.update(source_, now_ns_); }
+  State state() const { return liveness_.report().state; }
+  Cause cause() const { return liveness_.report().cause; }
+  const std::string& sentence() const { return liveness_.report().sentence; }
+
+  /// Sweeps until the picture is not live, and returns how long that took.
+  std::int64_t ms_until_not_live(bool complete, bool rendered) {
+    const std::int64_t from_ns = now_ns_;
+    while (state() == State::kLive && now_ns_ < from_ns + 60'000 * kMs) sweep(complete, rendered);
+    return (now_ns_ - from_ns) / kMs;
+  }
+
+  std::int64_t now_ns_ = 1'000'000 * kMs;
+  std::int64_t sweep_ms_ = 200;
+  PictureLiveness::Source source_;
+  AcquisitionCounters acquisition_;
+  RingCounters ring_;
+  QueueCounters queue_;
+  RenderCounters render_;
+  ProbeCounters probe_;
+  PipelineCounters pipeline_{acquisition_, ring_, queue_, render_, probe_};
+  PictureLiveness liveness_{pipeline_, now_ns_};
+};
+
+TEST_F(LivenessTest, WaitsForTheFirstPictureAndIsLiveThen) {
+  EXPECT_EQ(state(), State::kWaiting);
+  sweep(true, false);
+  EXPECT_EQ(state(), State::kWaiting);
+  EXPECT_EQ(cause(), Cause::kNone);
+  sweep();
+  EXPECT_EQ(state(), State::kLive);
+  EXPECT_NEAR(liveness_.report().age_s, 0, 0.01);
+}
+
+TEST_F(LivenessTest, HasTheRateOfItsLastPictures) {
+  for (int volume = 0; volume < 20; ++volume) sweep();
+  EXPECT_NEAR(liveness_.report().pictures_per_second, 5, 0.01);
+}
+
+TEST_F(LivenessTest, ARelitVolumeStaysOld) {
+  sweep();
+  const std::int64_t captured_ns = now_ns_;
+  for (int moves = 0; moves < 30; ++moves) {
+    pass(100);
+    show(captured_ns);
+  }
+  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_NEAR(liveness_.report().age_s, 3, 0.3);
+}
+
+TEST_F(LivenessTest, SilenceOfTheSourceIsSeenInTwoSeconds) {
+  sweep();
+  pass(1900);
+  EXPECT_EQ(state(), State::kLive);
+  pass(500);
+  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(cause(), Cause::kNoFrames);
+  EXPECT_EQ(sentence(), "The source has sent no frame for 2 s.");
+  sweep();
+  EXPECT_EQ(state(), State::kLive);
+}
+
+TEST_F(LivenessTest, DroppedSweepsAreTheCause) {
+  sweep();
+  EXPECT_LE(ms_until_not_live(false, false), 2250);
+  EXPECT_EQ(cause(), Cause::kSweepsDropped);
+  EXPECT_EQ(sentence(), "Every sweep lacks too many frames: 11 dropped in 2 s.");
+}
+
+TEST_F(LivenessTest, FramesWithoutTheEndOfASweepAreTheCause) {
+  sweep();
+  for (int frame = 0; frame < 300; ++frame) {
+    now_ns_ += 10 * kMs;
+    acquisition_.frames_received.add();
+    update();
+  }
+  EXPECT_EQ(cause(), Cause::kNoSweep);
+}
+
+TEST_F(LivenessTest, ARendererThatFinishesNothingIsTheCause) {
+  sweep();
+  EXPECT_LE(ms_until_not_live(true, false), 2250);
+  EXPECT_EQ(cause(), Cause::kRendererBehind);
+}
+
+TEST_F(LivenessTest, RefusedVolumesAreTheCauseWithItsReason) {
+  sweep();
+  liveness_.health_changed({.cause = "", .refusal = "2.1 GB are needed, expected at most 2 GB"});
+  for (int volume = 0; volume < 15; ++volume) {
+    sweep(true, false);
+    render_.volumes_refused.add();
+  }
+  update();
+  EXPECT_EQ(cause(), Cause::kVolumesRefused);
+  EXPECT_EQ(sentence(), "The GPU refuses every volume: 2.1 GB are needed, expected at most 2 GB.");
+}
+
+TEST_F(LivenessTest, ASlowRendererDelaysThePictures) {
+  sweep();
+  for (int volume = 0; volume < 12; ++volume) {
+    for (int missed = 0; missed < 6; ++missed) sweep(true, false);
+    show(now_ns_ - 4000 * kMs);  // it took four seconds
+    update();
+  }
+  EXPECT_EQ(state(), State::kDelayed);
+  EXPECT_NEAR(liveness_.report().age_s, 4, 0.3);
+  EXPECT_EQ(sentence(), "The renderer is slower than the probe: 0.8 pictures a second.");
+}
+
+TEST_F(LivenessTest, SlowSweepsAreLiveForThreeOfThem) {
+  sweep_ms_ = 3000;
+  sweep();
+  EXPECT_EQ(liveness_.limit_ns(), 9000 * kMs);
+  sweep(false);
+  sweep(false);
+  EXPECT_EQ(state(), State::kLive);
+  sweep(false);
+  sweep(false);
+  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(cause(), Cause::kSweepsDropped);
+}
+
+TEST_F(LivenessTest, WhatIsKnownAtOnceIsSaidAtOnce) {
+  struct Row {
+    PictureLiveness::Source source;
+    RenderHealth health;
+    Cause cause;
+    const char* sentence;
+  };
+  using Source = PictureLiveness::Source::State;
+  using Health = RenderHealth::State;
+  const RenderHealth well;
+  const Row rows[] = {
+      {{.state = Source::kFailed, .failure = "the file ends early", .probe_lost = false},
+       well,
+       Cause::kSourceFailed,
+       "The source has failed: the file ends early."},
+      {{.state = Source::kEnded, .failure = "", .probe_lost = false},
+       well,
+       Cause::kSourceEnded,
+       "The recording has ended."},
+      {{.state = Source::kRunning, .failure = "", .probe_lost = true},
+       well,
+       Cause::kProbeLost,
+       "The probe is lost."},
+      {{.failure = ""},
+       {.state = Health::kHung, .cause = "no answer for 10 s", .refusal = ""},
+       Cause::kGpuHung,
+       "The GPU does not answer: no answer for 10 s."},
+      {{.failure = ""},
+       {.state = Health::kRemaking, .cause = "the device was lost", .refusal = ""},
+       Cause::kGpuRemade,
+       "The GPU was lost and is started again: the device was lost."},
+  };
+  for (const Row& row : rows) {
+    source_ = {};
+    liveness_.health_changed(well);
+    sweep();
+    ASSERT_EQ(state(), State::kLive) << row.sentence;
+    source_ = row.source;
+    liveness_.health_changed(row.health);
+    EXPECT_TRUE(update()) << "displays must be told: " << row.sentence;
+    EXPECT_EQ(state(), State::kNotLive) << row.sentence;
+    EXPECT_EQ(cause(), row.cause) << row.sentence;
+    EXPECT_EQ(sentence(), row.sentence);
+    EXPECT_FALSE(update()) << "nothing has changed: " << row.sentence;
+  }
+}
+
+TEST_F(LivenessTest, ASlowGpuIsNoCause) {
+  sweep();
+  liveness_.health_changed({.state = RenderHealth::State::kSlow, .cause = "", .refusal = ""});
+  sweep();
+  EXPECT_EQ(state(), State::kLive);
+}
+
+}  // namespace
+}  // namespace fanlight::test
