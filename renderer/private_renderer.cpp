@@ -17,19 +17,74 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
       state.pictures = 0;
     }
     state.wanted = views[index];
+    const PrivateViewEnd& last_end = ends_[index];
+    const bool ended =
+        state.wanted.view_id == last_end.view_id && state.wanted.scene.revision <= last_end.revision;
+    if (ended) state.wanted.view_id = 0;
     if (state.wanted.view_id == 0 || state.view) continue;
     auto view = ViewRenderer::create(gpu_, pipelines_, view_config_);
     if (view) {
       state.view = std::move(*view);
-    } else if (view.error().code == ErrorCode::kBroken) {
+    } else if (view.error().code == ErrorCode::kLost) {
       return view.error();
     } else {
-      // Missing memory must not end the main view. The client of this view gets no picture.
-      state.wanted.view_id = 0;
-      counters_.private_views_refused.add();
+      end(state, view.error());
     }
   }
   return {};
+}
+
+void PrivateRenderer::end(ViewState& state, const Error& error) {
+  ends_[static_cast<std::size_t>(&state - states_.data())] = {
+      .view_id = state.wanted.view_id, .revision = state.wanted.scene.revision, .reason = error.message};
+  ends_changed_ = true;
+  counters_.private_views_refused.add();
+  // Half of its work may be recorded: the next view of this index gets memory of its own. Nothing of this one
+  // is outstanding, since it failed before it was submitted.
+  state.view.reset();
+  state.slot = nullptr;
+  state.phase = WorkPhase::kIdle;
+  state.drawn = false;
+  state.wanted.view_id = 0;
+}
+
+PrivateRenderer::Progress PrivateRenderer::progress() const {
+  Progress progress{.ends = ends_};
+  for (std::size_t index = 0; index < states_.size(); ++index) {
+    progress.views[index] = {.view_id = states_[index].wanted.view_id, .pictures = states_[index].pictures};
+  }
+  return progress;
+}
+
+void PrivateRenderer::resume(const Progress& progress) {
+  ends_ = progress.ends;
+  for (std::size_t index = 0; index < states_.size(); ++index) {
+    states_[index].wanted.view_id = progress.views[index].view_id;
+    states_[index].pictures = progress.views[index].pictures;
+  }
+}
+
+Result<void> PrivateRenderer::retry_held() {
+  for (ViewState& state : states_) {
+    if (!state.view) continue;
+    auto retried = state.view->retry_held();
+    if (retried) continue;
+    if (retried.error().code == ErrorCode::kLost) return retried;
+    end(state, retried.error());
+  }
+  return {};
+}
+
+void PrivateRenderer::drop_held() {
+  for (ViewState& state : states_) {
+    if (state.view) state.view->drop_held();
+  }
+}
+
+void PrivateRenderer::leave_memory() {
+  for (ViewState& state : states_) {
+    if (state.view) static_cast<void>(new ViewRenderer(std::move(*state.view)));
+  }
 }
 
 std::array<PrivateStatus, kMostPrivateViews> PrivateRenderer::status(const Shown& shown) const {
@@ -38,7 +93,7 @@ std::array<PrivateStatus, kMostPrivateViews> PrivateRenderer::status(const Shown
     const ViewState& state = states_[index];
     all[index] = {
         .phase = state.phase,
-        .wanted_view_id = state.wanted.view_id,
+        .wanted_view_id = state.view ? state.wanted.view_id : 0,
         .wanted_revision = state.wanted.scene.revision,
         .own_camera = state.wanted.own_camera,
         .wanted_scene = &state.wanted.scene.scene,
@@ -71,7 +126,10 @@ Result<bool> PrivateRenderer::advance(const Shown& shown) {
     state.drawn = false;
     counters_.private_casts_given_up.add();
   }
-  if (auto done = execute(action->step, state, shown); !done) return done.error();
+  if (auto done = execute(action->step, state, shown); !done) {
+    if (done.error().code == ErrorCode::kLost) return done.error();
+    end(state, done.error());
+  }
   return true;
 }
 
@@ -138,11 +196,14 @@ bool PrivateRenderer::collect() {
   bool any = false;
   for (ViewState& state : states_) {
     if (state.phase != WorkPhase::kLighting || state.outstanding(gpu_)) continue;
+    const auto stage_ms = state.view->stage_ms(gpu_);
+    if (gpu_.fault() != nullptr)
+      return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
     state.drawn = state.wanted.view_id == state.stamp.view_id;
     if (!state.drawn) continue;
     state.stamp.picture_id = ++state.pictures;
-    state.stamp.stage_ms = state.view->stage_ms(gpu_);
+    state.stamp.stage_ms = stage_ms;
     state.stamp.finished_time_ns = now_ns();
     Picture& picture = state.wanted.pictures->draft();
     picture.stamp = state.stamp;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "proto/exchange/private_view.hpp"
 #include "proto/model/pipeline_counters.hpp"
@@ -25,9 +26,24 @@ class PrivateRenderer {
                   const ViewRenderer::Config& view_config)
       : gpu_(gpu), pipelines_(pipelines), counters_(counters), view_config_(view_config) {}
 
-  /// Sets the requested views. Allocates for each new view; a view that the GPU has no memory for is counted
-  /// and not drawn. Error: the GPU is broken.
+  /// Sets the requested views. Allocates for each new view. A view that the GPU has no memory for, or fails
+  /// to draw, is counted and ends; the others stay. Error: kLost.
   Result<void> want(const PrivateViews& views);
+
+  /// The views that have ended so far; nullptr where none has since the last call.
+  const PrivateViewEnds* ended_views() { return std::exchange(ends_changed_, false) ? &ends_ : nullptr; }
+
+  /// What a new renderer continues: the numbers of pictures, and the views that have ended.
+  struct Progress {
+    struct View {
+      std::uint64_t view_id = 0;
+      std::uint64_t pictures = 0;
+    };
+    std::array<View, kMostPrivateViews> views{};
+    PrivateViewEnds ends{};
+  };
+  Progress progress() const;
+  void resume(const Progress& progress);
 
   /// What the main view shows.
   struct Shown {
@@ -39,8 +55,20 @@ class PrivateRenderer {
   };
 
   /// Submits one piece of the work that is due; whether there was some. Precondition: nothing of the main
-  /// view is outstanding, and this is not busy().
+  /// view is outstanding, and this is not busy(). Error: kLost; other errors end the view alone.
   Result<bool> advance(const Shown& shown);
+
+  // As SubmissionTimeline::retry() and drop_held(), for all views.
+  Result<void> retry_held();
+  void drop_held();
+
+  /// The timeline of a view by its index; nullptr where it has none.
+  const SubmissionTimeline* timeline(std::size_t index) const {
+    return states_[index].view ? &states_[index].view->timeline() : nullptr;
+  }
+
+  /// Leaves the memory of all views to the end of the process.
+  void leave_memory();
 
   /// Copies the finished pictures to their mailboxes; whether there was one.
   bool collect();
@@ -73,6 +101,7 @@ class PrivateRenderer {
   };
   std::array<PrivateStatus, kMostPrivateViews> status(const Shown& shown) const;
   Result<void> execute(PrivateStep step, ViewState& state, const Shown& shown);
+  void end(ViewState& state, const Error& error);
   void take_request(ViewState& state, const Shown& shown);
   Result<void> begin_cast(ViewState& state, const Shown& shown);
   Result<void> light(ViewState& state, ViewRenderer::History history);
@@ -83,6 +112,8 @@ class PrivateRenderer {
   ViewRenderer::Config view_config_;
   std::array<ViewState, kMostPrivateViews> states_;
   std::size_t next_ = 0;  // view whose turn it is
+  PrivateViewEnds ends_;
+  bool ends_changed_ = false;
 };
 
 }  // namespace fanlight

@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "proto/base/clock.hpp"
 
@@ -15,53 +16,54 @@ namespace {
 constexpr std::int64_t kPollNs = 2'000'000;
 // Window over which the main view's busy share is measured.
 constexpr std::int64_t kWindowNs = 1'000'000'000;
+// At an end without hurry the GPU may finish its work: longer than any watchdog.
+constexpr std::int64_t kMostSettleNs = 600'000'000'000;
+// So many volumes without memory in a row are more than a short lack of it.
+constexpr std::size_t kVolumesWithoutMemory = 3;
 
 }  // namespace
 
-RenderThread::RenderThread(std::unique_ptr<Renderer> renderer, const Dependencies& dependencies)
-    : renderer_(std::move(renderer)),
+RenderThread::RenderThread(DeviceRenderer renderer, const Dependencies& dependencies)
+    : device_(std::move(renderer)),
       to_(dependencies),
-      requested_(renderer_->scene()),
-      finest_mm_(renderer_->config().geometry.finest_mm()),
+      requested_(device_.renderer->scene()),
+      finest_mm_(device_.renderer->config().geometry.finest_mm()),
+      health_(dependencies.health),
+      settle_ns_(kMostSettleNs),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
-
-RenderThread::~RenderThread() {
-  thread_.request_stop();
-  to_.bell.ring();
-}
 
 void RenderThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "render");
   governor_.scene_came(requested_.scene, now_ns());
   while (!stop.stop_requested()) {
-    if (const auto done = step(); !done) {
-      to_.failures.draft() = done.error();
-      to_.failures.publish();
-      return;
-    }
+    if (const auto done = step(); !done && !recover(done.error(), stop)) break;
   }
+  retire();
+  ended_.ring();
 }
 
 void RenderThread::take_scene() {
   if (const NumberedScene* newest = to_.scenes.newest()) {
     requested_ = *newest;
     governor_.scene_came(requested_.scene, now_ns());
-    renderer_->show(requested_);
+    renderer().show(requested_);
   }
-  if (governor_.in_force(now_ns()) != renderer_->scene().deadline) show_degraded();
+  if (governor_.in_force(now_ns()) != renderer().scene().deadline) show_degraded();
 }
 
 void RenderThread::show_degraded() {
   const DeadlineState state = governor_.in_force(now_ns());
-  renderer_->show({.revision = requested_.revision,
+  renderer().show({.revision = requested_.revision,
                    .scene = degraded(requested_.scene, state.measures, finest_mm_),
                    .deadline = state});
 }
 
 void RenderThread::rest() {
   const std::int64_t now = now_ns();
-  if (governor_.in_force(now) != renderer_->scene().deadline) return;  // it has just changed
-  const auto change_ns = governor_.next_change_ns(now);
+  if (governor_.in_force(now) != renderer().scene().deadline) return;  // it has just changed
+  auto change_ns = governor_.next_change_ns(now);
+  if (const auto try_ns = renderer().next_scene_try_ns())
+    change_ns = std::min(change_ns.value_or(*try_ns), *try_ns);
   to_.bell.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
 }
 
@@ -70,22 +72,26 @@ Result<void> RenderThread::step() {
   if (auto taken = take_volume(); !taken) return taken;
   take_frames();
   if (auto taken = take_private_views(); !taken) return taken;
-  if (auto advanced = renderer_->advance(); !advanced) return advanced;
-  if (renderer_->collect(to_.pictures.draft())) {
+  report();
+  if (auto advanced = renderer().advance(); !advanced) return advanced;
+  if (renderer().collect(to_.pictures.draft())) {
+    losses_.picture_finished();
     governor_.picture_finished(to_.pictures.draft().stamp);
     if (to_.pictures.publish()) to_.counters.pictures_replaced.add();
     return {};  // its slot is free now: look for work before waiting
   }
-  if (renderer_->collect_private()) return {};
+  if (renderer().collect_private()) return {};
   measure_busy();
   // One observation decides between waiting for the GPU, more private work, and rest: work that ends between
   // two observations would stay uncollected until the next ring of the bell.
-  if (renderer_->busy()) return renderer_->wait(kPollNs);
+  if (renderer().busy()) return renderer().wait(kPollNs);
   if (!to_.ring.has_published()) {
-    const auto advanced = renderer_->advance_private();
+    const auto advanced = renderer().advance_private();
     if (!advanced) return advanced.error();
     if (*advanced) return {};
   }
+  // The GPU has finished what was slow: that is reported before the thread rests.
+  if (renderer().pace() != Watchdog::Pace::kUsual) return renderer().wait(0);
   rest();
   return {};
 }
@@ -93,7 +99,7 @@ Result<void> RenderThread::step() {
 void RenderThread::measure_busy() {
   const std::int64_t now = now_ns();
   if (was_busy_) busy_ns_ += now - measured_ns_;
-  was_busy_ = renderer_->main_busy();
+  was_busy_ = renderer().main_busy();
   measured_ns_ = now;
   if (window_ns_ == 0) window_ns_ = now;
   if (now - window_ns_ < kWindowNs) return;
@@ -103,28 +109,73 @@ void RenderThread::measure_busy() {
 }
 
 Result<void> RenderThread::take_volume() {
-  if (!renderer_->wants_volume()) return {};
-  const auto volume = to_.ring.take();
-  if (!volume) return {};
-  if (finest_mm_ != volume->geometry().finest_mm()) {
-    finest_mm_ = volume->geometry().finest_mm();
+  if (!renderer().wants_volume()) return {};
+  if (to_.ring.has_published()) {
+    volume_ = {};  // a reader holds one at a time
+    volume_ = to_.ring.take();
+    if (volume_) return load(Renderer::Loading::kNew);
+  } else if (volume_due_ && volume_) {
+    return load(Renderer::Loading::kAgain);
+  }
+  return {};
+}
+
+Result<void> RenderThread::load(Renderer::Loading loading) {
+  volume_due_ = false;
+  if (finest_mm_ != volume_->geometry().finest_mm()) {
+    finest_mm_ = volume_->geometry().finest_mm();
     show_degraded();
   }
-  return renderer_->load(*volume);
+  const auto loaded = renderer().load(*volume_, loading);
+  if (loaded) {
+    health_.set_volume_refusal("");
+    short_in_a_row_ = 0;
+    remade_for_memory_ = false;
+    return {};
+  }
+  const Error& error = loaded.error();
+  if (error.code != ErrorCode::kUnavailable && error.code != ErrorCode::kUnsupported) return error;
+  health_.set_volume_refusal(error.message);
+  // A volume that had room before has none now, again and again: a new device is tried once. For a volume
+  // that is too large it would be of no use.
+  const std::uint64_t bytes = volume_->geometry().frame_bytes() * volume_->stamp().frames;
+  const bool had_room = bytes <= renderer().largest_volume_bytes();
+  volume_ = {};
+  if (error.code == ErrorCode::kUnsupported || !had_room) return {};
+  if (++short_in_a_row_ < kVolumesWithoutMemory || remade_for_memory_ || !to_.remake) return {};
+  short_in_a_row_ = 0;
+  remade_for_memory_ = true;
+  return error;
 }
 
 Result<void> RenderThread::take_private_views() {
-  const PrivateViews* const views = to_.private_views == nullptr ? nullptr : to_.private_views->newest();
-  return views == nullptr ? Result<void>{} : renderer_->want(*views);
+  if (to_.private_views == nullptr) return {};
+  if (const PrivateViews* const views = to_.private_views->newest()) {
+    views_ = *views;
+    views_due_ = true;
+  }
+  if (!std::exchange(views_due_, false)) return {};
+  return renderer().want(views_);
+}
+
+void RenderThread::report() {
+  const bool slow = renderer().pace() != Watchdog::Pace::kUsual;
+  health_.set_state(slow ? RenderHealth::State::kSlow : RenderHealth::State::kRunning,
+                    slow ? "the GPU works on one submission for longer than usual" : "", now_ns());
+  health_.set_scene_refusal(renderer().scene_refusal());
+  const PrivateViewEnds* const ends = renderer().ended_views();
+  if (ends == nullptr || to_.private_view_ends == nullptr) return;
+  to_.private_view_ends->draft() = *ends;
+  to_.private_view_ends->publish();
 }
 
 void RenderThread::take_frames() {
   if (to_.feed == nullptr) return;
   // A published volume goes first: the queued frames belong to a volume after it.
-  while (!to_.ring.has_published() && renderer_->wants_frame()) {
+  while (!to_.ring.has_published() && renderer().wants_frame()) {
     const QueuedFrame* const frame = to_.feed->front();
     if (frame == nullptr) return;
-    renderer_->take_frame(*frame);
+    renderer().take_frame(*frame);
     to_.feed->pop();
   }
 }

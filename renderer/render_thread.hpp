@@ -1,24 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
+#include <atomic>
+#include <functional>
 #include <thread>
 
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/render_health.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
+#include "renderer/device_disposal.hpp"
+#include "renderer/health_reporter.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/schedule/loss_record.hpp"
 #include "renderer/schedule/rate_governor.hpp"
 
 namespace fanlight {
 
 /// The thread that owns the renderer. It takes volumes from the ring and scenes from a mailbox, and publishes
 /// pictures in another mailbox. It keeps the picture rate where the scene has a plan for it. It sleeps on its
-/// bell while there is no work. Starts in the constructor, ends in the destructor.
+/// bell while there is no work. Starts in the constructor.
+///
+/// Where the GPU is lost, hangs or has no memory left, the thread makes the device and the renderer anew and
+/// goes on: with the newest scene, the private views, and the last volume until the next one comes. Numbers
+/// of pictures and counters continue. It gives up where LossRecord says so.
 class RenderThread {
  public:
+  /// Opens a device and creates a renderer of this scene. Called on the render thread; may block for seconds.
+  using Remake = std::function<Result<DeviceRenderer>(const NumberedScene& scene)>;
+
   /// All must outlive the thread. `bell` is the bell that the ring and the scene mailbox ring for their
   /// reader.
   struct Dependencies {
@@ -27,38 +39,76 @@ class RenderThread {
     Mailbox<Picture>& pictures;
     RenderCounters& counters;
     Doorbell& bell;
-    /// Receives one error if the renderer cannot continue (the GPU was lost); the thread has then ended.
+    /// Receives one error if the renderer cannot continue; the thread has then ended.
     Mailbox<Error>& failures;
     /// Frames ahead of their volumes; may be null.
     FrameQueue* feed = nullptr;
     /// Requested private views; may be null.
     Mailbox<PrivateViews>* private_views = nullptr;
+    /// Receives the private views that ended because of an error; may be null.
+    Mailbox<PrivateViewEnds>* private_view_ends = nullptr;
+    /// Receives the health whenever it changes; may be null. Its slots are roomy_health().
+    Mailbox<RenderHealth>* health = nullptr;
+    /// Empty: a lost GPU ends the thread.
+    Remake remake{};
   };
 
-  RenderThread(std::unique_ptr<Renderer> renderer, const Dependencies& dependencies);
+  RenderThread(DeviceRenderer renderer, const Dependencies& dependencies);
+  /// Ends the thread and waits for it: for as long as the watchdog lets the GPU work, and for ever where the
+  /// driver does not return from a call. end() before it has a limit.
   ~RenderThread();
+
+  /// Asks the thread to end and waits, at most timeout_ns. True where it has ended and nothing is left of its
+  /// devices. Otherwise the process must end by std::_Exit, without the destructor.
+  bool end(std::int64_t timeout_ns);
 
  private:
   void run(const std::stop_token& stop);
   Result<void> step();
   Result<void> take_volume();
+  Result<void> load(Renderer::Loading loading);
   void take_frames();
   Result<void> take_private_views();
+  void report();
   void measure_busy();
   void take_scene();
   void show_degraded();
   void rest();
 
-  std::unique_ptr<Renderer> renderer_;
+  // In render_thread_recovery.cpp.
+  bool recover(const Error& cause, const std::stop_token& stop);
+  bool remake(const NumberedScene& scene, const std::stop_token& stop);
+  void dispose(const Error& cause);
+  void fail(const Error& error);
+  void pause(std::int64_t until_ns, const std::stop_token& stop) const;
+  void retire();
+
+  Renderer& renderer() { return *device_.renderer; }
+
+  DeviceRenderer device_;
   Dependencies to_;
   RateGovernor governor_;
   NumberedScene requested_;       // the renderer shows it as degraded() by the plan
   std::int64_t measured_ns_ = 0;  // time of the last measure_busy()
   std::int64_t window_ns_ = 0;    // start of the window of the busy share
   std::int64_t busy_ns_ = 0;      // of the main view in the window
-  bool was_busy_ = false;
-  double finest_mm_ = 0;  // step of the newest volume's rays where the scene sets none
-  std::jthread thread_;   // last: it uses the others
+  double finest_mm_ = 0;          // step of the newest volume's rays where the scene sets none
+
+  // For the time after a loss. The volume that was loaded last keeps its slot of the ring.
+  VolumeRing::Lease volume_;
+  PrivateViews views_;
+  LossRecord losses_;
+  std::size_t short_in_a_row_ = 0;  // volumes for which there was no memory
+  bool remade_for_memory_ = false;  // and no volume was loaded since
+  bool volume_due_ = false;         // the renderer is new, and has no volume yet
+  bool views_due_ = false;          // nor its private views
+  bool was_busy_ = false;           // at the last measure_busy()
+  DeviceDisposal disposal_;
+  HealthReporter health_;
+
+  std::atomic<std::int64_t> settle_ns_;  // how long the end waits for the GPU
+  Doorbell ended_;                       // rings once the thread has nothing more to do
+  std::jthread thread_;                  // last: it uses the others
 };
 
 }  // namespace fanlight

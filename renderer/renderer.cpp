@@ -40,6 +40,21 @@ Error too_large(const Renderer::Config& config, const Gpu& gpu, const Error& err
                       gpu.candidate().name, volume_gb, error.message)};
 }
 
+std::uint64_t bytes_of(const Volume& volume) {
+  return volume.geometry().frame_bytes() * volume.stamp().frames;
+}
+
+/// Whether an error of a volume's memory is more than a refusal of that volume.
+bool is_breakage(const Error& error) {
+  return error.code == ErrorCode::kBroken || error.code == ErrorCode::kLost;
+}
+
+/// An error after a volume was taken is no refusal of it.
+Result<void> as_breakage(Result<void> done) {
+  if (done || is_breakage(done.error())) return done;
+  return Error{ErrorCode::kBroken, done.error().message};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const Dependencies& dependencies,
@@ -79,14 +94,6 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   return made;
 }
 
-Renderer::~Renderer() {
-  vkDeviceWaitIdle(gpu_.device());
-  pipelines_->save_cache();
-  for (const auto& state : slots_) {
-    if (state && state->awaits_picture) counters_.volumes_skipped.add();
-  }
-}
-
 MainStatus Renderer::status() const {
   const auto status_of = [this](const SlotState& state) {
     return SlotStatus{.phase = state.phase,
@@ -103,38 +110,40 @@ MainStatus Renderer::status() const {
   return {.slots = {status_of(*slots_[0]), status_of(*slots_[1])}, .newest = newest_, .shown = shown_};
 }
 
-Result<void> Renderer::load(const Volume& volume) {
+Result<void> Renderer::load(const Volume& volume, Loading loading) {
   const auto commit_numbers = volume.commit_numbers();
   newest_commit_number_ = commit_numbers.empty() ? 0 : *std::ranges::max_element(commit_numbers);
   // A volume that does not fit takes the other slot, so that a refusal leaves the shown picture.
   const bool completes = replaces_frames() && slots_[newest_]->slot.suits(volume);
-  return completes ? complete_newest(volume) : load_into_other(volume);
+  auto loaded = completes ? complete_newest(volume, loading) : load_into_other(volume, loading);
+  if (loaded) largest_volume_bytes_ = std::max(largest_volume_bytes_, bytes_of(volume));
+  return loaded;
 }
 
-Result<void> Renderer::load_into_other(const Volume& volume) {
+Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
   SlotState& next = *slots_[1 - newest_];
-  next.awaits_picture = true;
+  next.awaits_picture = loading == Loading::kNew;
   if (auto loaded = next.slot.load(gpu_, volume); !loaded) {
-    if (loaded.error().code == ErrorCode::kBroken) return loaded;
+    if (is_breakage(loaded.error())) return loaded;
     next.awaits_picture = false;
-    counters_.volumes_refused.add();
-    return {};
+    if (loading == Loading::kNew) counters_.volumes_refused.add();
+    return loaded;
   }
   newest_ = 1 - newest_;
-  return begin_cast(next);
+  return as_breakage(begin_cast(next));
 }
 
-Result<void> Renderer::complete_newest(const Volume& volume) {
+Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
   SlotState& state = *slots_[newest_];
-  if (std::exchange(state.awaits_picture, true)) counters_.volumes_skipped.add();
+  if (std::exchange(state.awaits_picture, loading == Loading::kNew)) counters_.volumes_skipped.add();
   if (auto completed = state.slot.complete(gpu_, volume); !completed) {
-    if (completed.error().code == ErrorCode::kBroken) return completed;
+    if (is_breakage(completed.error())) return completed;
     state.awaits_picture = false;
-    counters_.volumes_refused.add();
-    return {};
+    if (loading == Loading::kNew) counters_.volumes_refused.add();
+    return completed;
   }
-  if (!state.slot.changed()) return light(state);
-  return state.slot.can_recast() ? recast(state) : begin_cast(state);
+  if (!state.slot.changed()) return as_breakage(light(state));
+  return as_breakage(state.slot.can_recast() ? recast(state) : begin_cast(state));
 }
 
 std::uint32_t Renderer::nearest_frame_index(double angle_rad) const {
@@ -170,6 +179,11 @@ void Renderer::count_cast(SlotState& state) {
 }
 
 Result<void> Renderer::begin_cast(SlotState& state) {
+  auto begun = begin_cast_of_scene(state);
+  return begun || !falls_back(begun.error()) ? begun : begin_cast_of_scene(state);
+}
+
+Result<void> Renderer::begin_cast_of_scene(SlotState& state) {
   if (auto begun = state.slot.begin_cast(gpu_, *pipelines_, scene_.scene); !begun) return begun;
   if (state.slot.filter_left_out()) counters_.volumes_unfiltered.add();
   state.cast_scene = scene_;
@@ -198,8 +212,12 @@ Result<void> Renderer::light(SlotState& state) {
   state.lit_scene = {
       .revision = view_changed(state.cast_scene, scene_) ? state.cast_scene.revision : scene_.revision,
       .scene = relit(state.cast_scene.scene, scene_.scene)};
-  if (auto lit = state.slot.light(gpu_, *pipelines_, state.lit_scene.scene, history_of(state)); !lit)
-    return lit;
+  if (auto lit = state.slot.light(gpu_, *pipelines_, state.lit_scene.scene, history_of(state)); !lit) {
+    // The next advance() lights it by the scene that is in force then.
+    return falls_back(lit.error()) ? Result<void>{} : lit;
+  }
+  proven_ = scene_;
+  if (scene_.revision == wanted_.revision) scene_refusal_.clear();
   state.filtered_volume_id = state.slot.volume().volume_id;
   state.filtered_view = state.cast_scene.scene;
   state.phase = WorkPhase::kLighting;
@@ -217,7 +235,10 @@ Result<void> Renderer::light(SlotState& state) {
 }
 
 Result<void> Renderer::advance() {
+  if (auto retried = retry_held(); !retried) return retried;
+  try_refused_scene();
   const MainSteps due = decide(status(), scene_);
+  if (gpu_.fault() != nullptr) return *gpu_.fault();
   for (const MainStep step : due.steps()) {
     if (auto done = execute(step); !done) return done;
   }
@@ -250,7 +271,8 @@ Result<void> Renderer::execute(MainStep step) {
 
 Result<void> Renderer::prepare_ahead() {
   VolumeInFlight& slot = slots_[1 - newest_]->slot;
-  if (auto begun = slot.prepare_ahead(gpu_, *pipelines_, scene_.scene.speckle); !begun) return begun.error();
+  auto begun = slot.prepare_ahead(gpu_, *pipelines_, scene_.scene.speckle);
+  if (!begun && !falls_back(begun.error())) return begun.error();
   return {};
 }
 
@@ -259,6 +281,9 @@ bool Renderer::collect(Picture& picture) {
   for (const std::size_t index : {1 - newest_, newest_}) {
     SlotState& state = *slots_[index];
     if (state.phase != WorkPhase::kLighting || state.slot.outstanding(gpu_) > 0) continue;
+    const auto stage_ms = state.slot.view().stage_ms(gpu_);
+    if (gpu_.fault() != nullptr)
+      return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
     const bool first = std::exchange(state.awaits_picture, false);
     if (state.stamp.volume.volume_id < shown_volume_id_) {
@@ -269,7 +294,7 @@ bool Renderer::collect(Picture& picture) {
     shown_ = index;
     shown_volume_id_ = state.stamp.volume.volume_id;
     state.stamp.picture_id = ++pictures_;
-    state.stamp.stage_ms = state.slot.view().stage_ms(gpu_);
+    state.stamp.stage_ms = stage_ms;
     state.stamp.finished_time_ns = now_ns();
     counters_.pictures_finished.add();
     picture.stamp = state.stamp;
@@ -316,8 +341,13 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
     if (state->slot.outstanding(gpu_) > 0) consider(state->slot.view());
   }
   if (const ViewRenderer* const view = private_.outstanding_view()) consider(*view);
-  if (earliest == nullptr) return {};
-  return earliest->wait(gpu_, static_cast<std::uint64_t>(timeout_ns));
+  if (earliest != nullptr) {
+    if (auto waited = earliest->wait(gpu_, static_cast<std::uint64_t>(timeout_ns)); !waited) {
+      gpu_.note_fault(Gpu::Condition::kLost, waited.error());
+      return waited;
+    }
+  }
+  return observe();
 }
 
 Result<DepthMaps> Renderer::read_depth() {

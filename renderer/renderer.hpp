@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/model/picture.hpp"
@@ -13,6 +14,7 @@
 #include "renderer/passes/pipelines.hpp"
 #include "renderer/private_renderer.hpp"
 #include "renderer/schedule/main_schedule.hpp"
+#include "renderer/schedule/watchdog.hpp"
 #include "renderer/volume_in_flight.hpp"
 #include "renderer/vulkan/gpu.hpp"
 
@@ -28,6 +30,11 @@ namespace fanlight {
 ///
 /// One thread, which calls show() and load() as scenes and volumes arrive, then advance(), collect() and
 /// wait() in turn.
+///
+/// Errors: kLost where the GPU was lost or hangs, kBroken where a call failed otherwise, kUnavailable where
+/// its memory ran out in a place that has no way round. After any of them, and unless a function says
+/// otherwise, the renderer is of no more use; a new one on a new device may be. A wait never lasts longer
+/// than the watchdog allows.
 class Renderer {
  public:
   struct Config {
@@ -45,6 +52,8 @@ class Renderer {
     /// File cache of the driver's compiled pipelines; by default there is none. It is written at the end of
     /// create() and in the destructor.
     PipelineCache::Config pipeline_cache{};
+    /// Absent: chosen by the kind of GPU.
+    std::optional<Watchdog::Limits> watchdog{};
   };
   /// Both must outlive the renderer.
   struct Dependencies {
@@ -57,19 +66,40 @@ class Renderer {
   /// beyond the GPU's limits.
   static Result<std::unique_ptr<Renderer>> create(const Config& config, const Dependencies& dependencies,
                                                   const NumberedScene& scene);
+  /// Waits for the GPU as long as the watchdog allows. Objects that a hung GPU may still use are not
+  /// destroyed.
   ~Renderer();
 
-  /// Sets the scene of all following pictures.
-  void show(const NumberedScene& scene) { scene_ = scene; }
+  /// Sets the scene of all following pictures. A scene whose pipelines the driver does not build is refused
+  /// when its turn comes, and the one before stays; it is tried again later.
+  void show(const NumberedScene& scene) {
+    wanted_ = scene_ = scene;
+    scene_rest_ns_ = kLeastSceneRestNs;
+  }
+
+  /// Why the scene of show() is not shown; empty where it is, or will be.
+  const std::string& scene_refusal() const { return scene_refusal_; }
+  /// When advance() tries a refused scene again; absent where none is refused.
+  std::optional<std::int64_t> next_scene_try_ns() const {
+    if (scene_refusal_.empty() || scene_.revision == wanted_.revision) return {};
+    return scene_refused_ns_ + scene_rest_ns_;
+  }
 
   /// Whether load() accepts a volume: no pass 1 is under way and a slot is free.
   bool wants_volume() const { return accepts_volume(status(), scene_); }
 
-  /// Copies the volume; the next advance() casts it. A volume too large for the GPU's limits or memory is
-  /// refused and counted, and the shown picture stays. Allocates where its columns or rows differ from those
-  /// of the volume that it replaces, or where it has more frames than any volume before. Precondition:
-  /// wants_volume(), at most frame_capacity frames. Error: the GPU is broken.
-  Result<void> load(const Volume& volume);
+  /// Whether a volume is counted: kAgain for one that a renderer before this one has loaded.
+  enum class Loading : std::uint8_t { kNew, kAgain };
+
+  /// Copies the volume; the next advance() casts it. Allocates where its columns or rows differ from those of
+  /// the volume that it replaces, or where it has more frames than any volume before. Precondition:
+  /// wants_volume(), at most frame_capacity frames. Errors: kUnsupported and kUnavailable where the volume is
+  /// too large for the GPU's limits or memory: it is counted as refused, the shown picture stays, and the
+  /// renderer goes on. kLost and kBroken as above.
+  Result<void> load(const Volume& volume, Loading loading = Loading::kNew);
+
+  /// Bytes of the largest volume that was loaded; 0: none.
+  std::uint64_t largest_volume_bytes() const { return largest_volume_bytes_; }
 
   /// Whether take_frame() accepts a frame: the slot of the next volume is free.
   bool wants_frame() const { return accepts_frame(status(), scene_); }
@@ -89,9 +119,13 @@ class Renderer {
   /// since. For benchmarks.
   std::array<StageSpan, kStages> stage_spans() const { return slots_[shown_]->slot.view().stage_spans(gpu_); }
 
-  /// Sets the private views of what the main view shows. Allocates for each new view. Error: the GPU is
-  /// broken.
+  /// Sets the private views of what the main view shows. Allocates for each new view. A view that cannot be
+  /// drawn ends alone; see ended_views(). Error: kLost.
   Result<void> want(const PrivateViews& views) { return private_.want(views); }
+
+  /// The private views that ended because of an error, by index of PrivateViews; nullptr where none has since
+  /// the last call.
+  const PrivateViewEnds* ended_views() { return private_.ended_views(); }
 
   /// Submits one piece of a private view's work where some is due and nothing is busy(); true where it did.
   /// The next work of the main view waits for that piece.
@@ -106,16 +140,54 @@ class Renderer {
   bool main_busy() const;
 
   /// Blocks until the GPU has finished another submission, at most timeout_ns. Returns at once where nothing
-  /// is outstanding.
+  /// is outstanding. Error: kLost too where a submission takes longer than the watchdog allows.
   Result<void> wait(std::int64_t timeout_ns);
+
+  /// How fast the GPU worked at the last wait().
+  Watchdog::Pace pace() const { return pace_; }
+
+  /// Waits until nothing is outstanding, at most timeout_ns. False where the GPU has not finished by then, or
+  /// is lost.
+  bool settle(std::int64_t timeout_ns);
+
+  /// Counts what is in flight as given up, and touches no counters afterwards. To be called before the
+  /// renderer of a lost or hung GPU is handed to a DeviceDisposal; the destructor is then the only further
+  /// call.
+  void give_up();
+
+  /// See Gpu::wait_for_end(). Of a hung GPU only.
+  void wait_for_end() const {
+    if (gpu_.condition() == Gpu::Condition::kHung) gpu_.wait_for_end();
+  }
+
+  /// The numbers that a new renderer continues.
+  struct Progress {
+    std::uint64_t pictures = 0;
+    PrivateRenderer::Progress private_views;
+  };
+  Progress progress() const { return {.pictures = pictures_, .private_views = private_.progress()}; }
+  /// Before the first want().
+  void resume(const Progress& progress) {
+    pictures_ = progress.pictures;
+    private_.resume(progress.private_views);
+  }
 
   /// The depth maps of the picture collected last. Precondition: !busy(). For tests and one-shot rendering.
   Result<DepthMaps> read_depth();
 
   const Config& config() const { return config_; }
-  const NumberedScene& scene() const { return scene_; }
+  const Gpu& gpu() const { return gpu_; }
+  /// The scene of show().
+  const NumberedScene& scene() const { return wanted_; }
+  /// The last scene that a picture was made of: its pipelines could be built.
+  const NumberedScene& proven_scene() const { return proven_; }
 
  private:
+  // A refused scene is tried again after this time, and then after twice the time before, since each try
+  // costs a cast and may cost a compilation.
+  static constexpr std::int64_t kLeastSceneRestNs = 1'000'000'000;
+  static constexpr std::int64_t kMostSceneRestNs = 64'000'000'000;
+
   struct SlotState {
     VolumeInFlight slot;
     WorkPhase phase = WorkPhase::kIdle;
@@ -137,16 +209,25 @@ class Renderer {
         counters_(dependencies.counters),
         pipelines_(std::move(pipelines)),
         private_(gpu_, *pipelines_, counters_, private_views),
-        scene_(scene) {}
+        watchdog_(config.watchdog.value_or(default_limits(gpu_))),
+        wanted_(scene),
+        scene_(scene),
+        proven_(scene) {}
+  static Watchdog::Limits default_limits(const Gpu& gpu);
   MainStatus status() const;
   Result<void> execute(MainStep step);
   Result<void> begin_cast(SlotState& state);
+  Result<void> begin_cast_of_scene(SlotState& state);
   Result<void> recast(SlotState& state);
   Result<void> light(SlotState& state);
   Result<void> prepare_ahead();
-  Result<void> load_into_other(const Volume& volume);
-  Result<void> complete_newest(const Volume& volume);
+  Result<void> load_into_other(const Volume& volume, Loading loading);
+  Result<void> complete_newest(const Volume& volume, Loading loading);
   void count_cast(SlotState& state);
+  bool falls_back(const Error& error);
+  void try_refused_scene();
+  Result<void> retry_held();
+  Result<void> observe();
   std::uint32_t nearest_frame_index(double angle_rad) const;
   bool replaces_frames() const {
     const SlotState& newest = *slots_[newest_];
@@ -160,11 +241,20 @@ class Renderer {
   std::unique_ptr<Pipelines> pipelines_;
   std::array<std::unique_ptr<SlotState>, 2> slots_;
   PrivateRenderer private_;
+  Watchdog watchdog_;
+  Watchdog::Pace pace_ = Watchdog::Pace::kUsual;
+  bool given_up_ = false;
   std::size_t newest_ = 0;  // slot loaded last; the other one takes the next volume
   std::size_t shown_ = 0;   // slot whose picture was collected last
   std::uint64_t shown_volume_id_ = 0;
   std::uint64_t newest_commit_number_ = 0;  // largest of the frames of the last volume
-  NumberedScene scene_;
+  std::uint64_t largest_volume_bytes_ = 0;
+  NumberedScene wanted_;  // of show()
+  NumberedScene scene_;   // in force: wanted_, or proven_ where wanted_ was refused
+  NumberedScene proven_;
+  std::string scene_refusal_;
+  std::int64_t scene_refused_ns_ = 0;
+  std::int64_t scene_rest_ns_ = kLeastSceneRestNs;  // until the next try
   std::uint64_t pictures_ = 0;
 };
 

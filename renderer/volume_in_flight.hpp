@@ -103,6 +103,8 @@ class VolumeInFlight {
     return view_.light(gpu, pipelines, scene, bindings(), history);
   }
   std::uint64_t outstanding(const Gpu& gpu) const { return view_.outstanding(gpu); }
+  Result<void> retry_held() { return view_.retry_held(); }
+  void drop_held() { view_.drop_held(); }
 
   /// The main view, to read from; work goes through the functions above.
   ViewRenderer& view() { return view_; }

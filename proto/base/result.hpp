@@ -18,6 +18,7 @@ enum class ErrorCode {
   kUnavailable,      ///< a resource exists but is not available now (a port, memory, a GPU)
   kStopped,          ///< a stop request ended the wait; no fault
   kBroken,           ///< an invariant or a driver failed; the process cannot continue
+  kLost,             ///< the GPU was lost, or does not answer; a new device may serve
 };
 
 /// A failure. `message` is one sentence for a user: what was wrong and what was expected.

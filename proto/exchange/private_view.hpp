@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "proto/exchange/mailbox.hpp"
 #include "proto/model/picture.hpp"
@@ -25,5 +26,15 @@ struct PrivateView {
 
 inline constexpr std::size_t kMostPrivateViews = 4;
 using PrivateViews = std::array<PrivateView, kMostPrivateViews>;
+
+/// A private view that the renderer has ended, because its memory, a pipeline or a submission failed. It gets
+/// no further picture until its scene has a larger revision.
+struct PrivateViewEnd {
+  std::uint64_t view_id = 0;   ///< 0: no view of this index has ended yet
+  std::uint64_t revision = 0;  ///< of its scene
+  std::string reason;          ///< a sentence
+};
+/// The last view that ended, for each index of PrivateViews.
+using PrivateViewEnds = std::array<PrivateViewEnd, kMostPrivateViews>;
 
 }  // namespace fanlight

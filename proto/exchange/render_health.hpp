@@ -19,7 +19,7 @@ struct RenderHealth {
   std::int64_t since_ns = 0;       ///< fanlight::now_ns of the last change of `state`
   std::uint64_t devices_lost = 0;  ///< since the start
   std::string cause;               ///< a sentence, where `state` is not kRunning
-  std::string refusal;             ///< why the newest volume was refused; empty: it was taken
+  std::string refusal;             ///< why the newest volume or scene was refused; empty: both were taken
 };
 
 }  // namespace fanlight

@@ -186,7 +186,7 @@ inline constexpr auto kRingTable = std::to_array<CountRow<RingCounters>>({
 ///   RingCounters::volumes_taken = volumes_rendered + volumes_skipped + volumes_refused + those in flight.
 /// At most two volumes are in flight: none at rest, and none after the renderer was destroyed. A thread that
 /// reads volumes_taken last never finds it smaller than the sum of the others.
-///   pass2_runs = pictures_finished + pictures_outdated + those in flight
+///   pass2_runs = pictures_finished + pictures_outdated + pictures_lost + those in flight
 ///   pictures_finished = read + pictures_replaced + the one still unread
 struct RenderCounters {
   Counter volumes_rendered;  ///< with at least one picture
@@ -198,13 +198,15 @@ struct RenderCounters {
   Counter pass2_runs;  ///< filter, light and finish
   Counter pictures_finished;
   Counter pictures_outdated;  ///< done after a picture of a newer volume, and therefore not shown
+  Counter pictures_lost;      ///< under way when the GPU was lost
   Counter pictures_replaced;  ///< replaced unread in the picture mailbox by a newer one
+  Counter devices_lost;       ///< the GPU was lost or hung, or had no memory left
 
   // Of private views. None of the above counts them.
   Counter private_casts;
   Counter private_casts_given_up;  ///< the main view took their frames, or the view was closed
   Counter private_pictures;
-  Counter private_views_refused;  ///< for which this GPU had no memory
+  Counter private_views_refused;  ///< for which this GPU had no memory, or whose work failed
 
   /// Fraction of the last one or two seconds in which the main view had work in progress. Not a metric.
   Gauge<double> main_busy_share;
@@ -221,13 +223,15 @@ inline constexpr auto kRenderTable = std::to_array<CountRow<RenderCounters>>({
     {"pass2_runs", "Runs of filter, light and finish", &RenderCounters::pass2_runs},
     {"pictures_finished", "Pictures rendered", &RenderCounters::pictures_finished},
     {"pictures_outdated", "Pictures done after one of a newer volume", &RenderCounters::pictures_outdated},
+    {"pictures_lost", "Pictures under way when the GPU was lost", &RenderCounters::pictures_lost},
     {"pictures_replaced", "Pictures replaced before the server read them",
      &RenderCounters::pictures_replaced},
+    {"devices_lost", "Times the GPU was lost or hung and was made anew", &RenderCounters::devices_lost},
     {"private_casts", "Ray casts of private views", &RenderCounters::private_casts},
     {"private_casts_given_up", "Of those, given up since the main view took their frames",
      &RenderCounters::private_casts_given_up},
     {"private_pictures", "Pictures of private views", &RenderCounters::private_pictures},
-    {"private_views_refused", "Private views that this GPU had no memory for",
+    {"private_views_refused", "Private views that the GPU had no memory for or failed to draw",
      &RenderCounters::private_views_refused},
 });
 

@@ -122,6 +122,10 @@ class ViewRenderer {
   /// Number of submissions that the GPU has not finished.
   std::uint64_t outstanding(const Gpu& gpu) const { return timeline_.outstanding(gpu); }
 
+  // As SubmissionTimeline::retry() and drop_held().
+  Result<void> retry_held() { return timeline_.retry(); }
+  void drop_held() { timeline_.drop_held(); }
+
   // The following functions read what the GPU wrote. Precondition: nothing is outstanding.
 
   /// The finished picture: height x width x RGBA, top row first.

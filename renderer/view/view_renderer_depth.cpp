@@ -28,7 +28,13 @@ Result<DepthMaps> ViewRenderer::read_depth(const Gpu& gpu) {
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   if (auto submitted = timeline_.submit(gpu.light_queue(), light_commands_, other_work_); !submitted)
     return submitted.error();
-  if (auto waited = timeline_.wait(gpu, UINT64_MAX); !waited) return waited.error();
+  constexpr std::uint64_t kMostNs = 60'000'000'000;  // copies only
+  if (auto waited = timeline_.wait(gpu, kMostNs); !waited) return waited.error();
+  if (timeline_.outstanding(gpu) > 0) {
+    const Error hung{ErrorCode::kLost, "the GPU did not copy the depth maps within a minute"};
+    gpu.note_fault(Gpu::Condition::kHung, hung);
+    return hung;
+  }
   const auto* values = reinterpret_cast<const float*>(copy->mapped().data());
   const auto map = [&](std::size_t index) {
     return std::vector<float>(values + index * pixels(), values + (index + 1) * pixels());

@@ -106,7 +106,6 @@ Result<VkPipeline> ViewRenderer::confidence_pipeline(Pipelines& pipelines, const
     memory_.light_parameters.mapped_as<shaders::LightParameters>().confidence_counts = 0;
     return none;
   }
-  confidence_known_ = true;
   return pipelines.get(key);
 }
 
@@ -117,9 +116,8 @@ Result<void> ViewRenderer::light(const Gpu& gpu, Pipelines& pipelines, const Sce
   if (history == History::kNone) parameters.steady = 0;
   memory_.light_parameters.mapped_as<shaders::LightParameters>() = parameters;
   const bool filter_due = cast_since_light_ || filter_ != scene.filter;
-  filter_ = scene.filter;
   // A cast has reset all time stamps, and the GPU may be writing the cast's now.
-  if (!std::exchange(cast_since_light_, false)) timestamps_.reset(gpu);
+  if (!cast_since_light_) timestamps_.reset(gpu);
 
   auto confidence = confidence_pipeline(pipelines, keys.confidence, scene, volume.frames_gone);
   if (!confidence) return confidence.error();
@@ -146,7 +144,13 @@ Result<void> ViewRenderer::light(const Gpu& gpu, Pipelines& pipelines, const Sce
   timestamps_.stamp(commands, GpuTimestamps::kLightEnd);
   record_finish(commands, pipelines, scene);
   record_read_back(commands);
-  return timeline_.submit(gpu.light_queue(), commands, other_work_);
+  if (auto submitted = timeline_.submit(gpu.light_queue(), commands, other_work_); !submitted)
+    return submitted;
+  // Only now: after an error the next call does all of it.
+  filter_ = scene.filter;
+  cast_since_light_ = false;
+  confidence_known_ |= *confidence != VK_NULL_HANDLE;
+  return {};
 }
 
 }  // namespace fanlight

@@ -86,6 +86,7 @@ void FrameStore::set_frame_count(std::uint32_t frames) {
 }
 
 void FrameStore::load(const Volume& volume) {
+  left_out_ = false;  // the memory that was missing may be there now
   set_frame_count(volume.stamp().frames);
   const auto order = volume.by_angle();
   for (std::uint32_t frame_index = 0; frame_index < frames_; ++frame_index) {

@@ -40,7 +40,7 @@ Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::strin
   });
   if (chosen == instance.candidates().end()) return none_serves(instance.candidates(), name);
 
-  std::unique_ptr<Gpu> made(new Gpu());
+  std::unique_ptr<Gpu> made(new Gpu(instance));
   made->candidate_ = *chosen;
   VkPhysicalDeviceVulkan13Properties properties13{
       .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_PROPERTIES};
@@ -83,7 +83,24 @@ Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::strin
 }
 
 Gpu::~Gpu() {
-  if (device_ != VK_NULL_HANDLE) vkDestroyDevice(device_, nullptr);
+  if (device_ == VK_NULL_HANDLE) return;
+  if (condition_ == Condition::kHung) {
+    instance_.keep();
+  } else {
+    vkDestroyDevice(device_, nullptr);
+  }
+}
+
+void Gpu::note_fault(Condition condition, const Error& error) const {
+  if (fault_) return;
+  condition_ = condition;
+  fault_ = error;
+}
+
+void Gpu::wait_for_end() const {
+  // Its result does not matter: a lost device has finished as well.
+  vkDeviceWaitIdle(device_);
+  condition_ = Condition::kLost;
 }
 
 void Gpu::set_debug_name(VkObjectType type, std::uint64_t handle, const char* name) const {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,6 +35,8 @@ class GpuInstance {
   struct Config {
     /// Loads the Khronos validation layer with its synchronisation checks, and counts its messages.
     bool validation = false;
+    /// Counts the messages of several instances; must outlive them. Null: each counts its own.
+    Counter* messages = nullptr;
   };
   /// Errors: kNotFound where no Vulkan driver, or no validation layer, is installed.
   static Result<std::unique_ptr<GpuInstance>> create(const Config& config);
@@ -44,11 +47,15 @@ class GpuInstance {
   /// Every GPU, best first: usable ones before refused ones, then GPUs before the processor.
   const std::vector<GpuCandidate>& candidates() const { return candidates_; }
 
-  /// Warnings and errors of the validation layer so far; 0 without it. Each is printed to stderr.
+  /// Warnings and errors of the validation layer so far; 0 without it, and with Config::messages. Each is
+  /// printed to stderr.
   std::uint64_t validation_messages() const { return validation_messages_.value(); }
 
   /// Whether objects can be named (VK_EXT_debug_utils).
   bool has_debug_utils() const { return has_debug_utils_; }
+
+  /// The instance is never destroyed: a device of it cannot be.
+  void keep() const { kept_ = true; }
 
  private:
   GpuInstance() = default;
@@ -58,16 +65,25 @@ class GpuInstance {
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   bool has_debug_utils_ = false;
+  mutable bool kept_ = false;
   Counter validation_messages_;
   std::vector<GpuCandidate> candidates_;
 };
 
-/// The logical device of one GPU and its queues. One thread uses the queues: the
-/// render thread, or the caller where a command renders without one.
+/// The logical device of one GPU and its queues. One thread uses the queues, and notes and reads the fault:
+/// the render thread, or the caller where a command renders without one.
 class Gpu {
  public:
+  /// Whether the device works.
+  enum class Condition : std::uint8_t {
+    kSound,
+    kLost,  ///< it does no more work; its objects can be destroyed
+    kHung,  ///< it does not finish its work; its objects cannot be destroyed as long as it uses them
+  };
+
   /// The best usable candidate, or the best one whose name contains `name` (any case). The instance must
-  /// outlive the result. Error: kNotFound; it names every GPU found and why it was refused.
+  /// outlive the result. The destructor leaves a device that hangs, and its instance, to the end of the
+  /// process. Error: kNotFound; it names every GPU found and why it was refused.
   static Result<std::unique_ptr<Gpu>> create(const GpuInstance& instance, std::string_view name);
   ~Gpu();
   Gpu(const Gpu&) = delete;
@@ -96,9 +112,21 @@ class Gpu {
   /// See renderer/vulkan/debug_name.hpp.
   void set_debug_name(VkObjectType type, std::uint64_t handle, const char* name) const;
 
- private:
-  Gpu() = default;
+  /// Notes that the device is of no more use. The first fault counts: later errors follow from it. Whatever
+  /// the device wrote after a fault is not to be shown.
+  void note_fault(Condition condition, const Error& error) const;
+  /// The error that was noted; nullptr: none.
+  const Error* fault() const { return fault_ ? &*fault_ : nullptr; }
+  Condition condition() const { return condition_; }
 
+  /// Blocks until the device has finished all work, for ever where it hangs: for a thread that nobody waits
+  /// for. Afterwards the device counts as lost, and its objects can be destroyed.
+  void wait_for_end() const;
+
+ private:
+  explicit Gpu(const GpuInstance& instance) : instance_(instance) {}
+
+  const GpuInstance& instance_;
   GpuCandidate candidate_;
   VkPhysicalDeviceProperties properties_{};
   std::uint64_t largest_buffer_bytes_ = 0;
@@ -107,6 +135,8 @@ class Gpu {
   PFN_vkSetDebugUtilsObjectNameEXT name_object_ = nullptr;  // null without VK_EXT_debug_utils
   VkQueue cast_queue_ = VK_NULL_HANDLE;
   VkQueue light_queue_ = VK_NULL_HANDLE;
+  mutable Condition condition_ = Condition::kSound;
+  mutable std::optional<Error> fault_;
 };
 
 }  // namespace fanlight

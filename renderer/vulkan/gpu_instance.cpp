@@ -177,7 +177,7 @@ Result<void> GpuInstance::create_instance(const Config& config) {
   const VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
                                       .pApplicationName = "fanlight",
                                       .apiVersion = VK_API_VERSION_1_3};
-  const auto messenger = messenger_info(validation_messages_);
+  const auto messenger = messenger_info(config.messages != nullptr ? *config.messages : validation_messages_);
   constexpr VkValidationFeatureEnableEXT kSynchronisation =
       VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
   const VkValidationFeaturesEXT features{.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
@@ -214,6 +214,7 @@ Result<void> GpuInstance::create_instance(const Config& config) {
 }
 
 GpuInstance::~GpuInstance() {
+  if (kept_) return;
   if (messenger_ != VK_NULL_HANDLE) {
     reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
         vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"))(instance_, messenger_, nullptr);

@@ -35,6 +35,11 @@ Result<MemoryHandle> allocate(const Gpu& gpu, const VkMemoryRequirements& needs,
 Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, const char* name, std::uint64_t bytes,
                                     VkBufferUsageFlags usage, BufferPlace place, VkFormat texels) {
   if (bytes > gpu.largest_buffer_bytes()) return exceeds(gpu.largest_buffer_bytes(), bytes);
+  if (texels != VK_FORMAT_UNDEFINED) {
+    constexpr std::uint64_t kTexelBytes = 4;  // of every format in use
+    const std::uint64_t most_bytes = kTexelBytes * gpu.limits().maxTexelBufferElements;
+    if (bytes > most_bytes) return exceeds(most_bytes, bytes);
+  }
   GpuBuffer made;
   made.bytes_ = bytes;
   const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
@@ -58,9 +63,6 @@ Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, const char* name, std::uint6
   if (result != VK_SUCCESS) return vulkan_error("vkBindBufferMemory", result);
 
   if (texels != VK_FORMAT_UNDEFINED) {
-    constexpr std::uint64_t kTexelBytes = 4;  // of every format in use
-    const std::uint64_t most_bytes = kTexelBytes * gpu.limits().maxTexelBufferElements;
-    if (bytes > most_bytes) return exceeds(most_bytes, bytes);
     const VkBufferViewCreateInfo view_info{.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
                                            .buffer = buffer,
                                            .format = texels,

@@ -40,8 +40,11 @@ std::array<StageSpan, kStages> GpuTimestamps::spans(const Gpu& gpu) const {
   };
   // Time stamps that were not written since the reset stay 0.
   for (std::uint32_t moment = 0; moment < kMoments; ++moment) {
-    vkGetQueryPoolResults(gpu.device(), times_.get(), moment, 1, sizeof ticks[moment], &ticks[moment],
-                          sizeof ticks[moment], VK_QUERY_RESULT_64_BIT);
+    const VkResult result =
+        vkGetQueryPoolResults(gpu.device(), times_.get(), moment, 1, sizeof ticks[moment], &ticks[moment],
+                              sizeof ticks[moment], VK_QUERY_RESULT_64_BIT);
+    if (result == VK_ERROR_DEVICE_LOST)
+      gpu.note_fault(Gpu::Condition::kLost, vulkan_error("vkGetQueryPoolResults", result));
   }
   return {between(kPrepareBegin, kPrepareEnd), between(kUploadBegin, kCastBegin),
           between(kCastBegin, kCastEnd),       between(kFilterBegin, kLightBegin),

@@ -43,8 +43,8 @@ class GpuTimestamps {
   /// Records a time stamp that is written when all commands before it are done.
   void stamp(VkCommandBuffer commands, Moment moment) const;
 
-  /// When each stage ran; 0 for stages whose time stamps were not written since reset(). Precondition: the
-  /// GPU writes none of them.
+  /// When each stage ran; 0 for stages whose time stamps were not written since reset(). A lost device is
+  /// noted in `gpu`. Precondition: the GPU writes none of them.
   std::array<StageSpan, kStages> spans(const Gpu& gpu) const;
 
   /// Duration of each stage in milliseconds.

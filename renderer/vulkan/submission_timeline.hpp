@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "proto/base/result.hpp"
 #include "renderer/vulkan/device_handle.hpp"
@@ -17,14 +18,28 @@ struct TimelinePoint {
 
 /// Submits command buffers one after the other: each waits for the one before, also on another queue. Owns
 /// the timeline semaphore that counts them. Render thread only.
+///
+/// A submission for which there was no memory is held: it counts as submitted, and retry() submits it again.
+/// So a short lack of memory costs time only.
 class SubmissionTimeline {
  public:
+  /// A lack of memory that lasts longer is an error.
+  static constexpr std::int64_t kPatienceNs = 1'000'000'000;
+
   SubmissionTimeline() = default;
   static Result<SubmissionTimeline> create(const Gpu& gpu, const char* name);
 
   /// Ends the command buffer and submits it. It runs after the submission before it and after `other`, where
-  /// that has a semaphore. Does not block.
+  /// that has a semaphore. Does not block. The command buffer must stay as it is until the submission is
+  /// done.
   Result<void> submit(VkQueue queue, VkCommandBuffer commands, const TimelinePoint& other);
+
+  /// Submits a held submission, if there is one. Error: kUnavailable where there was no memory for
+  /// kPatienceNs.
+  Result<void> retry();
+
+  /// Forgets a held submission; its commands never run.
+  void drop_held();
 
   /// Reached when everything that was submitted is done.
   TimelinePoint newest() const { return {.semaphore = semaphore_.get(), .value = submissions_}; }
@@ -32,16 +47,28 @@ class SubmissionTimeline {
   /// When the last submission was made (fanlight::now_ns).
   std::int64_t submitted_ns() const { return submitted_ns_; }
 
-  /// Number of submissions that the GPU has not finished.
+  /// Number of submissions so far.
+  std::uint64_t submissions() const { return submissions_; }
+
+  /// Number of submissions that the GPU is not known to have finished. Where the GPU cannot be asked, that is
+  /// all of them; a lost device is noted in `gpu`.
   std::uint64_t outstanding(const Gpu& gpu) const;
 
   /// Blocks until everything that was submitted is done, at most timeout_ns. A time-out is no error.
   Result<void> wait(const Gpu& gpu, std::uint64_t timeout_ns) const;
 
  private:
+  struct Submission {
+    VkQueue queue = VK_NULL_HANDLE;
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    TimelinePoint other;
+  };
+  VkResult submit_held() const;
+
   SemaphoreHandle semaphore_;
   std::uint64_t submissions_ = 0;
   std::int64_t submitted_ns_ = 0;
+  std::optional<Submission> held_;  // the last submission, while the driver has not taken it
 };
 
 }  // namespace fanlight

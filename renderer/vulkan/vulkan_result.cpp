@@ -30,6 +30,12 @@ std::string name_of(VkResult result) {
       return "VK_ERROR_INCOMPATIBLE_DRIVER";
     case VK_ERROR_TOO_MANY_OBJECTS:
       return "VK_ERROR_TOO_MANY_OBJECTS";
+    case VK_ERROR_MEMORY_MAP_FAILED:
+      return "VK_ERROR_MEMORY_MAP_FAILED";
+    case VK_ERROR_FRAGMENTED_POOL:
+      return "VK_ERROR_FRAGMENTED_POOL";
+    case VK_ERROR_OUT_OF_POOL_MEMORY:
+      return "VK_ERROR_OUT_OF_POOL_MEMORY";
     default:
       return fmt::format("VkResult {}", static_cast<int>(result));
   }
@@ -38,9 +44,24 @@ std::string name_of(VkResult result) {
 }  // namespace
 
 Error vulkan_error(std::string_view call, VkResult result) {
-  const bool memory = result == VK_ERROR_OUT_OF_DEVICE_MEMORY || result == VK_ERROR_OUT_OF_HOST_MEMORY;
-  return {memory ? ErrorCode::kUnavailable : ErrorCode::kBroken,
-          fmt::format("{} failed with {}, expected VK_SUCCESS", call, name_of(result))};
+  const ErrorCode code = is_out_of_memory(result)         ? ErrorCode::kUnavailable
+                         : result == VK_ERROR_DEVICE_LOST ? ErrorCode::kLost
+                                                          : ErrorCode::kBroken;
+  return {code, fmt::format("{} failed with {}, expected VK_SUCCESS", call, name_of(result))};
+}
+
+bool is_out_of_memory(VkResult result) {
+  switch (result) {
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+    case VK_ERROR_TOO_MANY_OBJECTS:
+    case VK_ERROR_MEMORY_MAP_FAILED:
+    case VK_ERROR_FRAGMENTED_POOL:
+    case VK_ERROR_OUT_OF_POOL_MEMORY:
+      return true;
+    default:
+      return false;
+  }
 }
 
 }  // namespace fanlight

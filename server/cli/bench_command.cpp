@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/vulkan/render_device.hpp"
 #include "server/bench/memory.hpp"
 #include "server/bench/pipeline.hpp"
 #include "server/bench/run.hpp"
 #include "server/cli/commands.hpp"
-#include "server/cli/render_device.hpp"
 
 namespace fanlight {
 

@@ -13,11 +13,11 @@
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/offline_volumes.hpp"
 #include "acquisition/open_source.hpp"
-#include "renderer/renderer.hpp"
+#include "renderer/render_once.hpp"
+#include "renderer/vulkan/render_device.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/picture_file.hpp"
 #include "server/cli/probe_options.hpp"
-#include "server/cli/render_device.hpp"
 #include "server/cli/scene_options.hpp"
 
 namespace fanlight {
@@ -37,17 +37,6 @@ struct RenderOptions {
   bool json = false;
   SceneOptions scene;
 };
-
-Result<Picture> render_once(Renderer& renderer, const Volume& volume) {
-  if (auto loaded = renderer.load(volume); !loaded) return loaded.error();
-  Picture picture;
-  for (;;) {
-    if (auto advanced = renderer.advance(); !advanced) return advanced.error();
-    if (renderer.collect(picture)) return picture;
-    constexpr std::int64_t kSecondNs = 1'000'000'000;
-    if (auto waited = renderer.wait(kSecondNs); !waited) return waited.error();
-  }
-}
 
 /// Quantiles of the depths of the surface in mm, for shares from 0 to 1. Empty without a surface.
 std::vector<float> depth_quantiles_mm(const std::vector<float>& smooth_mm, std::span<const double> shares) {

@@ -16,11 +16,11 @@
 
 #include "acquisition/open_source.hpp"
 #include "proto/base/printable.hpp"
+#include "renderer/vulkan/render_device.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/probe_options.hpp"
-#include "server/cli/render_device.hpp"
 #include "server/cli/scene_options.hpp"
 #include "server/http/stream_server.hpp"
 #include "server/net/listen_address.hpp"
@@ -70,12 +70,12 @@ Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& optio
   return endpoint;
 }
 
-void log_device(const RenderDevice& device) {
-  for (const GpuCandidate& candidate : device.instance->candidates()) {
+void log_device(const Pipeline& pipeline) {
+  for (const GpuCandidate& candidate : pipeline.gpus()) {
     if (!candidate.refusals.empty())
       spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
   }
-  const GpuCandidate& used = device.gpu->candidate();
+  const GpuCandidate& used = pipeline.gpu();
   spdlog::info("renders on {} ({}, {})", used.name, used.kind, used.driver);
 }
 
@@ -106,8 +106,20 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
           .ring_slots = options.ring_slots,
           .policy = options.policy.value_or(suitable),
           .mismatch = options.mismatch,
+          // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread runs yet
           .pipeline_cache = {.folder = user_cache_folder(std::getenv("XDG_CACHE_HOME"), std::getenv("HOME")),
-                             .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }}};
+                             .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }},
+          .gpu = options.gpu};
+}
+
+/// Ends the process at once, as main() would with this result. A thread is inside the GPU's driver and does
+/// not come back: destructors and the driver's own handlers at an orderly exit would wait for it, or pull its
+/// objects away.
+[[noreturn]] void leave_hung_gpu(const Result<void>& served) {
+  if (!served) std::fprintf(stderr, "fanlight serve: %s\n", served.error().message.c_str());
+  spdlog::shutdown();
+  std::fflush(nullptr);
+  std::_Exit(served ? 0 : 1);
 }
 
 /// The server's configuration but for the scenes, the source and the device.
@@ -135,7 +147,8 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
           .probe = link.probe,
           .counters = counters,
           .source_state = [&pipeline] { return pipeline.source_state(); },
-          .private_views = &pipeline.private_views()};
+          .private_views = &pipeline.private_views(),
+          .render_health = &pipeline.render_health()};
 }
 
 /// Before the server answers its signals, and after: a file that may be read again is read at the start
@@ -177,26 +190,29 @@ Result<void> serve(const ServeOptions& options) {
   // Scripts read the standard output, so the log goes to stderr.
   spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
   spdlog::set_formatter(printable_log_format());
-  const auto device = open_device(options.gpu);
-  if (!device) return device.error();
-  config.facts.device = device->name();
+  const auto open = [](const std::string& name) { return open_device(name); };
   const auto pipeline = Pipeline::create(pipeline_config(options, *size, *scene),
-                                         {.gpu = *device->gpu, .source = **source, .link = link});
+                                         {.open_device = open, .source = **source, .link = link});
   if (!pipeline) return pipeline.error();
+  config.facts.device = (*pipeline)->gpu().name;
   ServerCounters counters;
-  const auto server = StreamServer::create(config, server_dependencies(**pipeline, link, counters));
+  auto server = StreamServer::create(config, server_dependencies(**pipeline, link, counters));
   if (!server) return server.error();
 
   spdlog::info("fanlight {}", FANLIGHT_VERSION);
-  log_device(*device);
+  log_device(**pipeline);
   log_source(description);
   spdlog::info("the ring of volumes takes up to {:.0f} MB",
                static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6);
   (*pipeline)->start();
   print_address(description.name, page_url((*server)->endpoint(), !options.tls.empty()));
-  const Result<void> served = (*server)->run();
-  (*pipeline)->stop();
+  Result<void> served = (*server)->run();
+  const bool stopped = (*pipeline)->stop();
   log_end((*pipeline)->counters(), counters);
+  if (!stopped) {
+    server->reset();  // it closes its files and connections
+    leave_hung_gpu(served);
+  }
   return served;
 }
 

@@ -31,40 +31,73 @@ Renderer::Config renderer_config(const SourceDescription& source, const Pipeline
           .last_angle_rad = source.last_angle_rad,
           .frame_capacity = source.frames_per_volume,
           .usual_frames = source.usual_frames,
-          .pipeline_cache = config.pipeline_cache};
+          .pipeline_cache = config.pipeline_cache,
+          .watchdog = config.watchdog};
 }
 
 }  // namespace
 
 Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
-    : source_(dependencies.source),
+    : open_device_(dependencies.open_device),
+      gpu_wanted_(config.gpu),
+      renderer_config_(renderer_config(dependencies.source.description(), config)),
+      source_(dependencies.source),
       link_(dependencies.link),
       mismatch_(config.mismatch),
       ring_(ring_config(source_.description(), config),
             {.reader_bell = render_bell_, .writer_bell = link_.acquisition_bell}),
       queue_(queue_config(source_.description()), {.reader_bell = render_bell_}),
       pictures_(link_.server_bell, blank_picture(config.size.width, config.size.height)),
-      failures_(link_.server_bell) {}
+      failures_(link_.server_bell),
+      private_view_ends_(link_.server_bell),
+      render_health_(link_.server_bell, roomy_health()) {}
 
 Result<std::unique_ptr<Pipeline>> Pipeline::create(const Config& config, const Dependencies& dependencies) {
   std::unique_ptr<Pipeline> made(new Pipeline(config, dependencies));
-  auto renderer = Renderer::create(renderer_config(dependencies.source.description(), config),
-                                   {.gpu = dependencies.gpu, .counters = made->render_counters_},
-                                   {.revision = 1, .scene = config.scene});
-  if (!renderer) return renderer.error();
-  made->renderer_ = std::move(*renderer);
+  if (auto opened = made->open(config); !opened) return opened.error();
   return made;
 }
 
+Result<void> Pipeline::open(const Config& config) {
+  auto device = open_device_(gpu_wanted_);
+  if (!device) return device.error();
+  gpus_ = device->instance->candidates();
+  gpu_ = device->gpu->candidate();
+  auto renderer = make_renderer(std::move(*device), {.revision = 1, .scene = config.scene});
+  if (!renderer) return renderer.error();
+  renderer_ = std::move(*renderer);
+  return {};
+}
+
+Result<DeviceRenderer> Pipeline::make_renderer(RenderDevice device, const NumberedScene& scene) {
+  auto renderer =
+      Renderer::create(renderer_config_, {.gpu = *device.gpu, .counters = render_counters_}, scene);
+  if (!renderer) return renderer.error();
+  return DeviceRenderer{.device = std::move(device), .renderer = std::move(*renderer)};
+}
+
+Result<DeviceRenderer> Pipeline::remake(const NumberedScene& scene) {
+  auto device = open_device_(gpu_.name);
+  // It may not come back after its loss.
+  if (!device && device.error().code == ErrorCode::kNotFound) device = open_device_(gpu_wanted_);
+  if (!device) return device.error();
+  return make_renderer(std::move(*device), scene);
+}
+
 void Pipeline::start() {
-  render_thread_.emplace(std::move(renderer_), RenderThread::Dependencies{.ring = ring_,
-                                                                          .scenes = scenes_,
-                                                                          .pictures = pictures_,
-                                                                          .counters = render_counters_,
-                                                                          .bell = render_bell_,
-                                                                          .failures = failures_,
-                                                                          .feed = &queue_,
-                                                                          .private_views = &private_views_});
+  render_thread_.emplace(
+      std::move(renderer_),
+      RenderThread::Dependencies{.ring = ring_,
+                                 .scenes = scenes_,
+                                 .pictures = pictures_,
+                                 .counters = render_counters_,
+                                 .bell = render_bell_,
+                                 .failures = failures_,
+                                 .feed = &queue_,
+                                 .private_views = &private_views_,
+                                 .private_view_ends = &private_view_ends_,
+                                 .health = &render_health_,
+                                 .remake = [this](const NumberedScene& scene) { return remake(scene); }});
   acquisition_thread_.emplace(AcquisitionThread::Dependencies{.source = source_,
                                                               .ring = ring_,
                                                               .writer_bell = link_.acquisition_bell,
@@ -74,9 +107,12 @@ void Pipeline::start() {
                               mismatch_);
 }
 
-void Pipeline::stop() {
+bool Pipeline::stop() {
   acquisition_thread_.reset();
-  render_thread_.reset();
+  if (!render_thread_) return true;
+  const bool ended = render_thread_->end(kMostStopNs);
+  if (ended) render_thread_.reset();
+  return ended;
 }
 
 std::string Pipeline::source_state() const {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/acquisition_thread.hpp"
 #include "proto/base/result.hpp"
@@ -13,11 +15,13 @@
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/private_view.hpp"
 #include "proto/exchange/probe_link.hpp"
+#include "proto/exchange/render_health.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
 #include "proto/model/pipeline_counters.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/render_thread.hpp"
+#include "renderer/vulkan/render_device.hpp"
 
 namespace fanlight {
 
@@ -40,17 +44,22 @@ class Pipeline {
     std::uint32_t ring_slots = 4;
     RingPolicy policy = RingPolicy::kNewestWins;
     MismatchCorrection mismatch = MismatchCorrection::kOn;
-    PipelineCache::Config pipeline_cache{};  ///< see Renderer::Config; by default there is no file
+    PipelineCache::Config pipeline_cache{};      ///< see Renderer::Config; by default there is no file
+    std::string gpu;                             ///< part of the GPU's name; empty for the best one
+    std::optional<Watchdog::Limits> watchdog{};  ///< see Renderer::Config
   };
+  /// Opens a device by a part of its GPU's name. Called again, on the render thread, where the device was
+  /// lost.
+  using OpenDevice = std::function<Result<RenderDevice>(const std::string& name)>;
   /// All must outlive the pipeline.
   struct Dependencies {
-    const Gpu& gpu;
+    OpenDevice open_device;
     FrameSource& source;
     SourceLink& link;
   };
 
-  /// Allocates the ring, the queue, the mailboxes and the renderer. Starts no thread. Errors:
-  /// Renderer::create's.
+  /// Opens the device, and allocates the ring, the queue, the mailboxes and the renderer. Starts no thread.
+  /// Errors: those of the device and Renderer::create's.
   static Result<std::unique_ptr<Pipeline>> create(const Config& config, const Dependencies& dependencies);
   ~Pipeline() = default;
   Pipeline(const Pipeline&) = delete;
@@ -59,8 +68,18 @@ class Pipeline {
   /// Starts both threads. Call it once.
   void start();
 
-  /// Ends both threads and waits for them. The counters stay. The destructor does the same.
-  void stop();
+  /// Time within which stop() returns, except for a source that does not stop: the process must end within a
+  /// second after its signal.
+  static constexpr std::int64_t kMostStopNs = 700'000'000;
+
+  /// Ends both threads. The counters stay. False where the GPU's driver does not let go: a thread is inside
+  /// it, and the process must end by std::_Exit, without the destructor. The destructor does the same without
+  /// a limit.
+  bool stop();
+
+  /// All GPUs of this machine, and the one that was opened first.
+  const std::vector<GpuCandidate>& gpus() const { return gpus_; }
+  const GpuCandidate& gpu() const { return gpu_; }
 
   /// "running", "ended", or the sentence why the source failed. "ended" too before start() and after stop().
   std::string source_state() const;
@@ -70,6 +89,8 @@ class Pipeline {
   Mailbox<Error>& failures() { return failures_; }  ///< of the render thread, which has then ended
   Mailbox<NumberedScene>& scenes() { return scenes_; }
   Mailbox<PrivateViews>& private_views() { return private_views_; }
+  Mailbox<PrivateViewEnds>& private_view_ends() { return private_view_ends_; }
+  Mailbox<RenderHealth>& render_health() { return render_health_; }
 
   PipelineCounters counters() const {
     return {acquisition_counters_, ring_.counters(), queue_.counters(), render_counters_,
@@ -79,7 +100,15 @@ class Pipeline {
 
  private:
   Pipeline(const Config& config, const Dependencies& dependencies);
+  Result<void> open(const Config& config);
+  Result<DeviceRenderer> make_renderer(RenderDevice device, const NumberedScene& scene);
+  Result<DeviceRenderer> remake(const NumberedScene& scene);
 
+  OpenDevice open_device_;
+  std::string gpu_wanted_;
+  Renderer::Config renderer_config_;
+  std::vector<GpuCandidate> gpus_;
+  GpuCandidate gpu_;
   FrameSource& source_;
   SourceLink& link_;
   MismatchCorrection mismatch_;
@@ -92,7 +121,9 @@ class Pipeline {
   Mailbox<PrivateViews> private_views_{render_bell_};
   Mailbox<Picture> pictures_;
   Mailbox<Error> failures_;
-  std::unique_ptr<Renderer> renderer_;  // null from start() on: the render thread owns it
+  Mailbox<PrivateViewEnds> private_view_ends_;
+  Mailbox<RenderHealth> render_health_;
+  DeviceRenderer renderer_;  // null from start() on: the render thread owns it
   // Last: the threads use the members above.
   std::optional<RenderThread> render_thread_;
   std::optional<AcquisitionThread> acquisition_thread_;

@@ -295,7 +295,9 @@ TEST_F(TextureLimitTest, RefusesAVolumeBeyondTheLimitsOfTheGpuAndGoesOn) {
   ASSERT_TRUE(renderer_->load(on_show));
   next_picture(*renderer_);
   for (std::uint64_t refused = 1; refused <= 2; ++refused) {
-    ASSERT_TRUE(renderer_->load(volume_of(too_wide(gpu()), 1 + refused)));
+    const auto loaded = renderer_->load(volume_of(too_wide(gpu()), 1 + refused));
+    ASSERT_FALSE(loaded);
+    EXPECT_EQ(loaded.error().code, ErrorCode::kUnsupported) << loaded.error().message;
     EXPECT_EQ(counters_.volumes_refused.value(), refused);
     EXPECT_FALSE(renderer_->busy());
   }
@@ -314,7 +316,7 @@ TEST_F(TextureLimitTest, RefusesAVolumeThatWouldReplaceTheOneOnShowBeforeTheNext
     ASSERT_TRUE(renderer_->wait(1'000'000'000));
   }
   // The next volume is being lit. The refused volume would take the slot of the shown one.
-  ASSERT_TRUE(renderer_->load(volume_of(too_wide(gpu()), 3)));
+  ASSERT_FALSE(renderer_->load(volume_of(too_wide(gpu()), 3)));
   Scene moved = scene_;
   moved.light.right_mm = -70;
   renderer_->show({.revision = 2, .scene = moved});
@@ -350,7 +352,9 @@ TEST_F(GeometryChangeTest, RefusesAVolumeThatTheGpuHasNoMemoryFor) {
     volume.add_frame({.sequence = frame, .angle_rad = 0.001 * frame});
   volume.sort_by_angle();
   volume.stamp().volume_id = 2;
-  ASSERT_TRUE((*made)->load(volume));
+  const auto loaded = (*made)->load(volume);
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().code, ErrorCode::kUnavailable) << loaded.error().message;
   EXPECT_EQ(counters_.volumes_refused.value(), 1U);
   EXPECT_LT(MemoryCensus::now().held, census.held) << "what its slot held before is given back";
   ASSERT_TRUE((*made)->load(volume_of(tiny, 3)));

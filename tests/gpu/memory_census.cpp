@@ -8,6 +8,8 @@
 #include <map>
 #include <mutex>
 
+#include "tests/gpu/gpu_faults.hpp"
+
 namespace fanlight::test {
 namespace {
 
@@ -45,6 +47,7 @@ VKAPI_ATTR VkResult VKAPI_CALL vkAllocateMemory(VkDevice device, const VkMemoryA
                                                 VkDeviceMemory* memory) {
   using namespace fanlight::test;
   static const auto allocate = loaders<PFN_vkAllocateMemory>("vkAllocateMemory");
+  if (const auto injected = injected_result(device, GpuCall::kAllocateMemory)) return *injected;
   const VkResult result = allocate(device, info, callbacks, memory);
   if (result != VK_SUCCESS) return result;
   const std::scoped_lock lock(ledger().mutex);

@@ -35,7 +35,7 @@ class RenderThreadTest : public GpuTest {
     // A test can exceed the limits of a texture without using much memory.
     auto renderer =
         made_renderer(kGeometry, angles_rad_, kSize, scene_, counters_, {.sampling = Sampling::kTexture});
-    thread_ = std::make_unique<RenderThread>(std::move(renderer),
+    thread_ = std::make_unique<RenderThread>(DeviceRenderer{.renderer = std::move(renderer)},
                                              RenderThread::Dependencies{.ring = ring_,
                                                                         .scenes = scenes_,
                                                                         .pictures = pictures_,

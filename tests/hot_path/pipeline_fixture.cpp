@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "proto/base/clock.hpp"
-#include "tests/hot_path/plain_gpu.hpp"
 
 namespace fanlight::test {
 
@@ -46,7 +45,9 @@ Scene scene_of(const SourceDescription& source) {
 PipelineFixture::PipelineFixture(FrameSource& source, RingPolicy policy)
     : suggested_(scene_of(source.description())) {
   auto pipeline = Pipeline::create({.size = kSize, .scene = suggested_, .policy = policy},
-                                   {.gpu = plain_gpu(), .source = source, .link = link_});
+                                   {.open_device = [](const std::string& name) { return open_device(name); },
+                                    .source = source,
+                                    .link = link_});
   if (!pipeline) throw std::runtime_error(pipeline.error().message);
   pipeline_ = std::move(*pipeline);
   started_ns_ = now_ns();

@@ -51,7 +51,7 @@ class Rendering {
         {.gpu = *gpu_, .counters = counters_},
         {.revision = 1,
          .scene = scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height)}));
-    thread_ = std::make_unique<RenderThread>(std::move(renderer),
+    thread_ = std::make_unique<RenderThread>(DeviceRenderer{.renderer = std::move(renderer)},
                                              RenderThread::Dependencies{.ring = fixture.ring(),
                                                                         .scenes = scenes_,
                                                                         .pictures = pictures_,

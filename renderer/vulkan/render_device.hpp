@@ -9,7 +9,7 @@
 
 namespace fanlight {
 
-/// The GPU that a command renders with, and the Vulkan instance that it belongs to.
+/// A device to render with, and the Vulkan instance that it belongs to.
 struct RenderDevice {
   std::unique_ptr<GpuInstance> instance;
   std::unique_ptr<Gpu> gpu;  // after the instance, which must outlive it
@@ -19,6 +19,6 @@ struct RenderDevice {
 
 /// `name`: part of the GPU's name; empty for the best one. Errors: those of GpuInstance::create and
 /// Gpu::create.
-Result<RenderDevice> open_device(const std::string& name);
+Result<RenderDevice> open_device(const std::string& name, const GpuInstance::Config& config = {});
 
 }  // namespace fanlight

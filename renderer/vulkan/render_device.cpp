@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/cli/render_device.hpp"
+#include "renderer/vulkan/render_device.hpp"
 
 #include <utility>
 
 namespace fanlight {
 
-Result<RenderDevice> open_device(const std::string& name) {
-  auto instance = GpuInstance::create({});
+Result<RenderDevice> open_device(const std::string& name, const GpuInstance::Config& config) {
+  auto instance = GpuInstance::create(config);
   if (!instance) return instance.error();
   auto gpu = Gpu::create(**instance, name);
   if (!gpu) return gpu.error();
