@@ -19,7 +19,7 @@ Error unwritable(const std::string& path, std::string reason) {
 }
 
 /// Encodes in memory: the library reports no error of a full disk where it writes to a file itself.
-Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type,
                    const void* pixels, OIIO::stride_t pixel_stride) {
   const auto output = OIIO::ImageOutput::create(path);
   if (!output) return unwritable(path, OIIO::geterror());
