@@ -148,6 +148,7 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
           .counters = counters,
           .source_state = [&pipeline] { return pipeline.source_state(); },
           .private_views = &pipeline.private_views(),
+          .private_view_ends = &pipeline.private_view_ends(),
           .render_health = &pipeline.render_health()};
 }
 

@@ -48,6 +48,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       probe_(dependencies.probe, config.probe_control),
       liveness_(dependencies_.pipeline, now_ns()),
       views_({.views = dependencies.private_views,
+              .ends = dependencies.private_view_ends,
               .bell = dependencies.bell,
               .scene_store = scene_store_,
               .render = dependencies.pipeline.render,
@@ -302,6 +303,7 @@ void StreamServer::bell_rang() {
     hub_.show(*picture);
   }
   liveness_watch_.update();
+  end_views(views_.ended_by_renderer());
   show_private_views();
 }
 
@@ -380,14 +382,14 @@ void StreamServer::lapse_control() {
 }
 
 void StreamServer::notify_sessions_of_second() {
-  const auto ended = views_.second_passed(now_ns());
-  for (const auto& session : sessions_.all()) {
-    const auto view = std::ranges::find(ended, session->id(), &ViewAdmission::EndedView::session);
-    if (view != ended.end()) {
-      dependencies_.counters.private_views_ended.add();
-      session->view_ended(view->reason);
-    }
-    session->second_passed();
+  end_views(views_.second_passed(now_ns()));
+  for (const auto& session : sessions_.all()) session->second_passed();
+}
+
+void StreamServer::end_views(const std::vector<ViewAdmission::EndedView>& ended) {
+  for (const ViewAdmission::EndedView& view : ended) {
+    dependencies_.counters.private_views_ended.add();
+    sessions_.view_ended(view.session, view.reason);
   }
 }
 

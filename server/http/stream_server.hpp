@@ -66,8 +66,9 @@ class StreamServer {
     ProbeLink& probe;
     ServerCounters& counters;
     std::function<std::string()> source_state;
-    Mailbox<PrivateViews>* private_views = nullptr;  ///< null: private views are not available
-    Mailbox<RenderHealth>* render_health = nullptr;  ///< null: the renderer is always well
+    Mailbox<PrivateViews>* private_views = nullptr;         ///< null: private views are not available
+    Mailbox<PrivateViewEnds>* private_view_ends = nullptr;  ///< null: the renderer ends none by itself
+    Mailbox<RenderHealth>* render_health = nullptr;         ///< null: the renderer is always well
   };
 
   /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
@@ -110,6 +111,7 @@ class StreamServer {
   void reload_certificates(bool in_any_case);
   void lapse_control();
   void notify_sessions_of_second();
+  void end_views(const std::vector<ViewAdmission::EndedView>& ended);
   void show_private_views();
   void probe_changed();
   void fail(const Error& error);

@@ -249,6 +249,20 @@ bool ViewAdmission::over_budget(std::int64_t now_ns) const {
   return taken_ms > left_ms;
 }
 
+std::vector<ViewAdmission::EndedView> ViewAdmission::ended_by_renderer() {
+  std::vector<EndedView> ended;
+  const PrivateViewEnds* const ends = dependencies_.ends == nullptr ? nullptr : dependencies_.ends->newest();
+  if (ends == nullptr) return ended;
+  for (const PrivateViewEnd& end : *ends) {
+    const View* const view = find(end.view_id);
+    // A later change of the view opens it again.
+    if (view == nullptr || view->wanted.scene.revision > end.revision) continue;
+    ended.push_back({.session = end.view_id, .reason = end.reason});
+  }
+  for (const EndedView& view : ended) leave(view.session);
+  return ended;
+}
+
 std::vector<ViewAdmission::EndedView> ViewAdmission::second_passed(std::int64_t now_ns) {
   std::vector<EndedView> ended;
   for (View& view : views_) {

@@ -33,6 +33,8 @@ class ViewAdmission {
   /// thread.
   struct Dependencies {
     Mailbox<PrivateViews>* views = nullptr;
+    Mailbox<PrivateViewEnds>* ends =
+        nullptr;  ///< of views that the renderer could not go on with; may be null
     Doorbell& bell;
     const SceneStore& scene_store;
     const RenderCounters& render;
@@ -80,6 +82,9 @@ class ViewAdmission {
   /// together have cost more than the main view leaves for too long: a scene may get dearer after it was
   /// admitted.
   std::vector<EndedView> second_passed(std::int64_t now_ns);
+
+  /// The views that the renderer has ended since the last call. They have left.
+  std::vector<EndedView> ended_by_renderer();
 
  private:
   struct View {

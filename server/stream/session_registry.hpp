@@ -74,6 +74,9 @@ class SessionRegistry {
   void probe_changed();
   void liveness_changed();
 
+  /// The server has ended the private view of this session.
+  void view_ended(std::uint64_t session, const std::string& reason);
+
  private:
   template <typename Notify>
   void for_each_open(Notify notify) {

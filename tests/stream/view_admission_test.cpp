@@ -74,7 +74,9 @@ class ViewAdmissionTest : public testing::Test {
   SceneStore scene_store_{{.revision = 1, .scene = {}}, {}, scenes_};
   RenderCounters render_;
   ServerCounters counters_;
+  Mailbox<PrivateViewEnds> ends_{bell_};
   ViewAdmission admission_{{.views = &views_,
+                            .ends = &ends_,
                             .bell = bell_,
                             .scene_store = scene_store_,
                             .render = render_,
@@ -202,6 +204,28 @@ TEST_F(ViewAdmissionTest, EndsTheDearestViewWhereAllHaveBecomeTooDear) {
   EXPECT_NE(ended[0].reason.find("too dear"), std::string::npos) << ended[0].reason;
   EXPECT_TRUE(admission_.has(1));
   EXPECT_FALSE(admission_.has(2));
+}
+
+TEST_F(ViewAdmissionTest, LeavesAViewThatTheRendererHasEnded) {
+  show_main(0.1, 40, 5, 100);
+  ASSERT_TRUE(change(1, light(1)));
+  ASSERT_TRUE(change(2, light(2)));
+  const std::uint64_t revision = admission_.revision(1);
+  const auto end = [this](std::uint64_t view, std::uint64_t of_revision) {
+    ends_.draft() = {};
+    ends_.draft()[0] = {.view_id = view, .revision = of_revision, .reason = "no memory for it"};
+    ends_.publish();
+    return admission_.ended_by_renderer();
+  };
+  EXPECT_TRUE(admission_.ended_by_renderer().empty());
+  EXPECT_TRUE(end(1, revision - 1).empty()) << "it was changed since, and is opened again";
+  const auto ended = end(1, revision);
+  ASSERT_EQ(ended.size(), 1U);
+  EXPECT_EQ(ended[0].session, 1U);
+  EXPECT_EQ(ended[0].reason, "no memory for it");
+  EXPECT_FALSE(admission_.has(1));
+  EXPECT_TRUE(admission_.has(2));
+  EXPECT_TRUE(end(1, revision).empty()) << "once";
 }
 
 }  // namespace
