@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <new>
 #include <vector>
 
 #include "proto/fanlight.pb.h"
@@ -45,6 +46,17 @@ SharedMessage picture_message(PictureSnapshot& snapshot, const StreamSettings& s
     body.set_depth_unit_mm(kDepthUnitMm);
   }
   return std::make_shared<const std::string>(message.SerializeAsString());
+}
+
+/// Runs an encoding on a thread of the pool. Where memory runs out, its result is an error, and the server
+/// goes on.
+template <typename Made, typename Run>
+void run_within_memory(Result<Made>& result, Run run) {
+  try {
+    run();
+  } catch (const std::bad_alloc&) {
+    result = Error{ErrorCode::kUnavailable, "there is no memory to encode the picture"};
+  }
 }
 
 EncoderLane lane_of(const StreamSettings& settings) {
@@ -164,7 +176,8 @@ void PictureHub::start(EncoderLane lane, const EncodingKey& encoding_key, Encodi
   encoding.running = true;
   ++lanes_[static_cast<std::size_t>(lane)].running;
   config_.executor(
-      lane, [this, job] { job->run(config_.make_coder); }, [this, job] { finished(*job); });
+      lane, [this, job] { run_within_memory(job->offer, [&] { job->run(config_.make_coder); }); },
+      [this, job] { finished(*job); });
 }
 
 std::shared_ptr<PictureSnapshot> PictureHub::snapshot_of(Shown& shown) {
@@ -324,7 +337,8 @@ void PictureHub::png(FileReady ready) {
   if (std::exchange(png_->running, true)) return;
   png_->snapshot = snapshot_of(shown_.at(0));
   config_.executor(
-      EncoderLane::kHeavy, [this, file = png_] { file->run(config_.make_coder); },
+      EncoderLane::kHeavy,
+      [this, file = png_] { run_within_memory(file->made, [&] { file->run(config_.make_coder); }); },
       [this, file = png_] {
         file->running = false;
         const auto shown = shown_.find(0);

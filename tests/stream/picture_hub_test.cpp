@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -50,7 +51,8 @@ class SpySubscriber : public PictureSubscriber {
 /// What the coders of a hub did.
 struct CoderLog {
   int encoded = 0;
-  int failing_quality = -1;  ///< settings whose encoding fails
+  int quality_without_memory = -1;  ///< settings whose encoding finds no memory
+  int failing_quality = -1;         ///< settings whose encoding fails
 };
 
 /// Encodes nothing; only the first picture and requested ones are key pictures if the codec is H.264.
@@ -59,6 +61,7 @@ class SpyCoder : public PictureCoder {
   SpyCoder(CoderLog& log, const StreamSettings& settings) : log_(log), settings_(settings) {}
 
   Result<CodedPicture> encode(const Pixels& pixels, bool key) override {
+    if (settings_.quality == log_.quality_without_memory) throw std::bad_alloc();
     if (settings_.quality == log_.failing_quality)
       return Error{ErrorCode::kBroken, "no encoding, expected one"};
     ++log_.encoded;
@@ -250,6 +253,19 @@ TEST_F(PictureHubTest, AnEncodingFailureConcernsItsSubscribersOnly) {
   EXPECT_TRUE(bad.offers.empty());
   EXPECT_EQ(bad.failures, 1);
   hub_.resync(bad);
+  EXPECT_EQ(bad.failures, 2);
+}
+
+TEST_F(PictureHubTest, WithoutMemoryForAnEncodingTheOthersGoOn) {
+  SpySubscriber good(1);
+  SpySubscriber bad(2, {.quality = 13});
+  hub_.add(good);
+  hub_.add(bad);
+  log_.quality_without_memory = 13;
+  show(1);
+  show(2);
+  EXPECT_EQ(good.picture_ids(), (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_TRUE(bad.offers.empty());
   EXPECT_EQ(bad.failures, 2);
 }
 
