@@ -87,27 +87,39 @@ void PrivateRenderer::leave_memory() {
   }
 }
 
+/// Whether the main view has replaced what the next pieces of the picture read.
+bool PrivateRenderer::inputs_lost(const ViewState& state) {
+  if (state.slot == nullptr || !state.view) return false;
+  const VolumeInFlight& slot = *state.slot;
+  if (state.bindings_version != slot.bindings_version()) return true;
+  const bool frames_lost = state.frames_version != slot.frames_version() || !slot.frames_ready();
+  if (state.phase != WorkPhase::kLighting) return frames_lost;
+  const LightSteps& steps = state.view->light_steps();
+  const bool own_cast = state.cast_number == 0;
+  return (steps.frames_needed() && frames_lost) ||
+         (steps.cast_needed() && !own_cast && state.casts != slot.casts());
+}
+
 std::array<PrivateStatus, kMostPrivateViews> PrivateRenderer::status(const Shown& shown) const {
   std::array<PrivateStatus, kMostPrivateViews> all;
   for (std::size_t index = 0; index < all.size(); ++index) {
     const ViewState& state = states_[index];
-    all[index] = {
-        .phase = state.phase,
-        .wanted_view_id = state.view ? state.wanted.view_id : 0,
-        .wanted_revision = state.wanted.scene.revision,
-        .own_camera = state.wanted.own_camera,
-        .wanted_scene = &state.wanted.scene.scene,
-        .view_id = state.stamp.view_id,
-        .revision = state.revision,
-        .volume_id = state.stamp.volume.volume_id,
-        .frames_version = state.frames_version,
-        .cast_number = state.cast_number,
-        .scene = &state.scene,
-        .of_shown_slot = state.slot == &shown.slot,
-        .drawn = state.drawn,
-        .cast_submitted = state.view && state.view->cast_submitted(),
-        .frames_lost = state.slot != nullptr &&
-                       (state.frames_version != state.slot->frames_version() || !state.slot->frames_ready())};
+    all[index] = {.phase = state.phase,
+                  .wanted_view_id = state.view ? state.wanted.view_id : 0,
+                  .wanted_revision = state.wanted.scene.revision,
+                  .own_camera = state.wanted.own_camera,
+                  .wanted_scene = &state.wanted.scene.scene,
+                  .view_id = state.stamp.view_id,
+                  .revision = state.revision,
+                  .volume_id = state.stamp.volume.volume_id,
+                  .frames_version = state.frames_version,
+                  .cast_number = state.cast_number,
+                  .scene = &state.scene,
+                  .of_shown_slot = state.slot == &shown.slot,
+                  .drawn = state.drawn,
+                  .cast_submitted = state.view && state.view->cast_submitted(),
+                  .light_submitted = state.view && state.view->light_steps().submitted(),
+                  .inputs_lost = inputs_lost(state)};
   }
   return all;
 }
@@ -121,10 +133,12 @@ Result<bool> PrivateRenderer::advance(const Shown& shown) {
   if (!action) return false;
   ViewState& state = states_[action->view];
   next_ = action->next_view;
-  if (action->gives_up_cast) {
+  if (action->gives_up) {
+    (state.phase == WorkPhase::kCasting ? counters_.private_casts_given_up
+                                        : counters_.private_lights_given_up)
+        .add();
     state.phase = WorkPhase::kIdle;
     state.drawn = false;
-    counters_.private_casts_given_up.add();
   }
   if (auto done = execute(action->step, state, shown); !done) {
     if (done.error().code == ErrorCode::kLost) return done.error();
@@ -154,6 +168,8 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
       return view.cast_next_band(gpu_, pipelines_, state.slot->bindings());
     case PrivateStep::kLightCast:
       return light(state, ViewRenderer::History::kNone);
+    case PrivateStep::kLightPiece:
+      return view.light_next_piece(gpu_, pipelines_);
   }
   return {};
 }
@@ -161,6 +177,8 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
 void PrivateRenderer::take_request(ViewState& state, const Shown& shown) {
   state.slot = &shown.slot;
   state.frames_version = shown.slot.frames_version();
+  state.bindings_version = shown.slot.bindings_version();
+  state.casts = shown.slot.casts();
   state.revision = state.wanted.scene.revision;
   state.stamp = {.view_id = state.wanted.view_id,
                  .scene_revision = state.revision,
@@ -189,13 +207,16 @@ Result<void> PrivateRenderer::begin_cast(ViewState& state, const Shown& shown) {
 Result<void> PrivateRenderer::light(ViewState& state, ViewRenderer::History history) {
   state.phase = WorkPhase::kLighting;
   state.stamp.view = picture_view(state.scene, view_config_.size);
-  return state.view->light(gpu_, pipelines_, state.scene, state.slot->bindings(), history);
+  ViewRenderer& view = *state.view;
+  if (auto begun = view.begin_light(gpu_, pipelines_, state.scene, state.slot->bindings(), history); !begun)
+    return begun;
+  return view.light_next_piece(gpu_, pipelines_);
 }
 
 bool PrivateRenderer::collect() {
   bool any = false;
   for (ViewState& state : states_) {
-    if (state.phase != WorkPhase::kLighting || state.outstanding(gpu_)) continue;
+    if (!state.awaits_collection() || state.outstanding(gpu_)) continue;
     const auto stage_ms = state.view->stage_ms(gpu_);
     if (gpu_.fault() != nullptr)
       return false;  // what a lost GPU has left in the memory may be an old picture
@@ -228,7 +249,7 @@ const ViewRenderer* PrivateRenderer::outstanding_view() const {
 
 bool PrivateRenderer::busy() const {
   return std::ranges::any_of(states_, [this](const ViewState& state) {
-    return state.phase == WorkPhase::kLighting || state.outstanding(gpu_);
+    return state.awaits_collection() || state.outstanding(gpu_);
   });
 }
 

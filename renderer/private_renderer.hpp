@@ -14,9 +14,9 @@
 namespace fanlight {
 
 /// Draws private views of the shown volume, one piece of work at a time: a band of pass 1 that is a fraction
-/// of the main view's, or all of passes 2 and 3. If advance() is called only while the main view has no work,
-/// the main view waits for one such piece at most. A cast whose frames are replaced is given up and
-/// begins again.
+/// of the main view's, or some dispatches of passes 2 and 3. If advance() is called only while the main view
+/// has no work, the main view waits for one such piece at most. A picture whose frames or depth map are
+/// replaced before it has read them is given up and begins again.
 ///
 /// Owns one ViewRenderer per private view, allocated when the view is first requested and kept.
 /// renderer/schedule/private_schedule.hpp decides the order of the work. Render thread only.
@@ -91,14 +91,20 @@ class PrivateRenderer {
     VolumeInFlight* slot = nullptr;
     Scene scene;
     std::uint64_t revision = 0;
-    std::uint64_t frames_version = 0;  // VolumeInFlight::frames_version()
-    std::uint64_t cast_number = 0;     // Shown::cast_number; 0: a cast of its own
+    std::uint64_t frames_version = 0;  // VolumeInFlight::frames_version(), as the next two
+    std::uint64_t bindings_version = 0;
+    std::uint64_t casts = 0;
+    std::uint64_t cast_number = 0;  // Shown::cast_number; 0: a cast of its own
     PictureStamp stamp;
     std::uint64_t pictures = 0;
     bool drawn = false;  // there was a picture since the view was opened
 
+    bool awaits_collection() const {
+      return phase == WorkPhase::kLighting && view->light_steps().submitted();
+    }
     bool outstanding(const Gpu& gpu) const { return view && view->outstanding(gpu) > 0; }
   };
+  static bool inputs_lost(const ViewState& state);
   std::array<PrivateStatus, kMostPrivateViews> status(const Shown& shown) const;
   Result<void> execute(PrivateStep step, ViewState& state, const Shown& shown);
   void end(ViewState& state, const Error& error);

@@ -69,7 +69,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene, std::move(*pipelines),
                                               {.size = config.size,
                                                .band_samples = band_samples / kPrivateBandDivisor,
-                                               .skipping = config.skipping}));
+                                               .skipping = config.skipping,
+                                               .pauses = true}));
 
   for (auto& state : made->slots_) {
     auto slot = VolumeInFlight::create(

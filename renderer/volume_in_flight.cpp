@@ -40,14 +40,19 @@ Result<void> VolumeInFlight::replace_frames(const Gpu& gpu, const Volume& volume
   const std::uint32_t frames = volume.stamp().frames;
   const std::uint32_t with_spare = std::min(frames + frames / 8, config_.frame_capacity);
   auto made = create_frames(gpu, volume.geometry(), std::max(frames, with_spare));
-  view_.bind(gpu, bindings());
+  bind_view(gpu);
   return made;
+}
+
+void VolumeInFlight::bind_view(const Gpu& gpu) {
+  ++bindings_version_;
+  view_.bind(gpu, bindings());
 }
 
 Result<void> VolumeInFlight::prepare(const Gpu& gpu, Pipelines& pipelines, const Scene& scene) {
   geometry_ = config_.geometry;
   if (auto begun = frames_.begin(gpu, pipelines, scene.speckle); !begun) return begun;
-  view_.bind(gpu, bindings());
+  bind_view(gpu);
   return view_.find_cast_pipelines(pipelines, scene, geometry_.kind);
 }
 
@@ -95,13 +100,14 @@ Result<void> VolumeInFlight::begin_cast(const Gpu& gpu, Pipelines& pipelines, co
   frames_gone_ = false;
   changed_.reset();
   changed_beyond_ = false;
+  ++casts_;
   return view_.begin_cast(gpu, pipelines, scene, bindings());
 }
 
 Result<void> VolumeInFlight::begin_frames(const Gpu& gpu, Pipelines& pipelines,
                                           const Scene::Speckle& options) {
   if (auto begun = frames_.begin(gpu, pipelines, options); !begun) return begun;
-  if (frames_.bindings_changed()) view_.bind(gpu, bindings());
+  if (frames_.bindings_changed()) bind_view(gpu);
   if (!frames_.done()) ++frames_version_;
   return {};
 }

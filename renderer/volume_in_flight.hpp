@@ -126,6 +126,11 @@ class VolumeInFlight {
   /// Changes whenever the frames change.
   std::uint64_t frames_version() const { return frames_version_; }
 
+  /// Changes with the memory that bindings() names.
+  std::uint64_t bindings_version() const { return bindings_version_; }
+  /// Number of casts that were begun, and of recasts.
+  std::uint64_t casts() const { return casts_; }
+
   /// Whether the cast under way leaves out the requested speckle filter; see FrameStore::begin.
   bool filter_left_out() const { return frames_.filter_left_out(); }
 
@@ -140,6 +145,7 @@ class VolumeInFlight {
   Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames);
   Result<void> replace_frames(const Gpu& gpu, const Volume& volume);
   Result<void> begin_frames(const Gpu& gpu, Pipelines& pipelines, const Scene::Speckle& options);
+  void bind_view(const Gpu& gpu);
   void mark_changed(std::uint32_t frame_index);
   void update_angles();
 
@@ -154,6 +160,8 @@ class VolumeInFlight {
   VolumeExtent extent_;
   bool frames_gone_ = false;  // frames of the next volume were staged since the cast
   std::uint64_t frames_version_ = 0;
+  std::uint64_t bindings_version_ = 0;
+  std::uint64_t casts_ = 0;
   FrameStore frames_;
   AngleBuffer angles_;
   ViewRenderer view_;  // last: its descriptors refer to the memory of the others

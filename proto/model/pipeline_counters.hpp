@@ -204,7 +204,8 @@ struct RenderCounters {
 
   // Of private views. None of the above counts them.
   Counter private_casts;
-  Counter private_casts_given_up;  ///< the main view took their frames, or the view was closed
+  Counter private_casts_given_up;   ///< the main view took their frames, or the view was closed
+  Counter private_lights_given_up;  ///< the main view took their frames or depth map, or the view was closed
   Counter private_pictures;
   Counter private_views_refused;  ///< for which this GPU had no memory, or whose work failed
 
@@ -230,6 +231,8 @@ inline constexpr auto kRenderTable = std::to_array<CountRow<RenderCounters>>({
     {"private_casts", "Ray casts of private views", &RenderCounters::private_casts},
     {"private_casts_given_up", "Of those, given up since the main view took their frames",
      &RenderCounters::private_casts_given_up},
+    {"private_lights_given_up", "Pictures of private views given up after pass 1, as their casts",
+     &RenderCounters::private_lights_given_up},
     {"private_pictures", "Pictures of private views", &RenderCounters::private_pictures},
     {"private_views_refused", "Private views that the GPU had no memory for or failed to draw",
      &RenderCounters::private_views_refused},

@@ -13,6 +13,10 @@ bool is_due(const PrivateStatus& view, const ShownStatus& shown) {
                          : view.cast_number != shown.cast_number;
 }
 
+bool is_under_way(const PrivateStatus& view) {
+  return view.phase == WorkPhase::kCasting || (view.phase == WorkPhase::kLighting && !view.light_submitted);
+}
+
 PrivateStep first_step(const PrivateStatus& view, const ShownStatus& shown) {
   const bool has_picture = view.drawn && view.of_shown_slot;
   if (!view.own_camera) {
@@ -25,17 +29,18 @@ PrivateStep first_step(const PrivateStatus& view, const ShownStatus& shown) {
   return keeps_cast ? PrivateStep::kRelight : PrivateStep::kBeginCast;
 }
 
-/// Continues or gives up a cast under way. A lost cast, or one of a view that was closed, gives way to what
-/// is requested now.
+/// Continues or gives up the picture under way. One whose inputs are lost, or of a view that was closed,
+/// gives way to what is requested now.
 PrivateAction continued(const PrivateStatus& view, const ShownStatus& shown) {
   const bool closed = view.wanted_view_id != view.view_id;
-  if (!view.frames_lost && !closed) {
+  if (!view.inputs_lost && !closed) {
+    if (view.phase == WorkPhase::kLighting) return {.step = PrivateStep::kLightPiece};
     return {.step = view.cast_submitted ? PrivateStep::kLightCast : PrivateStep::kCastBand};
   }
-  PrivateStatus without_cast = view;
-  without_cast.drawn = false;
-  return {.step = view.wanted_view_id == 0 ? PrivateStep::kDrop : first_step(without_cast, shown),
-          .gives_up_cast = true};
+  PrivateStatus without_picture = view;
+  without_picture.drawn = false;
+  return {.step = view.wanted_view_id == 0 ? PrivateStep::kDrop : first_step(without_picture, shown),
+          .gives_up = true};
 }
 
 }  // namespace
@@ -43,17 +48,19 @@ PrivateAction continued(const PrivateStatus& view, const ShownStatus& shown) {
 std::optional<PrivateAction> decide(std::span<const PrivateStatus> views, std::size_t first_view,
                                     const ShownStatus& shown) {
   if (!shown.frames_ready) return std::nullopt;
+  const auto due = [&](std::size_t index, PrivateAction action) {
+    action.view = index;
+    action.next_view = (index + 1) % views.size();
+    return action;
+  };
+  for (std::size_t index = 0; index < views.size(); ++index) {
+    if (is_under_way(views[index])) return due(index, continued(views[index], shown));
+  }
   for (std::size_t offset = 0; offset < views.size(); ++offset) {
     const std::size_t index = (first_view + offset) % views.size();
     const PrivateStatus& view = views[index];
-    const bool casting = view.phase == WorkPhase::kCasting;
-    if (!casting && (view.phase == WorkPhase::kLighting || !is_due(view, shown))) continue;
-    PrivateAction action = casting ? continued(view, shown) : PrivateAction{.step = first_step(view, shown)};
-    const bool cast_continues =
-        action.step == PrivateStep::kBeginCast || action.step == PrivateStep::kCastBand;
-    action.view = index;
-    action.next_view = cast_continues ? index : (index + 1) % views.size();
-    return action;
+    if (view.phase == WorkPhase::kIdle && is_due(view, shown))
+      return due(index, {.step = first_step(view, shown)});
   }
   return std::nullopt;
 }

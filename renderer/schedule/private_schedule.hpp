@@ -40,30 +40,32 @@ struct PrivateStatus {
   bool of_shown_slot = false;     ///< that work reads the slot that the main view shows
   bool drawn = false;             ///< there was a picture since the view was opened
   bool cast_submitted = false;
-  bool frames_lost = false;  ///< the frames that its cast reads were replaced or are not ready
+  bool light_submitted = false;  ///< all of passes 2 and 3
+  bool inputs_lost = false;      ///< frames or a depth map that its next piece reads were replaced
 };
 
 enum class PrivateStep : std::uint8_t {
-  kDrop,         ///< forget the cast; no view is requested any more
-  kRelight,      ///< submit passes 2 and 3 for a depth map that the view used before, its own or a shared one
-  kLightShared,  ///< take the main view's depth map and submit passes 2 and 3
+  kDrop,         ///< forget the picture under way; no view is requested any more
+  kRelight,      ///< begin passes 2 and 3 for a depth map that the view used before, its own or a shared one
+  kLightShared,  ///< take the main view's depth map and begin passes 2 and 3
   kBeginCast,    ///< begin a cast of its own and submit its first band
   kCastBand,     ///< submit the next band
-  kLightCast     ///< submit passes 2 and 3 of the finished cast
+  kLightCast,    ///< begin passes 2 and 3 of the finished cast
+  kLightPiece    ///< submit the next piece of passes 2 and 3
 };
 
 /// One piece of work of a private view.
 struct PrivateAction {
   std::size_t view = 0;
   PrivateStep step = PrivateStep::kDrop;
-  bool gives_up_cast = false;  ///< the cast under way is given up before the step
-  std::size_t next_view = 0;   ///< the view that decide() examines first next time
+  bool gives_up = false;      ///< the picture under way is given up before the step
+  std::size_t next_view = 0;  ///< the view that decide() examines first next time
 };
 
-/// The piece of work that is due, of the first view from `first_view` on that has one; nothing where no view
-/// has one. Views take turns after each picture, but a cast under way continues before another one begins:
-/// the time until its frames are replaced may suffice for one cast only. Precondition: nothing of the main
-/// view and of the private views is outstanding.
+/// The piece of work that is due; nothing where no view has one. A picture under way continues before another
+/// one begins: the time until its frames are replaced may suffice for one picture only. Otherwise the first
+/// view from `first_view` on that has work: views take turns. Precondition: nothing of the main view and of
+/// the private views is outstanding.
 std::optional<PrivateAction> decide(std::span<const PrivateStatus> views, std::size_t first_view,
                                     const ShownStatus& shown);
 

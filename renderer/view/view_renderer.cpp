@@ -80,7 +80,40 @@ void ViewRenderer::share_cast(const Gpu& gpu, const ViewRenderer& other, const V
   next_tile_ = cast_tiles_ = 0;
   confidence_known_ = false;
   cast_since_light_ = true;
+  reset_times(gpu);
+}
+
+std::array<double, kStages> ViewRenderer::stage_ms(const Gpu& gpu) const {
+  if (!config_.pauses) return timestamps_.ms(gpu);
+  auto ms = done_ms_;
+  ms[static_cast<std::size_t>(piece_stage_)] += timestamps_.piece_ms(gpu);
+  return ms;
+}
+
+void ViewRenderer::reset_times(const Gpu& gpu) {
+  if (config_.pauses && light_steps_.count() > 0 && light_steps_.submitted()) {
+    const auto ms = stage_ms(gpu);
+    for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish}) {
+      const auto index = static_cast<std::size_t>(stage);
+      const auto steps = static_cast<double>(light_steps_.count_of(stage));
+      if (ms[index] > 0) light_step_ms_[index] = ms[index] / steps;
+    }
+  }
   timestamps_.reset(gpu);
+  done_ms_ = {};
+}
+
+/// Begins to measure a piece of a view that pauses. Precondition there: the piece before it is done.
+void ViewRenderer::begin_piece(const Gpu& gpu, VkCommandBuffer commands, Stage stage) {
+  if (!config_.pauses) return;
+  done_ms_ = stage_ms(gpu);
+  timestamps_.reset_piece(gpu);
+  piece_stage_ = stage;
+  timestamps_.stamp(commands, GpuTimestamps::kPieceBegin);
+}
+
+void ViewRenderer::end_piece(VkCommandBuffer commands) const {
+  if (config_.pauses) timestamps_.stamp(commands, GpuTimestamps::kPieceEnd);
 }
 
 Result<void> ViewRenderer::find_cast_pipelines(Pipelines& pipelines, const Scene& scene, FrameKind kind) {
@@ -126,7 +159,7 @@ Result<void> ViewRenderer::begin_cast(const Gpu& gpu, Pipelines& pipelines, cons
   memory_.cast_parameters.mapped_as<shaders::CastParameters>() = parameters;
   farthest_mm_ = parameters.end;
   segments_in_ray_ = groups(parameters.steps, 1U << parameters.segment_shift);
-  timestamps_.reset(gpu);
+  reset_times(gpu);
   set_tiles(gpu, scene, parameters);
   next_tile_ = 0;
   preparing_ = false;

@@ -14,6 +14,7 @@
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/descriptor_sets.hpp"
 #include "renderer/passes/pipelines.hpp"
+#include "renderer/view/light_steps.hpp"
 #include "renderer/view/view_buffers.hpp"
 #include "renderer/volume/angle_buffer.hpp"
 #include "renderer/volume/frame_store.hpp"
@@ -60,6 +61,8 @@ class ViewRenderer {
     PictureSize size;
     std::uint64_t band_samples = 0;  ///< approximate limit of samples in one submission of pass 1
     Skipping skipping = Skipping::kOn;
+    /// Pieces of other views run between this view's: stage_ms() adds up the pieces, without the pauses.
+    bool pauses = false;
   };
 
   ViewRenderer() = default;
@@ -117,6 +120,17 @@ class ViewRenderer {
   Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, const VolumeBindings& volume,
                      History history);
 
+  /// The same in pieces of about 4 ms: sets passes 2 and 3 up and submits nothing. Precondition: nothing is
+  /// outstanding. Error: a pipeline that cannot be built.
+  Result<void> begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                           const VolumeBindings& volume, History history);
+
+  /// Submits the next piece; the last one has the read-back. Precondition: nothing is outstanding.
+  Result<void> light_next_piece(const Gpu& gpu, const Pipelines& pipelines);
+
+  /// The dispatches of begin_light(), and which of them were submitted.
+  const LightSteps& light_steps() const { return light_steps_; }
+
   const SubmissionTimeline& timeline() const { return timeline_; }
 
   /// Number of submissions that the GPU has not finished.
@@ -141,8 +155,9 @@ class ViewRenderer {
   /// When each stage ran; 0 for stages that the last submissions did not contain.
   std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const { return timestamps_.spans(gpu); }
 
-  /// Milliseconds of each stage; 0 for stages that the last submissions did not contain.
-  std::array<double, kStages> stage_ms(const Gpu& gpu) const { return timestamps_.ms(gpu); }
+  /// Milliseconds of each stage; 0 for stages that the last submissions did not contain. Of a view that
+  /// pauses, the upload counts as part of the cast, and the read-back as part of the finish.
+  std::array<double, kStages> stage_ms(const Gpu& gpu) const;
 
   /// The depth maps of pass 1 and of pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none, and the
   /// confidence: height x width, top row first. Blocks until they are copied, and allocates: for tests and
@@ -166,10 +181,15 @@ class ViewRenderer {
                           FrameRange frames_changed) const;
   Result<VkPipeline> confidence_pipeline(Pipelines& pipelines, const PipelineKey& key, const Scene& scene,
                                          bool frames_gone);
-  Result<void> record_depth_filter(VkCommandBuffer commands, Pipelines& pipelines, const LightKeys& keys,
-                                   VkPipeline confidence);
-  void record_finish(VkCommandBuffer commands, const Pipelines& pipelines, const Scene& scene) const;
+  Result<void> add_filter_steps(Pipelines& pipelines, const LightKeys& keys, VkPipeline confidence);
+  void add_finish_steps(const Pipelines& pipelines, const Scene& scene);
+  Result<void> submit_light(const Gpu& gpu, const Pipelines& pipelines, std::size_t end_step);
+  void record_clear_min_depth(VkCommandBuffer commands) const;
+  void record_light_steps(VkCommandBuffer commands, const Pipelines& pipelines, std::size_t end_step) const;
   void record_read_back(VkCommandBuffer commands) const;
+  void reset_times(const Gpu& gpu);
+  void begin_piece(const Gpu& gpu, VkCommandBuffer commands, Stage stage);
+  void end_piece(VkCommandBuffer commands) const;
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
   std::uint32_t tiles_across() const { return groups(config_.size.width, kTileSide); }
   std::uint32_t tiles_down() const { return groups(config_.size.height, kTileSide); }
@@ -198,6 +218,16 @@ class ViewRenderer {
   bool cast_since_light_ = false;
   bool preparing_ = false;               // pass 0 has begun
   std::optional<Scene::Filter> filter_;  // options of the filtered depth map
+
+  // Of passes 2 and 3 under way.
+  LightSteps light_steps_;
+  std::optional<Scene::Filter> filter_due_;      // what filter_ will be
+  bool confidence_due_ = false;                  // what confidence_known_ will be
+  std::array<double, kStages> light_step_ms_{};  // of one step of each stage; 0: not known
+
+  // Of a view that pauses: sums of the pieces that are done, and the stage of the last one.
+  std::array<double, kStages> done_ms_{};
+  Stage piece_stage_ = Stage::kPrepare;
 
   ViewBuffers memory_;
   DescriptorSets descriptors_;

@@ -29,9 +29,11 @@ Result<void> ViewRenderer::submit_frames(const Gpu& gpu, const Pipelines& pipeli
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
   descriptors_.bind(commands, pipelines, DescriptorSets::Order::kLitToDiffused);
+  begin_piece(gpu, commands, Stage::kPrepare);
   if (!std::exchange(preparing_, true)) timestamps_.stamp(commands, GpuTimestamps::kPrepareBegin);
   volume.frames.record_piece(commands, pipelines);
   if (volume.frames.done()) timestamps_.stamp(commands, GpuTimestamps::kPrepareEnd);
+  end_piece(commands);
   return timeline_.submit(gpu.cast_queue(), commands, other_work_);
 }
 
@@ -41,6 +43,7 @@ Result<void> ViewRenderer::cast_next_band(const Gpu& gpu, const Pipelines& pipel
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
   descriptors_.bind(commands, pipelines, DescriptorSets::Order::kLitToDiffused);
+  begin_piece(gpu, commands, Stage::kCast);
   if (next_tile_ == 0) record_before_rays(commands, volume.angles);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.cast);
   // Not a push constant: lavapipe keeps a copy of the shader for each value.
@@ -50,12 +53,13 @@ Result<void> ViewRenderer::cast_next_band(const Gpu& gpu, const Pipelines& pipel
   next_tile_ += tiles;
   if (cast_submitted()) record_slices(commands);
   if (cast_submitted()) timestamps_.stamp(commands, GpuTimestamps::kCastEnd);
+  end_piece(commands);
   return timeline_.submit(gpu.cast_queue(), commands, other_work_);
 }
 
 Result<void> ViewRenderer::recast(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume,
                                   FrameRange frames_changed) {
-  timestamps_.reset(gpu);
+  reset_times(gpu);
 
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;

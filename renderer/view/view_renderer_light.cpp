@@ -18,6 +18,9 @@ constexpr std::uint32_t kLines = 8;
 
 constexpr float kFarthestMm = FANLIGHT_MAX_DEPTH;
 
+// A piece of a view that pauses: the main view waits for one.
+constexpr double kPieceMs = 4;
+
 /// The descriptor set after that many diffusion steps: each step reads the picture that the step before
 /// wrote.
 DescriptorSets::Order order_after(int steps) {
@@ -27,59 +30,81 @@ DescriptorSets::Order order_after(int steps) {
 
 }  // namespace
 
-Result<void> ViewRenderer::record_depth_filter(VkCommandBuffer commands, Pipelines& pipelines,
-                                               const LightKeys& keys, VkPipeline confidence) {
-  struct Step {
-    VkPipeline pipeline;
-    std::uint32_t groups_across;
-    std::uint32_t groups_down;
-  };
+Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKeys& keys,
+                                            VkPipeline confidence) {
   auto rows = pipelines.get(keys.filter_rows);
   if (!rows) return rows.error();
   auto columns = pipelines.get(keys.filter_columns);
   if (!columns) return columns.error();
+  const auto on_tiles = [this](VkPipeline pipeline) {
+    return LightStep{.pipeline = pipeline, .groups_across = tiles_across(), .groups_down = tiles_down()};
+  };
+  const auto on_lines = [](VkPipeline pipeline, std::uint32_t lines) {
+    return LightStep{.pipeline = pipeline, .groups_across = groups(lines, kLines)};
+  };
+  LightStep temporal = on_tiles(pipelines.fixed(Shader::kTemporal));
+  temporal.reads_cast = true;
+  LightStep confidences = on_tiles(confidence);
+  confidences.reads_cast = confidences.reads_frames = true;
   // The moving average runs along whole rows and columns, the other filters on tiles.
   const bool mean = keys.filter_rows.shader == Shader::kMeanRows;
-  const Step row_step =
-      mean ? Step{*rows, groups(config_.size.height, kLines), 1} : Step{*rows, tiles_across(), tiles_down()};
-  const Step column_step = mean ? Step{*columns, groups(config_.size.width, kLines), 1}
-                                : Step{*columns, tiles_across(), tiles_down()};
-  const Step steps[] = {
-      {pipelines.fixed(Shader::kTemporal), tiles_across(), tiles_down()},
-      {pipelines.fixed(Shader::kTileDepthRange), groups(tiles_across() * tiles_down(), kLines), 1},
-      {pipelines.fixed(Shader::kCleanupTiles), groups(tiles_across() * tiles_down(), kLines), 1},
-      {pipelines.fixed(Shader::kIslands), tiles_across(), tiles_down()},
-      {confidence, tiles_across(), tiles_down()},
-      {pipelines.fixed(Shader::kHoles), tiles_across(), tiles_down()},
-      row_step,
-      column_step,
-      {pipelines.fixed(Shader::kMinDepth), groups(config_.size.height, kLines), 1}};
+  const std::uint32_t tiles = tiles_across() * tiles_down();
+  const std::array<LightStep, LightSteps::kMostFilterSteps> steps = {
+      temporal,
+      on_lines(pipelines.fixed(Shader::kTileDepthRange), tiles),
+      on_lines(pipelines.fixed(Shader::kCleanupTiles), tiles),
+      on_tiles(pipelines.fixed(Shader::kIslands)),
+      confidences,
+      on_tiles(pipelines.fixed(Shader::kHoles)),
+      mean ? on_lines(*rows, config_.size.height) : on_tiles(*rows),
+      mean ? on_lines(*columns, config_.size.width) : on_tiles(*columns),
+      on_lines(pipelines.fixed(Shader::kMinDepth), config_.size.height)};
+  for (const LightStep& step : steps) {
+    if (step.pipeline != VK_NULL_HANDLE) light_steps_.add(step);
+  }
+  return {};
+}
+
+void ViewRenderer::add_finish_steps(const Pipelines& pipelines, const Scene& scene) {
+  const int diffusion_steps = scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
+  LightStep step{.pipeline = pipelines.fixed(Shader::kDiffuse),
+                 .groups_across = tiles_across(),
+                 .groups_down = tiles_down(),
+                 .stage = Stage::kFinish};
+  for (int done = 0; done < diffusion_steps; ++done) {
+    step.order = order_after(done);
+    light_steps_.add(step);
+  }
+  step.pipeline = pipelines.fixed(Shader::kFinish);
+  step.order = order_after(diffusion_steps);
+  light_steps_.add(step);
+}
+
+void ViewRenderer::record_clear_min_depth(VkCommandBuffer commands) const {
   vkCmdFillBuffer(commands, memory_.nearest.get(), 0, VK_WHOLE_SIZE,
                   std::bit_cast<std::uint32_t>(kFarthestMm));
   barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
-  for (const Step& step : steps) {
-    if (step.pipeline == VK_NULL_HANDLE) continue;
+}
+
+void ViewRenderer::record_light_steps(VkCommandBuffer commands, const Pipelines& pipelines,
+                                      std::size_t end_step) const {
+  for (std::size_t index = light_steps_.next(); index < end_step; ++index) {
+    const LightStep& step = light_steps_[index];
+    const bool first_of_stage = index == 0 || light_steps_[index - 1].stage != step.stage;
+    if (first_of_stage && step.stage == Stage::kFilter) {
+      timestamps_.stamp(commands, GpuTimestamps::kFilterBegin);
+      record_clear_min_depth(commands);
+    }
+    if (step.stage == Stage::kLight) timestamps_.stamp(commands, GpuTimestamps::kLightBegin);
+    if (first_of_stage && step.stage == Stage::kFinish) timestamps_.stamp(commands, GpuTimestamps::kLightEnd);
+    if (index == light_steps_.next() || light_steps_[index - 1].order != step.order)
+      descriptors_.bind(commands, pipelines, step.order);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, step.pipeline);
     vkCmdDispatch(commands, step.groups_across, step.groups_down, 1);
     pass_barrier(commands);
   }
-  return {};
-}
-
-void ViewRenderer::record_finish(VkCommandBuffer commands, const Pipelines& pipelines,
-                                 const Scene& scene) const {
-  const int steps = scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines.fixed(Shader::kDiffuse));
-  for (int step = 0; step < steps; ++step) {
-    descriptors_.bind(commands, pipelines, order_after(step));
-    vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
-    pass_barrier(commands);
-  }
-  descriptors_.bind(commands, pipelines, order_after(steps));
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines.fixed(Shader::kFinish));
-  vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
 }
 
 void ViewRenderer::record_read_back(VkCommandBuffer commands) const {
@@ -109,48 +134,74 @@ Result<VkPipeline> ViewRenderer::confidence_pipeline(Pipelines& pipelines, const
   return pipelines.get(key);
 }
 
-Result<void> ViewRenderer::light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
-                                 const VolumeBindings& volume, History history) {
+Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                                       const VolumeBindings& volume, History history) {
   const LightKeys keys = light_keys(scene, volume.geometry.kind);
   shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
   if (history == History::kNone) parameters.steady = 0;
   memory_.light_parameters.mapped_as<shaders::LightParameters>() = parameters;
-  const bool filter_due = cast_since_light_ || filter_ != scene.filter;
   // A cast has reset all time stamps, and the GPU may be writing the cast's now.
-  if (!cast_since_light_) timestamps_.reset(gpu);
+  if (!cast_since_light_) reset_times(gpu);
+  light_steps_.clear();
+  confidence_due_ = false;
 
-  auto confidence = confidence_pipeline(pipelines, keys.confidence, scene, volume.frames_gone);
-  if (!confidence) return confidence.error();
+  if (cast_since_light_ || filter_ != scene.filter) {
+    auto confidence = confidence_pipeline(pipelines, keys.confidence, scene, volume.frames_gone);
+    if (!confidence) return confidence.error();
+    confidence_due_ = *confidence != VK_NULL_HANDLE;
+    if (auto added = add_filter_steps(pipelines, keys, *confidence); !added) return added;
+    if (filter_due_ != scene.filter) light_step_ms_[static_cast<std::size_t>(Stage::kFilter)] = 0;
+    filter_due_ = scene.filter;
+    filter_.reset();
+  }
   auto lit = pipelines.get(keys.light);
   if (!lit) return lit.error();
+  light_steps_.add({.pipeline = *lit,
+                    .groups_across = tiles_across(),
+                    .groups_down = tiles_down(),
+                    .stage = Stage::kLight,
+                    .reads_cast = true});
+  add_finish_steps(pipelines, scene);
+  return {};
+}
+
+/// Submits the steps before end_step that were not submitted yet, and after the last one the read-back.
+Result<void> ViewRenderer::submit_light(const Gpu& gpu, const Pipelines& pipelines, std::size_t end_step) {
   const VkCommandBuffer commands = light_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
+  begin_piece(gpu, commands, light_steps_[light_steps_.next()].stage);
   // The other slot's filter may run just before this one's, and reads its buffers.
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
               VK_ACCESS_2_TRANSFER_WRITE_BIT);
-  descriptors_.bind(commands, pipelines, DescriptorSets::Order::kLitToDiffused);
-  if (filter_due) {
-    timestamps_.stamp(commands, GpuTimestamps::kFilterBegin);
-    if (auto recorded = record_depth_filter(commands, pipelines, keys, *confidence); !recorded)
-      return recorded;
-  }
-  timestamps_.stamp(commands, GpuTimestamps::kLightBegin);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, *lit);
-  vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
-  pass_barrier(commands);
-  timestamps_.stamp(commands, GpuTimestamps::kLightEnd);
-  record_finish(commands, pipelines, scene);
-  record_read_back(commands);
+  record_light_steps(commands, pipelines, end_step);
+  const bool last = end_step == light_steps_.count();
+  if (last) record_read_back(commands);
+  end_piece(commands);
   if (auto submitted = timeline_.submit(gpu.light_queue(), commands, other_work_); !submitted)
     return submitted;
-  // Only now: after an error the next call does all of it.
-  filter_ = scene.filter;
+  light_steps_.submit_until(end_step);
+  if (!last) return {};
+  // Only now: after an error, or where the picture was given up, the next one does all of it.
+  confidence_known_ |= confidence_due_;
+  filter_ = filter_due_;
   cast_since_light_ = false;
-  confidence_known_ |= *confidence != VK_NULL_HANDLE;
   return {};
+}
+
+Result<void> ViewRenderer::light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                                 const VolumeBindings& volume, History history) {
+  if (auto begun = begin_light(gpu, pipelines, scene, volume, history); !begun) return begun;
+  return submit_light(gpu, pipelines, light_steps_.count());
+}
+
+Result<void> ViewRenderer::light_next_piece(const Gpu& gpu, const Pipelines& pipelines) {
+  const auto stage = static_cast<std::size_t>(light_steps_[light_steps_.next()].stage);
+  const double known_ms = light_step_ms_[stage];
+  const double step_ms = known_ms > 0 ? known_ms : kPieceMs;
+  return submit_light(gpu, pipelines, light_steps_.end_of_piece(step_ms, kPieceMs));
 }
 
 }  // namespace fanlight

@@ -23,12 +23,30 @@ void GpuTimestamps::reset(const Gpu& gpu) const {
   vkResetQueryPool(gpu.device(), times_.get(), 0, kMoments);
 }
 
+void GpuTimestamps::reset_piece(const Gpu& gpu) const {
+  vkResetQueryPool(gpu.device(), times_.get(), kPieceBegin, 2);
+}
+
 void GpuTimestamps::stamp(VkCommandBuffer commands, Moment moment) const {
   vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_.get(), moment);
 }
 
-std::array<StageSpan, kStages> GpuTimestamps::spans(const Gpu& gpu) const {
+/// Values of the moments in [first, end); those that were not written since the reset are 0.
+std::array<std::uint64_t, GpuTimestamps::kMoments> GpuTimestamps::ticks(const Gpu& gpu, Moment first,
+                                                                        Moment end) const {
   std::array<std::uint64_t, kMoments> ticks{};
+  for (std::uint32_t moment = first; moment < end; ++moment) {
+    const VkResult result =
+        vkGetQueryPoolResults(gpu.device(), times_.get(), moment, 1, sizeof ticks[moment], &ticks[moment],
+                              sizeof ticks[moment], VK_QUERY_RESULT_64_BIT);
+    if (result == VK_ERROR_DEVICE_LOST)
+      gpu.note_fault(Gpu::Condition::kLost, vulkan_error("vkGetQueryPoolResults", result));
+  }
+  return ticks;
+}
+
+std::array<StageSpan, kStages> GpuTimestamps::spans(const Gpu& gpu) const {
+  const auto ticks = this->ticks(gpu, kPrepareBegin, kPieceBegin);
   const auto between = [&](Moment from, Moment to) {
     if (ticks[from] == 0 || ticks[to] <= ticks[from]) return StageSpan{};
     // A GPU may count nanoseconds since 1970: too many for the precision of a double.
@@ -38,14 +56,6 @@ std::array<StageSpan, kStages> GpuTimestamps::spans(const Gpu& gpu) const {
     };
     return StageSpan{.begin_ns = ns(from), .end_ns = ns(to)};
   };
-  // Time stamps that were not written since the reset stay 0.
-  for (std::uint32_t moment = 0; moment < kMoments; ++moment) {
-    const VkResult result =
-        vkGetQueryPoolResults(gpu.device(), times_.get(), moment, 1, sizeof ticks[moment], &ticks[moment],
-                              sizeof ticks[moment], VK_QUERY_RESULT_64_BIT);
-    if (result == VK_ERROR_DEVICE_LOST)
-      gpu.note_fault(Gpu::Condition::kLost, vulkan_error("vkGetQueryPoolResults", result));
-  }
   return {between(kPrepareBegin, kPrepareEnd), between(kUploadBegin, kCastBegin),
           between(kCastBegin, kCastEnd),       between(kFilterBegin, kLightBegin),
           between(kLightBegin, kLightEnd),     between(kLightEnd, kFinishEnd),
@@ -58,6 +68,12 @@ std::array<double, kStages> GpuTimestamps::ms(const Gpu& gpu) const {
     return static_cast<double>(span.end_ns - span.begin_ns) / 1e6;
   });
   return ms;
+}
+
+double GpuTimestamps::piece_ms(const Gpu& gpu) const {
+  const auto ticks = this->ticks(gpu, kPieceBegin, kMoments);
+  if (ticks[kPieceBegin] == 0 || ticks[kPieceEnd] <= ticks[kPieceBegin]) return 0;
+  return static_cast<double>(ticks[kPieceEnd] - ticks[kPieceBegin]) * gpu.limits().timestampPeriod / 1e6;
 }
 
 }  // namespace fanlight

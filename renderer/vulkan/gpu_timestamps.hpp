@@ -32,6 +32,8 @@ class GpuTimestamps {
     kLightEnd,
     kFinishEnd,
     kReadBackEnd,
+    kPieceBegin,
+    kPieceEnd,
     kMoments
   };
 
@@ -39,6 +41,9 @@ class GpuTimestamps {
 
   /// Resets all time stamps. Precondition: the GPU writes none of them.
   void reset(const Gpu& gpu) const;
+
+  /// Resets kPieceBegin and kPieceEnd alone. Precondition: the GPU writes neither of them.
+  void reset_piece(const Gpu& gpu) const;
 
   /// Records a time stamp that is written when all commands before it are done.
   void stamp(VkCommandBuffer commands, Moment moment) const;
@@ -50,7 +55,12 @@ class GpuTimestamps {
   /// Duration of each stage in milliseconds.
   std::array<double, kStages> ms(const Gpu& gpu) const;
 
+  /// Milliseconds between kPieceBegin and kPieceEnd; 0 where they were not written since the reset.
+  double piece_ms(const Gpu& gpu) const;
+
  private:
+  std::array<std::uint64_t, kMoments> ticks(const Gpu& gpu, Moment first, Moment end) const;
+
   QueryPoolHandle times_;
 };
 

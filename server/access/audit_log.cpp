@@ -2,6 +2,7 @@
 #include "server/access/audit_log.hpp"
 
 #include <chrono>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -30,7 +31,12 @@ void AuditLog::note(const Principal& who, const Event& event) {
 }
 
 void AuditLog::note(const Principal& who, const Event& event, const nlohmann::json& details) {
-  if (writer_ != nullptr && budget_->take(who, event, details)) append(who, event, details);
+  if (writer_ == nullptr) return;
+  try {
+    if (budget_->take(who, event, details)) append(who, event, details);
+  } catch (const std::bad_alloc&) {
+    writer_->lose();  // the act that it tells of goes on
+  }
 }
 
 void AuditLog::append(const Principal& who, const Event& event, const nlohmann::json& details) {

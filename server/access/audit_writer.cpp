@@ -7,6 +7,7 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -38,6 +39,13 @@ class AuditWriter::Work {
     }
     queue_bytes_ += fields.size();
     queue_.push_back({.fields = std::move(fields), .urgency = urgency});
+    woken_.notify_one();
+  }
+
+  void lose() noexcept {
+    const std::scoped_lock lock(mutex_);
+    ++no_memory_;
+    ++lost_;
     woken_.notify_one();
   }
 
@@ -81,18 +89,23 @@ class AuditWriter::Work {
     std::unique_lock lock(mutex_);
     while (!ended_) {
       wait_for_work(lock);
-      Batch batch{.lines = std::exchange(queue_, {}),
+      Batch batch{.lines = take_lines(),
                   .overflow = std::exchange(overflow_, 0),
+                  .no_memory = std::exchange(no_memory_, 0),
                   .reopen = std::exchange(reopening_, false),
                   .last = ending_};
       queue_bytes_ = 0;
       busy_ = true;
       lock.unlock();
-      const std::uint64_t not_written = write(batch);
-      add_notice(sink_->take_notice());
+      try {
+        write(batch);
+        add_notice(sink_->take_notice());
+      } catch (const std::bad_alloc&) {
+        batch.lost += batch.lines.size() - batch.handled;
+      }
       const std::string notice = std::exchange(new_notice_, {});
       lock.lock();
-      publish(notice, not_written);
+      publish(notice, batch.lost);
       busy_ = false;
       ended_ = batch.last && queue_.empty();
       idle_.notify_all();
@@ -106,13 +119,16 @@ class AuditWriter::Work {
   };
   struct Batch {
     std::deque<Line> lines;
-    std::uint64_t overflow;  // lines that came after these and did not fit
+    std::uint64_t overflow;   // lines that came after these and did not fit
+    std::uint64_t no_memory;  // lines that there was no memory for
     bool reopen;
     bool last;
+    std::size_t handled = 0;  // of the lines: written or lost
+    std::uint64_t lost = 0;   // of those
   };
 
   void wait_for_work(std::unique_lock<std::mutex>& lock) {
-    const auto has_work = [this] { return ending_ || reopening_ || !queue_.empty(); };
+    const auto has_work = [this] { return ending_ || reopening_ || no_memory_ > 0 || !queue_.empty(); };
     if (unsynced_ || gap_ > 0) {
       woken_.wait_until(lock, synced_at_ + kBetweenSyncs, has_work);
     } else {
@@ -120,35 +136,48 @@ class AuditWriter::Work {
     }
   }
 
-  /// Returns how many lines of the batch were lost.
-  std::uint64_t write(const Batch& batch) {
-    std::uint64_t lost = 0;
+  std::deque<Line> take_lines() {
+    for (;;) {
+      try {
+        return std::exchange(queue_, {});
+      } catch (const std::bad_alloc&) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    }
+  }
+
+  void write(Batch& batch) {
     bool sync = batch.last;
     for (const Line& line : batch.lines) {
       const int failure = write_gap() ? append(line.fields) : gap_failure_;
+      ++batch.handled;
       if (failure == 0) {
         unsynced_ = true;
         sync = sync || line.urgency == Urgency::kNow;
       } else {
+        ++batch.lost;
         add_gap(1, failure);
-        ++lost;
       }
     }
     if (batch.overflow > 0) add_gap(batch.overflow, 0);
+    if (batch.no_memory > 0) add_gap(batch.no_memory, ENOMEM);
     (void)write_gap();
     if (batch.reopen) sink_->reopen();
     if (sync || std::chrono::steady_clock::now() >= synced_at_ + kBetweenSyncs) sync_now();
-    return lost;
   }
 
   /// While a pipe is full, lines wait in the queue, and those that do not fit are lost.
   int append(std::string_view fields) {
-    int failure = sink_->append(fields);
-    while (failure == EAGAIN && !is_ending()) {
-      sink_->wait_for_room();
-      failure = sink_->append(fields);
+    try {
+      int failure = sink_->append(fields);
+      while (failure == EAGAIN && !is_ending()) {
+        sink_->wait_for_room();
+        failure = sink_->append(fields);
+      }
+      return failure;
+    } catch (const std::bad_alloc&) {
+      return ENOMEM;
     }
-    return failure;
   }
 
   bool is_ending() const {
@@ -161,22 +190,31 @@ class AuditWriter::Work {
   }
 
   void add_gap(std::uint64_t lines, int failure) {
-    if (gap_ == 0) add_notice(fmt::format("the audit log loses lines ({})", reason_of_gap(failure)));
+    const bool first = gap_ == 0;
     gap_ += lines;
     gap_failure_ = failure;
+    if (first) add_notice(fmt::format("the audit log loses lines ({})", reason_of_gap(failure)));
   }
 
   /// Writes the entry about the lines that are missing, if any. Returns false if that fails.
   bool write_gap() {
     if (gap_ == 0) return true;
-    const nlohmann::json details = {{"count", gap_}, {"because", reason_of_gap(gap_failure_)}};
-    if (const int failure = append(audit_fields_of_log(kAuditLost, details))) {
+    if (const int failure = append_gap()) {
       gap_failure_ = failure;
       return false;
     }
     unsynced_ = true;
     gap_ = 0;
     return true;
+  }
+
+  int append_gap() {
+    try {
+      const nlohmann::json details = {{"count", gap_}, {"because", reason_of_gap(gap_failure_)}};
+      return append(audit_fields_of_log(kAuditLost, details));
+    } catch (const std::bad_alloc&) {
+      return ENOMEM;
+    }
   }
 
   void sync_now() {
@@ -217,7 +255,8 @@ class AuditWriter::Work {
   std::condition_variable idle_;
   std::deque<Line> queue_;
   std::size_t queue_bytes_ = 0;
-  std::uint64_t overflow_ = 0;  // lines that did not fit since the last batch was taken
+  std::uint64_t overflow_ = 0;   // lines that did not fit since the last batch was taken
+  std::uint64_t no_memory_ = 0;  // lines that there was no memory for since then
   std::uint64_t lost_ = 0;
   bool reopening_ = false;
   bool ending_ = false;
@@ -236,6 +275,10 @@ AuditWriter::~AuditWriter() {
 
 void AuditWriter::push(std::string fields, Urgency urgency) {
   work_->push(std::move(fields), urgency);
+}
+
+void AuditWriter::lose() noexcept {
+  work_->lose();
 }
 
 void AuditWriter::reopen() {

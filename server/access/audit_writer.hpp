@@ -33,6 +33,9 @@ class AuditWriter {
   /// Appends a line with these members: see audit_fields().
   void push(std::string fields, Urgency urgency);
 
+  /// Counts a line as lost that there was no memory for.
+  void lose() noexcept;
+
   /// Calls AuditSink::reopen().
   void reopen();
 

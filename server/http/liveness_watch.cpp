@@ -23,11 +23,15 @@ PictureLiveness::Source liveness_source(const std::string& source_state, bool pr
 }  // namespace
 
 void LivenessWatch::start() {
+  if (chain_.broken()) wait();
+}
+
+void LivenessWatch::wait() {
   pause_.expires_after(kInterval);
-  pause_.async_wait([this](boost::system::error_code failure) {
+  pause_.async_wait([this, link = chain_.link()](boost::system::error_code failure) {
     if (failure) return;
     update();
-    start();
+    wait();
   });
 }
 

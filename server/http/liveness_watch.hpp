@@ -8,6 +8,7 @@
 
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/render_health.hpp"
+#include "server/net/loop_chain.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/stream/session_registry.hpp"
@@ -29,17 +30,19 @@ class LivenessWatch {
   LivenessWatch(boost::asio::io_context& loop, const Dependencies& dependencies)
       : dependencies_(dependencies), pause_(loop) {}
 
-  /// Begins; lasts as long as the loop.
+  /// Begins; lasts as long as the loop. Begins again where a lack of memory has ended it.
   void start();
 
   /// Looks now: something has changed.
   void update();
 
  private:
+  void wait();
   void log() const;
 
   Dependencies dependencies_;
   boost::asio::steady_timer pause_;
+  LoopChain chain_;
 };
 
 }  // namespace fanlight

@@ -14,7 +14,7 @@ void ServerSignals::start() {
     boost::system::error_code ignored;
     signals_.add(signal, ignored);
   }
-  wait();
+  if (chain_.broken()) wait();
 }
 
 void ServerSignals::release_ends() {
@@ -25,7 +25,7 @@ void ServerSignals::release_ends() {
 }
 
 void ServerSignals::wait() {
-  signals_.async_wait([this](boost::system::error_code failure, int signal) {
+  signals_.async_wait([this, link = chain_.link()](boost::system::error_code failure, int signal) {
     if (failure) return;
     received(signal);
     wait();

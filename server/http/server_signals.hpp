@@ -5,6 +5,8 @@
 #include <boost/asio/signal_set.hpp>
 #include <functional>
 
+#include "server/net/loop_chain.hpp"
+
 namespace fanlight {
 
 /// The signals that the server answers, in its loop. Server thread only.
@@ -23,7 +25,7 @@ class ServerSignals {
 
   ServerSignals(boost::asio::io_context& loop, Actions actions);
 
-  /// Calls the actions from now on.
+  /// Calls the actions from now on. Begins again where a lack of memory has ended it.
   void start();
 
   /// SIGTERM and SIGINT end the process again.
@@ -35,6 +37,7 @@ class ServerSignals {
 
   Actions actions_;
   boost::asio::signal_set signals_;
+  LoopChain chain_;
   bool ending_ = false;
 };
 

@@ -8,18 +8,17 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <new>
 #include <nlohmann/json.hpp>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "proto/base/clock.hpp"
-#include "server/net/listen_address.hpp"
-#include "server/net/tls_warnings.hpp"
 
 namespace fanlight {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
 
 namespace {
 
@@ -87,7 +86,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                            .audit = audit_,
                            .sessions = sessions_,
                            .messages = messages_,
-                           .requests = request_dependencies_},
+                           .requests = request_dependencies_,
+                           .limits = config.session_limits},
       rest_api_({.counters = dependencies_.counters,
                  .scene_store = scene_store_,
                  .hub = hub_,
@@ -111,6 +111,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                                      .scene_store = scene_store_},
                          .stream = stream_dependencies_},
       connection_limit_(config.most_connections, config.most_connections_a_host),
+      listener_(loop_, {.endpoint = config.endpoint, .tls = config.tls},
+                {.counters = dependencies_.counters, .limit = connection_limit_, .http = http_dependencies_}),
       signals_(loop_, {.end = [this] { end("the server ends"); },
                        .end_now = [this] { stop(); },
                        .read_again = [this] { read_again(); },
@@ -123,13 +125,25 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
 PictureHub::Config StreamServer::hub_config() {
   PictureHub::Config config;
   config.executor = [this](EncoderLane lane, std::function<void()> work, std::function<void()> done) {
-    encoders_.submit(lane, [this, work = std::move(work), done = std::move(done)]() mutable {
+    // Shared, so that nothing is lost where it cannot be handed over at once.
+    const auto kept = std::make_shared<std::function<void()>>(std::move(done));
+    encoders_.submit(lane, [this, work = std::move(work), kept] {
       work();
-      asio::post(loop_, std::move(done));
+      post(kept);
     });
   };
   config.threads = EncoderPool::usual_threads();
   return config;
+}
+
+void StreamServer::post(const std::shared_ptr<std::function<void()>>& done) {
+  while (!loop_.stopped()) {
+    try {
+      return asio::post(loop_, [done] { (*done)(); });
+    } catch (const std::bad_alloc&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
 }
 
 Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
@@ -143,6 +157,11 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
         "(ulimit -n), expected {} or more",
         config.most_connections, wanted.most_connections + kOtherFiles);
   }
+  const double session_mb = static_cast<double>(SessionLimits::most_bytes(config.facts.picture_width,
+                                                                          config.facts.picture_height)) /
+                            1e6;
+  spdlog::info("a display takes up to {:.1f} MB of memory; {} connections at most", session_mb,
+               config.most_connections);
   AuditLog audit;
   if (!config.audit_log.empty()) {
     auto opened = AuditLog::open(config.audit_log, config.audit_rotate_bytes);
@@ -153,52 +172,44 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
   if (!access) return access.error();
   std::unique_ptr<StreamServer> server(
       new StreamServer(config, dependencies, std::move(audit), std::move(*access)));
-  if (!config.tls.empty()) {
-    if (auto read = server->read_certificates(); !read) return read.error();
-  }
-  if (auto listening = server->listen(); !listening) return listening.error();
+  if (auto listening = server->listener_.open(); !listening) return listening.error();
   // The stream descriptor closes its file descriptor, which belongs to the bell: so it gets a duplicate.
   server->bell_.assign(dup(dependencies.bell.file_descriptor()));
   return server;
 }
 
-Result<void> StreamServer::read_certificates() {
-  const auto versions = file_marks(config_.tls);
-  auto context = make_tls_context(config_.tls);
-  if (!context) return context.error();
-  certificates_read_ = versions;
-  tls_ = std::move(*context);
-  for (const std::string& warning : tls_warnings(config_.tls)) spdlog::warn("{}", warning);
-  return {};
-}
-
-Result<void> StreamServer::listen() {
-  boost::system::error_code failure;
-  acceptor_.open(config_.endpoint.protocol(), failure);
-  if (!failure) acceptor_.set_option(tcp::acceptor::reuse_address(true), failure);
-  if (!failure) acceptor_.bind(config_.endpoint, failure);
-  if (!failure) acceptor_.listen(asio::socket_base::max_listen_connections, failure);
-  if (failure) {
-    return Error{
-        ErrorCode::kUnavailable,
-        fmt::format("listening on {} failed ({}), expected an address of this machine and a free port",
-                    page_url(config_.endpoint, !config_.tls.empty()), failure.message())};
-  }
-  return {};
-}
-
 Result<void> StreamServer::run() {
   signals_.start();
-  accept();
-  watch_bell();
   bell_rang();  // values may have come before
-  start_second();
-  liveness_watch_.start();
-  loop_.run();
+  run_loop();
   signals_.release_ends();
   close_audit();
   if (failure_) return *failure_;
   return {};
+}
+
+void StreamServer::run_loop() {
+  for (;;) {
+    try {
+      begin_chains();
+      loop_.run();
+      return;
+    } catch (const std::bad_alloc&) {
+      // It has ended one handler: that of a connection, which is closed by that, or one of the chains. Memory
+      // may be free again a little later.
+      dependencies_.counters.handlers_out_of_memory.add();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+}
+
+void StreamServer::begin_chains() {
+  if (!ending_) listener_.start();
+  if (bell_chain_.broken()) watch_bell();
+  if (second_chain_.broken()) start_second();
+  liveness_watch_.start();
+  signals_.start();
+  if (ending_ && end_chain_.broken()) stop_without_sessions(now_ns() + config_.most_end_ms * 1'000'000);
 }
 
 void StreamServer::fail(const Error& error) {
@@ -208,8 +219,7 @@ void StreamServer::fail(const Error& error) {
 
 void StreamServer::end(const std::string& reason) {
   if (std::exchange(ending_, true)) return;
-  boost::system::error_code ignored;
-  acceptor_.close(ignored);
+  listener_.close();
   for (const auto& session : sessions_.all()) session->end(reason);
   stop_without_sessions(now_ns() + config_.most_end_ms * 1'000'000);
 }
@@ -217,7 +227,7 @@ void StreamServer::end(const std::string& reason) {
 void StreamServer::stop_without_sessions(std::int64_t until_ns) {
   if (sessions_.all().empty() || now_ns() >= until_ns) return stop();
   end_pause_.expires_after(std::chrono::milliseconds(10));
-  end_pause_.async_wait([this, until_ns](boost::system::error_code stopped) {
+  end_pause_.async_wait([this, until_ns, link = end_chain_.link()](boost::system::error_code stopped) {
     if (!stopped) stop_without_sessions(until_ns);
   });
 }
@@ -250,48 +260,14 @@ void StreamServer::tell_state() {
                holder.session == 0 ? "nobody" : holder.name, dependencies_.source_state(), audit);
 }
 
-void StreamServer::accept() {
-  acceptor_.async_accept([this](boost::system::error_code failure, tcp::socket socket) {
-    if (failure != asio::error::operation_aborted) accepted(failure, std::move(socket));
-  });
-}
-
-void StreamServer::accepted(boost::system::error_code failure, tcp::socket socket) {
-  if (failure) {
-    // Probably there is no free file descriptor: wait until a connection may have ended.
-    dependencies_.counters.connections_refused.add();
-    accept_pause_.expires_after(std::chrono::milliseconds(100));
-    accept_pause_.async_wait([this](boost::system::error_code stopped) {
-      if (!stopped) accept();
-    });
-    return;
-  }
-  boost::system::error_code ignored;
-  const auto address = socket.remote_endpoint(ignored).address();
-  const bool in_time = tls_ == nullptr || connect_rate_.take(ConnectionLimit::host_of(address));
-  auto permit = in_time ? connection_limit_.take(address) : std::nullopt;
-  dependencies_.counters.connections_evicted.set(connection_limit_.evicted());
-  if (permit) {
-    socket.set_option(tcp::no_delay(true), ignored);
-    auto connection = tls_ != nullptr ? Connection(std::move(socket), tls_) : Connection(std::move(socket));
-    std::make_shared<HttpSession>(std::move(connection), std::move(*permit), http_dependencies_)->start();
-  } else {
-    dependencies_.counters.connections_refused.add();  // the destructor closes the socket
-  }
-  if (tls_ == nullptr || connect_rate_.may_accept()) {
-    accept();
-  } else {
-    accepts_ = false;  // until the second has passed
-  }
-}
-
 void StreamServer::watch_bell() {
-  bell_.async_wait(asio::posix::descriptor_base::wait_read, [this](boost::system::error_code failure) {
-    if (failure) return;
-    dependencies_.bell.wait(0);
-    bell_rang();
-    watch_bell();
-  });
+  bell_.async_wait(asio::posix::descriptor_base::wait_read,
+                   [this, link = bell_chain_.link()](boost::system::error_code failure) {
+                     if (failure) return;
+                     dependencies_.bell.wait(0);
+                     bell_rang();
+                     watch_bell();
+                   });
 }
 
 void StreamServer::bell_rang() {
@@ -333,7 +309,7 @@ void StreamServer::probe_changed() {
 
 void StreamServer::start_second() {
   second_.expires_after(std::chrono::seconds(1));
-  second_.async_wait([this](boost::system::error_code failure) {
+  second_.async_wait([this, link = second_chain_.link()](boost::system::error_code failure) {
     if (failure) return;
     second_passed();
     start_second();
@@ -341,8 +317,7 @@ void StreamServer::start_second() {
 }
 
 void StreamServer::second_passed() {
-  connect_rate_.refill();
-  if (!std::exchange(accepts_, true)) accept();
+  listener_.second_passed();
   reload_credentials(false);
   reload_certificates(false);
   lapse_control();
@@ -365,13 +340,10 @@ void StreamServer::reload_credentials(bool in_any_case) {
 }
 
 void StreamServer::reload_certificates(bool in_any_case) {
-  if (config_.tls.empty() || (!in_any_case && file_marks(config_.tls) == certificates_read_)) return;
-  // Files that cannot be read are tried again every second; the same error is logged once.
-  const auto read = read_certificates();
-  const std::string result = read ? "done" : read.error().message;
-  if (std::exchange(certificates_result_, read ? "" : result) == result && !in_any_case) return;
-  audit_.note({.name = "fanlight"}, {.what = "certificates_read", .result = result});
-  spdlog::info("the certificates were read again: {}", result);
+  const auto result = listener_.reload_certificates(in_any_case);
+  if (!result) return;
+  audit_.note({.name = "fanlight"}, {.what = "certificates_read", .result = *result});
+  spdlog::info("the certificates were read again: {}", *result);
 }
 
 void StreamServer::lapse_control() {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -16,12 +15,12 @@
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/render_health.hpp"
+#include "server/http/connection_listener.hpp"
 #include "server/http/http_session.hpp"
 #include "server/http/liveness_watch.hpp"
 #include "server/http/rest_api.hpp"
 #include "server/http/server_signals.hpp"
-#include "server/net/connect_rate.hpp"
-#include "server/net/connection_limit.hpp"
+#include "server/net/loop_chain.hpp"
 #include "server/net/tls_context.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
@@ -54,6 +53,7 @@ class StreamServer {
     std::size_t most_connections = 2048;
     std::size_t most_connections_a_host = 256;  ///< except this machine, which may run a proxy
     std::size_t most_private_views = kMostPrivateViews;
+    SessionLimits session_limits;
   };
   /// All must outlive the server. `bell`: rung by the mailboxes that the server reads, and when the result of
   /// source_state() changes.
@@ -78,7 +78,7 @@ class StreamServer {
   ~StreamServer();
 
   /// The address that it listens on, with the port that the system chose if the configuration has port 0.
-  boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
+  boost::asio::ip::tcp::endpoint endpoint() const { return listener_.endpoint(); }
 
   /// Blocks and serves until SIGINT, SIGTERM, stop(), or a failure, which it returns. Signals: see
   /// ServerSignals. After the first signal, or a failure, displays get a close frame and have
@@ -91,16 +91,18 @@ class StreamServer {
  private:
   StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, Authenticator access);
   PictureHub::Config hub_config();
-  Result<void> listen();
-  Result<void> read_certificates();
+  /// Calls it on the server thread. Any thread. Waits for memory where there is none: the hub counts on it.
+  void post(const std::shared_ptr<std::function<void()>>& done);
+  /// Runs the loop until stop(). Where memory runs out in a handler, goes on with the others.
+  void run_loop();
+  /// Begins the chains of the loop that are not under way.
+  void begin_chains();
   /// Tells every display that the server ends, and stops when all have left, or after Config::most_end_ms.
   void end(const std::string& reason);
   void stop_without_sessions(std::int64_t until_ns);
   void close_audit();
   void read_again();
   void tell_state();
-  void accept();
-  void accepted(boost::system::error_code failure, boost::asio::ip::tcp::socket socket);
   void watch_bell();
   /// Reads all mailboxes.
   void bell_rang();
@@ -134,19 +136,16 @@ class StreamServer {
   StreamSession::Dependencies stream_dependencies_;
   RestApi rest_api_;
   HttpSession::Dependencies http_dependencies_;
-  std::shared_ptr<boost::asio::ssl::context> tls_;  // null: no TLS
-  std::array<FileVersion, 3> certificates_read_;
-  std::string certificates_result_;  // the last error that was logged; empty: none
   ConnectionLimit connection_limit_;
-  bool accepts_ = true;       // an accept is under way, or paused for a free descriptor
-  ConnectRate connect_rate_;  // where there is TLS
   boost::asio::io_context loop_{1};
-  boost::asio::ip::tcp::acceptor acceptor_{loop_};
+  ConnectionListener listener_;
   boost::asio::posix::stream_descriptor bell_{loop_};
   boost::asio::steady_timer second_{loop_};
-  boost::asio::steady_timer accept_pause_{loop_};
   boost::asio::steady_timer private_pause_{loop_};
   boost::asio::steady_timer end_pause_{loop_};
+  LoopChain bell_chain_;
+  LoopChain second_chain_;
+  LoopChain end_chain_;
   ServerSignals signals_;
   LivenessWatch liveness_watch_{loop_,
                                 {.liveness = liveness_,

@@ -25,6 +25,7 @@ struct ServerCounters {
   Counter handshakes_failed;                 ///< of TLS
   Counter encodings_failed;                  ///< sessions closed because their picture could not be encoded
   Counter sessions_out_of_memory;            ///< closed because there was no memory for what they asked for
+  Counter handlers_out_of_memory;            ///< ended by a lack of memory; most of them of connections
   Counter sessions_unanswered;               ///< closed because they answered no ping for ten seconds
   Counter sessions_stalled;                  ///< closed because they acknowledged nothing for five seconds
   Gauge<std::uint64_t> audit_lines_lost;     ///< for which the disk had no room
@@ -55,6 +56,8 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::encodings_failed},
     {"sessions_out_of_memory", "Displays dropped since there was no memory for what they asked for",
      &ServerCounters::sessions_out_of_memory},
+    {"handlers_out_of_memory", "Steps of the server that were given up since there was no memory",
+     &ServerCounters::handlers_out_of_memory},
     {"sessions_unanswered", "Displays dropped since they answered no ping for ten seconds",
      &ServerCounters::sessions_unanswered},
     {"sessions_stalled", "Displays dropped since they took nothing for five seconds",

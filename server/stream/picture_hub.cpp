@@ -71,7 +71,7 @@ struct PictureHub::Job {
   EncodingKey encoding_key;
   std::shared_ptr<Machine> machine;
   std::shared_ptr<PictureSnapshot> snapshot;
-  std::set<std::uint64_t> due;  // the subscribers that wait for it
+  std::set<std::uint64_t> due = {};  // the subscribers that wait for it
   bool key = false;
   Result<PictureOffer> offer = Error{ErrorCode::kBroken, "the picture was not encoded"};
 
@@ -168,16 +168,25 @@ void PictureHub::start_jobs() {
 void PictureHub::start(EncoderLane lane, const EncodingKey& encoding_key, Encoding& encoding) {
   const auto shown = shown_.find(encoding_key.first);
   if (shown == shown_.end()) return encoding.due.clear();  // its private view has ended
-  const auto job = std::make_shared<Job>(Job{.encoding_key = encoding_key,
-                                             .machine = encoding.machine,
-                                             .snapshot = snapshot_of(shown->second),
-                                             .due = std::exchange(encoding.due, {}),
-                                             .key = std::exchange(encoding.key_requested, false)});
+  const auto job = std::make_shared<Job>(
+      Job{.encoding_key = encoding_key, .machine = encoding.machine, .snapshot = snapshot_of(shown->second)});
+  std::size_t& running = lanes_[static_cast<std::size_t>(lane)].running;
+  job->due.swap(encoding.due);
+  job->key = std::exchange(encoding.key_requested, false);
   encoding.running = true;
-  ++lanes_[static_cast<std::size_t>(lane)].running;
-  config_.executor(
-      lane, [this, job] { run_within_memory(job->offer, [&] { job->run(config_.make_coder); }); },
-      [this, job] { finished(*job); });
+  ++running;
+  try {
+    config_.executor(
+        lane, [this, job] { run_within_memory(job->offer, [&] { job->run(config_.make_coder); }); },
+        [this, job] { finished(*job); });
+  } catch (const std::bad_alloc&) {
+    // The next picture tries again.
+    --running;
+    encoding.running = false;
+    encoding.due.merge(job->due);
+    encoding.key_requested |= job->key;
+    throw;
+  }
 }
 
 std::shared_ptr<PictureSnapshot> PictureHub::snapshot_of(Shown& shown) {
@@ -335,6 +344,16 @@ void PictureHub::png(FileReady ready) {
   }
   png_->waiting.push_back(std::move(ready));
   if (std::exchange(png_->running, true)) return;
+  try {
+    start_png();
+  } catch (const std::bad_alloc&) {
+    png_->running = false;
+    png_->waiting.clear();  // their connections end
+    throw;
+  }
+}
+
+void PictureHub::start_png() {
   png_->snapshot = snapshot_of(shown_.at(0));
   config_.executor(
       EncoderLane::kHeavy,

@@ -133,6 +133,7 @@ class PictureHub {
   void start(EncoderLane lane, const EncodingKey& encoding_key, Encoding& encoding);
   void finished(Job& job);
   void deliver(const EncodingKey& encoding_key, const std::set<std::uint64_t>& due, const Job& job);
+  void start_png();
   std::shared_ptr<PictureSnapshot> snapshot_of(Shown& shown);
   void resync_shared(const EncodingKey& encoding_key, Encoding& encoding, const Shown& shown);
   void drop_unused_encodings();

@@ -15,19 +15,33 @@ namespace websocket = boost::beast::websocket;
 
 namespace {
 
-// A scene change with every field is under 1 KB.
-constexpr std::size_t kLargestMessageBytes = 64 << 10;
-// Up to this size a message is read to its end, so that the client receives the reason of the refusal. Beyond
-// it, the connection is cut.
-constexpr std::size_t kLargestReadBytes = 1 << 20;
-// Before the login, a client has no other message to send.
-constexpr std::size_t kLargestLoginBytes = 4 << 10;
-constexpr int kSecondsForALogin = 10;
-constexpr int kSecondsWithoutProgress = 5;
 // All that arrives, also control frames and fragments: twice what messages may take.
 constexpr std::size_t kReadBytesPerSecond = 2 * InputBudget::kBytesPerSecond;
 
 }  // namespace
+
+/// Handler of an operation on the socket; keeps the session alive. Where it is destroyed without a call,
+/// since the library found no memory in the midst of the operation, the session leaves with the next second.
+class StreamSession::Operation {
+ public:
+  using Done = void (StreamSession::*)(beast::error_code failure, std::size_t bytes);
+
+  Operation(std::shared_ptr<StreamSession> session, Done done) : session_(std::move(session)), done_(done) {}
+  Operation(Operation&&) = default;
+  Operation& operator=(Operation&&) = default;
+  ~Operation() {
+    if (session_ != nullptr) session_->out_of_memory_ = true;
+  }
+
+  void operator()(beast::error_code failure, std::size_t bytes = 0) {
+    const auto session = std::exchange(session_, nullptr);
+    session->guarded([&] { ((*session).*done_)(failure, bytes); });
+  }
+
+ private:
+  std::shared_ptr<StreamSession> session_;  // null after a move or a call
+  Done done_;
+};
 
 StreamSession::StreamSession(Connection connection, ConnectionPermit permit, const Dependencies& dependencies,
                              std::string address)
@@ -54,7 +68,7 @@ void StreamSession::start(const beast::http::request<beast::http::string_body>& 
   // The WebSocket has time-outs of its own.
   beast::get_lowest_layer(socket_).expires_never();
   socket_.set_option(websocket::stream_base::timeout{.handshake_timeout = std::chrono::seconds(10),
-                                                     .idle_timeout = std::chrono::seconds(10),
+                                                     .idle_timeout = dependencies_.limits.unanswered,
                                                      .keep_alive_pings = true});
   if (!protocol.empty()) {
     socket_.set_option(websocket::stream_base::decorator(
@@ -69,22 +83,22 @@ void StreamSession::start(const beast::http::request<beast::http::string_body>& 
     close_reason_.emplace(websocket::close_code::try_again_later, "its place was needed for others");
     beast::get_lowest_layer(socket_).close();  // the pending operations fail, and the session leaves
   });
-  socket_.read_message_max(kLargestLoginBytes);
+  socket_.read_message_max(SessionLimits::kLoginBytes);
   socket_.binary(true);
   socket_.auto_fragment(false);
-  socket_.async_accept(request, [self = shared_from_this(), principal = std::move(principal),
-                                 login_reason](beast::error_code failure) {
-    if (!failure) self->accepted(principal, login_reason);
-  });
+  shown_principal_ = std::move(principal);
+  login_reason_ = login_reason;
+  socket_.async_accept(request, Operation(shared_from_this(), &StreamSession::accepted));
 }
 
-void StreamSession::accepted(const std::optional<Principal>& principal, const std::string& login_reason) {
+void StreamSession::accepted(beast::error_code failure, std::size_t /*none*/) {
+  if (failure) return;
   enter(State::kLogin);
   dependencies_.sessions.add(shared_from_this());
-  if (principal) {
-    open(*principal, "");
+  if (shown_principal_) {
+    open(*shown_principal_, "");
   } else {
-    queue_.add_answer(serialised(ServerMessages::login_needed(login_reason)));
+    queue_.add_answer(serialised(ServerMessages::login_needed(login_reason_)));
   }
   read();
   pump();
@@ -94,7 +108,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   identity_.principal = principal;
   permit_.authenticated();
   identity_.name = name.empty() ? principal.name : name;
-  socket_.read_message_max(kLargestReadBytes);
+  socket_.read_message_max(SessionLimits::kReadBytes);
   // A session that is being closed stays so.
   if (state_ == State::kLogin) enter(State::kOpen);
   dependencies_.counters.sessions_opened.add();
@@ -161,13 +175,15 @@ void StreamSession::view_changed() {
 }
 
 void StreamSession::view_ended(const std::string& reason) {
-  dependencies_.hub.forget_view(*this);
-  view_end_ = reason;
+  guarded([&] {
+    dependencies_.hub.forget_view(*this);
+    view_end_ = reason;
+  });
   notify(OutgoingQueue::Notice::kView);
 }
 
 void StreamSession::probe_changed() {
-  requests_.answer_probe_changes();
+  guarded([&] { requests_.answer_probe_changes(); });
   notify(OutgoingQueue::Notice::kProbe);
 }
 
@@ -177,9 +193,14 @@ void StreamSession::count_control_frame(websocket::frame_type kind) {
 }
 
 void StreamSession::second_passed() {
+  guarded([&] { check_limits(); });
+}
+
+void StreamSession::check_limits() {
   ++seconds_in_state_;
   budget_.refill();
-  if (state_ == State::kClosing && seconds_in_state_ >= kSecondsWithoutProgress)
+  const SessionLimits& limits = dependencies_.limits;
+  if (state_ == State::kClosing && seconds_in_state_ >= limits.stalled_s)
     return cut("it was told to go and did not");
   if (out_of_memory_) {
     dependencies_.counters.sessions_out_of_memory.add();
@@ -188,16 +209,16 @@ void StreamSession::second_passed() {
   audit_.flush_changes();
   const int stalled = progress_.seconds_stalled(beast::get_lowest_layer(socket_).socket().native_handle(),
                                                 under_way_ != nullptr);
-  if (stalled >= kSecondsWithoutProgress) {
+  if (stalled >= limits.stalled_s) {
     dependencies_.counters.sessions_stalled.add();
-    return cut("it took nothing for 5 s");
+    return cut(fmt::format("it took nothing for {} s", limits.stalled_s));
   }
   if (too_many_pings_ && state_ != State::kClosing) {
     dependencies_.counters.messages_refused.add();
     close(websocket::close_code::policy_error,
           fmt::format("over {} pings within a second", InputBudget::kPingsPerSecond));
   }
-  if (state_ == State::kLogin && seconds_in_state_ >= kSecondsForALogin)
+  if (state_ == State::kLogin && seconds_in_state_ >= limits.login_s)
     close(websocket::close_code::policy_error, "no token came");
   if (state_ == State::kOpen && !dependencies_.access.may_stay(*identity_.principal)) {
     close(websocket::close_code::policy_error, "the token or certificate is not valid any more");
@@ -223,7 +244,7 @@ void StreamSession::end(const std::string& reason) {
   close(websocket::close_code::going_away, reason);
 }
 
-void StreamSession::cut(const char* why) {
+void StreamSession::cut(const std::string& why) {
   // A close frame would wait behind the message that the client does not take.
   if (!close_reason_) close_reason_.emplace(websocket::close_code::going_away, why);
   leave();
@@ -234,9 +255,7 @@ void StreamSession::read() {
   if (state_ != State::kLogin && state_ != State::kOpen) return;
   reading_ = true;
   budget_.begin_read();
-  socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code failure, std::size_t bytes) {
-    self->guarded([&] { self->received(failure, bytes); });
-  });
+  socket_.async_read(incoming_, Operation(shared_from_this(), &StreamSession::received));
 }
 
 void StreamSession::received(beast::error_code failure, std::size_t bytes) {
@@ -244,8 +263,10 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
   if (failure) {
     if (failure == websocket::error::message_too_big) dependencies_.counters.messages_refused.add();
     if (failure == beast::error::timeout) {
+      const SessionLimits& limits = dependencies_.limits;
       dependencies_.counters.sessions_unanswered.add();
-      return cut("it answered no ping for 10 s");
+      return cut(fmt::format("it answered no ping for {} s",
+                             std::chrono::duration_cast<std::chrono::seconds>(limits.unanswered).count()));
     }
     leave();
     return;
@@ -270,8 +291,9 @@ void StreamSession::guarded(Handle handle) {
 void StreamSession::handle_message(std::size_t bytes) {
   v1::ClientMessage message;
   const auto data = incoming_.cdata();
-  if (bytes > kLargestMessageBytes) {
-    requests_.refuse(fmt::format("a message has {} bytes, expected at most {}", bytes, kLargestMessageBytes));
+  if (bytes > SessionLimits::kMessageBytes) {
+    requests_.refuse(
+        fmt::format("a message has {} bytes, expected at most {}", bytes, SessionLimits::kMessageBytes));
     close(websocket::close_code::too_big, "a message was too long");
   } else if (!socket_.got_binary()) {
     requests_.refuse("a message is text, expected a binary fanlight.v1.ClientMessage");
@@ -325,12 +347,10 @@ v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
 void StreamSession::write(const SharedMessage& message) {
   under_way_ = message;
   socket_.async_write(boost::asio::buffer(*under_way_),
-                      [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
-                        self->guarded([&] { self->written(failure); });
-                      });
+                      Operation(shared_from_this(), &StreamSession::written));
 }
 
-void StreamSession::written(beast::error_code failure) {
+void StreamSession::written(beast::error_code failure, std::size_t /*bytes*/) {
   under_way_ = nullptr;
   if (failure) {
     leave();
@@ -341,10 +361,12 @@ void StreamSession::written(beast::error_code failure) {
   pump();
 }
 
+void StreamSession::closed(beast::error_code /*closed either way*/, std::size_t /*none*/) {
+  leave();
+}
+
 void StreamSession::send_close() {
-  socket_.async_close(*close_reason_, [self = shared_from_this()](beast::error_code /*closed either way*/) {
-    self->leave();
-  });
+  socket_.async_close(*close_reason_, Operation(shared_from_this(), &StreamSession::closed));
 }
 
 }  // namespace fanlight

@@ -19,6 +19,7 @@
 #include "server/stream/outgoing_queue.hpp"
 #include "server/stream/server_messages.hpp"
 #include "server/stream/session_audit.hpp"
+#include "server/stream/session_limits.hpp"
 #include "server/stream/session_registry.hpp"
 #include "server/stream/stream_requests.hpp"
 
@@ -27,7 +28,7 @@ namespace fanlight {
 /// One display on its WebSocket: owns the socket and the life cycle. At most one read and one write are under
 /// way. OutgoingQueue decides what is written, InputBudget how much is read, and StreamRequests carries out
 /// the messages. A display that reads slowly loses pictures of its own only. One that acknowledges no byte
-/// for five seconds, or answers no ping for ten, is disconnected.
+/// for five seconds, or answers no ping for ten, is disconnected (SessionLimits).
 ///
 /// SessionRegistry and the pending operations keep it alive. Server thread only.
 class StreamSession : public StreamRequests::Session,
@@ -45,6 +46,7 @@ class StreamSession : public StreamRequests::Session,
     SessionRegistry& sessions;
     const ServerMessages& messages;
     const StreamRequests::Dependencies& requests;
+    SessionLimits limits;
   };
 
   /// `dependencies` and all that it refers to must outlive the session. `address`: of the client, with port.
@@ -98,7 +100,7 @@ class StreamSession : public StreamRequests::Session,
 
   bool is_connected() const { return state_ != State::kUpgrading && state_ != State::kGone; }
   void enter(State state);
-  void accepted(const std::optional<Principal>& principal, const std::string& login_reason);
+  void accepted(boost::beast::error_code failure, std::size_t none);
   void read();
   void received(boost::beast::error_code failure, std::size_t bytes);
   void handle_message(std::size_t bytes);
@@ -106,15 +108,18 @@ class StreamSession : public StreamRequests::Session,
   /// Runs a handler. Where memory runs out, this session ends with the next second, and no other does.
   template <typename Handle>
   void guarded(Handle handle);
+  class Operation;
   void notify(OutgoingQueue::Notice notice);
   /// Writes what is due next, unless a write is under way.
   void pump();
   v1::ServerMessage notice_message(OutgoingQueue::Notice notice);
   void write(const SharedMessage& message);
-  void written(boost::beast::error_code failure);
+  void written(boost::beast::error_code failure, std::size_t bytes);
+  void closed(boost::beast::error_code failure, std::size_t bytes);
   void send_close();
+  void check_limits();
   /// Closes the connection without a close frame.
-  void cut(const char* why);
+  void cut(const std::string& why);
   void leave();
 
   const Dependencies& dependencies_;
@@ -122,6 +127,8 @@ class StreamSession : public StreamRequests::Session,
   boost::beast::websocket::stream<Connection> socket_;
   State state_ = State::kUpgrading;
   int seconds_in_state_ = 0;
+  std::optional<Principal> shown_principal_;  // with the upgrade request
+  std::string login_reason_;                  // why that did not suffice; empty: nothing was shown
   std::optional<boost::beast::websocket::close_reason> close_reason_;
   SessionIdentity identity_;
   StreamSettings settings_;

@@ -193,6 +193,31 @@ TEST_F(PrivateViewTest, GoesOverFromALightToACameraAndBack) {
 class LargePrivateViewTest : public PrivateViewTest {
  protected:
   LargePrivateViewTest() : PrivateViewTest(384) {}
+
+  /// The costliest passes 2 and 3 that may be asked for.
+  Scene costly_light() const {
+    Scene scene = scene_;
+    scene.filter.kind = DepthFilter::kEdgePreserving;
+    scene.filter.size = 31;
+    scene.finish.smoothing = Smoothing::kDiffusion;
+    scene.finish.iterations = 30;
+    return scene;
+  }
+
+  /// Submits one piece of a private view's work and waits until it is done.
+  void one_piece() {
+    const auto submitted = renderer_->advance_private();
+    ASSERT_TRUE(submitted);
+    ASSERT_TRUE(*submitted);
+    EXPECT_FALSE(renderer_->main_busy());
+    ++pieces_;
+    while (renderer_->busy()) {
+      ASSERT_TRUE(renderer_->wait(1'000'000'000));
+      renderer_->collect_private();
+    }
+  }
+
+  int pieces_ = 0;
 };
 
 TEST_F(LargePrivateViewTest, GivesWayToTheMainViewPieceByPiece) {
@@ -201,18 +226,6 @@ TEST_F(LargePrivateViewTest, GivesWayToTheMainViewPieceByPiece) {
   aside.rays.step_mm = 0.1;
   show_volume(1);
   want(0, 5, aside, true);
-  int pieces = 0;
-  const auto one_piece = [&] {
-    const auto submitted = renderer_->advance_private();
-    ASSERT_TRUE(submitted);
-    ASSERT_TRUE(*submitted);
-    EXPECT_FALSE(renderer_->main_busy());
-    ++pieces;
-    while (renderer_->busy()) {
-      ASSERT_TRUE(renderer_->wait(1'000'000'000));
-      renderer_->collect_private();
-    }
-  };
   one_piece();
   one_piece();
   EXPECT_EQ(newest(0), nullptr) << "the cast has more pieces than two";
@@ -230,8 +243,83 @@ TEST_F(LargePrivateViewTest, GivesWayToTheMainViewPieceByPiece) {
   const Picture* const own = newest(0);
   ASSERT_NE(own, nullptr);
   EXPECT_EQ(own->stamp.volume.volume_id, 3U);
-  EXPECT_GT(pieces, 3);
+  EXPECT_GT(pieces_, 3);
   EXPECT_EQ(own->rgba, show(aside).rgba) << "whole, and of one volume";
+}
+
+TEST_F(LargePrivateViewTest, LightsInPiecesBetweenWhichTheMainViewIsLit) {
+  show_volume(1);
+  const Scene costly = costly_light();
+  want(0, 5, costly, false);
+  Scene lit = scene_;
+  while (counters_.private_pictures.value() == 0) {
+    one_piece();
+    if (pieces_ % 10 != 3) continue;
+    lit.light.right_mm += 5;
+    EXPECT_EQ(show(lit).stamp.scene_revision, revision_);
+  }
+  EXPECT_GT(pieces_, 20) << "the time of a step is not known yet, so each is a piece";
+  const Picture* const picture = newest(0);
+  ASSERT_NE(picture, nullptr);
+  const std::vector<std::uint8_t> own = picture->rgba;
+  const auto cost_ms = [&](Stage stage) { return picture->stamp.stage_ms[static_cast<std::size_t>(stage)]; };
+  EXPECT_GT(cost_ms(Stage::kFilter), 0);
+  EXPECT_GT(cost_ms(Stage::kLight), 0);
+  EXPECT_GT(cost_ms(Stage::kFinish), 0);
+  EXPECT_EQ(cost_ms(Stage::kCast), 0);
+  EXPECT_EQ(own, show(costly).rgba);
+  EXPECT_EQ(counters_.private_lights_given_up.value(), 0U);
+}
+
+TEST_F(LargePrivateViewTest, GivesUpALightWhoseDepthMapIsReplaced) {
+  show_volume(1);
+  const Scene costly = costly_light();
+  want(0, 5, costly, false);
+  one_piece();
+  Scene turned = scene_;
+  turned.camera.yaw_deg = 25;
+  show(turned);
+  one_piece();
+  EXPECT_EQ(counters_.private_lights_given_up.value(), 1U);
+  let_private_views_finish();
+  Scene both = costly;
+  both.camera = turned.camera;
+  const Picture* const own = newest(0);
+  ASSERT_NE(own, nullptr);
+  EXPECT_EQ(own->rgba, show(both).rgba);
+}
+
+TEST_F(LargePrivateViewTest, KeepsALightWhoseDepthMapIsReplacedOnceItWasRead) {
+  show_volume(1);
+  const Picture first = show(costly_light());
+  show(scene_);
+  want(0, 5, costly_light(), false);
+  for (int piece = 0; piece < 20; ++piece) one_piece();  // filter and light are done
+  ASSERT_EQ(newest(0), nullptr);
+  show_volume(2, higher_hill);
+  show_volume(3);
+  one_piece();
+  EXPECT_EQ(counters_.private_lights_given_up.value(), 0U);
+  while (counters_.private_pictures.value() == 0) one_piece();
+  const Picture* const own = newest(0);
+  ASSERT_NE(own, nullptr);
+  EXPECT_EQ(own->stamp.volume.volume_id, 1U);
+  EXPECT_EQ(own->rgba, first.rgba);
+}
+
+TEST_F(LargePrivateViewTest, EndsInTheMidstOfItsLightWhereNobodyWantsItAnyMore) {
+  show_volume(1);
+  want(0, 5, costly_light(), false);
+  one_piece();
+  want(0, 0, costly_light(), false);
+  let_private_views_finish();
+  EXPECT_EQ(newest(0), nullptr);
+  EXPECT_EQ(counters_.private_lights_given_up.value(), 1U);
+  want(0, 6, scene_, false);
+  let_private_views_finish();
+  const Picture* const own = newest(0);
+  ASSERT_NE(own, nullptr);
+  EXPECT_EQ(own->rgba, show(scene_).rgba);
 }
 
 TEST_F(LargePrivateViewTest, EndsInTheMidstOfItsCastWhereNobodyWantsItAnyMore) {

@@ -294,6 +294,12 @@ PrivateStatus camera_casting() {
   return view;
 }
 
+PrivateStatus light_in_pieces() {
+  PrivateStatus view = light_view();
+  view.phase = WorkPhase::kLighting;
+  return view;
+}
+
 PrivateStatus no_view() {
   return {.wanted_scene = &kScene, .scene = &kScene};
 }
@@ -308,7 +314,7 @@ struct PrivateCase {
   const char* name;
   PrivateStatus view;
   std::optional<PrivateStep> expected;
-  bool gives_up_cast = false;
+  bool gives_up = false;
 };
 
 void PrintTo(const PrivateCase& row, std::ostream* out) {
@@ -323,7 +329,7 @@ TEST_P(PrivateScheduleTest, DecidesThePieceOfWork) {
   ASSERT_EQ(action.has_value(), row.expected.has_value());
   if (!action) return;
   EXPECT_EQ(action->step, *row.expected);
-  EXPECT_EQ(action->gives_up_cast, row.gives_up_cast);
+  EXPECT_EQ(action->gives_up, row.gives_up);
 }
 
 const PrivateCase kPrivateCases[] = {
@@ -334,6 +340,7 @@ const PrivateCase kPrivateCases[] = {
      with(light_view(),
           [](PrivateStatus& view) {
             view.phase = WorkPhase::kLighting;
+            view.light_submitted = true;
             view.wanted_revision = 3;
           }),
      std::nullopt},
@@ -391,7 +398,7 @@ const PrivateCase kPrivateCases[] = {
     {"a cast goes on although its scene changed",
      with(camera_casting(), [](PrivateStatus& view) { view.wanted_revision = 3; }), PrivateStep::kCastBand},
     {"a cast that lost its frames",
-     with(camera_casting(), [](PrivateStatus& view) { view.frames_lost = true; }), PrivateStep::kBeginCast,
+     with(camera_casting(), [](PrivateStatus& view) { view.inputs_lost = true; }), PrivateStep::kBeginCast,
      true},
     {"a cast of a view that was closed",
      with(camera_casting(), [](PrivateStatus& view) { view.wanted_view_id = 0; }), PrivateStep::kDrop, true},
@@ -402,6 +409,19 @@ const PrivateCase kPrivateCases[] = {
             view.own_camera = false;
           }),
      PrivateStep::kLightShared, true},
+
+    {"the next piece of a light", light_in_pieces(), PrivateStep::kLightPiece},
+    {"a light goes on although it changed",
+     with(light_in_pieces(), [](PrivateStatus& view) { view.wanted_revision = 3; }),
+     PrivateStep::kLightPiece},
+    {"a light goes on although the main view shows another slot",
+     with(light_in_pieces(), [](PrivateStatus& view) { view.of_shown_slot = false; }),
+     PrivateStep::kLightPiece},
+    {"a light that lost its depth map",
+     with(light_in_pieces(), [](PrivateStatus& view) { view.inputs_lost = true; }), PrivateStep::kLightShared,
+     true},
+    {"a light of a view that was closed",
+     with(light_in_pieces(), [](PrivateStatus& view) { view.wanted_view_id = 0; }), PrivateStep::kDrop, true},
 };
 
 INSTANTIATE_TEST_SUITE_P(Situations, PrivateScheduleTest, testing::ValuesIn(kPrivateCases));
@@ -425,21 +445,25 @@ TEST(PrivateScheduleOrderTest, TakesTurnsAfterEachPicture) {
   EXPECT_EQ(second->next_view, 0U);
 }
 
-TEST(PrivateScheduleOrderTest, ContinuesACastBeforeAnotherViewHasItsTurn) {
+TEST(PrivateScheduleOrderTest, ContinuesAPictureBeforeAnotherViewHasItsTurn) {
   const PrivateStatus new_camera = with(camera_view(), [](PrivateStatus& view) { view.drawn = false; });
   const auto begun = decide(std::array{no_view(), new_camera, new_camera}, 0, kShown);
   ASSERT_TRUE(begun);
   EXPECT_EQ(begun->view, 1U);
-  EXPECT_EQ(begun->next_view, 1U);
-  const auto band = decide(std::array{no_view(), camera_casting(), new_camera}, begun->next_view, kShown);
-  ASSERT_TRUE(band);
-  EXPECT_EQ(band->step, PrivateStep::kCastBand);
-  EXPECT_EQ(band->next_view, 1U);
+  EXPECT_EQ(begun->next_view, 2U);
   const PrivateStatus cast = with(camera_casting(), [](PrivateStatus& view) { view.cast_submitted = true; });
-  const auto lit = decide(std::array{no_view(), cast, new_camera}, band->next_view, kShown);
-  ASSERT_TRUE(lit);
-  EXPECT_EQ(lit->step, PrivateStep::kLightCast);
-  EXPECT_EQ(lit->next_view, 2U);
+  const std::pair<PrivateStatus, PrivateStep> under_way[] = {{camera_casting(), PrivateStep::kCastBand},
+                                                             {cast, PrivateStep::kLightCast},
+                                                             {light_in_pieces(), PrivateStep::kLightPiece}};
+  for (const auto& [status, step] : under_way) {
+    const auto piece = decide(std::array{no_view(), status, new_camera}, begun->next_view, kShown);
+    ASSERT_TRUE(piece);
+    EXPECT_EQ(piece->view, 1U);
+    EXPECT_EQ(piece->step, step);
+  }
+  const auto next = decide(std::array{no_view(), camera_view(), new_camera}, begun->next_view, kShown);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->view, 2U) << "the other view's turn, once the first is done";
 }
 
 }  // namespace

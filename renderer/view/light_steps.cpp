@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/view/light_steps.hpp"
+
+#include <algorithm>
+#include <span>
+
+namespace fanlight {
+
+std::size_t LightSteps::count_of(Stage stage) const {
+  return static_cast<std::size_t>(
+      std::ranges::count(std::span(steps_).first(count_), stage, &LightStep::stage));
+}
+
+std::size_t LightSteps::end_of_piece(double step_ms, double most_ms) const {
+  const Stage stage = steps_.at(next_).stage;
+  double piece_ms = step_ms;
+  std::size_t end = next_ + 1;
+  while (end < count_ && steps_.at(end).stage == stage && piece_ms + step_ms <= most_ms) {
+    piece_ms += step_ms;
+    ++end;
+  }
+  return end;
+}
+
+bool LightSteps::cast_needed() const {
+  return std::ranges::any_of(std::span(steps_).subspan(next_, count_ - next_), &LightStep::reads_cast);
+}
+
+bool LightSteps::frames_needed() const {
+  return std::ranges::any_of(std::span(steps_).subspan(next_, count_ - next_), &LightStep::reads_frames);
+}
+
+}  // namespace fanlight

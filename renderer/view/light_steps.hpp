@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "proto/model/picture.hpp"
+#include "renderer/passes/descriptor_sets.hpp"
+
+namespace fanlight {
+
+/// One dispatch of passes 2 and 3. Each waits for the one before it.
+struct LightStep {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  std::uint32_t groups_across = 0;
+  std::uint32_t groups_down = 1;
+  Stage stage = Stage::kFilter;  ///< kFilter, kLight or kFinish
+  DescriptorSets::Order order = DescriptorSets::Order::kLitToDiffused;
+  bool reads_cast = false;    ///< reads what pass 1 wrote
+  bool reads_frames = false;  ///< reads the frames of the volume
+};
+
+/// The dispatches of passes 2 and 3 of one picture, in order, and how many of them were submitted. Neither
+/// allocates nor knows a GPU.
+class LightSteps {
+ public:
+  static constexpr std::size_t kMostFilterSteps = 9;
+  static constexpr std::size_t kMostDiffusionSteps = 30;  // of finish.iterations
+
+  void clear() { count_ = next_ = 0; }
+  void add(const LightStep& step) { steps_.at(count_++) = step; }
+
+  const LightStep& operator[](std::size_t index) const { return steps_.at(index); }
+  std::size_t count() const { return count_; }
+  std::size_t next() const { return next_; }
+  bool submitted() const { return next_ == count_; }
+  void submit_until(std::size_t end) { next_ = end; }
+
+  /// Steps of one stage.
+  std::size_t count_of(Stage stage) const;
+
+  /// The index past the last step of the next piece: at least one step, all of one stage, and together at
+  /// most most_ms where each step of the stage takes step_ms. Precondition: not submitted().
+  std::size_t end_of_piece(double step_ms, double most_ms) const;
+
+  /// Whether a step that was not submitted yet reads what pass 1 wrote, or the frames.
+  bool cast_needed() const;
+  bool frames_needed() const;
+
+ private:
+  // Filter, light, diffusion, finish.
+  std::array<LightStep, kMostFilterSteps + 1 + kMostDiffusionSteps + 1> steps_{};
+  std::size_t count_ = 0;
+  std::size_t next_ = 0;
+};
+
+}  // namespace fanlight

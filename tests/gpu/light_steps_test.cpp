@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pieces that passes 2 and 3 are cut into. Uses no GPU.
+#include <gtest/gtest.h>
+
+#include "renderer/view/light_steps.hpp"
+
+namespace fanlight::test {
+namespace {
+
+/// Three steps of the filter, of which the first reads the cast and the second the frames as well; the light;
+/// four steps of the finish.
+LightSteps made_steps() {
+  LightSteps steps;
+  steps.add({.reads_cast = true});
+  steps.add({.reads_cast = true, .reads_frames = true});
+  steps.add({});
+  steps.add({.stage = Stage::kLight, .reads_cast = true});
+  for (int step = 0; step < 4; ++step) steps.add({.stage = Stage::kFinish});
+  return steps;
+}
+
+TEST(LightStepsTest, APieceHasTheStepsThatFitItsTime) {
+  const LightSteps steps = made_steps();
+  EXPECT_EQ(steps.end_of_piece(1, 2), 2U);
+  EXPECT_EQ(steps.end_of_piece(1.5, 2), 1U);
+}
+
+TEST(LightStepsTest, APieceHasOneStepWhereNoneFits) {
+  EXPECT_EQ(made_steps().end_of_piece(100, 4), 1U);
+}
+
+TEST(LightStepsTest, APieceEndsWithItsStage) {
+  LightSteps steps = made_steps();
+  EXPECT_EQ(steps.end_of_piece(0.1, 4), 3U);
+  steps.submit_until(3);
+  EXPECT_EQ(steps.end_of_piece(0.1, 4), 4U);
+  steps.submit_until(4);
+  EXPECT_EQ(steps.end_of_piece(0.1, 4), 8U);
+}
+
+TEST(LightStepsTest, TellsWhatTheStepsAheadRead) {
+  LightSteps steps = made_steps();
+  EXPECT_TRUE(steps.cast_needed());
+  EXPECT_TRUE(steps.frames_needed());
+  steps.submit_until(2);
+  EXPECT_TRUE(steps.cast_needed());
+  EXPECT_FALSE(steps.frames_needed());
+  steps.submit_until(4);
+  EXPECT_FALSE(steps.cast_needed());
+  EXPECT_FALSE(steps.submitted());
+  steps.submit_until(8);
+  EXPECT_TRUE(steps.submitted());
+  steps.clear();
+  EXPECT_TRUE(steps.submitted());
+}
+
+TEST(LightStepsTest, CountsTheStepsOfAStage) {
+  const LightSteps steps = made_steps();
+  EXPECT_EQ(steps.count_of(Stage::kFilter), 3U);
+  EXPECT_EQ(steps.count_of(Stage::kLight), 1U);
+  EXPECT_EQ(steps.count_of(Stage::kFinish), 4U);
+  EXPECT_EQ(steps.count_of(Stage::kCast), 0U);
+}
+
+}  // namespace
+}  // namespace fanlight::test
