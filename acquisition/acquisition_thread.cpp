@@ -3,6 +3,7 @@
 
 #include <pthread.h>
 
+#include <new>
 #include <optional>
 
 namespace fanlight {
@@ -28,7 +29,12 @@ AcquisitionThread::AcquisitionThread(const Dependencies& dependencies, MismatchC
 
 void AcquisitionThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "acquisition");
-  const State state = pull_frames(stop);
+  State state = State::kFailed;
+  try {
+    state = pull_frames(stop);
+  } catch (const std::bad_alloc&) {
+    error_ = {ErrorCode::kUnavailable, "the process has no memory left for the source's frames"};
+  }
   if (state == State::kStopped) {
     assembler_.abandon();
   } else {

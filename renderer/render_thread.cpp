@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "proto/base/clock.hpp"
@@ -36,7 +37,7 @@ void RenderThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "render");
   governor_.scene_came(requested_.scene, now_ns());
   while (!stop.stop_requested()) {
-    if (const auto done = step(); !done && !recover(done.error(), stop)) break;
+    if (const auto done = step_within_memory(); !done && !recover_within_memory(done.error(), stop)) break;
   }
   retire();
   ended_.ring();
@@ -65,6 +66,23 @@ void RenderThread::rest() {
   if (const auto try_ns = renderer().next_scene_try_ns())
     change_ns = std::min(change_ns.value_or(*try_ns), *try_ns);
   to_.bell.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
+}
+
+Result<void> RenderThread::step_within_memory() {
+  try {
+    return step();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kLost, "the process has no memory left for the renderer"};
+  }
+}
+
+bool RenderThread::recover_within_memory(const Error& cause, const std::stop_token& stop) {
+  try {
+    return recover(cause, stop);
+  } catch (const std::bad_alloc&) {
+    fail({ErrorCode::kLost, "the process has no memory left for a new renderer"});
+    return false;
+  }
 }
 
 Result<void> RenderThread::step() {

@@ -65,6 +65,9 @@ class RenderThread {
  private:
   void run(const std::stop_token& stop);
   Result<void> step();
+  /// step(); a lack of memory is an error as the loss of the GPU.
+  Result<void> step_within_memory();
+  bool recover_within_memory(const Error& cause, const std::stop_token& stop);
   Result<void> take_volume();
   Result<void> load(Renderer::Loading loading);
   void take_frames();

@@ -4,9 +4,11 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "proto/base/printable.hpp"
@@ -53,9 +55,26 @@ int run(int argc, char** argv) {
   return flush_output();
 }
 
+/// An exception that nothing catches: one sentence, and the end, instead of an abort. A lack of threads or
+/// memory is the system's state; whatever else it is, it is an error of the program, whose state is kept.
+[[noreturn]] void end_for_lack_of_resources() {
+  try {
+    std::rethrow_exception(std::current_exception());
+  } catch (const std::bad_alloc&) {
+    std::fputs("fanlight: ends, since it has no memory left\n", stderr);
+    std::_Exit(1);
+  } catch (const std::system_error& error) {
+    std::fprintf(stderr, "fanlight: ends, since the system refused a thread or a lock: %s\n", error.what());
+    std::_Exit(1);
+  } catch (...) {
+    std::abort();
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::set_terminate(end_for_lack_of_resources);
   // Beyond a limit for the size of files, a write then fails, which is an error to tell.
   std::signal(SIGXFSZ, SIG_IGN);
   try {

@@ -17,8 +17,8 @@ struct RenderDevice {
   const std::string& name() const { return gpu->candidate().name; }
 };
 
-/// `name`: part of the GPU's name; empty for the best one. Errors: those of GpuInstance::create and
-/// Gpu::create.
+/// `name`: part of the GPU's name; empty for the best one. Errors: too little address space for the
+/// driver; those of GpuInstance::create and Gpu::create.
 Result<RenderDevice> open_device(const std::string& name, const GpuInstance::Config& config = {});
 
 }  // namespace fanlight

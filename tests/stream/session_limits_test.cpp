@@ -29,7 +29,7 @@ class SessionLimitsTest : public testing::Test {
   StreamServer::Config config() const {
     StreamServer::Config config;
     config.audit_log = log_;
-    config.session_limits = {.login_s = 2, .stalled_s = 2, .unanswered = std::chrono::milliseconds(2000)};
+    config.session_limits = {.login_s = 2, .stalled_s = 1, .unanswered = std::chrono::milliseconds(1000)};
     return config;
   }
   /// Results of the closed sessions in the audit log.
@@ -60,13 +60,13 @@ TEST_F(SessionLimitsTest, ADisplayThatAnswersNoPingIsCutAndTheLogSaysSo) {
   TestDisplay silent(fixture.endpoint());  // reads nothing from now on, so its library answers nothing
   silent.next(v1::ServerMessage::kHello);
   EXPECT_TRUE(comes_true([&] { return fixture.counters().sessions_unanswered.value() == 1; }));
-  EXPECT_EQ(why_closed(), "it answered no ping for 2 s");
+  EXPECT_EQ(why_closed(), "it answered no ping for 1 s");
 }
 
 TEST_F(SessionLimitsTest, ADisplayThatAnswersPingsStays) {
   ServerFixture fixture(config());
   TestDisplay display(fixture.endpoint());
-  for (int seconds = 0; seconds < 4; ++seconds) display.next(v1::ServerMessage::kStatistics);
+  for (int seconds = 0; seconds < 3; ++seconds) display.next(v1::ServerMessage::kStatistics);
   EXPECT_EQ(fixture.counters().sessions_unanswered.value(), 0U);
 }
 
@@ -93,7 +93,7 @@ TEST_F(SessionLimitsTest, ADisplayThatTakesNothingIsCut) {
     fixture.show_noise(++picture);
     return fixture.counters().sessions_stalled.value() == 1;
   }));
-  EXPECT_EQ(why_closed(), "it took nothing for 2 s");
+  EXPECT_EQ(why_closed(), "it took nothing for 1 s");
 }
 
 TEST(SessionLimits, TheMemoryOfASessionIsBounded) {
