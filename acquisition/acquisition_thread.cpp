@@ -5,6 +5,7 @@
 
 #include <new>
 #include <optional>
+#include <utility>
 
 namespace fanlight {
 
@@ -23,7 +24,8 @@ AcquisitionThread::AcquisitionThread(const Dependencies& dependencies, MismatchC
       assembler_({.ring = dependencies.ring,
                   .writer_bell = dependencies.writer_bell,
                   .counters = dependencies.counters,
-                  .frame_queue = dependencies.frame_queue},
+                  .frame_queue = dependencies.frame_queue,
+                  .dropped = dependencies.dropped},
                  sweeps_of(dependencies.source.description(), correction)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
@@ -46,8 +48,10 @@ void AcquisitionThread::run(const std::stop_token& stop) {
 
 AcquisitionThread::State AcquisitionThread::pull_frames(const std::stop_token& stop) {
   FrameSource& source = dependencies_.source;
+  std::uint64_t delays = 0;
   while (!stop.stop_requested()) {
     Result<std::optional<FrameStamp>> next = source.next_frame(stop);
+    dependencies_.counters.source_delays.add(source.delays() - std::exchange(delays, source.delays()));
     if (!next) {
       error_ = next.error();
       return State::kFailed;

@@ -29,6 +29,7 @@ class AcquisitionThread {
     AcquisitionCounters& counters;
     Doorbell& ended_bell;               ///< rung once, when the state is no longer kRunning
     FrameQueue* frame_queue = nullptr;  ///< receives each frame ahead of its volume; nullptr: no queue
+    DroppedSweeps* dropped = nullptr;   ///< receives the sweeps that give no volume; nullptr: nobody asks
   };
 
   /// Starts the thread. Ends the process where the system cannot create a thread.

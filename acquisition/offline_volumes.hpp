@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <optional>
+#include <vector>
 
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/open_source.hpp"
@@ -25,7 +28,8 @@ class OfflineVolumes {
                       .ring = ring_,
                       .writer_bell = writer_bell_,
                       .counters = counters_,
-                      .ended_bell = bell_}) {}
+                      .ended_bell = bell_,
+                      .dropped = &queue_}) {}
 
   /// The next volume, valid as long as this object; an empty lease at the end of the source. Blocks.
   Result<VolumeRing::Lease> next() {
@@ -39,27 +43,53 @@ class OfflineVolumes {
     }
   }
 
-  /// The volume with index `wanted`, from 0.
-  Result<VolumeRing::Lease> pick(std::int64_t wanted) {
-    for (std::int64_t seen = 0;; ++seen) {
+  /// The volume with the source's own number `wanted`; without one, the first that the source gives.
+  /// kNotFound: the source has no such volume, or dropped its sweep; the message says why.
+  Result<VolumeRing::Lease> pick(std::optional<std::uint64_t> wanted) {
+    std::optional<std::uint64_t> first;
+    std::optional<std::uint64_t> last;
+    for (;;) {
       auto volume = next();
       if (!volume) return volume;
-      if (!*volume) {
-        return Error{
-            ErrorCode::kNotFound,
-            fmt::format("volume {} was asked for, but the source has {} that can be rendered, counted from 0",
-                        wanted, seen)};
-      }
-      if (seen == wanted) return volume;
+      if (!*volume) break;
+      const std::uint64_t number = (*volume)->stamp().source_volume_index;
+      if (!first) first = number;
+      last = number;
+      if (!wanted || number == *wanted) return volume;
+      if (number > *wanted) break;
     }
+    return not_found(wanted, first, last);
+  }
+
+  /// The sweeps that were dropped so far.
+  const std::vector<DroppedSweep>& dropped() {
+    while (const auto sweep = queue_.take()) dropped_.push_back(*sweep);
+    return dropped_;
   }
 
   const AcquisitionCounters& counters() const { return counters_; }
 
  private:
+  Error not_found(std::optional<std::uint64_t> wanted, std::optional<std::uint64_t> first,
+                  std::optional<std::uint64_t> last) {
+    const auto& sweeps = dropped();
+    const auto found = std::ranges::find_if(
+        sweeps, [&](const DroppedSweep& sweep) { return !wanted || sweep.volume_index == *wanted; });
+    if (found != sweeps.end()) {
+      return {ErrorCode::kNotFound,
+              fmt::format("volume {} was dropped: {}", found->volume_index, reason_of(*found))};
+    }
+    if (!wanted || !first)
+      return {ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
+    return {ErrorCode::kNotFound, fmt::format("there is no volume {}, expected one of {} to {}{}", *wanted,
+                                              *first, *last, *last > *wanted ? " or more" : "")};
+  }
+
   Doorbell bell_;
   Doorbell writer_bell_;
   AcquisitionCounters counters_;
+  DroppedSweeps queue_;
+  std::vector<DroppedSweep> dropped_;
   VolumeRing ring_;
   AcquisitionThread acquisition_;
 };

@@ -11,18 +11,9 @@ namespace fanlight {
 
 namespace {
 
-// A motor that stands still gives a volume without thickness, and a division by zero in the angle look-up
-// table.
-constexpr double kLeastSpreadRad = radians(0.01);
-
 bool usable(double angle_rad) {
   return std::abs(angle_rad) < kPi / 2;
 }  // false for a NaN
-
-bool moved(const Volume& volume) {
-  const auto [smallest, largest] = std::ranges::minmax(volume.angles_rad());
-  return largest - smallest >= kLeastSpreadRad;
-}
 
 std::uint64_t saturating_difference(std::uint64_t number, std::uint64_t amount) {
   return number - std::min(number, amount);
@@ -36,7 +27,10 @@ Assembler::Assembler(const Dependencies& dependencies, const Config& config)
     : dependencies_(dependencies),
       config_(config),
       reversal_(config.range),
-      stamps_(dependencies.ring.frame_capacity()) {
+      stamps_(dependencies.ring.frame_capacity()),
+      angle_check_(dependencies.ring.frame_capacity()) {
+  by_sequence_.reserve(stamps_.size());
+  frames_to_check_.reserve(stamps_.size());
   if (config.correction == MismatchCorrection::kOn) {
     hysteresis_.emplace(dependencies.ring.frame_capacity(), dependencies.counters);
   }
@@ -254,83 +248,6 @@ void Assembler::carry_over(const Volume& ended, std::uint32_t first, std::uint32
     std::ranges::copy(ended.frame_pixels(first + i), volume_->next_frame_pixels().begin());
     volume_->add_frame(stamps_[i]);
   }
-}
-
-// ---- volumes ----
-
-bool Assembler::open_volume(const FanGeometry& geometry, const std::stop_token& stop) {
-  Volume* const volume = wait_for_volume(stop);
-  if (volume == nullptr) return false;
-  if (!volume->holds(geometry)) {
-    dependencies_.ring.abandon();
-    return false;
-  }
-  volume->set_geometry(geometry);
-  volume_ = volume;
-  return true;
-}
-
-Volume* Assembler::wait_for_volume(const std::stop_token& stop) {
-  Volume* volume = dependencies_.ring.begin();
-  if (volume != nullptr) return volume;
-  const std::stop_callback wake(stop, [this] { dependencies_.writer_bell.ring(); });
-  while (!stop.stop_requested()) {
-    volume = dependencies_.ring.begin();
-    if (volume != nullptr) return volume;
-    dependencies_.writer_bell.wait(-1);
-  }
-  return nullptr;
-}
-
-Assembler::Verdict Assembler::verdict() const {
-  const std::uint32_t frames = volume_->stamp().frames;
-  const SequenceGaps& gaps = sweep_.gaps;
-  const auto all = static_cast<double>(frames + gaps.without_frame + sweep_.cut_off);
-  const auto too_many = [&](std::uint64_t missing) {
-    return missing > 1 && static_cast<double>(missing) > config_.most_missing_share * all;
-  };
-  if (too_many(gaps.without_frame) || gaps.longest > config_.longest_gap_frames) return Verdict::kIncomplete;
-  if (too_many(gaps.without_frame + sweep_.cut_off)) return Verdict::kCutOff;
-  return frames >= 2 && moved(*volume_) ? Verdict::kGood : Verdict::kShort;
-}
-
-void Assembler::finish_volume() {
-  if (volume_ == nullptr) return;
-  const std::uint32_t frames = volume_->stamp().frames;
-  AcquisitionCounters& counters = dependencies_.counters;
-  const Verdict verdict = frames == 0 ? Verdict::kShort : this->verdict();
-  if (verdict == Verdict::kGood) {
-    publish();
-    return;
-  }
-  dependencies_.ring.abandon();
-  volume_ = nullptr;
-  if (verdict == Verdict::kIncomplete) {
-    counters.volumes_incomplete.add();
-    settle_pending(counters.frames_in_incomplete_volumes, frames);
-  } else if (verdict == Verdict::kCutOff) {
-    settle_pending(counters.frames_abandoned, frames);
-  } else if (frames > 0) {
-    counters.volumes_short.add();
-    settle_pending(counters.frames_in_short_volumes, frames);
-  }
-}
-
-void Assembler::publish() {
-  VolumeStamp& stamp = volume_->stamp();
-  AcquisitionCounters& counters = dependencies_.counters;
-  if (config_.cut == SweepCut::kByTurning) {
-    stamp.source_volume_index = sweep_.index;
-    stamp.direction = sweep_.direction;
-  }
-  stamp.frames_missing = static_cast<std::uint32_t>(sweep_.gaps.without_frame);
-  if (stamp.frames_missing > 0) counters.volumes_interpolated.add();
-  last_sweep_frames_ = stamp.frames + stamp.frames_missing;
-  volume_->sort_by_angle();
-  if (hysteresis_) hysteresis_->correct(*volume_, std::span(stamps_).first(stamp.frames));
-  settle_pending(counters.frames_assembled, stamp.frames);
-  volume_ = nullptr;
-  dependencies_.ring.publish();
 }
 
 // ---- counting ----

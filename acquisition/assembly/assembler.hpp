@@ -8,9 +8,11 @@
 #include <stop_token>
 #include <vector>
 
+#include "acquisition/assembly/dropped_sweeps.hpp"
 #include "acquisition/assembly/reversal_detector.hpp"
 #include "acquisition/assembly/sequence_window.hpp"
 #include "acquisition/assembly/sweep_hysteresis.hpp"
+#include "acquisition/source/angle_check.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/volume_ring.hpp"
@@ -33,9 +35,9 @@ enum class MismatchCorrection : std::uint8_t { kOn, kOff };
 /// Life of a frame: place() -> its pixels are written to the returned memory -> commit(); or reject(). A
 /// frame that is placed and never committed counts as not received: the gap in the sequence counts it as
 /// missing. Life of a sweep: first frame -> ... -> its last announced frame, or the first frame of another
-/// sweep, or the end of the source. The volume is then published, or dropped and counted: too many frames are
-/// missing (incomplete), the sweep began or ended in its middle (abandoned), or the angle did not move
-/// (short).
+/// sweep, or the end of the source. Frames whose angle is an outlier (AngleCheck) are removed and count as
+/// invalid. The volume is then published, or dropped and counted: too many frames are missing or the angle
+/// jumps (incomplete), the sweep began or ended in its middle (abandoned), or the angle did not move (short).
 ///
 /// Frames may arrive out of order. A frame that arrives behind newer ones is used while its sweep is open,
 /// and is late afterwards. A sequence number counts as missing when its sweep ends, when the newest frame is
@@ -56,11 +58,13 @@ class Assembler {
   };
   /// All must outlive the assembler. `writer_bell` is the bell that the ring rings when a slot becomes free.
   /// `frame_queue` receives a copy of each committed frame before its volume is published; nullptr: none.
+  /// `dropped` receives each sweep that had a usable frame and gave no volume; nullptr: nobody asks.
   struct Dependencies {
     VolumeRing& ring;
     Doorbell& writer_bell;
     AcquisitionCounters& counters;
     FrameQueue* frame_queue = nullptr;
+    DroppedSweeps* dropped = nullptr;
   };
 
   explicit Assembler(const Dependencies& dependencies);
@@ -109,7 +113,6 @@ class Assembler {
         0;  // frames that its volume cannot have, because the sweep began or ended in its middle
     SequenceGaps gaps;
   };
-  enum class Verdict : std::uint8_t { kGood, kIncomplete, kCutOff, kShort };
 
   Arrival classify(const FrameStamp& frame);
   bool accepts(const FrameStamp& frame) const;
@@ -124,7 +127,10 @@ class Assembler {
 
   bool open_volume(const FanGeometry& geometry, const std::stop_token& stop);
   Volume* wait_for_volume(const std::stop_token& stop);
-  Verdict verdict() const;
+  AngleCheck::Findings check_angles();
+  void remove_outliers(std::span<const std::size_t> outliers);
+  std::optional<DroppedSweep::Reason> reason_to_drop(double gap_rad) const;
+  void drop(DroppedSweep::Reason reason, const AngleCheck::Findings& angles);
   void finish_volume();
   void publish();
 
@@ -141,6 +147,9 @@ class Assembler {
   std::optional<SweepHysteresis> hysteresis_;
   Volume* volume_ = nullptr;        // of the open sweep; nullptr before its first usable frame
   std::vector<FrameStamp> stamps_;  // of its frames, in order of arrival
+  AngleCheck angle_check_;
+  std::vector<std::uint32_t> by_sequence_;          // indices of the frames, while their angles are checked
+  std::vector<AngleCheck::Frame> frames_to_check_;  // in that order
   std::uint32_t pending_ = 0;
   std::uint64_t committed_ = 0;  // frames since construction
   std::optional<FrameStamp> placed_;

@@ -104,7 +104,9 @@ double SweepHysteresis::weighted(double Estimate::*value, std::size_t newest) co
 }
 
 void SweepHysteresis::report(const FanGeometry& geometry) {
-  const double remaining_rad = weighted(&Estimate::remaining_rad, std::min(successive_estimates_, kReported));
+  // A single estimate holds all of the scene's motion, which is of opposite sign in the next one.
+  if (successive_estimates_ < kReported) return;
+  const double remaining_rad = weighted(&Estimate::remaining_rad, kReported);
   const double radius_mm = geometry.motor_radius_mm + geometry.depth_mm() / 2;
   counters_.mismatch_deg.set(degrees(mismatch_rad_));
   counters_.mismatch_left_deg.set(degrees(remaining_rad));

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "acquisition/source/printable.hpp"
+#include "proto/model/fan_geometry.hpp"
 
 namespace fanlight {
 
@@ -34,11 +35,14 @@ struct Requirement {
 };
 constexpr std::array kRequirements = {
     Requirement{"ObjectType", "Image", "Image"},
-    Requirement{"NDims", "3", "3 (columns, rows, frames)"},
+    Requirement{"NDims", "3", "3 (columns, rows, frames): colour and 4D images are not taken"},
     Requirement{"BinaryData", "True", "True"},
-    Requirement{"ElementNumberOfChannels", "1", "1"},
-    Requirement{"ElementType", "MET_UCHAR", "MET_UCHAR (8 bit)"},
-    Requirement{"UltrasoundImageType", "BRIGHTNESS", "BRIGHTNESS"},
+    Requirement{"ElementNumberOfChannels", "1", "1: grey pictures, such as the red channel alone"},
+    Requirement{"ElementType", "MET_UCHAR",
+                "MET_UCHAR: 8 bit pixels, such as 3D Slicer's Cast Scalar Volume writes after a window"},
+    Requirement{"UltrasoundImageType", "BRIGHTNESS",
+                "BRIGHTNESS: pictures made of radio frequency lines, not the lines (PLUS's RfProcessor makes "
+                "them)"},
 };
 
 struct Line {
@@ -49,6 +53,7 @@ struct Line {
 /// A field of one frame: Seq_Frame0000_Name.
 struct FrameField {
   IgsFrame& frame;
+  std::uint32_t index;
   std::string_view name;
 };
 
@@ -127,7 +132,8 @@ class HeaderReader {
       if (!orientation_) return refused(line, kOrientations, ErrorCode::kUnsupported);
     }
     if (key == "Kinds" && !value.ends_with("list") && !value.ends_with("time")) {
-      return refused(line, "domain domain list (the last axis is time)", ErrorCode::kUnsupported);
+      return refused(line, "domain domain list: frames of a sweep, not a volume on a grid",
+                     ErrorCode::kUnsupported);
     }
     if (key == "CompressedData") {
       if (value != "True" && value != "False") return refused(line, "True or False");
@@ -167,9 +173,14 @@ class HeaderReader {
     if (bytes / kMostInflation > from_.bytes) {
       return refused(line, fmt::format("a size that a file of {} bytes can hold", from_.bytes));
     }
+    if (header_.sequence.frames.size() > frames) {
+      return refused(line, fmt::format("the {} frames that the lines before it describe",
+                                       header_.sequence.frames.size()));
+    }
+    has_size_ = true;
     header_.sequence.columns = columns;
     header_.sequence.rows = rows;
-    header_.sequence.frames.assign(frames, {});
+    header_.sequence.frames.resize(frames);
     return {};
   }
 
@@ -194,28 +205,28 @@ class HeaderReader {
     if (underscore == std::string_view::npos || !index) {
       return bad(fmt::format("the header has a field {}", in_quotes(line.key)), "Seq_Frame0000_Name");
     }
-    if (frames.empty()) {
-      return bad("the header describes frames before it gives a DimSize", "DimSize first");
-    }
+    // Older files of PLUS give the DimSize after the frames.
+    if (!has_size_ && *index >= frames.size() && *index < kMostFrames) frames.resize(*index + 1);
     if (*index >= frames.size()) {
       return bad(fmt::format("the header describes frame {}", *index),
                  fmt::format("the {} frames of its DimSize, from 0", frames.size()));
     }
-    return FrameField{frames[*index], numbered.substr(underscore + 1)};
+    return FrameField{frames[*index], *index, numbered.substr(underscore + 1)};
   }
 
   Result<void> take_frame_field(const Line& line) {
     const auto field = frame_field(line);
     if (!field) return field.error();
-    const auto& [frame, name] = *field;
+    const auto& [frame, index, name] = *field;
     // The lines of a frame stand together.
-    if (std::exchange(last_frame_, &frame) != &frame) keys_of_frame_.clear();
+    if (std::exchange(last_frame_, index) != index) keys_of_frame_.clear();
     if (!keys_of_frame_.emplace(name).second) return refused(line, "each line of a frame once");
     if (name == "Timestamp") return take_number(line, frame.timestamp_s, "seconds");
     if (name == "MotorAngleDeg") return take_number(line, frame.motor_angle_deg, "degrees");
     if (name == "VolumeIndex") return take_number(line, frame.volume_index, "a whole number from 0");
     if (name == "FrameIndex") return take_number(line, frame.frame_index, "a whole number from 0");
-    if (name == "ImageToReferenceTransform" && !header_.sequence.pixel_size) return take_transform(line);
+    if (name.ends_with("Transform") && (name.starts_with("Image") || name.starts_with("Probe")))
+      return take_transform(line, name);
     if (name == "ImageStatus") {
       if (line.value != "OK" && line.value != "INVALID") return refused(line, "OK or INVALID");
       frame.valid = line.value == "OK";
@@ -236,17 +247,57 @@ class HeaderReader {
   }
 
   /// The pixel size is the lengths of the matrix's first two columns: mm along the image's x and y axes.
-  Result<void> take_transform(const Line& line) {
+  Result<void> take_transform(const Line& line, std::string_view name) {
     std::array<double, 16> matrix{};  // row order
     if (!take_numbers<double>(line.value, matrix)) return refused(line, "a matrix of 16 numbers");
-    header_.sequence.pixel_size = {.width_mm = std::hypot(matrix[0], matrix[4], matrix[8]),
-                                   .height_mm = std::hypot(matrix[1], matrix[5], matrix[9])};
+    IgsSequence& sequence = header_.sequence;
+    if (name == "ImageToReferenceTransform" && !sequence.pixel_size) {
+      sequence.pixel_size = {.width_mm = std::hypot(matrix[0], matrix[4], matrix[8]),
+                             .height_mm = std::hypot(matrix[1], matrix[5], matrix[9])};
+    }
+    constexpr std::size_t kMostTransforms = 16;
+    auto motion = sequence.motions.find(name);
+    if (motion == sequence.motions.end()) {
+      if (sequence.motions.size() < kMostTransforms)
+        sequence.motions.emplace(name, IgsSequence::Motion{matrix});
+      return {};
+    }
+    add_motion(motion->second, matrix);
     return {};
   }
 
+  /// The turn from one matrix to another by the trace of their product; the columns may have any length.
+  static void add_motion(IgsSequence::Motion& motion, const std::array<double, 16>& matrix) {
+    const std::array<double, 16>& first = motion.first;
+    motion.most_mm = std::max(motion.most_mm,
+                              std::hypot(matrix[3] - first[3], matrix[7] - first[7], matrix[11] - first[11]));
+    double trace = 0;
+    for (std::size_t column = 0; column < 3; ++column) {
+      double product = 0;
+      double first_length = 0;
+      double length = 0;
+      for (std::size_t row = 0; row < 3; ++row) {
+        const double a = first[4 * row + column];
+        const double b = matrix[4 * row + column];
+        product += a * b;
+        first_length += a * a;
+        length += b * b;
+      }
+      const double lengths = std::sqrt(first_length * length);
+      trace += lengths > 0 ? product / lengths : 1;
+    }
+    const double turn_deg = degrees(std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0)));
+    motion.most_deg = std::max(motion.most_deg, turn_deg);
+  }
+
   Result<void> check_presence() const {
-    if (header_.sequence.frames.empty()) return bad("the header has no DimSize", "columns, rows and frames");
+    if (!has_size_) return bad("the header has no DimSize", "columns, rows and frames");
     if (!has_element_type_) return bad("the header has no ElementType", "MET_UCHAR");
+    if (!last_frame_) {
+      return bad("this is a picture or a volume on a grid: it describes no frames of a sweep",
+                 "lines such as Seq_Frame0000_Timestamp for each frame, as PLUS writes them",
+                 ErrorCode::kUnsupported);
+    }
     if (orientation_) return {};
     // Not guessed: a wrong orientation shows a mirror image of the body.
     return bad("the header has no UltrasoundImageOrientation", kOrientations, ErrorCode::kUnsupported);
@@ -276,10 +327,11 @@ class HeaderReader {
   IgsHeader header_;
   std::string line_;
   std::uint64_t line_number_ = 0;
+  bool has_size_ = false;
   bool has_element_type_ = false;
   std::set<std::string, std::less<>> keys_;           // of the lines that belong to no frame
   std::set<std::string, std::less<>> keys_of_frame_;  // of the frame that was described last
-  const void* last_frame_ = nullptr;
+  std::optional<std::uint32_t> last_frame_;
   std::optional<ImageOrientation> orientation_;
 };
 

@@ -5,10 +5,14 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <utility>
+#include <vector>
 
+#include "acquisition/replay/file_kind.hpp"
 #include "acquisition/replay/igs_header.hpp"
 #include "acquisition/replay/image_orientation.hpp"
 #include "acquisition/source/printable.hpp"
@@ -24,28 +28,13 @@ struct FileCloser {
 };
 using File = std::unique_ptr<std::FILE, FileCloser>;
 
-Result<std::unique_ptr<std::uint8_t[]>> allocate(const IgsFile& from, std::uint64_t bytes) {
-  std::unique_ptr<std::uint8_t[]> memory(new (std::nothrow) std::uint8_t[bytes]);
-  if (memory == nullptr) {
-    return from.bad(fmt::format("its pixels need {} bytes", bytes), "as much free memory",
-                    ErrorCode::kUnavailable);
-  }
-  return memory;
-}
-
-Result<void> read_plain(const IgsFile& from, std::span<std::uint8_t> pixels) {
-  const std::uint64_t present = std::fread(pixels.data(), 1, pixels.size(), from.file);
-  if (present == pixels.size()) return {};
-  return from.bad(fmt::format("{} bytes of pixels can be read", present), fmt::format("{}", pixels.size()));
-}
-
 /// zlib's state, and the chunk of the file that it reads.
 class Inflater {
  public:
   Inflater(std::FILE* file, std::uint64_t compressed_bytes)
       : file_(file), unread_(compressed_bytes), chunk_(kChunkBytes) {}
   ~Inflater() { inflateEnd(&stream_); }
-  Inflater(const Inflater&) = delete;
+  Inflater(const Inflater&) = delete;  // zlib's state points into itself
   Inflater& operator=(const Inflater&) = delete;
 
   bool start() { return inflateInit(&stream_) == Z_OK; }
@@ -75,69 +64,13 @@ class Inflater {
   int status_ = Z_OK;
 };
 
-Result<void> read_compressed(const IgsFile& from, std::uint64_t compressed_bytes,
-                             std::span<std::uint8_t> pixels) {
-  Inflater inflater(from.file, compressed_bytes);
-  if (!inflater.start()) return from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
-  std::uint64_t written = 0;
-  std::uint8_t beyond = 0;  // receives one byte behind the last pixel
-  for (;;) {
-    const auto room = pixels.subspan(written);
-    written += inflater.inflate_some(room.empty() ? std::span(&beyond, 1) : room);
-    if (written > pixels.size()) {
-      return from.bad("its compressed pixels are more than its DimSize",
-                      fmt::format("{} bytes", pixels.size()));
-    }
-    if (inflater.status() == Z_STREAM_END) break;
-    if (inflater.status() != Z_OK) {
-      return from.bad(fmt::format("its compressed pixels are damaged or cut off after {} bytes", written),
-                      fmt::format("{} bytes", pixels.size()));
-    }
-  }
-  if (written == pixels.size()) return {};
-  return from.bad(fmt::format("its compressed pixels are {} bytes", written),
-                  fmt::format("{}", pixels.size()));
-}
+struct OpenedHeader {
+  File file;
+  IgsFile from;
+  IgsHeader header;
+};
 
-/// Changes all frames from the file's axis order to Fanlight's.
-Result<void> arrange_frames(const IgsFile& from, const ImageOrientation& orientation, IgsSequence& sequence) {
-  if (orientation == ImageOrientation{}) return {};
-  if (orientation.lines_in_rows) {
-    std::swap(sequence.columns, sequence.rows);
-    if (sequence.pixel_size) std::swap(sequence.pixel_size->width_mm, sequence.pixel_size->height_mm);
-  }
-  const std::uint64_t bytes = sequence.frame_bytes();
-  const auto image = allocate(from, bytes);
-  if (!image) return image.error();
-  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
-    const std::span frame(sequence.pixels.get() + i * bytes, bytes);
-    std::ranges::copy(frame, image->get());
-    arrange_frame({image->get(), bytes}, orientation, {sequence.columns, sequence.rows}, frame);
-  }
-  return {};
-}
-
-Result<IgsSequence> read_sequence(const IgsFile& from, std::uint64_t max_bytes) {
-  if (from.bytes == 0) return from.bad("the file is empty", "a MetaImage sequence");
-  auto header = read_igs_header(from, max_bytes);
-  if (!header) return header.error();
-  IgsSequence& sequence = header->sequence;
-  const std::uint64_t bytes = sequence.frame_bytes() * sequence.frames.size();
-  auto pixels = allocate(from, bytes);
-  if (!pixels) return pixels.error();
-  sequence.pixels = *std::move(pixels);
-  const std::span memory(sequence.pixels.get(), bytes);
-  const std::uint64_t compressed_bytes = header->compressed_bytes.value_or(from.bytes - header->header_bytes);
-  const auto read =
-      sequence.compressed ? read_compressed(from, compressed_bytes, memory) : read_plain(from, memory);
-  if (!read) return read.error();
-  if (const auto done = arrange_frames(from, header->orientation, sequence); !done) return done.error();
-  return std::move(sequence);
-}
-
-}  // namespace
-
-Result<IgsSequence> read_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes) {
+Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_t max_bytes) {
   std::error_code failure;
   const auto status = std::filesystem::status(path, failure);
   if (!std::filesystem::exists(status)) {
@@ -156,7 +89,166 @@ Result<IgsSequence> read_igs_sequence(const std::filesystem::path& path, std::ui
         ErrorCode::kUnavailable,
         fmt::format("{}: the file cannot be opened, expected one that this user may read", shown(path))};
   }
-  return read_sequence({.name = shown(path), .file = file.get(), .bytes = bytes}, max_bytes);
+  IgsFile from{.name = shown(path), .file = file.get(), .bytes = bytes};
+  if (bytes == 0) return from.bad("the file is empty", "a MetaImage sequence");
+  std::array<unsigned char, 400> first{};
+  const std::size_t read = std::fread(first.data(), 1, first.size(), file.get());
+  if (const auto foreign = foreign_format(std::span(first).first(read), path)) {
+    return from.bad(fmt::format("this is {}", foreign->what), foreign->advice, ErrorCode::kUnsupported);
+  }
+  std::rewind(file.get());
+  auto header = read_igs_header(from, max_bytes);
+  if (!header) return header.error();
+  return OpenedHeader{.file = std::move(file), .from = std::move(from), .header = *std::move(header)};
+}
+
+}  // namespace
+
+/// The file behind its header, and where the reading is.
+struct IgsPixels::Reading {
+  File file;
+  IgsFile from;
+  ImageOrientation orientation;
+  std::uint32_t columns = 0;  // after arranging
+  std::uint32_t rows = 0;
+  std::uint64_t frames = 0;
+  std::uint64_t next = 0;  // frame
+  bool transposed = false;
+  std::optional<Inflater> inflater;    // absent: plain pixels
+  std::vector<std::uint8_t> in_order;  // a frame in the file's axis order
+
+  std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }
+  std::uint64_t all_bytes() const { return frame_bytes() * frames; }
+  Result<void> read_plain(std::span<std::uint8_t> to);
+  Result<void> read_compressed(std::span<std::uint8_t> to);
+  void judge_layout(std::span<const std::uint8_t> frame);
+};
+
+/// In an image neighbours below each other are alike. Where pixels that are `rows` apart in the file are much
+/// more alike than those that are `columns` apart, the two were exchanged.
+void IgsPixels::Reading::judge_layout(std::span<const std::uint8_t> frame) {
+  const std::uint64_t line = orientation.lines_in_rows ? rows : columns;
+  const std::uint64_t other = orientation.lines_in_rows ? columns : rows;
+  if (line == other) return;
+  const auto difference = [frame](std::uint64_t apart) {
+    std::uint64_t sum = 0;
+    for (std::size_t i = apart; i < frame.size(); ++i)
+      sum += static_cast<std::uint64_t>(std::abs(int{frame[i]} - int{frame[i - apart]}));
+    return static_cast<double>(sum) / static_cast<double>(frame.size() - apart);
+  };
+  constexpr double kMuchMoreAlike = 0.6;
+  transposed = difference(other) < kMuchMoreAlike * difference(line);
+}
+
+Result<void> IgsPixels::Reading::read_plain(std::span<std::uint8_t> to) {
+  const std::uint64_t present = std::fread(to.data(), 1, to.size(), from.file);
+  if (present == to.size()) return {};
+  return from.bad(fmt::format("{} bytes of pixels can be read", next * frame_bytes() + present),
+                  fmt::format("{}", all_bytes()));
+}
+
+Result<void> IgsPixels::Reading::read_compressed(std::span<std::uint8_t> to) {
+  std::uint64_t written = 0;
+  while (written < to.size()) {
+    written += inflater->inflate_some(to.subspan(written));
+    const std::uint64_t sum = next * frame_bytes() + written;
+    if (inflater->status() == Z_STREAM_END && written < to.size())
+      return from.bad(fmt::format("its compressed pixels are {} bytes", sum), fmt::format("{}", all_bytes()));
+    if (inflater->status() != Z_STREAM_END && inflater->status() != Z_OK) {
+      return from.bad(fmt::format("its compressed pixels are damaged or cut off after {} bytes", sum),
+                      fmt::format("{} bytes", all_bytes()));
+    }
+  }
+  return {};
+}
+
+IgsPixels::IgsPixels(std::unique_ptr<Reading> reading) : reading_(std::move(reading)) {}
+IgsPixels::IgsPixels(IgsPixels&&) noexcept = default;
+IgsPixels& IgsPixels::operator=(IgsPixels&&) noexcept = default;
+IgsPixels::~IgsPixels() = default;
+
+Result<void> IgsPixels::read(std::uint64_t frame, std::span<std::uint8_t> to) {
+  Reading& reading = *reading_;
+  const bool arranged = reading.orientation != ImageOrientation{};
+  while (reading.next <= frame) {
+    // Frames before the one that is wanted are read over it.
+    const std::span into = arranged ? std::span(reading.in_order) : to;
+    const auto read = reading.inflater ? reading.read_compressed(into) : reading.read_plain(into);
+    if (!read) return read;
+    if (reading.next++ == 0) reading.judge_layout(into);
+  }
+  if (arranged) arrange_frame(reading.in_order, reading.orientation, {reading.columns, reading.rows}, to);
+  return {};
+}
+
+bool IgsPixels::looks_transposed() const {
+  return reading_->transposed;
+}
+
+Result<void> IgsPixels::finish() {
+  Reading& reading = *reading_;
+  if (!reading.inflater) return {};
+  std::uint8_t beyond = 0;
+  // The end of the stream may come with the last byte, or after it.
+  while (reading.inflater->status() == Z_OK) {
+    if (reading.inflater->inflate_some(std::span(&beyond, 1)) > 0) {
+      return reading.from.bad("its compressed pixels are more than its DimSize",
+                              fmt::format("{} bytes", reading.all_bytes()));
+    }
+  }
+  if (reading.inflater->status() == Z_STREAM_END) return {};
+  return reading.from.bad(
+      fmt::format("its compressed pixels are damaged or cut off after {} bytes", reading.all_bytes()),
+      fmt::format("{} bytes", reading.all_bytes()));
+}
+
+Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  auto opened = open_header(path, max_bytes);
+  if (!opened) return opened.error();
+  IgsHeader& header = opened->header;
+  IgsSequence& sequence = header.sequence;
+  if (header.orientation.lines_in_rows) {
+    std::swap(sequence.columns, sequence.rows);
+    if (sequence.pixel_size) std::swap(sequence.pixel_size->width_mm, sequence.pixel_size->height_mm);
+  }
+  auto reading = std::make_unique<IgsPixels::Reading>();
+  reading->from = opened->from;
+  reading->orientation = header.orientation;
+  reading->columns = sequence.columns;
+  reading->rows = sequence.rows;
+  reading->frames = sequence.frames.size();
+  reading->in_order.resize(header.orientation == ImageOrientation{} ? 0 : sequence.frame_bytes());
+  if (sequence.compressed) {
+    const std::uint64_t compressed_bytes =
+        header.compressed_bytes.value_or(opened->from.bytes - header.header_bytes);
+    reading->inflater.emplace(opened->file.get(), compressed_bytes);
+    if (!reading->inflater->start())
+      return opened->from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
+  }
+  reading->file = std::move(opened->file);
+  return OpenedSequence{.sequence = std::move(sequence), .pixels = IgsPixels(std::move(reading))};
+}
+
+Result<IgsSequence> read_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  auto opened = open_igs_sequence(path, max_bytes);
+  if (!opened) return opened.error();
+  if (auto read = read_all(*opened); !read) return read.error();
+  return std::move(opened->sequence);
+}
+
+Result<void> read_all(OpenedSequence& opened) {
+  IgsSequence& sequence = opened.sequence;
+  const std::uint64_t bytes = sequence.frame_bytes() * sequence.frames.size();
+  sequence.pixels.reset(new (std::nothrow) std::uint8_t[bytes]);
+  if (sequence.pixels == nullptr) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("the recording's pixels need {} bytes, expected as much free memory", bytes)};
+  }
+  for (std::size_t frame = 0; frame < sequence.frames.size(); ++frame) {
+    const std::span to(sequence.pixels.get() + frame * sequence.frame_bytes(), sequence.frame_bytes());
+    if (auto read = opened.pixels.read(frame, to); !read) return read;
+  }
+  return opened.pixels.finish();
 }
 
 }  // namespace fanlight

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -38,13 +39,22 @@ struct IgsSequence {
     double height_mm;  ///< from row to row
   };
 
+  /// How far a transform leads from the first frame's.
+  struct Motion {
+    std::array<double, 16> first{};  ///< matrix, row order
+    double most_mm = 0;
+    double most_deg = 0;
+  };
+
   std::uint32_t columns = 0;
   std::uint32_t rows = 0;
   bool compressed = false;
   std::vector<IgsFrame> frames;
   std::optional<PixelSize> pixel_size;  ///< from the first ImageToReferenceTransform
   std::map<std::string, std::string, std::less<>> fanlight_fields;  ///< header fields named Fanlight...
-  std::unique_ptr<std::uint8_t[]> pixels;                           ///< frames x rows x columns
+  /// Transforms of the image or the probe (ProbeToTrackerTransform, ...), by name.
+  std::map<std::string, Motion, std::less<>> motions;
+  std::unique_ptr<std::uint8_t[]> pixels;  ///< frames x rows x columns
 
   std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }
   std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {
@@ -52,9 +62,46 @@ struct IgsSequence {
   }
 };
 
-/// Reads a whole sequence into memory; at most max_bytes of pixels. The file is not trusted. kNotFound: no
-/// such file; kUnsupported: another form of image; kUnavailable: not enough memory; else kBadInput. The
-/// message names the file.
+/// The pixels of a sequence file, read frame by frame from the first on. Memory of one frame.
+class IgsPixels {
+ public:
+  struct Reading;
+  explicit IgsPixels(std::unique_ptr<Reading> reading);
+  IgsPixels(IgsPixels&&) noexcept;
+  IgsPixels& operator=(IgsPixels&&) noexcept;
+  ~IgsPixels();
+
+  /// Reads a frame, in Fanlight's axis order: rows x columns bytes. Precondition: `frame` is above that of
+  /// the call before. Frames in between are skipped. kBadInput: the file is damaged or cut off.
+  Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to);
+
+  /// Whether the first frame looks like an image of `rows` columns and `columns` rows: DimSize may have its
+  /// first two numbers in the wrong order. Precondition: read() was called.
+  bool looks_transposed() const;
+
+  /// After the last frame: kBadInput where pixels follow it.
+  Result<void> finish();
+
+ private:
+  std::unique_ptr<Reading> reading_;
+};
+
+/// A sequence without its pixels, and the file that has them.
+struct OpenedSequence {
+  IgsSequence sequence;
+  IgsPixels pixels;
+};
+
+/// Reads the header alone. The file is not trusted: at most max_bytes of pixels. kNotFound: no such file;
+/// kUnsupported: another form of image; kUnavailable: not enough memory; else kBadInput. The message names
+/// the file.
+Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes);
+
+/// Reads all pixels into opened.sequence.pixels. Precondition: none was read. kUnavailable: no memory for
+/// them; kBadInput: the file is damaged, cut off, or too long.
+Result<void> read_all(OpenedSequence& opened);
+
+/// Reads a whole sequence into memory. Errors as of the two functions above.
 Result<IgsSequence> read_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 }  // namespace fanlight

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "acquisition/source/angle_check.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
 
@@ -18,6 +19,8 @@ namespace {
 constexpr double kHysteresisRad = radians(1.0);
 constexpr double kLeastSpreadDeg = 0.01;
 constexpr double kLongestS = 1e6;
+// A usual sweep has 20 to 90 deg; this is 2.6 rad, taken for degrees.
+constexpr double kLeastFanDeg = 2.6;
 // A larger gap of FrameIndex is a different numbering and no loss.
 constexpr std::uint32_t kMostLost = 1000;
 
@@ -35,27 +38,65 @@ Coverage coverage(const std::vector<IgsFrame>& frames, std::optional<T> IgsFrame
           static_cast<std::size_t>(missing - frames.begin())};
 }
 
+/// A file of a tracked probe without motor angles: its frames lie wherever the hand was.
+Result<void> refuse_tracked_by_hand(const std::filesystem::path& path, const IgsSequence& sequence) {
+  constexpr double kLeastMm = 1;
+  constexpr double kLeastDeg = 0.5;
+  if (coverage(sequence.frames, &IgsFrame::motor_angle_deg).present > 0) return {};
+  for (const auto& [name, motion] : sequence.motions) {
+    if (motion.most_mm < kLeastMm && motion.most_deg < kLeastDeg) continue;
+    return Error{ErrorCode::kUnsupported,
+                 fmt::format("{}: this sweep was tracked by hand, {:.0f} mm and {:.0f} deg far by its {}: no "
+                             "fan, expected frames of a motor, with a MotorAngleDeg each",
+                             shown(path), motion.most_mm, motion.most_deg, name)};
+  }
+  return {};
+}
+
 }  // namespace
 
-Recording::Recording(const Config& config, IgsSequence sequence)
-    : sequence_(std::move(sequence)), frames_(sequence_.frames.size()) {
+Recording::Recording(const Config& config, OpenedSequence opened)
+    : sequence_(std::move(opened.sequence)),
+      pixels_(std::move(opened.pixels)),
+      frames_(sequence_.frames.size()) {
   summary_.name = shown(config.path);
   for (std::size_t i = 0; i < frames_.size(); ++i) frames_[i].valid = sequence_.frames[i].valid;
 }
 
 Result<Recording> Recording::open(const Config& config) {
-  auto sequence = read_igs_sequence(config.path, config.max_bytes);
-  if (!sequence) return sequence.error();
-  const auto geometry = find_geometry(config.path, *sequence, config.geometry_path);
+  auto opened = open_igs_sequence(config.path, config.max_bytes);
+  if (!opened) return opened.error();
+  if (const auto fan = refuse_tracked_by_hand(config.path, opened->sequence); !fan) return fan.error();
+  const auto geometry = find_geometry(config.path, opened->sequence, config.geometry_path);
   if (!geometry) return geometry.error();
+  if (config.pixels == Pixels::kAll) {
+    if (const auto read = read_all(*opened); !read) return read.error();
+  }
 
-  Recording recording(config, *std::move(sequence));
+  Recording recording(config, *std::move(opened));
+  if (const auto read = recording.read_first_frame(); !read) return read.error();
   if (const auto done = recording.find_times(); !done) return done.error();
   if (const auto done = recording.find_angles_and_sweeps(*geometry); !done) return done.error();
   recording.find_directions();
   recording.find_lost_frames();
   if (const auto done = recording.summarise(*geometry); !done) return done.error();
   return recording;
+}
+
+Result<void> Recording::read_first_frame() {
+  if (sequence_.pixels == nullptr) {
+    first_frame_.resize(sequence_.frame_bytes());
+    if (const auto read = pixels_->read(0, first_frame_); !read) return read;
+  }
+  transposed_ = pixels_->looks_transposed();
+  if (sequence_.pixels != nullptr) pixels_.reset();
+  return {};
+}
+
+Result<void> Recording::read_frame(std::size_t frame, std::span<std::uint8_t> to) {
+  if (pixels_ && frame > 0) return pixels_->read(frame, to);
+  std::ranges::copy(pixels_ ? std::span<const std::uint8_t>(first_frame_) : frame_pixels(frame), to.begin());
+  return {};
 }
 
 Result<void> Recording::find_times() {
@@ -79,8 +120,8 @@ Result<void> Recording::find_times() {
 
 Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry) {
   const auto& fields = sequence_.frames;
-  const bool measured = coverage(fields, &IgsFrame::motor_angle_deg).present > 0;
-  if (measured) {
+  measured_ = coverage(fields, &IgsFrame::motor_angle_deg).present > 0;
+  if (measured_) {
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (!fields[i].motor_angle_deg && fields[i].valid) {
         return bad(fmt::format("frame {} has no MotorAngleDeg", i), "one for each valid frame");
@@ -94,13 +135,16 @@ Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry
 
   if (coverage(fields, &IgsFrame::volume_index).present > 0) {
     if (const auto done = cut_at_volume_index(); !done) return done.error();
-  } else if (measured) {
+  } else if (measured_) {
+    // Before the sweeps are known: an outlier would be two turning points.
+    exclude_outliers(0, static_cast<std::uint32_t>(frames_.size()));
     cut_at_turning_points();
   } else {
     begin_sweep(0, 0);
   }
   close_sweeps();
-  if (!measured) spread_angles(*geometry.first_angle_deg, *geometry.last_angle_deg);
+  if (measured_) exclude_outliers();
+  if (!measured_) spread_angles(*geometry.first_angle_deg, *geometry.last_angle_deg);
   return {};
 }
 
@@ -119,7 +163,28 @@ Result<void> Recording::cut_at_volume_index() {
     }
     if (i == 0 || index != sweeps_.back().volume_index) begin_sweep(i, index);
   }
+  if (sweeps_.size() == frames_.size())
+    return bad("each frame has a VolumeIndex of its own", "sweeps of 2 frames at least");
   return {};
+}
+
+void Recording::exclude_outliers() {
+  for (const Sweep& sweep : sweeps_) exclude_outliers(sweep.first_frame, sweep.first_frame + sweep.frames);
+}
+
+void Recording::exclude_outliers(std::uint32_t first_frame, std::uint32_t end_frame) {
+  std::vector<AngleCheck::Frame> to_check;
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t i = first_frame; i < end_frame; ++i) {
+    if (!frames_[i].valid || std::abs(frames_[i].angle_rad) >= kPi / 2) continue;
+    to_check.push_back({.sequence = i, .angle_rad = frames_[i].angle_rad});
+    indices.push_back(i);
+  }
+  AngleCheck check(to_check.size());
+  for (const std::size_t outlier : check.check(to_check).outliers) {
+    frames_[indices[outlier]].valid = false;
+    ++summary_.angle_outliers;
+  }
 }
 
 void Recording::cut_at_turning_points() {
@@ -178,8 +243,10 @@ void Recording::find_directions() {
     const auto last =
         std::find_if(frames.rbegin(), frames.rend(), [](const Frame& frame) { return frame.valid; });
     const bool falling = first != frames.end() && last->angle_rad < first->angle_rad;
-    const auto measured = falling ? SweepDirection::kBackward : SweepDirection::kForward;
-    sweep.direction = sequence_.frames[sweep.first_frame].direction.value_or(measured);
+    sweep.direction = falling ? SweepDirection::kBackward : SweepDirection::kForward;
+    const auto stated = sequence_.frames[sweep.first_frame].direction;
+    if (measured_ && stated && *stated != sweep.direction) ++contradictions_;
+    if (!measured_ && stated) sweep.direction = *stated;
   }
 }
 
@@ -223,7 +290,42 @@ Result<void> Recording::summarise(const RecordingGeometry& geometry) {
   summary_.frame_rate_hz = static_cast<double>(frames_.size() - 1) / summary_.duration_s;
   summary_.geometry = geometry.geometry;
   summary_.geometry_values = geometry.values;
+  add_notes(geometry);
   return {};
+}
+
+void Recording::add_notes(const RecordingGeometry& geometry) {
+  std::vector<std::string>& notes = summary_.notes;
+  const double span_deg = summary_.largest_angle_deg - summary_.smallest_angle_deg;
+  if (!measured_) {
+    notes.push_back(
+        fmt::format("The motor angles are assumed: the frames have none, and are spread evenly from {} to {} "
+                    "deg as the geometry says.",
+                    *geometry.first_angle_deg, *geometry.last_angle_deg));
+  } else if (geometry.first_angle_deg || geometry.last_angle_deg) {
+    notes.emplace_back(
+        "first_angle_deg and last_angle_deg of the geometry are not used: the frames have a MotorAngleDeg.");
+  }
+  if (summary_.angle_outliers > 0) {
+    notes.push_back(
+        fmt::format("{} of {} frames are left out: their angle lies apart from their neighbours'.",
+                    summary_.angle_outliers, summary_.frames));
+  }
+  if (measured_ && span_deg < kLeastFanDeg) {
+    notes.push_back(fmt::format(
+        "All angles lie within {:.2f} deg. MotorAngleDeg is in degrees: are these radians?", span_deg));
+  }
+  if (contradictions_ > 0) {
+    notes.push_back(
+        fmt::format("The SweepDirection of {} of {} sweeps contradicts their angles, which count.",
+                    contradictions_, summary_.sweeps));
+  }
+  if (transposed_) {
+    notes.push_back(
+        fmt::format("The frames look like {} columns and {} rows: are the first two numbers of DimSize "
+                    "exchanged?",
+                    sequence_.rows, sequence_.columns));
+  }
 }
 
 Error Recording::bad(std::string_view wrong, std::string_view expected) const {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,21 +31,29 @@ struct RecordingSummary {
   double frame_rate_hz = 0;
   FanGeometry geometry;
   std::vector<RecordingGeometry::Value> geometry_values;
+  std::uint32_t angle_outliers = 0;  ///< among frames_invalid: their angle is apart from their neighbours'
+  std::vector<std::string> notes;    ///< what is assumed or was noticed, a sentence each
 };
 
-/// A whole recording of a swept probe in memory: frames with their angles, divided into sweeps.
+/// A recording of a swept probe: frames with their angles, divided into sweeps.
 ///
 /// Sweeps follow the field VolumeIndex. Where no frame has it, they end at reversals of the angle, at each of
-/// which it must come back by 1 deg, to tolerate an unsteady hand. The direction of a sweep is the
-/// SweepDirection of its first frame, else the sign of the angle difference from its first to its last frame.
-/// Angles are MotorAngleDeg; where no frame has it, they are spread evenly over each sweep
-/// (RecordingGeometry).
+/// which it must come back by 1 deg, to tolerate an unsteady hand. The direction of a sweep is the sign of
+/// the angle difference from its first to its last frame. Angles are MotorAngleDeg; frames whose angle is an
+/// outlier (AngleCheck) are invalid. Where no frame has one, angles are spread evenly over each sweep
+/// (RecordingGeometry), backward where SweepDirection says so, and a note tells that they are assumed.
 class Recording {
  public:
+  /// How pixels are read.
+  enum class Pixels : std::uint8_t {
+    kAll,      ///< open() reads all of them into memory
+    kForward,  ///< read_frame() reads the file once, from front to back: memory of one frame
+  };
   struct Config {
     std::filesystem::path path;
     std::filesystem::path geometry_path;               ///< empty: FILE.toml or the file's own header
-    std::uint64_t max_bytes = std::uint64_t{8} << 30;  ///< of pixels
+    std::uint64_t max_bytes = std::uint64_t{8} << 30;  ///< of pixels in all
+    Pixels pixels = Pixels::kAll;
   };
 
   struct Frame {
@@ -61,20 +70,26 @@ class Recording {
     SweepDirection direction = SweepDirection::kForward;
   };
 
-  /// Reads the whole file, which is not trusted. Errors as of read_igs_sequence and find_geometry; also
-  /// kBadInput where the frames give no sweep: angles or times are missing or do not change.
+  /// Reads the header and the first frame, and with Pixels::kAll the others. The file is not trusted. Errors
+  /// as of open_igs_sequence, read_all and find_geometry; also kBadInput where the frames give no sweep:
+  /// angles or times are missing or do not change, or the probe was tracked by hand.
   static Result<Recording> open(const Config& config);
 
   const RecordingSummary& summary() const { return summary_; }
   const std::vector<Frame>& frames() const { return frames_; }  ///< in order of time, at least 2
   const std::vector<Sweep>& sweeps() const { return sweeps_; }  ///< in order of time, at least 1
+  /// With Pixels::kAll.
   std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {
     return sequence_.frame_pixels(frame);
   }
+  /// Copies a frame's pixels. With Pixels::kForward: of a frame above that of the call before. Error: as of
+  /// IgsPixels::read().
+  Result<void> read_frame(std::size_t frame, std::span<std::uint8_t> to);
 
  private:
-  Recording(const Config& config, IgsSequence sequence);
+  Recording(const Config& config, OpenedSequence opened);
 
+  Result<void> read_first_frame();
   Result<void> find_times();
   Result<void> find_angles_and_sweeps(const RecordingGeometry& geometry);
   Result<void> cut_at_volume_index();
@@ -82,13 +97,21 @@ class Recording {
   void begin_sweep(std::uint32_t first_frame, std::uint32_t volume_index);
   void close_sweeps();
   void spread_angles(double first_deg, double last_deg);
+  void exclude_outliers();
+  void exclude_outliers(std::uint32_t first_frame, std::uint32_t end_frame);
   void find_directions();
   void find_lost_frames();
   Result<void> summarise(const RecordingGeometry& geometry);
+  void add_notes(const RecordingGeometry& geometry);
 
   Error bad(std::string_view wrong, std::string_view expected) const;
 
   IgsSequence sequence_;
+  std::optional<IgsPixels> pixels_;        // with Pixels::kForward
+  std::vector<std::uint8_t> first_frame_;  // then: its pixels
+  bool transposed_ = false;                // the frames look like it
+  bool measured_ = true;                   // the frames have angles
+  std::uint32_t contradictions_ = 0;       // sweeps whose SweepDirection contradicts their angles
   std::vector<Frame> frames_;
   std::vector<Sweep> sweeps_;
   RecordingSummary summary_;

@@ -68,6 +68,11 @@ constexpr Key kKeys[] = {
      [](RecordingGeometry& into, double value) { into.geometry.sector.half_angle_deg = value; }},
     {"sector_reach_mm", "FanlightSectorReachMm", kSectors,
      [](RecordingGeometry& into, double value) { into.geometry.sector.reach_mm = value; }},
+    {"columns", "FanlightColumns", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.for_columns = value; }},
+    {"rows", "FanlightRows", kIfGiven, [](RecordingGeometry& into, double value) { into.for_rows = value; }},
+    {"frames", "FanlightFrames", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.for_frames = value; }},
     {"first_angle_deg", "FanlightFirstAngleDeg", kIfGiven,
      [](RecordingGeometry& into, double value) { into.first_angle_deg = value; }},
     {"last_angle_deg", "FanlightLastAngleDeg", kIfGiven,
@@ -238,6 +243,25 @@ Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_pa
   return layers;
 }
 
+/// Whether the geometry is for frames of this size and number, where it says so.
+Result<void> check_size(const std::filesystem::path& path, const IgsSequence& sequence,
+                        const RecordingGeometry& found) {
+  const auto differs = [](const std::optional<double>& wanted, std::size_t present) {
+    return wanted && *wanted != static_cast<double>(present);
+  };
+  const auto text = [](const std::optional<double>& wanted) {
+    return wanted ? fmt::format("{}", *wanted) : std::string("any number of");
+  };
+  if (!differs(found.for_columns, sequence.columns) && !differs(found.for_rows, sequence.rows) &&
+      !differs(found.for_frames, sequence.frames.size()))
+    return {};
+  return bad(path,
+             fmt::format("the recording has {} frames of {} columns and {} rows", sequence.frames.size(),
+                         sequence.columns, sequence.rows),
+             fmt::format("{} frames of {} columns and {} rows, which its geometry is for",
+                         text(found.for_frames), text(found.for_columns), text(found.for_rows)));
+}
+
 }  // namespace
 
 Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_path,
@@ -273,6 +297,7 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
                fmt::format("a value for each in {}, in a file given by --geometry, or in the header as {}",
                            shown(sidecar(recording_path).filename()), fmt::join(missing_fields, ", ")));
   }
+  if (const auto fits = check_size(recording_path, sequence, found); !fits) return fits.error();
   if (const auto checked = check(found.geometry); !checked) {
     return Error{ErrorCode::kBadInput, fmt::format("{}: {}", shown(recording_path), checked.error().message)};
   }

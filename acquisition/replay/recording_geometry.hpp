@@ -28,7 +28,8 @@ namespace fanlight {
 /// ("cartesian", "linear-lines") pixel_width_mm; for "convex-lines" probe_radius_mm and line_pitch_deg.
 /// Optional: for Cartesian frames probe_radius_mm, sector_half_angle_deg, sector_reach_mm
 /// (FanGeometry::Sector); first_angle_deg and last_angle_deg, the range over which the frames of a recording
-/// without motor angles are spread. A value that a kind of frame does not have is ignored; but line_pitch_deg
+/// without motor angles are spread; columns, rows and frames, where the geometry is for frames of
+/// one size or number only. A value that a kind of frame does not have is ignored; but line_pitch_deg
 /// is refused for every kind except "convex-lines".
 struct RecordingGeometry {
   /// One value and its origin, for display.
@@ -39,6 +40,9 @@ struct RecordingGeometry {
   };
 
   FanGeometry geometry;
+  std::optional<double> for_columns;  ///< size and number of the frames that the geometry is for
+  std::optional<double> for_rows;
+  std::optional<double> for_frames;
   std::optional<double> first_angle_deg;
   std::optional<double> last_angle_deg;
   std::vector<Value> values;

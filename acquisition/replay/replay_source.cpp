@@ -22,7 +22,8 @@ SourceDescription describe(const RecordingSummary& summary) {
           .geometry = summary.geometry,
           .frames_per_volume = summary.frames_in_longest_sweep,
           .first_angle_rad = radians(summary.smallest_angle_deg),
-          .last_angle_rad = radians(summary.largest_angle_deg)};
+          .last_angle_rad = radians(summary.largest_angle_deg),
+          .notes = summary.notes};
 }
 
 }  // namespace
@@ -32,7 +33,9 @@ Result<std::unique_ptr<ReplaySource>> ReplaySource::create(const Config& config)
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the replay speed is {}, expected 0.01 to 1000", config.speed)};
   }
-  auto recording = Recording::open(config.recording);
+  Recording::Config reading = config.recording;
+  if (config.ending == Ending::kOnce) reading.pixels = Recording::Pixels::kForward;
+  auto recording = Recording::open(reading);
   if (!recording) return recording.error();
   return std::unique_ptr<ReplaySource>(new ReplaySource(config, *std::move(recording)));
 }
@@ -49,6 +52,7 @@ ReplaySource::ReplaySource(const Config& config, Recording recording)
 }
 
 Result<std::optional<FrameStamp>> ReplaySource::next_frame(std::stop_token stop) {
+  if (failure_) return *failure_;
   const auto frames = static_cast<std::uint32_t>(recording_.frames().size());
   if (position_ == frames) {
     if (ending_ == Ending::kOnce) return std::optional<FrameStamp>{};
@@ -62,7 +66,10 @@ Result<std::optional<FrameStamp>> ReplaySource::next_frame(std::stop_token stop)
     if (!started_) start_ns_ = now;
     started_ = true;
     const std::int64_t late_ns = now - capture_time_ns();
-    if (late_ns > kMostLateNs) start_ns_ += late_ns;
+    if (late_ns > kMostLateNs) {
+      start_ns_ += late_ns;
+      ++delays_;
+    }
     if (!pacer_.wait_until(capture_time_ns(), stop)) return std::optional<FrameStamp>{};
   }
   if (stop.stop_requested()) return std::optional<FrameStamp>{};
@@ -74,8 +81,10 @@ Result<std::optional<FrameStamp>> ReplaySource::next_frame(std::stop_token stop)
 }
 
 FrameFault ReplaySource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
-  std::ranges::copy(recording_.frame_pixels(current_), pixels.begin());
-  return FrameFault::kNone;
+  const auto read = recording_.read_frame(current_, pixels);
+  if (read) return FrameFault::kNone;
+  failure_ = read.error();
+  return FrameFault::kCut;
 }
 
 std::int64_t ReplaySource::capture_time_ns() const {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "acquisition/replay/recording.hpp"
 #include "acquisition/source/frame_source.hpp"
@@ -39,7 +40,8 @@ class ReplaySource final : public FrameSource {
     Ending ending = Ending::kOnce;
   };
 
-  /// Reads the whole file. Errors as of Recording::open, and kInvalidArgument for the speed.
+  /// With Ending::kOnce, frames are read from the file as they are played; else all of them now. Errors as of
+  /// Recording::open, and kInvalidArgument for the speed.
   static Result<std::unique_ptr<ReplaySource>> create(const Config& config);
 
   const SourceDescription& description() const override { return description_; }
@@ -48,6 +50,9 @@ class ReplaySource final : public FrameSource {
     return recording_.frames()[current_].valid ? FrameFault::kNone : FrameFault::kInvalid;
   }
   FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;
+
+  /// Times that it fell 100 ms behind the recorded times, which then move on.
+  std::uint64_t delays() const override { return delays_; }
 
   const RecordingSummary& summary() const { return recording_.summary(); }
 
@@ -72,6 +77,8 @@ class ReplaySource final : public FrameSource {
   std::uint32_t position_ = 0;  // index in the pass of the next frame
   std::uint32_t current_ = 0;   // index in the recording of the announced frame
   std::uint64_t next_sequence_ = 0;
+  std::uint64_t delays_ = 0;
+  std::optional<Error> failure_;  // of the file, found while it was read
 };
 
 }  // namespace fanlight

@@ -6,6 +6,7 @@
 #include <span>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "proto/base/result.hpp"
 #include "proto/model/fan_geometry.hpp"
@@ -24,6 +25,8 @@ struct SourceDescription {
   std::uint32_t usual_frames = 0;       ///< frames in a sweep at first; 0: frames_per_volume
   double first_angle_rad = 0;           ///< smallest and largest motor angle of a sweep
   double last_angle_rad = 0;
+  /// What is assumed of the source, or was noticed about it; to be told wherever its pictures are shown.
+  std::vector<std::string> notes;
 };
 
 /// Source of frames: the interface that probe, recording and simulator share.
@@ -44,6 +47,9 @@ class FrameSource {
 
   /// Fault of that frame as far as it is known before its pixels; the pixels are then not read.
   virtual FrameFault known_fault() const { return FrameFault::kNone; }
+
+  /// How often the source was later than its own times, so far.
+  virtual std::uint64_t delays() const { return 0; }
 
   /// Writes the pixels of the frame that next_frame() announced: rows x columns bytes, row major, row 0
   /// nearest the probe. Blocks for pixels that are still to arrive. May be omitted to skip the frame. Returns

@@ -20,7 +20,7 @@ struct AcquisitionCounters {
   SeqLock seq_lock;
   Counter frames_received;
   Counter frames_assembled;              ///< in published volumes
-  Counter frames_invalid;                ///< marked invalid by the source, or with an unusable angle
+  Counter frames_invalid;                ///< marked invalid by the source, or with a wrong angle
   Counter frames_damaged;                ///< with a wrong checksum
   Counter frames_cut;                    ///< that ended before their last pixel
   Counter frames_misfit;                 ///< whose size, pixel format or geometry differs from the source's
@@ -41,6 +41,7 @@ struct AcquisitionCounters {
   Counter volumes_incomplete;    ///< the sweeps of frames_in_incomplete_volumes
   Counter volumes_interpolated;  ///< published with gaps that were filled from neighbouring frames
   Counter geometry_changes;      ///< of the source, while it runs
+  Counter source_delays;         ///< times that a replay fell behind its recorded times
 
   // Difference between forward and backward sweeps, see SweepHysteresis.
   Counter mismatch_estimates;       ///< pairs of sweeps that were compared
@@ -71,8 +72,7 @@ struct AcquisitionCounters {
 inline constexpr auto kAcquisitionTable = std::to_array<CountRow<AcquisitionCounters>>({
     {"frames_received", "Frames that came from the source", &AcquisitionCounters::frames_received},
     {"frames_assembled", "Frames in published volumes", &AcquisitionCounters::frames_assembled},
-    {"frames_invalid", "Frames marked invalid or with an unusable angle",
-     &AcquisitionCounters::frames_invalid},
+    {"frames_invalid", "Frames marked invalid or with a wrong angle", &AcquisitionCounters::frames_invalid},
     {"frames_damaged", "Frames whose checksum is wrong", &AcquisitionCounters::frames_damaged},
     {"frames_cut", "Frames that ended before their last pixel", &AcquisitionCounters::frames_cut},
     {"frames_misfit", "Frames of another size, format or geometry than the source's",
@@ -101,6 +101,8 @@ inline constexpr auto kAcquisitionTable = std::to_array<CountRow<AcquisitionCoun
      &AcquisitionCounters::volumes_interpolated},
     {"geometry_changes", "Changes of the frames' geometry in mid-stream",
      &AcquisitionCounters::geometry_changes},
+    {"source_delays", "Times that a replay fell 100 ms behind its recording",
+     &AcquisitionCounters::source_delays},
     {"mismatch_estimates", "Pairs of sweeps compared for the mismatch of to and fro",
      &AcquisitionCounters::mismatch_estimates},
     {"mismatch_refusals", "Pairs of sweeps with too little in them to compare",

@@ -95,6 +95,24 @@ class Volume {
     stamp_.last_capture_time_ns = last.capture_time_ns;
   }
 
+  /// Removes the frame with this index; the last frame takes its place. The stamp's times and sequence
+  /// numbers stay: see set_span().
+  void remove_frame(std::uint32_t index) {
+    const std::uint32_t last = --stamp_.frames;
+    if (index == last) return;
+    std::ranges::copy(frame_pixels(last), pixels_.get() + geometry_.frame_bytes() * index);
+    angles_rad_[index] = angles_rad_[last];
+    commit_numbers_[index] = commit_numbers_[last];
+  }
+
+  /// Sets the stamp's times and sequence numbers: those of its first and last frame in order of capture.
+  void set_span(const FrameStamp& first, const FrameStamp& last) {
+    stamp_.first_frame_sequence = first.sequence;
+    stamp_.first_capture_time_ns = first.capture_time_ns;
+    stamp_.last_frame_sequence = last.sequence;
+    stamp_.last_capture_time_ns = last.capture_time_ns;
+  }
+
   /// Adds a correction to every angle and to the stamp's correction. Does not change the order.
   void turn_by(double correction_rad) {
     for (double& angle_rad : std::span(angles_rad_).first(stamp_.frames)) angle_rad += correction_rad;

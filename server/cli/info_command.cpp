@@ -98,19 +98,23 @@ Result<void> tell_of_gpus() {
 }
 
 Result<void> tell_of_recording(const InfoOptions& options) {
-  const auto recording = Recording::open({.path = options.file, .geometry_path = options.geometry_path});
+  // The header and one frame: the pixels may be gigabytes.
+  const auto recording = Recording::open(
+      {.path = options.file, .geometry_path = options.geometry_path, .pixels = Recording::Pixels::kForward});
   if (!recording) return recording.error();
   const RecordingSummary& summary = recording->summary();
   fmt::print("{}\n", summary.name);
   fmt::print("  frames      {} of {} x {}, 8 bit{}\n", summary.frames, summary.columns, summary.rows,
              summary.compressed ? ", compressed" : "");
-  fmt::print("  invalid     {}, lost while recording {}\n", summary.frames_invalid, summary.frames_lost);
+  fmt::print("  invalid     {}, of them {} by their angle; lost while recording {}\n", summary.frames_invalid,
+             summary.angle_outliers, summary.frames_lost);
   fmt::print("  sweeps      {}, the longest of {} frames\n", summary.sweeps, summary.frames_in_longest_sweep);
   fmt::print("  angles      {:.2f} to {:.2f} deg\n", summary.smallest_angle_deg, summary.largest_angle_deg);
   fmt::print("  time        {:.2f} s, {:.1f} frames a second\n", summary.duration_s, summary.frame_rate_hz);
   for (const RecordingGeometry::Value& value : summary.geometry_values) {
     fmt::print("  {:<23} {} (from {})\n", value.key, value.value, value.origin);
   }
+  for (const std::string& note : summary.notes) fmt::print("  note: {}\n", note);
   return {};
 }
 

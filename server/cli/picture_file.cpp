@@ -4,6 +4,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "proto/base/file_replacement.hpp"
 
@@ -36,10 +37,12 @@ Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, const O
 
 }  // namespace
 
-Result<void> write_picture(const std::string& path, const Picture& picture) {
+Result<void> write_picture(const std::string& path, const Picture& picture,
+                           std::span<const std::string> notes) {
   OIIO::ImageSpec spec(static_cast<int>(picture.width), static_cast<int>(picture.height), 3,
                        OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
+  if (!notes.empty()) spec.attribute("ImageDescription", fmt::format("{}", fmt::join(notes, " ")));
   return write(path, spec, OIIO::TypeDesc::UINT8, picture.rgba.data(), 4);
 }
 

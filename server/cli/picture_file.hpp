@@ -9,9 +9,11 @@
 
 namespace fanlight {
 
-/// Writes the picture as 8 bit RGB in the format of the file name extension (.png, .tif, .jpg, ...). As with
-/// replace_file(), a file of this name is replaced whole, and stays as it was where this fails.
-Result<void> write_picture(const std::string& path, const Picture& picture);
+/// Writes the picture as 8 bit RGB in the format of the file name extension (.png, .tif, .jpg, ...), with the
+/// notes about its source as its description. As with replace_file(), a file of this name is replaced whole,
+/// and stays as it was where this fails.
+Result<void> write_picture(const std::string& path, const Picture& picture,
+                           std::span<const std::string> notes);
 
 /// Checks the file name for a depth map: it must end in .exr, or be empty for no depth map.
 Result<void> check_depth_path(const std::string& path);

@@ -13,6 +13,7 @@
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/offline_volumes.hpp"
 #include "acquisition/open_source.hpp"
+#include "proto/base/printable.hpp"
 #include "renderer/render_once.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/commands.hpp"
@@ -29,7 +30,7 @@ struct RenderOptions {
   SourceOptions playing{.as_fast_as_taken = true};
   std::string out;
   std::string depth;
-  std::int64_t volume = 0;
+  std::optional<std::uint64_t> volume;  // absent: the first that the source gives
   bool all = false;
   std::optional<std::int64_t> count;  // of volumes, with `all`; absent: to the end of the source
   std::string size = "512x512";
@@ -56,6 +57,8 @@ std::vector<float> depth_quantiles_mm(const std::vector<float>& smooth_mm, std::
 struct RenderReport {
   const RenderOptions& options;
   const Picture& picture;
+  std::vector<DroppedSweep> dropped;  ///< before the volume
+  std::vector<std::string> notes;     ///< about the source
   std::string device;
   double surface_share = 0;             ///< of the pixels
   std::vector<float> depth_5_50_95_mm;  ///< empty without a surface
@@ -69,11 +72,25 @@ RenderReport report_of(const RenderOptions& options, const Picture& picture,
   constexpr double kShares[] = {0.05, 0.5, 0.95};
   RenderReport report{.options = options,
                       .picture = picture,
+                      .dropped = {},
+                      .notes = {},
                       .device = {},
                       .surface_share = static_cast<double>(surfaces) / static_cast<double>(smooth_mm.size()),
                       .depth_5_50_95_mm = depth_quantiles_mm(smooth_mm, kShares)};
   for (const double stage_ms : picture.stamp.stage_ms) report.total_ms += stage_ms;
   return report;
+}
+
+nlohmann::ordered_json dropped_json(const std::vector<DroppedSweep>& dropped) {
+  auto list = nlohmann::ordered_json::array();
+  for (const DroppedSweep& sweep : dropped)
+    list.push_back({{"volume", sweep.volume_index}, {"because", reason_of(sweep)}});
+  return list;
+}
+
+void print_dropped(const std::vector<DroppedSweep>& dropped) {
+  for (const DroppedSweep& sweep : dropped)
+    fmt::print("volume {} was dropped: {}\n", sweep.volume_index, reason_of(sweep));
 }
 
 void print_json(const RenderReport& report) {
@@ -83,7 +100,7 @@ void print_json(const RenderReport& report) {
     stages[std::string(kStageNames[stage])] = picture.stamp.stage_ms[stage];
   }
   const nlohmann::ordered_json json = {{"input", report.options.input},
-                                       {"volume", report.options.volume},
+                                       {"volume", picture.stamp.volume.source_volume_index},
                                        {"frames", picture.stamp.volume.frames},
                                        {"device", report.device},
                                        {"width", picture.width},
@@ -91,6 +108,8 @@ void print_json(const RenderReport& report) {
                                        {"surface_share", report.surface_share},
                                        {"depth_5_50_95_mm", report.depth_5_50_95_mm},
                                        {"speckle_filter_left_out", report.speckle_filter_left_out},
+                                       {"dropped", dropped_json(report.dropped)},
+                                       {"notes", report.notes},
                                        {"stage_ms", stages},
                                        {"total_ms", report.total_ms}};
   fmt::print("{}\n", json.dump());
@@ -99,8 +118,10 @@ void print_json(const RenderReport& report) {
 void print_text(const RenderReport& report) {
   const Picture& picture = report.picture;
   fmt::print("volume {} of {}: {} frames, {} x {} pixels on {}, a surface in {:.1f} % of them\n",
-             report.options.volume, report.options.input, picture.stamp.volume.frames, picture.width,
-             picture.height, report.device, 100 * report.surface_share);
+             picture.stamp.volume.source_volume_index, report.options.input, picture.stamp.volume.frames,
+             picture.width, picture.height, report.device, 100 * report.surface_share);
+  print_dropped(report.dropped);
+  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
   if (report.speckle_filter_left_out) {
     fmt::print("the speckle filter was left out: the volume is too large for it on this GPU\n");
   }
@@ -116,7 +137,7 @@ void print_text(const RenderReport& report) {
 }
 
 /// x.png -> x.0007.png
-std::string numbered(const std::string& path, std::int64_t number) {
+std::string numbered(const std::string& path, std::uint64_t number) {
   const std::filesystem::path whole(path);
   return (whole.parent_path() / whole.stem()).string() + fmt::format(".{:04}", number) +
          whole.extension().string();
@@ -128,7 +149,8 @@ struct RenderedVolumes {
 };
 
 void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
-                  const AcquisitionCounters& counters) {
+                  const AcquisitionCounters& counters, const std::vector<DroppedSweep>& dropped,
+                  const std::vector<std::string>& notes) {
   std::uint64_t received = 0;
   std::uint64_t unused = 0;
   std::uint64_t missing = 0;
@@ -145,7 +167,9 @@ void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
                                            {"frames_received", received},
                                            {"frames_unused", unused},
                                            {"frames_missing", missing},
-                                           {"sweeps_dropped", sweeps_dropped}};
+                                           {"sweeps_dropped", sweeps_dropped},
+                                           {"dropped", dropped_json(dropped)},
+                                           {"notes", notes}};
     fmt::print("{}\n", report.dump());
     return;
   }
@@ -153,23 +177,27 @@ void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
              options.input, rendered.interpolated);
   fmt::print("frames: {} received, {} of them in no volume, and {} that never came; sweeps dropped: {}\n",
              received, unused, missing, sweeps_dropped);
+  print_dropped(dropped);
+  for (const std::string& note : notes) fmt::print("note: {}\n", note);
 }
 
 /// Renders every volume of the source to numbered files, and prints what happened to its frames.
-Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, Renderer& renderer) {
+Result<void> render_all(const RenderOptions& options, const std::vector<std::string>& notes,
+                        OfflineVolumes& volumes, Renderer& renderer) {
   RenderedVolumes rendered;
   for (; !options.count || rendered.pictures < *options.count; ++rendered.pictures) {
     const auto volume = volumes.next();
     if (!volume) return volume.error();
     if (!*volume) break;
+    const std::uint64_t number = (*volume)->stamp().source_volume_index;
     if ((*volume)->stamp().frames_missing > 0) ++rendered.interpolated;
     const auto picture = render_once(renderer, **volume);
     if (!picture) return picture.error();
-    if (auto written = write_picture(numbered(options.out, rendered.pictures), *picture); !written) {
+    if (auto written = write_picture(numbered(options.out, number), *picture, notes); !written) {
       return written;
     }
   }
-  print_frames(options, rendered, volumes.counters());
+  print_frames(options, rendered, volumes.counters(), volumes.dropped(), notes);
   if (rendered.pictures > 0) return {};
   return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
 }
@@ -180,6 +208,7 @@ struct RenderSetup {
   RenderCounters counters;
   Scene scene;
   std::unique_ptr<Renderer> renderer;
+  std::vector<std::string> notes;  // about the source
 };
 
 /// Renders one volume, writes its picture and its depth map, and prints the report.
@@ -191,7 +220,7 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
   const auto depths = setup.renderer->read_depth();
   if (!depths) return depths.error();
 
-  if (auto written = write_picture(options.out, *picture); !written) return written;
+  if (auto written = write_picture(options.out, *picture, setup.notes); !written) return written;
   if (!options.depth.empty()) {
     const PictureSize size{.width = picture->width, .height = picture->height};
     const double mm_per_pixel = viewport(setup.scene, size).pixel_mm;
@@ -201,6 +230,8 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
     }
   }
   RenderReport report = report_of(options, *picture, depths->smooth_mm);
+  report.dropped = volumes.dropped();
+  report.notes = setup.notes;
   report.device = setup.device.name();
   report.speckle_filter_left_out = setup.counters.volumes_unfiltered.value() > 0;
   if (options.json) {
@@ -217,6 +248,7 @@ Result<void> set_up(const RenderOptions& options, const PictureSize& size, const
       scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height));
   if (!scene) return scene.error();
   setup.scene = *scene;
+  for (const std::string& note : source.notes) setup.notes.push_back(printable(note));
   auto device = open_device(options.gpu);
   if (!device) return device.error();
   setup.device = std::move(*device);
@@ -247,7 +279,8 @@ Result<void> render(const RenderOptions& options) {
   RenderSetup setup;
   if (auto ready = set_up(options, *size, (*source)->description(), setup); !ready) return ready;
   OfflineVolumes volumes(**source);
-  return options.all ? render_all(options, volumes, *setup.renderer) : render_one(options, volumes, setup);
+  return options.all ? render_all(options, setup.notes, volumes, *setup.renderer)
+                     : render_one(options, volumes, setup);
 }
 
 }  // namespace
@@ -265,11 +298,13 @@ Command add_render_command(CLI::App& program) {
       ->type_name("FILE");
   command->add_option("--depth", options->depth, "The filtered depth map to write, mm, such as z.exr")
       ->type_name("FILE");
-  command->add_option("--volume", options->volume, "Which volume of the source, from 0")
+  command
+      ->add_option("--volume", options->volume,
+                   "Which volume, as the source numbers them; without it the first that can be rendered")
       ->check(CLI::Range(0, 9999))  // the phantom never ends, and generates all volumes before this one
       ->type_name("N");
   command->add_flag("--all", options->all,
-                    "Render every volume, to numbered files: x.0000.png, x.0001.png, ...");
+                    "Render every volume, to files with its number: x.0000.png, x.0001.png, ...");
   command->add_option("--count", options->count, "With --all: how many volumes, for a source that never ends")
       ->check(CLI::PositiveNumber)
       ->needs("--all")

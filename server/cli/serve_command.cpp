@@ -88,6 +88,7 @@ void log_source(const SourceDescription& source) {
       source.name, source.usual_frames > 0 ? source.usual_frames : source.frames_per_volume, geometry.columns,
       geometry.rows, geometry.pixel_width_mm, geometry.pixel_height_mm, degrees(source.first_angle_rad),
       degrees(source.last_angle_rad), geometry.motor_radius_mm);
+  for (const std::string& note : source.notes) spdlog::warn("{}", note);
 }
 
 void log_end(const PipelineCounters& pipeline, const ServerCounters& server) {
@@ -182,6 +183,7 @@ Result<void> serve(const ServeOptions& options) {
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
   config.facts.source = printable(description.name);
+  for (const std::string& note : description.notes) config.facts.notes.push_back(printable(note));
   config.suggested_scene =
       scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
   const auto scene = options.scene.applied_to(config.suggested_scene);

@@ -90,8 +90,7 @@ Result<v1::Scene> change_of(const std::vector<std::string>& items) {
 struct Second {
   int pictures = 0;
   std::size_t bytes = 0;
-  std::vector<double>
-      ages_ms;  ///< time since the pictures were finished; correct if both computers have the same clock
+  std::vector<double> ages_ms;  ///< time since the last frame of each picture was captured
 };
 
 /// "live", "delayed", "not live" or "waiting", as `fanlight watch` and /healthz say it.
@@ -238,7 +237,8 @@ class Watch {
                                                         : picture.h264();
     ++second_.pictures;
     second_.bytes += bytes.size();
-    second_.ages_ms.push_back(static_cast<double>(now_ns() - picture.finished_time_ns()) / 1e6);
+    const std::int64_t age_ns = now_ns() + clock_ahead_ns_.value_or(0) - picture.capture_time_ns();
+    if (clock_ahead_ns_) second_.ages_ms.push_back(static_cast<double>(age_ns) / 1e6);
     if (options_.save.empty()) return {};
     const char* const ending = !picture.jpeg().empty() ? "jpg" : "png";
     if (!picture.h264().empty()) return add_to_film(bytes);
@@ -257,6 +257,8 @@ class Watch {
   }
 
   void report(const v1::Statistics& statistics) {
+    const std::int64_t ahead_ns = statistics.server_time_ns() - now_ns();
+    clock_ahead_ns_ = std::max(clock_ahead_ns_.value_or(ahead_ns), ahead_ns);
     std::ranges::sort(second_.ages_ms);
     const double age_ms = second_.ages_ms.empty() ? 0 : second_.ages_ms[second_.ages_ms.size() / 2];
     if (options_.json) {
@@ -287,7 +289,8 @@ class Watch {
   StreamClient& client_;
   std::uint64_t pictures_ = 0;
   Second second_;
-  v1::Liveness liveness_;             // the last one told
+  v1::Liveness liveness_;  // the last one told
+  std::optional<std::int64_t> clock_ahead_ns_;  // the server's, by the message that was fastest on its way
   std::int64_t heard_ns_ = now_ns();  // when the last statistics came
 };
 
@@ -301,6 +304,7 @@ Result<void> watch(WatchOptions options) {
   fmt::print(stderr, "{} {}: {} on {}, {} x {}; session {} as {}\n", options.server.url,
              printable(hello.server_version()), printable(hello.source()), printable(hello.device()),
              hello.picture_width(), hello.picture_height(), hello.session_id(), v1::Role_Name(hello.role()));
+  for (const std::string& note : hello.notes()) fmt::print(stderr, "note: {}\n", printable(note));
   // The server sends a message at least once a second, which ends the wait for the next one.
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });

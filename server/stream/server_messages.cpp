@@ -16,6 +16,7 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   hello.set_device(dependencies_.description.device);
   hello.set_picture_width(dependencies_.description.picture_width);
   hello.set_picture_height(dependencies_.description.picture_height);
+  for (const std::string& note : dependencies_.description.notes) hello.add_notes(note);
   hello.set_session_id(session.id);
   hello.set_role(static_cast<v1::Role>(session.principal->role));
   hello.set_name(session.name);

@@ -25,7 +25,8 @@ struct ServerDescription {
   std::string device;
   std::uint32_t picture_width = 0;
   std::uint32_t picture_height = 0;
-  int jpeg_quality = 85;  ///< if a session asks for none
+  int jpeg_quality = 85;           ///< if a session asks for none
+  std::vector<std::string> notes;  ///< see SourceDescription::notes
 };
 
 /// The client of a session.

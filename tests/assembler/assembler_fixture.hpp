@@ -45,9 +45,12 @@ class AssemblerTest : public testing::Test {
               {.reader_bell = reader_bell_, .writer_bell = writer_bell_}),
         queue_({.largest_frame_bytes = small_geometry().frame_bytes(), .slots = set.queue_slots},
                {.reader_bell = reader_bell_}),
-        assembler_(
-            {.ring = ring_, .writer_bell = writer_bell_, .counters = counters_, .frame_queue = &queue_},
-            set.config) {}
+        assembler_({.ring = ring_,
+                    .writer_bell = writer_bell_,
+                    .counters = counters_,
+                    .frame_queue = &queue_,
+                    .dropped = &dropped_},
+                   set.config) {}
 
   /// The source's next frame.
   FrameStamp frame(std::uint64_t volume_index, std::uint32_t frame_index, std::uint32_t frames_in_sweep) {
@@ -86,6 +89,7 @@ class AssemblerTest : public testing::Test {
 
   Doorbell reader_bell_;
   Doorbell writer_bell_;
+  DroppedSweeps dropped_;
   AcquisitionCounters counters_;
   std::stop_source stop_;
   FanGeometry geometry_ = small_geometry();

@@ -167,7 +167,7 @@ TEST_P(GoldenTest, LooksAsItDid) {
   const Golden& golden = GetParam();
   const Picture picture = render(golden);
   if (const char* folder = std::getenv("FANLIGHT_GOLDEN_NEW")) {
-    ASSERT_TRUE(write_picture(fmt::format("{}/{}.png", folder, golden.name), picture));
+    ASSERT_TRUE(write_picture(fmt::format("{}/{}.png", folder, golden.name), picture, {}));
     return;
   }
   const auto kept = read_rgb(golden_path(golden));

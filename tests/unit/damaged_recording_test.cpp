@@ -51,7 +51,7 @@ const std::vector<Damage>& damages() {
       {"Empty", kBadInput, "the file is empty", [](IgsFile&) { return std::string(); }},
       {"NoHeader", kBadInput, "the header ends too early",
        [](IgsFile&) { return std::string("NDims = 3\n"); }},
-      {"Binary", kBadInput, "line 1 of the header holds byte 0x00",
+      {"Binary", kUnsupported, "this is no file of a known kind",
        [](IgsFile&) { return std::string(100, '\0'); }},
       {"TruncatedHeader", kBadInput, "the header ends too early",
        [](IgsFile& file) { return file.bytes().substr(0, 300); }},
@@ -170,7 +170,8 @@ const std::vector<Damage>& damages() {
          return file.bytes();
        }},
       header_damage("RadioFrequency", kUnsupported, "expected BRIGHTNESS", "UltrasoundImageType", "RF_REAL"),
-      header_damage("NoTimeAxis", kUnsupported, "the last axis is time", "Kinds", "domain domain domain"),
+      header_damage("NoTimeAxis", kUnsupported, "frames of a sweep, not a volume on a grid", "Kinds",
+                    "domain domain domain"),
       header_damage("NoImage", kUnsupported, "expected Image", "ObjectType", "Tube"),
       header_damage("CompressionNeitherTrueNorFalse", kBadInput, "expected True or False", "CompressedData",
                     "Maybe"),
@@ -191,8 +192,10 @@ const std::vector<Damage>& damages() {
        }},
       {"NoSize", kBadInput, "no DimSize",
        [](IgsFile&) { return std::string("ElementType = MET_UCHAR\nElementDataFile = LOCAL\n"); }},
-      {"FramesBeforeTheSize", kBadInput, "before it gives a DimSize",
-       [](IgsFile&) { return std::string("Seq_Frame0000_Timestamp = 1\n"); }},
+      {"FramesWithoutASize", kBadInput, "the header has no DimSize",
+       [](IgsFile&) { return std::string("Seq_Frame0000_Timestamp = 1\nElementDataFile = LOCAL\n"); }},
+      {"SizeBelowTheFramesDescribed", kBadInput, "expected the 3 frames that the lines before it describe",
+       [](IgsFile&) { return std::string("Seq_Frame0002_Timestamp = 1\nDimSize = 8 6 2\n"); }},
       {"FrameWithoutNumber", kBadInput, "expected Seq_Frame0000_Name",
        [](IgsFile& file) {
          IgsFile::set(file.header, "Seq_Frame_Timestamp", "1");

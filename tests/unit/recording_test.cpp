@@ -51,13 +51,6 @@ TEST_F(RecordingTest, DirectionsFollowTheAngles) {
   EXPECT_EQ(recording.sweeps()[2].direction, SweepDirection::kForward);
 }
 
-TEST_F(RecordingTest, AStatedDirectionWins) {
-  IgsFile file = test::fan_recording(5, 2, 20);
-  file.set_all("SweepDirection", "BACKWARD");
-  const Recording recording = open_whole(file);
-  for (const auto& sweep : recording.sweeps()) EXPECT_EQ(sweep.direction, SweepDirection::kBackward);
-}
-
 TEST_F(RecordingTest, WithoutVolumeIndexSweepsEndWhereTheAngleTurns) {
   IgsFile file = test::fan_recording(9, 4, 20);
   file.remove_all("VolumeIndex");

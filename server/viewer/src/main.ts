@@ -48,6 +48,7 @@ const page = {
   tools: find("#tools", HTMLFieldSetElement),
   resetView: find("#reset-view", HTMLButtonElement),
   source: find("#source", HTMLElement),
+  notes: find("#notes", HTMLElement),
   refusal: find("#refusal", HTMLElement),
   form: find("#controls", HTMLFormElement),
   control: find("#control", HTMLElement),
@@ -222,6 +223,7 @@ function begin(newHello: Hello): void {
   if (hello.control) controlTold(hello.control);
   if (page.codec.value !== "0") askForStream();
   page.source.textContent = hello.source;
+  page.notes.replaceChildren(...hello.notes.map(noteItem));
   ownView.forget();
   if (hello.scene) {
     ownView.mainIs(hello.scene);
@@ -233,6 +235,12 @@ function begin(newHello: Hello): void {
     source: hello.source,
     pictureShown: false,
   });
+}
+
+function noteItem(note: string): HTMLElement {
+  const item = document.createElement("li");
+  item.textContent = note;
+  return item;
 }
 
 /** Logs in with the stored token. Without one, or after a refusal, asks the user and shows the reason. */
