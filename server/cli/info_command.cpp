@@ -6,9 +6,12 @@
 
 #include <memory>
 
+#include "acquisition/offline_volumes.hpp"
+#include "acquisition/open_source.hpp"
 #include "acquisition/replay/recording.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/vulkan/gpu.hpp"
+#include "server/cli/auto_view.hpp"
 #include "server/cli/commands.hpp"
 
 namespace fanlight {
@@ -19,6 +22,7 @@ struct InfoOptions {
   std::string file;
   std::string geometry_path;
   bool fields = false;
+  bool automatic = false;
   bool json = false;
 };
 
@@ -118,6 +122,27 @@ Result<void> tell_of_recording(const InfoOptions& options) {
   return {};
 }
 
+/// Prints the command that shows the surface of the recording's first volume.
+Result<void> tell_of_surface(const InfoOptions& options) {
+  Doorbell bell;
+  ProbeLink probe(bell, bell);
+  auto source =
+      open_source(options.file, {.geometry_path = options.geometry_path, .as_fast_as_taken = true}, probe);
+  if (!source) return source.error();
+  const SourceDescription& description = (*source)->description();
+  OfflineVolumes volumes(**source);
+  const auto volume = volumes.pick(std::nullopt);
+  if (!volume) return volume.error();
+  const Scene base = scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
+  const auto view = auto_view(**volume, base, SceneOptions(), PictureSize());
+  if (!view) return view.error();
+  for (const std::string& choice : view->choices) fmt::print("  auto: {}\n", choice);
+  const std::string geometry =
+      options.geometry_path.empty() ? "" : fmt::format("--geometry {} ", options.geometry_path);
+  fmt::print("fanlight render {} {}--out picture.png {}\n", options.file, geometry, view->options);
+  return {};
+}
+
 }  // namespace
 
 Command add_info_command(CLI::App& program) {
@@ -126,12 +151,18 @@ Command add_info_command(CLI::App& program) {
   CLI::Option* const file =
       command->add_option("FILE", options->file, "A recording (.igs.mha); without it, the GPUs");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry");
+  command
+      ->add_flag("--auto", options->automatic,
+                 "Find the surface in the first volume, and print the command that shows it")
+      ->needs(file);
   CLI::Option* const fields =
       command->add_flag("--fields", options->fields, "The table of all scene fields")->excludes(file);
   command->add_flag("--json", options->json, "The table of fields as JSON")->needs(fields);
   return [options]() {
     if (options->fields) return show_fields(options->json);
-    return options->file.empty() ? tell_of_gpus() : tell_of_recording(*options);
+    if (options->file.empty()) return tell_of_gpus();
+    const auto told = tell_of_recording(*options);
+    return told && options->automatic ? tell_of_surface(*options) : told;
   };
 }
 

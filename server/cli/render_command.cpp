@@ -16,6 +16,7 @@
 #include "proto/base/printable.hpp"
 #include "renderer/render_once.hpp"
 #include "renderer/vulkan/render_device.hpp"
+#include "server/cli/auto_view.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/picture_file.hpp"
 #include "server/cli/probe_options.hpp"
@@ -36,6 +37,7 @@ struct RenderOptions {
   std::string size = "512x512";
   std::string gpu;
   bool json = false;
+  bool automatic = false;  // the scene is that of auto_view()
   SceneOptions scene;
 };
 
@@ -181,9 +183,31 @@ void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
   for (const std::string& note : notes) fmt::print("note: {}\n", note);
 }
 
+/// The renderer with what it needs.
+struct RenderSetup {
+  PictureSize size;
+  RenderDevice device;
+  RenderCounters counters;
+  Scene suggested;  // for the source alone
+  Scene scene;
+  std::unique_ptr<Renderer> renderer;
+  std::vector<std::string> notes;  // about the source, and what was chosen
+};
+
+/// With --auto: chooses the scene by this volume.
+Result<void> look_at(const RenderOptions& options, const Volume& volume, RenderSetup& setup) {
+  if (!options.automatic) return {};
+  const auto view = auto_view(volume, setup.suggested, options.scene, setup.size);
+  if (!view) return view.error();
+  setup.scene = view->scene;
+  setup.renderer->show({.revision = 2, .scene = setup.scene});
+  for (const std::string& choice : view->choices) setup.notes.push_back("auto: " + choice);
+  setup.notes.push_back("auto: the same without it: " + view->options);
+  return {};
+}
+
 /// Renders every volume of the source to numbered files, and prints what happened to its frames.
-Result<void> render_all(const RenderOptions& options, const std::vector<std::string>& notes,
-                        OfflineVolumes& volumes, Renderer& renderer) {
+Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, RenderSetup& setup) {
   RenderedVolumes rendered;
   for (; !options.count || rendered.pictures < *options.count; ++rendered.pictures) {
     const auto volume = volumes.next();
@@ -191,30 +215,25 @@ Result<void> render_all(const RenderOptions& options, const std::vector<std::str
     if (!*volume) break;
     const std::uint64_t number = (*volume)->stamp().source_volume_index;
     if ((*volume)->stamp().frames_missing > 0) ++rendered.interpolated;
-    const auto picture = render_once(renderer, **volume);
+    if (rendered.pictures == 0) {
+      if (auto chosen = look_at(options, **volume, setup); !chosen) return chosen;
+    }
+    const auto picture = render_once(*setup.renderer, **volume);
     if (!picture) return picture.error();
-    if (auto written = write_picture(numbered(options.out, number), *picture, notes); !written) {
+    if (auto written = write_picture(numbered(options.out, number), *picture, setup.notes); !written) {
       return written;
     }
   }
-  print_frames(options, rendered, volumes.counters(), volumes.dropped(), notes);
+  print_frames(options, rendered, volumes.counters(), volumes.dropped(), setup.notes);
   if (rendered.pictures > 0) return {};
   return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
 }
-
-/// The renderer with what it needs.
-struct RenderSetup {
-  RenderDevice device;
-  RenderCounters counters;
-  Scene scene;
-  std::unique_ptr<Renderer> renderer;
-  std::vector<std::string> notes;  // about the source
-};
 
 /// Renders one volume, writes its picture and its depth map, and prints the report.
 Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, RenderSetup& setup) {
   const auto volume = volumes.pick(options.volume);
   if (!volume) return volume.error();
+  if (auto chosen = look_at(options, **volume, setup); !chosen) return chosen;
   const auto picture = render_once(*setup.renderer, **volume);
   if (!picture) return picture.error();
   const auto depths = setup.renderer->read_depth();
@@ -222,9 +241,9 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
 
   if (auto written = write_picture(options.out, *picture, setup.notes); !written) return written;
   if (!options.depth.empty()) {
-    const PictureSize size{.width = picture->width, .height = picture->height};
-    const double mm_per_pixel = viewport(setup.scene, size).pixel_mm;
-    if (auto written = write_depth(options.depth, depths->smooth_mm, size.width, size.height, mm_per_pixel);
+    const double mm_per_pixel = viewport(setup.scene, setup.size).pixel_mm;
+    if (auto written =
+            write_depth(options.depth, depths->smooth_mm, setup.size.width, setup.size.height, mm_per_pixel);
         !written) {
       return written;
     }
@@ -244,8 +263,9 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
 
 Result<void> set_up(const RenderOptions& options, const PictureSize& size, const SourceDescription& source,
                     RenderSetup& setup) {
-  const auto scene = options.scene.applied_to(
-      scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height));
+  setup.size = size;
+  setup.suggested = scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height);
+  const auto scene = options.scene.applied_to(setup.suggested);
   if (!scene) return scene.error();
   setup.scene = *scene;
   for (const std::string& note : source.notes) setup.notes.push_back(printable(note));
@@ -279,8 +299,7 @@ Result<void> render(const RenderOptions& options) {
   RenderSetup setup;
   if (auto ready = set_up(options, *size, (*source)->description(), setup); !ready) return ready;
   OfflineVolumes volumes(**source);
-  return options.all ? render_all(options, setup.notes, volumes, *setup.renderer)
-                     : render_one(options, volumes, setup);
+  return options.all ? render_all(options, volumes, setup) : render_one(options, volumes, setup);
 }
 
 }  // namespace
@@ -315,6 +334,9 @@ Command add_render_command(CLI::App& program) {
       ->capture_default_str()
       ->type_name("WxH");
   command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command->add_flag(
+      "--auto", options->automatic,
+      "Find the surface in the first volume, and choose camera, rays, detector and light for it");
   command->add_flag("--json", options->json, "Print the report as JSON");
   add_probe_options(*command, options->playing);
   options->scene.add_to(*command);

@@ -289,9 +289,9 @@ class Watch {
   StreamClient& client_;
   std::uint64_t pictures_ = 0;
   Second second_;
-  v1::Liveness liveness_;  // the last one told
+  v1::Liveness liveness_;                       // the last one told
   std::optional<std::int64_t> clock_ahead_ns_;  // the server's, by the message that was fastest on its way
-  std::int64_t heard_ns_ = now_ns();  // when the last statistics came
+  std::int64_t heard_ns_ = now_ns();            // when the last statistics came
 };
 
 Result<void> watch(WatchOptions options) {

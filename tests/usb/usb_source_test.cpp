@@ -175,8 +175,11 @@ TEST(UsbSource, AProbeThatStaysSilentIsResetAndTakenAnew) {
 TEST(UsbSource, AProbeThatRestartsByItselfShowsInTheSequence) {
   SourceRig rig("frame 12 restart");
   ASSERT_TRUE(rig.open());
-  const auto numbers = sequences(rig.next(16));
-  EXPECT_EQ(std::ranges::count(numbers, 0U), 2);
+  // A slow reader misses the first frames: the numbers fall once, wherever it began.
+  const auto numbers = sequences(rig.next(40));
+  std::size_t falls = 0;
+  for (std::size_t i = 1; i < numbers.size(); ++i) falls += numbers[i] < numbers[i - 1] ? 1 : 0;
+  EXPECT_EQ(falls, 1U);
 }
 
 TEST(UsbSource, AGeometryThatChangesInMidStreamComesWithItsFrames) {

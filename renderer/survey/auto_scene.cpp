@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/survey/auto_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "renderer/survey/surface_survey.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// From further aside the fan itself hides the sheet.
+constexpr double kMostTiltDeg = 50;
+constexpr double kMargin = 1.12;  // of the field around the sheet
+constexpr double kBehindMm = 8;   // rays go on behind the sheet
+
+/// Quantiles of the points along a direction, mm from the centre.
+struct Extent {
+  double low = 0;
+  double high = 0;
+};
+Extent extent_along(const SurfaceSurvey& survey, const glm::dvec3& direction, double share) {
+  std::vector<double> places;
+  for (const glm::dvec3& point : survey.points) places.push_back(glm::dot(point - survey.centre, direction));
+  std::ranges::sort(places);
+  const auto at = [&](double quantile) {
+    return places[static_cast<std::size_t>(quantile * static_cast<double>(places.size() - 1))];
+  };
+  return {at(share), at(1 - share)};
+}
+
+void look_at(const SurfaceSurvey& survey, Scene::Camera& camera) {
+  // view_frame(): forward = (-sin yaw cos pitch, cos yaw cos pitch, -sin pitch).
+  const glm::dvec3 forward = -survey.normal;
+  const auto limited = [](double angle_deg) { return std::clamp(angle_deg, -kMostTiltDeg, kMostTiltDeg); };
+  camera.yaw_deg = std::round(limited(degrees(std::atan2(-forward.x, forward.y))));
+  camera.pitch_deg = std::round(limited(degrees(std::asin(std::clamp(-forward.z, -1.0, 1.0)))));
+  camera.roll_deg = 0;
+}
+
+}  // namespace
+
+std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, const PictureSize& size) {
+  const auto survey = find_surface(volume);
+  if (!survey) return std::nullopt;
+  AutoScene made{.scene = scene, .choices = {}};
+  Scene& to = made.scene;
+  const auto choose = [&](const std::string& sentence) { made.choices.push_back(sentence); };
+
+  look_at(*survey, to.camera);
+  const ViewFrame frame = view_frame(to.camera);
+  const Extent across = extent_along(*survey, frame.right, 0.01);
+  const Extent upward = extent_along(*survey, frame.up, 0.01);
+  const Extent along = extent_along(*survey, frame.forward, 0.02);
+  const glm::dvec3 middle = survey->centre + frame.right * ((across.low + across.high) / 2) +
+                            frame.up * ((upward.low + upward.high) / 2);
+  const auto tenth = [](double value) { return std::round(10 * value) / 10; };
+  to.camera.target = {tenth(middle.x), tenth(middle.y), tenth(middle.z)};
+  const double aspect = static_cast<double>(size.width) / size.height;
+  to.camera.field_mm =
+      std::ceil(kMargin * std::max(upward.high - upward.low, (across.high - across.low) / aspect));
+  // The detector needs a whole window before the sheet.
+  to.camera.distance_mm = tenth(kSurveyWindowMm - along.low);
+  to.rays.start_mm = 0;
+  to.rays.end_mm = tenth(to.camera.distance_mm + along.high + kBehindMm);
+  choose(
+      fmt::format("a sheet of {:.0f} x {:.0f} mm, in {:.0f} % of the beams; the echo steps up by {:.0f} grey "
+                  "levels there, by {:.0f} elsewhere",
+                  across.high - across.low, upward.high - upward.low, 100 * survey->covered_share,
+                  survey->contrast, survey->clutter));
+  choose(fmt::format("looks at it at a right angle: yaw {:.0f}, pitch {:.0f} deg", to.camera.yaw_deg,
+                     to.camera.pitch_deg));
+  choose(fmt::format("rays begin {:.0f} mm before its nearest part and end {:.0f} mm behind its farthest",
+                     kSurveyWindowMm, kBehindMm));
+
+  // As many samples as the detector has at most, over two windows.
+  const double step_mm = std::max(volume.geometry().finest_mm(), 2 * kSurveyWindowMm / 32);
+  to.rays.step_mm = std::round(1000 * step_mm) / 1000;
+  to.detector.window = std::clamp(2 * static_cast<int>(std::lround(kSurveyWindowMm / step_mm)), 2, 32);
+  to.detector.threshold = survey->threshold;
+  to.detector.sign = EdgeSign::kDarkToBright;
+  choose(
+      fmt::format("the detector compares {:.0f} mm on either side and asks for {:.0f} grey levels, which "
+                  "finds {:.0f} % of the sheet first",
+                  kSurveyWindowMm, survey->threshold, 100 * survey->found_share));
+
+  // Steep enough that the sheet's own relief throws short shadows.
+  to.light.right_mm = tenth(-0.4 * to.camera.field_mm);
+  to.light.up_mm = tenth(0.4 * to.camera.field_mm);
+  to.light.depth_mm = tenth(-0.7 * to.camera.field_mm);
+  choose("the light comes from the upper left");
+  for (const SceneField& field : scene_fields()) {
+    if (!field.is_text()) field.set(to, std::clamp(field.get(to), field.minimum, field.maximum));
+  }
+  return made;
+}
+
+}  // namespace fanlight

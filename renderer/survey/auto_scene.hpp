@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/model/scene.hpp"
+#include "proto/model/volume.hpp"
+#include "renderer/parameters/view_frame.hpp"
+
+namespace fanlight {
+
+/// A scene that shows what find_surface() found, and a sentence for each choice.
+struct AutoScene {
+  Scene scene;
+  std::vector<std::string> choices;
+};
+
+/// `scene`: what is not chosen stays as it is here. nullopt: the volume has no surface that stands out; a
+/// slice shows more of it. Deterministic.
+std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, const PictureSize& size);
+
+}  // namespace fanlight

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/survey/surface_survey.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <numeric>
+#include <utility>
+
+#include "renderer/survey/volume_profiles.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// A sheet may rise by so much from one profile to the next.
+constexpr int kMostRiseCells = 3;
+// The least step of a sheet, grey levels, is tried: with small steps sheets grow together, with large ones
+// they fall apart.
+constexpr float kLeastSteps[] = {8, 14, 20, 26, 32, 40};
+constexpr std::size_t kPeaks = 2;       // candidates in a profile: its largest steps
+constexpr double kLeastCovered = 0.06;  // of the profiles
+constexpr double kLeastOverClutter = 3;
+constexpr int kFoundCells = 4;
+
+double median(std::vector<float> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Steps of the echo along all profiles: mean of the cells behind minus mean of the cells before.
+class Steps {
+ public:
+  explicit Steps(const VolumeProfiles& profiles)
+      : profiles_(profiles),
+        window_(std::max(1, static_cast<int>(std::lround(kSurveyWindowMm / profiles.cell_mm())))),
+        steps_(std::size_t{profiles.profiles()} * profiles.cells(), 0.0F) {
+    for (std::uint32_t profile = 0; profile < profiles.profiles(); ++profile) fill(profile);
+  }
+
+  float at(std::uint32_t profile, std::uint32_t cell) const {
+    return steps_[std::size_t{profile} * profiles_.cells() + cell];
+  }
+
+  /// The first cell of a local maximum of at least `least` at or behind `from`; -1: none.
+  int first_peak(std::uint32_t profile, int from, float least) const {
+    const int cells = static_cast<int>(profiles_.cells());
+    for (int cell = std::max(from, 1); cell + 1 < cells; ++cell) {
+      const auto here = static_cast<std::uint32_t>(cell);
+      const float step = at(profile, here);
+      if (step >= least && step >= at(profile, here - 1) && step > at(profile, here + 1)) return cell;
+    }
+    return -1;
+  }
+
+  double clutter() const {
+    std::vector<float> sizes;
+    for (const float step : steps_) {
+      if (step != 0) sizes.push_back(std::abs(step));
+    }
+    return median(std::move(sizes));
+  }
+
+ private:
+  void fill(std::uint32_t profile) {
+    const int cells = static_cast<int>(profiles_.cells());
+    for (int cell = window_; cell + window_ <= cells; ++cell) {
+      float before = 0;
+      float behind = 0;
+      bool whole = true;
+      for (int each = 0; each < window_; ++each) {
+        const float near_level = profiles_.level(profile, static_cast<std::uint32_t>(cell - 1 - each));
+        const float far_level = profiles_.level(profile, static_cast<std::uint32_t>(cell + each));
+        whole &= near_level >= 0 && far_level >= 0;
+        before += near_level;
+        behind += far_level;
+      }
+      if (whole) {
+        steps_[std::size_t{profile} * profiles_.cells() + static_cast<std::size_t>(cell)] =
+            (behind - before) / static_cast<float>(window_);
+      }
+    }
+  }
+
+  const VolumeProfiles& profiles_;
+  int window_;
+  std::vector<float> steps_;  // profiles x cells
+};
+
+struct Peak {
+  std::uint32_t profile = 0;
+  int cell = 0;
+  float step = 0;
+};
+
+/// The largest steps of each profile, and which of them hang together.
+class Sheets {
+ public:
+  Sheets(const VolumeProfiles& profiles, const Steps& steps, float least_step) : least_step_(least_step) {
+    first_of_.reserve(profiles.profiles() + 1);
+    for (std::uint32_t profile = 0; profile < profiles.profiles(); ++profile) {
+      first_of_.push_back(peaks_.size());
+      add_peaks(profile, steps);
+    }
+    first_of_.push_back(peaks_.size());
+    parents_.resize(peaks_.size());
+    std::iota(parents_.begin(), parents_.end(), std::size_t{0});
+    for (std::uint32_t profile = 0; profile < profiles.profiles(); ++profile) {
+      if ((profile + 1) % profiles.across() != 0) join(profile, profile + 1);
+      if (profile + profiles.across() < profiles.profiles()) join(profile, profile + profiles.across());
+    }
+  }
+
+  /// The sheet with the largest sum of steps; of each profile its largest step.
+  std::vector<Peak> strongest() {
+    std::vector<double> sums(peaks_.size(), 0.0);
+    for (std::size_t i = 0; i < peaks_.size(); ++i) sums[root(i)] += peaks_[i].step;
+    if (sums.empty()) return {};
+    const auto best = static_cast<std::size_t>(std::ranges::max_element(sums) - sums.begin());
+    std::vector<Peak> sheet;
+    for (std::size_t i = 0; i < peaks_.size(); ++i) {
+      if (root(i) != best) continue;
+      if (!sheet.empty() && sheet.back().profile == peaks_[i].profile) {
+        if (peaks_[i].step > sheet.back().step) sheet.back() = peaks_[i];
+      } else {
+        sheet.push_back(peaks_[i]);
+      }
+    }
+    return sheet;
+  }
+
+ private:
+  void add_peaks(std::uint32_t profile, const Steps& steps) {
+    std::vector<Peak> found;
+    for (int cell = steps.first_peak(profile, 0, least_step_); cell >= 0;
+         cell = steps.first_peak(profile, cell + 1, least_step_)) {
+      found.push_back({profile, cell, steps.at(profile, static_cast<std::uint32_t>(cell))});
+    }
+    if (found.size() > kPeaks) {
+      std::ranges::nth_element(found, found.begin() + kPeaks, std::greater(), &Peak::step);
+      found.resize(kPeaks);
+      std::ranges::sort(found, {}, &Peak::cell);
+    }
+    peaks_.insert(peaks_.end(), found.begin(), found.end());
+  }
+
+  void join(std::uint32_t a, std::uint32_t b) {
+    for (std::size_t i = first_of_[a]; i < first_of_[a + 1]; ++i) {
+      for (std::size_t j = first_of_[b]; j < first_of_[b + 1]; ++j) {
+        if (std::abs(peaks_[i].cell - peaks_[j].cell) <= kMostRiseCells) parents_[root(i)] = root(j);
+      }
+    }
+  }
+
+  std::size_t root(std::size_t peak) {
+    while (parents_[peak] != peak) {
+      parents_[peak] = parents_[parents_[peak]];
+      peak = parents_[peak];
+    }
+    return peak;
+  }
+
+  float least_step_;
+  std::vector<Peak> peaks_;            // in order of profiles, then of cells
+  std::vector<std::size_t> first_of_;  // index of each profile's first peak, and the end
+  std::vector<std::size_t> parents_;   // union-find
+};
+
+/// Mean normal of the sheet towards the probe: of the triangles between neighbouring profiles.
+glm::dvec3 mean_normal(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
+  std::vector<int> cells(profiles.profiles(), -1);
+  for (const Peak& peak : sheet) cells[peak.profile] = peak.cell;
+  glm::dvec3 sum(0);
+  for (const Peak& peak : sheet) {
+    const std::uint32_t right = peak.profile + 1;
+    const std::uint32_t next = peak.profile + profiles.across();
+    if (right % profiles.across() == 0 || next >= profiles.profiles() || cells[right] < 0 || cells[next] < 0)
+      continue;
+    const glm::dvec3 here = profiles.position(peak.profile, peak.cell);
+    glm::dvec3 normal = glm::cross(profiles.position(right, cells[right]) - here,
+                                   profiles.position(next, cells[next]) - here);
+    const glm::dvec3 beam = profiles.position(peak.profile, peak.cell + 1) - here;
+    if (glm::dot(normal, beam) > 0) normal = -normal;
+    sum += normal;
+  }
+  const double length = glm::length(sum);
+  return length > 0 ? sum / length : glm::dvec3(0, -1, 0);
+}
+
+/// The threshold by which a search from before the sheet finds it in the most profiles.
+void choose_threshold(const VolumeProfiles& profiles, const Steps& steps, const std::vector<Peak>& sheet,
+                      SurfaceSurvey& survey) {
+  std::vector<double> depths_mm;
+  for (const glm::dvec3& point : survey.points) depths_mm.push_back(-glm::dot(survey.normal, point));
+  std::ranges::sort(depths_mm);
+  const double from_mm = depths_mm[depths_mm.size() / 50] - kSurveyWindowMm;
+  double best = -1;
+  for (int threshold = 10; threshold <= 60; threshold += 2) {
+    double found = 0;
+    for (const Peak& peak : sheet) {
+      int from = peak.cell;
+      while (from > 0 && -glm::dot(survey.normal, profiles.position(peak.profile, from - 1)) > from_mm)
+        --from;
+      const int first = steps.first_peak(peak.profile, from, static_cast<float>(threshold));
+      found += first >= 0 && std::abs(first - peak.cell) <= kFoundCells ? 1 : 0;
+    }
+    // Of equal ones the largest: it finds the least elsewhere.
+    if (found < best * 0.99) continue;
+    best = std::max(best, found);
+    survey.threshold = threshold;
+    survey.found_share = found / static_cast<double>(sheet.size());
+  }
+}
+
+SurfaceSurvey survey_of(const VolumeProfiles& profiles, const Steps& steps, const std::vector<Peak>& sheet) {
+  SurfaceSurvey survey;
+  survey.covered_share = static_cast<double>(sheet.size()) / profiles.profiles();
+  std::vector<float> contrasts;
+  for (const Peak& peak : sheet) {
+    contrasts.push_back(peak.step);
+    survey.points.push_back(profiles.position(peak.profile, peak.cell));
+    survey.centre += survey.points.back() / static_cast<double>(sheet.size());
+  }
+  survey.contrast = median(contrasts);
+  survey.normal = mean_normal(profiles, sheet);
+  choose_threshold(profiles, steps, sheet, survey);
+  return survey;
+}
+
+/// A large sheet of high contrast that is found first.
+double merit(const SurfaceSurvey& survey) {
+  return survey.covered_share * survey.contrast * survey.found_share * survey.found_share;
+}
+
+}  // namespace
+
+std::optional<SurfaceSurvey> find_surface(const Volume& volume) {
+  const VolumeProfiles profiles(volume);
+  const Steps steps(profiles);
+  const double clutter = steps.clutter();
+  std::optional<SurfaceSurvey> best;
+  for (const float least_step : kLeastSteps) {
+    const std::vector<Peak> sheet = Sheets(profiles, steps, least_step).strongest();
+    if (sheet.empty()) continue;
+    SurfaceSurvey survey = survey_of(profiles, steps, sheet);
+    survey.clutter = clutter;
+    const bool stands_out =
+        survey.covered_share >= kLeastCovered && survey.contrast >= kLeastOverClutter * clutter;
+    if (stands_out && (!best || merit(survey) > merit(*best))) best = std::move(survey);
+  }
+  return best;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <optional>
+#include <vector>
+
+#include "proto/model/volume.hpp"
+
+namespace fanlight {
+
+/// What a coarse look at a volume finds: the largest sheet at which the echo steps from dark to bright.
+struct SurfaceSurvey {
+  std::vector<glm::dvec3> points;  ///< of the sheet, transducer frame, mm
+  glm::dvec3 centre{};             ///< their mean
+  glm::dvec3 normal{};             ///< mean direction of the sheet's near side, unit
+  double covered_share = 0;        ///< of the profiles
+  double contrast = 0;             ///< median step in grey levels
+  double clutter = 0;              ///< median size of all steps
+  double threshold = 0;            ///< of the step, which finds the sheet best where it is looked for first
+  double found_share = 0;          ///< of the sheet's profiles, by that threshold, within 4 mm
+};
+
+/// Length of the mean on either side of a step, mm.
+inline constexpr double kSurveyWindowMm = 5;
+
+/// Deterministic. nullopt: no sheet stands out of the clutter. Precondition: the volume has frames, sorted by
+/// angle.
+std::optional<SurfaceSurvey> find_surface(const Volume& volume);
+
+}  // namespace fanlight

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/cli/auto_view.hpp"
+
+#include <fmt/format.h>
+
+#include "renderer/survey/auto_scene.hpp"
+
+namespace fanlight {
+
+Result<AutoView> auto_view(const Volume& volume, const Scene& base, const SceneOptions& given,
+                           const PictureSize& size) {
+  AutoView view{.scene = base, .choices = {}, .options = {}};
+  if (auto found = auto_scene(volume, base, size)) {
+    view.scene = found->scene;
+    view.choices = std::move(found->choices);
+  } else {
+    view.scene.mode = Mode::kSlices;
+    view.choices = {"no surface stands out of this volume: shows its slices"};
+  }
+  const auto scene = given.applied_to(view.scene);
+  if (!scene) return scene.error();
+  view.scene = *scene;
+  for (const SceneField& field : scene_fields()) {
+    if (field.same(base, view.scene)) continue;
+    view.options +=
+        fmt::format("{}--{} {}", view.options.empty() ? "" : " ", field.name, field_text(view.scene, field));
+  }
+  return view;
+}
+
+}  // namespace fanlight

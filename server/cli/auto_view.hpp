@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "proto/base/result.hpp"
+#include "proto/model/scene.hpp"
+#include "proto/model/volume.hpp"
+#include "renderer/parameters/view_frame.hpp"
+#include "server/cli/scene_options.hpp"
+
+namespace fanlight {
+
+/// What --auto chooses for a volume.
+struct AutoView {
+  Scene scene;
+  std::vector<std::string> choices;  ///< a sentence each
+  std::string options;               ///< the command line options that give this scene without --auto
+};
+
+/// auto_scene() for the volume, and on top of it the options that the user has given. `base`: the scene for
+/// the source alone. Where the volume has no surface, its slices. Errors: as of SceneOptions::applied_to().
+Result<AutoView> auto_view(const Volume& volume, const Scene& base, const SceneOptions& given,
+                           const PictureSize& size);
+
+}  // namespace fanlight

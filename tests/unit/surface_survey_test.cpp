@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// The survey of a volume, on made volumes whose surface is known.
+#include "renderer/survey/surface_survey.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "renderer/survey/auto_scene.hpp"
+#include "tests/support/made_volume.hpp"
+
+namespace fanlight::test {
+namespace {
+
+const FanGeometry kGeometry{.columns = 96,
+                            .rows = 120,
+                            .pixel_width_mm = 1,
+                            .pixel_height_mm = 1,
+                            .face_column = 47.5,
+                            .face_row = 0,
+                            .motor_radius_mm = 30};
+
+std::vector<double> even_angles() {
+  std::vector<double> angles_rad;
+  for (int frame = 0; frame < 41; ++frame) angles_rad.push_back(radians(1.5 * frame - 30));
+  return angles_rad;
+}
+
+/// A noise of the position: grey levels -6 to 6.
+double noise(const Point& at) {
+  return 6 * std::sin(13.7 * at.x_mm + 7.1 * at.y_mm + 3.3 * at.z_mm) * std::sin(5.3 * at.y_mm - 2 * at.x_mm);
+}
+
+/// Bright tissue behind a plane through (0, 60, 0).
+struct Tilted {
+  double across;  ///< rise in y for each mm in x
+  double up;      ///< and in z
+};
+Volume behind_plane(const Tilted& plane) {
+  static Tilted tilt;
+  tilt = plane;
+  return made_volume(kGeometry, even_angles(), [](const Point& at) {
+    const double surface_mm = 60 + tilt.across * at.x_mm + tilt.up * at.z_mm;
+    return (at.y_mm > surface_mm ? 140.0 : 20.0) + noise(at);
+  });
+}
+
+TEST(SurfaceSurveyTest, FindsAPlaneAndItsNormal) {
+  for (const Tilted tilt : {Tilted{0, 0}, Tilted{0.4, 0}, Tilted{0, -0.4}, Tilted{-0.3, 0.3}}) {
+    const auto survey = find_surface(behind_plane(tilt));
+    ASSERT_TRUE(survey);
+    const glm::dvec3 expected = glm::normalize(glm::dvec3(tilt.across, -1, tilt.up));
+    EXPECT_GT(glm::dot(survey->normal, expected), std::cos(radians(3)));
+    EXPECT_GT(survey->covered_share, 0.7);
+    EXPECT_GT(survey->found_share, 0.9);
+    EXPECT_NEAR(survey->contrast, 120, 15);
+    for (const glm::dvec3& point : survey->points)
+      EXPECT_NEAR(point.y, 60 + tilt.across * point.x + tilt.up * point.z, 2.5);
+  }
+}
+
+TEST(SurfaceSurveyTest, PassesOverLayersNextToTheProbe) {
+  const Volume volume = made_volume(kGeometry, even_angles(), [](const Point& at) {
+    const double depth_mm = std::hypot(at.y_mm + 30, at.z_mm) - 30;
+    if (depth_mm < 12) return 90 + 60 * std::sin(depth_mm) + noise(at);
+    return (at.y_mm > 70 ? 150.0 : 15.0) + noise(at);
+  });
+  const auto survey = find_surface(volume);
+  ASSERT_TRUE(survey);
+  EXPECT_NEAR(survey->centre.y, 70, 2);
+}
+
+TEST(SurfaceSurveyTest, FindsNothingInNoise) {
+  const Volume volume =
+      made_volume(kGeometry, even_angles(), [](const Point& at) { return 60 + 3 * noise(at); });
+  EXPECT_FALSE(find_surface(volume));
+}
+
+TEST(SurfaceSurveyTest, FindsNothingInTheDark) {
+  EXPECT_FALSE(find_surface(made_volume(kGeometry, even_angles(), [](const Point&) { return 0.0; })));
+}
+
+TEST(AutoSceneTest, LooksAtThePlaneAtARightAngleFromJustBeforeIt) {
+  const Scene base = scene_for(kGeometry, radians(-30), radians(30));
+  const auto made = auto_scene(behind_plane({0.4, 0}), base, {512, 512});
+  ASSERT_TRUE(made);
+  const ViewFrame view = view_frame(made->scene.camera);
+  EXPECT_GT(glm::dot(view.forward, glm::normalize(glm::dvec3(-0.4, 1, 0))), std::cos(radians(4)));
+  // The plane lies a window behind the view plane, all of it before the end of the rays.
+  const double depth_mm = glm::dot(glm::dvec3(0, 60, 0) - view.centre, view.forward);
+  EXPECT_NEAR(depth_mm, kSurveyWindowMm, 3);
+  EXPECT_GT(made->scene.rays.end_mm, depth_mm + 5);
+  EXPECT_TRUE(check(made->scene));
+  EXPECT_GE(made->choices.size(), 4U);
+  // The same volume gives the same scene.
+  const auto again = auto_scene(behind_plane({0.4, 0}), base, {512, 512});
+  EXPECT_EQ(first_pass_changed(made->scene, again->scene), FirstPass::kNone);
+}
+
+TEST(AutoSceneTest, SaysThatThereIsNoSurface) {
+  const Volume volume = made_volume(kGeometry, even_angles(), [](const Point& at) { return 60 + noise(at); });
+  EXPECT_FALSE(auto_scene(volume, scene_for(kGeometry, radians(-30), radians(30)), {512, 512}));
+}
+
+}  // namespace
+}  // namespace fanlight::test
