@@ -37,7 +37,8 @@ void AcquisitionThread::run(const std::stop_token& stop) {
   } catch (const std::bad_alloc&) {
     error_ = {ErrorCode::kUnavailable, "the process has no memory left for the source's frames"};
   }
-  if (state == State::kStopped) {
+  // The sweep that a source fails in is not whole.
+  if (state == State::kStopped || state == State::kFailed) {
     assembler_.abandon();
   } else {
     assembler_.end_of_source();

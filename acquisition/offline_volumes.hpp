@@ -52,6 +52,7 @@ class OfflineVolumes {
       auto volume = next();
       if (!volume) return volume;
       if (!*volume) break;
+      dropped();  // before its queue is full
       const std::uint64_t number = (*volume)->stamp().source_volume_index;
       if (!first) first = number;
       last = number;
@@ -81,8 +82,14 @@ class OfflineVolumes {
     }
     if (!wanted || !first)
       return {ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
-    return {ErrorCode::kNotFound, fmt::format("there is no volume {}, expected one of {} to {}{}", *wanted,
-                                              *first, *last, *last > *wanted ? " or more" : "")};
+    if (*last > *wanted) {
+      return {ErrorCode::kNotFound,
+              fmt::format("there is no volume {}, expected one of the source's numbers; "
+                          "the first is {}, the next after it {}",
+                          *wanted, *first, *last)};
+    }
+    return {ErrorCode::kNotFound,
+            fmt::format("there is no volume {}, expected one of {} to {}", *wanted, *first, *last)};
   }
 
   Doorbell bell_;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/render_thread.hpp"
 
+#include <fmt/format.h>
 #include <pthread.h>
 
 #include <algorithm>
+#include <exception>
 #include <new>
 #include <utility>
 
@@ -72,15 +74,17 @@ Result<void> RenderThread::step_within_memory() {
   try {
     return step();
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::kLost, "the process has no memory left for the renderer"};
+    // Not a loss: the GPU still works on what was submitted, and its memory must stay until that is done.
+    return Error{ErrorCode::kBroken, "the process has no memory left for the renderer"};
   }
 }
 
 bool RenderThread::recover_within_memory(const Error& cause, const std::stop_token& stop) {
   try {
     return recover(cause, stop);
-  } catch (const std::bad_alloc&) {
-    fail({ErrorCode::kLost, "the process has no memory left for a new renderer"});
+  } catch (const std::exception& error) {  // no memory, or no thread
+    fail({ErrorCode::kLost,
+          fmt::format("the process has no memory left for a new renderer ({})", error.what())});
     return false;
   }
 }

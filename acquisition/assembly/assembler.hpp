@@ -36,8 +36,9 @@ enum class MismatchCorrection : std::uint8_t { kOn, kOff };
 /// frame that is placed and never committed counts as not received: the gap in the sequence counts it as
 /// missing. Life of a sweep: first frame -> ... -> its last announced frame, or the first frame of another
 /// sweep, or the end of the source. Frames whose angle is an outlier (AngleCheck) are removed and count as
-/// invalid. The volume is then published, or dropped and counted: too many frames are missing or the angle
-/// jumps (incomplete), the sweep began or ended in its middle (abandoned), or the angle did not move (short).
+/// invalid; with kByTurning, one may be taken for a reversal before. The volume is then published, or dropped
+/// and counted: too many frames are missing or the angle jumps (incomplete), the sweep began or ended in its
+/// middle (abandoned), or the angle did not move (short).
 ///
 /// Frames may arrive out of order. A frame that arrives behind newer ones is used while its sweep is open,
 /// and is late afterwards. A sequence number counts as missing when its sweep ends, when the newest frame is

@@ -16,7 +16,7 @@ std::string reason_of(const DroppedSweep& sweep) {
                          sweep.longest_run);
     case Reason::kGap:
       return fmt::format(
-          "its angle jumps by {:.2f} deg between two frames, expected at most three usual steps of {:.2f} "
+          "its angle jumps by {:.2f} deg between two frames, expected at most five usual steps of {:.2f} "
           "deg",
           sweep.gap_deg, sweep.usual_step_deg);
     case Reason::kCutOff:

@@ -249,9 +249,16 @@ class HeaderReader {
   /// The pixel size is the lengths of the matrix's first two columns: mm along the image's x and y axes.
   Result<void> take_transform(const Line& line, std::string_view name) {
     std::array<double, 16> matrix{};  // row order
-    if (!take_numbers<double>(line.value, matrix)) return refused(line, "a matrix of 16 numbers");
     IgsSequence& sequence = header_.sequence;
-    if (name == "ImageToReferenceTransform" && !sequence.pixel_size) {
+    const bool sets_pixel_size = name == "ImageToReferenceTransform" && !sequence.pixel_size;
+    if (!take_numbers<double>(line.value, matrix)) {
+      if (sets_pixel_size) return refused(line, "a matrix of 16 numbers");
+      return {};
+    }
+    // PLUS writes the identity where the tracker saw nothing.
+    constexpr std::array<double, 16> kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    if (matrix == kIdentity) return {};
+    if (sets_pixel_size) {
       sequence.pixel_size = {.width_mm = std::hypot(matrix[0], matrix[4], matrix[8]),
                              .height_mm = std::hypot(matrix[1], matrix[5], matrix[9])};
     }

@@ -142,6 +142,10 @@ bool IgsPixels::looks_transposed() const {
   return reading_->transposed;
 }
 
+bool IgsPixels::at_end() const {
+  return reading_->next == reading_->frames;
+}
+
 Result<void> IgsPixels::finish() {
   Reading& reading = *reading_;
   if (!reading.inflater) return {};

@@ -79,7 +79,10 @@ class IgsPixels {
   /// first two numbers in the wrong order. Precondition: read() was called.
   bool looks_transposed() const;
 
-  /// After the last frame: kBadInput where pixels follow it.
+  /// Whether the last frame was read.
+  bool at_end() const;
+
+  /// After the last frame: kBadInput where pixels follow it, or the checksum is wrong.
   Result<void> finish();
 
  private:

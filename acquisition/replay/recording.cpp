@@ -99,6 +99,11 @@ Result<void> Recording::read_frame(std::size_t frame, std::span<std::uint8_t> to
   return {};
 }
 
+Result<void> Recording::finish() {
+  // Frames that nobody asked for are not read for the sake of the checksum.
+  return pixels_ && pixels_->at_end() ? pixels_->finish() : Result<void>();
+}
+
 Result<void> Recording::find_times() {
   const auto& fields = sequence_.frames;
   if (fields.size() < 2) return bad("there is a single frame", "a sweep of 2 at least");
@@ -137,7 +142,7 @@ Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry
     if (const auto done = cut_at_volume_index(); !done) return done.error();
   } else if (measured_) {
     // Before the sweeps are known: an outlier would be two turning points.
-    exclude_outliers(0, static_cast<std::uint32_t>(frames_.size()));
+    exclude_spikes();
     cut_at_turning_points();
   } else {
     begin_sweep(0, 0);
@@ -168,6 +173,27 @@ Result<void> Recording::cut_at_volume_index() {
   return {};
 }
 
+/// Single frames beyond both of their neighbours, which agree. Sweeps may differ in speed.
+void Recording::exclude_spikes() {
+  constexpr double kMostOfNeighbours = 0.2;
+  for (std::size_t i = 1; i + 1 < frames_.size(); ++i) {
+    const double before_rad = frames_[i].angle_rad - frames_[i - 1].angle_rad;
+    const double after_rad = frames_[i + 1].angle_rad - frames_[i].angle_rad;
+    const double size_rad = std::min(std::abs(before_rad), std::abs(after_rad));
+    const bool turns_twice = before_rad * after_rad < 0 && size_rad > kHysteresisRad;
+    if (!turns_twice || !frames_[i - 1].valid || !frames_[i].valid || !frames_[i + 1].valid) continue;
+    if (std::abs(before_rad + after_rad) > kMostOfNeighbours * size_rad) continue;
+    // A motor that turns leaves its extreme as slowly as it came: the steps beside a spike are smaller.
+    const bool steady_before =
+        i < 2 || std::abs(frames_[i - 1].angle_rad - frames_[i - 2].angle_rad) < size_rad / 3;
+    const bool steady_after = i + 2 >= frames_.size() ||
+                              std::abs(frames_[i + 2].angle_rad - frames_[i + 1].angle_rad) < size_rad / 3;
+    if (!steady_before || !steady_after) continue;
+    frames_[i].valid = false;
+    ++summary_.angle_outliers;
+  }
+}
+
 void Recording::exclude_outliers() {
   for (const Sweep& sweep : sweeps_) exclude_outliers(sweep.first_frame, sweep.first_frame + sweep.frames);
 }
@@ -175,9 +201,11 @@ void Recording::exclude_outliers() {
 void Recording::exclude_outliers(std::uint32_t first_frame, std::uint32_t end_frame) {
   std::vector<AngleCheck::Frame> to_check;
   std::vector<std::uint32_t> indices;
+  std::uint64_t sequence = 0;
   for (std::uint32_t i = first_frame; i < end_frame; ++i) {
+    sequence += 1 + (i > first_frame ? lost_before(i) : 0);
     if (!frames_[i].valid || std::abs(frames_[i].angle_rad) >= kPi / 2) continue;
-    to_check.push_back({.sequence = i, .angle_rad = frames_[i].angle_rad});
+    to_check.push_back({.sequence = sequence, .angle_rad = frames_[i].angle_rad});
     indices.push_back(i);
   }
   AngleCheck check(to_check.size());
@@ -251,14 +279,18 @@ void Recording::find_directions() {
 }
 
 void Recording::find_lost_frames() {
-  const auto& fields = sequence_.frames;
   for (std::size_t i = 1; i < frames_.size(); ++i) {
-    const auto before = fields[i - 1].frame_index;
-    const auto index = fields[i].frame_index;
-    if (!before || !index || *index <= *before || frames_[i].sweep != frames_[i - 1].sweep) continue;
-    const std::uint32_t lost = *index - *before - 1;
-    if (lost <= kMostLost) frames_[i].lost_before = lost;
+    if (frames_[i].sweep == frames_[i - 1].sweep) frames_[i].lost_before = lost_before(i);
   }
+}
+
+/// Frames that were lost between this one and the one before it, by their FrameIndex.
+std::uint32_t Recording::lost_before(std::size_t frame) const {
+  const auto before = sequence_.frames[frame - 1].frame_index;
+  const auto index = sequence_.frames[frame].frame_index;
+  if (!before || !index || *index <= *before) return 0;
+  const std::uint32_t lost = *index - *before - 1;
+  return lost <= kMostLost ? lost : 0;
 }
 
 Result<void> Recording::summarise(const RecordingGeometry& geometry) {

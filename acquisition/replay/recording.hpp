@@ -85,6 +85,9 @@ class Recording {
   /// Copies a frame's pixels. With Pixels::kForward: of a frame above that of the call before. Error: as of
   /// IgsPixels::read().
   Result<void> read_frame(std::size_t frame, std::span<std::uint8_t> to);
+  /// After the last frame. With Pixels::kForward: kBadInput where the file's checksum is wrong, or pixels
+  /// follow the last frame.
+  Result<void> finish();
 
  private:
   Recording(const Config& config, OpenedSequence opened);
@@ -97,6 +100,8 @@ class Recording {
   void begin_sweep(std::uint32_t first_frame, std::uint32_t volume_index);
   void close_sweeps();
   void spread_angles(double first_deg, double last_deg);
+  std::uint32_t lost_before(std::size_t frame) const;
+  void exclude_spikes();
   void exclude_outliers();
   void exclude_outliers(std::uint32_t first_frame, std::uint32_t end_frame);
   void find_directions();

@@ -55,7 +55,10 @@ Result<std::optional<FrameStamp>> ReplaySource::next_frame(std::stop_token stop)
   if (failure_) return *failure_;
   const auto frames = static_cast<std::uint32_t>(recording_.frames().size());
   if (position_ == frames) {
-    if (ending_ == Ending::kOnce) return std::optional<FrameStamp>{};
+    if (ending_ == Ending::kOnce) {
+      if (const auto finished = recording_.finish(); !finished) return finished.error();
+      return std::optional<FrameStamp>{};
+    }
     position_ = 0;
     ++pass_;
   }

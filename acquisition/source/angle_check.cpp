@@ -10,6 +10,8 @@ namespace {
 
 // A step above so many times the median is none of the motor's.
 constexpr double kBeyondMedian = 6;
+// A step below this share of the mean is none.
+constexpr double kStill = 0.25;
 
 }  // namespace
 
@@ -31,7 +33,11 @@ double AngleCheck::usual_step_rad(std::span<const Frame> frames) {
     steps_rad_.push_back(std::abs(frames[i].angle_rad - frames[i - 1].angle_rad) / passed);
   }
   std::ranges::sort(steps_rad_);
-  const auto moving = std::ranges::subrange(std::ranges::upper_bound(steps_rad_, 0.0), steps_rad_.end());
+  const auto [smallest, largest] = std::ranges::minmax(frames, {}, &Frame::angle_rad);
+  const double still_rad =
+      kStill * (largest.angle_rad - smallest.angle_rad) / static_cast<double>(frames.size());
+  const auto moving =
+      std::ranges::subrange(std::ranges::upper_bound(steps_rad_, still_rad), steps_rad_.end());
   if (moving.empty()) return 0;
   const double median = moving[(moving.size() - 1) / 2];
   double sum = 0;
@@ -78,7 +84,9 @@ AngleCheck::Findings AngleCheck::check(std::span<const Frame> frames) {
     const Frame& to = after ? frames[run.first] : frames[last_kept.first];
     const bool agrees = !jumps(from, to);
     run.kept = agrees || run.end - run.first > kMostOutliersInARow;
-    if (run.kept && !agrees) gap_rad = std::max(gap_rad, std::abs(to.angle_rad - from.angle_rad));
+    const double step_rad = std::abs(to.angle_rad - from.angle_rad);
+    const bool is_gap = step_rad > kGapSteps * usual_rad_ * static_cast<double>(to.sequence - from.sequence);
+    if (run.kept && is_gap) gap_rad = std::max(gap_rad, step_rad);
     return run.kept;
   };
   std::size_t last = anchor;

@@ -13,14 +13,18 @@ namespace fanlight {
 /// the frames before and after a jump do not agree, part of the sweep is absent (a gap).
 ///
 /// The usual step of a sweep is the mean of its steps from frame to frame without those above six times their
-/// median, and no less than that median; both count steps that move. A jump is a step above kMostSteps usual
-/// steps for each sequence number that passed. Fewer than kFewestFrames frames are not judged.
+/// median, and no less than that median. Both count steps of a quarter of the mean at least: what is less is
+/// a stand-still with noise. A jump is a step above kMostSteps usual steps for each sequence number that
+/// passed; a jump that remains without the outliers is a gap if it is above kGapSteps. Fewer than
+/// kFewestFrames frames are not judged.
 ///
 /// The constructor allocates all memory. One thread.
 class AngleCheck {
  public:
   /// A hand-tilted sweep has steps up to 2.5 times the usual one, a motor 1.6 (its speed is a sine).
   static constexpr double kMostSteps = 3;
+  /// Three frames that were lost without a number leave four steps, a quarter more where a motor is fast.
+  static constexpr double kGapSteps = 5;
   /// Outliers in succession. More are taken for a part of the sweep.
   static constexpr std::size_t kMostOutliersInARow = 3;
   static constexpr std::size_t kFewestFrames = 6;

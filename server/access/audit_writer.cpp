@@ -5,12 +5,12 @@
 
 #include <cerrno>
 #include <condition_variable>
-#include <deque>
 #include <mutex>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "server/access/audit_entry.hpp"
 
@@ -89,7 +89,7 @@ class AuditWriter::Work {
     std::unique_lock lock(mutex_);
     while (!ended_) {
       wait_for_work(lock);
-      Batch batch{.lines = take_lines(),
+      Batch batch{.lines = std::exchange(queue_, {}),
                   .overflow = std::exchange(overflow_, 0),
                   .no_memory = std::exchange(no_memory_, 0),
                   .reopen = std::exchange(reopening_, false),
@@ -101,7 +101,10 @@ class AuditWriter::Work {
         write(batch);
         add_notice(sink_->take_notice());
       } catch (const std::bad_alloc&) {
-        batch.lost += batch.lines.size() - batch.handled;
+        const std::uint64_t unhandled = batch.lines.size() - batch.handled;
+        batch.lost += unhandled;
+        gap_ += unhandled;
+        gap_failure_ = ENOMEM;
       }
       const std::string notice = std::exchange(new_notice_, {});
       lock.lock();
@@ -118,7 +121,7 @@ class AuditWriter::Work {
     Urgency urgency;
   };
   struct Batch {
-    std::deque<Line> lines;
+    std::vector<Line> lines;
     std::uint64_t overflow;   // lines that came after these and did not fit
     std::uint64_t no_memory;  // lines that there was no memory for
     bool reopen;
@@ -133,16 +136,6 @@ class AuditWriter::Work {
       woken_.wait_until(lock, synced_at_ + kBetweenSyncs, has_work);
     } else {
       woken_.wait(lock, has_work);
-    }
-  }
-
-  std::deque<Line> take_lines() {
-    for (;;) {
-      try {
-        return std::exchange(queue_, {});
-      } catch (const std::bad_alloc&) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      }
     }
   }
 
@@ -253,7 +246,7 @@ class AuditWriter::Work {
   mutable std::mutex mutex_;
   std::condition_variable woken_;
   std::condition_variable idle_;
-  std::deque<Line> queue_;
+  std::vector<Line> queue_;
   std::size_t queue_bytes_ = 0;
   std::uint64_t overflow_ = 0;   // lines that did not fit since the last batch was taken
   std::uint64_t no_memory_ = 0;  // lines that there was no memory for since then

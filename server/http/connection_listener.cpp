@@ -86,6 +86,8 @@ void ConnectionListener::accepted(boost::system::error_code failure, tcp::socket
     begin_session(std::move(socket));
   } catch (const std::bad_alloc&) {
     dependencies_.counters.connections_refused.add();  // unwinding has closed the socket
+  } catch (const boost::system::system_error&) {
+    dependencies_.counters.connections_refused.add();  // OpenSSL found no memory for it
   }
   if (context_ != nullptr && !rate_.may_accept()) {
     waits_for_second_ = true;

@@ -209,7 +209,7 @@ void StreamServer::begin_chains() {
   if (second_chain_.broken()) start_second();
   liveness_watch_.start();
   signals_.start();
-  if (ending_ && end_chain_.broken()) stop_without_sessions(now_ns() + config_.most_end_ms * 1'000'000);
+  if (ending_ && end_chain_.broken()) stop_without_sessions();
 }
 
 void StreamServer::fail(const Error& error) {
@@ -220,15 +220,16 @@ void StreamServer::fail(const Error& error) {
 void StreamServer::end(const std::string& reason) {
   if (std::exchange(ending_, true)) return;
   listener_.close();
+  end_until_ns_ = now_ns() + config_.most_end_ms * 1'000'000;
   for (const auto& session : sessions_.all()) session->end(reason);
-  stop_without_sessions(now_ns() + config_.most_end_ms * 1'000'000);
+  stop_without_sessions();
 }
 
-void StreamServer::stop_without_sessions(std::int64_t until_ns) {
-  if (sessions_.all().empty() || now_ns() >= until_ns) return stop();
+void StreamServer::stop_without_sessions() {
+  if (now_ns() >= end_until_ns_ || sessions_.all().empty()) return stop();
   end_pause_.expires_after(std::chrono::milliseconds(10));
-  end_pause_.async_wait([this, until_ns, link = end_chain_.link()](boost::system::error_code stopped) {
-    if (!stopped) stop_without_sessions(until_ns);
+  end_pause_.async_wait([this, link = end_chain_.link()](boost::system::error_code stopped) {
+    if (!stopped) stop_without_sessions();
   });
 }
 
@@ -317,6 +318,7 @@ void StreamServer::start_second() {
 }
 
 void StreamServer::second_passed() {
+  notify_sessions_of_second();  // first: it frees the memory of sessions that leave
   listener_.second_passed();
   reload_credentials(false);
   reload_certificates(false);
@@ -324,7 +326,6 @@ void StreamServer::second_passed() {
   audit_.second_passed();
   if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
   dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
-  notify_sessions_of_second();
 }
 
 void StreamServer::reload_credentials(bool in_any_case) {

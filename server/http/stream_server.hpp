@@ -99,7 +99,7 @@ class StreamServer {
   void begin_chains();
   /// Tells every display that the server ends, and stops when all have left, or after Config::most_end_ms.
   void end(const std::string& reason);
-  void stop_without_sessions(std::int64_t until_ns);
+  void stop_without_sessions();
   void close_audit();
   void read_again();
   void tell_state();
@@ -154,6 +154,7 @@ class StreamServer {
                                  .health = dependencies_.render_health,
                                  .sessions = sessions_}};
   bool ending_ = false;
+  std::int64_t end_until_ns_ = 0;  // then the server ends, whoever is still there
   std::optional<Error> failure_;
   EncoderPool encoders_;  // last: it ends first, and its results go to the loop
 };

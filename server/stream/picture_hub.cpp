@@ -148,8 +148,9 @@ void PictureHub::want(const EncodingKey& encoding_key, const PictureSubscriber& 
 }
 
 void PictureHub::enqueue(const EncodingKey& encoding_key, Encoding& encoding) {
-  if (encoding.running || std::exchange(encoding.queued, true)) return;
+  if (encoding.running || encoding.queued) return;
   lanes_[static_cast<std::size_t>(lane_of(encoding_key.second))].queue.push_back(encoding_key);
+  encoding.queued = true;
 }
 
 void PictureHub::start_jobs() {
@@ -193,10 +194,11 @@ std::shared_ptr<PictureSnapshot> PictureHub::snapshot_of(Shown& shown) {
   if (shown.snapshot != nullptr) return shown.snapshot;
   const auto free =
       std::ranges::find_if(snapshots_, [](const auto& snapshot) { return snapshot.use_count() == 1; });
-  shown.snapshot =
+  const auto snapshot =
       free != snapshots_.end() ? *free : snapshots_.emplace_back(std::make_shared<PictureSnapshot>());
-  shown.snapshot->take(*shown.picture);
-  return shown.snapshot;
+  snapshot->take(*shown.picture);
+  shown.snapshot = snapshot;  // only whole
+  return snapshot;
 }
 
 void PictureHub::finished(Job& job) {

@@ -64,9 +64,8 @@ TEST_F(WrongAnglesTest, AGapInTheAnglesThatNoNumberTellsDropsTheSweep) {
   EXPECT_FALSE(ring_.take());
   const auto sweep = dropped();
   ASSERT_TRUE(sweep);
-  EXPECT_EQ(
-      reason_of(*sweep),
-      "its angle jumps by 32.00 deg between two frames, expected at most three usual steps of 2.00 deg");
+  EXPECT_EQ(reason_of(*sweep),
+            "its angle jumps by 32.00 deg between two frames, expected at most five usual steps of 2.00 deg");
 }
 
 TEST_F(WrongAnglesTest, TheRecordTellsWhyASweepWasDropped) {

@@ -110,6 +110,26 @@ TEST(AngleCheckTest, AllowsAnUnsteadyHand) {
   EXPECT_EQ(check(sweep).gap_deg, 0);
 }
 
+TEST(AngleCheckTest, AHandThatRestsAndMovesIsNoGap) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> noise_deg(-0.03, 0.03);
+  Frames sweep;
+  for (std::size_t i = 0; i < 120; ++i) {
+    const double angle_deg = i < 40 ? -20 : i < 80 ? static_cast<double>(i) - 60 : 20;
+    sweep.push_back({.sequence = i, .angle_rad = radians(angle_deg + noise_deg(random))});
+  }
+  EXPECT_EQ(check(sweep).outliers, Indices());
+  EXPECT_EQ(check(sweep).gap_deg, 0);
+}
+
+TEST(AngleCheckTest, ThreeFramesLostWithoutANumberAreNoGap) {
+  Frames sweep = even_sweep();
+  sweep.erase(sweep.begin() + 30, sweep.begin() + 33);
+  for (std::size_t i = 0; i < sweep.size(); ++i) sweep[i].sequence = i;
+  EXPECT_EQ(check(sweep).gap_deg, 0);
+  EXPECT_EQ(check(sweep).outliers, Indices());
+}
+
 TEST(AngleCheckTest, AllowsACoarseEncoder) {
   Frames sweep = even_sweep();
   for (AngleCheck::Frame& frame : sweep)

@@ -88,7 +88,7 @@ TEST_F(RecordingTest, SaysThatAProbeWasTrackedByHand) {
   file.remove_all("MotorAngleDeg");
   for (std::size_t i = 0; i < file.frames.size(); ++i) {
     IgsFile::set(file.frames[i], "ProbeToTrackerTransform",
-                 fmt::format("1 0 0 {} 0 1 0 0 0 0 1 0 0 0 0 1", 3 * i));
+                 fmt::format("1 0 0 {} 0 1 0 0 0 0 1 0 0 0 0 1", 3 * i + 5));
   }
   const std::string sentence = refusal(open(file.bytes()));
   EXPECT_NE(sentence.find("tracked by hand, 33 mm and 0 deg far by its ProbeToTrackerTransform: no fan"),
@@ -174,6 +174,30 @@ TEST_F(RecordingTest, ReadsFramesFromFrontToBackAsItReadsThemAtOnce) {
       }
     }
   }
+}
+
+TEST_F(RecordingTest, FramesLostByTheirNumberAreNoGap) {
+  IgsFile file = test::fan_recording(74, 1, 37);
+  for (const std::size_t lost : {3U, 3U, 3U}) {
+    file.frames.erase(file.frames.begin() + static_cast<std::ptrdiff_t>(lost));
+    file.pixels.resize(file.pixels.size() - std::size_t{file.columns} * file.rows);
+  }
+  const Recording recording = open_whole(file);
+  EXPECT_EQ(recording.summary().angle_outliers, 0U);
+  EXPECT_EQ(recording.summary().frames_lost, 3U);
+}
+
+TEST_F(RecordingTest, SweepsOfDifferentSpeedAreNoSpikes) {
+  IgsFile file = test::fan_recording(70, 1, 30);
+  file.remove_all("VolumeIndex");
+  for (std::size_t i = 0; i < 70; ++i) {
+    const double angle_deg =
+        i < 60 ? static_cast<double>(i) - 30 : 29.0 - 6.0 * (static_cast<double>(i) - 59);
+    IgsFile::set(file.frames[i], "MotorAngleDeg", fmt::format("{}", angle_deg));
+  }
+  const Recording recording = open_whole(file);
+  EXPECT_EQ(recording.summary().angle_outliers, 0U);
+  EXPECT_EQ(recording.sweeps().size(), 2U);
 }
 
 TEST_F(RecordingTest, FindsDamageWhenItComesToItWhereItReadsForward) {
