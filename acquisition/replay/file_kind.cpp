@@ -10,7 +10,7 @@ namespace fanlight {
 namespace {
 
 constexpr std::string_view kConvertSequence =
-    "a PLUS sequence (.igs.mha): 3D Slicer's Sequences module or PLUS's EditSequenceFile converts to it";
+    "a PLUS sequence (.igs.mha) of 8 bit frames with their angles; Fanlight does not convert it";
 constexpr std::string_view kCartesian =
     "the frames of the sweep that it was made from, as a PLUS sequence (.igs.mha); a volume on a grid has "
     "none";

@@ -38,11 +38,9 @@ constexpr std::array kRequirements = {
     Requirement{"NDims", "3", "3 (columns, rows, frames): colour and 4D images are not taken"},
     Requirement{"BinaryData", "True", "True"},
     Requirement{"ElementNumberOfChannels", "1", "1: grey pictures, such as the red channel alone"},
-    Requirement{"ElementType", "MET_UCHAR",
-                "MET_UCHAR: 8 bit pixels, such as 3D Slicer's Cast Scalar Volume writes after a window"},
+    Requirement{"ElementType", "MET_UCHAR", "MET_UCHAR: 8 bit pixels, scaled from the others by a window"},
     Requirement{"UltrasoundImageType", "BRIGHTNESS",
-                "BRIGHTNESS: pictures made of radio frequency lines, not the lines (PLUS's RfProcessor makes "
-                "them)"},
+                "BRIGHTNESS: pictures made of radio frequency lines, not the lines"},
 };
 
 struct Line {
