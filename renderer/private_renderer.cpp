@@ -87,17 +87,15 @@ void PrivateRenderer::leave_memory() {
   }
 }
 
-/// Whether the main view has replaced what the next pieces of the picture read.
+/// Whether the main view has replaced the frames that the next pieces of the picture read, or the memory that
+/// their descriptors name.
 bool PrivateRenderer::inputs_lost(const ViewState& state) {
   if (state.slot == nullptr || !state.view) return false;
   const VolumeInFlight& slot = *state.slot;
   if (state.bindings_version != slot.bindings_version()) return true;
-  const bool frames_lost = state.frames_version != slot.frames_version() || !slot.frames_ready();
-  if (state.phase != WorkPhase::kLighting) return frames_lost;
-  const LightSteps& steps = state.view->light_steps();
-  const bool own_cast = state.cast_number == 0;
-  return (steps.frames_needed() && frames_lost) ||
-         (steps.cast_needed() && !own_cast && state.casts != slot.casts());
+  // The first piece of passes 2 and 3, which was submitted as they began, has read the frames.
+  if (state.phase == WorkPhase::kLighting) return false;
+  return state.frames_version != slot.frames_version() || !slot.frames_ready();
 }
 
 std::array<PrivateStatus, kMostPrivateViews> PrivateRenderer::status(const Shown& shown) const {
@@ -158,7 +156,8 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
       return light(state, history);
     case PrivateStep::kLightShared:
       take_request(state, shown);
-      view.share_cast(gpu_, shown.slot.view(), shown.slot.bindings());
+      if (auto copied = view.copy_cast(gpu_, shown.slot.view(), shown.slot.bindings()); !copied)
+        return copied;
       view.follow(gpu_, shown.previous.view());
       return light(state, history);
     case PrivateStep::kBeginCast:
@@ -178,7 +177,6 @@ void PrivateRenderer::take_request(ViewState& state, const Shown& shown) {
   state.slot = &shown.slot;
   state.frames_version = shown.slot.frames_version();
   state.bindings_version = shown.slot.bindings_version();
-  state.casts = shown.slot.casts();
   state.revision = state.wanted.scene.revision;
   state.stamp = {.view_id = state.wanted.view_id,
                  .scene_revision = state.revision,

@@ -15,8 +15,8 @@ namespace fanlight {
 
 /// Draws private views of the shown volume, one piece of work at a time: a band of pass 1 that is a fraction
 /// of the main view's, or some dispatches of passes 2 and 3. If advance() is called only while the main view
-/// has no work, the main view waits for one such piece at most. A picture whose frames or depth map are
-/// replaced before it has read them is given up and begins again.
+/// has no work, the main view waits for one such piece at most. A picture whose frames are replaced before it
+/// has read them is given up and begins again; the main view's depth map it copies first.
 ///
 /// Owns one ViewRenderer per private view, allocated when the view is first requested and kept.
 /// renderer/schedule/private_schedule.hpp decides the order of the work. Render thread only.
@@ -91,9 +91,8 @@ class PrivateRenderer {
     VolumeInFlight* slot = nullptr;
     Scene scene;
     std::uint64_t revision = 0;
-    std::uint64_t frames_version = 0;  // VolumeInFlight::frames_version(), as the next two
+    std::uint64_t frames_version = 0;  // as of VolumeInFlight, as the next
     std::uint64_t bindings_version = 0;
-    std::uint64_t casts = 0;
     std::uint64_t cast_number = 0;  // Shown::cast_number; 0: a cast of its own
     PictureStamp stamp;
     std::uint64_t pictures = 0;

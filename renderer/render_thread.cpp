@@ -39,6 +39,7 @@ void RenderThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "render");
   governor_.scene_came(requested_.scene, now_ns());
   while (!stop.stop_requested()) {
+    to_.counters.turn_began_ns.set(now_ns());
     if (const auto done = step_within_memory(); !done && !recover_within_memory(done.error(), stop)) break;
   }
   retire();
@@ -67,6 +68,7 @@ void RenderThread::rest() {
   auto change_ns = governor_.next_change_ns(now);
   if (const auto try_ns = renderer().next_scene_try_ns())
     change_ns = std::min(change_ns.value_or(*try_ns), *try_ns);
+  to_.counters.turn_began_ns.set(0);
   to_.bell.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
 }
 

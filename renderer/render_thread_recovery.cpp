@@ -63,6 +63,7 @@ void RenderThread::dispose(const Error& cause) {
 bool RenderThread::remake(const NumberedScene& scene, const std::stop_token& stop) {
   const std::int64_t deadline_ns = now_ns() + kRemakeNs;
   while (!stop.stop_requested()) {
+    to_.counters.turn_began_ns.set(now_ns());
     auto made = to_.remake(scene);
     if (made) {
       device_ = std::move(*made);
@@ -90,6 +91,7 @@ void RenderThread::fail(const Error& error) {
 }
 
 void RenderThread::retire() {
+  to_.counters.turn_began_ns.set(0);
   volume_ = {};
   if (device_.renderer == nullptr) return;
   if (renderer().settle(settle_ns_)) {

@@ -100,7 +100,6 @@ Result<void> VolumeInFlight::begin_cast(const Gpu& gpu, Pipelines& pipelines, co
   frames_gone_ = false;
   changed_.reset();
   changed_beyond_ = false;
-  ++casts_;
   return view_.begin_cast(gpu, pipelines, scene, bindings());
 }
 

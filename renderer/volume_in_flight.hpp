@@ -128,8 +128,6 @@ class VolumeInFlight {
 
   /// Changes with the memory that bindings() names.
   std::uint64_t bindings_version() const { return bindings_version_; }
-  /// Number of casts that were begun, and of recasts.
-  std::uint64_t casts() const { return casts_; }
 
   /// Whether the cast under way leaves out the requested speckle filter; see FrameStore::begin.
   bool filter_left_out() const { return frames_.filter_left_out(); }
@@ -161,7 +159,6 @@ class VolumeInFlight {
   bool frames_gone_ = false;  // frames of the next volume were staged since the cast
   std::uint64_t frames_version_ = 0;
   std::uint64_t bindings_version_ = 0;
-  std::uint64_t casts_ = 0;
   FrameStore frames_;
   AngleBuffer angles_;
   ViewRenderer view_;  // last: its descriptors refer to the memory of the others

@@ -52,7 +52,6 @@ Result<void> VolumeInFlight::complete(const Gpu& gpu, const Volume& volume) {
 Result<void> VolumeInFlight::recast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene) {
   if (auto begun = begin_frames(gpu, pipelines, scene.speckle); !begun) return begun;
   frames_gone_ = false;
-  ++casts_;
   return view_.recast(gpu, pipelines, bindings(), *std::exchange(changed_, {}));
 }
 

@@ -207,12 +207,15 @@ struct RenderCounters {
   // Of private views. None of the above counts them.
   Counter private_casts;
   Counter private_casts_given_up;   ///< the main view took their frames, or the view was closed
-  Counter private_lights_given_up;  ///< the main view took their frames or depth map, or the view was closed
+  Counter private_lights_given_up;  ///< the view was closed, or frames of another size came
   Counter private_pictures;
   Counter private_views_refused;  ///< for which this GPU had no memory, or whose work failed
 
   /// Fraction of the last one or two seconds in which the main view had work in progress. Not a metric.
   Gauge<double> main_busy_share;
+  /// fanlight::now_ns when the render thread last looked for work: old where a call of the GPU's driver does
+  /// not return. 0 while it rests. Not a metric.
+  Gauge<std::int64_t> turn_began_ns;
 };
 
 inline constexpr auto kRenderTable = std::to_array<CountRow<RenderCounters>>({
@@ -255,6 +258,7 @@ static_assert(sizeof(AcquisitionCounters) == sizeof(SeqLock) + kAcquisitionTable
 static_assert(sizeof(ProbeCounters) == kProbeTable.size() * sizeof(Counter));
 static_assert(sizeof(QueueCounters) == kQueueTable.size() * sizeof(Counter));
 static_assert(sizeof(RingCounters) == kRingTable.size() * sizeof(Counter));
-static_assert(sizeof(RenderCounters) == kRenderTable.size() * sizeof(Counter) + sizeof(Gauge<double>));
+static_assert(sizeof(RenderCounters) ==
+              kRenderTable.size() * sizeof(Counter) + sizeof(Gauge<double>) + sizeof(Gauge<std::int64_t>));
 
 }  // namespace fanlight

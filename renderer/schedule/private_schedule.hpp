@@ -41,13 +41,13 @@ struct PrivateStatus {
   bool drawn = false;             ///< there was a picture since the view was opened
   bool cast_submitted = false;
   bool light_submitted = false;  ///< all of passes 2 and 3
-  bool inputs_lost = false;      ///< frames or a depth map that its next piece reads were replaced
+  bool inputs_lost = false;      ///< what its next piece reads was replaced
 };
 
 enum class PrivateStep : std::uint8_t {
   kDrop,         ///< forget the picture under way; no view is requested any more
   kRelight,      ///< begin passes 2 and 3 for a depth map that the view used before, its own or a shared one
-  kLightShared,  ///< take the main view's depth map and begin passes 2 and 3
+  kLightShared,  ///< copy the main view's depth map and begin passes 2 and 3
   kBeginCast,    ///< begin a cast of its own and submit its first band
   kCastBand,     ///< submit the next band
   kLightCast,    ///< begin passes 2 and 3 of the finished cast

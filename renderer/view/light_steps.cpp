@@ -19,15 +19,10 @@ std::size_t LightSteps::end_of_piece(double step_ms, double most_ms) const {
     piece_ms += step_ms;
     ++end;
   }
+  for (std::size_t step = count_; step > end; --step) {
+    if (steps_.at(step - 1).reads_frames) return step;
+  }
   return end;
-}
-
-bool LightSteps::cast_needed() const {
-  return std::ranges::any_of(std::span(steps_).subspan(next_, count_ - next_), &LightStep::reads_cast);
-}
-
-bool LightSteps::frames_needed() const {
-  return std::ranges::any_of(std::span(steps_).subspan(next_, count_ - next_), &LightStep::reads_frames);
 }
 
 }  // namespace fanlight

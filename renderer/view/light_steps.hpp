@@ -19,7 +19,6 @@ struct LightStep {
   std::uint32_t groups_down = 1;
   Stage stage = Stage::kFilter;  ///< kFilter, kLight or kFinish
   DescriptorSets::Order order = DescriptorSets::Order::kLitToDiffused;
-  bool reads_cast = false;    ///< reads what pass 1 wrote
   bool reads_frames = false;  ///< reads the frames of the volume
 };
 
@@ -43,12 +42,9 @@ class LightSteps {
   std::size_t count_of(Stage stage) const;
 
   /// The index past the last step of the next piece: at least one step, all of one stage, and together at
-  /// most most_ms where each step of the stage takes step_ms. Precondition: not submitted().
+  /// most most_ms where each step of the stage takes step_ms. But the first piece goes on to the last step
+  /// that reads the frames, which the main view may replace after it. Precondition: not submitted().
   std::size_t end_of_piece(double step_ms, double most_ms) const;
-
-  /// Whether a step that was not submitted yet reads what pass 1 wrote, or the frames.
-  bool cast_needed() const;
-  bool frames_needed() const;
 
  private:
   // Filter, light, diffusion, finish.

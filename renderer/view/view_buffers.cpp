@@ -24,6 +24,7 @@ Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size) {
   constexpr VkBufferUsageFlags kStorage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
 
+  constexpr VkBufferUsageFlags kCopied = kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   constexpr VkBufferUsageFlags kFilled =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 
@@ -41,14 +42,14 @@ Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size) {
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
       {"staged_transfer", &made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
        BufferPlace::kToGpu},
-      {"depth", &made.depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
-      {"confidence", &made.confidence, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {"depth", &made.depth, pixels * sizeof(float), kCopied, BufferPlace::kDevice},
+      {"confidence", &made.confidence, pixels * sizeof(float), kCopied, BufferPlace::kDevice},
       {"segments", &made.segments, tiles * sizeof(glm::uvec4), kStorage, BufferPlace::kDevice},
       {"old_segments", &made.old_segments, tiles * sizeof(glm::uvec4), kFilled, BufferPlace::kDevice},
       {"reached", &made.reached, tiles * sizeof(std::uint32_t), kFilled, BufferPlace::kDevice},
       {"tile_list", &made.tile_list, (3 + tiles) * sizeof(std::uint32_t),
        kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, BufferPlace::kDevice},
-      {"volume_colour", &made.volume_colour, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {"volume_colour", &made.volume_colour, pixels * sizeof(std::uint32_t), kCopied, BufferPlace::kDevice},
       {"steady", &made.steady, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
       {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage, BufferPlace::kDevice},
       {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
@@ -87,7 +88,10 @@ Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size) {
 
 void ViewBuffers::write_to(const Gpu& gpu, DescriptorSets& descriptors) const {
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
+      {FANLIGHT_BINDING_CAST_PARAMETERS, &cast_parameters},
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &light_parameters},
+      {FANLIGHT_BINDING_DEPTH, &depth},
+      {FANLIGHT_BINDING_VOLUME_COLOUR, &volume_colour},
       {FANLIGHT_BINDING_CONFIDENCE, &confidence},
       {FANLIGHT_BINDING_SEGMENT_MASKS, &segments},
       {FANLIGHT_BINDING_OLD_SEGMENT_MASKS, &old_segments},
@@ -109,13 +113,20 @@ void ViewBuffers::write_to(const Gpu& gpu, DescriptorSets& descriptors) const {
       {FANLIGHT_BINDING_FINISHED, &finished}};
   for (const auto& [binding, buffer] : buffers) descriptors.write(gpu, binding, *buffer);
   descriptors.write(gpu, FANLIGHT_BINDING_TRANSFER, transfer);
-  write_cast_to(gpu, descriptors);
 }
 
-void ViewBuffers::write_cast_to(const Gpu& gpu, DescriptorSets& descriptors) const {
-  descriptors.write(gpu, FANLIGHT_BINDING_CAST_PARAMETERS, cast_parameters);
-  descriptors.write(gpu, FANLIGHT_BINDING_DEPTH, depth);
-  descriptors.write(gpu, FANLIGHT_BINDING_VOLUME_COLOUR, volume_colour);
+void ViewBuffers::copy_cast(VkCommandBuffer commands, const ViewBuffers& from) {
+  cast_parameters.mapped_as<shaders::CastParameters>() =
+      from.cast_parameters.mapped_as<shaders::CastParameters>();
+  const std::pair<const GpuBuffer*, const GpuBuffer*> maps[] = {
+      {&from.depth, &depth}, {&from.confidence, &confidence}, {&from.volume_colour, &volume_colour}};
+  for (const auto& [source, copy] : maps) {
+    const VkBufferCopy all{.size = copy->bytes()};
+    vkCmdCopyBuffer(commands, source->get(), copy->get(), 1, &all);
+  }
+  barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
 }
 
 }  // namespace fanlight

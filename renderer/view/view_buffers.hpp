@@ -19,8 +19,9 @@ struct ViewBuffers {
   /// Writes all of it into the sets. ViewRenderer::follow() overwrites FANLIGHT_BINDING_PREVIOUS_DEPTH.
   void write_to(const Gpu& gpu, DescriptorSets& descriptors) const;
 
-  /// Writes the part that passes 2 and 3 read from pass 1.
-  void write_cast_to(const Gpu& gpu, DescriptorSets& descriptors) const;
+  /// Takes over what passes 2 and 3 read from pass 1: the parameters now, the maps when the GPU executes the
+  /// commands. Shaders may read them afterwards.
+  void copy_cast(VkCommandBuffer commands, const ViewBuffers& from);
 
   // Written by the host.
   GpuBuffer cast_parameters;

@@ -65,7 +65,6 @@ void ViewRenderer::bind(const Gpu& gpu, const VolumeBindings& volume) {
     descriptors_.write(gpu, binding, buffer != nullptr ? *buffer : memory_.nothing);
   }
   descriptors_.write(gpu, FANLIGHT_BINDING_ANGLE_TABLE, volume.angles.entries());
-  memory_.write_cast_to(gpu, descriptors_);
   other_work_ = volume.written.semaphore == timeline_.newest().semaphore ? TimelinePoint{} : volume.written;
 }
 
@@ -73,14 +72,17 @@ void ViewRenderer::follow(const Gpu& gpu, const ViewRenderer& other) {
   descriptors_.write(gpu, FANLIGHT_BINDING_PREVIOUS_DEPTH, other.memory_.steady);
 }
 
-void ViewRenderer::share_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume) {
+Result<void> ViewRenderer::copy_cast(const Gpu& gpu, const ViewRenderer& other,
+                                     const VolumeBindings& volume) {
   bind(gpu, volume);
-  other.memory_.write_cast_to(gpu, descriptors_);
   farthest_mm_ = other.farthest_mm_;
   next_tile_ = cast_tiles_ = 0;
-  confidence_known_ = false;
+  confidence_known_ = other.confidence_known_;
   cast_since_light_ = true;
   reset_times(gpu);
+  if (auto begun = begin_commands(cast_commands_); !begun) return begun;
+  memory_.copy_cast(cast_commands_, other.memory_);
+  return timeline_.submit(gpu.light_queue(), cast_commands_, other_work_);
 }
 
 std::array<double, kStages> ViewRenderer::stage_ms(const Gpu& gpu) const {

@@ -53,8 +53,8 @@ struct VolumeBindings {
 ///
 /// Life: create() -> bind(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light) or
-/// begin_cast() (a changed view, the next volume). Or with another view's depth map: share_cast(other) ->
-/// light(scene).
+/// begin_cast() (a changed view, the next volume). Or with a copy of another view's depth map:
+/// copy_cast(other) -> light(scene).
 class ViewRenderer {
  public:
   struct Config {
@@ -77,9 +77,9 @@ class ViewRenderer {
   /// after this one's.
   void follow(const Gpu& gpu, const ViewRenderer& other);
 
-  /// Uses the depth map that another view has cast. The other view's memory must not change while anything
-  /// here is outstanding. `volume` is the other view's, as in bind().
-  void share_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
+  /// Submits a copy of what another view has cast; light() or begin_light() comes next. The other view may
+  /// cast again once nothing here is outstanding. `volume` is the other view's, as in bind().
+  Result<void> copy_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
 
   /// Builds the pipelines that casting this scene needs. Error: a pipeline that cannot be built.
   Result<void> find_cast_pipelines(Pipelines& pipelines, const Scene& scene, FrameKind kind);
@@ -120,12 +120,13 @@ class ViewRenderer {
   Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, const VolumeBindings& volume,
                      History history);
 
-  /// The same in pieces of about 4 ms: sets passes 2 and 3 up and submits nothing. Precondition: nothing is
-  /// outstanding. Error: a pipeline that cannot be built.
+  /// The same in pieces of about 4 ms: sets passes 2 and 3 up and submits nothing. Precondition: nothing but
+  /// copy_cast() is outstanding. Error: a pipeline that cannot be built.
   Result<void> begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
                            const VolumeBindings& volume, History history);
 
-  /// Submits the next piece; the last one has the read-back. Precondition: nothing is outstanding.
+  /// Submits the next piece; the last one has the read-back. Only the first piece reads the frames and what
+  /// another view has drawn. Precondition: as begin_light().
   Result<void> light_next_piece(const Gpu& gpu, const Pipelines& pipelines);
 
   /// The dispatches of begin_light(), and which of them were submitted.

@@ -42,15 +42,13 @@ Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKey
   const auto on_lines = [](VkPipeline pipeline, std::uint32_t lines) {
     return LightStep{.pipeline = pipeline, .groups_across = groups(lines, kLines)};
   };
-  LightStep temporal = on_tiles(pipelines.fixed(Shader::kTemporal));
-  temporal.reads_cast = true;
   LightStep confidences = on_tiles(confidence);
-  confidences.reads_cast = confidences.reads_frames = true;
+  confidences.reads_frames = true;
   // The moving average runs along whole rows and columns, the other filters on tiles.
   const bool mean = keys.filter_rows.shader == Shader::kMeanRows;
   const std::uint32_t tiles = tiles_across() * tiles_down();
   const std::array<LightStep, LightSteps::kMostFilterSteps> steps = {
-      temporal,
+      on_tiles(pipelines.fixed(Shader::kTemporal)),
       on_lines(pipelines.fixed(Shader::kTileDepthRange), tiles),
       on_lines(pipelines.fixed(Shader::kCleanupTiles), tiles),
       on_tiles(pipelines.fixed(Shader::kIslands)),
@@ -159,8 +157,7 @@ Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, con
   light_steps_.add({.pipeline = *lit,
                     .groups_across = tiles_across(),
                     .groups_down = tiles_down(),
-                    .stage = Stage::kLight,
-                    .reads_cast = true});
+                    .stage = Stage::kLight});
   add_finish_steps(pipelines, scene);
   return {};
 }

@@ -270,7 +270,7 @@ HttpSession::Response HttpSession::health() {
   // A supervisor that restarts the server on 503 must not do so because a probe was unplugged or a recording
   // ended.
   const bool failing = report.cause == Cause::kSourceFailed || report.cause == Cause::kGpuHung ||
-                       report.cause == Cause::kGpuRemade;
+                       report.cause == Cause::kGpuRemade || report.cause == Cause::kDriverSilent;
   const std::string source = dependencies_.probe.lost() ? "probe lost" : dependencies_.source_state();
   const std::string age = report.age_s < 0 ? "" : fmt::format(", {:.1f} s old", report.age_s);
   return response_with(failing ? http::status::service_unavailable : http::status::ok,

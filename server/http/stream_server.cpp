@@ -318,6 +318,12 @@ void StreamServer::start_second() {
 }
 
 void StreamServer::second_passed() {
+  if (liveness_.driver_silent_ns() > config_.most_driver_ms * 1'000'000) {
+    fail({ErrorCode::kLost,
+          fmt::format("a call of the GPU's driver has not returned for {} s; expected a driver "
+                      "that answers",
+                      config_.most_driver_ms / 1000)});
+  }
   notify_sessions_of_second();  // first: it frees the memory of sessions that leave
   listener_.second_passed();
   reload_credentials(false);

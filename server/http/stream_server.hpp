@@ -48,6 +48,9 @@ class StreamServer {
     std::filesystem::path audit_log;       ///< empty: no audit log
     std::uint64_t audit_rotate_bytes = 0;  ///< see AuditFile::open()
     std::int64_t control_lapse_ms = 60'000;
+    /// The server ends with an error where a call of the GPU's driver takes longer: a supervisor starts it
+    /// anew. Longer than a driver takes to build a pipeline.
+    std::int64_t most_driver_ms = 60'000;
     std::int64_t most_end_ms = 1'000;  ///< for displays to take their close frame
     ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_connections = 2048;

@@ -82,8 +82,9 @@ PictureLiveness::Cause PictureLiveness::cause(const Source& source, std::int64_t
   if (source.probe_lost) return Cause::kProbeLost;
   if (health_.state == RenderHealth::State::kRemaking) return Cause::kGpuRemade;
   if (health_.state == RenderHealth::State::kHung) return Cause::kGpuHung;
-  if (frames_silent(now_ns)) return Cause::kNoFrames;
   const bool still = now_ns - progressed_ns_ > limit_ns();
+  if (still && driver_.silent_ns() > kLeastLimitNs) return Cause::kDriverSilent;
+  if (frames_silent(now_ns)) return Cause::kNoFrames;
   return still ? cause_of_stillness(now_ns) : Cause::kNone;
 }
 
@@ -109,6 +110,7 @@ double PictureLiveness::rate() const {
 
 bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
   count(now_ns);
+  driver_.observe(pipeline_.render.turn_began_ns.value(), now_ns);
   const State before = report_.state;
   const Cause cause_before = report_.cause;
   report_.cause = cause(source, now_ns);
@@ -153,6 +155,8 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
       return fmt::format("The GPU was lost and is started again: {}.", health_.cause);
     case Cause::kGpuHung:
       return fmt::format("The GPU does not answer: {}.", health_.cause);
+    case Cause::kDriverSilent:
+      return fmt::format("The GPU's driver has not answered for {:.0f} s.", seconds(driver_.silent_ns()));
     case Cause::kNoFrames:
       return fmt::format("The source has sent no frame for {}.", ago(frames_.grown_ns));
     case Cause::kVolumesRefused:

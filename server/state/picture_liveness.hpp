@@ -8,6 +8,7 @@
 #include "proto/exchange/render_health.hpp"
 #include "proto/model/picture.hpp"
 #include "proto/model/pipeline_counters.hpp"
+#include "server/state/driver_watch.hpp"
 
 namespace fanlight {
 
@@ -22,7 +23,7 @@ class PictureLiveness {
     kDelayed,  ///< pictures of new volumes come, and each is too old
     kNotLive,
   };
-  /// What keeps new pictures away. In order of precedence.
+  /// What keeps new pictures away. In order of precedence, but for the last one.
   enum class Cause : std::uint8_t {
     kNone,
     kSourceFailed,
@@ -35,6 +36,7 @@ class PictureLiveness {
     kRendererBehind,  ///< volumes come, and no picture is finished
     kSweepsDropped,   ///< frames come, and every sweep lacks too many
     kNoSweep,         ///< frames come, and no sweep has ended
+    kDriverSilent,    ///< a call of the GPU's driver does not return; goes before kNoFrames
   };
   struct Report {
     State state = State::kWaiting;
@@ -70,6 +72,9 @@ class PictureLiveness {
   /// "waiting", "live", "delayed" or "not live".
   static const char* name(State state);
 
+  /// How long a call of the GPU's driver has not returned; 0 where it answers.
+  std::int64_t driver_silent_ns() const { return driver_.silent_ns(); }
+
   /// Greatest age of a live picture.
   std::int64_t limit_ns() const;
 
@@ -94,6 +99,7 @@ class PictureLiveness {
 
   const PipelineCounters& pipeline_;
   RenderHealth health_;
+  DriverWatch driver_;
   bool any_picture_ = false;
   std::int64_t captured_ns_ = 0;       // of the newest picture's volume
   std::int64_t sweep_ns_ = 0;          // its duration

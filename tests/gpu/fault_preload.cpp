@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // With gpu_faults.cpp a library for LD_PRELOAD, which makes calls of Vulkan fail in a program as it ships.
 //   FANLIGHT_GPU_FAULTS="CALL AFTER TIMES WHAT" CALL: submit, counter, memory, pipeline, pool or device.
-//   AFTER: calls that pass before. TIMES: calls that are concerned. WHAT: lost, hangs, memory or unknown.
-//   Several are separated by commas.
+//   AFTER: calls that pass before. TIMES: calls that are concerned. WHAT: lost, hangs, blocks, memory or
+//   unknown. Several are separated by commas.
 #include <dlfcn.h>
 #include <vulkan/vulkan.h>
 
@@ -41,10 +41,12 @@ GpuFault fault_of(const std::string& text) {
                                  call);
   fault.result = value_of<VkResult>({{"lost", VK_ERROR_DEVICE_LOST},
                                      {"hangs", VK_SUCCESS},
+                                     {"blocks", VK_SUCCESS},
                                      {"memory", VK_ERROR_OUT_OF_DEVICE_MEMORY},
                                      {"unknown", VK_ERROR_UNKNOWN}},
                                     what);
   fault.hangs = what == "hangs";
+  fault.blocks = what == "blocks";
   return fault;
 }
 

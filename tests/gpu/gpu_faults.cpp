@@ -32,6 +32,7 @@ struct Injector {
   std::array<GpuFault, static_cast<std::size_t>(GpuCall::kCalls)> faults;
   std::array<std::uint64_t, static_cast<std::size_t>(GpuCall::kCalls)> calls{};
   std::uint64_t happened = 0;
+  std::uint64_t clears = 0;
   std::map<VkDevice, Health> devices;  // those that are not sound
   std::map<VkQueue, VkDevice> queues;
   std::vector<Submission> delayed;
@@ -117,6 +118,7 @@ void clear_gpu_faults() {
   for (GpuFault& fault : all.faults) fault.times = 0;
   std::erase_if(all.devices, [](const auto& device) { return device.second == Health::kHung; });
   submit_delayed();
+  ++all.clears;
   all.cleared.notify_all();
 }
 
@@ -189,6 +191,11 @@ VKAPI_ATTR VkResult VKAPI_CALL vkQueueSubmit2(VkQueue queue, std::uint32_t count
     if (fault && fault->delayed) {
       delay(queue, count, infos);
       return VK_SUCCESS;
+    }
+    if (fault && fault->blocks) {
+      const std::uint64_t before = all.clears;
+      all.cleared.wait(lock, [&] { return all.clears != before; });
+      return submit(queue, count, infos, fence);
     }
     if (fault && fault->result == VK_ERROR_DEVICE_LOST) lose(device);
     if (fault) return fault->result;

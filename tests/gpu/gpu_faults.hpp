@@ -34,6 +34,8 @@ struct GpuFault {
   bool hangs = false;
   /// kSubmit: it succeeds, and is executed at clear_gpu_faults().
   bool delayed = false;
+  /// kSubmit: it does not return before clear_gpu_faults(), and is made then.
+  bool blocks = false;
 };
 
 /// Replaces the fault of that call, and counts from now. Any thread, as the functions below.

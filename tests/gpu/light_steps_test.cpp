@@ -7,14 +7,11 @@
 namespace fanlight::test {
 namespace {
 
-/// Three steps of the filter, of which the first reads the cast and the second the frames as well; the light;
-/// four steps of the finish.
+/// Three steps of the filter; the light; four steps of the finish.
 LightSteps made_steps() {
   LightSteps steps;
-  steps.add({.reads_cast = true});
-  steps.add({.reads_cast = true, .reads_frames = true});
-  steps.add({});
-  steps.add({.stage = Stage::kLight, .reads_cast = true});
+  for (int step = 0; step < 3; ++step) steps.add({});
+  steps.add({.stage = Stage::kLight});
   for (int step = 0; step < 4; ++step) steps.add({.stage = Stage::kFinish});
   return steps;
 }
@@ -38,15 +35,21 @@ TEST(LightStepsTest, APieceEndsWithItsStage) {
   EXPECT_EQ(steps.end_of_piece(0.1, 4), 8U);
 }
 
-TEST(LightStepsTest, TellsWhatTheStepsAheadRead) {
+TEST(LightStepsTest, TheFirstPieceReadsAllFramesHoweverLongItTakes) {
+  LightSteps steps;
+  steps.add({});
+  steps.add({});
+  steps.add({.reads_frames = true});
+  steps.add({});
+  EXPECT_EQ(steps.end_of_piece(100, 4), 3U);
+  EXPECT_EQ(steps.end_of_piece(1, 4), 4U);
+  steps.submit_until(3);
+  EXPECT_EQ(steps.end_of_piece(100, 4), 4U);
+}
+
+TEST(LightStepsTest, KnowsWhetherAllWereSubmitted) {
   LightSteps steps = made_steps();
-  EXPECT_TRUE(steps.cast_needed());
-  EXPECT_TRUE(steps.frames_needed());
-  steps.submit_until(2);
-  EXPECT_TRUE(steps.cast_needed());
-  EXPECT_FALSE(steps.frames_needed());
   steps.submit_until(4);
-  EXPECT_FALSE(steps.cast_needed());
   EXPECT_FALSE(steps.submitted());
   steps.submit_until(8);
   EXPECT_TRUE(steps.submitted());

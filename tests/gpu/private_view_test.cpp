@@ -271,40 +271,32 @@ TEST_F(LargePrivateViewTest, LightsInPiecesBetweenWhichTheMainViewIsLit) {
   EXPECT_EQ(counters_.private_lights_given_up.value(), 0U);
 }
 
-TEST_F(LargePrivateViewTest, GivesUpALightWhoseDepthMapIsReplaced) {
+TEST_F(LargePrivateViewTest, FinishesALightWhoseDepthMapAndFramesAreReplacedAtOnce) {
   show_volume(1);
-  const Scene costly = costly_light();
+  Scene costly = costly_light();
+  costly.filter.weights = FilterWeights::kConfidence;
+  const Picture first = show(costly);
+  show(scene_);
   want(0, 5, costly, false);
   one_piece();
   Scene turned = scene_;
   turned.camera.yaw_deg = 25;
   show(turned);
-  one_piece();
-  EXPECT_EQ(counters_.private_lights_given_up.value(), 1U);
-  let_private_views_finish();
-  Scene both = costly;
-  both.camera = turned.camera;
-  const Picture* const own = newest(0);
-  ASSERT_NE(own, nullptr);
-  EXPECT_EQ(own->rgba, show(both).rgba);
-}
-
-TEST_F(LargePrivateViewTest, KeepsALightWhoseDepthMapIsReplacedOnceItWasRead) {
-  show_volume(1);
-  const Picture first = show(costly_light());
-  show(scene_);
-  want(0, 5, costly_light(), false);
-  for (int piece = 0; piece < 20; ++piece) one_piece();  // filter and light are done
-  ASSERT_EQ(newest(0), nullptr);
+  // Volumes go to two slots by turns.
   show_volume(2, higher_hill);
-  show_volume(3);
-  one_piece();
-  EXPECT_EQ(counters_.private_lights_given_up.value(), 0U);
+  show_volume(3, higher_hill);
   while (counters_.private_pictures.value() == 0) one_piece();
   const Picture* const own = newest(0);
   ASSERT_NE(own, nullptr);
   EXPECT_EQ(own->stamp.volume.volume_id, 1U);
   EXPECT_EQ(own->rgba, first.rgba);
+  let_private_views_finish();
+  const Picture* const next = newest(0);
+  ASSERT_NE(next, nullptr);
+  EXPECT_EQ(next->stamp.volume.volume_id, 3U);
+  costly.camera = turned.camera;
+  EXPECT_EQ(next->rgba, show(costly).rgba);
+  EXPECT_EQ(counters_.private_lights_given_up.value(), 0U);
 }
 
 TEST_F(LargePrivateViewTest, EndsInTheMidstOfItsLightWhereNobodyWantsItAnyMore) {

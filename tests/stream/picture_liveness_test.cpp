@@ -225,5 +225,33 @@ TEST_F(LivenessTest, ASlowGpuIsNoCause) {
   EXPECT_EQ(state(), State::kLive);
 }
 
+TEST_F(LivenessTest, SaysThatTheDriverIsSilent) {
+  for (int each = 0; each < 3; ++each) sweep();
+  render_.turn_began_ns.set(now_ns_);
+  pass(1'000);
+  EXPECT_EQ(state(), State::kLive);
+  pass(2'000);
+  EXPECT_EQ(cause(), Cause::kDriverSilent);
+  EXPECT_EQ(sentence(), "The GPU's driver has not answered for 3 s.");
+  EXPECT_EQ(liveness_.driver_silent_ns(), 2'750 * kMs) << "from the first look";
+  render_.turn_began_ns.set(now_ns_);
+  update();
+  EXPECT_NE(cause(), Cause::kDriverSilent);
+}
+
+TEST(DriverWatchTest, CountsOnlyTheTimeInWhichItLooks) {
+  DriverWatch watch;
+  watch.observe(5, 1'000 * kMs);
+  watch.observe(5, 1'500 * kMs);
+  EXPECT_EQ(watch.silent_ns(), 500 * kMs);
+  watch.observe(5, 3'600'000 * kMs);  // the process was stopped for an hour
+  EXPECT_EQ(watch.silent_ns(), 500 * kMs + DriverWatch::kMostGapNs);
+  watch.observe(6, 3'600'500 * kMs);
+  EXPECT_EQ(watch.silent_ns(), 0);
+  watch.observe(0, 3'601'000 * kMs);
+  watch.observe(0, 3'602'000 * kMs);
+  EXPECT_EQ(watch.silent_ns(), 0) << "it rests";
+}
+
 }  // namespace
 }  // namespace fanlight::test

@@ -357,6 +357,17 @@ TEST(Stream, EndsWithTheErrorOfTheRenderer) {
   EXPECT_EQ(end.error().message, "the GPU is gone");
 }
 
+TEST(Stream, EndsWithAnErrorWhereTheDriverDoesNotReturn) {
+  StreamServer::Config config;
+  config.most_driver_ms = 2'000;
+  ServerFixture fixture(config);
+  fixture.set_turn_began_ns(now_ns());
+  const auto end = fixture.wait_for_end();
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().message,
+            "a call of the GPU's driver has not returned for 2 s; expected a driver that answers");
+}
+
 TEST(Stream, ReportsWhyItCannotListen) {
   ServerFixture fixture;
   Doorbell bell;

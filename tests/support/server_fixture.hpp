@@ -136,6 +136,9 @@ class ServerFixture {
   /// Busy share of the main view, as the render thread reports it.
   void set_main_busy_share(double share) { render_.main_busy_share.set(share); }
 
+  /// As the render thread: when it began the turn that it is in.
+  void set_turn_began_ns(std::int64_t time_ns) { render_.turn_began_ns.set(time_ns); }
+
   /// The probe link, for use as the acquisition thread.
   ProbeLink& probe() { return probe_; }
 

@@ -26,6 +26,7 @@ const kTitles: Record<Liveness_Cause, string> = {
   [Liveness_Cause.RENDERER_BEHIND]: "No new pictures",
   [Liveness_Cause.SWEEPS_DROPPED]: "No complete sweep",
   [Liveness_Cause.NO_SWEEP]: "No complete sweep",
+  [Liveness_Cause.DRIVER_SILENT]: "The GPU's driver does not answer",
 };
 
 /**
