@@ -182,7 +182,8 @@ void PrivateRenderer::take_request(ViewState& state, const Shown& shown) {
                  .scene_revision = state.revision,
                  .pass1_runs = counters_.pass1_runs.value(),
                  .pass2_runs = counters_.pass2_runs.value(),
-                 .volume = shown.slot.volume()};
+                 .volume = shown.slot.volume(),
+                 .levels = shown.slot.levels()};
   if (state.wanted.own_camera) {
     state.scene = state.wanted.scene.scene;
     state.cast_number = 0;

@@ -114,17 +114,22 @@ MainStatus Renderer::status() const {
 Result<void> Renderer::load(const Volume& volume, Loading loading) {
   const auto commit_numbers = volume.commit_numbers();
   newest_commit_number_ = commit_numbers.empty() ? 0 : *std::ranges::max_element(commit_numbers);
+  const EchoLevels measured = measured_levels(volume);
+  const bool first = !levels_.in_force().known;
+  if (first) levels_.add(measured);
   // A volume that does not fit takes the other slot, so that a refusal leaves the shown picture.
   const bool completes = replaces_frames() && slots_[newest_]->slot.suits(volume);
   auto loaded = completes ? complete_newest(volume, loading) : load_into_other(volume, loading);
   if (loaded) largest_volume_bytes_ = std::max(largest_volume_bytes_, bytes_of(volume));
+  // For the next volume, whose first frames pass 0 prepares before the last ones come.
+  if (!first) levels_.add(measured);
   return loaded;
 }
 
 Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
   SlotState& next = *slots_[1 - newest_];
   next.awaits_picture = loading == Loading::kNew;
-  if (auto loaded = next.slot.load(gpu_, volume); !loaded) {
+  if (auto loaded = next.slot.load(gpu_, volume, levels_.in_force()); !loaded) {
     if (is_breakage(loaded.error())) return loaded;
     next.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
@@ -137,7 +142,7 @@ Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
 Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
   SlotState& state = *slots_[newest_];
   if (std::exchange(state.awaits_picture, loading == Loading::kNew)) counters_.volumes_skipped.add();
-  if (auto completed = state.slot.complete(gpu_, volume); !completed) {
+  if (auto completed = state.slot.complete(gpu_, volume, levels_.in_force()); !completed) {
     if (is_breakage(completed.error())) return completed;
     state.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
@@ -230,6 +235,7 @@ Result<void> Renderer::light(SlotState& state) {
                  .deadline_level = scene_.deadline.level,
                  .measures = state.cast_scene.deadline.measures,
                  .volume = state.slot.volume(),
+                 .levels = state.slot.levels(),
                  .view = picture_view(state.cast_scene.scene, config_.size)};
   state.stamp.measures.cheap_filters = scene_.deadline.measures.cheap_filters;
   return {};
@@ -272,7 +278,7 @@ Result<void> Renderer::execute(MainStep step) {
 
 Result<void> Renderer::prepare_ahead() {
   VolumeInFlight& slot = slots_[1 - newest_]->slot;
-  auto begun = slot.prepare_ahead(gpu_, *pipelines_, scene_.scene.speckle);
+  auto begun = slot.prepare_ahead(gpu_, *pipelines_, scene_.scene, levels_.in_force());
   if (!begun && !falls_back(begun.error())) return begun.error();
   return {};
 }

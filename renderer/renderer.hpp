@@ -15,6 +15,7 @@
 #include "renderer/private_renderer.hpp"
 #include "renderer/schedule/main_schedule.hpp"
 #include "renderer/schedule/watchdog.hpp"
+#include "renderer/survey/echo_survey.hpp"
 #include "renderer/volume_in_flight.hpp"
 #include "renderer/vulkan/gpu.hpp"
 
@@ -249,6 +250,7 @@ class Renderer {
   std::uint64_t shown_volume_id_ = 0;
   std::uint64_t newest_commit_number_ = 0;  // largest of the frames of the last volume
   std::uint64_t largest_volume_bytes_ = 0;
+  SteadyLevels levels_;
   NumberedScene wanted_;  // of show()
   NumberedScene scene_;   // in force: wanted_, or proven_ where wanted_ was refused
   NumberedScene proven_;

@@ -51,18 +51,20 @@ void VolumeInFlight::bind_view(const Gpu& gpu) {
 
 Result<void> VolumeInFlight::prepare(const Gpu& gpu, Pipelines& pipelines, const Scene& scene) {
   geometry_ = config_.geometry;
-  if (auto begun = frames_.begin(gpu, pipelines, scene.speckle); !begun) return begun;
+  const Scene known = effective(scene, {});
+  if (auto begun = frames_.begin(gpu, pipelines, known.speckle); !begun) return begun;
   bind_view(gpu);
-  return view_.find_cast_pipelines(pipelines, scene, geometry_.kind);
+  return view_.find_cast_pipelines(pipelines, known, geometry_.kind);
 }
 
-Result<void> VolumeInFlight::load(const Gpu& gpu, const Volume& volume) {
+Result<void> VolumeInFlight::load(const Gpu& gpu, const Volume& volume, const EchoLevels& levels) {
   ++frames_version_;  // also where the old frames are freed and the new ones fail
   if (!frames_.suits(volume)) {
     if (auto made = replace_frames(gpu, volume); !made) return made;
   }
   frames_.load(volume);
   geometry_ = volume.geometry();
+  levels_ = levels;
   angles_rad_.clear();
   for (const std::uint32_t index : volume.by_angle()) angles_rad_.push_back(volume.angles_rad()[index]);
   update_angles();
@@ -86,25 +88,26 @@ void VolumeInFlight::stage(const FanGeometry& geometry, std::uint32_t frame_inde
   frames_gone_ = true;
 }
 
-Result<bool> VolumeInFlight::prepare_ahead(const Gpu& gpu, Pipelines& pipelines,
-                                           const Scene::Speckle& options) {
+Result<bool> VolumeInFlight::prepare_ahead(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                                           const EchoLevels& levels) {
   if (!frames_gone_) return false;
-  if (auto begun = begin_frames(gpu, pipelines, options); !begun) return begun.error();
+  if (auto begun = begin_frames(gpu, pipelines, scene, levels); !begun) return begun.error();
   if (!frames_.prepares_single_frames() || frames_.done()) return false;
   if (auto submitted = view_.prepare_ahead(gpu, pipelines, bindings()); !submitted) return submitted.error();
   return true;
 }
 
 Result<void> VolumeInFlight::begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene) {
-  if (auto begun = begin_frames(gpu, pipelines, scene.speckle); !begun) return begun;
+  if (auto begun = begin_frames(gpu, pipelines, scene, levels_); !begun) return begun;
   frames_gone_ = false;
   changed_.reset();
   changed_beyond_ = false;
   return view_.begin_cast(gpu, pipelines, scene, bindings());
 }
 
-Result<void> VolumeInFlight::begin_frames(const Gpu& gpu, Pipelines& pipelines,
-                                          const Scene::Speckle& options) {
+Result<void> VolumeInFlight::begin_frames(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                                          const EchoLevels& levels) {
+  const Scene::Speckle options = effective(scene, levels).speckle;
   if (auto begun = frames_.begin(gpu, pipelines, options); !begun) return begun;
   if (frames_.bindings_changed()) bind_view(gpu);
   if (!frames_.done()) ++frames_version_;

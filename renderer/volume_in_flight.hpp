@@ -9,6 +9,7 @@
 #include "proto/model/picture.hpp"
 #include "proto/model/volume.hpp"
 #include "renderer/parameters/angle_table.hpp"
+#include "renderer/parameters/effective_scene.hpp"
 #include "renderer/passes/pipelines.hpp"
 #include "renderer/view/view_renderer.hpp"
 #include "renderer/volume/angle_buffer.hpp"
@@ -53,7 +54,8 @@ class VolumeInFlight {
   /// volume's, or it has more frames than the memory holds, the frames' memory is freed and allocated again.
   /// Precondition: nothing is outstanding. Errors as FrameStore::create; then light() still works on the last
   /// depth map, but begin_cast() needs a load() that succeeds.
-  Result<void> load(const Gpu& gpu, const Volume& volume);
+  /// `levels`: for what scenes leave to the data.
+  Result<void> load(const Gpu& gpu, const Volume& volume, const EchoLevels& levels);
 
   /// Copies a frame of the next volume, which is estimated to have `frames` frames, ahead of the others. The
   /// last depth map can still be lit. Does nothing where the frame does not fit. Precondition: nothing is
@@ -62,8 +64,9 @@ class VolumeInFlight {
              std::uint64_t commit_number, std::span<const std::uint8_t> pixels);
 
   /// Submits pass 0 for frames that are staged ahead; false where there are none, or where the filter needs
-  /// their neighbours first. Precondition: nothing is outstanding.
-  Result<bool> prepare_ahead(const Gpu& gpu, Pipelines& pipelines, const Scene::Speckle& options);
+  /// their neighbours first. `levels`: those that load() will get. Precondition: nothing is outstanding.
+  Result<bool> prepare_ahead(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                             const EchoLevels& levels);
 
   /// Replaces one frame of the cast volume by a newer one, at an angle between its neighbours' angles, and
   /// updates volume(). Returns false and does nothing where the frame does not fit. Precondition: nothing is
@@ -74,8 +77,8 @@ class VolumeInFlight {
   bool suits(const Volume& volume) const { return frames_.suits(volume); }
 
   /// Completes the volume that replace() assembled frame by frame: takes its missing frames, its angles and
-  /// its stamp. Precondition: suits(volume). Error as load().
-  Result<void> complete(const Gpu& gpu, const Volume& volume);
+  /// its stamp. Precondition: suits(volume). Error as load(). Other levels need a begin_cast().
+  Result<void> complete(const Gpu& gpu, const Volume& volume, const EchoLevels& levels);
 
   /// Whether the frames changed since the cast, and whether recast() suffices; otherwise begin_cast() is
   /// needed.
@@ -117,6 +120,7 @@ class VolumeInFlight {
             .table = table_,
             .geometry = geometry_,
             .extent = extent_,
+            .levels = levels_,
             .frames_gone = frames_gone_,
             .written = view_.timeline().newest()};
   }
@@ -132,6 +136,9 @@ class VolumeInFlight {
   /// Whether the cast under way leaves out the requested speckle filter; see FrameStore::begin.
   bool filter_left_out() const { return frames_.filter_left_out(); }
 
+  /// Those of load().
+  const EchoLevels& levels() const { return levels_; }
+
   bool loaded() const { return volume_.frames > 0; }
   const VolumeStamp& volume() const { return volume_; }
 
@@ -142,7 +149,11 @@ class VolumeInFlight {
   }
   Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames);
   Result<void> replace_frames(const Gpu& gpu, const Volume& volume);
-  Result<void> begin_frames(const Gpu& gpu, Pipelines& pipelines, const Scene::Speckle& options);
+  Result<void> begin_frames(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                            const EchoLevels& levels);
+  Scene effective(const Scene& scene, const EchoLevels& levels) const {
+    return effective_scene(scene, geometry_, config_.size, levels);
+  }
   void bind_view(const Gpu& gpu);
   void mark_changed(std::uint32_t frame_index);
   void update_angles();
@@ -156,6 +167,7 @@ class VolumeInFlight {
   FanGeometry geometry_;  // of the volume, as the next two
   VolumeStamp volume_;
   VolumeExtent extent_;
+  EchoLevels levels_;
   bool frames_gone_ = false;  // frames of the next volume were staged since the cast
   std::uint64_t frames_version_ = 0;
   std::uint64_t bindings_version_ = 0;

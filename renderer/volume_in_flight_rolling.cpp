@@ -35,7 +35,7 @@ bool VolumeInFlight::replace(const QueuedFrame& frame, std::uint32_t frame_index
   return true;
 }
 
-Result<void> VolumeInFlight::complete(const Gpu& gpu, const Volume& volume) {
+Result<void> VolumeInFlight::complete(const Gpu& gpu, const Volume& volume, const EchoLevels& levels) {
   const auto frames = static_cast<std::uint32_t>(angles_rad_.size());
   const bool same_layout =
       frames_.suits(volume) && volume.geometry() == geometry_ && volume.stamp().frames == frames;
@@ -45,12 +45,12 @@ Result<void> VolumeInFlight::complete(const Gpu& gpu, const Volume& volume) {
     if (!frames_.holds(frame_index, volume.commit_numbers()[order[frame_index]])) mark_changed(frame_index);
     same_angles &= angles_rad_[frame_index] == volume.angles_rad()[order[frame_index]];
   }
-  changed_beyond_ |= !same_angles;
-  return load(gpu, volume);
+  changed_beyond_ |= !same_angles || levels != levels_;
+  return load(gpu, volume, levels);
 }
 
 Result<void> VolumeInFlight::recast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene) {
-  if (auto begun = begin_frames(gpu, pipelines, scene.speckle); !begun) return begun;
+  if (auto begun = begin_frames(gpu, pipelines, scene, levels_); !begun) return begun;
   frames_gone_ = false;
   return view_.recast(gpu, pipelines, bindings(), *std::exchange(changed_, {}));
 }

@@ -110,6 +110,12 @@
 #define FANLIGHT_KEEP_MINIMUM 3
 #define FANLIGHT_KEEP_MEAN 4
 
+// Where on its edge the surface lies; see SurfacePlace.
+#define FANLIGHT_PLACE_FIRST_CROSSING 0
+#define FANLIGHT_PLACE_REFINED 1
+#define FANLIGHT_PLACE_TWO_SCALES 2
+#define FANLIGHT_PLACE_RIDGE 3
+
 // The content of a picture inside the viewport.
 #define FANLIGHT_SHOW_SURFACE 0
 #define FANLIGHT_SHOW_DEPTH 1

@@ -26,8 +26,8 @@ layout(constant_id = 0) const int kWindow = 8;
 layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
 // Frames are scan lines of a curved array.
 layout(constant_id = 2) const bool kPolar = false;
-// The surface lies at the steepest position of the edge, else where the threshold is crossed.
-layout(constant_id = 3) const bool kRefined = true;
+// Where on its edge the surface lies: FANLIGHT_PLACE_...
+layout(constant_id = 3) const int kPlace = FANLIGHT_PLACE_REFINED;
 // A sample is the mean of (2 k + 1)^2 points across the ray.
 layout(constant_id = 4) const int kAcross = 0;
 // Rays skip the segments whose bits are not set.
@@ -61,6 +61,7 @@ CastParameters rays;
 #include "ray_accumulator.h"
 #include "sample_batch.h"
 #include "segment_skip.h"
+#include "surface_place.h"
 
 // The depths of a ray between which anything was scanned: between the first and last column, the first and
 // last frame, and above the last row. That body is convex, so it is one interval; last < first if it is
@@ -101,12 +102,24 @@ struct RayResult {
   uint sample_end;  // the first sample that was not read
 };
 
-// Depth of the surface: that of the edge at `position` (in samples, negative for none) where there is no
+// Position of the surface, in samples, negative for none: that of the edge at `position` where there is no
 // surface yet and the edge is not cropped.
 float first_surface(float surface, float position, Ray ray, vec2 shown) {
   float depth_mm = rays.start + position * ray.spacing;
   bool is_surface = position >= 0.0 && surface < 0.0 && depth_mm >= shown.x && depth_mm <= shown.y;
-  return is_surface ? depth_mm : surface;
+  return is_surface ? position : surface;
+}
+
+// The depth of a surface at this position, mm; FANLIGHT_NO_SURFACE without one.
+float depth_of(float surface, Ray ray) {
+  if (kPlace == FANLIGHT_PLACE_TWO_SCALES || kPlace == FANLIGHT_PLACE_RIDGE) {
+    bool pending = surface >= 0.0;
+    while (pending) {
+      surface = placed(ray, surface);
+      pending = false;
+    }
+  }
+  return surface >= 0.0 ? rays.start + surface * ray.spacing : FANLIGHT_NO_SURFACE;
 }
 
 RayResult cast_ray(Ray ray, uvec4 segment_mask) {
@@ -115,7 +128,7 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
   EdgeDetector detector;
   start(detector);
   RayAccumulator accumulator = new_ray_accumulator();
-  float surface = FANLIGHT_NO_SURFACE;
+  float surface = -1.0;
   float index = samples.first;
   bool done = false;
   // One iteration is a run of segments, so that the next run is not searched in every batch.
@@ -146,7 +159,7 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
     }
   }
   surface = first_surface(surface, last_edge(detector), ray, shown);
-  return RayResult(surface, colour_of(accumulator), uint(int(index)));
+  return RayResult(depth_of(surface, ray), colour_of(accumulator), uint(int(index)));
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The edge detector of pass 1: finds the first surface along one ray. The includer has declared the
-// parameters as `rays`, and the specialisation constants kWindow, kRefined and kSign (cast.comp).
+// parameters as `rays`, and the specialisation constants kWindow, kPlace and kSign (cast.comp).
 //
 // The detector compares the means of the two halves of a window of kWindow samples, the step detector of
 // renderer/ALGORITHM.md, pass 1. It compares sums instead of means: the threshold is multiplied by kHalf.
@@ -111,7 +111,7 @@ float advance(inout EdgeDetector detector, int slot, float value, bool scanned, 
   bool full = detector.scanned_samples >= kWindow;
   bool crossed = full && height > detector.level && detector.last_height <= detector.level;
   float found = -1.0;
-  if (kRefined) {
+  if (kPlace != FANLIGHT_PLACE_FIRST_CROSSING) {
     found = follow_edge(detector, height, full, crossed, index);
   } else {
     found = crossed ? first_crossing(detector, height, index) : -1.0;
@@ -132,7 +132,7 @@ void shift_window(inout EdgeDetector detector, float batch[kBatch]) {
 
 // The position of an edge that is still pending where the ray ends, else -1.
 float last_edge(EdgeDetector detector) {
-  return kRefined && detector.edge.pending ? position_of(detector.edge) : -1.0;
+  return kPlace != FANLIGHT_PLACE_FIRST_CROSSING && detector.edge.pending ? position_of(detector.edge) : -1.0;
 }
 
 #endif

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass 0, guided filter, step 1: fits the line a I + b to each window (renderer/ALGORITHM.md, pass 0). The
-// line keeps edges and flattens speckle. Speckle is multiplicative: its variance is (noise * mean)^2.
-// So a = 1 - (noise * mean)^2 / variance, at least 0 (Lee 1980), and b = (1 - a) mean.
+// line keeps edges and flattens speckle. Its variance is (noise * mean)^2 where it multiplies, and levels^2
+// where log compression has made it a sum. So a = 1 - their sum / variance, at least 0 (Lee 1980), and b =
+// (1 - a) mean.
 //
 // Reads: frames, words of four pixels (frame_words.h).
 // Writes: coefficients, uvec4 for each word from frame first_kept on: a (0 to 1) and b (in 255 grey levels)
@@ -41,10 +42,11 @@ void put(uint word, Sums sums, uvec4 numbers) {
   vec4 mean = vec4(sums.first) / number;
   // In whole numbers: with at most 147 pixels of at most 255 both products are below 2^32.
   vec4 variance = vec4(sums.second * numbers - sums.first * sums.first) / (number * number);
-  vec4 speckle = prepare.noise * mean;
+  vec4 multiplied = prepare.noise * mean;
+  vec4 speckle = multiplied * multiplied + prepare.levels * prepare.levels;
   uvec4 packed = uvec4(0u);
   for (int pixel = 0; pixel < 4; ++pixel) {
-    float speckle_fraction = variance[pixel] > 0.0 ? speckle[pixel] * speckle[pixel] / variance[pixel] : 1.0;
+    float speckle_fraction = variance[pixel] > 0.0 ? speckle[pixel] / variance[pixel] : 1.0;
     float a = max(1.0 - speckle_fraction, 0.0);
     uint line = packUnorm2x16(vec2(a, (1.0 - a) * mean[pixel] / 255.0));
     packed[pixel] = columns[pixel] < int(prepare.columns) ? line : 0u;

@@ -16,7 +16,8 @@ FANLIGHT_SHADER_STRUCT(PrepareConstants) {
   uint first_frame;   // of this dispatch
   uint first_kept;    // guided filter: the first frame whose coefficients are in the buffer
   int radius_across;  // the window spans 2 r + 1 frames
-  float noise;        // guided filter: standard deviation of speckle over its mean
+  float noise;        // guided filter: standard deviation of speckle over its mean,
+  float levels;       // and that of speckle which is added, in grey levels
 }
 FANLIGHT_SHADER_STRUCT_END
 

@@ -38,6 +38,8 @@ Result<void> PhantomSource::check(const Config& config) {
       {"rows", static_cast<double>(config.rows), 16, 4096, ""},
       {"sweep", config.sweep_deg, 1, 170, " deg"},
       {"beam", config.beam_mm, 0, 8, " mm"},
+      {"range", config.scale.range_db, 20, 120, " dB"},
+      {"gain", config.scale.gain_db, -40, 40, " dB"},
       {"lag", config.lag_deg, -4, 4, " deg"},
       {"jitter", config.jitter_deg, 0, 2, " deg"},
       {"turning", static_cast<double>(config.turning_frames), 0, most_turning(config), " frames here"},
@@ -110,6 +112,15 @@ constexpr Option kOptions[] = {
      }},
     {"scan", "cartesian, convex or linear",
      [](std::string_view text, Config& config) { return read_scan(text, config.scan); }},
+    {"compression", "log or linear",
+     [](std::string_view text, Config& config) {
+       config.scale.kind = text == "linear" ? EchoScale::Kind::kLinear : EchoScale::Kind::kLog;
+       return text == "linear" || text == "log";
+     }},
+    {"range", "20 to 120 dB",
+     [](std::string_view text, Config& config) { return read_number(text, config.scale.range_db); }},
+    {"gain", "-40 to 40 dB",
+     [](std::string_view text, Config& config) { return read_number(text, config.scale.gain_db); }},
     {"lag", "-4 to 4 deg",
      [](std::string_view text, Config& config) { return read_number(text, config.lag_deg); }},
     {"jitter", "0 to 2 deg",

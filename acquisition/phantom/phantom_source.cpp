@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "proto/base/clock.hpp"
@@ -21,20 +20,6 @@ constexpr double kMotorRadiusMm = 30;
 constexpr double kProbeRadiusMm = 50;
 constexpr double kSectorHalfAngleDeg = 35;
 
-// Echo, in grey levels, as a function of depth below the surface.
-constexpr double kFluidGrey = 6;
-constexpr double kTissueGrey = 110;
-constexpr double kSkinGrey = 70;       // added to the tissue's
-constexpr double kSkinMm = 0.9;        // standard deviation: a bright band of 1 to 2 mm
-constexpr double kDecayMm = 70;        // depth over which the tissue's brightness falls to 1/e
-constexpr double kInterfaceMm = 0.25;  // half width of the step at the surface, less than a pixel
-constexpr double kEchoBeforeMm = 14;   // the table begins this far before the surface
-constexpr double kEchoStepMm = 1.0 / 16;
-
-// Across the thickness of the beam, a slanted surface lies at different depths. Its echo is that of a flat
-// surface, blurred by a Gaussian along depth. The table holds the echo for each of these standard deviations.
-constexpr std::uint32_t kBlurs = 14;
-constexpr double kBlurStepMm = 0.4;
 constexpr double kSlopeReachMm = 0.75;  // the slope is measured over this distance to either side
 const double kFullWidths =
     2 * std::sqrt(2 * std::log(2.0));  // full width at half maximum for a standard deviation of 1
@@ -46,46 +31,6 @@ constexpr double kNsPerS = 1e9;
 constexpr std::uint32_t kTurnSeenLate = 8;
 constexpr std::uint64_t kOfLosses =
     0x6c6f'7374;  // separates these random numbers from others of the same seed
-
-constexpr auto kEchoEntries = static_cast<std::uint32_t>((kEchoBeforeMm + kFieldMm) / kEchoStepMm);
-
-std::vector<double> flat_echo() {
-  std::vector<double> grey(kEchoEntries);
-  for (std::size_t i = 0; i < grey.size(); ++i) {
-    const double depth_mm = (static_cast<double>(i) + 0.5) * kEchoStepMm - kEchoBeforeMm;
-    const double in_skin = depth_mm / kSkinMm;
-    const double tissue = kTissueGrey * std::exp(-std::max(depth_mm, 0.0) / kDecayMm) +
-                          kSkinGrey * std::exp(-0.5 * in_skin * in_skin);
-    const double share = std::clamp(0.5 + 0.5 * depth_mm / kInterfaceMm, 0.0, 1.0);
-    grey[i] = kFluidGrey + share * (tissue - kFluidGrey);
-  }
-  return grey;
-}
-
-std::vector<std::uint8_t> echo_table() {
-  const std::vector<double> flat = flat_echo();
-  const auto last = static_cast<std::int64_t>(flat.size()) - 1;
-  std::vector<std::uint8_t> grey;
-  grey.reserve(kBlurs * flat.size());
-  for (std::uint32_t blur = 0; blur < kBlurs; ++blur) {
-    const double deviation = std::max(blur * kBlurStepMm / kEchoStepMm, 1e-3);  // in table entries
-    const auto reach = static_cast<std::int64_t>(std::ceil(3 * deviation));
-    std::vector<double> weights;
-    for (std::int64_t away = -reach; away <= reach; ++away) {
-      const double share = static_cast<double>(away) / deviation;
-      weights.push_back(std::exp(-0.5 * share * share));
-    }
-    const double all = std::accumulate(weights.begin(), weights.end(), 0.0);
-    for (std::int64_t i = 0; i <= last; ++i) {
-      double sum = 0;
-      for (std::int64_t away = -reach; away <= reach; ++away) {
-        sum += weights[away + reach] * flat[std::clamp<std::int64_t>(i + away, 0, last)];
-      }
-      grey.push_back(static_cast<std::uint8_t>(std::lround(sum / all)));
-    }
-  }
-  return grey;
-}
 
 PhantomMotor::Config motor_of(const Config& config) {
   return {.frames_per_volume = config.frames_per_volume,
@@ -135,7 +80,7 @@ PhantomSource::PhantomSource(const Config& config)
           .last_angle_rad = motor_.furthest_rad()},
       scene_(config.motion),
       speckle_(config.speckle == Speckle::kOn ? SpeckleTile(config.seed) : SpeckleTile()),
-      echo_(echo_table()),
+      echo_(config.scale, kFieldMm),
       surface_depths_mm_(config.columns),
       depths_below_mm_(config.columns),
       depths_above_mm_(config.columns) {
@@ -229,7 +174,7 @@ void PhantomSource::find_surface(const Row& row, const Point& base, const Exposu
   const std::uint32_t count = row.end - row.first;
   // Upper bound: ahead is at most 1 for any pixel.
   const double deepest_mm = base.y_mm + row.scale_mm * exposure.cosine;
-  if (deepest_mm < scene_.nearest_depth_mm() - kEchoBeforeMm) {
+  if (deepest_mm < scene_.nearest_depth_mm() - EchoModel::kBeforeMm) {
     for (auto* const depths_mm : {&surface_depths_mm_, &depths_below_mm_, &depths_above_mm_}) {
       std::fill_n(depths_mm->begin() + row.first, count, PhantomScene::kNoSurfaceMm);
     }
@@ -259,29 +204,40 @@ void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
 
   // A step e out of the plane of the frame moves by (-sin, cos) in y and z, that is e (sin + cos dS/dz) in
   // depth relative to the surface.
-  const double blurs_per_slope = config_.beam_mm / kFullWidths / kBlurStepMm;
+  const double blurs_per_slope = config_.beam_mm / kFullWidths / EchoModel::kBlurStepMm;
   const auto level = static_cast<float>(blurs_per_slope * exposure.sine);
   const auto per_mm = static_cast<float>(blurs_per_slope * exposure.cosine / (2 * kSlopeReachMm));
   const std::uint8_t* const factors = speckle_.row(row_index + exposure.speckle_row);
-  constexpr auto kPerMm = static_cast<float>(1 / kEchoStepMm);
-  const auto offset = static_cast<float>((base.y_mm + kEchoBeforeMm) / kEchoStepMm);
-  const auto per_ahead = static_cast<float>(row.scale_mm * exposure.cosine / kEchoStepMm);
-  constexpr auto kLast = static_cast<float>(kEchoEntries - 1);
+  constexpr auto kPerMm = static_cast<float>(1 / EchoModel::kStepMm);
+  const auto offset = static_cast<float>((base.y_mm + EchoModel::kBeforeMm) / EchoModel::kStepMm);
+  const auto per_ahead = static_cast<float>(row.scale_mm * exposure.cosine / EchoModel::kStepMm);
+  const std::uint32_t entries = echo_.entries();
+  const auto last_entry = static_cast<float>(entries - 1);
   // A local copy: the compiler must assume that a written pixel aliases the members.
   const std::span<const float> ahead = ahead_;
   const std::span<const float> surface_mm = surface_depths_mm_;
   const std::span<const float> below_mm = depths_below_mm_;
   const std::span<const float> above_mm = depths_above_mm_;
-  const std::span<const std::uint8_t> echo = echo_;
-  for (std::uint32_t column = row.first, end = row.end; column < end; ++column) {
-    const float depth = offset + per_ahead * ahead[column];
-    const float entry = std::clamp(depth - surface_mm[column] * kPerMm, 0.0F, kLast);
-    const float slant = std::abs(level + per_mm * (above_mm[column] - below_mm[column]));
-    const auto blur = static_cast<std::uint32_t>(std::min(slant + 0.5F, kBlurs - 0.5F));
-    const std::uint32_t mean = echo[blur * kEchoEntries + static_cast<std::uint32_t>(entry)];
-    const std::uint32_t factor = factors[(exposure.speckle_column + column) % SpeckleTile::kSide];
-    const std::uint32_t grey = (mean * factor + SpeckleTile::kOne / 2) / SpeckleTile::kOne;
-    pixels[column] = static_cast<std::uint8_t>(std::min(grey, 255U));
+  const std::int16_t* const greys = echo_.greys();
+  const auto draw = [&](auto with_speckle) {
+    for (std::uint32_t column = row.first, end = row.end; column < end; ++column) {
+      const float depth = offset + per_ahead * ahead[column];
+      const float entry = std::clamp(depth - surface_mm[column] * kPerMm, 0.0F, last_entry);
+      const float slant = std::abs(level + per_mm * (above_mm[column] - below_mm[column]));
+      const auto blur = static_cast<std::uint32_t>(std::min(slant + 0.5F, EchoModel::kBlurs - 0.5F));
+      const std::int32_t mean = greys[blur * entries + static_cast<std::uint32_t>(entry)];
+      const std::uint32_t factor = factors[(exposure.speckle_column + column) % SpeckleTile::kSide];
+      pixels[column] = static_cast<std::uint8_t>(std::clamp(with_speckle(mean, factor), 0, 255));
+    }
+  };
+  if (config_.scale.kind == EchoScale::Kind::kLinear) {
+    draw([](std::int32_t mean, std::uint32_t factor) {
+      constexpr std::int32_t kOne = SpeckleTile::kOne;
+      return (mean * static_cast<std::int32_t>(factor) + kOne / 2) / kOne;
+    });
+  } else {
+    const std::int16_t* const added = echo_.speckle_greys().data();
+    draw([added](std::int32_t mean, std::uint32_t factor) { return mean + added[factor]; });
   }
 }
 

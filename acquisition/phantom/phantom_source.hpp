@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "acquisition/phantom/echo_model.hpp"
 #include "acquisition/phantom/phantom_motor.hpp"
 #include "acquisition/phantom/phantom_scene.hpp"
 #include "acquisition/phantom/speckle_tile.hpp"
@@ -45,6 +46,7 @@ class PhantomSource final : public FrameSource {
     /// slanted surface.
     double beam_mm = 5;
     Speckle speckle = Speckle::kOn;
+    EchoScale scale;  ///< range 20 to 120 dB, gain -40 to 40 dB
     PhantomScene::Motion motion = PhantomScene::Motion::kMoving;
     /// Mismatch of forward and backward sweeps, -4 to 4: the measured angle is the true one minus half of
     /// this in a forward frame, and plus half of this in a backward frame.
@@ -60,8 +62,8 @@ class PhantomSource final : public FrameSource {
 
   /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied; or
   /// kInvalidArgument with the accepted values. Other options: columns, rows, sweep, volumes, beam,
-  /// scan=cartesian, scan=convex or scan=linear, lag, jitter, turning, index=on or index=off, lost. An empty
-  /// text changes nothing.
+  /// scan=cartesian, scan=convex or scan=linear, compression=log or compression=linear, range and gain (dB),
+  /// lag, jitter, turning, index=on or index=off, lost. An empty text changes nothing.
   static Result<Config> parse(std::string_view options, Config base);
 
   /// kInvalidArgument where a value is out of its range. Takes about 20 ms, most of it for the speckle.
@@ -114,7 +116,7 @@ class PhantomSource final : public FrameSource {
   std::vector<float> across_;  // per column: lateral position, see Row
   std::vector<float> ahead_;   // per column: depth offset, see Row; at most 1
   std::vector<Row> rows_;
-  std::vector<std::uint8_t> echo_;        // mean grey level by blur and depth below the surface
+  EchoModel echo_;
   std::vector<float> surface_depths_mm_;  // of the row being drawn
   std::vector<float> depths_below_mm_;    // the same, slightly below and above it in elevation
   std::vector<float> depths_above_mm_;

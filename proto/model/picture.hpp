@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proto/model/deadline.hpp"
+#include "proto/model/echo_levels.hpp"
 #include "proto/model/volume.hpp"
 
 namespace fanlight {
@@ -41,6 +42,7 @@ struct PictureStamp {
   std::uint8_t deadline_level = 0;  ///< see DeadlineState
   DeadlineMeasures measures;        ///< in force for this picture
   VolumeStamp volume;
+  EchoLevels levels;  ///< in force for this picture, where its scene asks for values from the data
   PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
   std::int64_t finished_time_ns = 0;       ///< fanlight::now_ns

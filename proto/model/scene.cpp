@@ -31,6 +31,20 @@ Result<void> check(const Scene& scene) {
   return {};
 }
 
+double sample_step_mm(const Scene& scene, double finest_mm) {
+  if (scene.rays.step_mm > 0) return scene.rays.step_mm;
+  return std::max(finest_mm, scene.detector.window_mm / kMostDetectorWindow);
+}
+
+void limit(Scene& scene) {
+  for (const SceneField& field : scene_fields()) {
+    if (field.is_text()) continue;
+    const double value = field.get(scene);
+    const double limited = std::clamp(value, field.minimum, field.maximum);
+    if (limited != value) field.set(scene, limited);
+  }
+}
+
 FirstPass first_pass_changed(const Scene& from, const Scene& to) {
   auto first = FirstPass::kNone;
   for (const SceneField& field : scene_fields()) {
@@ -46,6 +60,15 @@ Scene relit(const Scene& cast, const Scene& newest) {
   }
   return scene;
 }
+
+namespace {
+
+// Windows of scene_for(): a few resolution cells of usual probes.
+constexpr double kSpeckleMm = 2.2;
+constexpr double kDetectorMm = 6;
+constexpr double kFilterMm = 6.5;
+
+}  // namespace
 
 Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad,
                 std::uint32_t picture_height) {
@@ -74,12 +97,16 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
     return 2 * static_cast<int>(std::lround(radius * (picture_height / 512.0))) + 1;
   };
   scene.filter.size = scaled(scene.filter.size);
+  scene.filter.size_mm = kFilterMm;
+  scene.speckle.size_mm = kSpeckleMm;
+  scene.speckle.noise = 0;
+  scene.detector.window_mm = kDetectorMm;
+  scene.detector.threshold = 0;
+  scene.detector.place = SurfacePlace::kTwoScales;
   scene.filter.islands = scaled(scene.filter.islands);
   scene.filter.holes = scaled(scene.filter.holes);
   // A fan may be larger than the ranges of the fields.
-  for (const SceneField& field : scene_fields()) {
-    if (!field.is_text()) field.set(scene, std::clamp(field.get(scene), field.minimum, field.maximum));
-  }
+  limit(scene);
   return scene;
 }
 

@@ -19,9 +19,14 @@ enum class Projection : std::uint8_t { kParallel, kPerspective };
 enum class SpeckleFilter : std::uint8_t { kNone, kBox, kMedian, kGuided };
 /// Sign of the intensity step along the ray that makes a surface.
 enum class EdgeSign : std::uint8_t { kDarkToBright, kBrightToDark, kEither };
-/// Position of the surface on the ray: where the detector first exceeds the threshold (as in the paper), or
-/// the steepest point of that edge.
-enum class SurfacePlace : std::uint8_t { kFirstCrossing, kRefined };
+/// Position of the surface on the ray. An edge is found by a wide window; the others place it within that
+/// window.
+enum class SurfacePlace : std::uint8_t {
+  kFirstCrossing,  ///< where the detector first exceeds the threshold, as in the paper
+  kRefined,        ///< the steepest point of that edge
+  kTwoScales,      ///< the first steep point by a window of four samples
+  kRidge,          ///< the brightest point
+};
 /// Content of the picture.
 enum class Mode : std::uint8_t {
   kSurface,
@@ -97,15 +102,18 @@ struct Scene {
   struct Speckle {
     SpeckleFilter filter = SpeckleFilter::kGuided;
     int size = 7;         ///< side of the window in the frame, pixels, odd
+    double size_mm = 0;   ///< the same; 0: `size` holds
     int across = 1;       ///< number of frames in the window, odd
     double noise = 0.52;  ///< guided: standard deviation of speckle divided by its mean (Rayleigh: 0.52)
+    double levels = 0;    ///< guided, where noise is 0: standard deviation in grey levels; 0: from the data
 
     bool operator==(const Speckle&) const = default;
   } speckle;
 
   struct Detector {
-    double threshold = 20;  ///< grey levels, of 255
+    double threshold = 20;  ///< grey levels, of 255; 0: from the data
     int window = 28;        ///< samples, even
+    double window_mm = 0;   ///< the same; 0: `window` holds
     EdgeSign sign = EdgeSign::kDarkToBright;
     SurfacePlace place = SurfacePlace::kRefined;
   } detector;
@@ -118,7 +126,8 @@ struct Scene {
 
   struct Filter {
     DepthFilter kind = DepthFilter::kGaussian;
-    int size = 21;  ///< side of the window, pixels, odd
+    int size = 21;       ///< side of the window, pixels, odd
+    double size_mm = 0;  ///< the same, in the body at the target; 0: `size` holds
     FilterWeights weights = FilterWeights::kEven;
     double step_mm = 6;  ///< larger depth differences separate two surfaces
     int islands = 7;     ///< surfaces smaller than about half this, pixels, are removed; odd; 1: none
@@ -193,7 +202,8 @@ struct SceneField {
   FirstPass first_pass = FirstPass::kNone;
   std::span<const std::string_view> choices;  ///< names of the values 0, 1, ...; empty for a number or text
 
-  // Of a number or a choice; nullptr for a text.
+  // Of a number or a choice; nullptr for a text. Setting a window in samples or pixels sets the one in mm,
+  // whose row comes after it, to 0.
   double (*get)(const Scene&) = nullptr;
   void (*set)(Scene&, double) = nullptr;
   // Of a text; nullptr for the others.
@@ -224,9 +234,19 @@ std::string field_text(const Scene& scene, const SceneField& field);
 /// Limits the cost of a ray.
 inline constexpr double kMostSamplesOnARay = 8192;
 
+/// Samples that a detector's window may have.
+inline constexpr int kMostDetectorWindow = 32;
+
+/// Distance of samples along a ray, mm: that of the scene, else the finest distance of pixels, but so that a
+/// detector's window in mm fits into the samples that a window may have.
+double sample_step_mm(const Scene& scene, double finest_mm);
+
 /// Rules that concern several fields: rays must start before they end and take at most kMostSamplesOnARay
 /// samples, and the crop box must not be empty.
 Result<void> check(const Scene& scene);
+
+/// Brings every number into its field's range.
+void limit(Scene& scene);
 
 /// Earliest pass that must run again to change one scene's picture into the other's.
 FirstPass first_pass_changed(const Scene& from, const Scene& to);
@@ -236,8 +256,9 @@ FirstPass first_pass_changed(const Scene& from, const Scene& to);
 Scene relit(const Scene& cast, const Scene& newest);
 
 /// Scene that shows the whole fan from the probe: the view plane in the probe face, rays down to the last
-/// row, the middle of the sweep in the centre, the light up and to the left. Every field is within the
-/// table's range. The windows of pass 2, in pixels, are scaled to `picture_height`.
+/// row, the middle of the sweep in the centre, the light up and to the left. Windows are in mm, threshold and
+/// noise from the data. Every field is within the table's range. Islands and holes, in pixels, are scaled to
+/// `picture_height`.
 Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad,
                 std::uint32_t picture_height = 512);
 

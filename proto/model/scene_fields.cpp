@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view kProjections[] = {"parallel", "perspective"};
 constexpr std::string_view kSpeckleFilters[] = {"none", "box", "median", "guided"};
 constexpr std::string_view kSigns[] = {"dark-to-bright", "bright-to-dark", "either"};
-constexpr std::string_view kPlaces[] = {"first-crossing", "refined"};
+constexpr std::string_view kPlaces[] = {"first-crossing", "refined", "two-scales", "ridge"};
 constexpr std::string_view kRefreshes[] = {"volume", "frame"};
 constexpr std::string_view kModes[] = {
     "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth", "slice", "slices"};
@@ -56,6 +56,18 @@ SceneField row(std::string_view name, std::string_view unit, std::string_view he
   field.set = [](Scene& scene, double value) {
     auto& member = kMember(scene);
     member = static_cast<std::remove_reference_t<decltype(member)>>(value);
+  };
+  return field;
+}
+
+/// A number that takes the place of one in mm: who sets it does not want the other any more.
+template <auto kMember, auto kMillimetres>
+SceneField row_instead(std::string_view name, std::string_view unit, std::string_view help, double minimum,
+                       double maximum, double step, FirstPass first_pass) {
+  SceneField field = row<kMember>(name, unit, help, minimum, maximum, step, first_pass);
+  field.set = [](Scene& scene, double value) {
+    kMember(scene) = static_cast<int>(value);
+    kMillimetres(scene) = 0;
   };
   return field;
 }
@@ -160,21 +172,34 @@ const SceneField kFields[] = {
         FirstPass::kCast),
     choice<MEMBER(speckle.filter)>("speckle.filter", "speckle reduction of the volume before rays are cast",
                                    FirstPass::kPrepare, kSpeckleFilters),
-    row<MEMBER(speckle.size)>("speckle.size", "pixels", "side of its window in a frame, odd", 3, 7, 2,
-                              FirstPass::kPrepare),
+    row_instead<MEMBER(speckle.size), MEMBER(speckle.size_mm)>(
+        "speckle.size", "pixels", "side of its window in a frame, odd; setting it sets speckle.size_mm to 0",
+        3, 7, 2, FirstPass::kPrepare),
+    row<MEMBER(speckle.size_mm)>("speckle.size_mm", "mm", "the same; 0 takes speckle.size", 0, 20, 0,
+                                 FirstPass::kPrepare),
     row<MEMBER(speckle.across)>("speckle.across", "frames", "neighbouring frames that it spans, odd", 1, 3, 2,
                                 FirstPass::kPrepare),
     row<MEMBER(speckle.noise)>("speckle.noise", "",
-                               "guided: deviation of speckle over its mean; what varies more is an edge",
-                               0.05, 2, 0, FirstPass::kPrepare),
+                               "guided: deviation of speckle over its mean, for frames that are not "
+                               "log-compressed; 0 takes speckle.levels",
+                               0, 2, 0, FirstPass::kPrepare),
+    row<MEMBER(speckle.levels)>("speckle.levels", "grey levels",
+                                "guided: deviation of speckle; what varies more is an edge; 0 measures it", 0,
+                                100, 0, FirstPass::kPrepare),
     row<MEMBER(detector.threshold)>("detector.threshold", "grey levels",
-                                    "step in the echo that makes a surface", 0, 255, 0, FirstPass::kCast),
-    row<MEMBER(detector.window)>("detector.window", "samples",
-                                 "samples that the edge detector compares, even", 2, 32, 2, FirstPass::kCast),
+                                    "step in the echo that makes a surface; 0 measures fluid and tissue", 0,
+                                    255, 0, FirstPass::kCast),
+    row_instead<MEMBER(detector.window), MEMBER(detector.window_mm)>(
+        "detector.window", "samples",
+        "samples that the edge detector compares, even; setting it sets detector.window_mm to 0", 2,
+        kMostDetectorWindow, 2, FirstPass::kCast),
+    row<MEMBER(detector.window_mm)>("detector.window_mm", "mm", "the same; 0 takes detector.window", 0, 50, 0,
+                                    FirstPass::kCast),
     choice<MEMBER(detector.sign)>("detector.sign", "which way the echo must step", FirstPass::kCast, kSigns),
     choice<MEMBER(detector.place)>(
         "detector.place",
-        "where on the edge the surface lies: where the threshold is first crossed, or its steepest point",
+        "where on the edge the surface lies: where the threshold is first crossed, its steepest point, the "
+        "steepest point by a narrower window, or the brightest point",
         FirstPass::kCast, kPlaces),
     text_row<MEMBER(transfer)>(
         "transfer.points",
@@ -185,8 +210,12 @@ const SceneField kFields[] = {
     choice<MEMBER(filter.kind)>(
         "filter.kind", "average of depths: moving mean, Gaussian, or one that does not bridge a step",
         FirstPass::kFilter, kDepthFilters),
-    row<MEMBER(filter.size)>("filter.size", "pixels", "side of its window over the depth map, odd", 1, 31, 2,
-                             FirstPass::kFilter),
+    row_instead<MEMBER(filter.size), MEMBER(filter.size_mm)>(
+        "filter.size", "pixels",
+        "side of its window over the depth map, odd; setting it sets filter.size_mm to 0", 1, 31, 2,
+        FirstPass::kFilter),
+    row<MEMBER(filter.size_mm)>("filter.size_mm", "mm", "the same, in the body; 0 takes filter.size", 0, 100,
+                                0, FirstPass::kFilter),
     choice<MEMBER(filter.weights)>("filter.weights",
                                    "what a pixel counts: all the same, or by the confidence in its edge",
                                    FirstPass::kFilter, kWeights),

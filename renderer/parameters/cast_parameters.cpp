@@ -264,8 +264,8 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
   const auto cast = [&](int tiles) {
     return PipelineKey{
         .shader = Shader::kCast,
-        .constants = {window, kept, polar, scene.detector.place == SurfacePlace::kRefined ? 1 : 0,
-                      scene.rays.window / 2, skips ? 1 : 0, edge_sign(scene.detector.sign), tiles}};
+        .constants = {window, kept, polar, static_cast<int>(scene.detector.place), scene.rays.window / 2,
+                      skips ? 1 : 0, edge_sign(scene.detector.sign), tiles}};
   };
   CastKeys keys{.cast = cast(replaces_frames ? FANLIGHT_CAST_ALL_NOTED : FANLIGHT_CAST_ALL),
                 .empty_space = {},

@@ -132,7 +132,7 @@ Scene degraded(const Scene& requested, const DeadlineMeasures& measures, double 
   if (measures.wide_step) {
     const double least_mm =
         std::max(finest_mm, (requested.rays.end_mm - requested.rays.start_mm) / (kMostSamplesOnARay - 1));
-    scene.rays.step_mm = 2 * (requested.rays.step_mm > 0 ? requested.rays.step_mm : least_mm);
+    scene.rays.step_mm = 2 * sample_step_mm(requested, least_mm);
     scene.detector.window = 2 * ((requested.detector.window + 2) / 4);
   }
   if (measures.cheap_filters) {

@@ -77,10 +77,7 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   choose(fmt::format("rays begin {:.0f} mm before its nearest part and end {:.0f} mm behind its farthest",
                      kSurveyWindowMm, kBehindMm));
 
-  // As many samples as the detector has at most, over two windows.
-  const double step_mm = std::max(volume.geometry().finest_mm(), 2 * kSurveyWindowMm / 32);
-  to.rays.step_mm = std::round(1000 * step_mm) / 1000;
-  to.detector.window = std::clamp(2 * static_cast<int>(std::lround(kSurveyWindowMm / step_mm)), 2, 32);
+  to.detector.window_mm = 2 * kSurveyWindowMm;
   to.detector.threshold = survey->threshold;
   to.detector.sign = EdgeSign::kDarkToBright;
   choose(
@@ -93,9 +90,7 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.light.up_mm = tenth(0.4 * to.camera.field_mm);
   to.light.depth_mm = tenth(-0.7 * to.camera.field_mm);
   choose("the light comes from the upper left");
-  for (const SceneField& field : scene_fields()) {
-    if (!field.is_text()) field.set(to, std::clamp(field.get(to), field.minimum, field.maximum));
-  }
+  limit(to);
   return made;
 }
 

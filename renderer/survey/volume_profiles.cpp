@@ -4,22 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/survey/scanned_sector.hpp"
+
 namespace fanlight {
-
-namespace {
-
-/// Whether the scanner has written this place of a frame: inside the sector, where one is known.
-bool scanned(const FanGeometry& geometry, double column, double row) {
-  if (geometry.kind != FrameKind::kCartesian || geometry.sector.half_angle_deg == 0) return true;
-  const PlanePoint at = geometry.plane_point({column, row});
-  const double from_apex_mm = at.depth_mm + geometry.probe_radius_mm;
-  const double radius_mm = std::hypot(at.x_mm, from_apex_mm);
-  return degrees(std::abs(std::atan2(at.x_mm, from_apex_mm))) <= geometry.sector.half_angle_deg &&
-         radius_mm >= geometry.probe_radius_mm &&
-         (geometry.sector.reach_mm == 0 || radius_mm <= geometry.sector.reach_mm);
-}
-
-}  // namespace
 
 VolumeProfiles::VolumeProfiles(const Volume& volume) : geometry_(volume.geometry()) {
   const auto order = volume.by_angle();
@@ -46,7 +33,7 @@ void VolumeProfiles::fill(const Volume& volume, std::uint32_t frame, std::uint32
     bool any_echo = false;
     for (std::uint32_t cell = 0; cell < cells_; ++cell) {
       const std::uint32_t row = cell * rows_in_cell_;
-      if (!scanned(geometry_, middle, row + (rows_in_cell_ - 1) / 2.0)) continue;
+      if (!in_sector(geometry_, middle, row + (rows_in_cell_ - 1) / 2.0)) continue;
       std::uint32_t sum = 0;
       for (std::uint32_t each = row; each < row + rows_in_cell_; ++each) {
         for (std::uint32_t column = first; column < end; ++column)

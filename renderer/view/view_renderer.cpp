@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "renderer/parameters/effective_scene.hpp"
 #include "renderer/parameters/transfer_table.hpp"
 #include "renderer/vulkan/command_recording.hpp"
 #include "renderer/vulkan/debug_name.hpp"
@@ -149,8 +150,9 @@ void ViewRenderer::set_tiles(const Gpu& gpu, const Scene& scene, const shaders::
       std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
 }
 
-Result<void> ViewRenderer::begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+Result<void> ViewRenderer::begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
                                       const VolumeBindings& volume) {
+  const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
   if (auto found = find_cast_pipelines(pipelines, scene, volume.geometry.kind); !found) return found;
   confidence_known_ = false;
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "proto/model/echo_levels.hpp"
 #include "proto/model/picture.hpp"
 #include "renderer/parameters/angle_table.hpp"
 #include "renderer/parameters/cast_parameters.hpp"
@@ -42,6 +43,7 @@ struct VolumeBindings {
   const AngleTable& table;
   const FanGeometry& geometry;
   const VolumeExtent& extent;
+  const EchoLevels& levels;  ///< for what a scene leaves to the data
   bool frames_gone = false;  ///< frames of the next volume were staged since the cast
   TimelinePoint written;     ///< reached when the GPU has written all of it
 };
@@ -81,12 +83,12 @@ class ViewRenderer {
   /// cast again once nothing here is outstanding. `volume` is the other view's, as in bind().
   Result<void> copy_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
 
-  /// Builds the pipelines that casting this scene needs. Error: a pipeline that cannot be built.
+  /// Builds the pipelines that casting this effective_scene() needs. Error: a pipeline that cannot be built.
   Result<void> find_cast_pipelines(Pipelines& pipelines, const Scene& scene, FrameKind kind);
 
   /// Sets pass 1 up and gives up a cast under way; submits nothing. Precondition: nothing is outstanding.
   /// Error: a pipeline that cannot be built.
-  Result<void> begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+  Result<void> begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
                           const VolumeBindings& volume);
 
   /// Submits the next piece of work: a piece of pass 0 (some frames), or a band of pass 1 (some tiles of the
@@ -122,7 +124,7 @@ class ViewRenderer {
 
   /// The same in pieces of about 4 ms: sets passes 2 and 3 up and submits nothing. Precondition: nothing but
   /// copy_cast() is outstanding. Error: a pipeline that cannot be built.
-  Result<void> begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+  Result<void> begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
                            const VolumeBindings& volume, History history);
 
   /// Submits the next piece; the last one has the read-back. Only the first piece reads the frames and what

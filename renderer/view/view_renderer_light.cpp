@@ -4,6 +4,7 @@
 #include <bit>
 #include <utility>
 
+#include "renderer/parameters/effective_scene.hpp"
 #include "renderer/parameters/light_parameters.hpp"
 #include "renderer/view/view_renderer.hpp"
 #include "renderer/vulkan/command_recording.hpp"
@@ -132,8 +133,9 @@ Result<VkPipeline> ViewRenderer::confidence_pipeline(Pipelines& pipelines, const
   return pipelines.get(key);
 }
 
-Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
                                        const VolumeBindings& volume, History history) {
+  const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
   const LightKeys keys = light_keys(scene, volume.geometry.kind);
   shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
   if (history == History::kNone) parameters.steady = 0;

@@ -246,7 +246,8 @@ void FrameStore::record_filter(VkCommandBuffer commands, const Pipelines& pipeli
                                       .frames = frames_,
                                       .first_kept = first - std::min(first, neighbours),
                                       .radius_across = wanted_.across / 2,
-                                      .noise = static_cast<float>(wanted_.noise)};
+                                      .noise = static_cast<float>(wanted_.noise),
+                                      .levels = static_cast<float>(wanted_.levels)};
   static_assert(sizeof constants <= Pipelines::kPushBytes);
   const auto filter = [&](VkPipeline pipeline, std::uint32_t from, std::uint32_t to) {
     constants.first_frame = from;
@@ -271,7 +272,8 @@ void FrameStore::record_copies(VkCommandBuffer commands, const Pipelines& pipeli
                                             .first_frame = piece.first,
                                             .first_kept = 0,
                                             .radius_across = 0,
-                                            .noise = 0};
+                                            .noise = 0,
+                                            .levels = 0};
   vkCmdPushConstants(commands, pipelines.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants,
                      &constants);
   const auto run = [&](Shader shader, std::uint32_t across, std::uint32_t down) {

@@ -95,6 +95,14 @@ void print_dropped(const std::vector<DroppedSweep>& dropped) {
     fmt::print("volume {} was dropped: {}\n", sweep.volume_index, reason_of(sweep));
 }
 
+nlohmann::ordered_json levels_json(const EchoLevels& levels) {
+  if (!levels.known) return nullptr;
+  return {{"fluid", levels.fluid},
+          {"tissue", levels.tissue},
+          {"noise", levels.noise},
+          {"threshold", levels.threshold()}};
+}
+
 void print_json(const RenderReport& report) {
   const Picture& picture = report.picture;
   nlohmann::ordered_json stages;
@@ -110,6 +118,7 @@ void print_json(const RenderReport& report) {
                                        {"surface_share", report.surface_share},
                                        {"depth_5_50_95_mm", report.depth_5_50_95_mm},
                                        {"speckle_filter_left_out", report.speckle_filter_left_out},
+                                       {"levels", levels_json(picture.stamp.levels)},
                                        {"dropped", dropped_json(report.dropped)},
                                        {"notes", report.notes},
                                        {"stage_ms", stages},
@@ -132,6 +141,7 @@ void print_text(const RenderReport& report) {
         "its depth below the view plane: {:.1f} mm at the median, 5 % before {:.1f}, 5 % beyond {:.1f}\n",
         depths_mm[1], depths_mm[0], depths_mm[2]);
   }
+  fmt::print("{}\n", sentence(picture.stamp.levels));
   for (std::size_t stage = 0; stage < kStages; ++stage) {
     fmt::print("  {:<10} {:8.2f} ms\n", kStageNames[stage], picture.stamp.stage_ms[stage]);
   }

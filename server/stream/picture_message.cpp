@@ -55,6 +55,13 @@ void describe(v1::Picture& message, const Picture& picture) {
   if (measures.wide_step) message.add_measures("wide step");
   if (measures.cheap_filters) message.add_measures("cheap filters");
   describe(*message.mutable_view(), stamp.view);
+  if (!stamp.levels.known) return;
+  v1::EchoLevels& levels = *message.mutable_levels();
+  levels.set_fluid(stamp.levels.fluid);
+  levels.set_tissue(stamp.levels.tissue);
+  levels.set_noise(stamp.levels.noise);
+  levels.set_threshold(stamp.levels.threshold());
+  levels.set_linear(stamp.levels.linear());
 }
 
 std::string packed_depth(const Picture& picture) {

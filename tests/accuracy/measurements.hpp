@@ -23,6 +23,9 @@ std::vector<FigureBlock> measure_small_fans(const Workbench& bench);
 /// Counts the casts after changes of fields that only passes 2 and 3 read.
 FigureBlock measure_relighting(const Workbench& bench);
 
+/// A thin bright interface in pixels of 0.08 mm, and where each place of a surface puts it.
+FigureBlock measure_thin_interface(const Workbench& bench);
+
 /// The reference work (R1): the phantom of the simulated probe.
 FigureBlock measure_reference_work(const Workbench& bench);
 

@@ -21,4 +21,7 @@ inline constexpr std::size_t kPaperMethod = 0;
 /// The scene without speckle reduction and depth filters: the depth map is that of pass 1.
 Scene cast_alone(Scene scene);
 
+/// The same numbers for every volume: no windows in mm, nothing from the data, the steepest point.
+void with_fixed_numbers(Scene& scene);
+
 }  // namespace fanlight::test

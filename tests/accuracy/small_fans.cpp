@@ -158,6 +158,18 @@ FigureRow speckle_row(const std::string& name, DepthRig& rig, const Views& views
                     {"false %", 100 * errors.share_false(), 2, at_most(0.5)}});
 }
 
+FigureRow linear_row(const std::string& name, DepthRig& rig, const Views& views,
+                     const KnownSurface& surface) {
+  Views fixed = views;
+  for (KnownView& view : fixed) with_fixed_numbers(view.scene);
+  FigureRow row = speckle_row(name, rig, fixed, surface);
+  Shown shown;
+  for (const KnownView& view : views) shown.add(rig, view, view.scene, surface);
+  row.figures.push_back({"default: median mm", shown.errors.median_mm()});
+  row.figures.push_back({"default: signed mm", shown.errors.signed_median_mm()});
+  return row;
+}
+
 FigureRow method_row(const std::string& name, const Shown& shown) {
   const DepthErrors& errors = shown.errors;
   return shown_row(name, shown,
@@ -182,13 +194,18 @@ constexpr char kNormalsLegend[] =
 raw: of the depth map as it was cast, pipelines 0 and 2 off.)";
 
 constexpr char kSpeckleLegend[] =
-    R"(Rayleigh speckle in grains of 0.5 mm along the lines, 1 mm across and 2 mm in elevation. Views and errors as above, but
+    R"(Rayleigh speckle in grains of 0.5 mm along the lines, 1 mm across and 2 mm in elevation, log-compressed: 60 dB from
+black to white, tissue 35 dB above the fluid; the grey levels' edge is blurred as without speckle. Views and errors as above, but
 apart from the rim: surfaces that the ray grazes at more than 75 deg to their normal.
 found: shown within 1.5 mm of the true depth. missing: not shown. behind: shown more than 1.5 mm too deep.
 false: shown more than 1.5 mm in front of the true surface, or, on a ray through fluid alone, more than 1.5 mm from any
 surface; of the rays that meet the surface or fluid alone.
 in tissue: a surface shown on a ray that enters the fan within tissue, its cut side, of all such rays; not part of false.
 all: found and false with the rim and with the rays that enter the fan within tissue. - where there is nothing to judge.)";
+
+constexpr char kLinearLegend[] =
+    R"(As before, with grey levels proportional to the echo, and the numbers that theory has for them: a deviation of 0.52 of
+the mean, a window of 28 samples, threshold 20, the steepest point. default: by the default scene, which measures.)";
 
 constexpr char kStepsLegend[] =
     R"(All rows of the block before together. paper: first crossing with a window of 8, mean filter of the default scene's size,
@@ -206,8 +223,12 @@ class Sweeps {
     return *clean_;
   }
   const Volume& speckled() {
-    if (!speckled_) speckled_ = swept(fan_, surface_, KnownEcho{}, &speckle_);
+    if (!speckled_) speckled_ = swept(fan_, surface_, kLogEcho, &speckle_);
     return *speckled_;
+  }
+  const Volume& linear() {
+    if (!linear_) linear_ = swept(fan_, surface_, KnownEcho{}, &speckle_);
+    return *linear_;
   }
 
  private:
@@ -216,6 +237,7 @@ class Sweeps {
   const SpeckleField& speckle_;
   std::optional<Volume> clean_;
   std::optional<Volume> speckled_;
+  std::optional<Volume> linear_;
 };
 
 /// Collects the rows of the blocks, fan by fan and surface by surface.
@@ -244,6 +266,7 @@ class SmallFans {
   FigureBlock clean_{"depth, no speckle: pass 1 alone", kCleanLegend, {}};
   FigureBlock normals_{"normals, no speckle: default scene", kNormalsLegend, {}};
   FigureBlock speckled_{"depth, speckle: default scene", kSpeckleLegend, {}};
+  FigureBlock linear_{"depth, speckle that is not log-compressed: fixed numbers", kLinearLegend, {}};
   FigureBlock steps_{"depth, speckle: from the paper's method to the default scene", kStepsLegend, {}};
   std::vector<Shown> methods_;  // one for each of methods()
 };
@@ -253,10 +276,14 @@ void SmallFans::measure(DepthRig& rig, const TestFan& fan, const TestSurface& su
   const std::string clean = row_name("clean", surface, fan, projection);
   const std::string normals = row_name("normals", surface, fan, projection);
   const std::string speckled = row_name("speckle", surface, fan, projection);
+  const std::string linear = row_name("linear", surface, fan, projection);
+  const bool wants_linear =
+      fan.name == "cartesian" && projection == Projection::kParallel && bench_.wants(linear);
   const bool wants_normals = surface.name == "sphere" && bench_.wants(normals);
   const bool wants_methods =
       std::ranges::any_of(methods(), [&](const Method& method) { return wants_method(method); });
-  if (!bench_.wants(clean) && !wants_normals && !bench_.wants(speckled) && !wants_methods) return;
+  if (!bench_.wants(clean) && !wants_normals && !bench_.wants(speckled) && !wants_linear && !wants_methods)
+    return;
 
   Views views = known_views(fan.scanned(), *surface.surface, projection);
   for (KnownView& view : views) bench_.change(view.scene);
@@ -266,6 +293,10 @@ void SmallFans::measure(DepthRig& rig, const TestFan& fan, const TestSurface& su
   if (bench_.wants(speckled) || wants_methods) rig.set_volume(sweeps.speckled());
   if (bench_.wants(speckled)) speckled_.rows.push_back(speckle_row(speckled, rig, views, *surface.surface));
   add_methods(rig, views, *surface.surface);
+  if (wants_linear) {
+    rig.set_volume(sweeps.linear());
+    linear_.rows.push_back(linear_row(linear, rig, views, *surface.surface));
+  }
 }
 
 void SmallFans::add_methods(DepthRig& rig, const Views& views, const KnownSurface& surface) {
@@ -284,7 +315,8 @@ std::vector<FigureBlock> SmallFans::blocks() && {
     if (!wants_method(methods()[step])) continue;
     steps_.rows.push_back(method_row(method_name(methods()[step]), methods_[step]));
   }
-  return {std::move(clean_), std::move(normals_), std::move(speckled_), std::move(steps_)};
+  return {std::move(clean_), std::move(normals_), std::move(speckled_), std::move(linear_),
+          std::move(steps_)};
 }
 
 }  // namespace

@@ -59,8 +59,8 @@ void draw(const FanGeometry& geometry, double angle_rad, const KnownSurface& sur
     for (std::uint32_t column = 0; column < geometry.columns; ++column) {
       const std::size_t pixel = std::size_t{row} * geometry.columns + column;
       const Point at = in_body(geometry, angle_rad, column, row);
-      const double mean = echo.grey(surface.below_mm({at.x_mm, at.y_mm, at.z_mm}));
-      const double grey = factors == nullptr ? mean : mean * factors[pixel];
+      const double below_mm = surface.below_mm({at.x_mm, at.y_mm, at.z_mm});
+      const double grey = factors == nullptr ? echo.grey(below_mm) : echo.grey(below_mm, factors[pixel]);
       pixels[pixel] = static_cast<std::uint8_t>(std::lround(std::clamp(grey, 0.0, 255.0)));
     }
   }

@@ -79,6 +79,7 @@ void run(int rounds) {
     for (const int size : kSizes) {
       for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
         shown.scene.filter.kind = kKinds[kind];
+        shown.scene.filter.size_mm = 0;
         shown.scene.filter.size = size;
         ++shown.revision;
         renderer->show(shown);

@@ -141,6 +141,7 @@ test("the page shows a refusal and restores the value in force", async () => {
 test("the page rounds a typed number to the nearest step of its field", async () => {
   await withPage("stepped", kStillSource, async (viewer) => {
     await viewer.firstPicture();
+    await viewer.unfold("filter");
     const box = viewer.page.locator('[data-number="filter.size"]');
     for (const [typed, rounded] of [
       ["4.2", 5],

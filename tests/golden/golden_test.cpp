@@ -54,11 +54,10 @@ const Golden kGoldens[] = {
      1.0, 0.01},
     {"face_of_convex_lines", "columns=192,rows=256,scan=convex", [](Scene&) {}, 1.0, 0.01},
     {"face_of_linear_lines", "columns=192,rows=256,scan=linear", [](Scene&) {}, 1.0, 0.01},
-    {"face_by_the_papers_method", kSpeckled,
+    {"face_by_the_papers_method", "columns=256,rows=256,compression=linear",
      [](Scene& scene) {
        scene.speckle.filter = SpeckleFilter::kNone;
-       scene.detector.window = 8;
-       scene.detector.place = SurfacePlace::kFirstCrossing;
+       scene.detector = {.window = 8, .place = SurfacePlace::kFirstCrossing};
        scene.filter = {.kind = DepthFilter::kMean, .size = 19, .islands = 1, .holes = 1};
        scene.light.normals = Normals::kThreeNeighbours;
        scene.shadow.softness_mm = 0;

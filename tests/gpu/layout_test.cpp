@@ -54,7 +54,7 @@ TEST(Layout, PrepareConstantsAreOneInBothLanguages) {
   const Offsets expected = {OFFSET(PrepareConstants, columns),    OFFSET(PrepareConstants, rows),
                             OFFSET(PrepareConstants, frames),     OFFSET(PrepareConstants, first_frame),
                             OFFSET(PrepareConstants, first_kept), OFFSET(PrepareConstants, radius_across),
-                            OFFSET(PrepareConstants, noise)};
+                            OFFSET(PrepareConstants, noise),      OFFSET(PrepareConstants, levels)};
   for (const auto spirv :
        {shaders::box_spirv, shaders::median_spirv, shaders::guided_fit_spirv, shaders::guided_apply_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "PrepareConstants"), expected);

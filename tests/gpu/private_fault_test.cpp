@@ -76,7 +76,7 @@ TEST_F(PrivateFaultTest, NoMemory) {
 }
 
 TEST_F(PrivateFaultTest, NoPipeline) {
-  aside_.detector.window += 2;  // a constant of the shader that casts
+  aside_.detector.window_mm *= 2;  // a constant of the shader that casts
   expect_end_of_the_view_alone({.call = GpuCall::kBuildPipeline, .result = VK_ERROR_OUT_OF_HOST_MEMORY},
                                "vkCreateComputePipelines");
 }

@@ -91,6 +91,7 @@ TEST_F(PrivateViewTest, OfALightIsThePictureThatTheMainViewWouldShowAndCastsNoth
   other.light.right_mm = 80;
   other.filter.kind = DepthFilter::kMean;
   other.filter.size = 5;
+  other.filter.size_mm = 0;
   other.finish.colours = ColourMap::kSepia;
   show_volume(1);
   const Picture shown = show(other);
@@ -199,6 +200,7 @@ class LargePrivateViewTest : public PrivateViewTest {
     Scene scene = scene_;
     scene.filter.kind = DepthFilter::kEdgePreserving;
     scene.filter.size = 31;
+    scene.filter.size_mm = 0;
     scene.finish.smoothing = Smoothing::kDiffusion;
     scene.finish.iterations = 30;
     return scene;

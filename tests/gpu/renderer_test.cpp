@@ -284,6 +284,7 @@ TEST_F(RendererTest, CastsShadowsAwayFromTheLight) {
   Scene scene = scene_;
   scene.camera.field_mm = 60;
   scene.filter.size = 1;
+  scene.filter.size_mm = 0;
   scene.shadow.coefficient = 0;
   scene.finish.smoothing = Smoothing::kNone;
   scene.light = {.right_mm = -60, .up_mm = 0, .depth_mm = 0, .ambient = 0, .diffuse = 1, .specular = 0};
@@ -326,6 +327,7 @@ TEST_F(RendererTest, HasNoSurfaceAtTheEdgeOfASectorThatTheSpeckleFilterBlurs) {
     scene.camera.yaw_deg = 50;  // rays enter through the sector's side
     scene.speckle = {.filter = filter, .size = 7, .across = 1, .noise = 0.1};
     scene.filter.size = scene.filter.islands = scene.filter.holes = 1;
+    scene.filter.size_mm = 0;
     const auto renderer = made_renderer(sector, angles_rad_, {64, 64}, scene, counters_);
     load_into(*renderer, made_volume(sector, angles_rad_, tissue));
     next_picture(*renderer);
@@ -338,7 +340,7 @@ TEST_F(RendererTest, HasNoSurfaceAtTheEdgeOfASectorThatTheSpeckleFilterBlurs) {
 TEST_F(RendererTest, TakesTheLargestPicture) {
   Scene scene = scene_;
   scene.rays.step_mm = 4;
-  scene.detector.window = 4;
+  scene.detector = {.window = 4};
   const auto renderer = made_renderer(kGeometry, angles_rad_, {2048, 2048}, scene, counters_);
   load_into(*renderer, made_volume(kGeometry, angles_rad_, plate));
   EXPECT_EQ(next_picture(*renderer).rgba.size(), std::size_t{4} * 2048 * 2048);
@@ -407,6 +409,7 @@ TEST_F(RendererTest, DrawsADepthMapTowardsThatOfTheLastVolumeUnderTheSameView) {
   };
   Scene scene = scene_;
   scene.filter.size = 1;
+  scene.filter.size_mm = 0;
   scene.filter.steady = 0.5;
   renderer_->show({.revision = 2, .scene = scene});
   load(plate_at(50, 1));

@@ -170,16 +170,23 @@ void cut(Dice& dice, const Point& within, Scene& scene) {
 }
 
 void set_detector(Dice& dice, Body& body, double finest_mm, Scene& scene) {
-  scene.speckle.filter = SpeckleFilter::kNone;
+  // The twins know samples and pixels alone; effective_scene() has tests of its own.
+  scene.detector.window_mm = 0;
+  scene.filter.size_mm = 0;
+  scene.speckle = {.filter = SpeckleFilter::kNone};
   if (dice.one_in(2)) {
     scene.speckle = {.filter = dice.any_to(SpeckleFilter::kGuided),
                      .size = dice.odd(3, 7),
                      .across = dice.odd(1, 3),
                      .noise = dice.between(0.05, 0.6)};
+    if (dice.one_in(3)) {
+      scene.speckle.noise = 0;
+      scene.speckle.levels = dice.between(3, 40);
+    }
   }
   Scene::Detector& detector = scene.detector;
   detector.sign = dice.any_to(EdgeSign::kEither);
-  detector.place = dice.any_to(SurfacePlace::kRefined);
+  detector.place = dice.any_to(SurfacePlace::kRidge);
   // Noise must not create surfaces.
   detector.window = 2 * dice.whole(body.noise > 0 ? 6 : 1, 16);
   detector.threshold = body.noise > 0 ? dice.between(30, 45) : dice.between(12, 40);

@@ -52,6 +52,7 @@ Scene moved(Scene scene, std::uint64_t n) {
   if (n % 2 == 0) scene.camera.yaw_deg = static_cast<double>(n % 40);
   if (n % 3 == 0) scene.detector.threshold = 15 + static_cast<double>(n % 10);
   if (n % 5 == 0) {
+    scene.filter.size_mm = 0;
     scene.filter.size = 9 + 2 * static_cast<int>(n % 7);
     scene.filter.islands = 1 + 2 * static_cast<int>(n % 4);
     scene.filter.holes = 1 + 2 * static_cast<int>(n % 4);

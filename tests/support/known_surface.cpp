@@ -49,8 +49,18 @@ glm::dvec3 KnownSurface::normal(const glm::dvec3& at) const {
 }
 
 double KnownEcho::grey(double below_mm) const {
+  if (thickness_mm > 0) {
+    const double from_middle = (below_mm - thickness_mm / 2) / thickness_mm;
+    return fluid_grey + contrast() * std::exp2(-4 * from_middle * from_middle);
+  }
   const double tissue_fraction = 0.5 * std::erfc(-below_mm / (spread_mm * std::numbers::sqrt2));
   return fluid_grey + contrast() * tissue_fraction;
+}
+
+double KnownEcho::grey(double below_mm, double factor) const {
+  const double mean = grey(below_mm);
+  if (range_db == 0) return mean * factor;
+  return mean + 255 / range_db * 20 * std::log10(std::max(factor, 1e-3));
 }
 
 KnownPlane::KnownPlane(const glm::dvec3& through, double about_x_deg, double about_z_deg)

@@ -30,10 +30,22 @@ struct KnownEcho {
   double fluid_grey = 10;
   double tissue_grey = 110;
   double spread_mm = 0.3;  ///< standard deviation of the point spread
+  double range_db = 0;     ///< of log compression: speckle adds to a grey level; 0: linear, it multiplies
+
+  /// Full width at half maximum of a thin bright surface in fluid, whose front half lies at the surface; 0:
+  /// tissue fills what is below.
+  double thickness_mm = 0;
 
   double grey(double below_mm) const;
+  /// With speckle, whose factors have the mean 1.
+  double grey(double below_mm, double factor) const;
   double contrast() const { return tissue_grey - fluid_grey; }
 };
+
+/// As a scanner shows it: 60 dB from black to white, tissue 35 dB above the fluid. The grey levels are
+/// blurred: the edge is that of the picture. (A beam that blurs before the compression moves it by about one
+/// standard deviation towards the fluid.)
+inline constexpr KnownEcho kLogEcho{.fluid_grey = 5, .tissue_grey = 150, .spread_mm = 0.3, .range_db = 60};
 
 /// A half space. Its surface is perpendicular to y, then rotated about x, then about z.
 class KnownPlane final : public KnownSurface {

@@ -173,6 +173,50 @@ double steepest_position(const std::vector<double>& heights, std::size_t first, 
   return position + std::clamp(0.5 * (heights[peak - 1] - heights[peak + 1]) / curvature, -0.5, 0.5);
 }
 
+/// The first peak, interpolated, of which no later one has this share; -1 without one (`placed` in
+/// surface_place.h).
+double front_peak(const std::vector<double>& values, double share) {
+  double found = -1;
+  double highest = 1e-6;
+  for (std::size_t at = 0; at < values.size(); ++at) {
+    const double before = at > 0 ? values[at - 1] : -1;
+    const double after = at + 1 < values.size() ? values[at + 1] : -1;
+    constexpr double kAlike = 1.001;
+    const double reach = kAlike * values[at];
+    if (share * values[at] <= highest || reach < before || reach < after) continue;
+    const double curvature = before - 2 * values[at] + after;
+    const bool known = before >= 0 && after >= 0 && curvature < 0;
+    found = static_cast<double>(at) + (known ? std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5) : 0);
+    highest = values[at];
+  }
+  return found;
+}
+
+/// Where in the window about `position`, in samples of the run, the surface lies (surface_place.h).
+double placed(const Scene::Detector& detector, const std::vector<double>& run, double position) {
+  const auto window = static_cast<std::size_t>(detector.window);
+  const auto newest = std::min(
+      run.size() - 1, static_cast<std::size_t>(std::ceil(position + static_cast<double>(window / 2) - 1)));
+  const std::size_t oldest = newest + 1 - window;
+  const std::vector<double> values(run.begin() + static_cast<std::ptrdiff_t>(oldest),
+                                   run.begin() + static_cast<std::ptrdiff_t>(newest + 1));
+  if (detector.place == SurfacePlace::kRidge) {
+    const double ridge = front_peak(values, 1 / 1.001);
+    return ridge < 0 ? position : static_cast<double>(oldest) + ridge;
+  }
+  const std::size_t narrow = window >= 4 ? 2 : 1;
+  std::vector<double> steps(window, -1.0);
+  for (std::size_t at = narrow; at + narrow <= window; ++at) {
+    double sum = 0;
+    for (std::size_t each = 0; each < narrow; ++each) sum += values[at + each] - values[at - 1 - each];
+    steps[at] = detector.sign == EdgeSign::kEither         ? std::abs(sum)
+                : detector.sign == EdgeSign::kDarkToBright ? sum
+                                                           : -sum;
+  }
+  const double front = front_peak(steps, 0.4);
+  return front < 0 ? position : static_cast<double>(oldest) + front - 0.5;
+}
+
 /// The positions of all edges in a run of scanned samples, in samples from its first.
 std::vector<double> edge_positions(const Scene::Detector& detector, const std::vector<double>& run) {
   const double threshold = detector.threshold / 255;
@@ -181,8 +225,9 @@ std::vector<double> edge_positions(const Scene::Detector& detector, const std::v
   for (std::size_t at = 0; at < heights.size(); ++at) {
     const bool crosses = heights[at] > threshold && (at == 0 || heights[at - 1] <= threshold);
     if (!crosses) continue;
-    const double window = detector.place == SurfacePlace::kRefined ? steepest_position(heights, at, threshold)
-                                                                   : first_crossing(heights, at, threshold);
+    const double window = detector.place == SurfacePlace::kFirstCrossing
+                              ? first_crossing(heights, at, threshold)
+                              : steepest_position(heights, at, threshold);
     positions.push_back(window + 0.5 * (detector.window - 1));  // middle_of_window() in edge_detector.h
   }
   return positions;
@@ -199,8 +244,11 @@ double first_surface_mm(const Scene::Detector& detector, const RaySamples& sampl
       continue;
     }
     for (const double position : edge_positions(detector, run)) {
-      const double depth_mm = samples.depth_mm(static_cast<double>(index - run.size()) + position);
-      if (shown.holds(depth_mm)) return depth_mm;
+      const double first = static_cast<double>(index - run.size());
+      if (!shown.holds(samples.depth_mm(first + position))) continue;
+      const bool at_edge =
+          detector.place == SurfacePlace::kFirstCrossing || detector.place == SurfacePlace::kRefined;
+      return samples.depth_mm(first + (at_edge ? position : placed(detector, run, position)));
     }
     run.clear();
   }

@@ -77,21 +77,21 @@ double median(std::vector<double>& values) {
 }
 
 /// The fraction of the variance of a window that is not speckle (Lee 1980), coefficient a of guided_fit.comp.
-/// `noise`: standard deviation of speckle over its mean.
-double edge_fraction(const std::vector<double>& values, double noise) {
+/// `noise`: standard deviation of speckle over its mean; `levels`: of speckle that is added, in grey levels.
+double edge_fraction(const std::vector<double>& values, double noise, double levels) {
   const double middle = mean(values);
   double variance = 0;
   for (const double value : values) variance += (value - middle) * (value - middle);
   variance /= static_cast<double>(values.size());
-  const double speckle_variance = noise * middle * noise * middle;
+  const double speckle_variance = noise * middle * noise * middle + levels * levels;
   return variance > 0 ? std::max(0.0, 1 - speckle_variance / variance) : 0;
 }
 
 /// The guided filter with Lee's coefficients: a line a * grey + b in each window. A voxel gets the mean of
 /// the lines of all windows that contain it.
 Voxels guided(const Scene::Speckle& speckle, const Voxels& grey) {
-  const Voxels a =
-      over_windows(speckle, grey, [&](const auto& all) { return edge_fraction(all, speckle.noise); });
+  const Voxels a = over_windows(
+      speckle, grey, [&](const auto& all) { return edge_fraction(all, speckle.noise, speckle.levels); });
   Voxels b = over_windows(speckle, grey, mean);
   for (std::size_t at = 0; at < b.value.size(); ++at) b.value[at] *= 1 - a.value[at];
 

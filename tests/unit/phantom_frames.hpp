@@ -10,7 +10,9 @@
 
 namespace fanlight::test {
 
-inline constexpr PhantomSource::Config kSpeckled = {.pace = PhantomSource::Pace::kUnpaced};
+/// Linear: the theory of its speckle is known.
+inline constexpr PhantomSource::Config kSpeckled = {.scale = {.kind = EchoScale::Kind::kLinear},
+                                                    .pace = PhantomSource::Pace::kUnpaced};
 
 struct Frame {
   FrameStamp stamp;

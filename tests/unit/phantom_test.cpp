@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/unit/phantom_frames.hpp"
@@ -17,10 +18,13 @@ namespace {
 // A beam without thickness, so that a slanted surface is as sharp as a flat one.
 constexpr PhantomSource::Config kStill = {.beam_mm = 0,
                                           .speckle = PhantomSource::Speckle::kOff,
+                                          .scale = {.kind = EchoScale::Kind::kLinear},
                                           .motion = PhantomScene::Motion::kStill,
                                           .pace = PhantomSource::Pace::kUnpaced};
-constexpr PhantomSource::Config kPlain = {
-    .beam_mm = 0, .speckle = PhantomSource::Speckle::kOff, .pace = PhantomSource::Pace::kUnpaced};
+constexpr PhantomSource::Config kPlain = {.beam_mm = 0,
+                                          .speckle = PhantomSource::Speckle::kOff,
+                                          .scale = {.kind = EchoScale::Kind::kLinear},
+                                          .pace = PhantomSource::Pace::kUnpaced};
 
 /// Row at which the true surface crosses a column or scan line of a frame, from a fine search of the scene.
 std::optional<double> true_row(const PhantomSource& source, const FrameStamp& stamp, double column) {
@@ -275,6 +279,37 @@ TEST(Phantom, TheSpeckleIsRayleighAndCorrelated) {
   EXPECT_LT(correlation(0, 2), 0.4);
   EXPECT_LT(correlation(4, 0), 0.05);
   EXPECT_LT(correlation(0, 6), 0.05);
+}
+
+/// Mean and standard deviation of the grey levels in a square of tissue.
+std::pair<double, double> tissue_of(const PhantomSource::Config& config) {
+  const auto source = make(config);
+  for (int frame = 0; frame < 17; ++frame) next_stamp(*source);
+  const Frame frame = next(*source);
+  double sum = 0;
+  double squares = 0;
+  int pixels = 0;
+  for (std::uint32_t row = 400; row < 440; ++row) {
+    for (std::uint32_t column = 236; column < 276; ++column, ++pixels) {
+      const double grey = frame.pixels[row * config.columns + column];
+      sum += grey;
+      squares += grey * grey;
+    }
+  }
+  const double mean = sum / pixels;
+  return {mean, std::sqrt(squares / pixels - mean * mean)};
+}
+
+TEST(Phantom, IsLogCompressedAsScannersDoIt) {
+  PhantomSource::Config config{.motion = PhantomScene::Motion::kStill, .pace = PhantomSource::Pace::kUnpaced};
+  const auto [mean, deviation] = tissue_of(config);
+  EXPECT_NEAR(deviation / mean, 0.18, 0.04) << "real pictures have 0.12 to 0.17 before they are filtered";
+  // The logarithm of a Rayleigh distribution deviates by 5.57 dB.
+  EXPECT_NEAR(deviation, 5.57 * 255 / 60, 3);
+  config.scale.gain_db = 6;
+  EXPECT_NEAR(tissue_of(config).first, mean + 6 * 255 / 60.0, 1);
+  config.scale = {.range_db = 80};
+  EXPECT_NEAR(tissue_of(config).second, 5.57 * 255 / 80, 3);
 }
 
 TEST(Phantom, TakesOtherSizesOfTheSameField) {

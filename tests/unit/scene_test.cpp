@@ -228,13 +228,28 @@ TEST(Scene, FramesTheFanFromTheProbe) {
 }
 
 TEST(Scene, SpansAsMuchOfTheBodyWithItsWindowsInAPictureOfAnotherHeight) {
-  const Scene::Filter usual = Scene{}.filter;
-  EXPECT_EQ(scene_for(kFan, -0.6, 0.6).filter, usual);
+  const Scene::Filter usual = scene_for(kFan, -0.6, 0.6).filter;
+  EXPECT_EQ(usual.holes, Scene{}.filter.holes);
   const Scene::Filter half = scene_for(kFan, -0.6, 0.6, 256).filter;
+  EXPECT_EQ(half.size_mm, usual.size_mm);
   EXPECT_NEAR(half.size, usual.size / 2.0, 1);
   EXPECT_NEAR(half.holes, usual.holes / 2.0, 1);
   EXPECT_EQ(scene_for(kFan, -0.6, 0.6, 16).filter.islands, 1) << "none that a small picture could lose";
   EXPECT_EQ(scene_for(kFan, -0.6, 0.6, 2048).filter.size, find_scene_field("filter.size")->maximum);
+}
+
+TEST(Scene, HasTheWindowThatWasSetLast) {
+  Scene scene = scene_for(kFan, -0.6, 0.6);
+  for (const std::string_view name : {"speckle.size", "detector.window", "filter.size"}) {
+    const SceneField& counted = *find_scene_field(name);
+    const std::string in_mm = name == "detector.window" ? "detector.window_mm" : std::string(name) + "_mm";
+    const SceneField& measured = *find_scene_field(in_mm);
+    EXPECT_GT(measured.get(scene), 0) << name;
+    ASSERT_TRUE(set_field(scene, counted, counted.minimum));
+    EXPECT_EQ(measured.get(scene), 0) << name;
+    ASSERT_TRUE(set_field(scene, measured, 4));
+    EXPECT_EQ(counted.get(scene), counted.minimum) << name << " waits";
+  }
 }
 
 TEST(Scene, FramesAFanThatIsLargerThanAnyPicture) {

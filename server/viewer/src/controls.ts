@@ -4,6 +4,7 @@ import type { SceneField } from "../generated/fanlight_pb.js";
 import { element } from "./element";
 import type { FieldEffects } from "./field_effects";
 import { groupOf } from "./field_text";
+import type { MeasuredValues } from "./measured_values";
 import type { Values } from "./scene";
 import { SettingRows } from "./setting_rows";
 import type { SettingsEditor } from "./settings_editor";
@@ -20,8 +21,9 @@ export class Controls {
     fields: SceneField[],
     private readonly defaults: Values,
     probe: HTMLElement,
+    measured: MeasuredValues,
   ) {
-    this.rows = new SettingRows(editor, defaults, effects);
+    this.rows = new SettingRows(editor, defaults, effects, measured);
     form.onsubmit = (event) => event.preventDefault();
     const [main, ...groups] = sections(fields);
     form.replaceChildren(

@@ -23,6 +23,7 @@ import { canDecodeFilm } from "./film_decoder";
 import { LightHandle } from "./light_handle";
 import { LoginForm } from "./login_form";
 import { LivenessWatch } from "./liveness";
+import { MeasuredValues } from "./measured_values";
 import type { Condition } from "./notice";
 import { Orbit } from "./orbit";
 import { kOwnGroups, OwnView } from "./own_view";
@@ -118,6 +119,7 @@ const probeEditor: SettingsEditor = new SettingsEditor({
 });
 const probeGroup: ProbeGroup = new ProbeGroup(probeEditor);
 const effects = new FieldEffects(editor);
+const measured = new MeasuredValues(editor);
 const isLit = () => effects.missing("light") === undefined;
 const light = new LightHandle(editor, page.canvas, page.light, isLit);
 const orbit = new Orbit(editor, page.canvas);
@@ -217,7 +219,7 @@ function begin(newHello: Hello): void {
     orbit.start(newHello.fields, defaults);
     const unknown = unknownNames(newHello.fields);
     if (unknown.length > 0) console.warn(`The page knows settings that the server lacks: ${unknown.join(", ")}`);
-    controls = new Controls(page.form, editor, effects, newHello.fields, defaults, probeGroup.root);
+    controls = new Controls(page.form, editor, effects, newHello.fields, defaults, probeGroup.root, measured);
   }
   hello = newHello;
   if (hello.control) controlTold(hello.control);
@@ -334,6 +336,7 @@ function pictureShown(picture: Picture): void {
   probe.show(Number(picture.captureTimeNs) / 1e6);
   liveness.show(Number(picture.captureTimeNs) / 1e6);
   statistics.picture(picture);
+  if (measured.take(picture.levels)) controls?.refresh();
   light.placeMarker(); // the size of the picture may have changed
   showBusy();
   if (news) showCondition({ pictureShown: true, serverError: undefined });

@@ -5,6 +5,7 @@ import { hexOf, partsOf } from "./colour";
 import { element, typedBox } from "./element";
 import type { FieldEffects } from "./field_effects";
 import { choiceText, hintOf } from "./field_text";
+import type { MeasuredValues } from "./measured_values";
 import { numberBox, sliderOf } from "./number_inputs";
 import { numberOf, type Value, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
@@ -19,6 +20,9 @@ interface Frame {
   names: string[]; // of the fields in the row
 }
 
+/** Fields of MeasuredValues. */
+const kMeasured = ["detector.threshold", "speckle.levels"];
+
 export class SettingRows {
   private readonly refreshers: (() => void)[] = [];
 
@@ -26,6 +30,7 @@ export class SettingRows {
     private readonly editor: SettingsEditor,
     private readonly defaults: Values,
     private readonly effects: FieldEffects,
+    private readonly measured: MeasuredValues,
   ) {}
 
   /** `refresher` runs at every change of the scene. */
@@ -47,7 +52,23 @@ export class SettingRows {
     if (name === "transfer.points") return this.frame(frame, this.transferEditor(name), this.textBox(name));
     if (field.isText) return this.frame(frame, this.textBox(name));
     if (field.choices.length > 0) return this.frame(frame, this.select(field));
-    return this.frame(frame, this.numberBox(field), this.slider(field));
+    return this.frame(frame, this.numberBox(field), this.slider(field), ...this.measurement(name));
+  }
+
+  /** For a field that may ask for values from the data: the value in force, and a button that keeps it. */
+  private measurement(name: string): HTMLElement[] {
+    if (!kMeasured.includes(name)) return [];
+    const text = element("span", { className: "measured-text" });
+    const keep = element("button", { type: "button", className: "keep", textContent: "Keep" });
+    keep.dataset.keep = name;
+    keep.title = "Sets this value for all volumes to come";
+    keep.onclick = () => this.editor.set([[name, this.measured.valueOf(name) ?? 0]]);
+    const line = element("p", { className: "measured" }, text, keep);
+    this.onRefresh(() => {
+      text.textContent = this.measured.text(name);
+      line.hidden = text.textContent === "";
+    });
+    return [line];
   }
 
   resetButton(text: string, names: readonly string[], scope: string): HTMLButtonElement {

@@ -23,7 +23,7 @@ const kMain = new Map([
   ["mode", "Mode"],
   ["slice.depth_mm", "Slice depth"],
   ["detector.threshold", "Threshold"],
-  ["filter.size", "Filter size"],
+  ["filter.size_mm", "Filter size"],
   ["shadow.coefficient", "Shadow coefficient"],
 ]);
 

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+namespace fanlight {
+
+/// What the frames of a volume tell of their grey levels, 0 to 255, for the fields of a scene that ask for
+/// values from the data (renderer/parameters/effective_scene.hpp).
+struct EchoLevels {
+  double fluid = 0;    ///< median of the dark blocks
+  double tissue = 0;   ///< median of the bright blocks
+  double noise = 0;    ///< standard deviation of the speckle in bright blocks
+  bool known = false;  ///< false: the frames show nothing, and the other values mean nothing
+
+  /// The step that makes a surface: a share of what lies between fluid and tissue. Small, since
+  /// the halves of a detector's window reach beyond a thin bright surface, and a slanted one steps slowly.
+  double threshold() const { return std::clamp(0.16 * (tissue - fluid), 5.0, 100.0); }
+  /// Whether the speckle's deviation is proportional to its mean, as without log compression.
+  bool linear() const { return noise > kLeastLinearRatio * tissue; }
+
+  /// Between the ratios of log-compressed pictures (0.12 to 0.2) and of Rayleigh's distribution (0.52).
+  static constexpr double kLeastLinearRatio = 0.35;
+
+  bool operator==(const EchoLevels&) const = default;
+};
+
+/// For people: the values, and what follows from them.
+std::string sentence(const EchoLevels& levels);
+
+}  // namespace fanlight

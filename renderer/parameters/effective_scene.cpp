@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/parameters/effective_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fanlight {
+
+namespace {
+
+// The ranges of speckle.size and filter.size.
+constexpr int kLeastSpeckle = 3;
+constexpr int kMostSpeckle = 7;
+constexpr int kMostFilter = 31;
+
+/// The odd number of pixels nearest to a length, limited.
+int odd_pixels(double length_mm, double pixel_mm, int least, int most) {
+  const double radius = std::clamp(length_mm / pixel_mm, 0.0, 1e6) / 2;
+  return std::clamp(2 * static_cast<int>(std::lround(radius - 0.5)) + 1, least, most);
+}
+
+/// The even number of samples nearest to a length, limited.
+int even_samples(double length_mm, double step_mm) {
+  return std::clamp(2 * static_cast<int>(std::lround(length_mm / step_mm / 2)), 2, kMostDetectorWindow);
+}
+
+void take_noise(Scene::Speckle& speckle, const EchoLevels& levels) {
+  if (speckle.noise > 0 || speckle.levels > 0) return;
+  if (!levels.known) {
+    speckle.noise = Scene::Speckle{}.noise;
+  } else if (levels.linear()) {
+    speckle.noise = levels.noise / levels.tissue;
+  } else {
+    speckle.levels = levels.noise;
+  }
+}
+
+}  // namespace
+
+Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSize size,
+                      const EchoLevels& levels) {
+  Scene made = scene;
+  if (scene.detector.window_mm > 0) {
+    const double finest_mm =
+        std::max(geometry.finest_mm(), (scene.rays.end_mm - scene.rays.start_mm) / (kMostSamplesOnARay - 1));
+    made.rays.step_mm = sample_step_mm(scene, finest_mm);
+    made.detector.window = even_samples(scene.detector.window_mm, made.rays.step_mm);
+  }
+  if (scene.speckle.size_mm > 0)
+    made.speckle.size =
+        odd_pixels(scene.speckle.size_mm, geometry.pixel_height_mm, kLeastSpeckle, kMostSpeckle);
+  if (scene.filter.size_mm > 0)
+    made.filter.size = odd_pixels(scene.filter.size_mm, scene.camera.field_mm / size.height, 1, kMostFilter);
+  take_noise(made.speckle, levels);
+  if (scene.detector.threshold == 0)
+    made.detector.threshold = levels.known ? levels.threshold() : Scene::Detector{}.threshold;
+  return made;
+}
+
+}  // namespace fanlight

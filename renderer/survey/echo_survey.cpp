@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/survey/echo_survey.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "renderer/survey/scanned_sector.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// Side of a block, pixels: that of the guided filter's largest window, so that both see the same deviation.
+constexpr std::uint32_t kSide = 7;
+constexpr std::uint32_t kMostFrames = 16;
+constexpr std::uint32_t kMostAcross = 24;  // blocks of a frame
+constexpr std::uint32_t kMostDown = 24;
+// Levels that lie closer together are one.
+constexpr double kLeastStep = 4;
+// Of the steady mean.
+constexpr double kShareOfNew = 0.2;
+constexpr double kLeastChange = 0.1;
+
+using Histogram = std::array<std::uint32_t, 256>;
+
+struct Block {
+  double mean = 0;
+  double deviation = 0;
+};
+
+Block block_at(std::span<const std::uint8_t> pixels, std::uint32_t columns, std::uint32_t column,
+               std::uint32_t row) {
+  std::uint32_t sum = 0;
+  std::uint32_t squares = 0;
+  for (std::uint32_t down = 0; down < kSide; ++down) {
+    const std::uint8_t* const line = &pixels[std::size_t{row + down} * columns + column];
+    for (std::uint32_t across = 0; across < kSide; ++across) {
+      sum += line[across];
+      squares += std::uint32_t{line[across]} * line[across];
+    }
+  }
+  constexpr double kPixels = kSide * kSide;
+  const double mean = sum / kPixels;
+  return {.mean = mean, .deviation = std::sqrt(std::max(0.0, squares / kPixels - mean * mean))};
+}
+
+/// Calls `use(block)` for the blocks of a grid over some frames, where the probe has scanned them.
+template <typename Use>
+void for_each_block(const Volume& volume, Use&& use) {
+  const FanGeometry& geometry = volume.geometry();
+  const auto order = volume.by_angle();
+  const auto frames = std::min<std::uint32_t>(kMostFrames, static_cast<std::uint32_t>(order.size()));
+  if (geometry.columns < kSide || geometry.rows < kSide) return;
+  const std::uint32_t across = std::min(kMostAcross, geometry.columns / kSide);
+  const std::uint32_t down = std::min(kMostDown, geometry.rows / kSide);
+  for (std::uint32_t frame = 0; frame < frames; ++frame) {
+    const auto pixels = volume.frame_pixels(order[(2 * frame + 1) * order.size() / (2 * frames)]);
+    for (std::uint32_t j = 0; j < down; ++j) {
+      const std::uint32_t row = j * (geometry.rows - kSide) / std::max(1U, down - 1);
+      for (std::uint32_t i = 0; i < across; ++i) {
+        const std::uint32_t column = i * (geometry.columns - kSide) / std::max(1U, across - 1);
+        constexpr double kMiddle = (kSide - 1) / 2.0;
+        if (in_sector(geometry, column + kMiddle, row + kMiddle))
+          use(block_at(pixels, geometry.columns, column, row));
+      }
+    }
+  }
+}
+
+std::size_t bin_of(double level) {
+  return static_cast<std::size_t>(std::clamp(std::lround(level), 0L, 255L));
+}
+
+double median_of(const Histogram& counts, std::size_t from, std::size_t to) {
+  std::uint64_t all = 0;
+  for (std::size_t bin = from; bin < to; ++bin) all += counts[bin];
+  std::uint64_t below = 0;
+  for (std::size_t bin = from; bin < to; ++bin) {
+    below += counts[bin];
+    if (2 * below >= all && all > 0) return static_cast<double>(bin);
+  }
+  return 0;
+}
+
+/// The first bin of the bright class: the largest variance between the classes. 0 without two classes.
+std::size_t parted_at(const Histogram& counts) {
+  double all = 0;
+  double sum = 0;
+  for (std::size_t bin = 0; bin < counts.size(); ++bin) {
+    all += counts[bin];
+    sum += static_cast<double>(bin) * counts[bin];
+  }
+  double dark = 0;
+  double dark_sum = 0;
+  double best = -1;
+  std::size_t at = 0;
+  for (std::size_t bin = 0; bin + 1 < counts.size(); ++bin) {
+    dark += counts[bin];
+    dark_sum += static_cast<double>(bin) * counts[bin];
+    if (dark == 0 || dark == all) continue;
+    const double apart = dark_sum / dark - (sum - dark_sum) / (all - dark);
+    const double between = dark * (all - dark) * apart * apart;
+    if (between <= best) continue;
+    best = between;
+    at = bin + 1;
+  }
+  return at;
+}
+
+}  // namespace
+
+EchoLevels measured_levels(const Volume& volume) {
+  Histogram means{};
+  for_each_block(volume, [&](const Block& block) { ++means[bin_of(block.mean)]; });
+  const std::size_t bright = parted_at(means);
+  if (bright == 0) return {};
+  EchoLevels levels{.fluid = median_of(means, 0, bright), .tissue = median_of(means, bright, means.size())};
+  Histogram deviations{};
+  for_each_block(volume, [&](const Block& block) {
+    if (bin_of(block.mean) >= bright) ++deviations[bin_of(block.deviation)];
+  });
+  levels.noise = std::max(1.0, median_of(deviations, 0, deviations.size()));
+  levels.known = levels.tissue - levels.fluid >= kLeastStep;
+  return levels;
+}
+
+void SteadyLevels::add(const EchoLevels& measured) {
+  if (!measured.known) return;
+  if (!mean_.known) {
+    mean_ = in_force_ = measured;
+    return;
+  }
+  const auto follow = [](double& mean, double value) { mean += kShareOfNew * (value - mean); };
+  follow(mean_.fluid, measured.fluid);
+  follow(mean_.tissue, measured.tissue);
+  follow(mean_.noise, measured.noise);
+  const auto differ = [](double from, double to) { return std::abs(to - from) > kLeastChange * from; };
+  if (differ(in_force_.threshold(), mean_.threshold()) || differ(in_force_.noise, mean_.noise))
+    in_force_ = mean_;
+}
+
+}  // namespace fanlight

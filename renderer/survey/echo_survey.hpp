@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "proto/model/echo_levels.hpp"
+#include "proto/model/volume.hpp"
+
+namespace fanlight {
+
+/// The levels of one volume: from some ten thousand blocks of pixels, which the method of Otsu (1979, "A
+/// threshold selection method from gray-level histograms") parts into dark and bright ones. Medians, so that
+/// blocks on an edge do not count. Below a millisecond; does not allocate.
+EchoLevels measured_levels(const Volume& volume);
+
+/// Levels that are steady over volumes: a slow mean, and what is in force follows it in steps of a tenth.
+class SteadyLevels {
+ public:
+  const EchoLevels& in_force() const { return in_force_; }
+  void add(const EchoLevels& measured);
+
+ private:
+  EchoLevels mean_;
+  EchoLevels in_force_;
+};
+
+}  // namespace fanlight

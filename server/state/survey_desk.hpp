@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "proto/base/result.hpp"
+#include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/survey.hpp"
+#include "proto/fanlight.pb.h"
+
+namespace fanlight {
+
+/// Passes displays' wishes to find the surface to the render thread, one at a time, and its answers back. A
+/// wish that comes while the render thread looks waits for the next look. Server thread only.
+class SurveyDesk {
+ public:
+  /// Wishes that wait for an answer.
+  static constexpr std::size_t kMostWishes = 16;
+
+  /// The answer to one wish.
+  struct Answer {
+    std::uint64_t session = 0;
+    v1::SurveyReply reply;
+  };
+
+  /// Both must outlive this object; null: there is no renderer that looks.
+  SurveyDesk(Mailbox<SurveyOrder>* orders, Mailbox<SurveyResult>* results)
+      : orders_(orders), results_(results) {}
+
+  /// `scene`: the scene in force. Error: kUnavailable where too many wishes wait, or nobody looks.
+  Result<void> wish(std::uint64_t session, std::uint64_t request_id, const Scene& scene);
+
+  /// The answers that have come since the last call. `scene`: as above, for the wishes that waited.
+  std::vector<Answer> answers(const Scene& scene);
+
+ private:
+  struct Wish {
+    std::uint64_t session = 0;
+    std::uint64_t request_id = 0;
+    std::uint64_t order = 0;  // 0: waits for the next one
+  };
+  void order(const Scene& scene);
+
+  Mailbox<SurveyOrder>* orders_;
+  Mailbox<SurveyResult>* results_;
+  std::vector<Wish> wishes_;
+  std::uint64_t ordered_ = 0;  // number of the newest order
+  bool looking_ = false;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Grey levels from the data, and what a scene takes from them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "renderer/parameters/effective_scene.hpp"
+#include "renderer/survey/echo_survey.hpp"
+#include "tests/support/made_volume.hpp"
+
+namespace fanlight::test {
+namespace {
+
+const FanGeometry kHalfMmGeometry{.columns = 140,
+                                  .rows = 168,
+                                  .pixel_width_mm = 0.5,
+                                  .pixel_height_mm = 0.5,
+                                  .face_column = 69.5,
+                                  .face_row = 0,
+                                  .motor_radius_mm = 30};
+const std::vector<double> kFiveAnglesRad = {-0.2, -0.1, 0, 0.1, 0.2};
+
+/// Tissue below 50 mm.
+template <typename Grey>
+Volume half_filled(Grey grey) {
+  return made_volume(kHalfMmGeometry, kFiveAnglesRad, [&](const Point& at) { return grey(at.y_mm > 50); });
+}
+
+Volume log_compressed() {
+  std::mt19937 bits(3);
+  std::normal_distribution<double> speckle(0, 20);
+  return half_filled([&](bool tissue) { return (tissue ? 140 : 8) + speckle(bits); });
+}
+
+Volume not_compressed() {
+  std::mt19937 bits(3);
+  std::weibull_distribution<double> rayleigh(2, 2 / std::sqrt(kPi));  // of mean 1
+  return half_filled([&](bool tissue) { return (tissue ? 90 : 6) * rayleigh(bits); });
+}
+
+TEST(EchoLevelsTest, OfLogCompressedFrames) {
+  const EchoLevels levels = measured_levels(log_compressed());
+  EXPECT_TRUE(levels.known);
+  EXPECT_NEAR(levels.fluid, 12, 4) << "black cuts half of the speckle off";
+  EXPECT_NEAR(levels.tissue, 140, 3);
+  EXPECT_NEAR(levels.noise, 20, 2);
+  EXPECT_FALSE(levels.linear());
+  EXPECT_NEAR(levels.threshold(), 0.16 * 128, 2);
+}
+
+TEST(EchoLevelsTest, OfFramesThatAreNotCompressed) {
+  const EchoLevels levels = measured_levels(not_compressed());
+  EXPECT_NEAR(levels.tissue, 90, 5);
+  EXPECT_NEAR(levels.noise / levels.tissue, 0.5, 0.07);
+  EXPECT_TRUE(levels.linear());
+}
+
+TEST(EchoLevelsTest, AreUnknownWhereTheFramesShowNothing) {
+  EXPECT_FALSE(measured_levels(half_filled([](bool) { return 0; })).known);
+  EXPECT_FALSE(measured_levels(half_filled([](bool) { return 77; })).known);
+}
+
+TEST(EchoLevelsTest, StayOutsideTheSectorOut) {
+  FanGeometry sector = kHalfMmGeometry;
+  sector.probe_radius_mm = 20;
+  sector.sector = {.half_angle_deg = 20, .reach_mm = 90};
+  const Volume volume = made_volume(sector, kFiveAnglesRad, [&](const Point& at) {
+    const double rho_mm = std::hypot(at.y_mm + 30, at.z_mm) - 30;  // depth in its frame
+    const double across_deg = degrees(std::atan2(std::abs(at.x_mm), rho_mm + 20));
+    return across_deg > 20 ? 0 : rho_mm > 40 ? 150 : 60;
+  });
+  EXPECT_NEAR(measured_levels(volume).fluid, 60, 2) << "not the black border";
+}
+
+TEST(SteadyLevelsTest, FollowSlowlyAndInSteps) {
+  const EchoLevels first{.fluid = 10, .tissue = 110, .noise = 20, .known = true};
+  SteadyLevels steady;
+  EXPECT_FALSE(steady.in_force().known);
+  steady.add({});
+  EXPECT_FALSE(steady.in_force().known);
+  steady.add(first);
+  EXPECT_EQ(steady.in_force(), first);
+  EchoLevels little = first;
+  little.tissue = 115;
+  for (int volume = 0; volume < 50; ++volume) steady.add(little);
+  EXPECT_EQ(steady.in_force(), first) << "5 % are no reason to prepare the frames anew";
+  EchoLevels other = first;
+  other.tissue = 210;
+  steady.add(other);
+  EXPECT_NEAR(steady.in_force().tissue, 134, 1) << "a fifth of the way from 115";
+  for (int volume = 0; volume < 50; ++volume) steady.add(other);
+  EXPECT_NEAR(steady.in_force().tissue, 210, 10);
+  steady.add({});
+  EXPECT_NEAR(steady.in_force().tissue, 210, 10) << "a volume that shows nothing tells nothing";
+}
+
+TEST(EffectiveSceneTest, TurnsMillimetresIntoSamplesAndPixels) {
+  Scene scene;
+  scene.rays.end_mm = 80;
+  scene.detector.window_mm = 6;
+  scene.speckle.size_mm = 2.2;
+  scene.filter.size_mm = 6.5;
+  scene.camera.field_mm = 100;
+  const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 200}, {});
+  EXPECT_EQ(made.rays.step_mm, 0.5);
+  EXPECT_EQ(made.detector.window, 12);
+  EXPECT_EQ(made.speckle.size, 5);
+  EXPECT_EQ(made.filter.size, 13);
+  scene.camera.field_mm = 10;
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 200}, {}).filter.size, 31) << "the widest there is";
+}
+
+TEST(EffectiveSceneTest, WidensTheStepUntilTheWindowFits) {
+  Scene scene;
+  scene.rays.end_mm = 40;
+  scene.detector.window_mm = 8;
+  FanGeometry fine = kHalfMmGeometry;
+  fine.pixel_width_mm = fine.pixel_height_mm = 0.08;
+  const Scene made = effective_scene(scene, fine, {512, 512}, {});
+  EXPECT_EQ(made.rays.step_mm, 0.25);
+  EXPECT_EQ(made.detector.window, 32);
+  scene.rays.step_mm = 0.1;
+  EXPECT_EQ(effective_scene(scene, fine, {512, 512}, {}).rays.step_mm, 0.1) << "the user's step stays";
+}
+
+TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
+  Scene scene;
+  scene.detector.threshold = 0;
+  scene.speckle.noise = 0;
+  const EchoLevels log{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
+  const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, log);
+  EXPECT_EQ(made.detector.threshold, 16);
+  EXPECT_EQ(made.speckle.levels, 18);
+  EXPECT_EQ(made.speckle.noise, 0);
+  const EchoLevels linear{.fluid = 6, .tissue = 100, .noise = 50, .known = true};
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).speckle.noise, 0.5);
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).speckle.levels, 0);
+  const Scene unknown = effective_scene(scene, kHalfMmGeometry, {512, 512}, {});
+  EXPECT_EQ(unknown.detector.threshold, Scene::Detector{}.threshold);
+  EXPECT_EQ(unknown.speckle.noise, Scene::Speckle{}.noise);
+}
+
+TEST(EffectiveSceneTest, LeavesWhatTheUserHasSet) {
+  Scene scene;
+  scene.detector.threshold = 31;
+  scene.speckle.noise = 0;
+  scene.speckle.levels = 7;
+  const EchoLevels levels{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
+  const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, levels);
+  EXPECT_EQ(first_pass_changed(scene, made), FirstPass::kNone);
+}
+
+}  // namespace
+}  // namespace fanlight::test
