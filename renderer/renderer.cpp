@@ -115,14 +115,14 @@ Result<void> Renderer::load(const Volume& volume, Loading loading) {
   const auto commit_numbers = volume.commit_numbers();
   newest_commit_number_ = commit_numbers.empty() ? 0 : *std::ranges::max_element(commit_numbers);
   const EchoLevels measured = measured_levels(volume);
-  const bool first = !levels_.in_force().known;
-  if (first) levels_.add(measured);
+  const bool other = levels_.is_other(measured);
+  if (other) levels_.add(measured);
   // A volume that does not fit takes the other slot, so that a refusal leaves the shown picture.
   const bool completes = replaces_frames() && slots_[newest_]->slot.suits(volume);
   auto loaded = completes ? complete_newest(volume, loading) : load_into_other(volume, loading);
   if (loaded) largest_volume_bytes_ = std::max(largest_volume_bytes_, bytes_of(volume));
   // For the next volume, whose first frames pass 0 prepares before the last ones come.
-  if (!first) levels_.add(measured);
+  if (!other) levels_.add(measured);
   return loaded;
 }
 

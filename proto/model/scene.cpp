@@ -66,7 +66,7 @@ namespace {
 // Windows of scene_for(): a few resolution cells of usual probes.
 constexpr double kSpeckleMm = 2.2;
 constexpr double kDetectorMm = 6;
-constexpr double kFilterMm = 6.5;
+constexpr double kFilterMm = 6;
 
 }  // namespace
 

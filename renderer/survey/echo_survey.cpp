@@ -22,6 +22,15 @@ constexpr double kLeastStep = 4;
 // Of the steady mean.
 constexpr double kShareOfNew = 0.2;
 constexpr double kLeastChange = 0.1;
+constexpr double kOtherChange = 0.5;
+
+bool differ(double from, double to, double share) {
+  return std::abs(to - from) > share * from;
+}
+
+bool differ(const EchoLevels& from, const EchoLevels& to, double share) {
+  return differ(from.threshold(), to.threshold(), share) || differ(from.noise, to.noise, share);
+}
 
 using Histogram = std::array<std::uint32_t, 256>;
 
@@ -126,9 +135,13 @@ EchoLevels measured_levels(const Volume& volume) {
   return levels;
 }
 
+bool SteadyLevels::is_other(const EchoLevels& measured) const {
+  return measured.known && (!mean_.known || differ(mean_, measured, kOtherChange));
+}
+
 void SteadyLevels::add(const EchoLevels& measured) {
   if (!measured.known) return;
-  if (!mean_.known) {
+  if (is_other(measured)) {
     mean_ = in_force_ = measured;
     return;
   }
@@ -136,9 +149,7 @@ void SteadyLevels::add(const EchoLevels& measured) {
   follow(mean_.fluid, measured.fluid);
   follow(mean_.tissue, measured.tissue);
   follow(mean_.noise, measured.noise);
-  const auto differ = [](double from, double to) { return std::abs(to - from) > kLeastChange * from; };
-  if (differ(in_force_.threshold(), mean_.threshold()) || differ(in_force_.noise, mean_.noise))
-    in_force_ = mean_;
+  if (differ(in_force_, mean_, kLeastChange)) in_force_ = mean_;
 }
 
 }  // namespace fanlight

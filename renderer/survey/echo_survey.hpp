@@ -11,11 +11,15 @@ namespace fanlight {
 /// blocks on an edge do not count. Below a millisecond; does not allocate.
 EchoLevels measured_levels(const Volume& volume);
 
-/// Levels that are steady over volumes: a slow mean, and what is in force follows it in steps of a tenth.
+/// Levels that are steady over volumes: a slow mean, and what is in force follows it in steps of a tenth. A
+/// change by half, as of another gain or another recording, is in force at once.
 class SteadyLevels {
  public:
   const EchoLevels& in_force() const { return in_force_; }
   void add(const EchoLevels& measured);
+
+  /// Whether add() would put these in force at once: the first ones, or a change by half.
+  bool is_other(const EchoLevels& measured) const;
 
  private:
   EchoLevels mean_;

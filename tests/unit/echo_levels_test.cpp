@@ -85,14 +85,21 @@ TEST(SteadyLevelsTest, FollowSlowlyAndInSteps) {
   little.tissue = 115;
   for (int volume = 0; volume < 50; ++volume) steady.add(little);
   EXPECT_EQ(steady.in_force(), first) << "5 % are no reason to prepare the frames anew";
+  EchoLevels more = first;
+  more.tissue = 155;
+  EXPECT_FALSE(steady.is_other(more));
+  for (int volume = 0; volume < 3; ++volume) steady.add(more);
+  EXPECT_GT(steady.in_force().tissue, 120);
+  EXPECT_LT(steady.in_force().tissue, 150) << "not the whole way yet";
+  for (int volume = 0; volume < 50; ++volume) steady.add(more);
+  EXPECT_NEAR(steady.in_force().tissue, 155, 15);
   EchoLevels other = first;
-  other.tissue = 210;
+  other.noise = 3;
+  EXPECT_TRUE(steady.is_other(other));
   steady.add(other);
-  EXPECT_NEAR(steady.in_force().tissue, 134, 1) << "a fifth of the way from 115";
-  for (int volume = 0; volume < 50; ++volume) steady.add(other);
-  EXPECT_NEAR(steady.in_force().tissue, 210, 10);
+  EXPECT_EQ(steady.in_force(), other) << "another gain, or another recording";
   steady.add({});
-  EXPECT_NEAR(steady.in_force().tissue, 210, 10) << "a volume that shows nothing tells nothing";
+  EXPECT_EQ(steady.in_force(), other) << "a volume that shows nothing tells nothing";
 }
 
 TEST(EffectiveSceneTest, TurnsMillimetresIntoSamplesAndPixels) {
