@@ -156,8 +156,7 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
       return light(state, history);
     case PrivateStep::kLightShared:
       take_request(state, shown);
-      if (auto copied = view.copy_cast(gpu_, shown.slot.view(), shown.slot.bindings()); !copied)
-        return copied;
+      view.copy_cast(gpu_, shown.slot.view(), shown.slot.bindings());
       view.follow(gpu_, shown.previous.view());
       return light(state, history);
     case PrivateStep::kBeginCast:

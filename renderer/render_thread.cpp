@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "proto/base/clock.hpp"
+#include "renderer/survey/auto_scene.hpp"
 
 namespace fanlight {
 
@@ -96,6 +97,7 @@ Result<void> RenderThread::step() {
   if (auto taken = take_volume(); !taken) return taken;
   take_frames();
   if (auto taken = take_private_views(); !taken) return taken;
+  take_survey_order();
   report();
   if (auto advanced = renderer().advance(); !advanced) return advanced;
   if (renderer().collect(to_.pictures.draft())) {
@@ -180,6 +182,31 @@ Result<void> RenderThread::take_private_views() {
   }
   if (!std::exchange(views_due_, false)) return {};
   return renderer().want(views_);
+}
+
+void RenderThread::take_survey_order() {
+  if (to_.survey_orders == nullptr) return;
+  const SurveyOrder* const order = to_.survey_orders->newest();
+  if (order == nullptr) return;
+  using Outcome = SurveyResult::Outcome;
+  SurveyResult& result = to_.survey_results->draft();
+  result.number = order->number;
+  result.choices.clear();
+  result.outcome = Outcome::kNoVolume;
+  if (volume_) {
+    try {
+      const auto found = auto_scene(*volume_, order->scene, renderer().config().size);
+      result.outcome = found ? Outcome::kFound : Outcome::kNoSurface;
+      if (found) {
+        result.scene = found->scene;
+        result.choices = found->choices;
+      }
+    } catch (const std::bad_alloc&) {
+      result.outcome = Outcome::kNoMemory;  // the picture goes on
+    }
+  }
+  to_.survey_results->publish();
+  to_.counters.turn_began_ns.set(now_ns());  // the driver had no part in this
 }
 
 void RenderThread::report() {

@@ -9,6 +9,7 @@
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/render_health.hpp"
+#include "proto/exchange/survey.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
 #include "renderer/device_disposal.hpp"
@@ -47,6 +48,9 @@ class RenderThread {
     Mailbox<PrivateViews>* private_views = nullptr;
     /// Receives the private views that ended because of an error; may be null.
     Mailbox<PrivateViewEnds>* private_view_ends = nullptr;
+    /// Orders to look for the surface of the last volume, and what was found; both null, or neither.
+    Mailbox<SurveyOrder>* survey_orders = nullptr;
+    Mailbox<SurveyResult>* survey_results = nullptr;
     /// Receives the health whenever it changes; may be null. Its slots are roomy_health().
     Mailbox<RenderHealth>* health = nullptr;
     /// Empty: a lost GPU ends the thread.
@@ -72,6 +76,7 @@ class RenderThread {
   Result<void> load(Renderer::Loading loading);
   void take_frames();
   Result<void> take_private_views();
+  void take_survey_order();
   void report();
   void measure_busy();
   void take_scene();

@@ -110,8 +110,9 @@ float first_surface(float surface, float position, Ray ray, vec2 shown) {
   return is_surface ? position : surface;
 }
 
-// The depth of a surface at this position, mm; FANLIGHT_NO_SURFACE without one.
-float depth_of(float surface, Ray ray) {
+// The depth of a surface whose edge lies at this position, mm; FANLIGHT_NO_SURFACE without one. A place
+// outside what is shown moves to its border.
+float depth_of(float surface, Ray ray, vec2 shown) {
   if (kPlace == FANLIGHT_PLACE_TWO_SCALES || kPlace == FANLIGHT_PLACE_RIDGE) {
     bool pending = surface >= 0.0;
     while (pending) {
@@ -119,7 +120,8 @@ float depth_of(float surface, Ray ray) {
       pending = false;
     }
   }
-  return surface >= 0.0 ? rays.start + surface * ray.spacing : FANLIGHT_NO_SURFACE;
+  float depth_mm = clamp(rays.start + surface * ray.spacing, shown.x, shown.y);
+  return surface >= 0.0 ? depth_mm : FANLIGHT_NO_SURFACE;
 }
 
 RayResult cast_ray(Ray ray, uvec4 segment_mask) {
@@ -159,7 +161,7 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
     }
   }
   surface = first_surface(surface, last_edge(detector), ray, shown);
-  return RayResult(depth_of(surface, ray), colour_of(accumulator), uint(int(index)));
+  return RayResult(depth_of(surface, ray, shown), colour_of(accumulator), uint(int(index)));
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch

@@ -17,7 +17,7 @@ struct SurveyOrder {
 
 /// The answer to the newest order.
 struct SurveyResult {
-  enum class Outcome : std::uint8_t { kNoVolume, kNoSurface, kFound };
+  enum class Outcome : std::uint8_t { kNoVolume, kNoMemory, kNoSurface, kFound };
   std::uint64_t number = 0;  ///< of the order
   Outcome outcome = Outcome::kNoVolume;
   Scene scene;                       ///< kFound

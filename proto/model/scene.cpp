@@ -31,8 +31,14 @@ Result<void> check(const Scene& scene) {
   return {};
 }
 
+bool finds_surface(Mode mode) {
+  return mode == Mode::kSurface || mode == Mode::kSurfaceAndVolume || mode == Mode::kDepth ||
+         mode == Mode::kSlices;
+}
+
 double sample_step_mm(const Scene& scene, double finest_mm) {
   if (scene.rays.step_mm > 0) return scene.rays.step_mm;
+  if (!finds_surface(scene.mode)) return finest_mm;
   return std::max(finest_mm, scene.detector.window_mm / kMostDetectorWindow);
 }
 
@@ -41,7 +47,10 @@ void limit(Scene& scene) {
     if (field.is_text()) continue;
     const double value = field.get(scene);
     const double limited = std::clamp(value, field.minimum, field.maximum);
-    if (limited != value) field.set(scene, limited);
+    if (limited == value) continue;
+    Scene within = scene;
+    field.set(within, limited);
+    field.copy(scene, within);  // this field alone: a counted window does not take the place of one in mm
   }
 }
 

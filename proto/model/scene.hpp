@@ -237,8 +237,11 @@ inline constexpr double kMostSamplesOnARay = 8192;
 /// Samples that a detector's window may have.
 inline constexpr int kMostDetectorWindow = 32;
 
-/// Distance of samples along a ray, mm: that of the scene, else the finest distance of pixels, but so that a
-/// detector's window in mm fits into the samples that a window may have.
+/// Whether the picture needs surfaces.
+bool finds_surface(Mode mode);
+
+/// Distance of samples along a ray, mm: that of the scene, else the finest distance of pixels; in modes that
+/// need surfaces so that a detector's window in mm fits into the samples that a window may have.
 double sample_step_mm(const Scene& scene, double finest_mm);
 
 /// Rules that concern several fields: rays must start before they end and take at most kMostSamplesOnARay

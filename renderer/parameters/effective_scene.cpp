@@ -25,7 +25,7 @@ int even_samples(double length_mm, double step_mm) {
 }
 
 void take_noise(Scene::Speckle& speckle, const EchoLevels& levels) {
-  if (speckle.noise > 0 || speckle.levels > 0) return;
+  if (speckle.filter != SpeckleFilter::kGuided || speckle.noise > 0 || speckle.levels > 0) return;
   if (!levels.known) {
     speckle.noise = Scene::Speckle{}.noise;
   } else if (levels.linear()) {
@@ -50,10 +50,12 @@ Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSi
     made.speckle.size =
         odd_pixels(scene.speckle.size_mm, geometry.pixel_height_mm, kLeastSpeckle, kMostSpeckle);
   if (scene.filter.size_mm > 0)
-    made.filter.size = odd_pixels(scene.filter.size_mm, scene.camera.field_mm / size.height, 1, kMostFilter);
+    made.filter.size = odd_pixels(scene.filter.size_mm, viewport(scene, size).pixel_mm, 1, kMostFilter);
   take_noise(made.speckle, levels);
   if (scene.detector.threshold == 0)
     made.detector.threshold = levels.known ? levels.threshold() : Scene::Detector{}.threshold;
+  // What is not different must compare as equal.
+  made.detector.window_mm = made.speckle.size_mm = made.filter.size_mm = 0;
   return made;
 }
 

@@ -9,8 +9,9 @@
 namespace fanlight {
 
 /// The scene with a number for everything that it leaves to the data or gives in mm: samples in the
-/// detector's window, pixels in the windows of the speckle filter and of the depth filter, threshold and
-/// noise. Windows are limited to the ranges of their fields. Without known levels, the defaults of Scene.
+/// detector's window, pixels in the windows of the speckle filter and of the depth filter (their fields in mm
+/// are 0 then), threshold and noise. Windows are limited to the ranges of their fields. Without known levels,
+/// the defaults of Scene.
 Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSize size,
                       const EchoLevels& levels);
 

@@ -77,6 +77,7 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   choose(fmt::format("rays begin {:.0f} mm before its nearest part and end {:.0f} mm behind its farthest",
                      kSurveyWindowMm, kBehindMm));
 
+  to.rays.step_mm = 0;
   to.detector.window_mm = 2 * kSurveyWindowMm;
   to.detector.threshold = survey->threshold;
   to.detector.sign = EdgeSign::kDarkToBright;

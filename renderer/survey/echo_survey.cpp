@@ -62,6 +62,8 @@ void for_each_block(const Volume& volume, Use&& use) {
   const auto order = volume.by_angle();
   const auto frames = std::min<std::uint32_t>(kMostFrames, static_cast<std::uint32_t>(order.size()));
   if (geometry.columns < kSide || geometry.rows < kSide) return;
+  // Where the sector is not known, what is all black is the border of the scanner's picture.
+  const bool has_border = geometry.kind == FrameKind::kCartesian && geometry.sector.half_angle_deg == 0;
   const std::uint32_t across = std::min(kMostAcross, geometry.columns / kSide);
   const std::uint32_t down = std::min(kMostDown, geometry.rows / kSide);
   for (std::uint32_t frame = 0; frame < frames; ++frame) {
@@ -71,8 +73,9 @@ void for_each_block(const Volume& volume, Use&& use) {
       for (std::uint32_t i = 0; i < across; ++i) {
         const std::uint32_t column = i * (geometry.columns - kSide) / std::max(1U, across - 1);
         constexpr double kMiddle = (kSide - 1) / 2.0;
-        if (in_sector(geometry, column + kMiddle, row + kMiddle))
-          use(block_at(pixels, geometry.columns, column, row));
+        if (!in_sector(geometry, column + kMiddle, row + kMiddle)) continue;
+        const Block block = block_at(pixels, geometry.columns, column, row);
+        if (!has_border || block.mean > 0) use(block);
       }
     }
   }

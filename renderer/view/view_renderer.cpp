@@ -73,17 +73,14 @@ void ViewRenderer::follow(const Gpu& gpu, const ViewRenderer& other) {
   descriptors_.write(gpu, FANLIGHT_BINDING_PREVIOUS_DEPTH, other.memory_.steady);
 }
 
-Result<void> ViewRenderer::copy_cast(const Gpu& gpu, const ViewRenderer& other,
-                                     const VolumeBindings& volume) {
+void ViewRenderer::copy_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume) {
   bind(gpu, volume);
   farthest_mm_ = other.farthest_mm_;
   next_tile_ = cast_tiles_ = 0;
   confidence_known_ = other.confidence_known_;
   cast_since_light_ = true;
   reset_times(gpu);
-  if (auto begun = begin_commands(cast_commands_); !begun) return begun;
-  memory_.copy_cast(cast_commands_, other.memory_);
-  return timeline_.submit(gpu.light_queue(), cast_commands_, other_work_);
+  cast_to_copy_ = &other.memory_;
 }
 
 std::array<double, kStages> ViewRenderer::stage_ms(const Gpu& gpu) const {
@@ -155,6 +152,7 @@ Result<void> ViewRenderer::begin_cast(const Gpu& gpu, Pipelines& pipelines, cons
   const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
   if (auto found = find_cast_pipelines(pipelines, scene, volume.geometry.kind); !found) return found;
   confidence_known_ = false;
+  cast_to_copy_ = nullptr;
 
   // Memory that the GPU reads may be slow to read for the processor, so values that are needed again are
   // kept.

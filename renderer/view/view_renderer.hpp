@@ -79,9 +79,10 @@ class ViewRenderer {
   /// after this one's.
   void follow(const Gpu& gpu, const ViewRenderer& other);
 
-  /// Submits a copy of what another view has cast; light() or begin_light() comes next. The other view may
-  /// cast again once nothing here is outstanding. `volume` is the other view's, as in bind().
-  Result<void> copy_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
+  /// Takes over what another view has cast, as the first piece of light() or begin_light(), which comes next,
+  /// copies it. The other view may cast again once that piece is done. `volume` is the other view's, as in
+  /// bind().
+  void copy_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
 
   /// Builds the pipelines that casting this effective_scene() needs. Error: a pipeline that cannot be built.
   Result<void> find_cast_pipelines(Pipelines& pipelines, const Scene& scene, FrameKind kind);
@@ -122,8 +123,8 @@ class ViewRenderer {
   Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, const VolumeBindings& volume,
                      History history);
 
-  /// The same in pieces of about 4 ms: sets passes 2 and 3 up and submits nothing. Precondition: nothing but
-  /// copy_cast() is outstanding. Error: a pipeline that cannot be built.
+  /// The same in pieces of about 4 ms: sets passes 2 and 3 up and submits nothing. Precondition: nothing is
+  /// outstanding. Error: a pipeline that cannot be built.
   Result<void> begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
                            const VolumeBindings& volume, History history);
 
@@ -224,6 +225,7 @@ class ViewRenderer {
 
   // Of passes 2 and 3 under way.
   LightSteps light_steps_;
+  const ViewBuffers* cast_to_copy_ = nullptr;    // of copy_cast(), until the first piece is submitted
   std::optional<Scene::Filter> filter_due_;      // what filter_ will be
   bool confidence_due_ = false;                  // what confidence_known_ will be
   std::array<double, kStages> light_step_ms_{};  // of one step of each stage; 0: not known

@@ -175,12 +175,14 @@ Result<void> ViewRenderer::submit_light(const Gpu& gpu, const Pipelines& pipelin
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
               VK_ACCESS_2_TRANSFER_WRITE_BIT);
+  if (cast_to_copy_ != nullptr) memory_.copy_cast(commands, *cast_to_copy_);
   record_light_steps(commands, pipelines, end_step);
   const bool last = end_step == light_steps_.count();
   if (last) record_read_back(commands);
   end_piece(commands);
   if (auto submitted = timeline_.submit(gpu.light_queue(), commands, other_work_); !submitted)
     return submitted;
+  cast_to_copy_ = nullptr;
   light_steps_.submit_until(end_step);
   if (!last) return {};
   // Only now: after an error, or where the picture was given up, the next one does all of it.

@@ -22,8 +22,14 @@ Result<AutoView> auto_view(const Volume& volume, const Scene& base, const SceneO
   view.scene = *scene;
   for (const SceneField& field : scene_fields()) {
     if (field.same(base, view.scene)) continue;
-    view.options +=
-        fmt::format("{}--{} {}", view.options.empty() ? "" : " ", field.name, field_text(view.scene, field));
+    const auto add = [&](const SceneField& each) {
+      view.options +=
+          fmt::format("{}--{} {}", view.options.empty() ? "" : " ", each.name, field_text(view.scene, each));
+    };
+    add(field);
+    // A window in samples or pixels sets the one in mm to 0.
+    const SceneField* const in_mm = find_scene_field(std::string(field.name) + "_mm");
+    if (in_mm != nullptr && in_mm->same(base, view.scene)) add(*in_mm);
   }
   return view;
 }

@@ -150,7 +150,9 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
           .source_state = [&pipeline] { return pipeline.source_state(); },
           .private_views = &pipeline.private_views(),
           .private_view_ends = &pipeline.private_view_ends(),
-          .render_health = &pipeline.render_health()};
+          .render_health = &pipeline.render_health(),
+          .survey_orders = &pipeline.survey_orders(),
+          .survey_results = &pipeline.survey_results()};
 }
 
 /// Before the server answers its signals, and after: a file that may be read again is read at the start

@@ -264,13 +264,21 @@ HttpSession::Response HttpSession::respond(const Request& request,
   return respond_with_page(path);
 }
 
+namespace {
+
+// A driver that compiles may be silent for this long; a restart would only let it begin again.
+constexpr std::int64_t kLongestCompilationNs = 15'000'000'000;
+
+}  // namespace
+
 HttpSession::Response HttpSession::health() {
   using Cause = PictureLiveness::Cause;
   const PictureLiveness::Report& report = dependencies_.liveness.report();
   // A supervisor that restarts the server on 503 must not do so because a probe was unplugged or a recording
   // ended.
   const bool failing = report.cause == Cause::kSourceFailed || report.cause == Cause::kGpuHung ||
-                       report.cause == Cause::kGpuRemade || report.cause == Cause::kDriverSilent;
+                       report.cause == Cause::kGpuRemade ||
+                       dependencies_.liveness.driver_silent_ns() > kLongestCompilationNs;
   const std::string source = dependencies_.probe.lost() ? "probe lost" : dependencies_.source_state();
   const std::string age = report.age_s < 0 ? "" : fmt::format(", {:.1f} s old", report.age_s);
   return response_with(failing ? http::status::service_unavailable : http::status::ok,

@@ -53,6 +53,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
               .render = dependencies.pipeline.render,
               .counters = dependencies.counters},
              config.most_private_views, config.facts.picture_width, config.facts.picture_height),
+      surveys_(dependencies.survey_orders, dependencies.survey_results),
       hub_(dependencies.counters, hub_config()),
       sessions_(views_),
       audit_(std::move(audit)),
@@ -71,6 +72,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                             .scene_store = scene_store_,
                             .probe = probe_,
                             .views = views_,
+                            .surveys = surveys_,
                             .hub = hub_,
                             .access = access_,
                             .control = control_,
@@ -280,6 +282,8 @@ void StreamServer::bell_rang() {
     hub_.show(*picture);
   }
   liveness_watch_.update();
+  for (const SurveyDesk::Answer& answer : surveys_.answers(scene_store_.in_force().scene))
+    sessions_.survey_answered(answer.session, answer.reply);
   end_views(views_.ended_by_renderer());
   show_private_views();
 }

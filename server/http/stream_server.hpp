@@ -72,6 +72,8 @@ class StreamServer {
     Mailbox<PrivateViews>* private_views = nullptr;         ///< null: private views are not available
     Mailbox<PrivateViewEnds>* private_view_ends = nullptr;  ///< null: the renderer ends none by itself
     Mailbox<RenderHealth>* render_health = nullptr;         ///< null: the renderer is always well
+    Mailbox<SurveyOrder>* survey_orders = nullptr;          ///< null: nobody looks for surfaces
+    Mailbox<SurveyResult>* survey_results = nullptr;
   };
 
   /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
@@ -129,6 +131,7 @@ class StreamServer {
   ProbeStatus logged_;  // the last status that was logged
   PictureLiveness liveness_;
   ViewAdmission views_;
+  SurveyDesk surveys_;
   PictureHub hub_;
   SessionRegistry sessions_;
   AuditLog audit_;

@@ -50,7 +50,8 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
       pictures_(link_.server_bell, blank_picture(config.size.width, config.size.height)),
       failures_(link_.server_bell),
       private_view_ends_(link_.server_bell),
-      render_health_(link_.server_bell, roomy_health()) {}
+      render_health_(link_.server_bell, roomy_health()),
+      survey_results_(link_.server_bell) {}
 
 Result<std::unique_ptr<Pipeline>> Pipeline::create(const Config& config, const Dependencies& dependencies) {
   std::unique_ptr<Pipeline> made(new Pipeline(config, dependencies));
@@ -96,6 +97,8 @@ void Pipeline::start() {
                                  .feed = &queue_,
                                  .private_views = &private_views_,
                                  .private_view_ends = &private_view_ends_,
+                                 .survey_orders = &survey_orders_,
+                                 .survey_results = &survey_results_,
                                  .health = &render_health_,
                                  .remake = [this](const NumberedScene& scene) { return remake(scene); }});
   acquisition_thread_.emplace(AcquisitionThread::Dependencies{.source = source_,

@@ -16,6 +16,7 @@
 #include "proto/exchange/private_view.hpp"
 #include "proto/exchange/probe_link.hpp"
 #include "proto/exchange/render_health.hpp"
+#include "proto/exchange/survey.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
 #include "proto/model/pipeline_counters.hpp"
@@ -91,6 +92,8 @@ class Pipeline {
   Mailbox<PrivateViews>& private_views() { return private_views_; }
   Mailbox<PrivateViewEnds>& private_view_ends() { return private_view_ends_; }
   Mailbox<RenderHealth>& render_health() { return render_health_; }
+  Mailbox<SurveyOrder>& survey_orders() { return survey_orders_; }
+  Mailbox<SurveyResult>& survey_results() { return survey_results_; }
 
   PipelineCounters counters() const {
     return {acquisition_counters_, ring_.counters(), queue_.counters(), render_counters_,
@@ -119,10 +122,12 @@ class Pipeline {
   FrameQueue queue_;
   Mailbox<NumberedScene> scenes_{render_bell_};
   Mailbox<PrivateViews> private_views_{render_bell_};
+  Mailbox<SurveyOrder> survey_orders_{render_bell_};
   Mailbox<Picture> pictures_;
   Mailbox<Error> failures_;
   Mailbox<PrivateViewEnds> private_view_ends_;
   Mailbox<RenderHealth> render_health_;
+  Mailbox<SurveyResult> survey_results_;
   DeviceRenderer renderer_;  // null from start() on: the render thread owns it
   // Last: the threads use the members above.
   std::optional<RenderThread> render_thread_;

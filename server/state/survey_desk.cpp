@@ -17,6 +17,9 @@ v1::SurveyReply reply_to(std::uint64_t request_id, const SurveyResult& result) {
     case SurveyResult::Outcome::kNoVolume:
       reply.mutable_refused()->set_message("there is no volume yet, expected one to look at");
       break;
+    case SurveyResult::Outcome::kNoMemory:
+      reply.mutable_refused()->set_message("the server has no memory left to look for the surface");
+      break;
     case SurveyResult::Outcome::kNoSurface:
       reply.mutable_refused()->set_message(
           "no surface stands out of this volume; its slices (mode slices) show more");

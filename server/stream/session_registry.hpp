@@ -34,6 +34,9 @@ class RegisteredSession {
   /// The main view's picture is live, or is not live any more, or for another reason.
   virtual void liveness_changed() = 0;
 
+  /// The render thread has looked for the surface, as this session wished.
+  virtual void survey_answered(const v1::SurveyReply& reply) = 0;
+
   /// The scene of its private view has changed.
   virtual void view_changed() = 0;
 
@@ -73,6 +76,9 @@ class SessionRegistry {
   void control_changed();
   void probe_changed();
   void liveness_changed();
+
+  /// Passes the answer on to the session, where it is still there.
+  void survey_answered(std::uint64_t session, const v1::SurveyReply& reply);
 
   /// The server has ended the private view of this session.
   void view_ended(std::uint64_t session, const std::string& reason);

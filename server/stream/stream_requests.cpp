@@ -53,6 +53,8 @@ void StreamRequests::handle(const v1::ClientMessage& message) {
       return answer_depth(message.depth());
     case v1::ClientMessage::kView:
       return change_view(message.view());
+    case v1::ClientMessage::kSurvey:
+      return find_surface(message.survey());
     case v1::ClientMessage::BODY_NOT_SET:
       return refuse("a message has no body that is known, expected one of fanlight.v1.ClientMessage");
   }
@@ -193,6 +195,19 @@ void StreamRequests::answer_probe_changes() {
     }
     answer(message);
   }
+}
+
+void StreamRequests::find_surface(const v1::SurveyRequest& request) {
+  auto wished = dependencies_.control.may_change(party(), role());
+  if (wished) {
+    wished = dependencies_.surveys.wish(identity().id, request.request_id(),
+                                        dependencies_.scene_store.in_force().scene);
+  }
+  if (wished) return;  // the answer comes when the render thread has looked
+  v1::ServerMessage message;
+  message.mutable_survey_reply()->set_request_id(request.request_id());
+  message.mutable_survey_reply()->mutable_refused()->set_message(wished.error().message);
+  answer(message);
 }
 
 Result<bool> StreamRequests::apply_wish(const v1::ControlRequest& request) {

@@ -12,6 +12,7 @@
 #include "server/metrics/server_counters.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/scene_store.hpp"
+#include "server/state/survey_desk.hpp"
 #include "server/state/view_admission.hpp"
 #include "server/stream/input_budget.hpp"
 #include "server/stream/outgoing_queue.hpp"
@@ -32,6 +33,7 @@ class StreamRequests {
     SceneStore& scene_store;
     ProbeProxy& probe;
     ViewAdmission& views;
+    SurveyDesk& surveys;
     PictureHub& hub;
     Authenticator& access;
     ControlLease& control;
@@ -85,6 +87,7 @@ class StreamRequests {
   Result<void> may_change_stream(const StreamSettings& settings);
   void answer_clock(const v1::ClockRequest& request);
   void answer_depth(const v1::DepthRequest& request);
+  void find_surface(const v1::SurveyRequest& request);
   void answer(const v1::ServerMessage& message) { queue_.add_answer(serialised(message)); }
 
   const Dependencies& dependencies_;

@@ -182,6 +182,15 @@ void StreamSession::view_ended(const std::string& reason) {
   notify(OutgoingQueue::Notice::kView);
 }
 
+void StreamSession::survey_answered(const v1::SurveyReply& reply) {
+  guarded([&] {
+    v1::ServerMessage message;
+    *message.mutable_survey_reply() = reply;
+    queue_.add_answer(serialised(message));
+    pump();
+  });
+}
+
 void StreamSession::probe_changed() {
   guarded([&] { requests_.answer_probe_changes(); });
   notify(OutgoingQueue::Notice::kProbe);

@@ -75,6 +75,7 @@ class StreamSession : public StreamRequests::Session,
   void control_changed() override { notify(OutgoingQueue::Notice::kControl); }
   void probe_changed() override;
   void liveness_changed() override { notify(OutgoingQueue::Notice::kLiveness); }
+  void survey_answered(const v1::SurveyReply& reply) override;
   void view_changed() override;
   void view_ended(const std::string& reason) override;
   void second_passed() override;

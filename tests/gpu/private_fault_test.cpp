@@ -20,7 +20,7 @@ class PrivateFaultTest : public FaultyPipeline {
   void want(std::uint64_t revision, bool open = true) {
     private_views_.draft()[0] = {.view_id = open ? kSession : 0,
                                  .scene = {.revision = revision, .scene = aside_},
-                                 .own_camera = true,
+                                 .own_camera = own_camera_,
                                  .pictures = &private_pictures_};
     private_views_.publish();
   }
@@ -63,6 +63,7 @@ class PrivateFaultTest : public FaultyPipeline {
 
   Picture main_;
   Scene aside_ = scene_;
+  bool own_camera_ = true;
 };
 
 TEST_F(PrivateFaultTest, NoCommandPool) {
@@ -79,6 +80,25 @@ TEST_F(PrivateFaultTest, NoPipeline) {
   aside_.detector.window_mm *= 2;  // a constant of the shader that casts
   expect_end_of_the_view_alone({.call = GpuCall::kBuildPipeline, .result = VK_ERROR_OUT_OF_HOST_MEMORY},
                                "vkCreateComputePipelines");
+}
+
+// A light of its own: its first piece copies the main view's depth map.
+TEST_F(PrivateFaultTest, ASubmissionOfALightThatFails) {
+  own_camera_ = false;
+  aside_ = scene_;
+  aside_.light.right_mm += 30;
+  expect_end_of_the_view_alone({.call = GpuCall::kSubmit, .result = VK_ERROR_UNKNOWN}, "vkQueueSubmit2");
+}
+
+TEST_F(PrivateFaultTest, AShortLackOfMemoryForALightCostsTimeOnly) {
+  own_camera_ = false;
+  aside_ = scene_;
+  aside_.light.right_mm += 30;
+  inject({.call = GpuCall::kSubmit, .times = 2, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});
+  want(2);
+  EXPECT_EQ(private_picture(2).view_id, kSession);
+  EXPECT_EQ(counters_.devices_lost.value(), 0U);
+  EXPECT_EQ(counters_.private_views_refused.value(), 0U);
 }
 
 TEST_F(PrivateFaultTest, ASubmissionThatFails) {

@@ -50,6 +50,11 @@ class RendererTest : public GpuTest {
       return scene;
     }
     const double now = field.get(scene);
+    // A window a little shorter may have as many samples; at 0 the field that counts them holds.
+    if (field.name.ends_with("size_mm") || field.name.ends_with("window_mm")) {
+      EXPECT_TRUE(set_field(scene, field, 0)) << field.name;
+      return scene;
+    }
     const double other = field.step > 0 ? (now > field.minimum ? now - field.step : now + field.step)
                                         : std::clamp(now * 0.9 + 0.05, field.minimum, field.maximum);
     EXPECT_TRUE(set_field(scene, field, other)) << field.name;

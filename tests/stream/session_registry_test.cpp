@@ -23,6 +23,9 @@ class Spy : public RegisteredSession {
   void control_changed() override { told.emplace_back("control"); }
   void probe_changed() override { told.emplace_back("probe"); }
   void liveness_changed() override { told.emplace_back("liveness"); }
+  void survey_answered(const v1::SurveyReply& reply) override {
+    told.push_back("survey " + std::to_string(reply.request_id()));
+  }
   void view_changed() override { told.emplace_back("view"); }
   void view_ended(const std::string& reason) override { told.push_back("view ended: " + reason); }
   void second_passed() override { told.emplace_back("second"); }

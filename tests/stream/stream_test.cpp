@@ -349,6 +349,57 @@ TEST(SceneStore, AppliesEachFieldAlone) {
   }
 }
 
+TEST(Stream, PassesTheSurfaceThatTheRendererFindsToWhoAsked) {
+  ServerFixture fixture;
+  TestDisplay asker(fixture.endpoint());
+  TestDisplay other(fixture.endpoint());
+  other.next(Body::kHello);
+  v1::ClientMessage message;
+  message.mutable_survey()->set_request_id(42);
+  asker.send(message);
+  const SurveyOrder order = fixture.next_survey_order();
+  EXPECT_EQ(order.scene.camera.yaw_deg, 0);
+  Scene found = order.scene;
+  found.camera.yaw_deg = 25;
+  fixture.answer_survey({.number = order.number,
+                         .outcome = SurveyResult::Outcome::kFound,
+                         .scene = found,
+                         .choices = {"a sheet of 80 x 60 mm"}});
+  const v1::SurveyReply reply = asker.next(Body::kSurveyReply).survey_reply();
+  EXPECT_EQ(reply.request_id(), 42U);
+  EXPECT_EQ(reply.found().scene().camera().yaw_deg(), 25);
+  ASSERT_EQ(reply.found().choices_size(), 1);
+  EXPECT_EQ(reply.found().choices(0), "a sheet of 80 x 60 mm");
+  EXPECT_FALSE(fixture.has_scene()) << "nothing changes before the display says so";
+
+  other.send(message);
+  const SurveyOrder again = fixture.next_survey_order();
+  EXPECT_GT(again.number, order.number);
+  fixture.answer_survey({.number = again.number, .outcome = SurveyResult::Outcome::kNoSurface});
+  EXPECT_NE(other.next(Body::kSurveyReply).survey_reply().refused().message().find("no surface"),
+            std::string::npos);
+}
+
+TEST(Stream, LooksOnceForAllWhoAskMeanwhileAndRefusesACrowd) {
+  ServerFixture fixture;
+  TestDisplay display(fixture.endpoint());
+  v1::ClientMessage message;
+  for (std::uint64_t id = 1; id <= SurveyDesk::kMostWishes + 1; ++id) {
+    message.mutable_survey()->set_request_id(id);
+    display.send(message);
+  }
+  EXPECT_NE(display.next(Body::kSurveyReply).survey_reply().refused().message().find("wait for the surface"),
+            std::string::npos);
+  const SurveyOrder first = fixture.next_survey_order();
+  fixture.answer_survey({.number = first.number, .outcome = SurveyResult::Outcome::kNoVolume});
+  EXPECT_EQ(display.next(Body::kSurveyReply).survey_reply().request_id(), 1U);
+  const SurveyOrder second = fixture.next_survey_order();
+  EXPECT_EQ(second.number, first.number + 1);
+  fixture.answer_survey({.number = second.number, .outcome = SurveyResult::Outcome::kNoVolume});
+  for (std::uint64_t id = 2; id <= SurveyDesk::kMostWishes; ++id)
+    EXPECT_EQ(display.next(Body::kSurveyReply).survey_reply().request_id(), id);
+}
+
 TEST(Stream, EndsWithTheErrorOfTheRenderer) {
   ServerFixture fixture;
   fixture.fail({ErrorCode::kBroken, "the GPU is gone"});

@@ -42,7 +42,9 @@ class ServerFixture {
                                       .probe = probe_,
                                       .counters = counters_,
                                       .source_state = [this] { return source_state_; },
-                                      .private_views = &private_views_});
+                                      .private_views = &private_views_,
+                                      .survey_orders = &survey_orders_,
+                                      .survey_results = &survey_results_});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
     endpoint_ = server_->endpoint();
@@ -139,6 +141,18 @@ class ServerFixture {
   /// As the render thread: when it began the turn that it is in.
   void set_turn_began_ns(std::int64_t time_ns) { render_.turn_began_ns.set(time_ns); }
 
+  /// Blocks until a display wants the surface found, and returns the order.
+  SurveyOrder next_survey_order() {
+    for (;;) {
+      if (const SurveyOrder* order = survey_orders_.newest()) return *order;
+      scene_bell_.wait(-1);
+    }
+  }
+  void answer_survey(const SurveyResult& result) {
+    survey_results_.draft() = result;
+    survey_results_.publish();
+  }
+
   /// The probe link, for use as the acquisition thread.
   ProbeLink& probe() { return probe_; }
 
@@ -179,6 +193,8 @@ class ServerFixture {
   Mailbox<Picture> pictures_{bell_};
   Mailbox<NumberedScene> scenes_{scene_bell_};
   Mailbox<PrivateViews> private_views_{scene_bell_};
+  Mailbox<SurveyOrder> survey_orders_{scene_bell_};
+  Mailbox<SurveyResult> survey_results_{bell_};
   Mailbox<Error> failures_{bell_};
   AcquisitionCounters acquisition_;
   RingCounters ring_;

@@ -248,7 +248,8 @@ double first_surface_mm(const Scene::Detector& detector, const RaySamples& sampl
       if (!shown.holds(samples.depth_mm(first + position))) continue;
       const bool at_edge =
           detector.place == SurfacePlace::kFirstCrossing || detector.place == SurfacePlace::kRefined;
-      return samples.depth_mm(first + (at_edge ? position : placed(detector, run, position)));
+      const double place = at_edge ? position : placed(detector, run, position);
+      return std::clamp(samples.depth_mm(first + place), shown.first_mm, shown.last_mm);
     }
     run.clear();
   }

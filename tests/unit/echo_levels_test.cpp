@@ -118,6 +118,23 @@ TEST(EffectiveSceneTest, TurnsMillimetresIntoSamplesAndPixels) {
   EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 200}, {}).filter.size, 31) << "the widest there is";
 }
 
+TEST(EffectiveSceneTest, CountsThePixelsOfThePartThatShowsTheSurface) {
+  Scene scene;
+  scene.camera.field_mm = 100;
+  scene.filter.size_mm = 6.4;
+  scene.mode = Mode::kSlices;
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {400, 400}, {}).filter.size, 13) << "half as high";
+  scene.mode = Mode::kSurface;
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {400, 400}, {}).filter.size, 25);
+}
+
+TEST(EffectiveSceneTest, LeavesTheStepWhereNoSurfaceIsWanted) {
+  Scene scene;
+  scene.mode = Mode::kMaximum;
+  scene.detector.window_mm = 40;
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, {}).rays.step_mm, 0.5);
+}
+
 TEST(EffectiveSceneTest, WidensTheStepUntilTheWindowFits) {
   Scene scene;
   scene.rays.end_mm = 40;

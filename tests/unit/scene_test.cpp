@@ -235,6 +235,7 @@ TEST(Scene, SpansAsMuchOfTheBodyWithItsWindowsInAPictureOfAnotherHeight) {
   EXPECT_NEAR(half.size, usual.size / 2.0, 1);
   EXPECT_NEAR(half.holes, usual.holes / 2.0, 1);
   EXPECT_EQ(scene_for(kFan, -0.6, 0.6, 16).filter.islands, 1) << "none that a small picture could lose";
+  EXPECT_EQ(scene_for(kFan, -0.6, 0.6, 2048).filter.size_mm, usual.size_mm);
   EXPECT_EQ(scene_for(kFan, -0.6, 0.6, 2048).filter.size, find_scene_field("filter.size")->maximum);
 }
 

@@ -24,13 +24,11 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   transfer: [["mode", "is", "volume", "surface-and-volume"]],
   slice: [["mode", "is", "slice"]],
 
-  "speckle.size": [["speckle.size_mm", "is", 0]],
+  "speckle.size": [["speckle.filter", "is not", "none"]],
   "speckle.size_mm": [["speckle.filter", "is not", "none"]],
   "speckle.across": [["speckle.filter", "is not", "none"]],
   "speckle.noise": [["speckle.filter", "is", "guided"]],
-  "speckle.levels": [["speckle.noise", "is", 0]],
-  "detector.window": [["detector.window_mm", "is", 0]],
-  "filter.size": [["filter.size_mm", "is", 0]],
+  "speckle.levels": [["speckle.filter", "is", "guided"]],
   "filter.kind": [
     ["filter.size_mm", "is above", 0],
     ["filter.size", "is above", 1],
@@ -110,8 +108,7 @@ function normalGiven(clip: string): Condition[] {
 /** "projection is perspective"; the group is left out if `beside` has the same one. */
 function sentence([field, relation, ...operands]: Condition, beside: string): string {
   const title = groupOf(field) === groupOf(beside) ? labelOf(field) : fullTitle(field);
-  const unit = field === `${beside}_mm` ? " in mm" : "";
-  return `${title.toLowerCase()}${unit} ${relation} ${listed(operands.map((operand) => choiceText(String(operand))))}`;
+  return `${title.toLowerCase()} ${relation} ${listed(operands.map((operand) => choiceText(String(operand))))}`;
 }
 
 function listed(words: readonly string[], last = "or"): string {

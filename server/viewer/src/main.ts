@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: creates its parts and connects them. Each message from the server goes to its parts from here.
-import { create, equals } from "@bufbuild/protobuf";
 import {
-  HelloSchema,
   type ControlState,
   type Hello,
   type Picture,
@@ -30,12 +28,14 @@ import { kOwnGroups, OwnView } from "./own_view";
 import { PictureInput } from "./picture_input";
 import { PictureView } from "./picture_view";
 import { ProbeGroup } from "./probe_group";
-import { probeSettings, probeValues } from "./probe_settings";
+import { probeChange, probeValues } from "./probe_settings";
 import { ProbeWatch } from "./probe_watch";
 import { sceneOf, valuesOf, type Values } from "./scene";
+import { sameSettings } from "./same_settings";
 import { ServerClock } from "./server_clock";
 import { SettingsEditor } from "./settings_editor";
 import { StatisticsView } from "./statistics";
+import { SurfaceFinder } from "./surface_finder";
 import { Tools } from "./tools";
 
 const kProtocolVersion = 2;
@@ -48,6 +48,7 @@ const page = {
   light: find("#light", SVGSVGElement),
   tools: find("#tools", HTMLFieldSetElement),
   resetView: find("#reset-view", HTMLButtonElement),
+  findSurface: find("#find-surface", HTMLButtonElement),
   source: find("#source", HTMLElement),
   notes: find("#notes", HTMLElement),
   refusal: find("#refusal", HTMLElement),
@@ -111,8 +112,7 @@ const editor = new SettingsEditor({
   accepted: hideRefusal,
 });
 const probeEditor: SettingsEditor = new SettingsEditor({
-  send: (requestId, values) =>
-    connection.send({ case: "probeChange", value: { requestId, settings: probeSettings(values) } }),
+  send: (requestId, values) => connection.send(probeChange(requestId, values)),
   changed: () => probeGroup.refresh(),
   refused: showRefusal,
   accepted: hideRefusal,
@@ -149,6 +149,9 @@ const ownView: OwnView = new OwnView(page.ownView, {
 const tools = new Tools(page.tools, page.canvas);
 new PictureInput(page.canvas, () => tools.chosen(), light, orbit);
 page.resetView.onclick = () => orbit.reset();
+const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, find("#found", HTMLElement), editor, (requestId) =>
+  connection.send({ case: "survey", value: { requestId } }),
+);
 page.codec.onchange = askForStream;
 page.codec.querySelector<HTMLOptionElement>('[value="2"]')!.disabled = !canDecodeFilm();
 window.setInterval(askClock, kClockMs);
@@ -171,6 +174,8 @@ function receive({ body }: ServerMessage): void {
       return sceneTold(body.value);
     case "sceneReply":
       return settle(body.value);
+    case "surveyReply":
+      return finder.answered(body.value);
     case "viewReply":
       return settleView(body.value);
     case "view":
@@ -362,6 +367,7 @@ function showCondition(change: Partial<Condition>): void {
   Object.assign(condition, change, { probe: probe.news(nowMs), liveness: liveness.news(nowMs) });
   // After a probe's return only a volume from after it is live.
   if (condition.liveness.state === "live" && !probe.isLive()) condition.liveness.state = "not-live";
+  page.findSurface.disabled = condition.connection.state !== "open" || !mayChange || ownView.wanted;
   page.form.inert = page.resetView.disabled = condition.connection.state !== "open" || !(mayChange || ownView.wanted);
   conditionView.show(condition);
   conditionView.showRendering(condition, nowMs);
@@ -378,12 +384,6 @@ function hideRefusal(): void {
 
 function askClock(): void {
   connection.send({ case: "clockRequest", value: { clientTimeMs: performance.now() } });
-}
-
-function sameSettings(a: Hello, b: Hello): boolean {
-  const settings = ({ fields, defaultScene }: Hello) =>
-    create(HelloSchema, { fields, ...(defaultScene && { defaultScene }) });
-  return equals(HelloSchema, settings(a), settings(b));
 }
 
 /** Relative to the page, so that it also works behind a reverse proxy with a path prefix. */

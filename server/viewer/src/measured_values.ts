@@ -1,32 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values that the newest picture's frames gave for fields that ask for values from the data.
+// The measured values that fields in force ask for by being 0.
 import type { EchoLevels } from "../generated/fanlight_pb.js";
 import { numberText } from "./field_text";
 import type { SettingsEditor } from "./settings_editor";
 
+const kNames = ["detector.threshold", "speckle.noise", "speckle.levels"];
+
 export class MeasuredValues {
   private levels: EchoLevels | undefined;
 
-  constructor(private readonly editor: Pick<SettingsEditor, "number">) {}
+  constructor(private readonly editor: Pick<SettingsEditor, "number" | "choice">) {}
 
-  /** Takes the levels of a picture; whether a text of this object may have changed. */
+  /** Takes the levels of a picture; whether a text of this object has changed. */
   take(levels: EchoLevels | undefined): boolean {
-    const before = JSON.stringify([this.text("detector.threshold"), this.text("speckle.levels")]);
+    const before = this.texts();
     this.levels = levels;
-    return before !== JSON.stringify([this.text("detector.threshold"), this.text("speckle.levels")]);
+    return before !== this.texts();
   }
 
   /** The value in force of a field that is 0, "from the data"; undefined for other fields, and where none is known. */
   valueOf(name: string): number | undefined {
     if (!this.levels || this.editor.number(name) !== 0) return undefined;
-    switch (name) {
-      case "detector.threshold":
-        return rounded(this.levels.threshold);
-      case "speckle.levels":
-        return this.levels.linear || this.editor.number("speckle.noise") !== 0 ? undefined : rounded(this.levels.noise);
-      default:
-        return undefined;
-    }
+    const { linear, noise, tissue, threshold } = this.levels;
+    if (name === "detector.threshold") return Math.round(10 * threshold) / 10;
+    const measured = this.editor.number("speckle.noise") === 0 && this.editor.number("speckle.levels") === 0;
+    if (!measured || this.editor.choice("speckle.filter") !== "guided") return undefined;
+    if (name === "speckle.noise" && linear) return Math.round((100 * noise) / tissue) / 100;
+    if (name === "speckle.levels" && !linear) return Math.round(10 * noise) / 10;
+    return undefined;
   }
 
   /** "Now 22, from the data: fluid 7, tissue 142."; empty where valueOf() has none. */
@@ -37,8 +38,8 @@ export class MeasuredValues {
     const levels = name === "detector.threshold" ? `: fluid ${numberText(fluid)}, tissue ${numberText(tissue)}` : "";
     return `Now ${numberText(value)}, from the data${levels}.`;
   }
-}
 
-function rounded(level: number): number {
-  return Math.round(10 * level) / 10;
+  private texts(): string {
+    return kNames.map((name) => this.text(name)).join("\n");
+  }
 }

@@ -38,6 +38,11 @@ export function probeValues(settings: ProbeSettings | undefined): Values {
   ]);
 }
 
+/** The body of a message that asks the probe for these values. */
+export function probeChange(requestId: bigint, values: Values) {
+  return { case: "probeChange", value: { requestId, settings: probeSettings(values) } } as const;
+}
+
 /** The message with these settings only. */
 export function probeSettings(values: Values): ProbeSettings {
   const given = (name: string, key: keyof MessageInitShape<typeof ProbeSettingsSchema>) =>

@@ -21,7 +21,7 @@ interface Frame {
 }
 
 /** Fields of MeasuredValues. */
-const kMeasured = ["detector.threshold", "speckle.levels"];
+const kMeasured = ["detector.threshold", "speckle.noise", "speckle.levels"];
 
 export class SettingRows {
   private readonly refreshers: (() => void)[] = [];
@@ -74,7 +74,9 @@ export class SettingRows {
   resetButton(text: string, names: readonly string[], scope: string): HTMLButtonElement {
     const button = element("button", { type: "button", className: "reset", textContent: text });
     button.dataset.reset = scope;
-    button.onclick = () => this.editor.set(names.map((name) => [name, this.defaultOf(name)] as const));
+    const inMm = names.map((name) => `${name}_mm`).filter((name) => this.defaults.has(name));
+    const all = [...new Set([...names, ...inMm])]; // what counts samples would set the one in mm to 0
+    button.onclick = () => this.editor.set(all.map((name) => [name, this.defaultOf(name)] as const));
     this.onRefresh(() => {
       button.disabled = this.changed(names) === 0;
     });

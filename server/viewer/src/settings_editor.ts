@@ -76,9 +76,11 @@ export class SettingsEditor {
 
   set(values: Iterable<readonly [string, Value]>): void {
     if (!this.running) return;
-    for (const [name, value] of values) {
-      if (this.get(name) !== value) this.waiting.set(name, value);
-    }
+    const wanted = new Map(values);
+    const differs = (name: string) => wanted.has(name) && this.get(name) !== wanted.get(name);
+    const changed = [...wanted.keys()].filter((name) => differs(name) || differs(name.replace(/_mm$/, "")));
+    // A window in samples or pixels sets the one in mm to 0 at the server, unless that is sent as well.
+    for (const name of changed) this.waiting.set(name, wanted.get(name)!);
     this.sendWaiting();
     this.events.changed();
   }

@@ -28,9 +28,8 @@ test("a group has an effect in the modes that show it", () => {
 });
 
 test("a field by itself has an effect where what it serves is chosen", () => {
-  assert.equal(missing("speckle.across", [["speckle.filter", 0]]), "No effect while filter is none.");
-  assert.equal(missing("speckle.across", [["speckle.filter", 1]]), undefined);
-  assert.equal(missing("filter.size", [["filter.size_mm", 6]]), "No effect unless size in mm is 0.");
+  assert.equal(missing("speckle.size", [["speckle.filter", 0]]), "No effect while filter is none.");
+  assert.equal(missing("speckle.size", [["speckle.filter", 1]]), undefined);
   assert.equal(missing("speckle.noise", [["speckle.filter", 1]]), "No effect unless filter is guided.");
   assert.equal(missing("shadow.softness_mm", [["shadow.coefficient", 1]]), "No effect unless coefficient is below 1.");
   assert.equal(missing("shadow.softness_mm", [["shadow.coefficient", 0.9]]), undefined);

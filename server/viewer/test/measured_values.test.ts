@@ -7,7 +7,7 @@ import { MeasuredValues } from "../src/measured_values";
 const kLevels = { fluid: 7, tissue: 142, noise: 21.04, threshold: 21.6, linear: false } as EchoLevels;
 
 function measured(values: Record<string, number>): MeasuredValues {
-  return new MeasuredValues({ number: (name: string) => values[name] ?? NaN });
+  return new MeasuredValues({ number: (name: string) => values[name] ?? NaN, choice: () => "guided" });
 }
 
 test("a field that is 0 has the value of the picture's data", () => {
@@ -26,6 +26,13 @@ test("a field that the user has set is not measured", () => {
   values.take(kLevels);
   assert.equal(values.valueOf("detector.threshold"), undefined);
   assert.equal(values.valueOf("speckle.levels"), undefined, "the speckle's deviation is a share of its mean");
+});
+
+test("the noise of frames that are not log-compressed is a share of the tissue", () => {
+  const values = measured({ "speckle.levels": 0, "speckle.noise": 0 });
+  values.take({ ...kLevels, noise: 71, linear: true });
+  assert.equal(values.valueOf("speckle.noise"), 0.5);
+  assert.equal(values.valueOf("speckle.levels"), undefined);
 });
 
 test("frames that show nothing give no value", () => {

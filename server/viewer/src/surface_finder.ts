@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The button "Find the surface": asks the server for a scene that shows the surface of the last volume, and sets it.
+import type { SurveyReply } from "../generated/fanlight_pb.js";
+import { valuesOf } from "./scene";
+import type { SettingsEditor } from "./settings_editor";
+
+export class SurfaceFinder {
+  private asked = 0n; // number of the newest request; 0: none is unanswered
+  private lastId = 0n;
+
+  constructor(
+    private readonly button: HTMLButtonElement,
+    private readonly found: HTMLElement,
+    private readonly editor: Pick<SettingsEditor, "set">,
+    ask: (requestId: bigint) => void,
+  ) {
+    button.onclick = () => {
+      this.asked = this.lastId += 1n;
+      button.ariaBusy = "true";
+      this.say("");
+      ask(this.asked);
+    };
+  }
+
+  answered({ requestId, outcome }: SurveyReply): void {
+    if (requestId !== this.asked) return;
+    this.asked = 0n;
+    this.button.ariaBusy = "false";
+    if (outcome.case === "refused") this.say(outcome.value.message);
+    if (outcome.case !== "found" || !outcome.value.scene) return;
+    this.editor.set(valuesOf(outcome.value.scene));
+    this.say(`Found ${outcome.value.choices.join("; ")}.`);
+  }
+
+  /** Shows what was found until the next click. */
+  private say(sentence: string): void {
+    this.found.textContent = sentence;
+    this.found.hidden = sentence === "";
+  }
+}
