@@ -2,6 +2,7 @@
 #include "renderer/survey/surface_survey.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -23,6 +24,10 @@ constexpr std::size_t kPeaks = 2;       // candidates in a profile: its largest 
 constexpr double kLeastCovered = 0.06;  // of the profiles
 constexpr double kLeastOverClutter = 3;
 constexpr int kFoundCells = 4;
+// Tried for the detector, grey levels.
+constexpr int kLeastThreshold = 10;
+constexpr int kMostThreshold = 60;
+constexpr int kThresholdStep = 2;
 
 double median(std::vector<float> values) {
   if (values.empty()) return 0;
@@ -197,8 +202,7 @@ void choose_threshold(const VolumeProfiles& profiles, const Steps& steps, const 
   for (const glm::dvec3& point : survey.points) depths_mm.push_back(-glm::dot(survey.normal, point));
   std::ranges::sort(depths_mm);
   const double from_mm = depths_mm[depths_mm.size() / 50] - kSurveyWindowMm;
-  double best = -1;
-  for (int threshold = 10; threshold <= 60; threshold += 2) {
+  const auto share_found = [&](int threshold) {
     double found = 0;
     for (const Peak& peak : sheet) {
       int from = peak.cell;
@@ -207,12 +211,21 @@ void choose_threshold(const VolumeProfiles& profiles, const Steps& steps, const 
       const int first = steps.first_peak(peak.profile, from, static_cast<float>(threshold));
       found += first >= 0 && std::abs(first - peak.cell) <= kFoundCells ? 1 : 0;
     }
-    // Of equal ones the largest: it finds the least elsewhere.
-    if (found < best * 0.99) continue;
-    best = std::max(best, found);
-    survey.threshold = threshold;
-    survey.found_share = found / static_cast<double>(sheet.size());
-  }
+    return found / static_cast<double>(sheet.size());
+  };
+  std::array<double, (kMostThreshold - kLeastThreshold) / kThresholdStep + 1> shares{};
+  for (std::size_t i = 0; i < shares.size(); ++i)
+    shares[i] = share_found(kLeastThreshold + static_cast<int>(i) * kThresholdStep);
+  survey.found_share = std::ranges::max(shares);
+  const auto as_good = [&](double share) { return share >= 0.99 * survey.found_share; };
+  const auto threshold_at = [](std::ptrdiff_t index) {
+    return kLeastThreshold + static_cast<double>(index) * kThresholdStep;
+  };
+  const double lowest = threshold_at(std::ranges::find_if(shares, as_good) - shares.begin());
+  const double highest =
+      threshold_at(std::find_if(shares.rbegin(), shares.rend(), as_good).base() - shares.begin() - 1);
+  // In the middle: a low one finds clutter elsewhere, and a high one loses the sheet's slanted parts.
+  survey.threshold = std::round(std::sqrt(lowest * highest));
 }
 
 SurfaceSurvey survey_of(const VolumeProfiles& profiles, const Steps& steps, const std::vector<Peak>& sheet) {

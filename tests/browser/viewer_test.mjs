@@ -138,6 +138,29 @@ test("the page shows a refusal and restores the value in force", async () => {
   });
 });
 
+test("the page shows the measured threshold, keeps it at a click, and finds the surface", async () => {
+  await withPage("found", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    assert.equal(await viewer.field("detector.threshold"), 0);
+    const measured = viewer.page.locator('.measured:has([data-keep="detector.threshold"])');
+    await measured.waitFor({ state: "visible" });
+    assert.match(await measured.textContent(), /^Now [0-9.]+, from the data: fluid [0-9.]+, tissue [0-9.]+\./);
+    await viewer.page.locator('[data-keep="detector.threshold"]').click();
+    await viewer.settled();
+    const kept = await viewer.field("detector.threshold");
+    assert.ok(kept > 5 && kept < 60, `${kept} grey levels`);
+    assert.equal(await measured.isVisible(), false);
+
+    await viewer.page.locator("#find-surface").click();
+    await viewer.page.locator("#found").waitFor({ state: "visible" });
+    assert.match(await viewer.page.locator("#found").textContent(), /^Found a sheet of \d+ x \d+ mm/);
+    await viewer.settled();
+    assert.notEqual(await viewer.field("detector.threshold"), kept);
+    assert.ok((await viewer.field("rays.end_mm")) < 120, "the rays end behind the surface");
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
 test("the page rounds a typed number to the nearest step of its field", async () => {
   await withPage("stepped", kStillSource, async (viewer) => {
     await viewer.firstPicture();
