@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <random>
 
 #include "renderer/survey/auto_scene.hpp"
 #include "tests/support/made_volume.hpp"
@@ -79,6 +80,54 @@ TEST(SurfaceSurveyTest, FindsNothingInNoise) {
 
 TEST(SurfaceSurveyTest, FindsNothingInTheDark) {
   EXPECT_FALSE(find_surface(made_volume(kGeometry, even_angles(), [](const Point&) { return 0.0; })));
+}
+
+/// A head in fluid: an ellipsoid, turned, with a nose.
+struct Head {
+  glm::dvec3 centre;
+  glm::dvec3 radii;
+  double turn_rad;  // about y
+  double tilt_rad;  // about x
+
+  bool holds(const Point& point) const {
+    glm::dvec3 at = glm::dvec3(point.x_mm, point.y_mm, point.z_mm) - centre;
+    at = {at.x * std::cos(turn_rad) - at.z * std::sin(turn_rad), at.y,
+          at.x * std::sin(turn_rad) + at.z * std::cos(turn_rad)};
+    at = {at.x, at.y * std::cos(tilt_rad) - at.z * std::sin(tilt_rad),
+          at.y * std::sin(tilt_rad) + at.z * std::cos(tilt_rad)};
+    const glm::dvec3 nose = (at - glm::dvec3(0, -radii.y, 0)) / 8.0;
+    return glm::dot(at / radii, at / radii) < 1 || glm::dot(nose, nose) < 1;
+  }
+};
+
+TEST(SurfaceSurveyTest, FindsAHeadInNineteenOfTwentyPoses) {
+  int found = 0;
+  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+    std::mt19937 bits(seed);
+    const auto between = [&](double low, double high) {
+      return low + (high - low) * static_cast<double>(bits()) / 0x1p32;
+    };
+    const Head head{.centre = {between(-15, 15), between(75, 90), between(-15, 15)},
+                    .radii = {between(24, 34), between(24, 34), between(30, 42)},
+                    .turn_rad = between(-1.5, 1.5),
+                    .tilt_rad = between(-0.7, 0.7)};
+    std::normal_distribution<double> speckle(0, 20);
+    const Volume volume = made_volume(kGeometry, even_angles(), [&](const Point& at) {
+      return (head.holds(at) ? 140 : 8) + speckle(bits);
+    });
+    const auto survey = find_surface(volume);
+    if (!survey) continue;
+    // The surface: no head a little before the point, and head a little behind it.
+    int near = 0;
+    for (const glm::dvec3& point : survey->points) {
+      const auto at = [&](double behind_mm) {
+        return head.holds({.x_mm = point.x, .y_mm = point.y + behind_mm, .z_mm = point.z});
+      };
+      near += !at(-4) && at(4) ? 1 : 0;
+    }
+    found += near >= 0.8 * static_cast<double>(survey->points.size()) ? 1 : 0;
+  }
+  EXPECT_GE(found, 19);
 }
 
 TEST(AutoSceneTest, LooksAtThePlaneAtARightAngleFromJustBeforeIt) {
