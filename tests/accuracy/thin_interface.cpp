@@ -11,8 +11,8 @@ namespace fanlight::test {
 namespace {
 
 constexpr double kThicknessMm = 0.45;
-constexpr double kDepthMm = 13.03;  // not on a sample
-constexpr PictureSize kSize{128, 128};
+constexpr double kThinDepthMm = 13.03;  // not on a sample
+constexpr PictureSize kThinViewSize{128, 128};
 
 /// As of a small motor-swept probe: pixels of 0.08 mm, a fan of 24 mm in depth.
 TestFan fine_fan() {
@@ -32,27 +32,27 @@ TestFan fine_fan() {
 
 /// Errors of the shown depths in the middle of the picture, sorted, mm. Seen from the probe, the plane lies
 /// at one depth below the view plane.
-std::vector<double> errors_mm(DepthRig& rig, const Scene& scene) {
+std::vector<double> thin_errors_mm(DepthRig& rig, const Scene& scene) {
   const std::vector<float> shown_mm = rig.depths(scene).smooth_mm;
   std::vector<double> errors;
-  for (std::uint32_t row = kSize.height / 4; row < 3 * kSize.height / 4; ++row) {
-    for (std::uint32_t column = kSize.width / 4; column < 3 * kSize.width / 4; ++column) {
-      const double depth_mm = shown_mm[std::size_t{row} * kSize.width + column];
-      errors.push_back(depth_mm < 0 ? HUGE_VAL : depth_mm - kDepthMm);
+  for (std::uint32_t row = kThinViewSize.height / 4; row < 3 * kThinViewSize.height / 4; ++row) {
+    for (std::uint32_t column = kThinViewSize.width / 4; column < 3 * kThinViewSize.width / 4; ++column) {
+      const double depth_mm = shown_mm[std::size_t{row} * kThinViewSize.width + column];
+      errors.push_back(depth_mm < 0 ? HUGE_VAL : depth_mm - kThinDepthMm);
     }
   }
   std::ranges::sort(errors);
   return errors;
 }
 
-FigureRow row_of(const std::string& name, DepthRig& rig, const Scene& scene, double demand_mm) {
+FigureRow thin_row(const std::string& name, DepthRig& rig, const Scene& scene, double demand_mm) {
   Scene at = scene;
   const auto median = [&](SurfacePlace place) {
     at.detector.place = place;
-    const std::vector<double> errors = errors_mm(rig, at);
+    const std::vector<double> errors = thin_errors_mm(rig, at);
     return errors[errors.size() / 2];
   };
-  const std::vector<double> errors = errors_mm(rig, scene);
+  const std::vector<double> errors = thin_errors_mm(rig, scene);
   const auto missing = static_cast<double>(std::ranges::count(errors, HUGE_VAL));
   return {name,
           {{"front mm", std::abs(errors[errors.size() / 2]), 3, at_most(demand_mm)},
@@ -77,7 +77,7 @@ FigureBlock measure_thin_interface(const Workbench& bench) {
                     "brightest line.",
                     {}};
   const TestFan fan = fine_fan();
-  const KnownPlane plane({0, kDepthMm, 0}, 0, 0);
+  const KnownPlane plane({0, kThinDepthMm, 0}, 0, 0);
   KnownEcho echo = kLogEcho;
   echo.thickness_mm = kThicknessMm;
   const ScannedFan scanned = fan.scanned();
@@ -86,11 +86,12 @@ FigureBlock measure_thin_interface(const Workbench& bench) {
     if (!bench.wants(name)) continue;
     const SpeckleField speckle = speckle_of(fan, 1);
     const Volume volume = swept(fan, plane, echo, speckled ? &speckle : nullptr);
-    DepthRig rig(bench.gpu, scanned, static_cast<std::uint32_t>(fan.angles_rad.size()), kSize);
+    DepthRig rig(bench.gpu, scanned, static_cast<std::uint32_t>(fan.angles_rad.size()), kThinViewSize);
     rig.set_volume(volume);
-    Scene scene = scene_for(scanned.geometry, scanned.first_angle_rad, scanned.last_angle_rad, kSize.height);
+    Scene scene =
+        scene_for(scanned.geometry, scanned.first_angle_rad, scanned.last_angle_rad, kThinViewSize.height);
     bench.change(scene);
-    block.rows.push_back(row_of(name, rig, scene, 0.1));
+    block.rows.push_back(thin_row(name, rig, scene, 0.1));
   }
   return block;
 }
