@@ -64,23 +64,24 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.camera.field_mm =
       std::ceil(kMargin * std::max(upward.high - upward.low, (across.high - across.low) / aspect));
   // The detector needs a whole window before the sheet.
-  to.camera.distance_mm = tenth(kSurveyWindowMm - along.low);
+  const double start_mm = survey->start_mm + glm::dot(survey->normal, survey->centre);
+  to.camera.distance_mm = tenth(kSurveyWindowMm - start_mm);
   to.rays.start_mm = 0;
   to.rays.end_mm = tenth(to.camera.distance_mm + along.high + kBehindMm);
-  choose(
-      fmt::format("a sheet of {:.0f} x {:.0f} mm, in {:.0f} % of the beams; the echo steps up by {:.0f} grey "
-                  "levels there, by {:.0f} elsewhere",
-                  across.high - across.low, upward.high - upward.low, 100 * survey->covered_share,
-                  survey->contrast, survey->clutter));
+  choose(fmt::format(
+      "a sheet of {:.0f} x {:.0f} mm, in {:.0f} % of the beams; the echo steps {} by {:.0f} "
+      "grey levels there, by {:.0f} elsewhere",
+      across.high - across.low, upward.high - upward.low, 100 * survey->covered_share,
+      survey->sign == EdgeSign::kDarkToBright ? "up" : "down", survey->contrast, survey->clutter));
   choose(fmt::format("looks at it at a right angle: yaw {:.0f}, pitch {:.0f} deg", to.camera.yaw_deg,
                      to.camera.pitch_deg));
   choose(fmt::format("rays begin {:.0f} mm before its nearest part and end {:.0f} mm behind its farthest",
-                     kSurveyWindowMm, kBehindMm));
+                     to.camera.distance_mm + along.low, kBehindMm));
 
   to.rays.step_mm = 0;
   to.detector.window_mm = 2 * kSurveyWindowMm;
   to.detector.threshold = survey->threshold;
-  to.detector.sign = EdgeSign::kDarkToBright;
+  to.detector.sign = survey->sign;
   choose(
       fmt::format("the detector compares {:.0f} mm on either side and asks for {:.0f} grey levels, which "
                   "finds {:.0f} % of the sheet first",

@@ -19,7 +19,7 @@ namespace {
 constexpr int kMostRiseCells = 3;
 // The least step of a sheet, grey levels, is tried: with small steps sheets grow together, with large ones
 // they fall apart.
-constexpr float kLeastSteps[] = {8, 14, 20, 26, 32, 40};
+constexpr float kLeastSteps[] = {8, 14, 20, 26, 32, 40, 50};
 constexpr std::size_t kPeaks = 2;       // candidates in a profile: its largest steps
 constexpr double kLeastCovered = 0.06;  // of the profiles
 constexpr double kLeastOverClutter = 3;
@@ -36,11 +36,13 @@ double median(std::vector<float> values) {
   return *middle;
 }
 
-/// Steps of the echo along all profiles: mean of the cells behind minus mean of the cells before.
+/// Steps of the echo along all profiles: mean of the cells behind minus mean of the cells before, or the
+/// reverse for steps from bright to dark.
 class Steps {
  public:
-  explicit Steps(const VolumeProfiles& profiles)
+  Steps(const VolumeProfiles& profiles, EdgeSign sign)
       : profiles_(profiles),
+        sign_(sign == EdgeSign::kBrightToDark ? -1.0F : 1.0F),
         window_(std::max(1, static_cast<int>(std::lround(kSurveyWindowMm / profiles.cell_mm())))),
         steps_(std::size_t{profiles.profiles()} * profiles.cells(), 0.0F) {
     for (std::uint32_t profile = 0; profile < profiles.profiles(); ++profile) fill(profile);
@@ -85,12 +87,13 @@ class Steps {
       }
       if (whole) {
         steps_[std::size_t{profile} * profiles_.cells() + static_cast<std::size_t>(cell)] =
-            (behind - before) / static_cast<float>(window_);
+            sign_ * (behind - before) / static_cast<float>(window_);
       }
     }
   }
 
   const VolumeProfiles& profiles_;
+  float sign_;
   int window_;
   std::vector<float> steps_;  // profiles x cells
 };
@@ -174,11 +177,18 @@ class Sheets {
   std::vector<std::size_t> parents_;   // union-find
 };
 
-/// Mean normal of the sheet towards the probe: of the triangles between neighbouring profiles.
-glm::dvec3 mean_normal(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
+/// How a sheet lies in space.
+struct Attitude {
+  glm::dvec3 normal{0, -1, 0};  // its mean, towards the probe
+  double flatness = 0;          // length of the mean of the normals, by area: 1 for a plane
+};
+
+/// Of the triangles between neighbouring profiles.
+Attitude attitude_of(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
   std::vector<int> cells(profiles.profiles(), -1);
   for (const Peak& peak : sheet) cells[peak.profile] = peak.cell;
   glm::dvec3 sum(0);
+  double area = 0;
   for (const Peak& peak : sheet) {
     const std::uint32_t right = peak.profile + 1;
     const std::uint32_t next = peak.profile + profiles.across();
@@ -190,42 +200,97 @@ glm::dvec3 mean_normal(const VolumeProfiles& profiles, const std::vector<Peak>& 
     const glm::dvec3 beam = profiles.position(peak.profile, peak.cell + 1) - here;
     if (glm::dot(normal, beam) > 0) normal = -normal;
     sum += normal;
+    area += glm::length(normal);
   }
   const double length = glm::length(sum);
-  return length > 0 ? sum / length : glm::dvec3(0, -1, 0);
+  return length > 0 ? Attitude{sum / length, length / area} : Attitude{};
 }
 
-/// The threshold by which a search from before the sheet finds it in the most profiles.
-void choose_threshold(const VolumeProfiles& profiles, const Steps& steps, const std::vector<Peak>& sheet,
-                      SurfaceSurvey& survey) {
-  std::vector<double> depths_mm;
-  for (const glm::dvec3& point : survey.points) depths_mm.push_back(-glm::dot(survey.normal, point));
-  std::ranges::sort(depths_mm);
-  const double from_mm = depths_mm[depths_mm.size() / 50] - kSurveyWindowMm;
-  const auto share_found = [&](int threshold) {
-    double found = 0;
-    for (const Peak& peak : sheet) {
-      int from = peak.cell;
-      while (from > 0 && -glm::dot(survey.normal, profiles.position(peak.profile, from - 1)) > from_mm)
-        --from;
-      const int first = steps.first_peak(peak.profile, from, static_cast<float>(threshold));
-      found += first >= 0 && std::abs(first - peak.cell) <= kFoundCells ? 1 : 0;
+/// Where a search along one profile of the sheet may start to find the sheet first: from a depth up to
+/// another one, mm along the view.
+struct StartRange {
+  double from_mm = 0;  // behind the last step before the sheet
+  double to_mm = 0;    // the sheet
+};
+
+/// The ranges of the profiles in which a step of `threshold` is near the sheet.
+std::vector<StartRange> start_ranges(const VolumeProfiles& profiles, const Steps& steps,
+                                     const std::vector<Peak>& sheet, const glm::dvec3& normal,
+                                     float threshold) {
+  std::vector<StartRange> ranges;
+  for (const Peak& peak : sheet) {
+    const auto depth_mm = [&](int cell) { return -glm::dot(normal, profiles.position(peak.profile, cell)); };
+    int before = -1;
+    int cell = steps.first_peak(peak.profile, 0, threshold);
+    while (cell >= 0 && cell < peak.cell - kFoundCells) {
+      before = cell;
+      cell = steps.first_peak(peak.profile, cell + 1, threshold);
     }
-    return found / static_cast<double>(sheet.size());
+    if (cell < 0 || cell > peak.cell + kFoundCells) continue;
+    ranges.push_back({before < 0 ? -HUGE_VAL : depth_mm(before), depth_mm(cell)});
+  }
+  return ranges;
+}
+
+/// A depth from which a search finds the sheet first in so many profiles.
+struct Start {
+  double depth_mm = 0;
+  std::size_t found = 0;
+};
+
+/// The smallest depth that lies in almost as many ranges as the best one does, but no more than kFinePartsMm
+/// before the sheet's nearest profile.
+Start best_start(const std::vector<StartRange>& ranges) {
+  constexpr double kAlmost = 0.99;
+  std::vector<double> begins;
+  std::vector<double> ends;
+  for (const StartRange& range : ranges) {
+    begins.push_back(range.from_mm);
+    ends.push_back(range.to_mm);
+  }
+  std::ranges::sort(begins);
+  std::ranges::sort(ends);
+  // The count changes at the ends only; just before one it is the largest since the end before.
+  const auto count_before = [&](std::size_t end) {
+    const auto begun = std::ranges::lower_bound(begins, ends[end]) - begins.begin();
+    return static_cast<std::size_t>(begun) - end;
   };
-  std::array<double, (kMostThreshold - kLeastThreshold) / kThresholdStep + 1> shares{};
-  for (std::size_t i = 0; i < shares.size(); ++i)
-    shares[i] = share_found(kLeastThreshold + static_cast<int>(i) * kThresholdStep);
-  survey.found_share = std::ranges::max(shares);
-  const auto as_good = [&](double share) { return share >= 0.99 * survey.found_share; };
+  Start best;
+  for (std::size_t end = 0; end < ends.size(); ++end) best.found = std::max(best.found, count_before(end));
+  const auto enough = kAlmost * static_cast<double>(best.found);
+  for (std::size_t end = 0; end < ends.size(); ++end) {
+    if (static_cast<double>(count_before(end)) < enough) continue;
+    // Of the ranges that have begun before ends[end], so many must have begun.
+    const auto begun = static_cast<std::size_t>(std::ceil(enough)) + end;
+    best.depth_mm = std::max(ends[end] - kFinePartsMm, begins[begun - 1]);
+    break;
+  }
+  return best;
+}
+
+/// The threshold and the start of the rays by which a search finds the sheet first in the most profiles.
+void choose_search(const VolumeProfiles& profiles, const Steps& steps, const std::vector<Peak>& sheet,
+                   SurfaceSurvey& survey) {
+  std::array<Start, (kMostThreshold - kLeastThreshold) / kThresholdStep + 1> starts{};
   const auto threshold_at = [](std::ptrdiff_t index) {
     return kLeastThreshold + static_cast<double>(index) * kThresholdStep;
   };
-  const double lowest = threshold_at(std::ranges::find_if(shares, as_good) - shares.begin());
-  const double highest =
-      threshold_at(std::find_if(shares.rbegin(), shares.rend(), as_good).base() - shares.begin() - 1);
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    starts[i] = best_start(start_ranges(profiles, steps, sheet, survey.normal,
+                                        static_cast<float>(threshold_at(static_cast<std::ptrdiff_t>(i)))));
+    most = std::max(most, starts[i].found);
+  }
+  survey.found_share = static_cast<double>(most) / static_cast<double>(sheet.size());
+  const auto as_good = [&](const Start& start) {
+    return static_cast<double>(start.found) >= 0.99 * static_cast<double>(most);
+  };
+  const auto lowest = std::ranges::find_if(starts, as_good) - starts.begin();
+  const auto highest = std::find_if(starts.rbegin(), starts.rend(), as_good).base() - starts.begin() - 1;
   // In the middle: a low one finds clutter elsewhere, and a high one loses the sheet's slanted parts.
-  survey.threshold = std::round(std::sqrt(lowest * highest));
+  survey.threshold = std::round(std::sqrt(threshold_at(lowest) * threshold_at(highest)));
+  const auto chosen = static_cast<std::size_t>((survey.threshold - kLeastThreshold) / kThresholdStep);
+  survey.start_mm = starts[chosen].depth_mm;
 }
 
 SurfaceSurvey survey_of(const VolumeProfiles& profiles, const Steps& steps, const std::vector<Peak>& sheet) {
@@ -238,21 +303,22 @@ SurfaceSurvey survey_of(const VolumeProfiles& profiles, const Steps& steps, cons
     survey.centre += survey.points.back() / static_cast<double>(sheet.size());
   }
   survey.contrast = median(contrasts);
-  survey.normal = mean_normal(profiles, sheet);
-  choose_threshold(profiles, steps, sheet, survey);
+  const Attitude attitude = attitude_of(profiles, sheet);
+  survey.normal = attitude.normal;
+  survey.flatness = attitude.flatness;
+  choose_search(profiles, steps, sheet, survey);
   return survey;
 }
 
-/// A large sheet of high contrast that is found first.
+/// A large sheet of high contrast that is found first and can be seen from one side. The root: a clean sheet
+/// is better than twice as much that has grown together with its neighbours.
 double merit(const SurfaceSurvey& survey) {
-  return survey.covered_share * survey.contrast * survey.found_share * survey.found_share;
+  const double clean = survey.found_share * survey.flatness;
+  return std::sqrt(survey.covered_share) * survey.contrast * clean * clean;
 }
 
-}  // namespace
-
-std::optional<SurfaceSurvey> find_surface(const Volume& volume) {
-  const VolumeProfiles profiles(volume);
-  const Steps steps(profiles);
+std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, EdgeSign sign) {
+  const Steps steps(profiles, sign);
   const double clutter = steps.clutter();
   std::optional<SurfaceSurvey> best;
   for (const float least_step : kLeastSteps) {
@@ -260,11 +326,21 @@ std::optional<SurfaceSurvey> find_surface(const Volume& volume) {
     if (sheet.empty()) continue;
     SurfaceSurvey survey = survey_of(profiles, steps, sheet);
     survey.clutter = clutter;
+    survey.sign = sign;
     const bool stands_out =
         survey.covered_share >= kLeastCovered && survey.contrast >= kLeastOverClutter * clutter;
     if (stands_out && (!best || merit(survey) > merit(*best))) best = std::move(survey);
   }
   return best;
+}
+
+}  // namespace
+
+std::optional<SurfaceSurvey> find_surface(const Volume& volume) {
+  const VolumeProfiles profiles(volume);
+  // Behind most surfaces of interest, such as skin in fluid, the echo is brighter.
+  if (auto found = find_steps(profiles, EdgeSign::kDarkToBright)) return found;
+  return find_steps(profiles, EdgeSign::kBrightToDark);
 }
 
 }  // namespace fanlight

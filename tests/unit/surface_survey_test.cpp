@@ -53,6 +53,7 @@ TEST(SurfaceSurveyTest, FindsAPlaneAndItsNormal) {
     ASSERT_TRUE(survey);
     const glm::dvec3 expected = glm::normalize(glm::dvec3(tilt.across, -1, tilt.up));
     EXPECT_GT(glm::dot(survey->normal, expected), std::cos(radians(3)));
+    EXPECT_EQ(survey->sign, EdgeSign::kDarkToBright);
     EXPECT_GT(survey->covered_share, 0.7);
     EXPECT_GT(survey->found_share, 0.9);
     EXPECT_NEAR(survey->contrast, 120, 15);
@@ -70,6 +71,18 @@ TEST(SurfaceSurveyTest, PassesOverLayersNextToTheProbe) {
   const auto survey = find_surface(volume);
   ASSERT_TRUE(survey);
   EXPECT_NEAR(survey->centre.y, 70, 2);
+}
+
+TEST(SurfaceSurveyTest, FindsFluidBehindTissueWhereThereIsNoOtherSheet) {
+  const Volume volume = made_volume(
+      kGeometry, even_angles(), [](const Point& at) { return (at.y_mm > 60 ? 20.0 : 140.0) + noise(at); });
+  const auto survey = find_surface(volume);
+  ASSERT_TRUE(survey);
+  EXPECT_EQ(survey->sign, EdgeSign::kBrightToDark);
+  EXPECT_NEAR(survey->centre.y, 60, 2);
+  EXPECT_EQ(
+      auto_scene(volume, scene_for(kGeometry, radians(-30), radians(30)), {512, 512})->scene.detector.sign,
+      EdgeSign::kBrightToDark);
 }
 
 TEST(SurfaceSurveyTest, FindsNothingInNoise) {
@@ -136,15 +149,29 @@ TEST(AutoSceneTest, LooksAtThePlaneAtARightAngleFromJustBeforeIt) {
   ASSERT_TRUE(made);
   const ViewFrame view = view_frame(made->scene.camera);
   EXPECT_GT(glm::dot(view.forward, glm::normalize(glm::dvec3(-0.4, 1, 0))), std::cos(radians(4)));
-  // The plane lies a window behind the view plane, all of it before the end of the rays.
+  // Nothing lies before the plane, so there is room for fine parts; all of it is before the end of the rays.
   const double depth_mm = glm::dot(glm::dvec3(0, 60, 0) - view.centre, view.forward);
-  EXPECT_NEAR(depth_mm, kSurveyWindowMm, 3);
+  EXPECT_NEAR(depth_mm, kSurveyWindowMm + kFinePartsMm, 3);
   EXPECT_GT(made->scene.rays.end_mm, depth_mm + 5);
   EXPECT_TRUE(check(made->scene));
   EXPECT_GE(made->choices.size(), 4U);
   // The same volume gives the same scene.
   const auto again = auto_scene(behind_plane({0.4, 0}), base, {512, 512});
   EXPECT_EQ(first_pass_changed(made->scene, again->scene), FirstPass::kNone);
+}
+
+TEST(AutoSceneTest, BeginsTheRaysBehindAnEchoBeforeTheSheet) {
+  // A narrow bright layer 9 mm before the tissue, over half of its width.
+  const Volume volume = made_volume(kGeometry, even_angles(), [](const Point& at) {
+    const bool layer = at.x_mm > 0 && at.y_mm > 51 && at.y_mm < 54;
+    return (at.y_mm > 60 || layer ? 140.0 : 20.0) + noise(at);
+  });
+  const auto made = auto_scene(volume, scene_for(kGeometry, radians(-30), radians(30)), {512, 512});
+  ASSERT_TRUE(made);
+  const ViewFrame view = view_frame(made->scene.camera);
+  const double first_mm = glm::dot(glm::dvec3(0, 60, 0) - view.centre, view.forward) - kSurveyWindowMm;
+  EXPECT_GE(first_mm, 0) << "the plane itself is passed over";
+  EXPECT_LT(first_mm, 9) << "the layer is found instead";
 }
 
 TEST(AutoSceneTest, SaysThatThereIsNoSurface) {
