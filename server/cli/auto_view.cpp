@@ -2,6 +2,7 @@
 #include "server/cli/auto_view.hpp"
 
 #include <fmt/format.h>
+#include <CLI/App.hpp>
 
 #include "renderer/survey/auto_scene.hpp"
 
@@ -32,6 +33,19 @@ Result<AutoView> auto_view(const Volume& volume, const Scene& base, const SceneO
     if (in_mm != nullptr && in_mm->same(base, view.scene)) add(*in_mm);
   }
   return view;
+}
+
+void AutoOptions::add_to(CLI::App& command) {
+  auto* const find = command.add_flag(
+      "--auto", on,
+      "Find the surface in the first volume, and choose camera, rays, detector and light for "
+      "it: the default for recordings and probes where no --mode, --camera or --rays is given");
+  command.add_flag("--no-auto", off, "Look along the depth axis instead, into all of the fan")
+      ->excludes(find);
+}
+
+bool finds_view(const AutoOptions& asked, const SceneOptions& given, const SourceDescription& source) {
+  return asked.on || (!asked.off && !source.simulated && !given.choose_view());
 }
 
 }  // namespace fanlight

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/source/frame_source.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/scene.hpp"
 #include "proto/model/volume.hpp"
@@ -23,5 +24,17 @@ struct AutoView {
 /// the source alone. Where the volume has no surface, its slices. Errors: as of SceneOptions::applied_to().
 Result<AutoView> auto_view(const Volume& volume, const Scene& base, const SceneOptions& given,
                            const PictureSize& size);
+
+/// The options --auto and --no-auto; not both are given.
+struct AutoOptions {
+  bool on = false;
+  bool off = false;
+
+  void add_to(CLI::App& command);
+};
+
+/// Whether the view is found by auto_view(), or by the server in the same way: as asked, or else where no
+/// option chooses a view. What the simulated probe shows is known, so its usual view stays.
+bool finds_view(const AutoOptions& asked, const SceneOptions& given, const SourceDescription& source);
 
 }  // namespace fanlight

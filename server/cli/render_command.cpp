@@ -37,7 +37,7 @@ struct RenderOptions {
   std::string size = "512x512";
   std::string gpu;
   bool json = false;
-  bool automatic = false;  // the scene is that of auto_view()
+  AutoOptions automatic;
   SceneOptions scene;
 };
 
@@ -200,13 +200,14 @@ struct RenderSetup {
   RenderCounters counters;
   Scene suggested;  // for the source alone
   Scene scene;
+  bool finds_view = false;  // by the first volume
   std::unique_ptr<Renderer> renderer;
   std::vector<std::string> notes;  // about the source, and what was chosen
 };
 
-/// With --auto: chooses the scene by this volume.
+/// Chooses the scene by this volume, where the user did not choose it.
 Result<void> look_at(const RenderOptions& options, const Volume& volume, RenderSetup& setup) {
-  if (!options.automatic) return {};
+  if (!setup.finds_view) return {};
   const auto view = auto_view(volume, setup.suggested, options.scene, setup.size);
   if (!view) return view.error();
   setup.scene = view->scene;
@@ -278,6 +279,7 @@ Result<void> set_up(const RenderOptions& options, const PictureSize& size, const
   const auto scene = options.scene.applied_to(setup.suggested);
   if (!scene) return scene.error();
   setup.scene = *scene;
+  setup.finds_view = finds_view(options.automatic, options.scene, source);
   for (const std::string& note : source.notes) setup.notes.push_back(printable(note));
   auto device = open_device(options.gpu);
   if (!device) return device.error();
@@ -344,9 +346,7 @@ Command add_render_command(CLI::App& program) {
       ->capture_default_str()
       ->type_name("WxH");
   command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
-  command->add_flag(
-      "--auto", options->automatic,
-      "Find the surface in the first volume, and choose camera, rays, detector and light for it");
+  options->automatic.add_to(*command);
   command->add_flag("--json", options->json, "Print the report as JSON");
   add_probe_options(*command, options->playing);
   options->scene.add_to(*command);

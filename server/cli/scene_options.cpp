@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <charconv>
 
 namespace fanlight {
@@ -55,6 +56,14 @@ void SceneOptions::add_to(CLI::App& command) {
                                             : "NAME")
         ->group(group_of(field));
   }
+}
+
+bool SceneOptions::choose_view() const {
+  return std::ranges::any_of(given_, [](const auto& option) {
+    const auto& [field, text] = option;
+    return !text.empty() &&
+           (field->name == "mode" || field->name.starts_with("camera.") || field->name.starts_with("rays."));
+  });
 }
 
 Result<Scene> SceneOptions::applied_to(Scene scene) const {

@@ -19,6 +19,9 @@ class SceneOptions {
   /// The options write into this object, which must not move until the parser is done.
   void add_to(CLI::App& command);
 
+  /// Whether an option says what to look at: the mode, the camera, or where the rays begin and end.
+  bool choose_view() const;
+
   /// The scene with the given options applied. Errors: a value that is not allowed.
   Result<Scene> applied_to(Scene scene) const;
 

@@ -17,6 +17,7 @@
 #include "acquisition/open_source.hpp"
 #include "proto/base/printable.hpp"
 #include "renderer/vulkan/render_device.hpp"
+#include "server/cli/auto_view.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
 #include "server/cli/named_option.hpp"
@@ -48,6 +49,7 @@ struct ServeOptions {
   std::string gpu;
   int jpeg_quality = 85;
   std::uint32_t ring_slots = 4;
+  AutoOptions automatic;
   SceneOptions scene;
 };
 
@@ -191,6 +193,7 @@ Result<void> serve(const ServeOptions& options) {
   const auto scene = options.scene.applied_to(config.suggested_scene);
   if (!scene) return scene.error();
   config.initial_scene = {.revision = 1, .scene = *scene};
+  config.finds_view = finds_view(options.automatic, options.scene, description);
 
   // Scripts read the standard output, so the log goes to stderr.
   spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
@@ -331,6 +334,7 @@ Command add_serve_command(CLI::App& program) {
       *command, "--probe-control", options->probe_control,
       {{"everyone", ProbeControl::kEveryone}, {"nobody", ProbeControl::kNobody}},
       "Whether whoever is in control may set the probe: everyone (the default) or nobody");
+  options->automatic.add_to(*command);
   options->scene.add_to(*command);
   return [options]() { return serve(*options); };
 }

@@ -54,6 +54,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
               .counters = dependencies.counters},
              config.most_private_views, config.facts.picture_width, config.facts.picture_height),
       surveys_(dependencies.survey_orders, dependencies.survey_results),
+      default_view_(config.finds_view, scene_store_, surveys_),
+      source_notes_(config.facts.notes),
       hub_(dependencies.counters, hub_config()),
       sessions_(views_),
       audit_(std::move(audit)),
@@ -280,10 +282,16 @@ void StreamServer::bell_rang() {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
     hub_.show(*picture);
+    default_view_.picture_shown(now_ns());
   }
   liveness_watch_.update();
-  for (const SurveyDesk::Answer& answer : surveys_.answers(scene_store_.in_force().scene))
-    sessions_.survey_answered(answer.session, answer.reply);
+  for (const SurveyDesk::Answer& answer : surveys_.answers(scene_store_.in_force().scene)) {
+    if (answer.session == SurveyDesk::kServer) {
+      view_found(answer.reply);
+    } else {
+      sessions_.survey_answered(answer.session, answer.reply);
+    }
+  }
   end_views(views_.ended_by_renderer());
   show_private_views();
 }
@@ -307,9 +315,26 @@ void StreamServer::probe_changed() {
   const double half_rad = radians(status.settings.sweep_deg / 2);
   const bool has_geometry = status.geometry.columns > 0;
   const bool scene_differs =
-      has_geometry && scene_store_.suggest(scene_for(status.geometry, -half_rad, half_rad));
+      has_geometry && default_view_.source_changed(scene_for(status.geometry, -half_rad, half_rad));
+  note_view();
   sessions_.probe_changed();
   if (scene_differs) sessions_.scene_changed(0);
+}
+
+void StreamServer::view_found(const v1::SurveyReply& reply) {
+  const std::string before = default_view_.note();
+  const bool scene_differs = default_view_.answered(reply);
+  note_view();
+  if (default_view_.note() != before) {
+    spdlog::info("{}", default_view_.note());
+    for (int i = 1; i < reply.found().choices_size(); ++i) spdlog::info("view: {}", reply.found().choices(i));
+  }
+  if (scene_differs) sessions_.scene_changed(0);
+}
+
+void StreamServer::note_view() {
+  config_.facts.notes = source_notes_;
+  if (!default_view_.note().empty()) config_.facts.notes.push_back(default_view_.note());
 }
 
 void StreamServer::start_second() {

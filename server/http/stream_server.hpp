@@ -22,6 +22,7 @@
 #include "server/http/server_signals.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/net/tls_context.hpp"
+#include "server/state/default_view.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/scene_store.hpp"
@@ -42,6 +43,7 @@ class StreamServer {
     ServerDescription facts;
     NumberedScene initial_scene;           ///< the scene that the renderer was made with
     Scene suggested_scene;                 ///< scene_for() of the source, without options of the user
+    bool finds_view = false;               ///< nobody chose a view: see DefaultView
     TlsFiles tls;                          ///< empty: no TLS
     bool hsts = false;                     ///< with TLS: browsers come to this host over TLS only, for a year
     std::filesystem::path credentials;     ///< empty: every client is an admin
@@ -121,6 +123,9 @@ class StreamServer {
   void end_views(const std::vector<ViewAdmission::EndedView>& ended);
   void show_private_views();
   void probe_changed();
+  void view_found(const v1::SurveyReply& reply);
+  /// Notes about the source and the view.
+  void note_view();
   void fail(const Error& error);
 
   Config config_;
@@ -132,6 +137,8 @@ class StreamServer {
   PictureLiveness liveness_;
   ViewAdmission views_;
   SurveyDesk surveys_;
+  DefaultView default_view_;
+  const std::vector<std::string> source_notes_;
   PictureHub hub_;
   SessionRegistry sessions_;
   AuditLog audit_;

@@ -21,6 +21,7 @@ class SceneStore {
 
   const NumberedScene& in_force() const { return in_force_; }
   const Scene& default_scene() const { return default_; }
+  const Scene& suggested() const { return suggested_; }
 
   /// Applies all of the change or, with an Error, nothing. True if the scene differs now; otherwise the
   /// revision stays. `refused`: as in changed_scene().

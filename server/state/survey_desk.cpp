@@ -46,6 +46,13 @@ Result<void> SurveyDesk::wish(std::uint64_t session, std::uint64_t request_id, c
   return {};
 }
 
+bool SurveyDesk::look(const Scene& scene) {
+  if (orders_ == nullptr || results_ == nullptr || looking_) return false;
+  wishes_.push_back({.session = kServer});
+  order(scene);
+  return true;
+}
+
 void SurveyDesk::order(const Scene& scene) {
   looking_ = true;
   ++ordered_;

@@ -18,6 +18,8 @@ class SurveyDesk {
  public:
   /// Wishes that wait for an answer.
   static constexpr std::size_t kMostWishes = 16;
+  /// The session of the server's own wish.
+  static constexpr std::uint64_t kServer = 0;
 
   /// The answer to one wish.
   struct Answer {
@@ -31,6 +33,9 @@ class SurveyDesk {
 
   /// `scene`: the scene in force. Error: kUnavailable where too many wishes wait, or nobody looks.
   Result<void> wish(std::uint64_t session, std::uint64_t request_id, const Scene& scene);
+
+  /// The server's own wish. False where the render thread looks for somebody already, or nobody looks.
+  bool look(const Scene& scene);
 
   /// The answers that have come since the last call. `scene`: as above, for the wishes that waited.
   std::vector<Answer> answers(const Scene& scene);

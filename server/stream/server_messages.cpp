@@ -52,6 +52,7 @@ v1::ServerMessage ServerMessages::scene() const {
   *message.mutable_scene() = scene_state(dependencies_.scene_store.in_force());
   *message.mutable_scene()->mutable_default_scene() =
       scene_message(dependencies_.scene_store.default_scene());
+  for (const std::string& note : dependencies_.description.notes) message.mutable_scene()->add_notes(note);
   return message;
 }
 

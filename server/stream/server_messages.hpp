@@ -26,7 +26,7 @@ struct ServerDescription {
   std::uint32_t picture_width = 0;
   std::uint32_t picture_height = 0;
   int jpeg_quality = 85;           ///< if a session asks for none
-  std::vector<std::string> notes;  ///< see SourceDescription::notes
+  std::vector<std::string> notes;  ///< see SourceDescription::notes, and DefaultView::note()
 };
 
 /// The client of a session.

@@ -22,6 +22,7 @@ import { LightHandle } from "./light_handle";
 import { LoginForm } from "./login_form";
 import { LivenessWatch } from "./liveness";
 import { MeasuredValues } from "./measured_values";
+import { listNotes } from "./notes";
 import type { Condition } from "./notice";
 import { Orbit } from "./orbit";
 import { kOwnGroups, OwnView } from "./own_view";
@@ -230,7 +231,7 @@ function begin(newHello: Hello): void {
   if (hello.control) controlTold(hello.control);
   if (page.codec.value !== "0") askForStream();
   page.source.textContent = hello.source;
-  page.notes.replaceChildren(...hello.notes.map(noteItem));
+  listNotes(page.notes, hello.notes);
   ownView.forget();
   if (hello.scene) {
     ownView.mainIs(hello.scene);
@@ -242,12 +243,6 @@ function begin(newHello: Hello): void {
     source: hello.source,
     pictureShown: false,
   });
-}
-
-function noteItem(note: string): HTMLElement {
-  const item = document.createElement("li");
-  item.textContent = note;
-  return item;
 }
 
 /** Logs in with the stored token. Without one, or after a refusal, asks the user and shows the reason. */
@@ -306,6 +301,7 @@ function sceneTold(state: SceneState): void {
   ownView.mainIs(state);
   if (defaultScene && hello) {
     hello.defaultScene = defaultScene;
+    listNotes(page.notes, state.notes);
     for (const [name, value] of valuesOf(defaultScene)) defaults.set(name, value); // the controls hold the same map
     orbit.start(hello.fields, defaults);
   }

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// The view that the server finds where nobody chose one. The test takes the place of the renderer.
+#include "server/state/default_view.hpp"
+
+#include <gtest/gtest.h>
+
+#include "server/state/scene_message.hpp"
+#include "tests/support/server_fixture.hpp"
+#include "tests/support/test_display.hpp"
+
+namespace fanlight::test {
+namespace {
+
+using Body = v1::ServerMessage;
+
+/// A DefaultView with its neighbours; the test is the render thread.
+class DefaultViewTest : public testing::Test {
+ protected:
+  static constexpr std::int64_t kLaterNs = DefaultView::kBetweenNs;
+
+  /// Whether the render thread was asked since the last call.
+  bool asked() {
+    const SurveyOrder* const order = orders_.newest();
+    if (order != nullptr) order_ = *order;
+    return order != nullptr;
+  }
+  /// Answers; true: the scene, or the default, differs now.
+  bool answer(SurveyResult::Outcome outcome, double yaw_deg = 0) {
+    SurveyResult& result = results_.draft();
+    result = {.number = order_.number, .outcome = outcome, .scene = order_.scene, .choices = {"a sheet"}};
+    result.scene.camera.yaw_deg = yaw_deg;
+    results_.publish();
+    const auto answers = surveys_.answers(store_.in_force().scene);
+    EXPECT_EQ(answers.size(), 1U);
+    EXPECT_EQ(answers.at(0).session, SurveyDesk::kServer);
+    return view_.answered(answers.at(0).reply);
+  }
+  void change_threshold() {
+    v1::Scene change;
+    change.mutable_detector()->set_threshold(33);
+    ASSERT_TRUE(store_.apply(change).value());
+  }
+  double yaw_deg() const { return store_.in_force().scene.camera.yaw_deg; }
+  Mode mode() const { return store_.in_force().scene.mode; }
+
+  static Scene chosen_light() {
+    Scene scene;
+    scene.light.up_mm = 17;
+    return scene;
+  }
+
+  Doorbell bell_;
+  Mailbox<NumberedScene> scenes_{bell_};
+  Mailbox<SurveyOrder> orders_{bell_};
+  Mailbox<SurveyResult> results_{bell_};
+  SceneStore store_{{.revision = 1, .scene = chosen_light()}, Scene{}, scenes_};
+  SurveyDesk surveys_{&orders_, &results_};
+  DefaultView view_{true, store_, surveys_};
+  SurveyOrder order_;
+};
+
+TEST_F(DefaultViewTest, BecomesTheDefaultAndKeepsWhatWasChosen) {
+  view_.picture_shown(0);
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 25));
+  EXPECT_EQ(yaw_deg(), 25);
+  EXPECT_EQ(store_.default_scene().camera.yaw_deg, 25);
+  EXPECT_EQ(store_.in_force().scene.light.up_mm, 17) << "an option of the command line";
+  EXPECT_NE(view_.note().find("found a sheet"), std::string::npos) << view_.note();
+  view_.picture_shown(kLaterNs);
+  EXPECT_FALSE(asked()) << "it was found";
+}
+
+TEST_F(DefaultViewTest, ShowsSlicesUntilThereIsASurface) {
+  view_.picture_shown(0);
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(answer(SurveyResult::Outcome::kNoSurface));
+  EXPECT_EQ(mode(), Mode::kSlices);
+  EXPECT_NE(view_.note().find("no surface"), std::string::npos) << view_.note();
+  view_.picture_shown(kLaterNs - 1);
+  EXPECT_FALSE(asked()) << "a look takes time";
+  view_.picture_shown(kLaterNs);
+  ASSERT_TRUE(asked());
+  EXPECT_FALSE(answer(SurveyResult::Outcome::kNoSurface)) << "as before";
+  view_.picture_shown(2 * kLaterNs);
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, -12));
+  EXPECT_EQ(mode(), Mode::kSurface);
+  EXPECT_EQ(yaw_deg(), -12);
+}
+
+TEST_F(DefaultViewTest, EndsWhenSomebodyChangesTheScene) {
+  view_.picture_shown(0);
+  ASSERT_TRUE(asked());
+  change_threshold();
+  EXPECT_FALSE(answer(SurveyResult::Outcome::kFound, 25)) << "changed while the render thread looked";
+  EXPECT_EQ(yaw_deg(), 0);
+  EXPECT_EQ(view_.note(), "");
+  view_.picture_shown(kLaterNs);
+  EXPECT_FALSE(asked());
+}
+
+TEST_F(DefaultViewTest, LooksAgainAtAnotherGeometry) {
+  view_.picture_shown(0);
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 25));
+  Scene deeper;
+  deeper.rays.end_mm = 200;
+  EXPECT_TRUE(view_.source_changed(deeper));
+  EXPECT_EQ(yaw_deg(), 0);
+  EXPECT_EQ(store_.in_force().scene.rays.end_mm, 200);
+  view_.picture_shown(1);
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 30));
+  change_threshold();
+  deeper.rays.end_mm = 150;
+  EXPECT_TRUE(view_.source_changed(deeper));
+  view_.picture_shown(2);
+  EXPECT_FALSE(asked()) << "somebody has chosen the threshold";
+}
+
+TEST_F(DefaultViewTest, DoesNothingWhereAViewWasChosen) {
+  DefaultView chosen(false, store_, surveys_);
+  chosen.picture_shown(0);
+  EXPECT_FALSE(asked());
+}
+
+TEST(DefaultViewStream, ReachesTheDisplays) {
+  ServerFixture fixture(StreamServer::Config{.finds_view = true});
+  TestDisplay display(fixture.endpoint());
+  EXPECT_EQ(display.next(Body::kHello).hello().notes_size(), 0);
+  fixture.show(1, 100);
+  const SurveyOrder order = fixture.next_survey_order();
+  Scene found = order.scene;
+  found.camera.yaw_deg = 25;
+  fixture.answer_survey({.number = order.number,
+                         .outcome = SurveyResult::Outcome::kFound,
+                         .scene = found,
+                         .choices = {"a sheet of 80 x 60 mm"}});
+  const v1::SceneState scene = display.next(Body::kScene).scene();
+  EXPECT_EQ(scene.scene().camera().yaw_deg(), 25);
+  EXPECT_EQ(scene.default_scene().camera().yaw_deg(), 25);
+  ASSERT_EQ(scene.notes_size(), 1);
+  EXPECT_NE(scene.notes(0).find("a sheet of 80 x 60 mm"), std::string::npos);
+  TestDisplay later(fixture.endpoint());
+  EXPECT_EQ(later.next(Body::kHello).hello().notes_size(), 1);
+}
+
+}  // namespace
+}  // namespace fanlight::test
