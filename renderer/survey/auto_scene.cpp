@@ -15,8 +15,9 @@ namespace {
 
 // From further aside the fan itself hides the sheet.
 constexpr double kMostTiltDeg = 50;
-constexpr double kMargin = 1.12;  // of the field around the sheet
-constexpr double kBehindMm = 8;   // rays go on behind the sheet
+// Of the field: a round body goes on beyond the part of it that the survey sees.
+constexpr double kMargin = 1.45;
+constexpr double kBehindMm = 12;  // rays go on behind the sheet
 
 /// Quantiles of the points along a direction, mm from the centre.
 struct Extent {

@@ -54,8 +54,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
               .counters = dependencies.counters},
              config.most_private_views, config.facts.picture_width, config.facts.picture_height),
       surveys_(dependencies.survey_orders, dependencies.survey_results),
-      default_view_(config.finds_view, scene_store_, surveys_),
-      source_notes_(config.facts.notes),
+      default_view_(config.finds_view, scene_store_, surveys_, config_.facts.notes),
       hub_(dependencies.counters, hub_config()),
       sessions_(views_),
       audit_(std::move(audit)),
@@ -287,7 +286,7 @@ void StreamServer::bell_rang() {
   liveness_watch_.update();
   for (const SurveyDesk::Answer& answer : surveys_.answers(scene_store_.in_force().scene)) {
     if (answer.session == SurveyDesk::kServer) {
-      view_found(answer.reply);
+      if (default_view_.answered(answer.reply)) sessions_.scene_changed(0);
     } else {
       sessions_.survey_answered(answer.session, answer.reply);
     }
@@ -316,25 +315,8 @@ void StreamServer::probe_changed() {
   const bool has_geometry = status.geometry.columns > 0;
   const bool scene_differs =
       has_geometry && default_view_.source_changed(scene_for(status.geometry, -half_rad, half_rad));
-  note_view();
   sessions_.probe_changed();
   if (scene_differs) sessions_.scene_changed(0);
-}
-
-void StreamServer::view_found(const v1::SurveyReply& reply) {
-  const std::string before = default_view_.note();
-  const bool scene_differs = default_view_.answered(reply);
-  note_view();
-  if (default_view_.note() != before) {
-    spdlog::info("{}", default_view_.note());
-    for (int i = 1; i < reply.found().choices_size(); ++i) spdlog::info("view: {}", reply.found().choices(i));
-  }
-  if (scene_differs) sessions_.scene_changed(0);
-}
-
-void StreamServer::note_view() {
-  config_.facts.notes = source_notes_;
-  if (!default_view_.note().empty()) config_.facts.notes.push_back(default_view_.note());
 }
 
 void StreamServer::start_second() {

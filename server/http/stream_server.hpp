@@ -123,9 +123,6 @@ class StreamServer {
   void end_views(const std::vector<ViewAdmission::EndedView>& ended);
   void show_private_views();
   void probe_changed();
-  void view_found(const v1::SurveyReply& reply);
-  /// Notes about the source and the view.
-  void note_view();
   void fail(const Error& error);
 
   Config config_;
@@ -138,7 +135,6 @@ class StreamServer {
   ViewAdmission views_;
   SurveyDesk surveys_;
   DefaultView default_view_;
-  const std::vector<std::string> source_notes_;
   PictureHub hub_;
   SessionRegistry sessions_;
   AuditLog audit_;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "proto/fanlight.pb.h"
 #include "server/state/scene_store.hpp"
@@ -17,8 +19,9 @@ class DefaultView {
  public:
   static constexpr std::int64_t kBetweenNs = 5'000'000'000;
 
-  /// `wanted`: false: never looks. Both must outlive this object.
-  DefaultView(bool wanted, SceneStore& scene_store, SurveyDesk& surveys);
+  /// `wanted`: false: never looks. `notes`: about the source; what was found is added to them. All must
+  /// outlive this object.
+  DefaultView(bool wanted, SceneStore& scene_store, SurveyDesk& surveys, std::vector<std::string>& notes);
 
   /// A picture was shown.
   void picture_shown(std::int64_t now_ns);
@@ -31,12 +34,11 @@ class DefaultView {
   /// scene.
   bool source_changed(const Scene& suggested);
 
-  /// What was found, to be shown beside the picture; empty: it has not looked.
-  const std::string& note() const { return note_; }
-
  private:
   bool untouched() const { return scene_store_.in_force().revision == own_revision_; }
   bool suggest(const Scene& scene);
+  /// Adds it to the notes, in place of an older one, and logs it.
+  void note(const std::string& sentence);
 
   const bool wanted_;
   SceneStore& scene_store_;
@@ -45,7 +47,8 @@ class DefaultView {
   std::uint64_t own_revision_ = 0;
   bool found_ = false;
   std::int64_t next_ns_ = 0;
-  std::string note_;
+  std::vector<std::string>& notes_;
+  const std::size_t source_notes_;  // the first so many
 };
 
 }  // namespace fanlight

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The liver sweep of the user guide as a person sees it: how whole the largest sheet of the picture is, and
-// whether it lies at the strongest echo. Three views beside each other: the default for its geometry, the 17
+// whether it lies at the strongest echo. Three views beside each other: the default for its geometry, the 16
 // options that an expert once tuned by hand, and auto_scene(). Fails if auto_scene() shows less than those.
 //   real_sheet RECORDING GEOMETRY.toml
 #include <fmt/format.h>

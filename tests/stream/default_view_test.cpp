@@ -55,7 +55,8 @@ class DefaultViewTest : public testing::Test {
   Mailbox<SurveyResult> results_{bell_};
   SceneStore store_{{.revision = 1, .scene = chosen_light()}, Scene{}, scenes_};
   SurveyDesk surveys_{&orders_, &results_};
-  DefaultView view_{true, store_, surveys_};
+  std::vector<std::string> notes_ = {"angles are assumed"};
+  DefaultView view_{true, store_, surveys_, notes_};
   SurveyOrder order_;
 };
 
@@ -66,7 +67,8 @@ TEST_F(DefaultViewTest, BecomesTheDefaultAndKeepsWhatWasChosen) {
   EXPECT_EQ(yaw_deg(), 25);
   EXPECT_EQ(store_.default_scene().camera.yaw_deg, 25);
   EXPECT_EQ(store_.in_force().scene.light.up_mm, 17) << "an option of the command line";
-  EXPECT_NE(view_.note().find("found a sheet"), std::string::npos) << view_.note();
+  ASSERT_EQ(notes_.size(), 2U);
+  EXPECT_NE(notes_[1].find("found a sheet"), std::string::npos) << notes_[1];
   view_.picture_shown(kLaterNs);
   EXPECT_FALSE(asked()) << "it was found";
 }
@@ -76,7 +78,8 @@ TEST_F(DefaultViewTest, ShowsSlicesUntilThereIsASurface) {
   ASSERT_TRUE(asked());
   EXPECT_TRUE(answer(SurveyResult::Outcome::kNoSurface));
   EXPECT_EQ(mode(), Mode::kSlices);
-  EXPECT_NE(view_.note().find("no surface"), std::string::npos) << view_.note();
+  ASSERT_EQ(notes_.size(), 2U);
+  EXPECT_NE(notes_[1].find("no surface"), std::string::npos) << notes_[1];
   view_.picture_shown(kLaterNs - 1);
   EXPECT_FALSE(asked()) << "a look takes time";
   view_.picture_shown(kLaterNs);
@@ -86,6 +89,7 @@ TEST_F(DefaultViewTest, ShowsSlicesUntilThereIsASurface) {
   ASSERT_TRUE(asked());
   EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, -12));
   EXPECT_EQ(mode(), Mode::kSurface);
+  EXPECT_EQ(notes_.size(), 2U) << "in place of the older one";
   EXPECT_EQ(yaw_deg(), -12);
 }
 
@@ -95,7 +99,7 @@ TEST_F(DefaultViewTest, EndsWhenSomebodyChangesTheScene) {
   change_threshold();
   EXPECT_FALSE(answer(SurveyResult::Outcome::kFound, 25)) << "changed while the render thread looked";
   EXPECT_EQ(yaw_deg(), 0);
-  EXPECT_EQ(view_.note(), "");
+  EXPECT_EQ(notes_.size(), 1U);
   view_.picture_shown(kLaterNs);
   EXPECT_FALSE(asked());
 }
@@ -120,7 +124,7 @@ TEST_F(DefaultViewTest, LooksAgainAtAnotherGeometry) {
 }
 
 TEST_F(DefaultViewTest, DoesNothingWhereAViewWasChosen) {
-  DefaultView chosen(false, store_, surveys_);
+  DefaultView chosen(false, store_, surveys_, notes_);
   chosen.picture_shown(0);
   EXPECT_FALSE(asked());
 }

@@ -1,7 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The marker of the light over the picture, and its movement by the pointer.
 import type { SettingsEditor } from "./settings_editor";
-import { pixelOf, scaleAt, surfacePart, tidy, viewPoint, type PagePoint, type Rectangle } from "./view_geometry";
+import {
+  picturePixel,
+  pixelOf,
+  scaleAt,
+  surfacePart,
+  tidy,
+  viewPoint,
+  type PagePoint,
+  type Rectangle,
+} from "./view_geometry";
 
 const kNudge = 0.02; // share of the visible height, per nudge
 
@@ -18,12 +27,7 @@ export class LightHandle {
   moveTo(pointer: PagePoint): void {
     const part = this.part();
     if (!part) return;
-    const shown = this.canvas.getBoundingClientRect();
-    const pixel = {
-      x: ((pointer.x - shown.left) * this.canvas.width) / shown.width,
-      y: ((pointer.y - shown.top) * this.canvas.height) / shown.height,
-    };
-    const point = viewPoint(pixel, part, this.heightMm());
+    const point = viewPoint(picturePixel(pointer, this.canvas), part, this.heightMm());
     this.editor.set([
       ["light.right_mm", point.rightMm],
       ["light.up_mm", point.upMm],

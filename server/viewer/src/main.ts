@@ -35,6 +35,7 @@ import { sceneOf, valuesOf, type Values } from "./scene";
 import { sameSettings } from "./same_settings";
 import { ServerClock } from "./server_clock";
 import { SettingsEditor } from "./settings_editor";
+import { SliceClick } from "./slice_click";
 import { StatisticsView } from "./statistics";
 import { SurfaceFinder } from "./surface_finder";
 import { Tools } from "./tools";
@@ -148,7 +149,8 @@ const ownView: OwnView = new OwnView(page.ownView, {
   },
 });
 const tools = new Tools(page.tools, page.canvas);
-new PictureInput(page.canvas, () => tools.chosen(), light, orbit);
+const sliceClick = new SliceClick(editor, page.canvas, () => !ownView.isOpen);
+new PictureInput(page.canvas, () => tools.chosen(), light, orbit, sliceClick.clicked);
 page.resetView.onclick = () => orbit.reset();
 const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, find("#found", HTMLElement), editor, (requestId) =>
   connection.send({ case: "survey", value: { requestId } }),

@@ -19,6 +19,7 @@ export class PictureInput {
     private readonly tool: () => Tool,
     private readonly light: LightHandle,
     private readonly orbit: Orbit,
+    private readonly clicked: (pointer: PagePoint) => void,
   ) {
     canvas.addEventListener("pointerdown", (event) => this.pressed(event));
     canvas.addEventListener("pointermove", (event) => this.moved(event));
@@ -57,6 +58,7 @@ export class PictureInput {
 
   private released(event: PointerEvent): void {
     this.pointers.delete(event.pointerId);
+    if (event.type === "pointerup" && event.button === 0 && this.dragged?.begun === false) this.clicked(pointOf(event));
     if (this.pointers.size === 0) this.dragged = undefined;
   }
 

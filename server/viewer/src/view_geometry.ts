@@ -61,6 +61,15 @@ export function scaleAt(depthMm: number, lens: Lens): number {
   return Math.max(kLeastScale, Math.abs(depthMm + eyeToPlaneMm) / eyeToTargetMm);
 }
 
+/** The pixel of the picture under a point of the page. */
+export function picturePixel(pointer: PagePoint, canvas: HTMLCanvasElement): PagePoint {
+  const shown = canvas.getBoundingClientRect();
+  return {
+    x: ((pointer.x - shown.left) * canvas.width) / shown.width,
+    y: ((pointer.y - shown.top) * canvas.height) / shown.height,
+  };
+}
+
 /** `part` shows the surface; `fieldMm` is the height that it covers at the depth in question. */
 export function viewPoint(pixel: PagePoint, part: Rectangle, fieldMm: number): ViewPoint {
   const mmPerPixel = fieldMm / (part.fieldPixels ?? part.height);

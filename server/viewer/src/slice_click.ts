@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// A click on a slice: the clicked point becomes the target, and the search for the surface begins just before it.
+import type { SettingsEditor } from "./settings_editor";
+import { picturePixel, scaleAt, tidy, viewPoint, type Lens, type PagePoint, type Size } from "./view_geometry";
+
+/** In the transducer frame, mm. */
+export interface BodyPoint {
+  x: number;
+  y: number;
+  z: number;
+}
+
+export interface SliceCamera extends Lens {
+  target: BodyPoint;
+  yawDeg: number;
+  pitchDeg: number;
+  rollDeg: number;
+  sliceDepthMm: number;
+}
+
+/** Where the rays begin before a clicked point: room for the detector's window and for a slanted surface. */
+export const kBeforeClickMm = 10;
+
+/** The point of the body that a slice shows at a pixel of the picture; undefined where no slice is. */
+export function slicePoint(pixel: PagePoint, mode: string, size: Size, camera: SliceCamera): BodyPoint | undefined {
+  if (mode === "slice") return obliquePoint(pixel, size, camera);
+  if (mode !== "slices") return undefined;
+  // The panes as set_slices() in renderer/parameters/cast_parameters.cpp lays them out.
+  const left = Math.floor(size.width / 2);
+  const top = Math.floor(size.height / 2);
+  const isRight = pixel.x >= left;
+  const isLow = pixel.y >= top;
+  if (isRight && isLow) return undefined; // the surface
+  const pane = {
+    left: isRight ? left : 0,
+    top: isLow ? top : 0,
+    width: isRight ? size.width - left : left,
+    height: isLow ? size.height - top : top,
+  };
+  const { rightMm, upMm } = viewPoint(pixel, pane, camera.fieldMm);
+  const { x, y, z } = camera.target;
+  if (isRight) return { x, y: tidy(y - upMm), z: tidy(z + rightMm) };
+  if (isLow) return { x: tidy(x + rightMm), y, z: tidy(z + upMm) };
+  return { x: tidy(x + rightMm), y: tidy(y - upMm), z };
+}
+
+/** A point of the plane at right angles to the view; the directions are those of view_frame() in renderer/parameters. */
+function obliquePoint(pixel: PagePoint, size: Size, camera: SliceCamera): BodyPoint {
+  const whole = { left: 0, top: 0, ...size };
+  const { rightMm, upMm } = viewPoint(pixel, whole, camera.fieldMm * scaleAt(camera.sliceDepthMm, camera));
+  const [yaw, pitch, roll] = [camera.yawDeg, camera.pitchDeg, camera.rollDeg].map((deg) => (deg * Math.PI) / 180);
+  const along = camera.sliceDepthMm - camera.distanceMm;
+  const level = Math.cos(roll!) * rightMm + Math.sin(roll!) * upMm;
+  const upright = Math.cos(roll!) * upMm - Math.sin(roll!) * rightMm;
+  const forward = Math.cos(pitch!) * along + Math.sin(pitch!) * upright; // in the plane of x and y
+  const { x, y, z } = camera.target;
+  return {
+    x: tidy(x + Math.cos(yaw!) * level - Math.sin(yaw!) * forward),
+    y: tidy(y + Math.sin(yaw!) * level + Math.cos(yaw!) * forward),
+    z: tidy(z - Math.sin(pitch!) * along + Math.cos(pitch!) * upright),
+  };
+}
+
+export class SliceClick {
+  /** `movesRays`: whether the rays may be changed; a view of one's own has those of the main view. */
+  constructor(
+    private readonly editor: Pick<SettingsEditor, "number" | "choice" | "set">,
+    private readonly canvas: HTMLCanvasElement,
+    private readonly movesRays: () => boolean,
+  ) {}
+
+  /** A click at a point of the page. */
+  readonly clicked = (pointer: PagePoint): void => {
+    const number = (name: string) => this.editor.number(name);
+    const mode = this.editor.choice("mode");
+    const distanceMm = number("camera.distance_mm");
+    const point = slicePoint(picturePixel(pointer, this.canvas), mode, this.canvas, {
+      fieldMm: number("camera.field_mm"),
+      distanceMm,
+      perspective: this.editor.choice("camera.projection") === "perspective",
+      openingDeg: number("camera.opening_deg"),
+      target: { x: number("camera.target_x_mm"), y: number("camera.target_y_mm"), z: number("camera.target_z_mm") },
+      yawDeg: number("camera.yaw_deg"),
+      pitchDeg: number("camera.pitch_deg"),
+      rollDeg: number("camera.roll_deg"),
+      sliceDepthMm: number("slice.depth_mm"),
+    });
+    if (!point) return;
+    const values: [string, number][] = [
+      ["camera.target_x_mm", point.x],
+      ["camera.target_y_mm", point.y],
+      ["camera.target_z_mm", point.z],
+    ];
+    if (this.movesRays()) {
+      // The view plane keeps its distance from the target.
+      values.push(["rays.start_mm", Math.max(0, tidy(distanceMm - kBeforeClickMm))]);
+      values.push(["rays.end_mm", Math.max(number("rays.end_mm"), tidy(distanceMm + kBeforeClickMm))]);
+      if (mode === "slice") values.push(["slice.depth_mm", distanceMm]); // the same plane, through the target
+    }
+    this.editor.set(values);
+  };
+}
