@@ -63,13 +63,8 @@ class Steps {
     return -1;
   }
 
-  double clutter() const {
-    std::vector<float> sizes;
-    for (const float step : steps_) {
-      if (step != 0) sizes.push_back(std::abs(step));
-    }
-    return median(std::move(sizes));
-  }
+  /// Median size of all steps; 0 in a volume without noise.
+  double clutter() const { return median(sizes_); }
 
  private:
   void fill(std::uint32_t profile) {
@@ -85,17 +80,18 @@ class Steps {
         before += near_level;
         behind += far_level;
       }
-      if (whole) {
-        steps_[std::size_t{profile} * profiles_.cells() + static_cast<std::size_t>(cell)] =
-            sign_ * (behind - before) / static_cast<float>(window_);
-      }
+      if (!whole) continue;
+      const float step = (behind - before) / static_cast<float>(window_);
+      steps_[std::size_t{profile} * profiles_.cells() + static_cast<std::size_t>(cell)] = sign_ * step;
+      sizes_.push_back(std::abs(step));
     }
   }
 
   const VolumeProfiles& profiles_;
   float sign_;
   int window_;
-  std::vector<float> steps_;  // profiles x cells
+  std::vector<float> steps_;  // profiles x cells; 0 also where a window has no data
+  std::vector<float> sizes_;  // of those with data
 };
 
 struct Peak {

@@ -26,6 +26,8 @@ namespace fanlight {
 
 namespace {
 
+constexpr std::uint64_t kMostSimulated = 9999;
+
 struct RenderOptions {
   std::string input;
   SourceOptions playing{.as_fast_as_taken = true};
@@ -308,6 +310,12 @@ Result<void> render(const RenderOptions& options) {
   ProbeLink probe(bell, bell);
   auto source = open_source(options.input, options.playing, probe);
   if (!source) return source.error();
+  if ((*source)->description().simulated && options.volume.value_or(0) > kMostSimulated) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("--volume {} of the simulated probe, expected 0 to {}: it makes all volumes before it",
+                    *options.volume, kMostSimulated)};
+  }
   RenderSetup setup;
   if (auto ready = set_up(options, *size, (*source)->description(), setup); !ready) return ready;
   OfflineVolumes volumes(**source);
@@ -332,7 +340,7 @@ Command add_render_command(CLI::App& program) {
   command
       ->add_option("--volume", options->volume,
                    "Which volume, as the source numbers them; without it the first that can be rendered")
-      ->check(CLI::Range(0, 9999))  // the phantom never ends, and generates all volumes before this one
+      ->check(CLI::NonNegativeNumber)
       ->type_name("N");
   command->add_flag("--all", options->all,
                     "Render every volume, to files with its number: x.0000.png, x.0001.png, ...");

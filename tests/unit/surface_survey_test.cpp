@@ -73,6 +73,13 @@ TEST(SurfaceSurveyTest, PassesOverLayersNextToTheProbe) {
   EXPECT_NEAR(survey->centre.y, 70, 2);
 }
 
+TEST(SurfaceSurveyTest, FindsAPlaneWithoutAnyNoise) {
+  const auto survey = find_surface(
+      made_volume(kGeometry, even_angles(), [](const Point& at) { return at.y_mm > 60 ? 140.0 : 20.0; }));
+  ASSERT_TRUE(survey);
+  EXPECT_NEAR(survey->centre.y, 60, 2);
+}
+
 TEST(SurfaceSurveyTest, FindsFluidBehindTissueWhereThereIsNoOtherSheet) {
   const Volume volume = made_volume(
       kGeometry, even_angles(), [](const Point& at) { return (at.y_mm > 60 ? 20.0 : 140.0) + noise(at); });
