@@ -13,8 +13,6 @@ namespace fanlight {
 
 namespace {
 
-// From further aside the fan itself hides the sheet.
-constexpr double kMostTiltDeg = 50;
 // Of the field: a round body goes on beyond the part of it that the survey sees.
 constexpr double kMargin = 1.45;
 constexpr double kBehindMm = 12;  // rays go on behind the sheet
@@ -34,15 +32,6 @@ Extent extent_along(const SurfaceSurvey& survey, const glm::dvec3& direction, do
   return {at(share), at(1 - share)};
 }
 
-void look_at(const SurfaceSurvey& survey, Scene::Camera& camera) {
-  // view_frame(): forward = (-sin yaw cos pitch, cos yaw cos pitch, -sin pitch).
-  const glm::dvec3 forward = -survey.normal;
-  const auto limited = [](double angle_deg) { return std::clamp(angle_deg, -kMostTiltDeg, kMostTiltDeg); };
-  camera.yaw_deg = std::round(limited(degrees(std::atan2(-forward.x, forward.y))));
-  camera.pitch_deg = std::round(limited(degrees(std::asin(std::clamp(-forward.z, -1.0, 1.0)))));
-  camera.roll_deg = 0;
-}
-
 }  // namespace
 
 std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, const PictureSize& size) {
@@ -52,7 +41,9 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   Scene& to = made.scene;
   const auto choose = [&](const std::string& sentence) { made.choices.push_back(sentence); };
 
-  look_at(*survey, to.camera);
+  to.camera.yaw_deg = survey->yaw_deg;
+  to.camera.pitch_deg = survey->pitch_deg;
+  to.camera.roll_deg = 0;
   const ViewFrame frame = view_frame(to.camera);
   const Extent across = extent_along(*survey, frame.right, 0.01);
   const Extent upward = extent_along(*survey, frame.up, 0.01);
@@ -65,10 +56,10 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.camera.field_mm =
       std::ceil(kMargin * std::max(upward.high - upward.low, (across.high - across.low) / aspect));
   // The detector needs a whole window before the sheet.
-  const double start_mm = survey->start_mm + glm::dot(survey->normal, survey->centre);
-  to.camera.distance_mm = tenth(kSurveyWindowMm - start_mm);
-  to.rays.start_mm = 0;
-  to.rays.end_mm = tenth(to.camera.distance_mm + along.high + kBehindMm);
+  const double start_mm = survey->start_mm - glm::dot(survey->view, survey->centre) - kSurveyWindowMm;
+  to.camera.distance_mm = tenth(std::max(0.0, -start_mm));
+  to.rays.start_mm = tenth(std::max(0.0, start_mm));
+  to.rays.end_mm = tenth(to.camera.distance_mm + std::max(along.high, start_mm) + kBehindMm);
   choose(fmt::format(
       "a sheet of {:.0f} x {:.0f} mm, in {:.0f} % of the beams; the echo steps {} by {:.0f} "
       "grey levels there, by {:.0f} elsewhere",
@@ -76,8 +67,9 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
       survey->sign == EdgeSign::kDarkToBright ? "up" : "down", survey->contrast, survey->clutter));
   choose(fmt::format("looks at it at a right angle: yaw {:.0f}, pitch {:.0f} deg", to.camera.yaw_deg,
                      to.camera.pitch_deg));
-  choose(fmt::format("rays begin {:.0f} mm before its nearest part and end {:.0f} mm behind its farthest",
-                     to.camera.distance_mm + along.low, kBehindMm));
+  const double before_mm = along.low - start_mm;
+  choose(fmt::format("rays begin {:.0f} mm {} its nearest part and end {:.0f} mm behind its farthest",
+                     std::abs(before_mm), before_mm >= 0 ? "before" : "behind", kBehindMm));
 
   to.rays.step_mm = 0;
   to.detector.window_mm = 2 * kSurveyWindowMm;

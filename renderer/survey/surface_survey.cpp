@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "renderer/survey/ray_start.hpp"
 #include "renderer/survey/volume_profiles.hpp"
 
 namespace fanlight {
@@ -24,6 +25,9 @@ constexpr std::size_t kPeaks = 2;       // candidates in a profile: its largest 
 constexpr double kLeastCovered = 0.06;  // of the profiles
 constexpr double kLeastOverClutter = 3;
 constexpr int kFoundCells = 4;
+constexpr double kRingDownMm = 15;
+// From further aside the fan itself hides the sheet.
+constexpr double kMostTiltDeg = 50;
 // Tried for the detector, grey levels.
 constexpr int kLeastThreshold = 10;
 constexpr int kMostThreshold = 60;
@@ -202,13 +206,6 @@ Attitude attitude_of(const VolumeProfiles& profiles, const std::vector<Peak>& sh
   return length > 0 ? Attitude{sum / length, length / area} : Attitude{};
 }
 
-/// Where a search along one profile of the sheet may start to find the sheet first: from a depth up to
-/// another one, mm along the view.
-struct StartRange {
-  double from_mm = 0;  // behind the last step before the sheet
-  double to_mm = 0;    // the sheet
-};
-
 /// The ranges of the profiles in which a step of `threshold` is near the sheet.
 std::vector<StartRange> start_ranges(const VolumeProfiles& profiles, const Steps& steps,
                                      const std::vector<Peak>& sheet, const glm::dvec3& normal,
@@ -223,45 +220,11 @@ std::vector<StartRange> start_ranges(const VolumeProfiles& profiles, const Steps
       cell = steps.first_peak(peak.profile, cell + 1, threshold);
     }
     if (cell < 0 || cell > peak.cell + kFoundCells) continue;
-    ranges.push_back({before < 0 ? -HUGE_VAL : depth_mm(before), depth_mm(cell)});
+    const StartRange range{before < 0 ? -HUGE_VAL : depth_mm(before), depth_mm(cell)};
+    // Along a beam at a right angle to the view, or beyond, nothing is found first.
+    if (range.from_mm < range.to_mm) ranges.push_back(range);
   }
   return ranges;
-}
-
-/// A depth from which a search finds the sheet first in so many profiles.
-struct Start {
-  double depth_mm = 0;
-  std::size_t found = 0;
-};
-
-/// The smallest depth that lies in almost as many ranges as the best one does, but no more than kFinePartsMm
-/// before the sheet's nearest profile.
-Start best_start(const std::vector<StartRange>& ranges) {
-  constexpr double kAlmost = 0.99;
-  std::vector<double> begins;
-  std::vector<double> ends;
-  for (const StartRange& range : ranges) {
-    begins.push_back(range.from_mm);
-    ends.push_back(range.to_mm);
-  }
-  std::ranges::sort(begins);
-  std::ranges::sort(ends);
-  // The count changes at the ends only; just before one it is the largest since the end before.
-  const auto count_before = [&](std::size_t end) {
-    const auto begun = std::ranges::lower_bound(begins, ends[end]) - begins.begin();
-    return static_cast<std::size_t>(begun) - end;
-  };
-  Start best;
-  for (std::size_t end = 0; end < ends.size(); ++end) best.found = std::max(best.found, count_before(end));
-  const auto enough = kAlmost * static_cast<double>(best.found);
-  for (std::size_t end = 0; end < ends.size(); ++end) {
-    if (static_cast<double>(count_before(end)) < enough) continue;
-    // Of the ranges that have begun before ends[end], so many must have begun.
-    const auto begun = static_cast<std::size_t>(std::ceil(enough)) + end;
-    best.depth_mm = std::max(ends[end] - kFinePartsMm, begins[begun - 1]);
-    break;
-  }
-  return best;
 }
 
 /// The threshold and the start of the rays by which a search finds the sheet first in the most profiles.
@@ -273,11 +236,10 @@ void choose_search(const VolumeProfiles& profiles, const Steps& steps, const std
   };
   std::size_t most = 0;
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    starts[i] = best_start(start_ranges(profiles, steps, sheet, survey.normal,
+    starts[i] = best_start(start_ranges(profiles, steps, sheet, -survey.view,
                                         static_cast<float>(threshold_at(static_cast<std::ptrdiff_t>(i)))));
     most = std::max(most, starts[i].found);
   }
-  survey.found_share = static_cast<double>(most) / static_cast<double>(sheet.size());
   const auto as_good = [&](const Start& start) {
     return static_cast<double>(start.found) >= 0.99 * static_cast<double>(most);
   };
@@ -287,9 +249,31 @@ void choose_search(const VolumeProfiles& profiles, const Steps& steps, const std
   survey.threshold = std::round(std::sqrt(threshold_at(lowest) * threshold_at(highest)));
   const auto chosen = static_cast<std::size_t>((survey.threshold - kLeastThreshold) / kThresholdStep);
   survey.start_mm = starts[chosen].depth_mm;
+  survey.found_share = static_cast<double>(starts[chosen].found) / static_cast<double>(sheet.size());
 }
 
-SurfaceSurvey survey_of(const VolumeProfiles& profiles, const Steps& steps, const std::vector<Peak>& sheet) {
+/// The direction of the view: against the normal, but not from too far aside.
+void look_along(SurfaceSurvey& survey) {
+  // view_frame(): forward = (-sin yaw cos pitch, cos yaw cos pitch, -sin pitch).
+  const glm::dvec3 forward = -survey.normal;
+  const auto limited = [](double angle_rad) {
+    return std::round(std::clamp(degrees(angle_rad), -kMostTiltDeg, kMostTiltDeg));
+  };
+  survey.yaw_deg = limited(std::atan2(-forward.x, forward.y));
+  survey.pitch_deg = limited(std::asin(std::clamp(-forward.z, -1.0, 1.0)));
+  const double yaw = radians(survey.yaw_deg);
+  const double pitch = radians(survey.pitch_deg);
+  survey.view = {-std::sin(yaw) * std::cos(pitch), std::cos(yaw) * std::cos(pitch), -std::sin(pitch)};
+}
+
+/// Of the sheet, along the profiles, from the first cell.
+double median_depth_mm(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
+  std::vector<float> depths_mm;
+  for (const Peak& peak : sheet) depths_mm.push_back(static_cast<float>(peak.cell * profiles.cell_mm()));
+  return median(std::move(depths_mm));
+}
+
+SurfaceSurvey survey_of(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
   SurfaceSurvey survey;
   survey.covered_share = static_cast<double>(sheet.size()) / profiles.profiles();
   std::vector<float> contrasts;
@@ -302,7 +286,7 @@ SurfaceSurvey survey_of(const VolumeProfiles& profiles, const Steps& steps, cons
   const Attitude attitude = attitude_of(profiles, sheet);
   survey.normal = attitude.normal;
   survey.flatness = attitude.flatness;
-  choose_search(profiles, steps, sheet, survey);
+  look_along(survey);
   return survey;
 }
 
@@ -320,12 +304,14 @@ std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, EdgeSign
   for (const float least_step : kLeastSteps) {
     const std::vector<Peak> sheet = Sheets(profiles, steps, least_step).strongest();
     if (sheet.empty()) continue;
-    SurfaceSurvey survey = survey_of(profiles, steps, sheet);
+    SurfaceSurvey survey = survey_of(profiles, sheet);
     survey.clutter = clutter;
     survey.sign = sign;
-    const bool stands_out =
-        survey.covered_share >= kLeastCovered && survey.contrast >= kLeastOverClutter * clutter;
-    if (stands_out && (!best || merit(survey) > merit(*best))) best = std::move(survey);
+    if (survey.covered_share < kLeastCovered || survey.contrast < kLeastOverClutter * clutter) continue;
+    // The echo of the probe's own face fades into the dark: that is no fluid behind tissue.
+    if (sign == EdgeSign::kBrightToDark && median_depth_mm(profiles, sheet) < kRingDownMm) continue;
+    choose_search(profiles, steps, sheet, survey);
+    if (!best || merit(survey) > merit(*best)) best = std::move(survey);
   }
   return best;
 }

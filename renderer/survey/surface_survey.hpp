@@ -17,21 +17,20 @@ struct SurfaceSurvey {
   std::vector<glm::dvec3> points;  ///< of the sheet, transducer frame, mm
   glm::dvec3 centre{};             ///< their mean
   glm::dvec3 normal{};             ///< mean direction of the sheet's near side, unit
+  double yaw_deg = 0;              ///< of a camera that looks at it, as far as possible at a right angle
+  double pitch_deg = 0;            ///< of the same
+  glm::dvec3 view{};               ///< the direction in which it looks, unit
   double flatness = 0;             ///< 1 for a plane, less for a sheet that turns its near side elsewhere
   double covered_share = 0;        ///< of the profiles
   double contrast = 0;             ///< median step in grey levels
   double clutter = 0;              ///< median size of all steps
   double threshold = 0;            ///< of the step, which finds the sheet best where it is looked for first
-  double start_mm = 0;             ///< depth against `normal` from the origin, from which it is looked for
+  double start_mm = 0;             ///< depth along `view` from the origin, from which it is looked for
   double found_share = 0;          ///< of the sheet's profiles, by that threshold, within 4 mm
 };
 
 /// Length of the mean on either side of a step, mm.
 inline constexpr double kSurveyWindowMm = 5;
-
-/// Parts finer than the profiles, such as a nose, may lie so far before the sheet, mm: where nothing else
-/// lies there, the search starts before them.
-inline constexpr double kFinePartsMm = 12;
 
 /// Deterministic. nullopt: no sheet stands out of the clutter. Precondition: the volume has frames, sorted by
 /// angle.

@@ -59,11 +59,17 @@ void SceneOptions::add_to(CLI::App& command) {
 }
 
 bool SceneOptions::choose_view() const {
-  return std::ranges::any_of(given_, [](const auto& option) {
-    const auto& [field, text] = option;
-    return !text.empty() &&
-           (field->name == "mode" || field->name.starts_with("camera.") || field->name.starts_with("rays."));
+  return std::ranges::any_of(given(), [](const SceneField* field) {
+    return field->name == "mode" || field->name.starts_with("camera.") || field->name.starts_with("rays.");
   });
+}
+
+std::vector<const SceneField*> SceneOptions::given() const {
+  std::vector<const SceneField*> fields;
+  for (const auto& [field, text] : given_) {
+    if (!text.empty()) fields.push_back(field);
+  }
+  return fields;
 }
 
 Result<Scene> SceneOptions::applied_to(Scene scene) const {

@@ -5,6 +5,7 @@
 #include <deque>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "proto/base/result.hpp"
 #include "proto/model/scene.hpp"
@@ -21,6 +22,9 @@ class SceneOptions {
 
   /// Whether an option says what to look at: the mode, the camera, or where the rays begin and end.
   bool choose_view() const;
+
+  /// The fields that options were given for.
+  std::vector<const SceneField*> given() const;
 
   /// The scene with the given options applied. Errors: a value that is not allowed.
   Result<Scene> applied_to(Scene scene) const;

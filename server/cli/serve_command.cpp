@@ -193,6 +193,7 @@ Result<void> serve(const ServeOptions& options) {
   const auto scene = options.scene.applied_to(config.suggested_scene);
   if (!scene) return scene.error();
   config.initial_scene = {.revision = 1, .scene = *scene};
+  config.chosen_fields = options.scene.given();
   config.finds_view = finds_view(options.automatic, options.scene, description);
 
   // Scripts read the standard output, so the log goes to stderr.

@@ -43,7 +43,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                            Authenticator access)
     : config_(config),
       dependencies_(dependencies),
-      scene_store_(config.initial_scene, config.suggested_scene, dependencies.scenes),
+      scene_store_(config.initial_scene, config.suggested_scene, dependencies.scenes, config.chosen_fields),
       probe_(dependencies.probe, config.probe_control),
       liveness_(dependencies_.pipeline, now_ns()),
       views_({.views = dependencies.private_views,
@@ -281,12 +281,12 @@ void StreamServer::bell_rang() {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
     hub_.show(*picture);
-    default_view_.picture_shown(now_ns());
+    default_view_.picture_shown(picture->stamp, now_ns());
   }
   liveness_watch_.update();
   for (const SurveyDesk::Answer& answer : surveys_.answers(scene_store_.in_force().scene)) {
     if (answer.session == SurveyDesk::kServer) {
-      if (default_view_.answered(answer.reply)) sessions_.scene_changed(0);
+      if (default_view_.answered(answer)) sessions_.scene_changed(0);
     } else {
       sessions_.survey_answered(answer.session, answer.reply);
     }
@@ -314,7 +314,7 @@ void StreamServer::probe_changed() {
   const double half_rad = radians(status.settings.sweep_deg / 2);
   const bool has_geometry = status.geometry.columns > 0;
   const bool scene_differs =
-      has_geometry && default_view_.source_changed(scene_for(status.geometry, -half_rad, half_rad));
+      has_geometry && default_view_.source_changed(scene_for(status.geometry, -half_rad, half_rad), now_ns());
   sessions_.probe_changed();
   if (scene_differs) sessions_.scene_changed(0);
 }

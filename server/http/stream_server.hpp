@@ -41,10 +41,11 @@ class StreamServer {
   struct Config {
     boost::asio::ip::tcp::endpoint endpoint;
     ServerDescription facts;
-    NumberedScene initial_scene;           ///< the scene that the renderer was made with
-    Scene suggested_scene;                 ///< scene_for() of the source, without options of the user
-    bool finds_view = false;               ///< nobody chose a view: see DefaultView
-    TlsFiles tls;                          ///< empty: no TLS
+    NumberedScene initial_scene;                   ///< the scene that the renderer was made with
+    Scene suggested_scene;                         ///< scene_for() of the source, without options of the user
+    std::vector<const SceneField*> chosen_fields;  ///< those that the user gave options for
+    bool finds_view = false;                       ///< nobody chose a view: see DefaultView
+    TlsFiles tls;                                  ///< empty: no TLS
     bool hsts = false;                     ///< with TLS: browsers come to this host over TLS only, for a year
     std::filesystem::path credentials;     ///< empty: every client is an admin
     std::filesystem::path audit_log;       ///< empty: no audit log

@@ -3,9 +3,20 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "server/state/scene_message.hpp"
 
 namespace fanlight {
+
+namespace {
+
+bool same(const Scene& a, const Scene& b) {
+  return std::ranges::all_of(scene_fields(), [&](const SceneField& field) { return field.same(a, b); });
+}
+
+}  // namespace
 
 DefaultView::DefaultView(bool wanted, SceneStore& scene_store, SurveyDesk& surveys,
                          std::vector<std::string>& notes)
@@ -17,48 +28,68 @@ DefaultView::DefaultView(bool wanted, SceneStore& scene_store, SurveyDesk& surve
       notes_(notes),
       source_notes_(notes.size()) {}
 
-void DefaultView::picture_shown(std::int64_t now_ns) {
-  if (!wanted_ || found_ || now_ns < next_ns_ || !untouched()) return;
-  if (surveys_.look(for_source_)) next_ns_ = now_ns + kBetweenNs;
+void DefaultView::picture_shown(const PictureStamp& stamp, std::int64_t now_ns) {
+  if (!wanted_ || found_ || looking_ || now_ns < next_ns_ || !untouched()) return;
+  if (stamp.volume.first_capture_time_ns < captured_from_ns_) return;
+  looking_ = surveys_.look(for_source_);
+  if (looking_) next_ns_ = now_ns + kBetweenNs;
 }
 
-bool DefaultView::answered(const v1::SurveyReply& reply) {
-  if (!untouched()) return false;
-  if (!reply.has_found()) {
-    note(reply.refused().message() + "; the server looks again until it finds one");
+bool DefaultView::answered(const SurveyDesk::Answer& answer) {
+  looking_ = false;
+  if (std::exchange(outdated_, false) || !untouched()) return false;
+  using Outcome = SurveyResult::Outcome;
+  if (answer.outcome == Outcome::kNoSurface) {
     Scene slices = for_source_;
     slices.mode = Mode::kSlices;
-    return suggest(slices);
+    return suggest(
+        slices,
+        "nobody chose a view, and no surface stands out of the volume: shows its slices, and looks again "
+        "until somebody changes the scene");
   }
-  const auto scene = changed_scene(for_source_, reply.found().scene());
+  if (answer.outcome != Outcome::kFound) return false;  // it looks again
+  const auto& found = answer.reply.found();
+  const auto scene = changed_scene(for_source_, found.scene());
   if (!scene) return false;
   found_ = true;
-  note("nobody chose a view, so the server looked for the surface and found " +
-       (reply.found().choices().empty() ? "one" : reply.found().choices(0)));
-  for (int i = 1; i < reply.found().choices_size(); ++i) spdlog::info("view: {}", reply.found().choices(i));
-  return suggest(*scene);
+  const bool differs =
+      suggest(*scene, "nobody chose a view, so the server looked for the surface and found " +
+                          (found.choices().empty() ? "one" : found.choices(0)));
+  for (int i = 1; i < found.choices_size(); ++i) spdlog::info("view: {}", found.choices(i));
+  return differs;
 }
 
-bool DefaultView::source_changed(const Scene& suggested) {
-  if (!untouched()) return scene_store_.suggest(suggested);
+bool DefaultView::source_changed(const Scene& suggested, std::int64_t now_ns) {
+  if (same(suggested, for_source_)) return false;
   for_source_ = suggested;
+  const bool touched = !untouched();
+  outdated_ = looking_;
   found_ = false;
   next_ns_ = 0;
+  captured_from_ns_ = now_ns;
+  const bool noted = notes_.size() > source_notes_;
   notes_.resize(source_notes_);
-  return suggest(suggested);
+  const auto differs = scene_store_.suggest(suggested);
+  if (!touched) own_revision_ = scene_store_.in_force().revision;
+  return noted || (differs && *differs);
 }
 
-void DefaultView::note(const std::string& sentence) {
-  if (notes_.size() > source_notes_ && notes_.back() == sentence) return;
+bool DefaultView::suggest(const Scene& scene, const std::string& sentence) {
+  const auto differs = scene_store_.suggest(scene);
+  own_revision_ = scene_store_.in_force().revision;
+  if (!differs)
+    return note("nobody chose a view, but the one that was found contradicts the options: " +
+                differs.error().message);
+  const bool noted = note(sentence);
+  return noted || *differs;
+}
+
+bool DefaultView::note(const std::string& sentence) {
+  if (notes_.size() > source_notes_ && notes_.back() == sentence) return false;
   notes_.resize(source_notes_);
   notes_.push_back(sentence);
   spdlog::info("{}", sentence);
-}
-
-bool DefaultView::suggest(const Scene& scene) {
-  const bool differs = scene_store_.suggest(scene);
-  own_revision_ = scene_store_.in_force().revision;
-  return differs;
+  return true;
 }
 
 }  // namespace fanlight

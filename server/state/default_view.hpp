@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/fanlight.pb.h"
+#include "proto/model/picture.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/survey_desk.hpp"
 
@@ -24,29 +24,33 @@ class DefaultView {
   DefaultView(bool wanted, SceneStore& scene_store, SurveyDesk& surveys, std::vector<std::string>& notes);
 
   /// A picture was shown.
-  void picture_shown(std::int64_t now_ns);
+  void picture_shown(const PictureStamp& stamp, std::int64_t now_ns);
 
-  /// The answer to this object's own look (SurveyDesk::kServer). True: the scene, or the default, differs
-  /// now.
-  bool answered(const v1::SurveyReply& reply);
+  /// The answer to this object's own look (SurveyDesk::kServer). True: the scene, the default, or the notes
+  /// differ now.
+  bool answered(const SurveyDesk::Answer& answer);
 
-  /// SceneStore::suggest() for another geometry of the source; looks again where nobody has changed the
-  /// scene.
-  bool source_changed(const Scene& suggested);
+  /// SceneStore::suggest() where `suggested`, the scene for the geometry of the source alone, differs from
+  /// the last one. Looks again, at volumes that were captured after this call, where nobody has changed the
+  /// scene. True: as of answered().
+  bool source_changed(const Scene& suggested, std::int64_t now_ns);
 
  private:
   bool untouched() const { return scene_store_.in_force().revision == own_revision_; }
-  bool suggest(const Scene& scene);
-  /// Adds it to the notes, in place of an older one, and logs it.
-  void note(const std::string& sentence);
+  bool suggest(const Scene& scene, const std::string& sentence);
+  /// Adds it to the notes, in place of an older one, and logs it. True: it is another.
+  bool note(const std::string& sentence);
 
   const bool wanted_;
   SceneStore& scene_store_;
   SurveyDesk& surveys_;
   Scene for_source_;  // suggested for the geometry alone
   std::uint64_t own_revision_ = 0;
+  bool looking_ = false;
+  bool outdated_ = false;  // the answer that is awaited: it is of a volume of the geometry before
   bool found_ = false;
   std::int64_t next_ns_ = 0;
+  std::int64_t captured_from_ns_ = INT64_MIN;  // volumes captured earlier have another geometry
   std::vector<std::string>& notes_;
   const std::size_t source_notes_;  // the first so many
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/state/scene_store.hpp"
 
+#include <algorithm>
+
 #include "server/state/scene_message.hpp"
 
 namespace fanlight {
@@ -15,16 +17,18 @@ Result<bool> SceneStore::apply(const v1::Scene& change, const SceneField** refus
   return true;
 }
 
-bool SceneStore::suggest(const Scene& suggested) {
+Result<bool> SceneStore::suggest(const Scene& suggested) {
   Scene default_scene = default_;
   Scene scene = in_force_.scene;
   for (const SceneField& field : scene_fields()) {
+    if (std::ranges::find(chosen_, &field) != chosen_.end()) continue;
     if (field.same(default_scene, suggested_)) field.copy(default_scene, suggested);
     if (field.same(scene, suggested_)) field.copy(scene, suggested);
   }
-  // Chosen fields may contradict the new ones, for example if a ray would end before it starts. Then nothing
-  // changes.
-  if (!check(default_scene) || !check(scene)) return false;
+  // Chosen fields may contradict the new ones, for example if a ray would end before it starts.
+  for (const Scene* each : {&default_scene, &scene}) {
+    if (auto whole = check(*each); !whole) return whole.error();
+  }
   suggested_ = suggested;
   const bool other_default = first_pass_changed(default_, default_scene) != FirstPass::kNone;
   const bool other_scene = first_pass_changed(in_force_.scene, scene) != FirstPass::kNone;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "proto/base/result.hpp"
 #include "proto/exchange/mailbox.hpp"
@@ -15,9 +17,15 @@ namespace fanlight {
 class SceneStore {
  public:
   /// `initial`: the scene that the renderer was made with. `suggested`: the scene for the source alone,
-  /// without options of the user. `scenes` must outlive this object.
-  SceneStore(const NumberedScene& initial, const Scene& suggested, Mailbox<NumberedScene>& scenes)
-      : suggested_(suggested), default_(initial.scene), in_force_(initial), scenes_(scenes) {}
+  /// without options of the user. `chosen`: the fields that the user gave options for. `scenes` must outlive
+  /// this object.
+  SceneStore(const NumberedScene& initial, const Scene& suggested, Mailbox<NumberedScene>& scenes,
+             std::vector<const SceneField*> chosen = {})
+      : suggested_(suggested),
+        default_(initial.scene),
+        in_force_(initial),
+        scenes_(scenes),
+        chosen_(std::move(chosen)) {}
 
   const NumberedScene& in_force() const { return in_force_; }
   const Scene& default_scene() const { return default_; }
@@ -29,14 +37,16 @@ class SceneStore {
 
   /// The geometry of the source has changed; `suggested` is the scene for it alone. Fields that still have
   /// the value of the last suggestion take the new one, in the default scene and in the scene in force;
-  /// fields that were chosen otherwise stay. True if either scene differs now.
-  bool suggest(const Scene& suggested);
+  /// fields that were chosen otherwise, or by an option, stay. True if either scene differs now. Error: what
+  /// was chosen contradicts the suggestion; nothing changes.
+  Result<bool> suggest(const Scene& suggested);
 
  private:
   Scene suggested_;
   Scene default_;
   NumberedScene in_force_;
   Mailbox<NumberedScene>& scenes_;
+  std::vector<const SceneField*> chosen_;
 };
 
 /// The scene in force as a message.

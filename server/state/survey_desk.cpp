@@ -68,7 +68,8 @@ std::vector<SurveyDesk::Answer> SurveyDesk::answers(const Scene& scene) {
   looking_ = false;
   for (const Wish& wish : wishes_) {
     if (wish.order == ordered_)
-      all.push_back({.session = wish.session, .reply = reply_to(wish.request_id, *result)});
+      all.push_back(
+          {.session = wish.session, .outcome = result->outcome, .reply = reply_to(wish.request_id, *result)});
   }
   std::erase_if(wishes_, [&](const Wish& wish) { return wish.order == ordered_; });
   if (!wishes_.empty()) order(scene);

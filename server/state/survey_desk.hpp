@@ -24,6 +24,7 @@ class SurveyDesk {
   /// The answer to one wish.
   struct Answer {
     std::uint64_t session = 0;
+    SurveyResult::Outcome outcome = SurveyResult::Outcome::kNoVolume;
     v1::SurveyReply reply;
   };
 

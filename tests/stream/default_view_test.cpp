@@ -33,7 +33,13 @@ class DefaultViewTest : public testing::Test {
     const auto answers = surveys_.answers(store_.in_force().scene);
     EXPECT_EQ(answers.size(), 1U);
     EXPECT_EQ(answers.at(0).session, SurveyDesk::kServer);
-    return view_.answered(answers.at(0).reply);
+    return view_.answered(answers.at(0));
+  }
+  /// A picture of a volume that was captured just then is shown.
+  void shown(std::int64_t now_ns) {
+    PictureStamp stamp;
+    stamp.volume.first_capture_time_ns = now_ns;
+    view_.picture_shown(stamp, now_ns);
   }
   void change_threshold() {
     v1::Scene change;
@@ -61,7 +67,7 @@ class DefaultViewTest : public testing::Test {
 };
 
 TEST_F(DefaultViewTest, BecomesTheDefaultAndKeepsWhatWasChosen) {
-  view_.picture_shown(0);
+  shown(0);
   ASSERT_TRUE(asked());
   EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 25));
   EXPECT_EQ(yaw_deg(), 25);
@@ -69,23 +75,23 @@ TEST_F(DefaultViewTest, BecomesTheDefaultAndKeepsWhatWasChosen) {
   EXPECT_EQ(store_.in_force().scene.light.up_mm, 17) << "an option of the command line";
   ASSERT_EQ(notes_.size(), 2U);
   EXPECT_NE(notes_[1].find("found a sheet"), std::string::npos) << notes_[1];
-  view_.picture_shown(kLaterNs);
+  shown(kLaterNs);
   EXPECT_FALSE(asked()) << "it was found";
 }
 
 TEST_F(DefaultViewTest, ShowsSlicesUntilThereIsASurface) {
-  view_.picture_shown(0);
+  shown(0);
   ASSERT_TRUE(asked());
   EXPECT_TRUE(answer(SurveyResult::Outcome::kNoSurface));
   EXPECT_EQ(mode(), Mode::kSlices);
   ASSERT_EQ(notes_.size(), 2U);
   EXPECT_NE(notes_[1].find("no surface"), std::string::npos) << notes_[1];
-  view_.picture_shown(kLaterNs - 1);
+  shown(kLaterNs - 1);
   EXPECT_FALSE(asked()) << "a look takes time";
-  view_.picture_shown(kLaterNs);
+  shown(kLaterNs);
   ASSERT_TRUE(asked());
   EXPECT_FALSE(answer(SurveyResult::Outcome::kNoSurface)) << "as before";
-  view_.picture_shown(2 * kLaterNs);
+  shown(2 * kLaterNs);
   ASSERT_TRUE(asked());
   EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, -12));
   EXPECT_EQ(mode(), Mode::kSurface);
@@ -94,38 +100,95 @@ TEST_F(DefaultViewTest, ShowsSlicesUntilThereIsASurface) {
 }
 
 TEST_F(DefaultViewTest, EndsWhenSomebodyChangesTheScene) {
-  view_.picture_shown(0);
+  shown(0);
   ASSERT_TRUE(asked());
   change_threshold();
   EXPECT_FALSE(answer(SurveyResult::Outcome::kFound, 25)) << "changed while the render thread looked";
   EXPECT_EQ(yaw_deg(), 0);
   EXPECT_EQ(notes_.size(), 1U);
-  view_.picture_shown(kLaterNs);
+  shown(kLaterNs);
   EXPECT_FALSE(asked());
 }
 
 TEST_F(DefaultViewTest, LooksAgainAtAnotherGeometry) {
-  view_.picture_shown(0);
+  shown(0);
   ASSERT_TRUE(asked());
   EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 25));
+  EXPECT_FALSE(view_.source_changed(Scene{}, 1))
+      << "the probe told something else, its geometry is as before";
+  EXPECT_EQ(yaw_deg(), 25);
   Scene deeper;
   deeper.rays.end_mm = 200;
-  EXPECT_TRUE(view_.source_changed(deeper));
+  EXPECT_TRUE(view_.source_changed(deeper, 10));
   EXPECT_EQ(yaw_deg(), 0);
   EXPECT_EQ(store_.in_force().scene.rays.end_mm, 200);
-  view_.picture_shown(1);
+  EXPECT_EQ(notes_.size(), 1U) << "what was found was found in the geometry before";
+  shown(9);
+  EXPECT_FALSE(asked()) << "this volume was captured before";
+  shown(11);
   ASSERT_TRUE(asked());
   EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 30));
   change_threshold();
   deeper.rays.end_mm = 150;
-  EXPECT_TRUE(view_.source_changed(deeper));
-  view_.picture_shown(2);
+  EXPECT_TRUE(view_.source_changed(deeper, 20));
+  EXPECT_EQ(store_.in_force().scene.rays.end_mm, 150);
+  shown(21);
   EXPECT_FALSE(asked()) << "somebody has chosen the threshold";
+}
+
+TEST_F(DefaultViewTest, IgnoresTheAnswerForTheGeometryBefore) {
+  shown(0);
+  ASSERT_TRUE(asked());
+  Scene deeper;
+  deeper.rays.end_mm = 200;
+  EXPECT_TRUE(view_.source_changed(deeper, 10));
+  EXPECT_FALSE(answer(SurveyResult::Outcome::kFound, 25));
+  EXPECT_EQ(yaw_deg(), 0);
+  shown(11);
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 30));
+  EXPECT_EQ(yaw_deg(), 30);
+}
+
+TEST_F(DefaultViewTest, KeepsTheViewWhereTheRenderThreadCouldNotLook) {
+  shown(0);
+  ASSERT_TRUE(asked());
+  EXPECT_FALSE(answer(SurveyResult::Outcome::kNoMemory));
+  EXPECT_EQ(mode(), Mode::kSurface);
+  shown(kLaterNs);
+  EXPECT_TRUE(asked());
+}
+
+TEST_F(DefaultViewTest, KeepsAnOptionWithTheDefaultValueAndTellsOfContradictions) {
+  const SceneField* const yaw = find_scene_field("camera.yaw_deg");
+  const SceneField* const start = find_scene_field("rays.start_mm");
+  Scene given;
+  given.rays.start_mm = 80;
+  SceneStore store({.revision = 1, .scene = given}, Scene{}, scenes_, {yaw, start});
+  DefaultView view(true, store, surveys_, notes_);
+  view.picture_shown({}, 0);
+  ASSERT_TRUE(asked());
+  SurveyDesk::Answer found{.outcome = SurveyResult::Outcome::kFound, .reply = {}};
+  Scene scene = order_.scene;
+  scene.camera.yaw_deg = 25;
+  scene.camera.pitch_deg = 12;
+  *found.reply.mutable_found()->mutable_scene() = scene_message(scene);
+  EXPECT_TRUE(view.answered(found));
+  EXPECT_EQ(store.in_force().scene.camera.yaw_deg, 0) << "an option said so";
+  EXPECT_EQ(store.in_force().scene.camera.pitch_deg, 12);
+
+  SceneStore contradicted({.revision = 1, .scene = given}, Scene{}, scenes_, {start});
+  DefaultView other(true, contradicted, surveys_, notes_);
+  scene.rays.end_mm = 50;
+  *found.reply.mutable_found()->mutable_scene() = scene_message(scene);
+  EXPECT_TRUE(other.answered(found)) << "the notes say why";
+  EXPECT_EQ(contradicted.in_force().scene.camera.pitch_deg, 0);
+  EXPECT_NE(notes_.back().find("contradicts the options"), std::string::npos) << notes_.back();
 }
 
 TEST_F(DefaultViewTest, DoesNothingWhereAViewWasChosen) {
   DefaultView chosen(false, store_, surveys_, notes_);
-  chosen.picture_shown(0);
+  chosen.picture_shown({}, 0);
   EXPECT_FALSE(asked());
 }
 

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "renderer/survey/auto_scene.hpp"
+#include "renderer/survey/ray_start.hpp"
 #include "tests/support/made_volume.hpp"
 
 namespace fanlight::test {
@@ -90,6 +91,50 @@ TEST(SurfaceSurveyTest, FindsFluidBehindTissueWhereThereIsNoOtherSheet) {
   EXPECT_EQ(
       auto_scene(volume, scene_for(kGeometry, radians(-30), radians(30)), {512, 512})->scene.detector.sign,
       EdgeSign::kBrightToDark);
+}
+
+TEST(SurfaceSurveyTest, TakesTheFadingEchoOfAProbeInAirForNoSheet) {
+  const Volume volume = made_volume(kGeometry, even_angles(), [](const Point& at) {
+    const double depth_mm = std::hypot(at.y_mm + 30, at.z_mm) - 30;
+    return 220 * std::exp(-depth_mm / 5) + 6 + noise(at);
+  });
+  EXPECT_FALSE(find_surface(volume));
+}
+
+TEST(RayStartTest, LiesBeforeTheSheetAndBehindWhatIsBeforeIt) {
+  EXPECT_EQ(best_start({}).found, 0U);
+  const Start free = best_start({{-HUGE_VAL, 30}});
+  EXPECT_EQ(free.found, 1U);
+  EXPECT_EQ(free.depth_mm, 30 - kFinePartsMm);
+  const Start behind = best_start({{22, 30}, {25, 31}, {20, 33}});
+  EXPECT_EQ(behind.found, 3U);
+  EXPECT_EQ(behind.depth_mm, 25);
+  // Two sheets, one behind the other: the one in more rays.
+  std::vector<StartRange> rays(10, StartRange{40, 50});
+  rays.insert(rays.end(), 5, StartRange{-HUGE_VAL, 35});
+  EXPECT_EQ(best_start(rays).found, 10U);
+  EXPECT_EQ(best_start(rays).depth_mm, 40);
+}
+
+TEST(RayStartTest, GivesUpTheHundredthThatCostsTheMost) {
+  std::vector<StartRange> rays(200, StartRange{10, 50});
+  rays.push_back({48, 60});
+  const Start start = best_start(rays);
+  EXPECT_EQ(start.found, 201U);
+  EXPECT_EQ(start.depth_mm, 50 - kFinePartsMm) << "one ray of 201 meets another echo first";
+}
+
+TEST(SurfaceSurveyTest, SurvivesASheetThatTurnsAwayFromTheView) {
+  // A wall on the right side of the fan, which goes on below: an L.
+  for (const double wall_mm : {5.0, 15.0, 25.0}) {
+    const Volume volume = made_volume(kGeometry, even_angles(), [wall_mm](const Point& at) {
+      return (at.x_mm > wall_mm + 0.3 * at.y_mm - 15 || at.y_mm > 85 ? 140.0 : 20.0) + 3 * noise(at);
+    });
+    const auto survey = find_surface(volume);
+    if (!survey) continue;
+    EXPECT_LE(survey->found_share, 1);
+    EXPECT_LT(std::abs(survey->start_mm), 200);
+  }
 }
 
 TEST(SurfaceSurveyTest, FindsNothingInNoise) {

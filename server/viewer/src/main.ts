@@ -124,7 +124,8 @@ const effects = new FieldEffects(editor);
 const measured = new MeasuredValues(editor);
 const isLit = () => effects.missing("light") === undefined;
 const light = new LightHandle(editor, page.canvas, page.light, isLit);
-const orbit = new Orbit(editor, page.canvas);
+const movesRays = () => !ownView.wanted;
+const orbit = new Orbit(editor, page.canvas, movesRays);
 const view = new PictureView(
   page.canvas,
   page.frame,
@@ -149,7 +150,7 @@ const ownView: OwnView = new OwnView(page.ownView, {
   },
 });
 const tools = new Tools(page.tools, page.canvas);
-const sliceClick = new SliceClick(editor, page.canvas, () => !ownView.isOpen);
+const sliceClick = new SliceClick(editor, page.canvas, movesRays);
 new PictureInput(page.canvas, () => tools.chosen(), light, orbit, sliceClick.clicked);
 page.resetView.onclick = () => orbit.reset();
 const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, find("#found", HTMLElement), editor, (requestId) =>

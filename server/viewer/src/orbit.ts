@@ -5,18 +5,23 @@ import { allowed, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
 import { orbited, surfacePart, tidy, type PagePoint } from "./view_geometry";
 
+// A click on a slice, and what finds the surface, set these together with the camera.
+const kRays = ["rays.start_mm", "rays.end_mm", "slice.depth_mm"];
+
 export class Orbit {
   private field: SceneField | undefined;
   private defaults: Values = new Map();
 
+  /** `movesRays`: whether the rays may be changed; a view of one's own has those of the main view. */
   constructor(
     private readonly editor: SettingsEditor,
     private readonly canvas: HTMLCanvasElement,
+    private readonly movesRays: () => boolean,
   ) {}
 
   start(fields: SceneField[], defaults: Values): void {
     this.field = fields.find((field) => field.name === "camera.field_mm");
-    this.defaults = new Map([...defaults].filter(([name]) => name.startsWith("camera.")));
+    this.defaults = new Map([...defaults].filter(([name]) => name.startsWith("camera.") || kRays.includes(name)));
   }
 
   /** `moved` is in pixels of the page. */
@@ -38,6 +43,6 @@ export class Orbit {
   }
 
   reset(): void {
-    this.editor.set(this.defaults);
+    this.editor.set([...this.defaults].filter(([name]) => this.movesRays() || !kRays.includes(name)));
   }
 }

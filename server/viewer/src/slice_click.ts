@@ -23,7 +23,7 @@ export const kBeforeClickMm = 10;
 
 /** The point of the body that a slice shows at a pixel of the picture; undefined where no slice is. */
 export function slicePoint(pixel: PagePoint, mode: string, size: Size, camera: SliceCamera): BodyPoint | undefined {
-  if (mode === "slice") return obliquePoint(pixel, size, camera);
+  if (mode === "slice") return isBehindEye(camera) ? undefined : obliquePoint(pixel, size, camera);
   if (mode !== "slices") return undefined;
   // The panes as set_slices() in renderer/parameters/cast_parameters.cpp lays them out.
   const left = Math.floor(size.width / 2);
@@ -42,6 +42,12 @@ export function slicePoint(pixel: PagePoint, mode: string, size: Size, camera: S
   if (isRight) return { x, y: tidy(y - upMm), z: tidy(z + rightMm) };
   if (isLow) return { x: tidy(x + rightMm), y, z: tidy(z + upMm) };
   return { x: tidy(x + rightMm), y: tidy(y - upMm), z };
+}
+
+/** Such a plane is not shown. */
+function isBehindEye({ perspective, fieldMm, openingDeg, distanceMm, sliceDepthMm }: SliceCamera): boolean {
+  const eyeToTargetMm = fieldMm / (2 * Math.tan((openingDeg * Math.PI) / 360));
+  return perspective && sliceDepthMm + eyeToTargetMm - distanceMm <= 0;
 }
 
 /** A point of the plane at right angles to the view; the directions are those of view_frame() in renderer/parameters. */
@@ -74,7 +80,7 @@ export class SliceClick {
     const number = (name: string) => this.editor.number(name);
     const mode = this.editor.choice("mode");
     const distanceMm = number("camera.distance_mm");
-    const point = slicePoint(picturePixel(pointer, this.canvas), mode, this.canvas, {
+    const camera: SliceCamera = {
       fieldMm: number("camera.field_mm"),
       distanceMm,
       perspective: this.editor.choice("camera.projection") === "perspective",
@@ -84,8 +90,10 @@ export class SliceClick {
       pitchDeg: number("camera.pitch_deg"),
       rollDeg: number("camera.roll_deg"),
       sliceDepthMm: number("slice.depth_mm"),
-    });
+    };
+    const point = slicePoint(picturePixel(pointer, this.canvas), mode, this.canvas, camera);
     if (!point) return;
+    if (mode === "slice" && !this.movesRays()) return; // the plane would move along with the target, off the point
     const values: [string, number][] = [
       ["camera.target_x_mm", point.x],
       ["camera.target_y_mm", point.y],

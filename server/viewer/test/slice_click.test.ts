@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { slicePoint, type BodyPoint, type SliceCamera } from "../src/slice_click";
+import { SliceClick, slicePoint, type BodyPoint, type SliceCamera } from "../src/slice_click";
 
 const size = { width: 800, height: 400 };
 const camera: SliceCamera = {
@@ -57,4 +57,59 @@ test("in perspective a deeper slice shows more of the body", () => {
   // The eye stands 100 mm before the target, so at 50 mm behind it everything is 1.5 times as far aside.
   const deeper = { ...camera, perspective: true, sliceDepthMm: 100 };
   near(slicePoint({ x: 440, y: 180 }, "slice", size, deeper), { x: 31, y: 130, z: 10 });
+});
+
+test("a plane behind the eye is not shown, so a click hits nothing", () => {
+  const behind = { ...camera, perspective: true, sliceDepthMm: -51 };
+  assert.equal(slicePoint({ x: 440, y: 180 }, "slice", size, behind), undefined);
+});
+
+/** What a click on this pixel of a picture of 800 x 400 sets. */
+function sent(pixel: { x: number; y: number }, mode: string, movesRays: boolean): Map<string, unknown> {
+  const numbers = new Map<string, number>([
+    ["camera.field_mm", 200],
+    ["camera.distance_mm", 50],
+    ["rays.end_mm", 45],
+    ["slice.depth_mm", 70],
+  ]);
+  const set = new Map<string, unknown>();
+  const editor = {
+    number: (name: string) => numbers.get(name) ?? 0,
+    choice: (name: string) => (name === "mode" ? mode : "parallel"),
+    set: (values: Iterable<readonly [string, unknown]>) => {
+      for (const [name, value] of values) set.set(name, value);
+    },
+  };
+  const canvas = { ...size, getBoundingClientRect: () => ({ left: 0, top: 0, ...size }) };
+  const click = new SliceClick(editor as never, canvas as never, () => movesRays);
+  click.clicked(pixel);
+  return set;
+}
+
+test("a click moves the target, and the rays to just before it", () => {
+  assert.deepEqual(
+    [...sent({ x: 220, y: 130 }, "slices", true)],
+    [
+      ["camera.target_x_mm", 20],
+      ["camera.target_y_mm", 30],
+      ["camera.target_z_mm", 0],
+      ["rays.start_mm", 40],
+      ["rays.end_mm", 60],
+    ],
+  );
+  assert.deepEqual([...sent({ x: 600, y: 300 }, "slices", true)], []);
+});
+
+test("an oblique slice stays where it is: its target lies in it", () => {
+  const set = sent({ x: 400, y: 200 }, "slice", true);
+  assert.equal(set.get("camera.target_y_mm"), 20);
+  assert.equal(set.get("slice.depth_mm"), 50);
+});
+
+test("in a view of one's own the rays and the oblique slice are those of the main view", () => {
+  assert.deepEqual(
+    [...sent({ x: 220, y: 130 }, "slices", false).keys()],
+    ["camera.target_x_mm", "camera.target_y_mm", "camera.target_z_mm"],
+  );
+  assert.deepEqual([...sent({ x: 400, y: 200 }, "slice", false)], []);
 });
