@@ -135,6 +135,18 @@ Error bad(const std::filesystem::path& path, std::string_view wrong, std::string
   return {ErrorCode::kBadInput, fmt::format("{}: {}, expected {}", shown(path), wrong, expected)};
 }
 
+/// Where the text is no TOML, from 1 on. `Failure` is toml::syntax_error, another class in toml11 4.
+template <typename Failure>
+std::size_t line_of(const Failure& failure) {
+  if constexpr (requires { failure.location(); }) {
+    return failure.location().line();
+  } else {
+    const auto& errors = failure.errors();
+    const bool has_place = !errors.empty() && !errors.front().locations().empty();
+    return has_place ? errors.front().locations().front().first.first_line_number() : 1;
+  }
+}
+
 Result<toml::value> parse(const std::filesystem::path& path) {
   constexpr std::string_view kExpected = "lines such as motor_radius_mm = 28.0";
   // Far above the size of any geometry. The parser recurses into each bracket and each dot of a key without a
@@ -152,8 +164,8 @@ Result<toml::value> parse(const std::filesystem::path& path) {
   try {
     std::istringstream stream(text);
     return toml::parse(stream, shown(path));
-  } catch (const toml::exception& failure) {
-    return bad(path, fmt::format("line {} is not TOML", failure.location().line()), kExpected);
+  } catch (const toml::syntax_error& failure) {
+    return bad(path, fmt::format("line {} is not TOML", line_of(failure)), kExpected);
   } catch (const std::exception&) {
     return bad(path, "the file is not TOML", kExpected);
   }
@@ -161,7 +173,7 @@ Result<toml::value> parse(const std::filesystem::path& path) {
 
 std::optional<double> value_of(const Key& key, const toml::value& value) {
   if (!key.choices.empty()) {
-    return value.is_string() ? value_in(key, value.as_string(std::nothrow).str) : std::nullopt;
+    return value.is_string() ? value_in(key, toml::get<std::string>(value)) : std::nullopt;
   }
   double number = std::nan("");
   if (value.is_floating()) number = value.as_floating(std::nothrow);
