@@ -9,7 +9,7 @@ namespace fanlight {
 Result<VolumeInFlight> VolumeInFlight::create(const Gpu& gpu, const Pipelines& pipelines,
                                               const Config& config) {
   VolumeInFlight made(config);
-  auto angles = AngleBuffer::create(gpu, made.table_.entries().size_bytes());
+  auto angles = AngleBuffer::create(gpu, made.table_.entries().size());
   if (!angles) return angles.error();
   made.angles_ = std::move(*angles);
   if (auto step = made.create_frames(gpu, config.geometry, config.usual_frames); !step) return step.error();

@@ -2,13 +2,17 @@
 // The angle table: from a point of the body to the frame coordinate (renderer/ALGORITHM.md, pass 1). The
 // includer has declared the parameters as `rays`.
 //
-// Reads: angle_table, texels of one float: the frame coordinate (0 for the first frame by ascending angle,
+// Reads: angle_table, pairs of floats, an entry and the next one: the frame coordinate (0 for the first frame
+// by ascending angle,
 //   between frames a fraction), evenly spaced over tan(angle / 2). angle is the angle about the sweep axis
 //   to the middle of the sweep. The half angle's tangent needs one division and no arc function.
 #ifndef FANLIGHT_SHADERS_ANGLE_TABLE_H
 #define FANLIGHT_SHADERS_ANGLE_TABLE_H
 
-layout(binding = FANLIGHT_BINDING_ANGLE_TABLE) uniform samplerBuffer angle_table;
+#include "buffer_access.h"
+#include "whole_number.h"
+
+FANLIGHT_PAIRS_TO_READ(FANLIGHT_BINDING_ANGLE_TABLE, AngleTablePairs, angle_table);
 
 // The position in the table, in entries, clamped to the table.
 float table_position(float half_tangent) {
@@ -27,8 +31,8 @@ struct Angle {
 Angle angle_at(float across, float along, float length) {
   float position = table_position(across / max(length + along, 1e-6));
   float below = min(floor(position), rays.last_angle_entry - 1.0);
-  return Angle(texelFetch(angle_table, int(below)).x, texelFetch(angle_table, int(below) + 1).x,
-               position - below);
+  vec2 entries = fetched_pair(angle_table, whole(below));
+  return Angle(entries.x, entries.y, position - below);
 }
 
 float frame_of(Angle angle) {

@@ -13,7 +13,7 @@
 // The volume, as passes 0 and 1 read it. Frames are in order of ascending angle.
 // 3D texture: column, row, frame.
 #define FANLIGHT_BINDING_VOLUME 2
-// Texels of one float: the frame coordinate by tan(angle / 2).
+// Pairs of floats: an entry of the angle table and the next one, the frame coordinate by tan(angle / 2).
 #define FANLIGHT_BINDING_ANGLE_TABLE 3
 // 1D texture: colour and opacity of one sample by its grey level.
 #define FANLIGHT_BINDING_TRANSFER 4
@@ -85,9 +85,21 @@
 #define FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS 33
 #define FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS 34
 
+#ifdef FANLIGHT_STORAGE
+// The same storage buffers for reading and writing (buffer_access.h); the other numbers stay unused.
+#undef FANLIGHT_BINDING_PACKED_TEXELS
+#undef FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS
+#undef FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS
+#define FANLIGHT_BINDING_PACKED_TEXELS FANLIGHT_BINDING_PACKED
+#define FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS FANLIGHT_BINDING_BLOCK_MIN_MAX
+#define FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX
+#endif
+
 #define FANLIGHT_BINDINGS 35
 // Storage buffers among the bindings. The others are two uniform buffers, two textures and texel buffers.
 #define FANLIGHT_STORAGE_BUFFERS 23
+// Further ones with FANLIGHT_STORAGE: angle table, frames, filtered and prepared frames, packed columns.
+#define FANLIGHT_FURTHER_STORAGE_BUFFERS 5
 
 // Side of a block of a frame, in pixels, and side of the neighbourhood of a block, in blocks.
 #define FANLIGHT_BLOCK 4

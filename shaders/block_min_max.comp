@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "bindings.h"
+#include "buffer_access.h"
 #include "prepare_constants.h"
 
 layout(local_size_x = 64) in;  // x: blocks of a row of blocks; y: rows of blocks; z: frames
@@ -15,7 +16,7 @@ layout(local_size_x = 64) in;  // x: blocks of a row of blocks; y: rows of block
 layout(push_constant, scalar) uniform Constants {
   PrepareConstants prepare;
 };
-layout(binding = FANLIGHT_BINDING_PREPARED_FRAMES) uniform usamplerBuffer prepared_frames;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_PREPARED_FRAMES, PreparedFramesWords, prepared_frames);
 layout(binding = FANLIGHT_BINDING_BLOCK_MIN_MAX, scalar) writeonly buffer BlockMinMax {
   uint block_min_max[];
 };
@@ -36,7 +37,7 @@ void main() {
     int in_frame = min(row * FANLIGHT_BLOCK + y, int(prepare.rows) - 1);
     for (int x = 0; x < kWordsAcross; ++x) {
       int word = min(column * kWordsAcross + x, words_in_row() - 1);
-      uvec4 pixels = pixels_of(texelFetch(prepared_frames, int(word_at(word, in_frame, frame))).x);
+      uvec4 pixels = pixels_of(fetched(prepared_frames, int(word_at(word, in_frame, frame))));
       // The padding after the last column is not part of the frame.
       bvec4 inside = lessThan(columns_of(word), ivec4(prepare.columns));
       minimum = mix(minimum, min(minimum, pixels), inside);

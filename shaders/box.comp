@@ -9,6 +9,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
+#include "buffer_access.h"
 #include "prepare_constants.h"
 
 layout(push_constant, scalar) uniform Constants {
@@ -16,8 +17,8 @@ layout(push_constant, scalar) uniform Constants {
 };
 #include "frame_words.h"
 
-layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
-layout(binding = FANLIGHT_BINDING_FILTERED_FRAMES, r32ui) writeonly uniform uimageBuffer filtered_frames;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_FRAMES, FramesWords, frames);
+FANLIGHT_WORDS_TO_WRITE(FANLIGHT_BINDING_FILTERED_FRAMES, FilteredFramesWords, filtered_frames);
 
 struct Sums {
   uvec4 first;   // of grey levels
@@ -25,11 +26,11 @@ struct Sums {
 };
 
 Sums entry(uint word) {
-  return Sums(pixels_of(texelFetch(frames, int(word)).x), uvec4(0u));
+  return Sums(pixels_of(fetched(frames, int(word))), uvec4(0u));
 }
 
 void put(uint word, Sums sums, uvec4 numbers) {
-  imageStore(filtered_frames, int(word), uvec4(word_of((2u * sums.first + numbers) / (2u * numbers))));
+  store(filtered_frames, int(word), word_of((2u * sums.first + numbers) / (2u * numbers)));
 }
 
 #include "sliding_window.h"

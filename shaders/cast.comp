@@ -161,7 +161,7 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
     }
   }
   surface = first_surface(surface, last_edge(detector), ray, shown);
-  return RayResult(depth_of(surface, ray, shown), colour_of(accumulator), uint(int(index)));
+  return RayResult(depth_of(surface, ray, shown), colour_of(accumulator), uint(whole(index)));
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch

@@ -16,6 +16,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
+#include "buffer_access.h"
 #include "cast_parameters.h"
 
 layout(local_size_x = 8) in;  // tiles
@@ -25,7 +26,7 @@ layout(constant_id = 0) const int kWindow = 8;
 layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
 layout(constant_id = 2) const bool kPolar = false;
 
-layout(binding = FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS) uniform usamplerBuffer neighbour_min_max;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS, NeighbourMinMaxWords, neighbour_min_max);
 layout(binding = FANLIGHT_BINDING_SEGMENT_MASKS, scalar) writeonly buffer SegmentMasks {
   uvec4 segment_masks[];
 };
@@ -95,7 +96,7 @@ Levels levels_in(Cell cell) {
     for (int y = first.y; y <= last.y; y += FANLIGHT_BLOCKS_IN_BOUND) {
       int row = (frame * blocks_down + y) * blocks_across;
       for (int x = first.x; x <= last.x; x += FANLIGHT_BLOCKS_IN_BOUND) {
-        uint min_max = texelFetch(neighbour_min_max, row + x).x;
+        uint min_max = fetched(neighbour_min_max, row + x);
         minimum = min(minimum, min_of(min_max));
         maximum = max(maximum, max_of(min_max));
       }

@@ -11,12 +11,15 @@
 #ifndef FANLIGHT_SHADERS_FAN_VOLUME_H
 #define FANLIGHT_SHADERS_FAN_VOLUME_H
 
+#include "buffer_access.h"
+
 #ifdef FANLIGHT_GATHERING
-layout(binding = FANLIGHT_BINDING_PACKED_TEXELS) uniform usamplerBuffer packed_columns;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_PACKED_TEXELS, PackedColumnsWords, packed_columns);
 #else
 layout(binding = FANLIGHT_BINDING_VOLUME) uniform sampler3D volume;
 #endif
 #include "angle_table.h"
+#include "whole_number.h"
 
 // The angle between (across, along) and the second axis, rad, from -90 to 90 degrees. Halves the angle twice
 // by the tangent of the half angle, then sums the series of the arc tangent. The first omitted term is below
@@ -48,17 +51,17 @@ Voxels voxels_at(vec3 voxel) {
   vec3 first = floor(inside);
   // A packed row begins every three rows. Half a row protects the quotient from rounding.
   float packed_row = floor((first.y + 0.5) * (1.0 / 3.0));
-  int here = (int(first.z) * rays.packed_rows + int(packed_row)) * rays.packed_stride + int(first.x);
+  int here = (whole(first.z) * rays.packed_rows + whole(packed_row)) * rays.packed_stride + whole(first.x);
   int behind = here + rays.packed_rows * rays.packed_stride;
-  uvec4 words = uvec4(texelFetch(packed_columns, here).x, texelFetch(packed_columns, here + 1).x,
-                      texelFetch(packed_columns, behind).x, texelFetch(packed_columns, behind + 1).x);
-  return Voxels(words, 8 * int(first.y - 3.0 * packed_row), inside - first);
+  uvec4 words = uvec4(fetched(packed_columns, here), fetched(packed_columns, here + 1),
+                      fetched(packed_columns, behind), fetched(packed_columns, behind + 1));
+  return Voxels(words, whole(8.0 * (first.y - 3.0 * packed_row)), inside - first);
 }
 
 // The trilinear interpolation of a texture's linear filter, 0 to 1.
 float mixed(Voxels voxels) {
   uvec4 words = voxels.words >> voxels.shift;
-  vec4 rows = mix(vec4(words & 0xFFu), vec4(words >> 8 & 0xFFu), voxels.fraction.y);
+  vec4 rows = mix(vec4(ivec4(words & 0xFFu)), vec4(ivec4(words >> 8 & 0xFFu)), voxels.fraction.y);
   vec2 columns = mix(rows.xz, rows.yw, voxels.fraction.x);
   return mix(columns.x, columns.y, voxels.fraction.z) * (1.0 / 255.0);
 }

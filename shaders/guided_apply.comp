@@ -9,6 +9,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
+#include "buffer_access.h"
 #include "prepare_constants.h"
 
 layout(push_constant, scalar) uniform Constants {
@@ -16,11 +17,11 @@ layout(push_constant, scalar) uniform Constants {
 };
 #include "frame_words.h"
 
-layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_FRAMES, FramesWords, frames);
 layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) readonly buffer Coefficients {
   uvec4 coefficients[];
 };
-layout(binding = FANLIGHT_BINDING_FILTERED_FRAMES, r32ui) writeonly uniform uimageBuffer filtered_frames;
+FANLIGHT_WORDS_TO_WRITE(FANLIGHT_BINDING_FILTERED_FRAMES, FilteredFramesWords, filtered_frames);
 
 struct Sums {
   uvec4 first;   // of a, in 1/65535
@@ -34,9 +35,9 @@ Sums entry(uint word) {
 
 void put(uint word, Sums sums, uvec4 numbers) {
   vec4 scale = 1.0 / (65535.0 * vec4(numbers));
-  vec4 grey = scale * vec4(sums.first) * vec4(pixels_of(texelFetch(frames, int(word)).x)) +
+  vec4 grey = scale * vec4(sums.first) * vec4(pixels_of(fetched(frames, int(word)))) +
               255.0 * scale * vec4(sums.second);
-  imageStore(filtered_frames, int(word), uvec4(word_of(uvec4(min(grey + 0.5, 255.0)))));
+  store(filtered_frames, int(word), word_of(uvec4(min(grey + 0.5, 255.0))));
 }
 
 #include "sliding_window.h"

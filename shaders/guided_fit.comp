@@ -12,6 +12,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
+#include "buffer_access.h"
 #include "prepare_constants.h"
 
 layout(push_constant, scalar) uniform Constants {
@@ -19,7 +20,7 @@ layout(push_constant, scalar) uniform Constants {
 };
 #include "frame_words.h"
 
-layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_FRAMES, FramesWords, frames);
 layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) writeonly buffer Coefficients {
   uvec4 coefficients[];
 };
@@ -30,7 +31,7 @@ struct Sums {
 };
 
 Sums entry(uint word) {
-  uvec4 grey = pixels_of(texelFetch(frames, int(word)).x);
+  uvec4 grey = pixels_of(fetched(frames, int(word)));
   return Sums(grey, grey * grey);
 }
 

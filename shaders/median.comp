@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "bindings.h"
+#include "buffer_access.h"
 #include "prepare_constants.h"
 
 layout(push_constant, scalar) uniform Constants {
@@ -22,8 +23,8 @@ layout(local_size_x = 64) in;  // x: words of a row; y: rows; z: frames
 layout(constant_id = 0) const int kSide = 5;
 layout(constant_id = 1) const int kAcross = 1;
 
-layout(binding = FANLIGHT_BINDING_FRAMES) uniform usamplerBuffer frames;
-layout(binding = FANLIGHT_BINDING_FILTERED_FRAMES, r32ui) writeonly uniform uimageBuffer filtered_frames;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_FRAMES, FramesWords, frames);
+FANLIGHT_WORDS_TO_WRITE(FANLIGHT_BINDING_FILTERED_FRAMES, FilteredFramesWords, filtered_frames);
 
 const int kWindow = kSide * kSide * kAcross;
 
@@ -34,7 +35,7 @@ int grey_at(ivec3 at) {
   ivec3 size = ivec3(prepare.columns, prepare.rows, prepare.frames);
   bool inside = all(greaterThanEqual(at, ivec3(0))) && all(lessThan(at, size));
   ivec3 clamped = clamp(at, ivec3(0), size - 1);
-  uint word = texelFetch(frames, int(word_at(clamped.x / 4, clamped.y, clamped.z))).x;
+  uint word = fetched(frames, int(word_at(clamped.x / 4, clamped.y, clamped.z)));
   return inside ? int(word >> (8 * (clamped.x % 4)) & 0xFFu) : kAbsent;
 }
 
@@ -69,5 +70,5 @@ void main() {
   uvec4 medians = uvec4(0u);
   for (int pixel = 0; pixel < 4; ++pixel)
     medians[pixel] = uint(median_at(ivec3(4 * word + pixel, row, frame)));
-  imageStore(filtered_frames, int(word_at(word, row, frame)), uvec4(word_of(medians)));
+  store(filtered_frames, int(word_at(word, row, frame)), word_of(medians));
 }

@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "bindings.h"
+#include "buffer_access.h"
 #include "prepare_constants.h"
 
 layout(local_size_x = 64) in;  // x: blocks of a row of blocks; y: rows of blocks; z: frames
@@ -16,7 +17,7 @@ layout(local_size_x = 64) in;  // x: blocks of a row of blocks; y: rows of block
 layout(push_constant, scalar) uniform Constants {
   PrepareConstants prepare;
 };
-layout(binding = FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS) uniform usamplerBuffer block_min_max;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS, BlockMinMaxWords, block_min_max);
 layout(binding = FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX, scalar) writeonly buffer NeighbourMinMax {
   uint neighbour_min_max[];
 };
@@ -33,7 +34,7 @@ void main() {
   ivec2 last = min(block + FANLIGHT_BLOCKS_IN_BOUND, ivec2(across, down)) - 1;
   for (int y = block.y; y <= last.y; ++y) {
     for (int x = block.x; x <= last.x; ++x) {
-      uint min_max = texelFetch(block_min_max, (frame + y) * across + x).x;
+      uint min_max = fetched(block_min_max, (frame + y) * across + x);
       minimum = min(minimum, min_of(min_max));
       maximum = max(maximum, max_of(min_max));
     }

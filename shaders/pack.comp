@@ -11,6 +11,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "bindings.h"
+#include "buffer_access.h"
 #include "prepare_constants.h"
 
 layout(local_size_x = 64) in;  // x: words of a row of the frame; y: packed rows; z: frames
@@ -18,8 +19,8 @@ layout(local_size_x = 64) in;  // x: words of a row of the frame; y: packed rows
 layout(push_constant, scalar) uniform Constants {
   PrepareConstants prepare;
 };
-layout(binding = FANLIGHT_BINDING_PREPARED_FRAMES) uniform usamplerBuffer prepared_frames;
-layout(binding = FANLIGHT_BINDING_PACKED, r32ui) writeonly uniform uimageBuffer packed_columns;
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_PREPARED_FRAMES, PreparedFramesWords, prepared_frames);
+FANLIGHT_WORDS_TO_WRITE(FANLIGHT_BINDING_PACKED, PackedColumnsWords, packed_columns);
 #include "frame_words.h"
 
 void main() {
@@ -30,10 +31,9 @@ void main() {
   uvec4 columns = uvec4(0u);
   for (int row = 0; row < 4; ++row) {
     int in_frame = min(3 * packed_row + row, int(prepare.rows) - 1);
-    columns |= pixels_of(texelFetch(prepared_frames, int(word_at(word, in_frame, frame))).x) << (8 * row);
+    columns |= pixels_of(fetched(prepared_frames, int(word_at(word, in_frame, frame)))) << (8 * row);
   }
   uint stride = FANLIGHT_PACKED_STRIDE(prepare.columns);
   int index = int((uint(frame) * gl_NumWorkGroups.y + uint(packed_row)) * stride + 4u * uint(word));
-  for (int column = 0; column < 4; ++column)
-    imageStore(packed_columns, index + column, uvec4(columns[column]));
+  for (int column = 0; column < 4; ++column) store(packed_columns, index + column, columns[column]);
 }

@@ -27,9 +27,9 @@ struct SampleRun {
 // The next run of a ray that has reached `index`, and ends at `end`. It covers consecutive segments whose
 // bits are set. It begins one window earlier, so that the detector's window is full in the first segment.
 SampleRun next_run(uvec4 segment_mask, float index, float end) {
-  int next = first_sample_in(segment_mask, int(index));
+  int next = first_sample_in(segment_mask, whole(index));
   float run_end = min(end, float(first_sample_in(~segment_mask, next)));
-  float first = next >= int(end) ? end : float(next - kWindow);
+  float first = next >= whole(end) ? end : float(next - kWindow);
   return SampleRun(max(first, index), run_end);
 }
 

@@ -7,7 +7,8 @@
 namespace fanlight::shaders {
 
 /// The SPIR-V words of each pass, embedded by the build. `..._gathering`: reads the volume from packed words
-/// instead of a texture (fan_volume.h).
+/// instead of a texture (fan_volume.h). `..._storage`: reads storage buffers instead of texel buffers
+/// (buffer_access.h).
 extern const std::span<const std::uint32_t> box_spirv;
 extern const std::span<const std::uint32_t> median_spirv;
 extern const std::span<const std::uint32_t> guided_fit_spirv;
@@ -32,8 +33,25 @@ extern const std::span<const std::uint32_t> min_depth_spirv;
 extern const std::span<const std::uint32_t> light_spirv;
 extern const std::span<const std::uint32_t> diffuse_spirv;
 extern const std::span<const std::uint32_t> finish_spirv;
+extern const std::span<const std::uint32_t> access_trial_spirv;
 extern const std::span<const std::uint32_t> cast_gathering_spirv;
 extern const std::span<const std::uint32_t> slice_gathering_spirv;
 extern const std::span<const std::uint32_t> confidence_gathering_spirv;
+extern const std::span<const std::uint32_t> access_trial_storage_spirv;
+extern const std::span<const std::uint32_t> box_storage_spirv;
+extern const std::span<const std::uint32_t> median_storage_spirv;
+extern const std::span<const std::uint32_t> guided_fit_storage_spirv;
+extern const std::span<const std::uint32_t> guided_apply_storage_spirv;
+extern const std::span<const std::uint32_t> block_min_max_storage_spirv;
+extern const std::span<const std::uint32_t> neighbour_min_max_storage_spirv;
+extern const std::span<const std::uint32_t> pack_storage_spirv;
+extern const std::span<const std::uint32_t> empty_space_storage_spirv;
+extern const std::span<const std::uint32_t> dirty_tiles_storage_spirv;
+extern const std::span<const std::uint32_t> cast_storage_spirv;
+extern const std::span<const std::uint32_t> slice_storage_spirv;
+extern const std::span<const std::uint32_t> confidence_storage_spirv;
+extern const std::span<const std::uint32_t> cast_gathering_storage_spirv;
+extern const std::span<const std::uint32_t> slice_gathering_storage_spirv;
+extern const std::span<const std::uint32_t> confidence_gathering_storage_spirv;
 
 }  // namespace fanlight::shaders

@@ -123,8 +123,8 @@ ivec2 frames_in(Extent extent) {
   float first = below <= 0.0 ? -1e6 : (middle - widened) / below;
   float last = above <= 0.0 ? 1e6 : (middle + widened) / above;
   // One more entry on either side, for rounding.
-  float lowest = texelFetch(angle_table, max(int(table_position(first)) - 1, 0)).x;
-  float highest = texelFetch(angle_table, min(int(table_position(last)) + 2, int(rays.last_angle_entry))).x;
+  float lowest = fetched_pair(angle_table, max(int(table_position(first)) - 1, 0)).x;
+  float highest = fetched_pair(angle_table, min(int(table_position(last)) + 2, int(rays.last_angle_entry))).x;
   bool outside = highest < 0.0 || lowest > rays.last_frame;
   ivec2 frames = ivec2(floor(clamp(vec2(lowest, highest), 0.0, rays.last_frame)));
   // A cell that contains the axis reaches every angle.

@@ -18,13 +18,18 @@ Result<DescriptorSets> DescriptorSets::create(const Gpu& gpu, const Pipelines& p
                                                 {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 0}}};
   for (std::uint32_t binding = 0; binding < FANLIGHT_BINDINGS; ++binding) {
     const auto size =
-        std::ranges::find(sizes, Pipelines::descriptor_type(binding), &VkDescriptorPoolSize::type);
-    size->descriptorCount += kSets;
+        std::ranges::find(sizes, Pipelines::descriptor_type(gpu, binding), &VkDescriptorPoolSize::type);
+    if (Pipelines::has_binding(gpu, binding)) size->descriptorCount += kSets;
   }
-  const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                             .maxSets = kSets,
-                                             .poolSizeCount = sizes.size(),
-                                             .pPoolSizes = sizes.data()};
+  // Vulkan takes no pool of none: texel buffers may have no binding.
+  const auto used = std::ranges::partition(sizes, [](const VkDescriptorPoolSize& size) {
+                      return size.descriptorCount > 0;
+                    }).begin();
+  const VkDescriptorPoolCreateInfo pool_info{
+      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+      .maxSets = kSets,
+      .poolSizeCount = static_cast<std::uint32_t>(used - sizes.begin()),
+      .pPoolSizes = sizes.data()};
   VkDescriptorPool pool = VK_NULL_HANDLE;
   VkResult result = vkCreateDescriptorPool(gpu.device(), &pool_info, nullptr, &pool);
   if (result != VK_SUCCESS) return vulkan_error("vkCreateDescriptorPool", result);
@@ -42,6 +47,7 @@ Result<DescriptorSets> DescriptorSets::create(const Gpu& gpu, const Pipelines& p
 }
 
 void DescriptorSets::write(const Gpu& gpu, std::uint32_t binding, const GpuBuffer& buffer) const {
+  if (!Pipelines::has_binding(gpu, binding)) return;
   for (std::size_t set = 0; set < sets_.size(); ++set) {
     std::uint32_t swapped = binding;
     if (set == 1 && binding == FANLIGHT_BINDING_LIT) swapped = FANLIGHT_BINDING_DIFFUSED;
@@ -52,7 +58,7 @@ void DescriptorSets::write(const Gpu& gpu, std::uint32_t binding, const GpuBuffe
                                      .dstSet = sets_[set],
                                      .dstBinding = swapped,
                                      .descriptorCount = 1,
-                                     .descriptorType = Pipelines::descriptor_type(binding),
+                                     .descriptorType = Pipelines::descriptor_type(gpu, binding),
                                      .pBufferInfo = &info,
                                      .pTexelBufferView = &texels};
     vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);

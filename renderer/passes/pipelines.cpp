@@ -13,7 +13,15 @@
 
 namespace fanlight {
 
-VkDescriptorType Pipelines::descriptor_type(std::uint32_t binding) {
+bool Pipelines::has_binding(const Gpu& gpu, std::uint32_t binding) {
+  const bool twice = binding == FANLIGHT_BINDING_PACKED_TEXELS ||
+                     binding == FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS ||
+                     binding == FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS;
+  return gpu.buffer_access() == BufferAccess::kTexels || !twice;
+}
+
+VkDescriptorType Pipelines::descriptor_type(const Gpu& gpu, std::uint32_t binding) {
+  const bool texels = gpu.buffer_access() == BufferAccess::kTexels;
   switch (binding) {
     case FANLIGHT_BINDING_CAST_PARAMETERS:
     case FANLIGHT_BINDING_LIGHT_PARAMETERS:
@@ -27,40 +35,49 @@ VkDescriptorType Pipelines::descriptor_type(std::uint32_t binding) {
     case FANLIGHT_BINDING_PACKED_TEXELS:
     case FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS:
     case FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS:
-      return VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+      return texels ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
     case FANLIGHT_BINDING_FILTERED_FRAMES:
     case FANLIGHT_BINDING_PACKED:
-      return VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER;
+      return texels ? VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
     default:
       return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
   }
 }
 
 std::span<const std::uint32_t> Pipelines::spirv_of(Shader shader) const {
+  using Words = std::span<const std::uint32_t>;
   const bool gathering = sampling_ == Sampling::kGathering;
+  const bool is_storage = gpu_.buffer_access() == BufferAccess::kStorage;
+  const auto pick = [&](Words texels, Words storage) { return is_storage ? storage : texels; };
   switch (shader) {
     case Shader::kBox:
-      return shaders::box_spirv;
+      return pick(shaders::box_spirv, shaders::box_storage_spirv);
     case Shader::kMedian:
-      return shaders::median_spirv;
+      return pick(shaders::median_spirv, shaders::median_storage_spirv);
     case Shader::kGuidedFit:
-      return shaders::guided_fit_spirv;
+      return pick(shaders::guided_fit_spirv, shaders::guided_fit_storage_spirv);
     case Shader::kGuidedApply:
-      return shaders::guided_apply_spirv;
+      return pick(shaders::guided_apply_spirv, shaders::guided_apply_storage_spirv);
     case Shader::kBlockMinMax:
-      return shaders::block_min_max_spirv;
+      return pick(shaders::block_min_max_spirv, shaders::block_min_max_storage_spirv);
     case Shader::kNeighbourMinMax:
-      return shaders::neighbour_min_max_spirv;
+      return pick(shaders::neighbour_min_max_spirv, shaders::neighbour_min_max_storage_spirv);
     case Shader::kPack:
-      return shaders::pack_spirv;
+      return pick(shaders::pack_spirv, shaders::pack_storage_spirv);
     case Shader::kEmptySpace:
-      return shaders::empty_space_spirv;
+      return pick(shaders::empty_space_spirv, shaders::empty_space_storage_spirv);
     case Shader::kDirtyTiles:
-      return shaders::dirty_tiles_spirv;
+      return pick(shaders::dirty_tiles_spirv, shaders::dirty_tiles_storage_spirv);
     case Shader::kCast:
-      return gathering ? shaders::cast_gathering_spirv : shaders::cast_spirv;
+      return gathering ? pick(shaders::cast_gathering_spirv, shaders::cast_gathering_storage_spirv)
+                       : pick(shaders::cast_spirv, shaders::cast_storage_spirv);
     case Shader::kSlice:
-      return gathering ? shaders::slice_gathering_spirv : shaders::slice_spirv;
+      return gathering ? pick(shaders::slice_gathering_spirv, shaders::slice_gathering_storage_spirv)
+                       : pick(shaders::slice_spirv, shaders::slice_storage_spirv);
+    case Shader::kConfidence:
+      return gathering
+                 ? pick(shaders::confidence_gathering_spirv, shaders::confidence_gathering_storage_spirv)
+                 : pick(shaders::confidence_spirv, shaders::confidence_storage_spirv);
     case Shader::kTemporal:
       return shaders::temporal_spirv;
     case Shader::kTileDepthRange:
@@ -69,8 +86,6 @@ std::span<const std::uint32_t> Pipelines::spirv_of(Shader shader) const {
       return shaders::cleanup_tiles_spirv;
     case Shader::kIslands:
       return shaders::islands_spirv;
-    case Shader::kConfidence:
-      return gathering ? shaders::confidence_gathering_spirv : shaders::confidence_spirv;
     case Shader::kHoles:
       return shaders::holes_spirv;
     case Shader::kMeanRows:
@@ -125,11 +140,11 @@ Result<void> Pipelines::create_layouts() {
 
   std::array<VkDescriptorSetLayoutBinding, FANLIGHT_BINDINGS> bindings{};
   for (std::uint32_t binding = 0; binding < bindings.size(); ++binding) {
-    const VkDescriptorType type = descriptor_type(binding);
+    const VkDescriptorType type = descriptor_type(gpu_, binding);
     bindings[binding] = {
         .binding = binding,
         .descriptorType = type,
-        .descriptorCount = 1,
+        .descriptorCount = has_binding(gpu_, binding) ? 1U : 0U,
         .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
         .pImmutableSamplers = type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER ? &sampler : nullptr};
   }

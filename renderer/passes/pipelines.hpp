@@ -30,7 +30,9 @@ class Pipelines {
   /// requested, and kept. Error: a pipeline that cannot be built.
   static Result<std::unique_ptr<Pipelines>> create(const Gpu& gpu, const Config& config);
 
-  static VkDescriptorType descriptor_type(std::uint32_t binding);
+  /// Whether any shader uses a binding: storage buffers have one for both reading and writing.
+  static bool has_binding(const Gpu& gpu, std::uint32_t binding);
+  static VkDescriptorType descriptor_type(const Gpu& gpu, std::uint32_t binding);
 
   Sampling sampling() const { return sampling_; }
 

@@ -8,12 +8,12 @@
 
 namespace fanlight {
 
-/// The entries of an AngleTable on the GPU. Owns the staging buffer and the buffer that shaders read. Render
-/// thread only.
+/// The entries of an AngleTable on the GPU, each with the next one: a shader fetches both at once. Owns the
+/// staging buffer and the buffer that shaders read. Render thread only.
 class AngleBuffer {
  public:
   AngleBuffer() = default;
-  static Result<AngleBuffer> create(const Gpu& gpu, std::uint64_t bytes);
+  static Result<AngleBuffer> create(const Gpu& gpu, std::uint64_t entries_at_most);
 
   /// Stages entries that the next record() uploads. Precondition: no upload is outstanding.
   void put(std::span<const float> entries);

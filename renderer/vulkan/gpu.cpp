@@ -7,6 +7,7 @@
 #include <array>
 #include <cctype>
 
+#include "renderer/vulkan/access_trial.hpp"
 #include "renderer/vulkan/debug_name.hpp"
 #include "renderer/vulkan/vulkan_result.hpp"
 
@@ -34,7 +35,8 @@ Error none_serves(const std::vector<GpuCandidate>& candidates, std::string_view 
 
 }  // namespace
 
-Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::string_view name) {
+Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::string_view name,
+                                         std::optional<BufferAccess> access) {
   const auto chosen = std::ranges::find_if(instance.candidates(), [&](const GpuCandidate& candidate) {
     return candidate.refusals.empty() && contains_any_case(candidate.name, name);
   });
@@ -79,7 +81,22 @@ Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::strin
   const bool one_queue = made->cast_queue_ == made->light_queue_;
   fanlight::set_debug_name(*made, made->cast_queue_, one_queue ? "cast and light queue" : "cast queue");
   if (!one_queue) fanlight::set_debug_name(*made, made->light_queue_, "light queue");
+  if (auto access_chosen = made->choose_buffer_access(access); !access_chosen) return access_chosen.error();
   return made;
+}
+
+Result<void> Gpu::choose_buffer_access(std::optional<BufferAccess> access) {
+  if (access) {
+    buffer_access_ = *access;
+  } else if (!has_useful_texels(limits())) {
+    buffer_access_ = BufferAccess::kStorage;
+  } else if (candidate_.kind == kProcessorKind &&
+             limits().maxPerStageDescriptorStorageBuffers >= storage_buffers(BufferAccess::kStorage)) {
+    const auto trial = try_buffer_access(*this);
+    if (!trial) return trial.error();
+    buffer_access_ = trial->faster();
+  }
+  return {};
 }
 
 Gpu::~Gpu() {

@@ -12,6 +12,7 @@
 
 #include "proto/base/counter.hpp"
 #include "proto/base/result.hpp"
+#include "renderer/vulkan/buffer_access.hpp"
 
 namespace fanlight {
 
@@ -81,10 +82,14 @@ class Gpu {
     kHung,  ///< it does not finish its work; its objects cannot be destroyed as long as it uses them
   };
 
+  /// `access`: how shaders read buffers; without it storage buffers where texel buffers are small, on a
+  /// processor what try_buffer_access() finds faster, and else texel buffers.
+  ///
   /// The best usable candidate, or the best one whose name contains `name` (any case). The instance must
   /// outlive the result. The destructor leaves a device that hangs, and its instance, to the end of the
   /// process. Error: kNotFound; it names every GPU found and why it was refused.
-  static Result<std::unique_ptr<Gpu>> create(const GpuInstance& instance, std::string_view name);
+  static Result<std::unique_ptr<Gpu>> create(const GpuInstance& instance, std::string_view name,
+                                             std::optional<BufferAccess> access = std::nullopt);
   ~Gpu();
   Gpu(const Gpu&) = delete;
   Gpu& operator=(const Gpu&) = delete;
@@ -93,6 +98,7 @@ class Gpu {
   const GpuCandidate& candidate() const { return candidate_; }
   const VkPhysicalDeviceProperties& properties() const { return properties_; }
   const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
+  BufferAccess buffer_access() const { return buffer_access_; }
   std::uint64_t largest_buffer_bytes() const { return largest_buffer_bytes_; }
 
   /// Passes 0 and 1 and uploads go to the cast queue, passes 2 and 3 to the light queue. Both are the same
@@ -124,12 +130,14 @@ class Gpu {
   void wait_for_end() const;
 
  private:
+  Result<void> choose_buffer_access(std::optional<BufferAccess> access);
   explicit Gpu(const GpuInstance& instance) : instance_(instance) {}
 
   const GpuInstance& instance_;
   GpuCandidate candidate_;
   VkPhysicalDeviceProperties properties_{};
   std::uint64_t largest_buffer_bytes_ = 0;
+  BufferAccess buffer_access_ = BufferAccess::kTexels;
   VkPhysicalDeviceMemoryProperties memory_{};
   VkDevice device_ = VK_NULL_HANDLE;
   PFN_vkSetDebugUtilsObjectNameEXT name_object_ = nullptr;  // null without VK_EXT_debug_utils

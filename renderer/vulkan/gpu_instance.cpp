@@ -9,7 +9,6 @@
 
 #include "renderer/vulkan/gpu.hpp"
 #include "renderer/vulkan/vulkan_result.hpp"
-#include "shaders/bindings.h"
 
 namespace fanlight {
 
@@ -148,11 +147,11 @@ GpuCandidate examine(VkPhysicalDevice physical) {
   } else {
     candidate.refusals.push_back("it has no compute queue with timestamps");
   }
-  constexpr std::uint32_t kStorageBuffers = FANLIGHT_STORAGE_BUFFERS;
-  if (core.limits.maxPerStageDescriptorStorageBuffers < kStorageBuffers) {
+  const std::uint32_t needed =
+      storage_buffers(has_useful_texels(core.limits) ? BufferAccess::kTexels : BufferAccess::kStorage);
+  if (core.limits.maxPerStageDescriptorStorageBuffers < needed) {
     candidate.refusals.push_back(fmt::format("it takes {} storage buffers a shader, expected {}",
-                                             core.limits.maxPerStageDescriptorStorageBuffers,
-                                             kStorageBuffers));
+                                             core.limits.maxPerStageDescriptorStorageBuffers, needed));
   }
   refuse_for_features(candidate);
   refuse_for_formats(candidate);

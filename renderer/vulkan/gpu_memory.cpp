@@ -35,6 +35,12 @@ Result<MemoryHandle> allocate(const Gpu& gpu, const VkMemoryRequirements& needs,
 Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, const char* name, std::uint64_t bytes,
                                     VkBufferUsageFlags usage, BufferPlace place, VkFormat texels) {
   if (bytes > gpu.largest_buffer_bytes()) return exceeds(gpu.largest_buffer_bytes(), bytes);
+  constexpr VkBufferUsageFlags kTexelUsages =
+      VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
+  if (gpu.buffer_access() == BufferAccess::kStorage && texels != VK_FORMAT_UNDEFINED) {
+    usage = (usage & ~kTexelUsages) | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    texels = VK_FORMAT_UNDEFINED;
+  }
   if (texels != VK_FORMAT_UNDEFINED) {
     constexpr std::uint64_t kTexelBytes = 4;  // of every format in use
     const std::uint64_t most_bytes = kTexelBytes * gpu.limits().maxTexelBufferElements;

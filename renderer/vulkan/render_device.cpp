@@ -26,11 +26,12 @@ Result<void> check_address_space() {
 
 }  // namespace
 
-Result<RenderDevice> open_device(const std::string& name, const GpuInstance::Config& config) {
+Result<RenderDevice> open_device(const std::string& name, const GpuInstance::Config& config,
+                                 std::optional<BufferAccess> access) {
   if (auto room = check_address_space(); !room) return room.error();
   auto instance = GpuInstance::create(config);
   if (!instance) return instance.error();
-  auto gpu = Gpu::create(**instance, name);
+  auto gpu = Gpu::create(**instance, name, access);
   if (!gpu) return gpu.error();
   return RenderDevice{.instance = std::move(*instance), .gpu = std::move(*gpu)};
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "proto/base/result.hpp"
@@ -19,6 +20,8 @@ struct RenderDevice {
 
 /// `name`: part of the GPU's name; empty for the best one. Errors: too little address space for the
 /// driver; those of GpuInstance::create and Gpu::create.
-Result<RenderDevice> open_device(const std::string& name, const GpuInstance::Config& config = {});
+/// `access`: see Gpu::create().
+Result<RenderDevice> open_device(const std::string& name, const GpuInstance::Config& config = {},
+                                 std::optional<BufferAccess> access = std::nullopt);
 
 }  // namespace fanlight

@@ -16,6 +16,7 @@
 #include "server/bench/pipeline.hpp"
 #include "server/bench/run.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/named_option.hpp"
 
 namespace fanlight {
 
@@ -27,6 +28,7 @@ struct BenchOptions {
   std::string geometry_path;
   int count = 9;
   std::string gpu;
+  std::optional<BufferAccess> access;  // absent: what the device does by itself
   bool json = false;
   int volumes = 8;
   int memory_volumes = 100;
@@ -93,7 +95,7 @@ Result<std::vector<BenchRow>> chosen_rows(const BenchOptions& options) {
 }
 
 Result<void> bench(const BenchOptions& options) {
-  const auto device = open_device(options.gpu);
+  const auto device = open_device(options.gpu, {}, options.access);
   if (!device) return device.error();
   nlohmann::ordered_json report = {{"device", device->name()}, {"rows", nlohmann::ordered_json::array()}};
   const auto rows = chosen_rows(options);
@@ -161,7 +163,7 @@ void print_pipeline(const BenchRow& row, const PipelineTimes& times) {
 }
 
 Result<void> bench_pipeline(const BenchOptions& options) {
-  const auto device = open_device(options.gpu);
+  const auto device = open_device(options.gpu, {}, options.access);
   if (!device) return device.error();
   nlohmann::ordered_json report = {{"device", device->name()},
                                    {"mechanism", pipeline_mechanism(*device->gpu)},
@@ -198,7 +200,7 @@ void print_held(const HeldMemory& held) {
 }
 
 Result<void> bench_memory(const BenchOptions& options) {
-  const auto device = open_device(options.gpu);
+  const auto device = open_device(options.gpu, {}, options.access);
   if (!device) return device.error();
   BenchOptions one_row = options;
   if (one_row.only.empty()) one_row.only = "r1/paper";
@@ -233,6 +235,10 @@ void add_options(CLI::App& command, BenchOptions& options) {
       ->needs("--input")
       ->type_name("FILE");
   command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  add_named_option<std::optional<BufferAccess>, BufferAccess>(
+      command, "--buffers", options.access,
+      {{"texels", BufferAccess::kTexels}, {"storage", BufferAccess::kStorage}},
+      "How shaders read buffers: texels or storage (the default: what is faster on this device)");
   command.add_flag("--json", options.json, "Print the report as JSON");
 }
 

@@ -101,10 +101,10 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     raw.finish.smoothing = Smoothing::kNone;
     raw.finish.colours = ColourMap::kNone;
     RenderCounters counters;
-    // Both ways of sampling are compared, also where the processor renders.
-    const Sampling sampling = given.seed % 2 == 0 ? Sampling::kTexture : Sampling::kGathering;
-    const auto renderer =
-        made_renderer(given.geometry, given.angles_rad, given.size, raw, counters, {.sampling = sampling});
+    // Both ways of sampling are compared, also where the processor renders, and both ways of reading buffers.
+    const Casting casting{.sampling = given.seed % 2 == 0 ? Sampling::kTexture : Sampling::kGathering,
+                          .access = given.seed % 4 < 2 ? BufferAccess::kTexels : BufferAccess::kStorage};
+    const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, raw, counters, casting);
     Rendered rendered;
     if (before != nullptr) {
       if (auto loaded = renderer->load(*before); !loaded) throw std::runtime_error(loaded.error().message);

@@ -14,6 +14,7 @@ namespace fanlight::test {
 struct Casting {
   Skipping skipping = Skipping::kOn;
   std::optional<Sampling> sampling;
+  std::optional<BufferAccess> access;
 };
 
 /// Provides one GPU per process, with the Vulkan validation layers on. A test fails if the layers have
@@ -21,6 +22,17 @@ struct Casting {
 class GpuTest : public testing::Test {
  protected:
   static const Gpu& gpu() { return *rig().gpu; }
+  /// The same, or a second device that reads buffers in the other way.
+  static const Gpu& gpu(BufferAccess access) {
+    if (gpu().buffer_access() == access) return gpu();
+    if (!has_useful_texels(gpu().limits())) return gpu();  // there is no other way
+    static const std::unique_ptr<Gpu> other = [access] {
+      auto found = Gpu::create(*rig().instance, "", access);
+      if (!found) throw std::runtime_error(found.error().message);
+      return std::move(*found);
+    }();
+    return *other;
+  }
 
   void TearDown() override {
     EXPECT_EQ(rig().instance->validation_messages(), 0U)
@@ -33,14 +45,16 @@ class GpuTest : public testing::Test {
                                                  const Scene& scene, RenderCounters& counters,
                                                  const Casting& casting = {}) {
     const auto [first, last] = std::ranges::minmax(angles_rad);
-    auto renderer = Renderer::create({.size = size,
-                                      .geometry = geometry,
-                                      .first_angle_rad = first,
-                                      .last_angle_rad = last,
-                                      .frame_capacity = static_cast<std::uint32_t>(angles_rad.size()),
-                                      .skipping = casting.skipping,
-                                      .sampling = casting.sampling},
-                                     {.gpu = gpu(), .counters = counters}, {.revision = 1, .scene = scene});
+    auto renderer =
+        Renderer::create({.size = size,
+                          .geometry = geometry,
+                          .first_angle_rad = first,
+                          .last_angle_rad = last,
+                          .frame_capacity = static_cast<std::uint32_t>(angles_rad.size()),
+                          .skipping = casting.skipping,
+                          .sampling = casting.sampling},
+                         {.gpu = casting.access ? gpu(*casting.access) : gpu(), .counters = counters},
+                         {.revision = 1, .scene = scene});
     if (!renderer) throw std::runtime_error(renderer.error().message);
     return std::move(*renderer);
   }
