@@ -164,6 +164,18 @@ toml::value without_token(toml::value file, std::string_view id) {
   return file;
 }
 
+/// toml11 4 keeps comments, and compares them.
+toml::value without_comments(toml::value value) {
+  value.comments().clear();
+  if (value.is_array()) {
+    for (toml::value& each : value.as_array()) each = without_comments(each);
+  }
+  if (value.is_table()) {
+    for (auto& [key, each] : value.as_table()) each = without_comments(each);
+  }
+  return value;
+}
+
 /// Replaces the file whole, because a server may read it at any moment. One that the server may not read any
 /// more would close all sessions, so the owner must stay.
 Result<void> replace_tokens(const std::filesystem::path& path, const std::string& text) {
@@ -282,7 +294,7 @@ Result<void> remove_token(const std::filesystem::path& path, std::string_view id
     if (!lines) break;
     std::string kept = without_lines(text, *lines);
     const auto after = parse_toml(path, kept);
-    if (!after || *after != without_token(std::move(*file), id)) {
+    if (!after || without_comments(*after) != without_comments(without_token(std::move(*file), id))) {
       return bad(
           path, fmt::format("line {}: the token {} cannot be removed alone, expected a [[token]] table whose "
                             "lines stand together",
