@@ -269,6 +269,7 @@ void look_along(SurfaceSurvey& survey) {
 /// Of the sheet, along the profiles, from the first cell.
 double median_depth_mm(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
   std::vector<float> depths_mm;
+  depths_mm.reserve(sheet.size());
   for (const Peak& peak : sheet) depths_mm.push_back(static_cast<float>(peak.cell * profiles.cell_mm()));
   return median(std::move(depths_mm));
 }
