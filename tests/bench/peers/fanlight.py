@@ -12,8 +12,9 @@ from failure import Failure
 
 # Options of the paper's method, as the rows of `fanlight bench` use them.
 PAPER = (
-    "--detector.window 8 --detector.place first-crossing --filter.kind mean --filter.size 7 "
-    "--filter.islands 1 --filter.holes 1 --light.normals three-neighbours --shadow.coefficient 1"
+    "--speckle.size 7 --speckle.noise 0.52 --detector.threshold 20 --detector.window 8 "
+    "--detector.place first-crossing --filter.kind mean --filter.size 7 --filter.islands 1 "
+    "--filter.holes 1 --light.normals three-neighbours --shadow.coefficient 1"
 ).split()
 
 # The stages used here. new_volume: from the last frame of a volume to its picture; whole_volume: from all frames of a
