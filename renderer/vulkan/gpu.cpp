@@ -44,13 +44,16 @@ Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::strin
 
   std::unique_ptr<Gpu> made(new Gpu(instance));
   made->candidate_ = *chosen;
+  VkPhysicalDeviceVulkan11Properties properties11{
+      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES};
   VkPhysicalDeviceVulkan13Properties properties13{
-      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_PROPERTIES};
+      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_PROPERTIES, .pNext = &properties11};
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
                                          .pNext = &properties13};
   vkGetPhysicalDeviceProperties2(chosen->physical, &properties);
   made->properties_ = properties.properties;
   made->largest_buffer_bytes_ = properties13.maxBufferSize;
+  made->largest_allocation_bytes_ = properties11.maxMemoryAllocationSize;
   vkGetPhysicalDeviceMemoryProperties(chosen->physical, &made->memory_);
 
   constexpr std::array kPriorities = {0.5F, 1.0F};  // a changed light goes before a new volume

@@ -100,6 +100,7 @@ class Gpu {
   const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
   BufferAccess buffer_access() const { return buffer_access_; }
   std::uint64_t largest_buffer_bytes() const { return largest_buffer_bytes_; }
+  std::uint64_t largest_allocation_bytes() const { return largest_allocation_bytes_; }
 
   /// Passes 0 and 1 and uploads go to the cast queue, passes 2 and 3 to the light queue. Both are the same
   /// queue where the family has only one.
@@ -137,6 +138,7 @@ class Gpu {
   GpuCandidate candidate_;
   VkPhysicalDeviceProperties properties_{};
   std::uint64_t largest_buffer_bytes_ = 0;
+  std::uint64_t largest_allocation_bytes_ = 0;
   BufferAccess buffer_access_ = BufferAccess::kTexels;
   VkPhysicalDeviceMemoryProperties memory_{};
   VkDevice device_ = VK_NULL_HANDLE;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "renderer/vulkan/debug_name.hpp"
 #include "renderer/vulkan/vulkan_result.hpp"
 
@@ -20,7 +22,8 @@ Result<MemoryHandle> allocate(const Gpu& gpu, const VkMemoryRequirements& needs,
                               VkMemoryPropertyFlags preferred) {
   const auto type = gpu.memory_type(needs.memoryTypeBits, wanted, preferred);
   if (!type) return type.error();
-  if (needs.size > gpu.heap_bytes(*type)) return exceeds(gpu.heap_bytes(*type), needs.size);
+  const std::uint64_t most_bytes = std::min(gpu.heap_bytes(*type), gpu.largest_allocation_bytes());
+  if (needs.size > most_bytes) return exceeds(most_bytes, needs.size);
   const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
                                   .allocationSize = needs.size,
                                   .memoryTypeIndex = *type};
