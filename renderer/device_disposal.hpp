@@ -11,14 +11,13 @@ namespace fanlight {
 
 /// A renderer, and the device that it renders with where it owns that device.
 struct DeviceRenderer {
-  RenderDevice device;  ///< both null where the device belongs to somebody else
+  RenderDevice device;  ///< empty where the device belongs to somebody else
   std::unique_ptr<Renderer> renderer;
 
   /// Destroys the renderer, then the device. May block as long as the watchdog allows.
   void reset() {
     renderer.reset();
-    device.gpu.reset();
-    device.instance.reset();
+    device.reset();
   }
 };
 

@@ -153,10 +153,12 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
       return {};
     case PrivateStep::kRelight:
       take_request(state, shown);
+      if (history == ViewRenderer::History::kUsable) shown.previous.share_steady();
       return light(state, history);
     case PrivateStep::kLightShared:
       take_request(state, shown);
       view.copy_cast(gpu_, shown.slot.view(), shown.slot.bindings());
+      if (history == ViewRenderer::History::kUsable) shown.previous.share_steady();
       view.follow(gpu_, shown.previous.view());
       return light(state, history);
     case PrivateStep::kBeginCast:

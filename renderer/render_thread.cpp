@@ -110,7 +110,11 @@ Result<void> RenderThread::step() {
   measure_busy();
   // One observation decides between waiting for the GPU, more private work, and rest: work that ends between
   // two observations would stay uncollected until the next ring of the bell.
-  if (renderer().busy()) return renderer().wait(kPollNs);
+  if (renderer().busy()) {
+    // advance() may have made room for the next volume, whose pass 1 runs beside what it submitted.
+    const bool more = to_.ring.has_published() && renderer().wants_volume();
+    return more ? Result<void>{} : renderer().wait(kPollNs);
+  }
   if (!to_.ring.has_published()) {
     const auto advanced = renderer().advance_private();
     if (!advanced) return advanced.error();

@@ -51,11 +51,10 @@ bool RenderThread::recover(const Error& cause, const std::stop_token& stop) {
 }
 
 void RenderThread::dispose(const Error& cause) {
-  const Gpu& gpu = renderer().gpu();
-  if (cause.code == ErrorCode::kLost) gpu.note_fault(Gpu::Condition::kLost, cause);
-  if (gpu.condition() == Gpu::Condition::kSound && !renderer().settle(kSettleNs))
-    gpu.note_fault(Gpu::Condition::kHung, cause);
-  const bool hung = gpu.condition() == Gpu::Condition::kHung;
+  if (cause.code == ErrorCode::kLost) renderer().note_fault(Gpu::Condition::kLost, cause);
+  if (renderer().condition() == Gpu::Condition::kSound && !renderer().settle(kSettleNs))
+    renderer().note_fault(Gpu::Condition::kHung, cause);
+  const bool hung = renderer().condition() == Gpu::Condition::kHung;
   health_.set_state(hung ? State::kHung : State::kRemaking, cause.message, now_ns());
   disposal_.take(std::move(device_));
 }
@@ -98,8 +97,8 @@ void RenderThread::retire() {
     device_.reset();
     return;
   }
-  renderer().gpu().note_fault(Gpu::Condition::kHung,
-                              {ErrorCode::kLost, "the GPU did not finish its work at the end"});
+  renderer().note_fault(Gpu::Condition::kHung,
+                        {ErrorCode::kLost, "the GPU did not finish its work at the end"});
   disposal_.take(std::move(device_));
 }
 

@@ -12,6 +12,9 @@ namespace fanlight {
 
 namespace {
 
+// While both devices work, how long one of them is waited for before the other is looked at.
+constexpr std::int64_t kBothDevicesNs = 1'000'000;
+
 // Samples in a band of pass 1: some 30 ms of work on lavapipe, and much less on a GPU. A changed light, and
 // the end of the process, wait for one band.
 constexpr std::uint64_t kProcessorBand = 8'000'000;
@@ -72,27 +75,41 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
                                                .skipping = config.skipping,
                                                .pauses = true}));
 
-  for (auto& state : made->slots_) {
+  if (!made->on_one_device()) {
+    // The driver has one cache file, which the pipelines of pass 1 fill.
+    auto light_pipelines = Pipelines::create(made->light_gpu_, {.sampling = sampling, .cache = {}});
+    if (!light_pipelines) return light_pipelines.error();
+    made->light_pipelines_ = std::move(*light_pipelines);
+  }
+  if (auto slots = made->create_slots(band_samples, sampling); !slots) return slots.error();
+  made->pipelines_->save_cache();
+  return made;
+}
+
+Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling sampling) {
+  std::optional<LightDevice> light;
+  if (!on_one_device()) light.emplace(LightDevice{.gpu = light_gpu_, .pipelines = *light_pipelines_});
+  for (auto& state : slots_) {
     auto slot = VolumeInFlight::create(
-        gpu, *made->pipelines_,
-        {.size = config.size,
-         .geometry = config.geometry,
-         .first_angle_rad = config.first_angle_rad,
-         .last_angle_rad = config.last_angle_rad,
-         .frame_capacity = config.frame_capacity,
-         .usual_frames = config.usual_frames > 0 ? config.usual_frames : config.frame_capacity,
+        gpu_, *pipelines_,
+        {.size = config_.size,
+         .geometry = config_.geometry,
+         .first_angle_rad = config_.first_angle_rad,
+         .last_angle_rad = config_.last_angle_rad,
+         .frame_capacity = config_.frame_capacity,
+         .usual_frames = config_.usual_frames > 0 ? config_.usual_frames : config_.frame_capacity,
          .band_samples = band_samples,
-         .skipping = config.skipping,
-         .sampling = sampling});
-    if (!slot) return too_large(config, gpu, slot.error());
-    if (auto ready = slot->prepare(gpu, *made->pipelines_, scene.scene); !ready) return ready.error();
+         .skipping = config_.skipping,
+         .sampling = sampling},
+        light ? &*light : nullptr);
+    if (!slot) return too_large(config_, gpu_, slot.error());
+    if (auto ready = slot->prepare(gpu_, *pipelines_, scene_.scene); !ready) return ready.error();
     state.reset(new SlotState{
         .slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}, .filtered_view = {}});
   }
-  made->slots_[0]->slot.follow(gpu, made->slots_[1]->slot);
-  made->slots_[1]->slot.follow(gpu, made->slots_[0]->slot);
-  made->pipelines_->save_cache();
-  return made;
+  slots_[0]->slot.follow(gpu_, slots_[1]->slot);
+  slots_[1]->slot.follow(gpu_, slots_[0]->slot);
+  return {};
 }
 
 MainStatus Renderer::status() const {
@@ -100,6 +117,9 @@ MainStatus Renderer::status() const {
     return SlotStatus{.phase = state.phase,
                       .loaded = state.slot.loaded(),
                       .outstanding = state.slot.outstanding(gpu_) > 0,
+                      .light_outstanding = state.slot.light_outstanding(gpu_) > 0,
+                      .light_begun = state.slot.light_begun(),
+                      .light_submitted = state.slot.light_submitted(),
                       .read_by_private_view = private_.reads(state.slot),
                       .cast_submitted = state.slot.cast_submitted(),
                       .gave_up_cast = state.gave_up_cast,
@@ -203,49 +223,11 @@ Result<void> Renderer::recast(SlotState& state) {
   return {};
 }
 
-VolumeInFlight::History Renderer::history_of(const SlotState& state) const {
-  using History = VolumeInFlight::History;
-  if (replaces_frames()) return History::kNone;  // a single slot is used, and it keeps no last volume
-  const SlotState& other = &state == slots_[0].get() ? *slots_[1] : *slots_[0];
-  const bool before =
-      other.filtered_volume_id > 0 && other.filtered_volume_id < state.slot.volume().volume_id;
-  const bool same_view =
-      before && first_pass_changed(other.filtered_view, state.cast_scene.scene) > FirstPass::kCast;
-  return same_view ? History::kUsable : History::kNone;
-}
-
-Result<void> Renderer::light(SlotState& state) {
-  state.lit_scene = {
-      .revision = view_changed(state.cast_scene, scene_) ? state.cast_scene.revision : scene_.revision,
-      .scene = relit(state.cast_scene.scene, scene_.scene)};
-  if (auto lit = state.slot.light(gpu_, *pipelines_, state.lit_scene.scene, history_of(state)); !lit) {
-    // The next advance() lights it by the scene that is in force then.
-    return falls_back(lit.error()) ? Result<void>{} : lit;
-  }
-  proven_ = scene_;
-  if (scene_.revision == wanted_.revision) scene_refusal_.clear();
-  state.filtered_volume_id = state.slot.volume().volume_id;
-  state.filtered_view = state.cast_scene.scene;
-  state.phase = WorkPhase::kLighting;
-  state.gave_up_cast = false;
-  counters_.pass2_runs.add();
-  state.stamp = {.scene_revision = state.lit_scene.revision,
-                 .pass1_runs = counters_.pass1_runs.value(),
-                 .pass2_runs = counters_.pass2_runs.value(),
-                 .deadline_level = scene_.deadline.level,
-                 .measures = state.cast_scene.deadline.measures,
-                 .volume = state.slot.volume(),
-                 .levels = state.slot.levels(),
-                 .view = picture_view(state.cast_scene.scene, config_.size)};
-  state.stamp.measures.cheap_filters = scene_.deadline.measures.cheap_filters;
-  return {};
-}
-
 Result<void> Renderer::advance() {
   if (auto retried = retry_held(); !retried) return retried;
   try_refused_scene();
   const MainSteps due = decide(status(), scene_);
-  if (gpu_.fault() != nullptr) return *gpu_.fault();
+  if (const Error* const known = fault()) return *known;
   for (const MainStep step : due.steps()) {
     if (auto done = execute(step); !done) return done;
   }
@@ -270,6 +252,10 @@ Result<void> Renderer::execute(MainStep step) {
       return newest.slot.cast_next_band(gpu_, *pipelines_);
     case MainStep::kLightCast:
       return light(newest);
+    case MainStep::kLightPiece:
+      return submit_light_piece(newest);
+    case MainStep::kLightPieceOfOther:
+      return submit_light_piece(*slots_[1 - newest_]);
     case MainStep::kPrepareAhead:
       return prepare_ahead();
   }
@@ -287,10 +273,10 @@ bool Renderer::collect(Picture& picture) {
   // The older volume first, so that its picture is shown where both are done.
   for (const std::size_t index : {1 - newest_, newest_}) {
     SlotState& state = *slots_[index];
-    if (state.phase != WorkPhase::kLighting || state.slot.outstanding(gpu_) > 0) continue;
-    const auto stage_ms = state.slot.view().stage_ms(gpu_);
-    if (gpu_.fault() != nullptr)
-      return false;  // what a lost GPU has left in the memory may be an old picture
+    if (state.phase != WorkPhase::kLighting || !state.slot.light_submitted()) continue;
+    if (state.slot.light_outstanding(gpu_) > 0) continue;
+    const auto stage_ms = state.slot.stage_ms(gpu_);
+    if (fault() != nullptr) return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
     const bool first = std::exchange(state.awaits_picture, false);
     if (state.stamp.volume.volume_id < shown_volume_id_) {
@@ -302,15 +288,17 @@ bool Renderer::collect(Picture& picture) {
     shown_volume_id_ = state.stamp.volume.volume_id;
     state.stamp.picture_id = ++pictures_;
     state.stamp.stage_ms = stage_ms;
+    state.stamp.passes_overlap = !on_one_device();
     state.stamp.finished_time_ns = now_ns();
     counters_.pictures_finished.add();
     picture.stamp = state.stamp;
     picture.width = config_.size.width;
     picture.height = config_.size.height;
-    const auto rgba = state.slot.view().picture();
+    const auto rgba = state.slot.picture();
     picture.rgba.assign(rgba.begin(), rgba.end());
-    const auto depth_mm = state.slot.view().depth_mm();
+    const auto depth_mm = state.slot.depth_mm();
     picture.depth_mm.assign(depth_mm.begin(), depth_mm.end());
+    state.slot.note_collected();
     if (first) counters_.volumes_rendered.add();
     return true;
   }
@@ -336,21 +324,28 @@ bool Renderer::main_busy() const {
 }
 
 Result<void> Renderer::wait(std::int64_t timeout_ns) {
-  // Waits for one semaphore, that of the earliest submission: Mesa waits for any of two semaphores in a busy
-  // loop, which costs lavapipe half of two cores. With two queues the later submission may finish first;
-  // timeout_ns bounds that delay.
+  // Waits for one semaphore, that of the earliest submission of a device: Mesa waits for any of two
+  // semaphores in a busy loop, which costs lavapipe half of two cores. With two queues the later submission
+  // may finish first; timeout_ns bounds that delay.
   const SubmissionTimeline* earliest = nullptr;
-  const auto consider = [&](const ViewRenderer& view) {
-    if (earliest == nullptr || view.timeline().submitted_ns() < earliest->submitted_ns())
-      earliest = &view.timeline();
+  const SubmissionTimeline* lighting = nullptr;  // the same of passes 2 and 3 on their own device
+  const auto consider = [](const SubmissionTimeline*& first, const SubmissionTimeline& timeline) {
+    if (first == nullptr || timeline.submitted_ns() < first->submitted_ns()) first = &timeline;
   };
   for (const auto& state : slots_) {
-    if (state->slot.outstanding(gpu_) > 0) consider(state->slot.view());
+    const VolumeInFlight& slot = state->slot;
+    if (slot.timeline().outstanding(gpu_) > 0) consider(earliest, slot.timeline());
+    if (slot.light_timeline() != nullptr && slot.light_outstanding(gpu_) > 0)
+      consider(lighting, *slot.light_timeline());
   }
-  if (const ViewRenderer* const view = private_.outstanding_view()) consider(*view);
-  if (earliest != nullptr) {
-    if (auto waited = earliest->wait(gpu_, static_cast<std::uint64_t>(timeout_ns)); !waited) {
-      gpu_.note_fault(Gpu::Condition::kLost, waited.error());
+  if (const ViewRenderer* const view = private_.outstanding_view()) consider(earliest, view->timeline());
+  // No call waits for semaphores of two devices.
+  if (earliest != nullptr && lighting != nullptr) timeout_ns = std::min(timeout_ns, kBothDevicesNs);
+  const SubmissionTimeline* const awaited = lighting != nullptr ? lighting : earliest;
+  if (awaited != nullptr) {
+    const Gpu& gpu = lighting != nullptr ? light_gpu_ : gpu_;
+    if (auto waited = awaited->wait(gpu, static_cast<std::uint64_t>(timeout_ns)); !waited) {
+      note_fault(Gpu::Condition::kLost, waited.error());
       return waited;
     }
   }
@@ -358,7 +353,7 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
 }
 
 Result<DepthMaps> Renderer::read_depth() {
-  return slots_[shown_]->slot.view().read_depth(gpu_);
+  return slots_[shown_]->slot.read_depth(gpu_);
 }
 
 }  // namespace fanlight

@@ -56,10 +56,13 @@ class Renderer {
     /// Absent: chosen by the kind of GPU.
     std::optional<Watchdog::Limits> watchdog{};
   };
-  /// Both must outlive the renderer.
+  /// All must outlive the renderer.
   struct Dependencies {
     const Gpu& gpu;
     RenderCounters& counters;
+    /// The device of passes 2 and 3 of the main view; null: `gpu`. With RenderDevice::light_gpu they run
+    /// beside pass 1 on a processor too. A fault of one device counts as a fault of both.
+    const Gpu* light_gpu = nullptr;
   };
 
   /// Allocates all memory except pass 0's, which is allocated with the first volume that needs it, and builds
@@ -118,7 +121,7 @@ class Renderer {
 
   /// When each stage of the picture collected last ran. Precondition: its slot has not taken another volume
   /// since. For benchmarks.
-  std::array<StageSpan, kStages> stage_spans() const { return slots_[shown_]->slot.view().stage_spans(gpu_); }
+  std::array<StageSpan, kStages> stage_spans() const { return slots_[shown_]->slot.stage_spans(gpu_); }
 
   /// Sets the private views of what the main view shows. Allocates for each new view. A view that cannot be
   /// drawn ends alone; see ended_views(). Error: kLost.
@@ -157,9 +160,12 @@ class Renderer {
   void give_up();
 
   /// See Gpu::wait_for_end(). Of a hung GPU only.
-  void wait_for_end() const {
-    if (gpu_.condition() == Gpu::Condition::kHung) gpu_.wait_for_end();
-  }
+  void wait_for_end() const;
+
+  /// Whether the devices work; kLost where either is lost.
+  Gpu::Condition condition() const;
+  /// As Gpu::note_fault(), of either device.
+  void note_fault(Gpu::Condition condition, const Error& error) const;
 
   /// The numbers that a new renderer continues.
   struct Progress {
@@ -207,6 +213,7 @@ class Renderer {
            std::unique_ptr<Pipelines> pipelines, const ViewRenderer::Config& private_views)
       : config_(config),
         gpu_(dependencies.gpu),
+        light_gpu_(dependencies.light_gpu != nullptr ? *dependencies.light_gpu : dependencies.gpu),
         counters_(dependencies.counters),
         pipelines_(std::move(pipelines)),
         private_(gpu_, *pipelines_, counters_, private_views),
@@ -220,7 +227,14 @@ class Renderer {
   Result<void> begin_cast(SlotState& state);
   Result<void> begin_cast_of_scene(SlotState& state);
   Result<void> recast(SlotState& state);
+  Result<void> create_slots(std::uint64_t band_samples, Sampling sampling);
   Result<void> light(SlotState& state);
+  Result<void> submit_light(SlotState& state);
+  Result<void> submit_light_piece(SlotState& state);
+  void take_light_scene(SlotState& state) const;
+  void note_light(SlotState& state);
+  const Error* fault() const;
+  bool on_one_device() const { return &gpu_ == &light_gpu_; }
   Result<void> prepare_ahead();
   Result<void> load_into_other(const Volume& volume, Loading loading);
   Result<void> complete_newest(const Volume& volume, Loading loading);
@@ -238,15 +252,18 @@ class Renderer {
 
   Config config_;
   const Gpu& gpu_;
+  const Gpu& light_gpu_;
   RenderCounters& counters_;
   std::unique_ptr<Pipelines> pipelines_;
+  std::unique_ptr<Pipelines> light_pipelines_;  // null on one device
   std::array<std::unique_ptr<SlotState>, 2> slots_;
   PrivateRenderer private_;
   Watchdog watchdog_;
   Watchdog::Pace pace_ = Watchdog::Pace::kUsual;
   bool given_up_ = false;
-  std::size_t newest_ = 0;  // slot loaded last; the other one takes the next volume
-  std::size_t shown_ = 0;   // slot whose picture was collected last
+  mutable bool either_lost_ = false;  // of note_fault()
+  std::size_t newest_ = 0;            // slot loaded last; the other one takes the next volume
+  std::size_t shown_ = 0;             // slot whose picture was collected last
   std::uint64_t shown_volume_id_ = 0;
   std::uint64_t newest_commit_number_ = 0;  // largest of the frames of the last volume
   std::uint64_t largest_volume_bytes_ = 0;

@@ -26,20 +26,51 @@ Watchdog::Limits Renderer::default_limits(const Gpu& gpu) {
   return limits;
 }
 
+const Error* Renderer::fault() const {
+  // A fault of one device is one of both. The other one may still work on what was submitted, so its objects
+  // are left as those of a device that hangs, until it has finished.
+  if (gpu_.fault() != nullptr) light_gpu_.note_fault(Gpu::Condition::kHung, *gpu_.fault());
+  if (light_gpu_.fault() != nullptr) gpu_.note_fault(Gpu::Condition::kHung, *light_gpu_.fault());
+  return gpu_.fault();
+}
+
+Gpu::Condition Renderer::condition() const {
+  using enum Gpu::Condition;
+  static_cast<void>(fault());
+  // Where one is lost, the other one is no reason to say that the GPU hangs.
+  const bool lost = either_lost_ || gpu_.condition() == kLost || light_gpu_.condition() == kLost;
+  return lost ? kLost : gpu_.condition();
+}
+
+void Renderer::note_fault(Gpu::Condition condition, const Error& error) const {
+  // Which of two devices is lost is not known here, and the other one may be at work: both are waited for.
+  either_lost_ |= condition == Gpu::Condition::kLost;
+  gpu_.note_fault(on_one_device() ? condition : Gpu::Condition::kHung, error);
+  static_cast<void>(fault());
+}
+
+void Renderer::wait_for_end() const {
+  for (const Gpu* const gpu : {&gpu_, &light_gpu_}) {
+    if (gpu->condition() == Gpu::Condition::kHung) gpu->wait_for_end();
+  }
+}
+
 Renderer::~Renderer() {
   if (!given_up_) {
     const bool settled = settle(watchdog_.hung_after_ns());
-    if (!settled && gpu_.condition() == Gpu::Condition::kSound)
-      gpu_.note_fault(Gpu::Condition::kHung,
-                      {ErrorCode::kLost, "the GPU did not finish its work at the end"});
+    if (!settled && condition() == Gpu::Condition::kSound)
+      note_fault(Gpu::Condition::kHung, {ErrorCode::kLost, "the GPU did not finish its work at the end"});
     if (settled) pipelines_->save_cache();
     give_up();
   }
-  if (gpu_.condition() != Gpu::Condition::kHung) return;
+  const bool at_work =
+      gpu_.condition() == Gpu::Condition::kHung || light_gpu_.condition() == Gpu::Condition::kHung;
+  if (!at_work) return;
   // The GPU may still write to this memory, so it is left to the end of the process.
   for (auto& state : slots_) static_cast<void>(state.release());
   private_.leave_memory();
   static_cast<void>(pipelines_.release());
+  static_cast<void>(light_pipelines_.release());
 }
 
 void Renderer::give_up() {
@@ -47,7 +78,7 @@ void Renderer::give_up() {
   for (const auto& state : slots_) {
     if (!state) continue;
     if (state->awaits_picture) counters_.volumes_skipped.add();
-    if (state->phase == WorkPhase::kLighting && gpu_.fault() != nullptr) counters_.pictures_lost.add();
+    if (state->phase == WorkPhase::kLighting && fault() != nullptr) counters_.pictures_lost.add();
   }
 }
 
@@ -57,13 +88,13 @@ bool Renderer::settle(std::int64_t timeout_ns) {
   }
   private_.drop_held();
   const std::int64_t deadline_ns = now_ns() + timeout_ns;
-  while (gpu_.fault() == nullptr) {
+  while (fault() == nullptr) {
     const bool outstanding =
         private_.outstanding_view() != nullptr || std::ranges::any_of(slots_, [this](const auto& state) {
           return state && state->slot.outstanding(gpu_) > 0;
         });
     const std::int64_t left_ns = deadline_ns - now_ns();
-    if (!outstanding) return gpu_.fault() == nullptr;
+    if (!outstanding) return fault() == nullptr;
     if (left_ns <= 0 || !wait(std::min(left_ns, kSettlePollNs))) return false;
   }
   return false;
@@ -93,28 +124,30 @@ Result<void> Renderer::retry_held() {
 }
 
 Result<void> Renderer::observe() {
-  std::array<Watchdog::Lane, 2 + kMostPrivateViews> lanes;
+  std::array<Watchdog::Lane, 4 + kMostPrivateViews> lanes;
   static_assert(lanes.size() <= Watchdog::kMostLanes);
-  const auto lane_of = [this](const SubmissionTimeline& timeline) {
-    return Watchdog::Lane{.submissions = timeline.submissions(),
-                          .outstanding = timeline.outstanding(gpu_) > 0};
+  std::size_t next = 0;
+  const auto add = [&](const Gpu& gpu, const SubmissionTimeline* timeline) {
+    Watchdog::Lane& lane = lanes[next++];
+    if (timeline != nullptr)
+      lane = {.submissions = timeline->submissions(), .outstanding = timeline->outstanding(gpu) > 0};
   };
-  for (std::size_t slot = 0; slot < slots_.size(); ++slot)
-    lanes[slot] = lane_of(slots_[slot]->slot.view().timeline());
-  for (std::size_t view = 0; view < kMostPrivateViews; ++view) {
-    const SubmissionTimeline* const timeline = private_.timeline(view);
-    if (timeline != nullptr) lanes[slots_.size() + view] = lane_of(*timeline);
+  for (const auto& state : slots_) {
+    add(gpu_, &state->slot.timeline());
+    add(light_gpu_, state->slot.light_timeline());
   }
+  for (std::size_t view = 0; view < kMostPrivateViews; ++view) add(gpu_, private_.timeline(view));
   pace_ = watchdog_.observe(lanes, now_ns());
   if (pace_ == Watchdog::Pace::kHung) {
     const double limit_s = static_cast<double>(watchdog_.hung_after_ns()) / 1e9;
-    gpu_.note_fault(
+    note_fault(
         Gpu::Condition::kHung,
         {ErrorCode::kLost, fmt::format("the GPU has not finished a submission for {:.0f} s, expected it "
                                        "within a few times the longest before",
                                        limit_s)});
   }
-  return gpu_.fault() == nullptr ? Result<void>{} : *gpu_.fault();
+  const Error* const known = fault();
+  return known == nullptr ? Result<void>{} : *known;
 }
 
 }  // namespace fanlight

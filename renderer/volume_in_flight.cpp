@@ -7,19 +7,102 @@
 namespace fanlight {
 
 Result<VolumeInFlight> VolumeInFlight::create(const Gpu& gpu, const Pipelines& pipelines,
-                                              const Config& config) {
+                                              const Config& config, const LightDevice* light) {
   VolumeInFlight made(config);
   auto angles = AngleBuffer::create(gpu, made.table_.entries().size());
   if (!angles) return angles.error();
   made.angles_ = std::move(*angles);
   if (auto step = made.create_frames(gpu, config.geometry, config.usual_frames); !step) return step.error();
-  auto view = ViewRenderer::create(
-      gpu, pipelines,
-      {.size = config.size, .band_samples = config.band_samples, .skipping = config.skipping});
+  ViewRenderer::Config view_config{.size = config.size,
+                                   .band_samples = config.band_samples,
+                                   .skipping = config.skipping,
+                                   .passes = light != nullptr ? ViewPasses::kCast : ViewPasses::kAll};
+  auto view = ViewRenderer::create(gpu, pipelines, view_config);
   if (!view) return view.error();
   made.view_ = std::move(*view);
   made.view_.bind(gpu, made.bindings());
+  if (light == nullptr) return made;
+  view_config.passes = ViewPasses::kLight;
+  auto light_view = ViewRenderer::create(light->gpu, light->pipelines, view_config);
+  if (!light_view) return light_view.error();
+  made.light_.reset(new SeparateLight{.device = *light, .view = std::move(*light_view)});
   return made;
+}
+
+void VolumeInFlight::follow(const Gpu& gpu, const VolumeInFlight& other) {
+  if (light_) {
+    light_->view.follow(light_->device.gpu, other.light_->view);
+  } else {
+    view_.follow(gpu, other.view_);
+  }
+}
+
+Result<void> VolumeInFlight::light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
+                                   History history) {
+  if (!light_) return view_.light(gpu, pipelines, scene, bindings(), history);
+  SeparateLight& light = *light_;
+  if (std::exchange(light.copy_due, false)) light.view.take_cast(light.device.gpu, view_);
+  light.cast_in_picture = light.cast_new;
+  auto begun = light.view.begin_light(light.device.gpu, light.device.pipelines, scene, bindings(), history);
+  return begun ? light.view.light_next_piece(light.device.gpu, light.device.pipelines) : begun;
+}
+
+Result<void> VolumeInFlight::light_next_piece(const Scene* changed) {
+  const LightDevice& device = light_->device;
+  if (changed != nullptr) {
+    if (auto done = light_->view.change_light(device.pipelines, *changed, bindings()); !done) return done;
+  }
+  return light_->view.light_next_piece(device.gpu, device.pipelines);
+}
+
+Result<bool> VolumeInFlight::add_confidence(const Gpu& gpu, Pipelines& pipelines, const Scene& scene) {
+  if (!light_) return false;
+  auto added = view_.add_confidence(gpu, pipelines, scene, bindings());
+  light_->copy_due |= added && *added;
+  return added;
+}
+
+void VolumeInFlight::note_cast() {
+  if (light_) light_->copy_due = light_->cast_new = true;
+}
+
+std::uint64_t VolumeInFlight::outstanding(const Gpu& gpu) const {
+  return view_.outstanding(gpu) + (light_ ? light_outstanding(gpu) : 0);
+}
+
+Result<void> VolumeInFlight::retry_held() {
+  if (auto retried = view_.retry_held(); !retried) return retried;
+  return light_ ? light_->view.retry_held() : Result<void>{};
+}
+
+void VolumeInFlight::drop_held() {
+  view_.drop_held();
+  if (light_) light_->view.drop_held();
+}
+
+std::array<StageSpan, kStages> VolumeInFlight::stage_spans(const Gpu& gpu) const {
+  if (!light_) return view_.stage_spans(gpu);
+  // Both devices count on the clock of the one processor.
+  auto spans = light_->view.stage_spans(light_->device.gpu);
+  if (!light_->cast_in_picture) return spans;
+  const auto cast = view_.stage_spans(gpu);
+  for (const Stage stage : {Stage::kPrepare, Stage::kUpload, Stage::kCast}) {
+    const auto index = static_cast<std::size_t>(stage);
+    spans[index] = cast[index];
+  }
+  return spans;
+}
+
+std::array<double, kStages> VolumeInFlight::stage_ms(const Gpu& gpu) const {
+  std::array<double, kStages> ms{};
+  std::ranges::transform(stage_spans(gpu), ms.begin(), &StageSpan::ms);
+  return ms;
+}
+
+Result<DepthMaps> VolumeInFlight::read_depth(const Gpu& gpu) {
+  auto maps = view_.read_depth(gpu);
+  if (maps && light_) maps->smooth_mm.assign(depth_mm().begin(), depth_mm().end());
+  return maps;
 }
 
 Result<void> VolumeInFlight::create_frames(const Gpu& gpu, const FanGeometry& geometry,
@@ -102,6 +185,7 @@ Result<void> VolumeInFlight::begin_cast(const Gpu& gpu, Pipelines& pipelines, co
   frames_gone_ = false;
   changed_.reset();
   changed_beyond_ = false;
+  note_cast();
   return view_.begin_cast(gpu, pipelines, scene, bindings());
 }
 

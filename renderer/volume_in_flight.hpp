@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "proto/exchange/frame_queue.hpp"
@@ -17,9 +20,18 @@
 
 namespace fanlight {
 
+/// A device for passes 2 and 3 alone. Both outlive their users.
+struct LightDevice {
+  const Gpu& gpu;
+  Pipelines& pipelines;
+};
+
 /// All GPU resources of one volume in flight. Owns its frames, its angle table, and the main view of it. Two
 /// volumes may be in flight. They share one thing: the temporal filter of each reads the last depth map of
-/// the other, on the one queue that runs both. Render thread only.
+/// the other, on the queue that runs both filters. Render thread only.
+///
+/// With a LightDevice the main view is two: one casts on the device of the functions' `gpu`, the other runs
+/// passes 2 and 3 on its own, and the host copies the depth map in between (decision renderer/010).
 ///
 /// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light),
@@ -39,7 +51,9 @@ class VolumeInFlight {
     Sampling sampling = Sampling::kTexture;
   };
 
-  static Result<VolumeInFlight> create(const Gpu& gpu, const Pipelines& pipelines, const Config& config);
+  /// `light`: may be null.
+  static Result<VolumeInFlight> create(const Gpu& gpu, const Pipelines& pipelines, const Config& config,
+                                       const LightDevice* light);
 
   /// Allocates the memory of pass 0 and builds the pipelines that casting this scene needs, ahead of the
   /// first volume. Error: a pipeline that cannot be built.
@@ -47,7 +61,7 @@ class VolumeInFlight {
 
   /// Sets the slot of the volumes before and after this one's, whose depth map the temporal filter reads.
   /// Once, before the first volume.
-  void follow(const Gpu& gpu, const VolumeInFlight& other) { view_.follow(gpu, other.view_); }
+  void follow(const Gpu& gpu, const VolumeInFlight& other);
 
   /// Copies those frames of the volume that are not staged yet, in ascending order of angle, to memory that
   /// the GPU reads; the volume is not needed afterwards. Where its columns or rows differ from the last
@@ -102,16 +116,52 @@ class VolumeInFlight {
   }
   bool cast_submitted() const { return frames_.done() && view_.cast_submitted(); }
   using History = ViewRenderer::History;
-  Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, History history) {
-    return view_.light(gpu, pipelines, scene, bindings(), history);
-  }
-  std::uint64_t outstanding(const Gpu& gpu) const { return view_.outstanding(gpu); }
-  Result<void> retry_held() { return view_.retry_held(); }
-  void drop_held() { view_.drop_held(); }
+  /// Without a LightDevice all of passes 2 and 3, with one the first piece.
+  Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, History history);
+  std::uint64_t outstanding(const Gpu& gpu) const;
+  Result<void> retry_held();
+  void drop_held();
 
-  /// The main view, to read from; work goes through the functions above.
-  ViewRenderer& view() { return view_; }
+  /// Submits the next piece of light(). Before it, where `changed` is not null, takes that scene over as
+  /// ViewRenderer::change_light(). Precondition: !light_submitted(), light_outstanding() is 0.
+  Result<void> light_next_piece(const Scene* changed);
+  /// Whether light() has submitted all pieces, and whether it has submitted more than the filter.
+  bool light_submitted() const { return !light_ || light_->view.light_steps().submitted(); }
+  bool light_begun() const { return !light_ || light_->view.light_steps().begun(Stage::kLight); }
+
+  /// Submits what light() needs of the frames where passes 2 and 3 cannot read them; false where that is
+  /// nothing. light() follows when it is done. Precondition: no cast is under way, nothing is outstanding.
+  Result<bool> add_confidence(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);
+
+  /// Number of submissions of passes 2 and 3 that are not finished; with one device also of the others.
+  std::uint64_t light_outstanding(const Gpu& gpu) const {
+    return light_ ? light_->view.outstanding(light_->device.gpu) : view_.outstanding(gpu);
+  }
+
+  // As the functions of ViewRenderer, of the main view. Precondition: nothing is outstanding.
+  std::span<const std::uint8_t> picture() const { return lit_view().picture(); }
+  std::span<const float> depth_mm() const { return lit_view().depth_mm(); }
+  std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const;
+  std::array<double, kStages> stage_ms(const Gpu& gpu) const;
+  Result<DepthMaps> read_depth(const Gpu& gpu);
+
+  /// Makes the temporally filtered depth map available to private views, which follow() view().
+  /// Precondition: nothing is outstanding.
+  void share_steady() const {
+    if (light_) view_.take_steady(light_->view);
+  }
+
+  /// The picture was read: the next one is no longer the first of its cast.
+  void note_collected() {
+    if (light_) light_->cast_new = false;
+  }
+
+  /// The main view's pass 1, for private views; work goes through the functions above.
   const ViewRenderer& view() const { return view_; }
+
+  /// The timeline of the main view, and of its passes 2 and 3 where they have their own; else null.
+  const SubmissionTimeline& timeline() const { return view_.timeline(); }
+  const SubmissionTimeline* light_timeline() const { return light_ ? &light_->view.timeline() : nullptr; }
 
   /// The parts of the volume that views read. Precondition: loaded().
   VolumeBindings bindings() {
@@ -143,6 +193,16 @@ class VolumeInFlight {
   const VolumeStamp& volume() const { return volume_; }
 
  private:
+  /// Passes 2 and 3 of the main view on a device of their own.
+  struct SeparateLight {
+    LightDevice device;
+    ViewRenderer view;
+    bool copy_due = false;         // the maps of view_ have changed
+    bool cast_new = false;         // there was no picture of the last cast
+    bool cast_in_picture = false;  // the picture is the first of its cast
+  };
+
+  const ViewRenderer& lit_view() const { return light_ ? light_->view : view_; }
   explicit VolumeInFlight(const Config& config)
       : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {
     angles_rad_.reserve(config.frame_capacity);
@@ -155,6 +215,7 @@ class VolumeInFlight {
     return effective_scene(scene, geometry_, config_.size, levels);
   }
   void bind_view(const Gpu& gpu);
+  void note_cast();
   void mark_changed(std::uint32_t frame_index);
   void update_angles();
 
@@ -173,7 +234,8 @@ class VolumeInFlight {
   std::uint64_t bindings_version_ = 0;
   FrameStore frames_;
   AngleBuffer angles_;
-  ViewRenderer view_;  // last: its descriptors refer to the memory of the others
+  ViewRenderer view_;                     // after those whose memory its descriptors name
+  std::unique_ptr<SeparateLight> light_;  // null: view_ runs all passes
 };
 
 }  // namespace fanlight

@@ -52,6 +52,7 @@ Result<void> VolumeInFlight::complete(const Gpu& gpu, const Volume& volume, cons
 Result<void> VolumeInFlight::recast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene) {
   if (auto begun = begin_frames(gpu, pipelines, scene, levels_); !begun) return begun;
   frames_gone_ = false;
+  note_cast();
   return view_.recast(gpu, pipelines, bindings(), *std::exchange(changed_, {}));
 }
 

@@ -45,6 +45,7 @@ struct PictureStamp {
   EchoLevels levels;  ///< in force for this picture, where its scene asks for values from the data
   PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
+  bool passes_overlap = false;             ///< passes 2 and 3 run while pass 1 of another volume does
   std::int64_t finished_time_ns = 0;       ///< fanlight::now_ns
 };
 

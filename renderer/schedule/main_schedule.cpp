@@ -63,12 +63,21 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
     newest.cast_submitted = false;
   }
 
-  // Before the next band, so that a changed light does not wait for the band.
+  // Before the next band, so that a changed light does not wait for the band. Not where the next picture will
+  // be shown in a moment: it would come first, or show the old light after the new one.
   SlotStatus& shown = now.slots[now.shown];
-  if (shown.phase == WorkPhase::kIdle && shown.loaded && light_changed(shown, scene)) {
+  const bool next_is_lit =
+      now.shown != now.newest && newest.phase == WorkPhase::kLighting && newest.light_begun;
+  if (shown.phase == WorkPhase::kIdle && shown.loaded && !next_is_lit && light_changed(shown, scene)) {
     due.add(MainStep::kLightShown);
     shown.phase = WorkPhase::kLighting;
+    shown.light_submitted = true;  // its first piece; the next one is for the next call
   }
+  const auto piece_is_due = [](const SlotStatus& slot) {
+    return slot.phase == WorkPhase::kLighting && !slot.light_submitted && !slot.light_outstanding;
+  };
+  if (piece_is_due(now.slots[now.other()])) due.add(MainStep::kLightPieceOfOther);
+  if (piece_is_due(newest)) due.add(MainStep::kLightPiece);
 
   const bool replaces = replaces_frames(status, scene);
   if (replaces && idle_and_settled(newest) && newest.frames_changed) {

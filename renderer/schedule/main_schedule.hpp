@@ -19,6 +19,9 @@ struct SlotStatus {
   WorkPhase phase = WorkPhase::kIdle;
   bool loaded = false;                        ///< holds a volume
   bool outstanding = false;                   ///< the GPU has not finished its submissions
+  bool light_outstanding = false;             ///< of these, the ones of passes 2 and 3; on one device all
+  bool light_begun = true;                    ///< more of passes 2 and 3 was submitted than the filter
+  bool light_submitted = true;                ///< all of passes 2 and 3 was submitted
   bool read_by_private_view = false;          ///< work of a private view that reads the slot is outstanding
   bool cast_submitted = false;                ///< all bands of pass 1 were submitted
   bool gave_up_cast = false;                  ///< the cast under way replaced one whose view was outdated
@@ -57,26 +60,28 @@ bool accepts_volume(const MainStatus& status, const NumberedScene& scene);
 /// whose angles tell the index of the frame.
 bool accepts_frame(const MainStatus& status, const NumberedScene& scene);
 
-/// One step of the main view's work. kLightShown concerns the shown slot, kPrepareAhead the other slot than
-/// the newest, the remaining ones the newest slot.
+/// One step of the main view's work. kLightShown concerns the shown slot, kPrepareAhead and
+/// kLightPieceOfOther the other slot than the newest, the remaining ones the newest slot.
 enum class MainStep : std::uint8_t {
-  kBeginCast,    ///< set up pass 1 for the newest scene; submits nothing
-  kRestartCast,  ///< the same in the middle of a cast whose view is outdated
-  kLightShown,   ///< submit passes 2 and 3
-  kRecast,       ///< submit pass 1 for the dirty tiles
-  kCastBand,     ///< submit the next band of passes 0 and 1
-  kLightCast,    ///< submit passes 2 and 3 of the finished cast
-  kPrepareAhead  ///< submit pass 0 for frames that were staged ahead of their volume, if there are any
+  kBeginCast,          ///< set up pass 1 for the newest scene; submits nothing
+  kRestartCast,        ///< the same in the middle of a cast whose view is outdated
+  kLightShown,         ///< submit passes 2 and 3
+  kRecast,             ///< submit pass 1 for the dirty tiles
+  kCastBand,           ///< submit the next band of passes 0 and 1
+  kLightCast,          ///< submit passes 2 and 3 of the finished cast
+  kLightPiece,         ///< submit the next piece of them
+  kLightPieceOfOther,  ///< the same for the other slot
+  kPrepareAhead        ///< submit pass 0 for frames that were staged ahead of their volume, if there are any
 };
 
-/// Up to three steps, in order.
+/// Up to four steps, in order.
 class MainSteps {
  public:
   void add(MainStep step) { steps_[count_++] = step; }
   std::span<const MainStep> steps() const { return std::span(steps_).first(count_); }
 
  private:
-  std::array<MainStep, 3> steps_{};
+  std::array<MainStep, 4> steps_{};
   std::size_t count_ = 0;
 };
 

@@ -21,6 +21,15 @@ double period_ms(const Scene& scene) {
   return 1000 / scene.deadline.rate_hz;
 }
 
+/// What a picture takes of the time from one volume to the next. Where the passes of two volumes overlap, the
+/// longer part: its time holds what the other part takes of the processors.
+double work_ms(const PictureStamp& stamp) {
+  const auto filter = stamp.stage_ms.begin() + static_cast<std::ptrdiff_t>(Stage::kFilter);
+  const double cast_ms = std::accumulate(stamp.stage_ms.begin(), filter, 0.0);
+  const double light_ms = std::accumulate(filter, stamp.stage_ms.end(), 0.0);
+  return stamp.passes_overlap ? std::max(cast_ms, light_ms) : cast_ms + light_ms;
+}
+
 }  // namespace
 
 void RateGovernor::scene_came(const Scene& scene, std::int64_t now_ns) {
@@ -88,7 +97,7 @@ void RateGovernor::picture_finished(const PictureStamp& stamp) {
     pictures_ = 0;
     median_ms_ = 0;
   }
-  work_ms_[pictures_ % kFew] = std::accumulate(stamp.stage_ms.begin(), stamp.stage_ms.end(), 0.0);
+  work_ms_[pictures_ % kFew] = work_ms(stamp);
   if (++pictures_ < kFew) return;
   std::array<double, kFew> sorted = work_ms_;
   std::ranges::sort(sorted);

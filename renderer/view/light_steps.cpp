@@ -11,6 +11,12 @@ std::size_t LightSteps::count_of(Stage stage) const {
       std::ranges::count(std::span(steps_).first(count_), stage, &LightStep::stage));
 }
 
+std::size_t LightSteps::index_of(Stage stage) const {
+  std::size_t index = 0;
+  while (index < count_ && steps_.at(index).stage < stage) ++index;
+  return index;
+}
+
 std::size_t LightSteps::end_of_piece(double step_ms, double most_ms) const {
   const Stage stage = steps_.at(next_).stage;
   double piece_ms = step_ms;

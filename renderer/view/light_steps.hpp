@@ -31,11 +31,15 @@ class LightSteps {
 
   void clear() { count_ = next_ = 0; }
   void add(const LightStep& step) { steps_.at(count_++) = step; }
+  /// Drops the steps of this stage and those after them. Precondition: none of them was submitted.
+  void drop_from(Stage stage) { count_ = index_of(stage); }
 
   const LightStep& operator[](std::size_t index) const { return steps_.at(index); }
   std::size_t count() const { return count_; }
   std::size_t next() const { return next_; }
   bool submitted() const { return next_ == count_; }
+  /// Whether a step of this stage, or of one after it, was submitted.
+  bool begun(Stage stage) const { return next_ > index_of(stage); }
   void submit_until(std::size_t end) { next_ = end; }
 
   /// Steps of one stage.
@@ -47,6 +51,8 @@ class LightSteps {
   std::size_t end_of_piece(double step_ms, double most_ms) const;
 
  private:
+  std::size_t index_of(Stage stage) const;
+
   // Filter, light, diffusion, finish.
   std::array<LightStep, kMostFilterSteps + 1 + kMostDiffusionSteps + 1> steps_{};
   std::size_t count_ = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/view/view_buffers.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "renderer/parameters/transfer_table.hpp"
@@ -17,7 +18,7 @@ constexpr std::uint32_t kTile = 8;  // pixels along a side of a tile
 
 }  // namespace
 
-Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size) {
+Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size, ViewPasses passes) {
   ViewBuffers made;
   const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
   const std::uint64_t tiles = std::uint64_t{groups(size.width, kTile)} * groups(size.height, kTile);
@@ -28,12 +29,24 @@ Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size) {
   constexpr VkBufferUsageFlags kFilled =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 
+  const bool casts = passes != ViewPasses::kLight;
+  const bool lights = passes != ViewPasses::kCast;
+  // From pass 1 to passes 2 and 3, and back: mapped where the two have different devices.
+  const bool copied_by_host = passes != ViewPasses::kAll;
+  const auto mapped_or_device = [&](bool written_by_gpu) {
+    if (!copied_by_host) return BufferPlace::kDevice;
+    return written_by_gpu ? BufferPlace::kFromGpu : BufferPlace::kToGpu;
+  };
+  const BufferPlace cast_map = mapped_or_device(casts);
+  const BufferPlace steady_map = mapped_or_device(lights);
+
   struct Wanted {
     const char* name;
     GpuBuffer* buffer;
     std::uint64_t bytes;
     VkBufferUsageFlags usage;
     BufferPlace place;
+    bool used = true;
   };
   const Wanted buffers[] = {
       {"cast_parameters", &made.cast_parameters, sizeof(shaders::CastParameters),
@@ -42,31 +55,32 @@ Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size) {
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
       {"staged_transfer", &made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
        BufferPlace::kToGpu},
-      {"depth", &made.depth, pixels * sizeof(float), kCopied, BufferPlace::kDevice},
-      {"confidence", &made.confidence, pixels * sizeof(float), kCopied, BufferPlace::kDevice},
+      {"depth", &made.depth, pixels * sizeof(float), kCopied, cast_map},
+      {"confidence", &made.confidence, pixels * sizeof(float), kCopied, cast_map},
       {"segments", &made.segments, tiles * sizeof(glm::uvec4), kStorage, BufferPlace::kDevice},
       {"old_segments", &made.old_segments, tiles * sizeof(glm::uvec4), kFilled, BufferPlace::kDevice},
       {"reached", &made.reached, tiles * sizeof(std::uint32_t), kFilled, BufferPlace::kDevice},
       {"tile_list", &made.tile_list, (3 + tiles) * sizeof(std::uint32_t),
        kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, BufferPlace::kDevice},
-      {"volume_colour", &made.volume_colour, pixels * sizeof(std::uint32_t), kCopied, BufferPlace::kDevice},
-      {"steady", &made.steady, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {"volume_colour", &made.volume_colour, pixels * sizeof(std::uint32_t), kCopied, cast_map},
+      {"steady", &made.steady, pixels * sizeof(float), kStorage, steady_map},
       {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage, BufferPlace::kDevice},
       {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
-      {"filled", &made.filled, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
-      {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
-      {"row_sums", &made.row_sums, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
-      {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice},
+      {"filled", &made.filled, pixels * sizeof(float), kStorage, BufferPlace::kDevice, lights},
+      {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice, lights},
+      {"row_sums", &made.row_sums, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice, lights},
+      {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice, lights},
       {"nearest", &made.nearest, sizeof(std::uint32_t),
        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kDevice},
-      {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice},
-      {"finished", &made.finished, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice},
+      {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage, BufferPlace::kDevice, lights},
+      {"finished", &made.finished, pixels * sizeof(std::uint32_t), kStorage, BufferPlace::kDevice, lights},
       {"read_back", &made.read_back, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-       BufferPlace::kFromGpu},
+       BufferPlace::kFromGpu, lights},
       {"read_back_depth", &made.read_back_depth, pixels * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-       BufferPlace::kFromGpu},
+       BufferPlace::kFromGpu, lights},
   };
   for (const Wanted& wanted : buffers) {
+    if (!wanted.used) continue;
     auto buffer = GpuBuffer::create(gpu, wanted.name, wanted.bytes, wanted.usage, wanted.place);
     if (!buffer) return buffer.error();
     *wanted.buffer = std::move(*buffer);
@@ -111,7 +125,12 @@ void ViewBuffers::write_to(const Gpu& gpu, DescriptorSets& descriptors) const {
       {FANLIGHT_BINDING_LIT, &row_sums},
       {FANLIGHT_BINDING_DIFFUSED, &diffused},
       {FANLIGHT_BINDING_FINISHED, &finished}};
-  for (const auto& [binding, buffer] : buffers) descriptors.write(gpu, binding, *buffer);
+  // Every descriptor must name an existing object, also where no pipeline uses it: lavapipe reads all of
+  // them.
+  const auto existing = [this](const GpuBuffer* buffer) -> const GpuBuffer& {
+    return buffer != nullptr && buffer->bytes() > 0 ? *buffer : nothing;
+  };
+  for (const auto& [binding, buffer] : buffers) descriptors.write(gpu, binding, existing(buffer));
   descriptors.write(gpu, FANLIGHT_BINDING_TRANSFER, transfer);
 }
 
@@ -127,6 +146,16 @@ void ViewBuffers::copy_cast(VkCommandBuffer commands, const ViewBuffers& from) {
   barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+}
+
+void ViewBuffers::take_cast(const ViewBuffers& from) const {
+  std::ranges::copy(from.depth.mapped(), depth.mapped().begin());
+  std::ranges::copy(from.confidence.mapped(), confidence.mapped().begin());
+  std::ranges::copy(from.volume_colour.mapped(), volume_colour.mapped().begin());
+}
+
+void ViewBuffers::take_steady(const ViewBuffers& from) const {
+  std::ranges::copy(from.steady.mapped(), steady.mapped().begin());
 }
 
 }  // namespace fanlight

@@ -10,11 +10,19 @@
 
 namespace fanlight {
 
+/// The passes that a view runs. Where passes 2 and 3 have a device of their own, the view on each device has
+/// the maps of its own passes, and the maps that are copied between the two are mapped.
+enum class ViewPasses : std::uint8_t {
+  kAll,
+  kCast,  ///< passes 0 and 1
+  kLight  ///< passes 2 and 3
+};
+
 /// The memory of a view: parameters, tables, and the maps that each pass writes for the next one. Maps:
 /// height x width, top row first. Tiles: 8 x 8 pixels, numbered along the rows of tiles.
 struct ViewBuffers {
   /// Error: no memory on the GPU.
-  static Result<ViewBuffers> create(const Gpu& gpu, PictureSize size);
+  static Result<ViewBuffers> create(const Gpu& gpu, PictureSize size, ViewPasses passes);
 
   /// Writes all of it into the sets. ViewRenderer::follow() overwrites FANLIGHT_BINDING_PREVIOUS_DEPTH.
   void write_to(const Gpu& gpu, DescriptorSets& descriptors) const;
@@ -22,6 +30,11 @@ struct ViewBuffers {
   /// Takes over what passes 2 and 3 read from pass 1: the parameters now, the maps when the GPU executes the
   /// commands. Shaders may read them afterwards.
   void copy_cast(VkCommandBuffer commands, const ViewBuffers& from);
+
+  /// The same from ViewPasses::kCast to kLight, by the host, now.
+  void take_cast(const ViewBuffers& from) const;
+  /// The temporally filtered depth map, from ViewPasses::kLight to kCast, by the host, now.
+  void take_steady(const ViewBuffers& from) const;
 
   // Written by the host.
   GpuBuffer cast_parameters;

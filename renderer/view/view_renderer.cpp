@@ -15,7 +15,7 @@ namespace fanlight {
 
 Result<ViewRenderer> ViewRenderer::create(const Gpu& gpu, const Pipelines& pipelines, const Config& config) {
   ViewRenderer made(config);
-  auto memory = ViewBuffers::create(gpu, config.size);
+  auto memory = ViewBuffers::create(gpu, config.size, config.passes);
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);
   if (auto step = made.create_commands(gpu); !step) return step.error();
@@ -23,6 +23,7 @@ Result<ViewRenderer> ViewRenderer::create(const Gpu& gpu, const Pipelines& pipel
   if (!descriptors) return descriptors.error();
   made.descriptors_ = std::move(*descriptors);
   made.memory_.write_to(gpu, made.descriptors_);
+  if (config.passes == ViewPasses::kLight) made.bind_no_volume(gpu);
   return made;
 }
 
@@ -57,9 +58,15 @@ Result<void> ViewRenderer::create_commands(const Gpu& gpu) {
   return {};
 }
 
+void ViewRenderer::bind_no_volume(const Gpu& gpu) {
+  descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, memory_.transfer);
+  for (const auto& [binding, buffer] : FrameStore().bindings())
+    descriptors_.write(gpu, binding, memory_.nothing);
+  descriptors_.write(gpu, FANLIGHT_BINDING_ANGLE_TABLE, memory_.nothing);
+}
+
 void ViewRenderer::bind(const Gpu& gpu, const VolumeBindings& volume) {
-  // Every descriptor must name an existing object, also where no pipeline uses it: lavapipe reads all of
-  // them.
+  // As in ViewBuffers::write_to(), every descriptor must name something.
   const bool has_texture = volume.frames.texture().get() != VK_NULL_HANDLE;
   descriptors_.write(gpu, FANLIGHT_BINDING_VOLUME, has_texture ? volume.frames.texture() : memory_.transfer);
   for (const auto& [binding, buffer] : volume.frames.bindings()) {
@@ -83,6 +90,14 @@ void ViewRenderer::copy_cast(const Gpu& gpu, const ViewRenderer& other, const Vo
   cast_to_copy_ = &other.memory_;
 }
 
+void ViewRenderer::take_cast(const Gpu& gpu, const ViewRenderer& other) {
+  farthest_mm_ = other.farthest_mm_;
+  confidence_known_ = other.confidence_known_;
+  cast_since_light_ = true;
+  reset_times(gpu);
+  memory_.take_cast(other.memory_);
+}
+
 std::array<double, kStages> ViewRenderer::stage_ms(const Gpu& gpu) const {
   if (!config_.pauses) return timestamps_.ms(gpu);
   auto ms = done_ms_;
@@ -91,12 +106,16 @@ std::array<double, kStages> ViewRenderer::stage_ms(const Gpu& gpu) const {
 }
 
 void ViewRenderer::reset_times(const Gpu& gpu) {
-  if (config_.pauses && light_steps_.count() > 0 && light_steps_.submitted()) {
+  const bool in_pieces = config_.pauses || config_.passes == ViewPasses::kLight;
+  if (in_pieces && light_steps_.count() > 0 && light_steps_.submitted()) {
     const auto ms = stage_ms(gpu);
     for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish}) {
       const auto index = static_cast<std::size_t>(stage);
       const auto steps = static_cast<double>(light_steps_.count_of(stage));
-      if (ms[index] > 0) light_step_ms_[index] = ms[index] / steps;
+      if (ms[index] <= 0) continue;
+      // With pauses between its pieces the filter of a main view takes longer than its steps do.
+      double& step_ms = light_step_ms_[index];
+      step_ms = config_.pauses || step_ms == 0 ? ms[index] / steps : std::min(step_ms, ms[index] / steps);
     }
   }
   timestamps_.reset(gpu);

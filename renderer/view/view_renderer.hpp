@@ -65,6 +65,7 @@ class ViewRenderer {
     Skipping skipping = Skipping::kOn;
     /// Pieces of other views run between this view's: stage_ms() adds up the pieces, without the pauses.
     bool pauses = false;
+    ViewPasses passes = ViewPasses::kAll;
   };
 
   ViewRenderer() = default;
@@ -83,6 +84,21 @@ class ViewRenderer {
   /// copies it. The other view may cast again once that piece is done. `volume` is the other view's, as in
   /// bind().
   void copy_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
+
+  /// The same between two devices, from a view of ViewPasses::kCast to one of kLight: copies now.
+  /// Precondition: nothing of either is outstanding.
+  void take_cast(const Gpu& gpu, const ViewRenderer& other);
+
+  /// Takes the temporally filtered depth map of a view on another device, from ViewPasses::kLight to kCast,
+  /// where follow() then finds it. Precondition: as take_cast().
+  void take_steady(const ViewRenderer& other) const { memory_.take_steady(other.memory_); }
+
+  /// Submits the computation of the weights that the depth filter of this scene asks for; false where it asks
+  /// for none, where they are known, and where the frames are gone. For ViewPasses::kCast, whose frames
+  /// passes 2 and 3 cannot read; the other views compute them in light(). Precondition: nothing is
+  /// outstanding.
+  Result<bool> add_confidence(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
+                              const VolumeBindings& volume);
 
   /// Builds the pipelines that casting this effective_scene() needs. Error: a pipeline that cannot be built.
   Result<void> find_cast_pipelines(Pipelines& pipelines, const Scene& scene, FrameKind kind);
@@ -131,6 +147,11 @@ class ViewRenderer {
   /// Submits the next piece; the last one has the read-back. Only the first piece reads the frames and what
   /// another view has drawn. Precondition: as begin_light().
   Result<void> light_next_piece(const Gpu& gpu, const Pipelines& pipelines);
+
+  /// Between two pieces: lights by another scene, whose depth filter and camera are the same, with what is
+  /// filtered so far. Precondition: nothing is outstanding, and the light was not begun
+  /// (light_steps().begun()). Error: a pipeline that cannot be built.
+  Result<void> change_light(Pipelines& pipelines, const Scene& wanted, const VolumeBindings& volume);
 
   /// The dispatches of begin_light(), and which of them were submitted.
   const LightSteps& light_steps() const { return light_steps_; }
@@ -186,11 +207,13 @@ class ViewRenderer {
   Result<VkPipeline> confidence_pipeline(Pipelines& pipelines, const PipelineKey& key, const Scene& scene,
                                          bool frames_gone);
   Result<void> add_filter_steps(Pipelines& pipelines, const LightKeys& keys, VkPipeline confidence);
-  void add_finish_steps(const Pipelines& pipelines, const Scene& scene);
+  Result<void> add_light_steps(Pipelines& pipelines, const PipelineKey& light, const Scene& scene);
   Result<void> submit_light(const Gpu& gpu, const Pipelines& pipelines, std::size_t end_step);
   void record_clear_min_depth(VkCommandBuffer commands) const;
   void record_light_steps(VkCommandBuffer commands, const Pipelines& pipelines, std::size_t end_step) const;
   void record_read_back(VkCommandBuffer commands) const;
+  void record_maps_for_host(VkCommandBuffer commands) const;
+  void bind_no_volume(const Gpu& gpu);
   void reset_times(const Gpu& gpu);
   void begin_piece(const Gpu& gpu, VkCommandBuffer commands, Stage stage);
   void end_piece(VkCommandBuffer commands) const;

@@ -52,6 +52,7 @@ Result<void> ViewRenderer::cast_next_band(const Gpu& gpu, const Pipelines& pipel
   vkCmdDispatch(commands, tiles, 1, 1);
   next_tile_ += tiles;
   if (cast_submitted()) record_slices(commands);
+  if (cast_submitted()) record_maps_for_host(commands);
   if (cast_submitted()) timestamps_.stamp(commands, GpuTimestamps::kCastEnd);
   end_piece(commands);
   return timeline_.submit(gpu.cast_queue(), commands, other_work_);
@@ -74,6 +75,7 @@ Result<void> ViewRenderer::recast(const Gpu& gpu, const Pipelines& pipelines, co
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.cast_listed);
   vkCmdDispatchIndirect(commands, memory_.tile_list.get(), 0);
   record_slices(commands);
+  record_maps_for_host(commands);
   timestamps_.stamp(commands, GpuTimestamps::kCastEnd);
   confidence_known_ = false;
   cast_since_light_ = true;
@@ -112,6 +114,13 @@ void ViewRenderer::record_slices(VkCommandBuffer commands) const {
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.slice);
   vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
+}
+
+/// Where passes 2 and 3 have a device of their own, the host copies what pass 1 has written.
+void ViewRenderer::record_maps_for_host(VkCommandBuffer commands) const {
+  if (config_.passes != ViewPasses::kCast) return;
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
 }
 
 void ViewRenderer::record_dirty_tiles(VkCommandBuffer commands, const Pipelines& pipelines,

@@ -12,7 +12,9 @@
 namespace fanlight {
 
 Result<DepthMaps> ViewRenderer::read_depth(const Gpu& gpu) {
-  const GpuBuffer* const maps[] = {&memory_.depth, &memory_.confidence, &memory_.smooth_depth};
+  // Without passes 2 and 3 there is no filtered map: VolumeInFlight::read_depth() has it from their device.
+  const GpuBuffer& smooth = memory_.smooth_depth.bytes() > 0 ? memory_.smooth_depth : memory_.depth;
+  const GpuBuffer* const maps[] = {&memory_.depth, &memory_.confidence, &smooth};
   const std::uint64_t maps_bytes = std::size(maps) * memory_.depth.bytes();
   auto copy = GpuBuffer::create(gpu, "depth map copies", maps_bytes + memory_.segments.bytes(),
                                 VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu);

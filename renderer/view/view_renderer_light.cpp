@@ -64,7 +64,15 @@ Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKey
   return {};
 }
 
-void ViewRenderer::add_finish_steps(const Pipelines& pipelines, const Scene& scene) {
+/// The steps of the light and of pass 3.
+Result<void> ViewRenderer::add_light_steps(Pipelines& pipelines, const PipelineKey& light,
+                                           const Scene& scene) {
+  const auto lit = pipelines.get(light);
+  if (!lit) return lit.error();
+  light_steps_.add({.pipeline = *lit,
+                    .groups_across = tiles_across(),
+                    .groups_down = tiles_down(),
+                    .stage = Stage::kLight});
   const int diffusion_steps = scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
   LightStep step{.pipeline = pipelines.fixed(Shader::kDiffuse),
                  .groups_across = tiles_across(),
@@ -77,6 +85,7 @@ void ViewRenderer::add_finish_steps(const Pipelines& pipelines, const Scene& sce
   step.pipeline = pipelines.fixed(Shader::kFinish);
   step.order = order_after(diffusion_steps);
   light_steps_.add(step);
+  return {};
 }
 
 void ViewRenderer::record_clear_min_depth(VkCommandBuffer commands) const {
@@ -114,8 +123,9 @@ void ViewRenderer::record_read_back(VkCommandBuffer commands) const {
   vkCmdCopyBuffer(commands, memory_.finished.get(), memory_.read_back.get(), 1, &all);
   const VkBufferCopy depths{.size = memory_.read_back_depth.bytes()};
   vkCmdCopyBuffer(commands, memory_.smooth_depth.get(), memory_.read_back_depth.get(), 1, &depths);
-  barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-          VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+  barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
+          VK_ACCESS_2_HOST_READ_BIT);
   timestamps_.stamp(commands, GpuTimestamps::kReadBackEnd);
 }
 
@@ -125,12 +135,31 @@ Result<VkPipeline> ViewRenderer::confidence_pipeline(Pipelines& pipelines, const
                                                      const Scene& scene, bool frames_gone) {
   const VkPipeline none = VK_NULL_HANDLE;
   if (scene.filter.weights != FilterWeights::kConfidence || confidence_known_) return none;
-  if (frames_gone) {
+  if (frames_gone || config_.passes == ViewPasses::kLight) {
     // The frames that they would be computed from are gone: the next volume's picture will have them.
     memory_.light_parameters.mapped_as<shaders::LightParameters>().confidence_counts = 0;
     return none;
   }
   return pipelines.get(key);
+}
+
+Result<bool> ViewRenderer::add_confidence(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
+                                          const VolumeBindings& volume) {
+  const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
+  const bool due =
+      scene.filter.weights == FilterWeights::kConfidence && !confidence_known_ && !volume.frames_gone;
+  if (!due) return false;
+  const auto pipeline = pipelines.get(light_keys(scene, volume.geometry.kind).confidence);
+  if (!pipeline) return pipeline.error();
+  if (auto begun = begin_commands(cast_commands_); !begun) return begun.error();
+  descriptors_.bind(cast_commands_, pipelines, DescriptorSets::Order::kLitToDiffused);
+  vkCmdBindPipeline(cast_commands_, VK_PIPELINE_BIND_POINT_COMPUTE, *pipeline);
+  vkCmdDispatch(cast_commands_, tiles_across(), tiles_down(), 1);
+  record_maps_for_host(cast_commands_);
+  if (auto submitted = timeline_.submit(gpu.cast_queue(), cast_commands_, other_work_); !submitted)
+    return submitted.error();
+  confidence_known_ = true;
+  return true;
 }
 
 Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
@@ -141,7 +170,7 @@ Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, con
   if (history == History::kNone) parameters.steady = 0;
   memory_.light_parameters.mapped_as<shaders::LightParameters>() = parameters;
   // A cast has reset all time stamps, and the GPU may be writing the cast's now.
-  if (!cast_since_light_) reset_times(gpu);
+  if (!cast_since_light_ || config_.passes == ViewPasses::kLight) reset_times(gpu);
   light_steps_.clear();
   confidence_due_ = false;
 
@@ -154,14 +183,20 @@ Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, con
     filter_due_ = scene.filter;
     filter_.reset();
   }
-  auto lit = pipelines.get(keys.light);
-  if (!lit) return lit.error();
-  light_steps_.add({.pipeline = *lit,
-                    .groups_across = tiles_across(),
-                    .groups_down = tiles_down(),
-                    .stage = Stage::kLight});
-  add_finish_steps(pipelines, scene);
-  return {};
+  return add_light_steps(pipelines, keys.light, scene);
+}
+
+Result<void> ViewRenderer::change_light(Pipelines& pipelines, const Scene& wanted,
+                                        const VolumeBindings& volume) {
+  const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
+  auto& parameters = memory_.light_parameters.mapped_as<shaders::LightParameters>();
+  shaders::LightParameters changed = light_parameters(scene, config_.size, farthest_mm_);
+  // What begin_light() knew besides the scene.
+  changed.steady = parameters.steady;
+  changed.confidence_counts = parameters.confidence_counts;
+  parameters = changed;
+  light_steps_.drop_from(Stage::kLight);
+  return add_light_steps(pipelines, light_keys(scene, volume.geometry.kind).light, scene);
 }
 
 /// Submits the steps before end_step that were not submitted yet, and after the last one the read-back.
@@ -199,7 +234,11 @@ Result<void> ViewRenderer::light(const Gpu& gpu, Pipelines& pipelines, const Sce
 }
 
 Result<void> ViewRenderer::light_next_piece(const Gpu& gpu, const Pipelines& pipelines) {
-  const auto stage = static_cast<std::size_t>(light_steps_[light_steps_.next()].stage);
+  const Stage next = light_steps_[light_steps_.next()].stage;
+  // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
+  if (config_.passes == ViewPasses::kLight && next != Stage::kFilter)
+    return submit_light(gpu, pipelines, light_steps_.count());
+  const auto stage = static_cast<std::size_t>(next);
   const double known_ms = light_step_ms_[stage];
   const double step_ms = known_ms > 0 ? known_ms : kPieceMs;
   return submit_light(gpu, pipelines, light_steps_.end_of_piece(step_ms, kPieceMs));

@@ -64,9 +64,7 @@ std::array<StageSpan, kStages> GpuTimestamps::spans(const Gpu& gpu) const {
 
 std::array<double, kStages> GpuTimestamps::ms(const Gpu& gpu) const {
   std::array<double, kStages> ms{};
-  std::ranges::transform(spans(gpu), ms.begin(), [](const StageSpan& span) {
-    return static_cast<double>(span.end_ns - span.begin_ns) / 1e6;
-  });
+  std::ranges::transform(spans(gpu), ms.begin(), &StageSpan::ms);
   return ms;
 }
 

@@ -15,6 +15,8 @@ namespace fanlight {
 struct StageSpan {
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;
+
+  double ms() const { return static_cast<double>(end_ns - begin_ns) / 1e6; }
 };
 
 /// Time stamps that the GPU writes before and after each stage of a picture. Owns the query pool. Render

@@ -105,6 +105,7 @@ Result<BlockTrace> BlockRunner::pipelined(int volumes) {
       --to_collect;
       continue;  // its slot is free now
     }
+    if (to_load > 0 && renderer_.wants_volume()) continue;  // advance() has made room
     if (auto waited = renderer_.wait(kMostWaitNs); !waited) return waited.error();
   }
   auto encodings = encoder.join();

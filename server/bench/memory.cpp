@@ -23,7 +23,7 @@ double status_mb(const std::string& name) {
 
 }  // namespace
 
-Result<void> run_bench_memory(const Gpu& gpu, const BenchRow& row, std::uint64_t volumes,
+Result<void> run_bench_memory(const RenderDevice& device, const BenchRow& row, std::uint64_t volumes,
                               const std::function<void(const HeldMemory&)>& tell) {
   constexpr std::uint32_t kRing = 4;
   constexpr std::uint64_t kWarmUp = 10;
@@ -31,7 +31,7 @@ Result<void> run_bench_memory(const Gpu& gpu, const BenchRow& row, std::uint64_t
   if (!held) return held.error();
   const auto scene = bench_scene(row, held->description());
   if (!scene) return scene.error();
-  BenchRig rig(gpu, *held, *scene, row.picture);
+  BenchRig rig(device, *held, *scene, row.picture);
   if (auto started = rig.start(Skipping::kOn); !started) return started.error();
   // The renderer accepts frames ahead only for a volume that follows another one.
   if (auto first = rig.whole_volume(); !first) return first.error();

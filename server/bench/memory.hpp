@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "renderer/vulkan/gpu.hpp"
+#include "renderer/vulkan/render_device.hpp"
 #include "server/bench/rows.hpp"
 
 namespace fanlight {
@@ -19,7 +19,7 @@ struct HeldMemory {
 
 /// Renders `volumes` volumes of a row with four different volumes in memory, as in a ring of four slots.
 /// Calls `tell` after the first ten volumes and then ten times at even distances.
-Result<void> run_bench_memory(const Gpu& gpu, const BenchRow& row, std::uint64_t volumes,
+Result<void> run_bench_memory(const RenderDevice& device, const BenchRow& row, std::uint64_t volumes,
                               const std::function<void(const HeldMemory&)>& tell);
 
 }  // namespace fanlight

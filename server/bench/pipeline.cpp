@@ -10,6 +10,7 @@
 #include "server/bench/block_runner.hpp"
 #include "server/bench/run.hpp"
 #include "server/bench/stage_overlap.hpp"
+#include "server/bench/trace_picture.hpp"
 #include "server/bench/volumes.hpp"
 
 namespace fanlight {
@@ -73,6 +74,7 @@ Result<PipelineTimes> run_blocks(BlockRunner& runner, int blocks, int volumes) {
     const auto done = run_block(runner, pipelined, volumes);
     if (!done) return done.error();
     overlap.add(*done);
+    if (block + 1 == blocks) times.last_block = trace_picture(*done);
   }
   for (Mode* const mode : {&serial, &pipelined}) {
     mode->figures.busy_cores = static_cast<double>(mode->processor_ns) / static_cast<double>(mode->wall_ns);
@@ -83,7 +85,8 @@ Result<PipelineTimes> run_blocks(BlockRunner& runner, int blocks, int volumes) {
 
 }  // namespace
 
-Result<PipelineTimes> run_bench_pipeline(const Gpu& gpu, const BenchRow& row, int blocks, int volumes) {
+Result<PipelineTimes> run_bench_pipeline(const RenderDevice& device, const BenchRow& row, int blocks,
+                                         int volumes) {
   constexpr std::uint32_t kVolumes = 3;
   auto shown = BenchVolumes::create(row, kVolumes);
   if (!shown) return shown.error();
@@ -92,12 +95,14 @@ Result<PipelineTimes> run_bench_pipeline(const Gpu& gpu, const BenchRow& row, in
   if (!scene) return scene.error();
   const auto side = static_cast<std::uint32_t>(row.picture);
   RenderCounters counters;
-  auto renderer = Renderer::create({.size = {side, side},
-                                    .geometry = source.geometry,
-                                    .first_angle_rad = source.first_angle_rad,
-                                    .last_angle_rad = source.last_angle_rad,
-                                    .frame_capacity = shown->frame_capacity()},
-                                   {.gpu = gpu, .counters = counters}, {.revision = 1, .scene = *scene});
+  auto renderer =
+      Renderer::create({.size = {side, side},
+                        .geometry = source.geometry,
+                        .first_angle_rad = source.first_angle_rad,
+                        .last_angle_rad = source.last_angle_rad,
+                        .frame_capacity = shown->frame_capacity()},
+                       {.gpu = *device.gpu, .counters = counters, .light_gpu = device.light_gpu.get()},
+                       {.revision = 1, .scene = *scene});
   if (!renderer) return renderer.error();
   BlockRunner runner(*shown, **renderer);
   return run_blocks(runner, blocks, volumes);
@@ -108,8 +113,11 @@ std::span<const std::string_view> pipeline_rows() {
   return kRows;
 }
 
-std::string_view pipeline_mechanism(const Gpu& gpu) {
-  if (gpu.cast_queue() != gpu.light_queue()) {
+std::string_view pipeline_mechanism(const RenderDevice& device) {
+  if (device.light_gpu) {
+    return "two devices of one processor: passes 2 and 3 run on one of them, beside pass 1 on the other";
+  }
+  if (device.gpu->cast_queue() != device.gpu->light_queue()) {
     return "two queues of one device: passes 2 and 3 run on one of them, beside pass 1 on the other";
   }
   return "one queue: bands of pass 1 and passes 2 and 3 take turns on it, beside the processor's copies and "

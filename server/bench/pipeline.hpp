@@ -3,10 +3,11 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
-#include "renderer/vulkan/gpu.hpp"
+#include "renderer/vulkan/render_device.hpp"
 #include "server/bench/rows.hpp"
 
 namespace fanlight {
@@ -31,18 +32,20 @@ struct PipelineTimes {
   double upload_in_work = 0;     ///< copies of a volume for the GPU, within all GPU work for others
   double read_back_in_work = 0;  ///< copy of the picture from the GPU, likewise
   double encoding_in_work = 0;   ///< JPEG encoding of the picture, likewise
+  std::string last_block;        ///< trace_picture() of the last pipelined block
 };
 
 /// Runs blocks of serial and of pipelined operation in turn, `blocks` of each after a first one of each that
 /// is not counted. Serial: a volume is loaded, rendered and encoded before the next one is loaded. Pipelined:
 /// the renderer gets a volume whenever it wants one, and another thread encodes the pictures. A block is
 /// timed from the end of its first picture's encoding to the end of its last one's, `volumes` volumes later.
-Result<PipelineTimes> run_bench_pipeline(const Gpu& gpu, const BenchRow& row, int blocks, int volumes);
+Result<PipelineTimes> run_bench_pipeline(const RenderDevice& device, const BenchRow& row, int blocks,
+                                         int volumes);
 
 /// The rows that `fanlight bench pipeline` runs by default.
 std::span<const std::string_view> pipeline_rows();
 
 /// One sentence: what can run at the same time on this GPU.
-std::string_view pipeline_mechanism(const Gpu& gpu);
+std::string_view pipeline_mechanism(const RenderDevice& device);
 
 }  // namespace fanlight

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "proto/exchange/doorbell.hpp"
+#include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/private_view.hpp"
 #include "proto/model/picture.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/vulkan/render_device.hpp"
 #include "server/bench/volumes.hpp"
 
 namespace fanlight {
@@ -16,8 +22,8 @@ namespace fanlight {
 class BenchRig {
  public:
   /// `picture`: side of the picture in pixels. The volumes must outlive the rig.
-  BenchRig(const Gpu& gpu, BenchVolumes& volumes, const Scene& scene, int picture)
-      : gpu_(gpu), volumes_(volumes), scene_{.revision = 1, .scene = scene}, picture_(picture) {}
+  BenchRig(const RenderDevice& device, BenchVolumes& volumes, const Scene& scene, int picture)
+      : device_(device), volumes_(volumes), scene_{.revision = 1, .scene = scene}, picture_(picture) {}
 
   Result<void> start(Skipping skipping);
 
@@ -36,6 +42,12 @@ class BenchRig {
   /// Changes the scene; `sign` alternates between 1 and -1.
   Result<double> change(void (*how)(Scene&, double sign));
 
+  /// What a private view has of its own.
+  enum class PrivateKind : std::uint8_t { kCamera, kLight };
+  /// Opens so many private views of the volume on show and waits for a picture of each. Precondition: a
+  /// picture was shown.
+  Result<double> private_pictures(std::size_t views, PrivateKind kind);
+
   const Picture& picture() const { return shown_; }
   Renderer& renderer() { return *renderer_; }
 
@@ -43,14 +55,18 @@ class BenchRig {
   Result<void> take(std::uint32_t index);
   Result<double> picture_since(std::int64_t from_ns);
 
-  const Gpu& gpu_;
+  const RenderDevice& device_;
   BenchVolumes& volumes_;
   NumberedScene scene_;
   int picture_;
   double sign_ = 1;
   RenderCounters counters_;
+  // Of private views; the renderer writes to them.
+  Doorbell private_bell_;
+  std::array<std::optional<Mailbox<Picture>>, kMostPrivateViews> private_pictures_;
   std::unique_ptr<Renderer> renderer_;
   Picture shown_;
+  std::uint64_t private_view_id_ = 0;
 };
 
 }  // namespace fanlight

@@ -43,20 +43,20 @@ double cast_ms(const Picture& picture) {
 
 }  // namespace
 
-Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds) {
+Result<BenchTimes> run_bench_row(const RenderDevice& device, const BenchRow& row, int rounds) {
   constexpr std::uint32_t kVolumes = 3;
   auto volumes = BenchVolumes::create(row, kVolumes);
   if (!volumes) return volumes.error();
   const auto scene = bench_scene(row, volumes->description());
   if (!scene) return scene.error();
-  BenchRig rig(gpu, *volumes, *scene, row.picture);
+  BenchRig rig(device, *volumes, *scene, row.picture);
   if (auto started = rig.start(Skipping::kOn); !started) return started.error();
-  BenchRig unskipped(gpu, *volumes, *scene, row.picture);
+  BenchRig unskipped(device, *volumes, *scene, row.picture);
   if (auto started = unskipped.start(Skipping::kOff); !started) return started.error();
 
   Scene with_every_frame = *scene;
   with_every_frame.refresh = Refresh::kFrame;
-  BenchRig rolling(gpu, *volumes, with_every_frame, row.picture);
+  BenchRig rolling(device, *volumes, with_every_frame, row.picture);
   if (auto started = rolling.start(Skipping::kOn); !started) return started.error();
   if (auto first = rolling.whole_volume(); !first) return first.error();
 

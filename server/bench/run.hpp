@@ -8,7 +8,7 @@
 
 #include "acquisition/source/frame_source.hpp"
 #include "proto/model/scene.hpp"
-#include "renderer/vulkan/gpu.hpp"
+#include "renderer/vulkan/render_device.hpp"
 #include "server/bench/rows.hpp"
 
 namespace fanlight {
@@ -28,7 +28,7 @@ struct BenchTimes {
 ///   light_moved     the light moves; the volume stays
 ///   frame           one frame is received and replaces a frame of the last sweep (for each frame of a sweep)
 ///   cast_unskipped  as whole_volume, but pass 1 alone and without empty-space skipping
-Result<BenchTimes> run_bench_row(const Gpu& gpu, const BenchRow& row, int rounds);
+Result<BenchTimes> run_bench_row(const RenderDevice& device, const BenchRow& row, int rounds);
 
 /// The default scene of the source with the settings of the row.
 Result<Scene> bench_scene(const BenchRow& row, const SourceDescription& source);

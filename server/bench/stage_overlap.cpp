@@ -45,8 +45,8 @@ std::vector<StageSpan> spans_of_others(const BlockTrace& block, std::uint64_t vo
   return spans;
 }
 
-/// Estimates how far the GPU's clock is ahead of the processor's: a picture is never found before its
-/// read-back has ended.
+}  // namespace
+
 std::int64_t gpu_clock_ahead_ns(const BlockTrace& block) {
   std::int64_t ahead_ns = INT64_MIN;
   for (const VolumeTrace& volume : block.volumes) {
@@ -54,8 +54,6 @@ std::int64_t gpu_clock_ahead_ns(const BlockTrace& block) {
   }
   return ahead_ns;
 }
-
-}  // namespace
 
 void CoveredShare::add(const StageSpan& span, std::vector<StageSpan> others) {
   std::ranges::sort(others, {}, &StageSpan::begin_ns);

@@ -31,6 +31,10 @@ struct BlockTrace {
   std::vector<EncodingTrace> encodings;
 };
 
+/// How far the GPU's clock is ahead of the processor's, estimated: a picture is never found before its
+/// read-back has ended.
+std::int64_t gpu_clock_ahead_ns(const BlockTrace& block);
+
 /// The fraction of some spans that is covered by other spans, summed over all calls of add().
 class CoveredShare {
  public:

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,10 +12,12 @@
 #include <utility>
 #include <vector>
 
+#include "proto/base/file_replacement.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/bench/memory.hpp"
 #include "server/bench/pipeline.hpp"
 #include "server/bench/run.hpp"
+#include "server/bench/scale.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/named_option.hpp"
 
@@ -29,8 +32,10 @@ struct BenchOptions {
   int count = 9;
   std::string gpu;
   std::optional<BufferAccess> access;  // absent: what the device does by itself
+  bool one_device = false;
   bool json = false;
   int volumes = 8;
+  std::filesystem::path trace;
   int memory_volumes = 100;
 };
 
@@ -94,14 +99,18 @@ Result<std::vector<BenchRow>> chosen_rows(const BenchOptions& options) {
       BenchRow{.name = "input", .input = options.input, .geometry_path = options.geometry_path}};
 }
 
+Result<RenderDevice> open_bench_device(const BenchOptions& options) {
+  return open_device(options.gpu, {.access = options.access, .own_light_device = !options.one_device});
+}
+
 Result<void> bench(const BenchOptions& options) {
-  const auto device = open_device(options.gpu, {}, options.access);
+  const auto device = open_bench_device(options);
   if (!device) return device.error();
   nlohmann::ordered_json report = {{"device", device->name()}, {"rows", nlohmann::ordered_json::array()}};
   const auto rows = chosen_rows(options);
   if (!rows) return rows.error();
   for (const BenchRow& row : *rows) {
-    const auto times = run_bench_row(*device->gpu, row, options.count);
+    const auto times = run_bench_row(*device, row, options.count);
     if (!times) return times.error();
     report["rows"].push_back(as_json(row, *times, options.count));
     if (!options.json && report["rows"].size() == 1) print_head();
@@ -163,25 +172,27 @@ void print_pipeline(const BenchRow& row, const PipelineTimes& times) {
 }
 
 Result<void> bench_pipeline(const BenchOptions& options) {
-  const auto device = open_device(options.gpu, {}, options.access);
+  const auto device = open_bench_device(options);
   if (!device) return device.error();
   nlohmann::ordered_json report = {{"device", device->name()},
-                                   {"mechanism", pipeline_mechanism(*device->gpu)},
+                                   {"mechanism", pipeline_mechanism(*device)},
                                    {"blocks", options.count},
                                    {"volumes_a_block", options.volumes},
                                    {"rows", nlohmann::ordered_json::array()}};
   if (!options.json) {
     fmt::print("{}, {}; medians of {} blocks of {} volumes each way, in turn\n", device->name(),
-               pipeline_mechanism(*device->gpu), options.count, options.volumes);
+               pipeline_mechanism(*device), options.count, options.volumes);
   }
   const auto rows =
       options.only.empty() && options.input.empty() ? chosen_rows(pipeline_rows()) : chosen_rows(options);
   if (!rows) return rows.error();
   for (const BenchRow& row : *rows) {
-    const auto times = run_bench_pipeline(*device->gpu, row, options.count, options.volumes);
+    const auto times = run_bench_pipeline(*device, row, options.count, options.volumes);
     if (!times) return times.error();
     report["rows"].push_back(as_json(row, *times));
     if (!options.json) print_pipeline(row, *times);
+    if (options.trace.empty()) continue;
+    if (auto written = replace_file(options.trace, times->last_block); !written) return written;
   }
   if (options.json) fmt::print("{}\n", report.dump(1));
   return {};
@@ -200,7 +211,7 @@ void print_held(const HeldMemory& held) {
 }
 
 Result<void> bench_memory(const BenchOptions& options) {
-  const auto device = open_device(options.gpu, {}, options.access);
+  const auto device = open_bench_device(options);
   if (!device) return device.error();
   BenchOptions one_row = options;
   if (one_row.only.empty()) one_row.only = "r1/paper";
@@ -217,10 +228,63 @@ Result<void> bench_memory(const BenchOptions& options) {
     if (!options.json) print_held(held);
   };
   const auto done =
-      run_bench_memory(*device->gpu, row, static_cast<std::uint64_t>(options.memory_volumes), report_held);
+      run_bench_memory(*device, row, static_cast<std::uint64_t>(options.memory_volumes), report_held);
   if (!done) return done.error();
   if (options.json) fmt::print("{}\n", report.dump(1));
   return {};
+}
+
+nlohmann::ordered_json as_json(const ScaleCurve& curve) {
+  nlohmann::ordered_json points = nlohmann::ordered_json::array();
+  for (const ScalePoint& point : curve.points)
+    points.push_back({{"name", point.name}, {"amount", point.amount}, {"ms", point.ms}});
+  return {{"amount", curve.amount},
+          {"columns", curve.columns},
+          {"points", points},
+          {"exponents", curve.exponents}};
+}
+
+void print_curve(const ScaleCurve& curve) {
+  constexpr int kNameWidth = 28;
+  fmt::print("{:<{}}", curve.amount, kNameWidth);
+  for (const std::string& column : curve.columns) fmt::print(" {:>16}", column);
+  fmt::print("\n");
+  for (const ScalePoint& point : curve.points) {
+    fmt::print("{:<{}}", point.name, kNameWidth);
+    for (const double ms : point.ms) fmt::print(" {:>16.2f}", ms);
+    fmt::print("\n");
+  }
+  fmt::print("{:<{}}", "  exponent", kNameWidth);
+  for (const double exponent : curve.exponents) fmt::print(" {:>16.2f}", exponent);
+  fmt::print("\n\n");
+  std::fflush(stdout);
+}
+
+Result<void> bench_scale(const BenchOptions& options) {
+  const auto device = open_bench_device(options);
+  if (!device) return device.error();
+  nlohmann::ordered_json report = {
+      {"device", device->name()}, {"rounds", options.count}, {"curves", nlohmann::ordered_json::array()}};
+  if (!options.json)
+    fmt::print("{}; r1/paper in other sizes, ms, medians of {} rounds\n\n", device->name(), options.count);
+  const auto done = run_bench_scale(*device, options.count, [&](const ScaleCurve& curve) {
+    report["curves"].push_back(as_json(curve));
+    if (!options.json) print_curve(curve);
+  });
+  if (!done) return done.error();
+  if (options.json) fmt::print("{}\n", report.dump(1));
+  return {};
+}
+
+void add_device_options(CLI::App& command, BenchOptions& options) {
+  command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  add_named_option<std::optional<BufferAccess>, BufferAccess>(
+      command, "--buffers", options.access,
+      {{"texels", BufferAccess::kTexels}, {"storage", BufferAccess::kStorage}},
+      "How shaders read buffers: texels or storage (the default: what is faster on this device)");
+  command.add_flag("--one-device", options.one_device,
+                   "On a processor: all passes on one device, not passes 2 and 3 on their own");
+  command.add_flag("--json", options.json, "Print the report as JSON");
 }
 
 void add_options(CLI::App& command, BenchOptions& options) {
@@ -234,12 +298,7 @@ void add_options(CLI::App& command, BenchOptions& options) {
   command.add_option("--geometry", options.geometry_path, "TOML file with the recording's geometry")
       ->needs("--input")
       ->type_name("FILE");
-  command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
-  add_named_option<std::optional<BufferAccess>, BufferAccess>(
-      command, "--buffers", options.access,
-      {{"texels", BufferAccess::kTexels}, {"storage", BufferAccess::kStorage}},
-      "How shaders read buffers: texels or storage (the default: what is faster on this device)");
-  command.add_flag("--json", options.json, "Print the report as JSON");
+  add_device_options(command, options);
 }
 
 }  // namespace
@@ -250,6 +309,8 @@ Command add_bench_command(CLI::App& program) {
       command->add_subcommand("pipeline", "Measures what it brings to work at several volumes at once");
   CLI::App* const memory =
       command->add_subcommand("memory", "Tells how much memory a row takes, and whether it grows");
+  CLI::App* const scale = command->add_subcommand(
+      "scale", "Measures how the cost grows with pixels, voxels, frames and private views");
   const auto options = std::make_shared<BenchOptions>();
   for (const auto& [app, what] :
        {std::pair(command, "Rounds of each row"), std::pair(pipeline, "Blocks of each way")}) {
@@ -263,13 +324,24 @@ Command add_bench_command(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
+  pipeline
+      ->add_option("--trace", options->trace,
+                   "Writes when each pass of the last block's volumes ran, as a picture (SVG); with several "
+                   "rows that of the last one")
+      ->type_name("FILE");
+  add_device_options(*scale, *options);
+  scale->add_option("--count", options->count, "Rounds of each point")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
   add_options(*memory, *options);
   memory->add_option("--volumes", options->memory_volumes, "Volumes to render")
       ->capture_default_str()
       ->check(CLI::Range(10, 1'000'000))
       ->type_name("N");
-  return [options, pipeline, memory]() {
+  return [options, pipeline, memory, scale]() {
     if (pipeline->parsed()) return bench_pipeline(*options);
+    if (scale->parsed()) return bench_scale(*options);
     return memory->parsed() ? bench_memory(*options) : bench(*options);
   };
 }

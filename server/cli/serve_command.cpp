@@ -199,7 +199,13 @@ Result<void> serve(const ServeOptions& options) {
   // Scripts read the standard output, so the log goes to stderr.
   spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
   spdlog::set_formatter(printable_log_format());
-  const auto open = [](const std::string& name) { return open_device(name); };
+  const auto open = [](const std::string& name) {
+    auto opened = open_device(name, {.own_light_device = true});
+    if (opened && !opened->light_refusal.empty())
+      spdlog::warn("a moved light waits for pass 1: there is no second device for it ({})",
+                   opened->light_refusal);
+    return opened;
+  };
   const auto pipeline = Pipeline::create(pipeline_config(options, *size, *scene),
                                          {.open_device = open, .source = **source, .link = link});
   if (!pipeline) return pipeline.error();

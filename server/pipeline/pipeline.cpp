@@ -71,8 +71,9 @@ Result<void> Pipeline::open(const Config& config) {
 }
 
 Result<DeviceRenderer> Pipeline::make_renderer(RenderDevice device, const NumberedScene& scene) {
-  auto renderer =
-      Renderer::create(renderer_config_, {.gpu = *device.gpu, .counters = render_counters_}, scene);
+  auto renderer = Renderer::create(
+      renderer_config_,
+      {.gpu = *device.gpu, .counters = render_counters_, .light_gpu = device.light_gpu.get()}, scene);
   if (!renderer) return renderer.error();
   return DeviceRenderer{.device = std::move(device), .renderer = std::move(*renderer)};
 }

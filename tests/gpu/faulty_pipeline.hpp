@@ -66,15 +66,17 @@ class FaultyPipeline : public testing::Test {
   }
 
   Result<DeviceRenderer> make(const NumberedScene& scene) {
-    auto device = open_device("", {.validation = true, .messages = &messages_});
+    auto device =
+        open_device("", {.instance = {.validation = true, .messages = &messages_}, .own_light_device = true});
     if (!device) return device.error();
-    auto renderer = Renderer::create({.size = kSize,
-                                      .geometry = kGeometry,
-                                      .first_angle_rad = angles_rad_.front(),
-                                      .last_angle_rad = angles_rad_.back(),
-                                      .frame_capacity = 9,
-                                      .watchdog = limits_},
-                                     {.gpu = *device->gpu, .counters = counters_}, scene);
+    auto renderer = Renderer::create(
+        {.size = kSize,
+         .geometry = kGeometry,
+         .first_angle_rad = angles_rad_.front(),
+         .last_angle_rad = angles_rad_.back(),
+         .frame_capacity = 9,
+         .watchdog = limits_},
+        {.gpu = *device->gpu, .counters = counters_, .light_gpu = device->light_gpu.get()}, scene);
     if (!renderer) return renderer.error();
     return DeviceRenderer{.device = std::move(*device), .renderer = std::move(*renderer)};
   }

@@ -57,6 +57,25 @@ TEST(LightStepsTest, KnowsWhetherAllWereSubmitted) {
   EXPECT_TRUE(steps.submitted());
 }
 
+TEST(LightStepsTest, KnowsWhichStageWasBegun) {
+  LightSteps steps = made_steps();
+  steps.submit_until(3);
+  EXPECT_TRUE(steps.begun(Stage::kFilter));
+  EXPECT_FALSE(steps.begun(Stage::kLight));
+  steps.submit_until(4);
+  EXPECT_TRUE(steps.begun(Stage::kLight));
+  EXPECT_FALSE(steps.begun(Stage::kFinish));
+}
+
+TEST(LightStepsTest, DropsWhatFollowsAStage) {
+  LightSteps steps = made_steps();
+  steps.submit_until(2);
+  steps.drop_from(Stage::kLight);
+  EXPECT_EQ(steps.count(), 3U);
+  EXPECT_EQ(steps.next(), 2U);
+  EXPECT_FALSE(steps.submitted());
+}
+
 TEST(LightStepsTest, CountsTheStepsOfAStage) {
   const LightSteps steps = made_steps();
   EXPECT_EQ(steps.count_of(Stage::kFilter), 3U);

@@ -69,9 +69,11 @@ class RollingTest : public GpuTest, public testing::WithParamInterface<std::uint
     return now;
   }
 
+  /// On one device, beside the tested renderer on two.
   static Shown whole(const SeededCase& given, const Scene& scene, const Volume& volume) {
     RenderCounters counters;
-    const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, scene, counters);
+    const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, scene, counters,
+                                        {.own_light_device = false});
     if (auto loaded = renderer->load(volume); !loaded) throw std::runtime_error(loaded.error().message);
     return shown(*renderer);
   }
@@ -97,6 +99,7 @@ TEST_P(RollingTest, ShowsWhatAWholeCastOfTheSameFramesShows) {
   std::vector<std::uint32_t> order(sweeps.frames());
   std::iota(order.begin(), order.end(), 0U);
   if (GetParam() % 2 == 1) std::ranges::reverse(order);  // backward sweeps, too
+  EchoLevels levels;
   for (const std::uint32_t index : order) {
     ASSERT_TRUE(renderer->wants_frame());
     renderer->take_frame(sweeps.queued_frame(index, true));
@@ -106,13 +109,15 @@ TEST_P(RollingTest, ShowsWhatAWholeCastOfTheSameFramesShows) {
     ASSERT_EQ(now.cast_mm, afresh.cast_mm) << "after frame " << index;
     ASSERT_EQ(now.picture.rgba, afresh.picture.rgba) << "after frame " << index;
     EXPECT_EQ(now.picture.stamp.volume.volume_id, 1U);
+    levels = now.picture.stamp.levels;
   }
   const auto casts = counters.pass1_runs.value();
   ASSERT_TRUE(renderer->load(sweeps.mixed(newer, 2)));
   const Shown complete = shown(*renderer);
   EXPECT_EQ(complete.picture.stamp.volume.volume_id, 2U);
   EXPECT_EQ(complete.picture.rgba, whole(given, scene, sweeps.mixed(newer, 2)).picture.rgba);
-  EXPECT_EQ(counters.pass1_runs.value(), casts) << "nothing was left to cast";
+  // Nothing is left to cast, unless the whole sweep has other values for what the scene leaves to the data.
+  EXPECT_EQ(counters.pass1_runs.value(), casts + (complete.picture.stamp.levels == levels ? 0 : 1));
 }
 
 TEST_P(RollingTest, MendsWhatDidNotComeAheadOfItsVolume) {

@@ -35,7 +35,10 @@ class SkippingTest : public GpuTest, public testing::WithParamInterface<std::uin
   static double compare(const SeededCase& given, const Scene& scene, Sampling sampling) {
     const Volume volume = made_volume(given.geometry, given.angles_rad, given.grey);
     // Skipping changes no bit, whichever way buffers are read: the two casts read them differently.
-    const Casting all{.skipping = Skipping::kOff, .sampling = sampling, .access = BufferAccess::kTexels};
+    const Casting all{.skipping = Skipping::kOff,
+                      .sampling = sampling,
+                      .access = BufferAccess::kTexels,
+                      .own_light_device = false};
     const Casting some{.skipping = Skipping::kOn, .sampling = sampling, .access = BufferAccess::kStorage};
     const Cast plain = cast(given, scene, volume, all);
     const Cast skipping = cast(given, scene, volume, some);

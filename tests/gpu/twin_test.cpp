@@ -103,7 +103,8 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     RenderCounters counters;
     // Both ways of sampling are compared, also where the processor renders, and both ways of reading buffers.
     const Casting casting{.sampling = given.seed % 2 == 0 ? Sampling::kTexture : Sampling::kGathering,
-                          .access = given.seed % 4 < 2 ? BufferAccess::kTexels : BufferAccess::kStorage};
+                          .access = given.seed % 4 < 2 ? BufferAccess::kTexels : BufferAccess::kStorage,
+                          .own_light_device = given.seed % 3 == 0};
     const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, raw, counters, casting);
     Rendered rendered;
     if (before != nullptr) {

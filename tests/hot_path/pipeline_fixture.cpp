@@ -44,10 +44,11 @@ Scene scene_of(const SourceDescription& source) {
 
 PipelineFixture::PipelineFixture(FrameSource& source, RingPolicy policy)
     : suggested_(scene_of(source.description())) {
-  auto pipeline = Pipeline::create({.size = kSize, .scene = suggested_, .policy = policy},
-                                   {.open_device = [](const std::string& name) { return open_device(name); },
-                                    .source = source,
-                                    .link = link_});
+  auto pipeline = Pipeline::create(
+      {.size = kSize, .scene = suggested_, .policy = policy},
+      {.open_device = [](const std::string& name) { return open_device(name, {.own_light_device = true}); },
+       .source = source,
+       .link = link_});
   if (!pipeline) throw std::runtime_error(pipeline.error().message);
   pipeline_ = std::move(*pipeline);
   started_ns_ = now_ns();

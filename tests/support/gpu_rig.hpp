@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 
 #include "renderer/renderer.hpp"
 
@@ -15,28 +18,70 @@ struct Casting {
   Skipping skipping = Skipping::kOn;
   std::optional<Sampling> sampling;
   std::optional<BufferAccess> access;
+  /// On a processor passes 2 and 3 have a device of their own, as in `fanlight serve`.
+  bool own_light_device = true;
 };
 
-/// Provides one GPU per process, with the Vulkan validation layers on. A test fails if the layers have
-/// reported a message by its end.
+/// The devices of this process, with the Vulkan validation layers on. They are opened where a test first asks
+/// for them, and closed before the process ends: the layers do not outlive its static objects.
+class GpuRig : public testing::Environment {
+ public:
+  /// The value; throws the error.
+  template <typename T>
+  static T required(Result<T> result) {
+    if (!result) throw std::runtime_error(result.error().message);
+    return std::move(*result);
+  }
+
+  const Gpu& gpu() { return opened(gpu_, std::nullopt); }
+  const Gpu& gpu(BufferAccess access) {
+    return gpu().buffer_access() == access ? gpu() : opened(other_gpu_, access);
+  }
+  const Gpu& light_gpu(BufferAccess access) {
+    return opened(light_gpus_[static_cast<std::size_t>(access)], access);
+  }
+  std::uint64_t messages() const { return messages_.value(); }
+
+  void TearDown() override {
+    for (Opened* const each : {&light_gpus_[0], &light_gpus_[1], &other_gpu_, &gpu_}) {
+      each->gpu.reset();
+      each->instance.reset();
+    }
+    EXPECT_EQ(messages(), 0U) << "the validation layers reported messages, see above";
+  }
+
+ private:
+  struct Opened {
+    std::unique_ptr<GpuInstance> instance;
+    std::unique_ptr<Gpu> gpu;
+  };
+  const Gpu& opened(Opened& device, std::optional<BufferAccess> access) {
+    if (device.gpu == nullptr) {
+      device.instance = required(GpuInstance::create({.validation = true, .messages = &messages_}));
+      device.gpu = required(Gpu::create(*device.instance, "", access));
+    }
+    return *device.gpu;
+  }
+
+  Counter messages_;
+  Opened gpu_;
+  Opened other_gpu_;
+  std::array<Opened, 2> light_gpus_;
+};
+inline GpuRig& gpu_rig = static_cast<GpuRig&>(*testing::AddGlobalTestEnvironment(new GpuRig));
+
+/// Tests with one GPU per process. A test fails if the validation layers have reported a message by its end.
 class GpuTest : public testing::Test {
  protected:
-  static const Gpu& gpu() { return *rig().gpu; }
+  static const Gpu& gpu() { return gpu_rig.gpu(); }
   /// The same, or a second device that reads buffers in the other way.
   static const Gpu& gpu(BufferAccess access) {
-    if (gpu().buffer_access() == access) return gpu();
-    if (!has_useful_texels(gpu().limits())) return gpu();  // there is no other way
-    static const std::unique_ptr<Gpu> other = [access] {
-      auto found = Gpu::create(*rig().instance, "", access);
-      if (!found) throw std::runtime_error(found.error().message);
-      return std::move(*found);
-    }();
-    return *other;
+    const bool has_choice = has_useful_texels(gpu().limits());
+    return has_choice ? gpu_rig.gpu(access) : gpu();
   }
 
   void TearDown() override {
-    EXPECT_EQ(rig().instance->validation_messages(), 0U)
-        << "the validation layers reported messages, see above";
+    EXPECT_EQ(gpu_rig.messages(), messages_before_) << "the validation layers reported messages, see above";
   }
 
   /// A renderer for sweeps of `angles_rad` with the scene as revision 1. Throws if it cannot be created.
@@ -45,7 +90,11 @@ class GpuTest : public testing::Test {
                                                  const Scene& scene, RenderCounters& counters,
                                                  const Casting& casting = {}) {
     const auto [first, last] = std::ranges::minmax(angles_rad);
-    auto renderer =
+    const Gpu& chosen = casting.access ? gpu(*casting.access) : gpu();
+    const bool apart = casting.own_light_device && chosen.candidate().kind == kProcessorKind;
+    const Gpu* const lights = apart ? &gpu_rig.light_gpu(chosen.buffer_access()) : nullptr;
+    return GpuRig::required(
+
         Renderer::create({.size = size,
                           .geometry = geometry,
                           .first_angle_rad = first,
@@ -53,10 +102,8 @@ class GpuTest : public testing::Test {
                           .frame_capacity = static_cast<std::uint32_t>(angles_rad.size()),
                           .skipping = casting.skipping,
                           .sampling = casting.sampling},
-                         {.gpu = casting.access ? gpu(*casting.access) : gpu(), .counters = counters},
-                         {.revision = 1, .scene = scene});
-    if (!renderer) throw std::runtime_error(renderer.error().message);
-    return std::move(*renderer);
+                         {.gpu = chosen, .counters = counters, .light_gpu = lights},
+                         {.revision = 1, .scene = scene}));
   }
 
   /// Advances the renderer until it has finished a picture, and returns the picture. Blocks. Throws on errors
@@ -73,20 +120,7 @@ class GpuTest : public testing::Test {
   }
 
  private:
-  struct Rig {
-    std::unique_ptr<GpuInstance> instance;
-    std::unique_ptr<Gpu> gpu;
-  };
-  static const Rig& rig() {
-    static const Rig made = [] {
-      auto instance = GpuInstance::create({.validation = true});
-      if (!instance) throw std::runtime_error(instance.error().message);
-      auto found = Gpu::create(**instance, "");
-      if (!found) throw std::runtime_error(found.error().message);
-      return Rig{std::move(*instance), std::move(*found)};
-    }();
-    return made;
-  }
+  std::uint64_t messages_before_ = gpu_rig.messages();
 };
 
 }  // namespace fanlight::test

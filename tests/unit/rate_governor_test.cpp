@@ -28,6 +28,8 @@ class Machine {
   double coarse_share = 0.3;
   double wide_share = 0.6;
   double cheap_share = 0.5;
+  double light_share = 0;  // of the work, in passes 2 and 3
+  bool overlaps = false;   // passes 2 and 3 with pass 1 of the next volume
   bool streams = true;
 
   /// Makes a picture and returns its measures.
@@ -40,7 +42,9 @@ class Machine {
     if (streams) ++volume_id_;
     PictureStamp stamp{.deadline_level = state.level, .measures = measures, .finished_time_ns = now_ns_};
     stamp.volume.volume_id = volume_id_;
-    stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)] = work_ms;
+    stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)] = work_ms * (1 - light_share);
+    stamp.stage_ms[static_cast<std::size_t>(Stage::kLight)] = work_ms * light_share;
+    stamp.passes_overlap = overlaps;
     governor_.picture_finished(stamp);
     return state;
   }
@@ -82,6 +86,19 @@ class Machine {
 };
 
 using Levels = std::vector<int>;
+
+TEST(RateGovernor, CountsTheLongerPartWherePassesOverlap) {
+  // 120 ms of work in a period of 100 ms: too much in turn, and enough where 80 and 40 ms run side by side.
+  Machine in_turn(10);
+  in_turn.full_ms = 120;
+  in_turn.light_share = 1.0 / 3;
+  EXPECT_GT(in_turn.levels_over(3).size(), 1U);
+  Machine beside(10);
+  beside.full_ms = 120;
+  beside.light_share = 1.0 / 3;
+  beside.overlaps = true;
+  EXPECT_EQ(beside.levels_over(3), std::vector{0});
+}
 
 TEST(RateGovernor, TakesNothingWhereItIsOff) {
   Machine machine(60);

@@ -42,6 +42,14 @@ SlotStatus lighting(const NumberedScene& scene = kBase) {
   return slot;
 }
 
+/// A piece of the filter is under way on the device of passes 2 and 3, or done.
+SlotStatus filtering(bool under_way) {
+  SlotStatus slot = lighting();
+  slot.light_begun = slot.light_submitted = false;
+  slot.outstanding = slot.light_outstanding = under_way;
+  return slot;
+}
+
 SlotStatus empty() {
   return {.cast_scene = &kBase, .lit_scene = &kBase};
 }
@@ -122,6 +130,21 @@ const MainCase kMainCases[] = {
      1,
      &kOtherLight,
      {kLightShown}},
+    {"a changed light, the next one filtered", filtering(true), at_rest(), 1, &kOtherLight, {kLightShown}},
+    {"a changed light between two pieces of the filter",
+     filtering(false),
+     at_rest(),
+     1,
+     &kOtherLight,
+     {kLightShown, kLightPiece}},
+    {"a changed light, the next one lit", lighting(), at_rest(), 1, &kOtherLight, {kPrepareAhead}},
+    {"the next piece of the filter", filtering(false), at_rest(), 1, &kBase, {kLightPiece, kPrepareAhead}},
+    {"the next piece of the older volume, beside a cast",
+     casting(),
+     filtering(false),
+     0,
+     &kBase,
+     {kLightPieceOfOther, kCastBand}},
     {"a changed light although a private view reads the slot",
      with(at_rest(), kReadPrivately),
      at_rest(),

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// Passes 2 and 3 on a device of their own, on a processor: they run beside pass 1 of the next volume.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "tests/support/gpu_rig.hpp"
+#include "tests/support/made_volume.hpp"
+
+namespace fanlight::test {
+namespace {
+
+constexpr FanGeometry kGeometry{.columns = 48,
+                                .rows = 48,
+                                .pixel_width_mm = 2,
+                                .pixel_height_mm = 2,
+                                .face_column = 23.5,
+                                .face_row = 0,
+                                .motor_radius_mm = 30};
+constexpr PictureSize kSize{128, 128};
+constexpr std::int64_t kSecondNs = 1'000'000'000;
+
+/// Waves, of more contrast on one side than on the other.
+double relief(const Point& at) {
+  const double surface_mm = 50 + 4 * std::sin(at.x_mm / 5) * std::cos(at.z_mm / 7);
+  return at.y_mm > surface_mm ? 90 + at.x_mm + 20 * std::sin(at.x_mm) : 5;
+}
+
+class TwoDevicesTest : public GpuTest {
+ protected:
+  void SetUp() override {
+    if (gpu().candidate().kind != kProcessorKind) GTEST_SKIP() << "for processors only";
+  }
+
+  std::unique_ptr<Renderer> renderer(const Scene& scene, bool own_light_device) {
+    return made_renderer(kGeometry, angles_rad_, kSize, scene, counters_,
+                         {.own_light_device = own_light_device});
+  }
+  Volume volume(std::uint64_t number) const {
+    Volume made = made_volume(kGeometry, angles_rad_, relief);
+    made.stamp().volume_id = number;
+    return made;
+  }
+
+  const std::vector<double> angles_rad_ = {-0.5, -0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 0.4, 0.5};
+  const Scene scene_ = scene_for(kGeometry, angles_rad_.front(), angles_rad_.back());
+  RenderCounters counters_;
+};
+
+/// Whether passes 2 and 3 of some volume ran while pass 1 of the next one did. Pass 1 is a single band here,
+/// within which one device runs nothing else.
+bool overlaps(Renderer& renderer, const std::function<Volume(std::uint64_t)>& volume) {
+  constexpr std::uint64_t kVolumes = 40;
+  StageSpan last_cast;
+  StageSpan last_light;
+  bool found = false;
+  std::uint64_t loaded = 0;
+  for (std::uint64_t shown = 0; shown < kVolumes;) {
+    if (loaded < kVolumes && renderer.wants_volume()) {
+      EXPECT_TRUE(renderer.load(volume(++loaded)));
+    }
+    EXPECT_TRUE(renderer.advance());
+    Picture picture;
+    if (!renderer.collect(picture)) {
+      const bool more = loaded < kVolumes && renderer.wants_volume();
+      EXPECT_TRUE(more || renderer.wait(kSecondNs));
+      continue;
+    }
+    shown = picture.stamp.volume.volume_id;
+    const auto spans = renderer.stage_spans();
+    const StageSpan cast = spans[static_cast<std::size_t>(Stage::kCast)];
+    found |= last_light.begin_ns < cast.end_ns && cast.begin_ns < last_light.end_ns;
+    last_light = {.begin_ns = spans[static_cast<std::size_t>(Stage::kFilter)].begin_ns,
+                  .end_ns = spans[static_cast<std::size_t>(Stage::kFinish)].end_ns};
+  }
+  return found;
+}
+
+TEST_F(TwoDevicesTest, LightOneVolumeWhileTheNextIsCast) {
+  Scene scene = scene_;
+  scene.rays.step_mm = 0.5;
+  scene.filter.kind = DepthFilter::kEdgePreserving;
+  scene.filter.size = 31;
+  scene.finish.smoothing = Smoothing::kDiffusion;
+  scene.finish.iterations = 30;
+  const auto next = [this](std::uint64_t number) { return volume(number); };
+  EXPECT_TRUE(overlaps(*renderer(scene, true), next));
+  EXPECT_FALSE(overlaps(*renderer(scene, false), next)) << "one device takes turns";
+}
+
+TEST_F(TwoDevicesTest, TakeAMovedLightWithoutAnotherCast) {
+  const auto two = renderer(scene_, true);
+  ASSERT_TRUE(two->load(volume(1)));
+  const Picture first = next_picture(*two);
+  EXPECT_GT(first.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
+  const auto casts = counters_.pass1_runs.value();
+  Scene moved = scene_;
+  moved.light.right_mm += 40;
+  two->show({.revision = 2, .scene = moved});
+  const Picture second = next_picture(*two);
+  EXPECT_NE(second.rgba, first.rgba);
+  EXPECT_EQ(second.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
+  EXPECT_EQ(counters_.pass1_runs.value(), casts);
+}
+
+/// Loads a volume and returns when the filter of its picture has begun, and its light has not.
+void begin_filter(Renderer& renderer, const RenderCounters& counters, const Volume& volume) {
+  const auto lit = counters.pass2_runs.value();
+  ASSERT_TRUE(renderer.load(volume));
+  while (counters.pass2_runs.value() == lit) {
+    ASSERT_TRUE(renderer.advance());
+    ASSERT_TRUE(counters.pass2_runs.value() > lit || renderer.wait(kSecondNs));
+  }
+}
+
+TEST_F(TwoDevicesTest, ShowALightThatMovesDuringTheFilterInTheSamePicture) {
+  Scene moved = scene_;
+  moved.light.right_mm += 40;
+  const auto two = renderer(scene_, true);
+  begin_filter(*two, counters_, volume(1));
+  two->show({.revision = 2, .scene = moved});
+  const Picture picture = next_picture(*two);
+  EXPECT_EQ(picture.stamp.scene_revision, 2U);
+  EXPECT_EQ(counters_.pass2_runs.value(), 1U);
+  EXPECT_GT(picture.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
+
+  const auto one = renderer(moved, false);
+  ASSERT_TRUE(one->load(volume(1)));
+  EXPECT_EQ(picture.rgba, next_picture(*one).rgba);
+}
+
+TEST_F(TwoDevicesTest, FinishAPictureAlthoughItsFilterChangesWithoutRest) {
+  Scene scene = scene_;
+  const auto two = renderer(scene, true);
+  begin_filter(*two, counters_, volume(1));
+  Picture picture;
+  std::uint64_t revision = 1;
+  while (!two->collect(picture)) {
+    scene.filter.size = scene.filter.size == 9 ? 11 : 9;
+    two->show({.revision = ++revision, .scene = scene});
+    ASSERT_TRUE(two->advance());
+    ASSERT_TRUE(two->wait(kSecondNs));
+    ASSERT_LT(revision, 100U) << "the picture is begun again and again";
+  }
+  EXPECT_EQ(picture.stamp.scene_revision, 1U);
+  EXPECT_EQ(next_picture(*two).stamp.scene_revision, revision);
+}
+
+TEST_F(TwoDevicesTest, WeighByConfidenceAsOneDeviceDoes) {
+  Scene weighed = scene_;
+  weighed.filter.weights = FilterWeights::kConfidence;
+  std::array<Picture, 2> pictures;
+  for (const bool apart : {false, true}) {
+    const auto tested = renderer(scene_, apart);
+    ASSERT_TRUE(tested->load(volume(1)));
+    const Picture uniform = next_picture(*tested);
+    // On a picture at rest, whose weights nobody has computed.
+    tested->show({.revision = 2, .scene = weighed});
+    pictures[apart ? 1 : 0] = next_picture(*tested);
+    EXPECT_EQ(pictures[apart ? 1 : 0].stamp.scene_revision, 2U);
+    EXPECT_NE(pictures[apart ? 1 : 0].rgba, uniform.rgba);
+    EXPECT_FALSE(tested->read_depth()->confidence.empty());
+    // And for the next volume, from the start.
+    ASSERT_TRUE(tested->load(volume(2)));
+    EXPECT_EQ(next_picture(*tested).rgba, pictures[apart ? 1 : 0].rgba);
+  }
+  EXPECT_EQ(pictures[0].rgba, pictures[1].rgba);
+}
+
+}  // namespace
+}  // namespace fanlight::test
