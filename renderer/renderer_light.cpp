@@ -20,7 +20,7 @@ Result<void> Renderer::light(SlotState& state) {
   const bool takes_time = state.phase == WorkPhase::kCasting || &state == slots_[newest_].get();
   const bool weighs = scene_.scene.filter.weights == FilterWeights::kConfidence;
   if (takes_time && weighs && state.slot.frames_ready() && state.slot.outstanding(gpu_) == 0) {
-    // It reads the map that is written here; this is called again when it is done.
+    // A private view still reads the weights that this would overwrite: the next call tries again.
     if (private_.reads(state.slot)) return {};
     auto added = state.slot.add_confidence(gpu_, *pipelines_, relit(state.cast_scene.scene, scene_.scene));
     if (!added && !falls_back(added.error())) return added.error();
@@ -67,6 +67,7 @@ Result<void> Renderer::submit_light(SlotState& state) {
   state.phase = WorkPhase::kLighting;
   state.gave_up_cast = false;
   counters_.pass2_runs.add();
+  if (state.slot.lights_a_part()) counters_.pass2_parts.add();
   note_light(state);
   return {};
 }

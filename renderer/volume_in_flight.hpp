@@ -129,6 +129,9 @@ class VolumeInFlight {
   bool light_submitted() const { return !light_ || light_->view.light_steps().submitted(); }
   bool light_begun() const { return !light_ || light_->view.light_steps().begun(Stage::kLight); }
 
+  /// As ViewRenderer::lights_a_part().
+  bool lights_a_part() const { return light_ && light_->view.lights_a_part(); }
+
   /// Submits what light() needs of the frames where passes 2 and 3 cannot read them; false where that is
   /// nothing. light() follows when it is done. Precondition: no cast is under way, nothing is outstanding.
   Result<bool> add_confidence(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);

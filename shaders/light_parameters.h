@@ -31,6 +31,12 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
   float filter_fall;      // Gaussian: 1 / (2 sigma^2), per pixel^2
   float sum_units;        // moving average: units of a sum per mm (mean_rows.comp)
   int confidence_counts;  // 1: weights are given by the confidence, 0: all weights are 1
+  // The part of the picture that the moving average computes: its first column and row, and those behind its
+  // last ones.
+  int smooth_left;
+  int smooth_top;
+  int smooth_right;
+  int smooth_bottom;
 
   vec3 light;            // position of a point light: right, up, height
   vec3 light_direction;  // towards a directional light, length 1

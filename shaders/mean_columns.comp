@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass 2, moving average of the depth map, step 2: along columns (renderer/ALGORITHM.md, pass 2). One
-// invocation a column. A pixel without a surface stays without, and does not contribute to its neighbours.
+// invocation a column. Computes the rows from smooth_top to smooth_bottom. A pixel without a surface stays
+// without, and does not contribute to its neighbours.
 //
 // Reads: row_sums, uvec2 a pixel (mean_rows.comp); weights, uint a pixel.
 // Writes: smooth_depth, float a pixel, mm. Maps: height x width of the picture.
@@ -34,8 +35,9 @@ void main() {
   int radius = lighting.filter_radius;
 
   uvec2 sum = uvec2(0u);
-  for (int y = 0; y < radius; ++y) sum += row_sum_at(x, y);
-  for (int y = 0; y < int(lighting.height); ++y) {
+  int first = lighting.smooth_top;
+  for (int y = first - radius; y < first + radius; ++y) sum += row_sum_at(x, y);
+  for (int y = first; y < min(lighting.smooth_bottom, int(lighting.height)); ++y) {
     sum += row_sum_at(x, y + radius);
     uint index = uint(y) * lighting.width + x;
     // Where the pixel has a surface, its own weight is part of the sum, so the sum of weights is not 0.

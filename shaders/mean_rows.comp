@@ -2,7 +2,7 @@
 // Pass 2, moving average of the depth map, step 1: along rows (renderer/ALGORITHM.md, pass 2). One
 // invocation a row. A running sum makes the cost independent of the window's size. Sums are whole numbers,
 // so that subtracting what was added is exact: weights times the depth below the start of the rays, in units
-// that keep the sum of a whole window below 2^32.
+// that keep the sum of a whole window below 2^32. Computes the columns from smooth_left to smooth_right.
 //
 // Reads: filled, float a pixel, mm; weights, uint a pixel.
 // Writes: row_sums, uvec2 a pixel: the sums of weighted depth (1 / sum_units mm) and of weights, over the
@@ -39,8 +39,9 @@ void main() {
   int radius = lighting.filter_radius;
 
   uvec2 sum = uvec2(0u);
-  for (int x = 0; x < radius; ++x) sum += weighted_depth_at(row_start, x);
-  for (int x = 0; x < int(lighting.width); ++x) {
+  int first = lighting.smooth_left;
+  for (int x = first - radius; x < first + radius; ++x) sum += weighted_depth_at(row_start, x);
+  for (int x = first; x < min(lighting.smooth_right, int(lighting.width)); ++x) {
     sum += weighted_depth_at(row_start, x + radius);
     row_sums[row_start + uint(x)] = sum;
     sum -= weighted_depth_at(row_start, x - radius);

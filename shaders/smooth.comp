@@ -7,7 +7,8 @@
 // (Tukey's biweight).
 //
 // Reads: filled, float a pixel, mm, or row_depths of the first half; weights, uint a pixel.
-// Writes: row_depths, float a pixel, mm, then smooth_depth, float a pixel, mm. Maps: height x width of the
+// Writes: row_depths, vec2 a pixel, mm and unused, so that a pixel's place in memory is the same in the lit
+//   picture, which lies there later; then smooth_depth, float a pixel, mm. Maps: height x width of the
 //   picture.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -29,7 +30,7 @@ layout(binding = FANLIGHT_BINDING_WEIGHTS, scalar) readonly buffer Weights {
   uint weights[];
 };
 layout(binding = FANLIGHT_BINDING_ROW_SUMS, scalar) buffer RowSums {
-  float row_depths[];
+  vec2 row_depths[];
 };
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) writeonly buffer Smooth {
   float smooth_depth[];
@@ -41,7 +42,7 @@ layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) writeonly buffer Smooth 
 const float kMinSpread = 0.02;
 
 float depth_at(uint index) {
-  return kColumns ? row_depths[index] : filled[index];
+  return kColumns ? row_depths[index].x : filled[index];
 }
 
 void main() {
@@ -80,6 +81,6 @@ void main() {
   if (kColumns) {
     smooth_depth[index] = has_surface ? fitted : FANLIGHT_NO_SURFACE;
   } else {
-    row_depths[index] = fitted;
+    row_depths[index].x = fitted;
   }
 }

@@ -198,6 +198,8 @@ struct RenderCounters {
   Counter volumes_unfiltered;
   Counter pass1_runs;  ///< ray casts: a moved light never increments this
   Counter pass2_runs;  ///< filter, light and finish
+  /// Of those, over the changed part of the picture only; the rest is as in the last one, bit by bit.
+  Counter pass2_parts;
   Counter pictures_finished;
   Counter pictures_outdated;  ///< done after a picture of a newer volume, and therefore not shown
   Counter pictures_lost;      ///< under way when the GPU was lost
@@ -227,6 +229,7 @@ inline constexpr auto kRenderTable = std::to_array<CountRow<RenderCounters>>({
      &RenderCounters::volumes_unfiltered},
     {"pass1_runs", "Ray casts", &RenderCounters::pass1_runs},
     {"pass2_runs", "Runs of filter, light and finish", &RenderCounters::pass2_runs},
+    {"pass2_parts", "Of those, over the changed part of the picture only", &RenderCounters::pass2_parts},
     {"pictures_finished", "Pictures rendered", &RenderCounters::pictures_finished},
     {"pictures_outdated", "Pictures done after one of a newer volume", &RenderCounters::pictures_outdated},
     {"pictures_lost", "Pictures under way when the GPU was lost", &RenderCounters::pictures_lost},

@@ -190,8 +190,11 @@ Result<PipelineHandle> Pipelines::build(const PipelineKey& key) const {
                                     .pMapEntries = entries.data(),
                                     .dataSize = sizeof constants,
                                     .pData = constants.data()};
+  // Passes 2 and 3 may compute a part of the picture.
+  const bool in_parts = key.shader >= Shader::kTemporal;
   const VkComputePipelineCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+      .flags = in_parts ? VkPipelineCreateFlags{VK_PIPELINE_CREATE_DISPATCH_BASE_BIT} : 0,
       .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
                 .stage = VK_SHADER_STAGE_COMPUTE_BIT,
                 .module = module,

@@ -17,6 +17,8 @@ struct LightStep {
   VkPipeline pipeline = VK_NULL_HANDLE;
   std::uint32_t groups_across = 0;
   std::uint32_t groups_down = 1;
+  std::uint32_t first_across = 0;  ///< the number of the first group
+  std::uint32_t first_down = 0;
   Stage stage = Stage::kFilter;  ///< kFilter, kLight or kFinish
   DescriptorSets::Order order = DescriptorSets::Order::kLitToDiffused;
   bool reads_frames = false;  ///< reads the frames of the volume

@@ -2,6 +2,8 @@
 #include "renderer/view/view_buffers.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <span>
 #include <utility>
 
 #include "renderer/parameters/transfer_table.hpp"
@@ -15,6 +17,26 @@ namespace fanlight {
 namespace {
 
 constexpr std::uint32_t kTile = 8;  // pixels along a side of a tile
+
+std::span<const std::uint32_t> words_of(std::span<const std::uint8_t> bytes) {
+  return {reinterpret_cast<const std::uint32_t*>(bytes.data()), bytes.size() / sizeof(std::uint32_t)};
+}
+
+/// The smallest rectangle around the pixels that differ, bit by bit, in two maps of a word a pixel.
+PixelRect different_part(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b, int width) {
+  PixelRect part;
+  const auto columns = static_cast<std::size_t>(width);
+  for (std::size_t row = 0; row * columns < a.size(); ++row) {
+    const auto in_a = a.subspan(row * columns, columns);
+    const auto in_b = b.subspan(row * columns, columns);
+    if (std::memcmp(in_a.data(), in_b.data(), in_a.size_bytes()) == 0) continue;
+    const auto first = std::ranges::mismatch(in_a, in_b).in1 - in_a.begin();
+    const auto behind = std::mismatch(in_a.rbegin(), in_a.rend(), in_b.rbegin()).first - in_a.rbegin();
+    const auto y = static_cast<int>(row);
+    part = part.united({static_cast<int>(first), y, width - static_cast<int>(behind), y + 1});
+  }
+  return part;
+}
 
 }  // namespace
 
@@ -148,10 +170,17 @@ void ViewBuffers::copy_cast(VkCommandBuffer commands, const ViewBuffers& from) {
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
 }
 
-void ViewBuffers::take_cast(const ViewBuffers& from) const {
-  std::ranges::copy(from.depth.mapped(), depth.mapped().begin());
-  std::ranges::copy(from.confidence.mapped(), confidence.mapped().begin());
-  std::ranges::copy(from.volume_colour.mapped(), volume_colour.mapped().begin());
+PixelRect ViewBuffers::take_cast(const ViewBuffers& from, PictureSize size) const {
+  const std::pair<const GpuBuffer*, const GpuBuffer*> maps[] = {
+      {&from.depth, &depth}, {&from.confidence, &confidence}, {&from.volume_colour, &volume_colour}};
+  PixelRect changed;
+  for (const auto& [source, copy] : maps) {
+    const std::span<const std::uint8_t> now = source->mapped();
+    const std::span<std::uint8_t> before = copy->mapped();
+    changed = changed.united(different_part(words_of(now), words_of(before), static_cast<int>(size.width)));
+    std::ranges::copy(now, before.begin());
+  }
+  return changed;
 }
 
 void ViewBuffers::take_steady(const ViewBuffers& from) const {

@@ -6,6 +6,7 @@
 #include "proto/base/result.hpp"
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/descriptor_sets.hpp"
+#include "renderer/view/pixel_rect.hpp"
 #include "renderer/vulkan/gpu_memory.hpp"
 
 namespace fanlight {
@@ -31,8 +32,9 @@ struct ViewBuffers {
   /// commands. Shaders may read them afterwards.
   void copy_cast(VkCommandBuffer commands, const ViewBuffers& from);
 
-  /// The same from ViewPasses::kCast to kLight, by the host, now.
-  void take_cast(const ViewBuffers& from) const;
+  /// The same from ViewPasses::kCast to kLight, by the host, now. Returns the part of the maps that differs
+  /// from what was there before.
+  PixelRect take_cast(const ViewBuffers& from, PictureSize size) const;
   /// The temporally filtered depth map, from ViewPasses::kLight to kCast, by the host, now.
   void take_steady(const ViewBuffers& from) const;
 

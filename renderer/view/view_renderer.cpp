@@ -95,7 +95,7 @@ void ViewRenderer::take_cast(const Gpu& gpu, const ViewRenderer& other) {
   confidence_known_ = other.confidence_known_;
   cast_since_light_ = true;
   reset_times(gpu);
-  memory_.take_cast(other.memory_);
+  changed_ = changed_.united(memory_.take_cast(other.memory_, config_.size));
 }
 
 std::array<double, kStages> ViewRenderer::stage_ms(const Gpu& gpu) const {
@@ -109,7 +109,9 @@ void ViewRenderer::reset_times(const Gpu& gpu) {
   const bool in_pieces = config_.pauses || config_.passes == ViewPasses::kLight;
   if (in_pieces && light_steps_.count() > 0 && light_steps_.submitted()) {
     const auto ms = stage_ms(gpu);
+    // Steps over a part of the picture say nothing of whole ones.
     for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish}) {
+      if (partly_) break;
       const auto index = static_cast<std::size_t>(stage);
       const auto steps = static_cast<double>(light_steps_.count_of(stage));
       if (ms[index] <= 0) continue;

@@ -15,7 +15,9 @@
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/descriptor_sets.hpp"
 #include "renderer/passes/pipelines.hpp"
+#include "renderer/view/light_regions.hpp"
 #include "renderer/view/light_steps.hpp"
+#include "renderer/view/pixel_rect.hpp"
 #include "renderer/view/view_buffers.hpp"
 #include "renderer/volume/angle_buffer.hpp"
 #include "renderer/volume/frame_store.hpp"
@@ -86,7 +88,8 @@ class ViewRenderer {
   void copy_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
 
   /// The same between two devices, from a view of ViewPasses::kCast to one of kLight: copies now.
-  /// Precondition: nothing of either is outstanding.
+  /// Passes 2 and 3 then compute only what has changed since the last picture, where that is less than half
+  /// of it. Precondition: nothing of either is outstanding.
   void take_cast(const Gpu& gpu, const ViewRenderer& other);
 
   /// Takes the temporally filtered depth map of a view on another device, from ViewPasses::kLight to kCast,
@@ -153,6 +156,9 @@ class ViewRenderer {
   /// (light_steps().begun()). Error: a pipeline that cannot be built.
   Result<void> change_light(Pipelines& pipelines, const Scene& wanted, const VolumeBindings& volume);
 
+  /// Whether passes 2 and 3 compute a part of the picture only; see take_cast().
+  bool lights_a_part() const { return partly_; }
+
   /// The dispatches of begin_light(), and which of them were submitted.
   const LightSteps& light_steps() const { return light_steps_; }
 
@@ -206,6 +212,8 @@ class ViewRenderer {
                           FrameRange frames_changed) const;
   Result<VkPipeline> confidence_pipeline(Pipelines& pipelines, const PipelineKey& key, const Scene& scene,
                                          bool frames_gone);
+  void choose_regions(const Scene& scene, shaders::LightParameters& parameters);
+  LightStep on_tiles(VkPipeline pipeline, const PixelRect& part) const;
   Result<void> add_filter_steps(Pipelines& pipelines, const LightKeys& keys, VkPipeline confidence);
   Result<void> add_light_steps(Pipelines& pipelines, const PipelineKey& light, const Scene& scene);
   Result<void> submit_light(const Gpu& gpu, const Pipelines& pipelines, std::size_t end_step);
@@ -248,6 +256,17 @@ class ViewRenderer {
 
   // Of passes 2 and 3 under way.
   LightSteps light_steps_;
+  LightRegions regions_;  // what they compute
+  bool partly_ = false;   // that is a part of the picture
+  PixelRect changed_;     // of what take_cast() copied, since the last picture
+  /// What a picture's maps depend on besides pass 1, the filter's options and the last volume.
+  struct MapsKey {
+    shaders::LightParameters parameters{};  // without the part that is computed
+    int diffusion_steps = 0;
+    bool operator==(const MapsKey& other) const;
+  };
+  std::optional<MapsKey> maps_;                  // of the last picture; none while they are written
+  MapsKey maps_due_;                             // what maps_ will be
   const ViewBuffers* cast_to_copy_ = nullptr;    // of copy_cast(), until the first piece is submitted
   std::optional<Scene::Filter> filter_due_;      // what filter_ will be
   bool confidence_due_ = false;                  // what confidence_known_ will be

@@ -2,6 +2,7 @@
 // ViewRenderer: the commands of passes 2 and 3.
 #include <array>
 #include <bit>
+#include <cstring>
 #include <utility>
 
 #include "renderer/parameters/effective_scene.hpp"
@@ -29,7 +30,60 @@ DescriptorSets::Order order_after(int steps) {
   return steps % 2 == 0 ? Order::kLitToDiffused : Order::kDiffusedToLit;
 }
 
+/// A dispatch over lines, tiles or columns from `first` to `end` - 1, and those that share its first and last
+/// groups.
+LightStep on_lines(VkPipeline pipeline, int first, int end) {
+  const auto first_group = static_cast<std::uint32_t>(first) / kLines;
+  return {.pipeline = pipeline,
+          .groups_across = groups(static_cast<std::uint32_t>(end), kLines) - first_group,
+          .first_across = first_group};
+}
+
+void set_smooth_part(shaders::LightParameters& parameters, const PixelRect& part) {
+  parameters.smooth_left = part.left;
+  parameters.smooth_top = part.top;
+  parameters.smooth_right = part.right;
+  parameters.smooth_bottom = part.bottom;
+}
+
+int diffusion_steps(const Scene& scene) {
+  return scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
+}
+
 }  // namespace
+
+bool ViewRenderer::MapsKey::operator==(const MapsKey& other) const {
+  return diffusion_steps == other.diffusion_steps &&
+         std::memcmp(&parameters, &other.parameters, sizeof parameters) == 0;
+}
+
+LightStep ViewRenderer::on_tiles(VkPipeline pipeline, const PixelRect& part) const {
+  constexpr int kSide = kTileSide;
+  const auto first_across = static_cast<std::uint32_t>(part.left / kSide);
+  const auto first_down = static_cast<std::uint32_t>(part.top / kSide);
+  return {.pipeline = pipeline,
+          .groups_across = groups(static_cast<std::uint32_t>(part.right), kTileSide) - first_across,
+          .groups_down = groups(static_cast<std::uint32_t>(part.bottom), kTileSide) - first_down,
+          .first_across = first_across,
+          .first_down = first_down};
+}
+
+/// Decides what passes 2 and 3 compute, and sets the part of the moving average in `parameters`.
+void ViewRenderer::choose_regions(const Scene& scene, shaders::LightParameters& parameters) {
+  const PixelRect all = PixelRect::whole(config_.size);
+  regions_ = LightRegions::whole(config_.size);
+  maps_due_ = {.parameters = parameters, .diffusion_steps = diffusion_steps(scene)};
+  const bool as_last = cast_since_light_ && maps_ == maps_due_ && filter_ == scene.filter;
+  partly_ = config_.passes == ViewPasses::kLight && as_last && parameters.steady == 0 &&
+            2 * changed_.pixels() < all.pixels();
+  if (partly_) {
+    // Where nothing has changed, any tile.
+    const PixelRect part = changed_.empty() ? PixelRect{.right = 1, .bottom = 1} : changed_;
+    regions_ = LightRegions::of(part, parameters, maps_due_.diffusion_steps > 0, config_.size);
+  }
+  set_smooth_part(parameters, regions_.smooth);
+  maps_.reset();
+}
 
 Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKeys& keys,
                                             VkPipeline confidence) {
@@ -37,27 +91,26 @@ Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKey
   if (!rows) return rows.error();
   auto columns = pipelines.get(keys.filter_columns);
   if (!columns) return columns.error();
-  const auto on_tiles = [this](VkPipeline pipeline) {
-    return LightStep{.pipeline = pipeline, .groups_across = tiles_across(), .groups_down = tiles_down()};
-  };
-  const auto on_lines = [](VkPipeline pipeline, std::uint32_t lines) {
-    return LightStep{.pipeline = pipeline, .groups_across = groups(lines, kLines)};
-  };
-  LightStep confidences = on_tiles(confidence);
+  const LightRegions& parts = regions_;
+  LightStep confidences = on_tiles(confidence, PixelRect::whole(config_.size));
   confidences.reads_frames = true;
+  const int tiles = static_cast<int>(tiles_across());
+  const auto on_tile_rows = [tiles](VkPipeline pipeline, const PixelRect& part) {
+    constexpr int kSide = kTileSide;
+    return on_lines(pipeline, part.top / kSide * tiles, part.bottom / kSide * tiles);
+  };
   // The moving average runs along whole rows and columns, the other filters on tiles.
   const bool mean = keys.filter_rows.shader == Shader::kMeanRows;
-  const std::uint32_t tiles = tiles_across() * tiles_down();
   const std::array<LightStep, LightSteps::kMostFilterSteps> steps = {
-      on_tiles(pipelines.fixed(Shader::kTemporal)),
-      on_lines(pipelines.fixed(Shader::kTileDepthRange), tiles),
-      on_lines(pipelines.fixed(Shader::kCleanupTiles), tiles),
-      on_tiles(pipelines.fixed(Shader::kIslands)),
+      on_tiles(pipelines.fixed(Shader::kTemporal), parts.changed),
+      on_tile_rows(pipelines.fixed(Shader::kTileDepthRange), parts.changed),
+      on_tile_rows(pipelines.fixed(Shader::kCleanupTiles), parts.uneven),
+      on_tiles(pipelines.fixed(Shader::kIslands), parts.cleaned),
       confidences,
-      on_tiles(pipelines.fixed(Shader::kHoles)),
-      mean ? on_lines(*rows, config_.size.height) : on_tiles(*rows),
-      mean ? on_lines(*columns, config_.size.width) : on_tiles(*columns),
-      on_lines(pipelines.fixed(Shader::kMinDepth), config_.size.height)};
+      on_tiles(pipelines.fixed(Shader::kHoles), parts.filled),
+      mean ? on_lines(*rows, parts.rows.top, parts.rows.bottom) : on_tiles(*rows, parts.rows),
+      mean ? on_lines(*columns, parts.smooth.left, parts.smooth.right) : on_tiles(*columns, parts.smooth),
+      on_lines(pipelines.fixed(Shader::kMinDepth), 0, static_cast<int>(config_.size.height))};
   for (const LightStep& step : steps) {
     if (step.pipeline != VK_NULL_HANDLE) light_steps_.add(step);
   }
@@ -69,21 +122,18 @@ Result<void> ViewRenderer::add_light_steps(Pipelines& pipelines, const PipelineK
                                            const Scene& scene) {
   const auto lit = pipelines.get(light);
   if (!lit) return lit.error();
-  light_steps_.add({.pipeline = *lit,
-                    .groups_across = tiles_across(),
-                    .groups_down = tiles_down(),
-                    .stage = Stage::kLight});
-  const int diffusion_steps = scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
-  LightStep step{.pipeline = pipelines.fixed(Shader::kDiffuse),
-                 .groups_across = tiles_across(),
-                 .groups_down = tiles_down(),
-                 .stage = Stage::kFinish};
-  for (int done = 0; done < diffusion_steps; ++done) {
+  LightStep light_step = on_tiles(*lit, regions_.lit);
+  light_step.stage = Stage::kLight;
+  light_steps_.add(light_step);
+  LightStep step = on_tiles(pipelines.fixed(Shader::kDiffuse), regions_.finished);
+  step.stage = Stage::kFinish;
+  const int steps = diffusion_steps(scene);
+  for (int done = 0; done < steps; ++done) {
     step.order = order_after(done);
     light_steps_.add(step);
   }
   step.pipeline = pipelines.fixed(Shader::kFinish);
-  step.order = order_after(diffusion_steps);
+  step.order = order_after(steps);
   light_steps_.add(step);
   return {};
 }
@@ -110,7 +160,8 @@ void ViewRenderer::record_light_steps(VkCommandBuffer commands, const Pipelines&
     if (index == light_steps_.next() || light_steps_[index - 1].order != step.order)
       descriptors_.bind(commands, pipelines, step.order);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, step.pipeline);
-    vkCmdDispatch(commands, step.groups_across, step.groups_down, 1);
+    vkCmdDispatchBase(commands, step.first_across, step.first_down, 0, step.groups_across, step.groups_down,
+                      1);
     pass_barrier(commands);
   }
 }
@@ -138,6 +189,7 @@ Result<VkPipeline> ViewRenderer::confidence_pipeline(Pipelines& pipelines, const
   if (frames_gone || config_.passes == ViewPasses::kLight) {
     // The frames that they would be computed from are gone: the next volume's picture will have them.
     memory_.light_parameters.mapped_as<shaders::LightParameters>().confidence_counts = 0;
+    maps_due_.parameters.confidence_counts = 0;
     return none;
   }
   return pipelines.get(key);
@@ -168,6 +220,7 @@ Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, con
   const LightKeys keys = light_keys(scene, volume.geometry.kind);
   shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
   if (history == History::kNone) parameters.steady = 0;
+  choose_regions(scene, parameters);
   memory_.light_parameters.mapped_as<shaders::LightParameters>() = parameters;
   // A cast has reset all time stamps, and the GPU may be writing the cast's now.
   if (!cast_since_light_ || config_.passes == ViewPasses::kLight) reset_times(gpu);
@@ -194,6 +247,8 @@ Result<void> ViewRenderer::change_light(Pipelines& pipelines, const Scene& wante
   // What begin_light() knew besides the scene.
   changed.steady = parameters.steady;
   changed.confidence_counts = parameters.confidence_counts;
+  maps_due_ = {.parameters = changed, .diffusion_steps = diffusion_steps(scene)};
+  set_smooth_part(changed, regions_.smooth);
   parameters = changed;
   light_steps_.drop_from(Stage::kLight);
   return add_light_steps(pipelines, light_keys(scene, volume.geometry.kind).light, scene);
@@ -223,6 +278,8 @@ Result<void> ViewRenderer::submit_light(const Gpu& gpu, const Pipelines& pipelin
   // Only now: after an error, or where the picture was given up, the next one does all of it.
   confidence_known_ |= confidence_due_;
   filter_ = filter_due_;
+  maps_ = maps_due_;
+  changed_ = {};
   cast_since_light_ = false;
   return {};
 }
@@ -235,6 +292,7 @@ Result<void> ViewRenderer::light(const Gpu& gpu, Pipelines& pipelines, const Sce
 
 Result<void> ViewRenderer::light_next_piece(const Gpu& gpu, const Pipelines& pipelines) {
   const Stage next = light_steps_[light_steps_.next()].stage;
+  if (partly_) return submit_light(gpu, pipelines, light_steps_.count());
   // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
   if (config_.passes == ViewPasses::kLight && next != Stage::kFilter)
     return submit_light(gpu, pipelines, light_steps_.count());

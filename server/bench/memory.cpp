@@ -27,11 +27,9 @@ Result<void> run_bench_memory(const RenderDevice& device, const BenchRow& row, s
                               const std::function<void(const HeldMemory&)>& tell) {
   constexpr std::uint32_t kRing = 4;
   constexpr std::uint64_t kWarmUp = 10;
-  auto held = BenchVolumes::create(row, kRing);
-  if (!held) return held.error();
-  const auto scene = bench_scene(row, held->description());
-  if (!scene) return scene.error();
-  BenchRig rig(device, *held, *scene, row.picture);
+  auto work = BenchWork::create(row, kRing);
+  if (!work) return work.error();
+  BenchRig rig(device, *work);
   if (auto started = rig.start(Skipping::kOn); !started) return started.error();
   // The renderer accepts frames ahead only for a volume that follows another one.
   if (auto first = rig.whole_volume(); !first) return first.error();
@@ -42,7 +40,7 @@ Result<void> run_bench_memory(const RenderDevice& device, const BenchRow& row, s
     tell({.volumes = done,
           .resident_mb = status_mb("VmRSS"),
           .own_mb = status_mb("RssAnon"),
-          .ring_mb = static_cast<double>(held->held_bytes()) / 1e6});
+          .ring_mb = static_cast<double>(work->volumes.held_bytes()) / 1e6});
   }
   return {};
 }

@@ -6,12 +6,11 @@
 #include <array>
 
 #include "proto/base/clock.hpp"
-#include "renderer/renderer.hpp"
 #include "server/bench/block_runner.hpp"
-#include "server/bench/run.hpp"
+#include "server/bench/rig.hpp"
 #include "server/bench/stage_overlap.hpp"
 #include "server/bench/trace_picture.hpp"
-#include "server/bench/volumes.hpp"
+#include "server/bench/work.hpp"
 
 namespace fanlight {
 
@@ -88,23 +87,11 @@ Result<PipelineTimes> run_blocks(BlockRunner& runner, int blocks, int volumes) {
 Result<PipelineTimes> run_bench_pipeline(const RenderDevice& device, const BenchRow& row, int blocks,
                                          int volumes) {
   constexpr std::uint32_t kVolumes = 3;
-  auto shown = BenchVolumes::create(row, kVolumes);
-  if (!shown) return shown.error();
-  const SourceDescription& source = shown->description();
-  const auto scene = bench_scene(row, source);
-  if (!scene) return scene.error();
-  const auto side = static_cast<std::uint32_t>(row.picture);
-  RenderCounters counters;
-  auto renderer =
-      Renderer::create({.size = {side, side},
-                        .geometry = source.geometry,
-                        .first_angle_rad = source.first_angle_rad,
-                        .last_angle_rad = source.last_angle_rad,
-                        .frame_capacity = shown->frame_capacity()},
-                       {.gpu = *device.gpu, .counters = counters, .light_gpu = device.light_gpu.get()},
-                       {.revision = 1, .scene = *scene});
-  if (!renderer) return renderer.error();
-  BlockRunner runner(*shown, **renderer);
+  auto work = BenchWork::create(row, kVolumes);
+  if (!work) return work.error();
+  BenchRig rig(device, *work);
+  if (auto started = rig.start(Skipping::kOn); !started) return started.error();
+  BlockRunner runner(work->volumes, rig.renderer());
   return run_blocks(runner, blocks, volumes);
 }
 

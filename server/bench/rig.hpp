@@ -11,19 +11,21 @@
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/private_view.hpp"
 #include "proto/model/picture.hpp"
-#include "proto/model/scene.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/vulkan/render_device.hpp"
-#include "server/bench/volumes.hpp"
+#include "server/bench/work.hpp"
 
 namespace fanlight {
 
-/// Measures one renderer with the volumes of a row. One thread.
+/// Measures one renderer with the work of a row. One thread.
 class BenchRig {
  public:
-  /// `picture`: side of the picture in pixels. The volumes must outlive the rig.
-  BenchRig(const RenderDevice& device, BenchVolumes& volumes, const Scene& scene, int picture)
-      : device_(device), volumes_(volumes), scene_{.revision = 1, .scene = scene}, picture_(picture) {}
+  /// The work must outlive the rig. The scene is copied.
+  BenchRig(const RenderDevice& device, BenchWork& work)
+      : device_(device),
+        volumes_(work.volumes),
+        scene_{.revision = 1, .scene = work.scene},
+        picture_(work.picture) {}
 
   Result<void> start(Skipping skipping);
 

@@ -1,33 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/bench/run.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "server/bench/rig.hpp"
-#include "server/bench/volumes.hpp"
+#include "server/bench/work.hpp"
 
 namespace fanlight {
 
 namespace {
-
-Result<Scene> applied(Scene scene, std::string_view settings) {
-  while (!settings.empty()) {
-    const std::string_view item = settings.substr(0, settings.find(' '));
-    settings.remove_prefix(std::min(item.size() + 1, settings.size()));
-    if (item.empty()) continue;
-    const std::string_view name = item.substr(0, item.find('='));
-    const SceneField* const field = find_scene_field(name);
-    if (field == nullptr) {
-      return Error{ErrorCode::kInvalidArgument, fmt::format("there is no field {} in a scene", name)};
-    }
-    if (auto set = set_field(scene, *field, item.substr(name.size() + 1)); !set) return set.error();
-  }
-  return scene;
-}
 
 void turn_camera(Scene& scene, double sign) {
   scene.camera.yaw_deg += sign;
@@ -45,18 +27,15 @@ double cast_ms(const Picture& picture) {
 
 Result<BenchTimes> run_bench_row(const RenderDevice& device, const BenchRow& row, int rounds) {
   constexpr std::uint32_t kVolumes = 3;
-  auto volumes = BenchVolumes::create(row, kVolumes);
-  if (!volumes) return volumes.error();
-  const auto scene = bench_scene(row, volumes->description());
-  if (!scene) return scene.error();
-  BenchRig rig(device, *volumes, *scene, row.picture);
+  auto work = BenchWork::create(row, kVolumes);
+  if (!work) return work.error();
+  BenchRig rig(device, *work);
   if (auto started = rig.start(Skipping::kOn); !started) return started.error();
-  BenchRig unskipped(device, *volumes, *scene, row.picture);
+  BenchRig unskipped(device, *work);
   if (auto started = unskipped.start(Skipping::kOff); !started) return started.error();
 
-  Scene with_every_frame = *scene;
-  with_every_frame.refresh = Refresh::kFrame;
-  BenchRig rolling(device, *volumes, with_every_frame, row.picture);
+  work->scene.refresh = Refresh::kFrame;
+  BenchRig rolling(device, *work);
   if (auto started = rolling.start(Skipping::kOn); !started) return started.error();
   if (auto first = rolling.whole_volume(); !first) return first.error();
 
@@ -93,13 +72,6 @@ Result<BenchTimes> run_bench_row(const RenderDevice& device, const BenchRow& row
   const auto surfaces = std::ranges::count_if(depths->smooth_mm, [](float depth) { return depth >= 0; });
   times.surface_share = static_cast<double>(surfaces) / static_cast<double>(depths->smooth_mm.size());
   return times;
-}
-
-Result<Scene> bench_scene(const BenchRow& row, const SourceDescription& source) {
-  const auto scene = applied(scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad,
-                                       static_cast<std::uint32_t>(row.picture)),
-                             row.method);
-  return scene ? applied(*scene, row.settings) : scene;
 }
 
 double quantile(std::vector<double> times_ms, double share) {

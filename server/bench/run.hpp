@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/source/frame_source.hpp"
-#include "proto/model/scene.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/bench/rows.hpp"
 
@@ -29,9 +27,6 @@ struct BenchTimes {
 ///   frame           one frame is received and replaces a frame of the last sweep (for each frame of a sweep)
 ///   cast_unskipped  as whole_volume, but pass 1 alone and without empty-space skipping
 Result<BenchTimes> run_bench_row(const RenderDevice& device, const BenchRow& row, int rounds);
-
-/// The default scene of the source with the settings of the row.
-Result<Scene> bench_scene(const BenchRow& row, const SourceDescription& source);
 
 /// The quantile of the times for a share from 0 to 1.
 double quantile(std::vector<double> times_ms, double share);

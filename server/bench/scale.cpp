@@ -8,7 +8,7 @@
 
 #include "server/bench/rig.hpp"
 #include "server/bench/run.hpp"
-#include "server/bench/volumes.hpp"
+#include "server/bench/work.hpp"
 
 namespace fanlight {
 
@@ -63,11 +63,9 @@ Costs costs_of(const RenderDevice& device, const Size& size, int rounds) {
   std::string input;
   const BenchRow row = row_of(size, input);
   constexpr std::uint32_t kVolumes = 2;
-  auto volumes = BenchVolumes::create(row, kVolumes);
-  if (!volumes) return volumes.error();
-  const auto scene = bench_scene(row, volumes->description());
-  if (!scene) return scene.error();
-  BenchRig rig(device, *volumes, *scene, size.picture);
+  auto work = BenchWork::create(row, kVolumes);
+  if (!work) return work.error();
+  BenchRig rig(device, *work);
   if (auto started = rig.start(Skipping::kOn); !started) return started.error();
   return medians(rounds, [&]() -> Costs {
     const auto whole = rig.whole_volume();
@@ -100,11 +98,9 @@ Result<ScaleCurve> curve_of_views(const RenderDevice& device, int rounds) {
   std::string input;
   const BenchRow row = row_of({}, input);
   constexpr std::uint32_t kVolumes = 2;
-  auto volumes = BenchVolumes::create(row, kVolumes);
-  if (!volumes) return volumes.error();
-  const auto scene = bench_scene(row, volumes->description());
-  if (!scene) return scene.error();
-  BenchRig rig(device, *volumes, *scene, row.picture);
+  auto work = BenchWork::create(row, kVolumes);
+  if (!work) return work.error();
+  BenchRig rig(device, *work);
   if (auto started = rig.start(Skipping::kOn); !started) return started.error();
   if (auto first = rig.whole_volume(); !first) return first.error();
   ScaleCurve curve{

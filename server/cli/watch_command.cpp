@@ -90,7 +90,7 @@ Result<v1::Scene> change_of(const std::vector<std::string>& items) {
 struct Second {
   int pictures = 0;
   std::size_t bytes = 0;
-  std::vector<double> ages_ms;  ///< time since the last frame of each picture was captured
+  std::vector<double> ages_ms;  ///< from the capture of a picture's last frame to its arrival here
 };
 
 /// "live", "delayed", "not live" or "waiting", as `fanlight watch` and /healthz say it.
@@ -128,7 +128,7 @@ void print_json(const Second& second, double age_ms, const v1::Liveness& livenes
 void print_text(const Second& second, double age_ms, const v1::Liveness& liveness,
                 const v1::Statistics& statistics) {
   fmt::print(
-      "{}; {:4} pictures, {:7.1f} kB, finished {:6.1f} ms ago (median); sent {}, skipped {} of {}; {} "
+      "{}; {:4} pictures, {:7.1f} kB, last frame {:6.1f} ms ago (median); sent {}, skipped {} of {}; {} "
       "volumes, {} "
       "dropped; {} displays; source {}\n",
       state_text(liveness), second.pictures, static_cast<double>(second.bytes) / 1e3, age_ms,

@@ -2,10 +2,13 @@
 // Passes 2 and 3 on a device of their own, on a processor: they run beside pass 1 of the next volume.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <ostream>
+#include <vector>
 
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
@@ -169,6 +172,141 @@ TEST_F(TwoDevicesTest, WeighByConfidenceAsOneDeviceDoes) {
   }
   EXPECT_EQ(pictures[0].rgba, pictures[1].rgba);
 }
+
+/// Passes 2 and 3 of a scene where one frame after another is replaced.
+struct PartlyLit {
+  const char* name;
+  void (*change)(Scene& scene);
+};
+
+void PrintTo(const PartlyLit& given, std::ostream* to) {
+  *to << given.name;
+}
+
+class PartlyLitTest : public TwoDevicesTest, public testing::WithParamInterface<PartlyLit> {
+ protected:
+  static constexpr std::uint32_t kFrames = 11;
+
+  /// Another relief where `newer` says so, by ascending angle. A frame has one commit number in every volume.
+  Volume mixed(const std::vector<bool>& newer) const {
+    Volume made(kGeometry, kFrames);
+    for (std::uint32_t index = 0; index < kFrames; ++index) {
+      const QueuedFrame frame = queued_frame(index, newer[index]);
+      std::ranges::copy(frame.pixels, made.next_frame_pixels().begin());
+      made.add_frame(frame.stamp);
+    }
+    made.sort_by_angle();
+    made.stamp().volume_id = 1;
+    return made;
+  }
+
+  QueuedFrame queued_frame(std::uint32_t index, bool newer) const {
+    return {.stamp = {.sequence = index + (newer ? kFrames : 0U),
+                      .angle_rad = angles_rad_[index],
+                      .commit_number = 1 + index + (newer ? kFrames : 0U)},
+            .geometry = kGeometry,
+            .pixels = (newer ? second_ : first_).frame_pixels(index)};
+  }
+
+  const Volume first_ = made_volume(kGeometry, angles_rad_, relief);
+  const Volume second_ = made_volume(kGeometry, angles_rad_, [](const Point& at) {
+    // Nearer, with a hole and an island.
+    const bool in_hole = std::hypot(at.x_mm - 5, at.z_mm) < 3;
+    const bool in_island = std::hypot(at.x_mm + 9, at.z_mm - 2) < 2 && at.y_mm > 35;
+    return in_island || (!in_hole && relief({at.x_mm, at.y_mm + 3, at.z_mm}) > 50) ? 95.0 : 5.0;
+  });
+};
+
+TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
+  Scene scene = scene_;
+  scene.refresh = Refresh::kFrame;
+  // Not from the data, which have other levels with each frame.
+  scene.detector.threshold = 40;
+  scene.speckle.filter = SpeckleFilter::kNone;
+  scene.filter.size_mm = 0;
+  scene.filter.step_mm = 2;
+  GetParam().change(scene);
+  std::vector<bool> newer(kFrames, false);
+  const auto parts = renderer(scene, true);
+  ASSERT_TRUE(parts->load(mixed(newer)));
+  next_picture(*parts);
+  scene.refresh = Refresh::kVolume;
+  const auto whole = renderer(scene, false);
+  for (std::uint32_t index = 0; index < kFrames; ++index) {
+    ASSERT_TRUE(parts->wants_frame());
+    parts->take_frame(queued_frame(index, true));
+    newer[index] = true;
+    const Picture part = next_picture(*parts);
+    Volume same = mixed(newer);
+    same.stamp().volume_id = 2 + index;
+    ASSERT_TRUE(whole->load(same));
+    const Picture afresh = next_picture(*whole);
+    ASSERT_EQ(part.depth_mm, afresh.depth_mm) << "after frame " << index;
+    ASSERT_EQ(part.rgba, afresh.rgba) << "after frame " << index;
+  }
+  EXPECT_GE(counters_.pass2_parts.value(), kFrames / 2);
+  // A moved light is computed everywhere, and parts follow on it.
+  const auto lit_in_parts = counters_.pass2_parts.value();
+  scene.light.right_mm += 30;
+  whole->show({.revision = 2, .scene = scene});
+  scene.refresh = Refresh::kFrame;
+  parts->show({.revision = 2, .scene = scene});
+  EXPECT_EQ(next_picture(*parts).rgba, next_picture(*whole).rgba);
+  EXPECT_EQ(counters_.pass2_parts.value(), lit_in_parts);
+}
+
+INSTANTIATE_TEST_SUITE_P(Passes, PartlyLitTest,
+                         testing::Values(PartlyLit{"no filter, no shadow",
+                                                   [](Scene& scene) {
+                                                     scene.filter.size = scene.filter.islands =
+                                                         scene.filter.holes = 1;
+                                                     scene.shadow.coefficient = 1;
+                                                   }},
+                                         PartlyLit{"wide mean, no shadow",
+                                                   [](Scene& scene) {
+                                                     scene.filter.kind = DepthFilter::kMean;
+                                                     scene.filter.size = 31;
+                                                     scene.filter.islands = scene.filter.holes = 1;
+                                                     scene.shadow.coefficient = 1;
+                                                   }},
+                                         PartlyLit{"narrow mean, islands, holes, no shadow",
+                                                   [](Scene& scene) {
+                                                     scene.filter.kind = DepthFilter::kMean;
+                                                     scene.filter.size = 3;
+                                                     scene.filter.islands = scene.filter.holes = 15;
+                                                     scene.shadow.coefficient = 1;
+                                                   }},
+                                         PartlyLit{"narrow Gaussian, holes, no shadow",
+                                                   [](Scene& scene) {
+                                                     scene.filter.kind = DepthFilter::kGaussian;
+                                                     scene.filter.size = 1;
+                                                     scene.filter.islands = 1;
+                                                     scene.filter.holes = 15;
+                                                     scene.shadow.coefficient = 1;
+                                                   }},
+                                         PartlyLit{"edge-preserving, weights, long shadows",
+                                                   [](Scene& scene) {
+                                                     scene.filter.kind = DepthFilter::kEdgePreserving;
+                                                     scene.filter.weights = FilterWeights::kConfidence;
+                                                     scene.light.kind = LightKind::kDirectional;
+                                                     scene.light.up_mm = 900;
+                                                     scene.light.right_mm = 0;
+                                                     scene.shadow.coefficient = 0;
+                                                     scene.shadow.softness_mm = 0;
+                                                   }},
+                                         PartlyLit{"mean, diffusion, no shadow",
+                                                   [](Scene& scene) {
+                                                     scene.filter.kind = DepthFilter::kMean;
+                                                     scene.shadow.coefficient = 1;
+                                                     scene.finish.smoothing = Smoothing::kDiffusion;
+                                                     scene.finish.iterations = 7;
+                                                   }},
+                                         PartlyLit{"Gaussian, colours beside the surface, no shadow",
+                                                   [](Scene& scene) {
+                                                     scene.filter.kind = DepthFilter::kGaussian;
+                                                     scene.mode = Mode::kSurfaceAndVolume;
+                                                     scene.shadow.coefficient = 1;
+                                                   }}));
 
 }  // namespace
 }  // namespace fanlight::test

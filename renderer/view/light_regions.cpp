@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/view/light_regions.hpp"
+
+#include <algorithm>
+
+namespace fanlight {
+
+namespace {
+
+constexpr int kTile = 8;  // pixels along a side of a tile
+
+}  // namespace
+
+LightRegions LightRegions::whole(PictureSize size) {
+  const PixelRect all = PixelRect::whole(size).grown(0, 0, kTile, size);
+  return {all, all, all, all, all, all, all, all};
+}
+
+LightRegions LightRegions::of(const PixelRect& changed, const shaders::LightParameters& parameters,
+                              bool diffuses, PictureSize size) {
+  const auto grown = [size](const PixelRect& from, int across, int down) {
+    return from.grown(across, down, kTile, size);
+  };
+  const int islands = parameters.islands_radius;
+  const int holes = parameters.holes_radius;
+  const int filter = parameters.filter_radius;
+  const int cleanup_tiles = (std::max(islands, holes) + kTile - 1) / kTile;
+  LightRegions regions = whole(size);
+  const PixelRect all = regions.changed;
+  regions.changed = grown(changed, 0, 0);
+  regions.uneven = grown(regions.changed, kTile * cleanup_tiles, kTile * cleanup_tiles);
+  regions.filled = grown(changed, islands + holes, islands + holes);
+  // The holes' windows read the map without islands, whose memory the filtered depth map has overwritten.
+  regions.cleaned = grown(regions.filled, holes, holes);
+  regions.smooth = grown(regions.filled, filter, filter).united(regions.cleaned);
+  // The lit picture lies in the memory of the filter's first half.
+  regions.rows = grown(regions.smooth, 0, filter);
+  // A shadow may fall anywhere; beside the surface, pixels may show others' colours.
+  const bool far = parameters.shadow < 1 || parameters.colours_from_left > 0 || diffuses;
+  regions.lit = far ? all : regions.rows.united(grown(regions.smooth, 1, 1));
+  regions.finished = far ? all : grown(regions.lit, 1, 1);
+  return regions;
+}
+
+}  // namespace fanlight
