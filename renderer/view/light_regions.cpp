@@ -5,30 +5,24 @@
 
 namespace fanlight {
 
-namespace {
-
-constexpr int kTile = 8;  // pixels along a side of a tile
-
-}  // namespace
-
 LightRegions LightRegions::whole(PictureSize size) {
-  const PixelRect all = PixelRect::whole(size).grown(0, 0, kTile, size);
+  const PixelRect all = PixelRect::whole(size).grown(0, 0, size);
   return {all, all, all, all, all, all, all, all};
 }
 
 LightRegions LightRegions::of(const PixelRect& changed, const shaders::LightParameters& parameters,
                               bool diffuses, PictureSize size) {
   const auto grown = [size](const PixelRect& from, int across, int down) {
-    return from.grown(across, down, kTile, size);
+    return from.grown(across, down, size);
   };
   const int islands = parameters.islands_radius;
   const int holes = parameters.holes_radius;
   const int filter = parameters.filter_radius;
-  const int cleanup_tiles = (std::max(islands, holes) + kTile - 1) / kTile;
+  const int cleanup_tiles = (std::max(islands, holes) + kTileSide - 1) / kTileSide;
   LightRegions regions = whole(size);
   const PixelRect all = regions.changed;
   regions.changed = grown(changed, 0, 0);
-  regions.uneven = grown(regions.changed, kTile * cleanup_tiles, kTile * cleanup_tiles);
+  regions.uneven = grown(regions.changed, kTileSide * cleanup_tiles, kTileSide * cleanup_tiles);
   regions.filled = grown(changed, islands + holes, islands + holes);
   // The holes' windows read the map without islands, whose memory the filtered depth map has overwritten.
   regions.cleaned = grown(regions.filled, holes, holes);

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 
 #include "renderer/parameters/view_frame.hpp"
 
 namespace fanlight {
+
+/// Pixels along a side of the tiles that work groups of the shaders compute.
+inline constexpr int kTileSide = 8;
 
 /// A rectangle of pixels of a picture: columns left to right - 1, rows top to bottom - 1. Empty where right
 /// <= left.
@@ -31,11 +35,12 @@ struct PixelRect {
 
   /// With so many pixels more on each side, moved out to whole tiles, and cut at the picture's borders, where
   /// the last tiles end.
-  PixelRect grown(int across, int down, int tile, PictureSize size) const {
+  PixelRect grown(int across, int down, PictureSize size) const {
     if (empty()) return *this;
-    const auto below = [tile](int at) { return std::max(at, 0) / tile * tile; };
-    const auto above = [tile](int at, unsigned most) {
-      return std::min((at + tile - 1) / tile, (static_cast<int>(most) + tile - 1) / tile) * tile;
+    const auto below = [](int at) { return std::max(at, 0) / kTileSide * kTileSide; };
+    const auto above = [](int at, std::uint32_t most) {
+      const int last_tile_end = (static_cast<int>(most) + kTileSide - 1) / kTileSide * kTileSide;
+      return std::min((at + kTileSide - 1) / kTileSide * kTileSide, last_tile_end);
     };
     return {below(left - across), below(top - down), above(right + across, size.width),
             above(bottom + down, size.height)};

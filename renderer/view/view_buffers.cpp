@@ -16,8 +16,6 @@ namespace fanlight {
 
 namespace {
 
-constexpr std::uint32_t kTile = 8;  // pixels along a side of a tile
-
 std::span<const std::uint32_t> words_of(std::span<const std::uint8_t> bytes) {
   return {reinterpret_cast<const std::uint32_t*>(bytes.data()), bytes.size() / sizeof(std::uint32_t)};
 }
@@ -43,7 +41,7 @@ PixelRect different_part(std::span<const std::uint32_t> a, std::span<const std::
 Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size, ViewPasses passes) {
   ViewBuffers made;
   const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
-  const std::uint64_t tiles = std::uint64_t{groups(size.width, kTile)} * groups(size.height, kTile);
+  const std::uint64_t tiles = std::uint64_t{groups(size.width, kTileSide)} * groups(size.height, kTileSide);
   constexpr VkBufferUsageFlags kStorage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
 

@@ -196,10 +196,6 @@ class ViewRenderer {
   Result<DepthMaps> read_depth(const Gpu& gpu);
 
  private:
-  // Pass 1 casts tiles of 8 x 8 rays. Passes 2 and 3 work on tiles of 8 x 8 pixels, numbered along the rows
-  // of tiles. Both are the same tiles where each pixel has its ray.
-  static constexpr std::uint32_t kTileSide = 8;
-
   explicit ViewRenderer(const Config& config) : config_(config) {}
   Result<void> create_commands(const Gpu& gpu);
   void set_tiles(const Gpu& gpu, const Scene& scene, const shaders::CastParameters& parameters);
@@ -226,6 +222,7 @@ class ViewRenderer {
   void begin_piece(const Gpu& gpu, VkCommandBuffer commands, Stage stage);
   void end_piece(VkCommandBuffer commands) const;
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
+  // Of pixels. Pass 1 casts tiles of 8 x 8 rays, which are the same where each pixel has its ray.
   std::uint32_t tiles_across() const { return groups(config_.size.width, kTileSide); }
   std::uint32_t tiles_down() const { return groups(config_.size.height, kTileSide); }
 

@@ -58,9 +58,8 @@ bool ViewRenderer::MapsKey::operator==(const MapsKey& other) const {
 }
 
 LightStep ViewRenderer::on_tiles(VkPipeline pipeline, const PixelRect& part) const {
-  constexpr int kSide = kTileSide;
-  const auto first_across = static_cast<std::uint32_t>(part.left / kSide);
-  const auto first_down = static_cast<std::uint32_t>(part.top / kSide);
+  const auto first_across = static_cast<std::uint32_t>(part.left / kTileSide);
+  const auto first_down = static_cast<std::uint32_t>(part.top / kTileSide);
   return {.pipeline = pipeline,
           .groups_across = groups(static_cast<std::uint32_t>(part.right), kTileSide) - first_across,
           .groups_down = groups(static_cast<std::uint32_t>(part.bottom), kTileSide) - first_down,
@@ -96,8 +95,7 @@ Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKey
   confidences.reads_frames = true;
   const int tiles = static_cast<int>(tiles_across());
   const auto on_tile_rows = [tiles](VkPipeline pipeline, const PixelRect& part) {
-    constexpr int kSide = kTileSide;
-    return on_lines(pipeline, part.top / kSide * tiles, part.bottom / kSide * tiles);
+    return on_lines(pipeline, part.top / kTileSide * tiles, part.bottom / kTileSide * tiles);
   };
   // The moving average runs along whole rows and columns, the other filters on tiles.
   const bool mean = keys.filter_rows.shader == Shader::kMeanRows;
