@@ -33,7 +33,7 @@ struct ViewBuffers {
   void copy_cast(VkCommandBuffer commands, const ViewBuffers& from);
 
   /// The same from ViewPasses::kCast to kLight, by the host, now. Returns the part of the maps that differs
-  /// from what was there before.
+  /// from what was there before. Reads both: quick in a processor's memory, where this is used.
   PixelRect take_cast(const ViewBuffers& from, PictureSize size) const;
   /// The temporally filtered depth map, from ViewPasses::kLight to kCast, by the host, now.
   void take_steady(const ViewBuffers& from) const;

@@ -207,7 +207,7 @@ class ViewRenderer {
   void record_dirty_tiles(VkCommandBuffer commands, const Pipelines& pipelines, const FrameStore& frames,
                           FrameRange frames_changed) const;
   Result<VkPipeline> confidence_pipeline(Pipelines& pipelines, const PipelineKey& key, const Scene& scene,
-                                         bool frames_gone);
+                                         bool frames_gone, shaders::LightParameters& parameters) const;
   void choose_regions(const Scene& scene, shaders::LightParameters& parameters);
   LightStep on_tiles(VkPipeline pipeline, const PixelRect& part) const;
   Result<void> add_filter_steps(Pipelines& pipelines, const LightKeys& keys, VkPipeline confidence);
@@ -264,6 +264,7 @@ class ViewRenderer {
   };
   std::optional<MapsKey> maps_;                  // of the last picture; none while they are written
   MapsKey maps_due_;                             // what maps_ will be
+  shaders::LightParameters filtered_{};          // of the last picture: its steady and confidence_counts
   const ViewBuffers* cast_to_copy_ = nullptr;    // of copy_cast(), until the first piece is submitted
   std::optional<Scene::Filter> filter_due_;      // what filter_ will be
   bool confidence_due_ = false;                  // what confidence_known_ will be

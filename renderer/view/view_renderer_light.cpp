@@ -179,15 +179,15 @@ void ViewRenderer::record_read_back(VkCommandBuffer commands) const {
 }
 
 /// The pipeline that computes the filter's weights; null where the scene does not ask for them, or where they
-/// are known already.
+/// are known already. Where they cannot be had any more, all weights become 1 in `parameters`.
 Result<VkPipeline> ViewRenderer::confidence_pipeline(Pipelines& pipelines, const PipelineKey& key,
-                                                     const Scene& scene, bool frames_gone) {
+                                                     const Scene& scene, bool frames_gone,
+                                                     shaders::LightParameters& parameters) const {
   const VkPipeline none = VK_NULL_HANDLE;
   if (scene.filter.weights != FilterWeights::kConfidence || confidence_known_) return none;
   if (frames_gone || config_.passes == ViewPasses::kLight) {
     // The frames that they would be computed from are gone: the next volume's picture will have them.
-    memory_.light_parameters.mapped_as<shaders::LightParameters>().confidence_counts = 0;
-    maps_due_.parameters.confidence_counts = 0;
+    parameters.confidence_counts = 0;
     return none;
   }
   return pipelines.get(key);
@@ -218,18 +218,27 @@ Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, con
   const LightKeys keys = light_keys(scene, volume.geometry.kind);
   shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
   if (history == History::kNone) parameters.steady = 0;
-  choose_regions(scene, parameters);
-  memory_.light_parameters.mapped_as<shaders::LightParameters>() = parameters;
   // A cast has reset all time stamps, and the GPU may be writing the cast's now.
   if (!cast_since_light_ || config_.passes == ViewPasses::kLight) reset_times(gpu);
   light_steps_.clear();
   confidence_due_ = false;
 
-  if (cast_since_light_ || filter_ != scene.filter) {
-    auto confidence = confidence_pipeline(pipelines, keys.confidence, scene, volume.frames_gone);
-    if (!confidence) return confidence.error();
-    confidence_due_ = *confidence != VK_NULL_HANDLE;
-    if (auto added = add_filter_steps(pipelines, keys, *confidence); !added) return added;
+  const bool filters = cast_since_light_ || filter_ != scene.filter;
+  VkPipeline confidence = VK_NULL_HANDLE;
+  if (filters) {
+    const auto known = confidence_pipeline(pipelines, keys.confidence, scene, volume.frames_gone, parameters);
+    if (!known) return known.error();
+    confidence = *known;
+  } else {
+    // The maps stay those of the last filter, whatever it would be now.
+    parameters.steady = filtered_.steady;
+    parameters.confidence_counts = filtered_.confidence_counts;
+  }
+  choose_regions(scene, parameters);
+  memory_.light_parameters.mapped_as<shaders::LightParameters>() = parameters;
+  if (filters) {
+    confidence_due_ = confidence != VK_NULL_HANDLE;
+    if (auto added = add_filter_steps(pipelines, keys, confidence); !added) return added;
     if (filter_due_ != scene.filter) light_step_ms_[static_cast<std::size_t>(Stage::kFilter)] = 0;
     filter_due_ = scene.filter;
     filter_.reset();
@@ -277,6 +286,7 @@ Result<void> ViewRenderer::submit_light(const Gpu& gpu, const Pipelines& pipelin
   confidence_known_ |= confidence_due_;
   filter_ = filter_due_;
   maps_ = maps_due_;
+  filtered_ = maps_due_.parameters;
   changed_ = {};
   cast_since_light_ = false;
   return {};
@@ -290,13 +300,14 @@ Result<void> ViewRenderer::light(const Gpu& gpu, Pipelines& pipelines, const Sce
 
 Result<void> ViewRenderer::light_next_piece(const Gpu& gpu, const Pipelines& pipelines) {
   const Stage next = light_steps_[light_steps_.next()].stage;
-  if (partly_) return submit_light(gpu, pipelines, light_steps_.count());
   // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
   if (config_.passes == ViewPasses::kLight && next != Stage::kFilter)
     return submit_light(gpu, pipelines, light_steps_.count());
   const auto stage = static_cast<std::size_t>(next);
   const double known_ms = light_step_ms_[stage];
-  const double step_ms = known_ms > 0 ? known_ms : kPieceMs;
+  const double whole_ms = known_ms > 0 ? known_ms : kPieceMs;
+  const double share = static_cast<double>(regions_.smooth.pixels()) / pixels();
+  const double step_ms = next == Stage::kFilter ? share * whole_ms : whole_ms;
   return submit_light(gpu, pipelines, light_steps_.end_of_piece(step_ms, kPieceMs));
 }
 

@@ -62,7 +62,7 @@ using Costs = Result<std::vector<double>>;
 Costs costs_of(const RenderDevice& device, const Size& size, int rounds) {
   std::string input;
   const BenchRow row = row_of(size, input);
-  constexpr std::uint32_t kVolumes = 2;
+  constexpr std::uint32_t kVolumes = 3;
   auto work = BenchWork::create(row, kVolumes);
   if (!work) return work.error();
   BenchRig rig(device, *work);
@@ -97,7 +97,7 @@ Result<ScaleCurve> curve_of_sizes(const RenderDevice& device, int rounds, std::s
 Result<ScaleCurve> curve_of_views(const RenderDevice& device, int rounds) {
   std::string input;
   const BenchRow row = row_of({}, input);
-  constexpr std::uint32_t kVolumes = 2;
+  constexpr std::uint32_t kVolumes = 3;
   auto work = BenchWork::create(row, kVolumes);
   if (!work) return work.error();
   BenchRig rig(device, *work);

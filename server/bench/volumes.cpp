@@ -43,7 +43,21 @@ Result<BenchVolumes> BenchVolumes::create(const BenchRow& row, std::uint32_t cou
   if (kept.empty()) {
     return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one"};
   }
+  // The renderer's two slots take turns: with three volumes no slot gets the same one twice in a row.
+  constexpr std::size_t kFewest = 3;
+  while (kept.size() < kFewest) kept.push_back(brighter(kept.back()));
   return BenchVolumes(description, std::move(kept));
+}
+
+BenchVolumes::Kept BenchVolumes::brighter(const Kept& from) {
+  Kept copy{.stamps = from.stamps, .volume = Volume(from.volume.geometry(), from.volume.frame_capacity())};
+  for (std::uint32_t index = 0; index < copy.stamps.size(); ++index) {
+    std::ranges::transform(
+        from.volume.frame_pixels(index), copy.volume.next_frame_pixels().begin(),
+        [](std::uint8_t grey) { return static_cast<std::uint8_t>(std::min(grey + 1, 255)); });
+    copy.volume.add_frame(copy.stamps[index]);
+  }
+  return copy;
 }
 
 std::uint32_t BenchVolumes::frame_capacity() const {

@@ -14,11 +14,12 @@
 namespace fanlight {
 
 /// The first volumes of a source, repeated as if they were new. Each repetition has new volume and commit
-/// numbers, so that the renderer cannot reuse results of an earlier one. The pixels are not copied.
+/// numbers, and comes to a slot of the renderer that had another volume last, so that no result of an earlier
+/// one can be used again. The pixels are not copied.
 class BenchVolumes {
  public:
-  /// Reads `count` volumes of the source of the row. Errors: those of open_source(), or a source without
-  /// volumes.
+  /// Reads `count` volumes of the source of the row, at least three. Where it has fewer, the others are
+  /// copies, each a grey level brighter. Errors: those of open_source(), or a source without volumes.
   static Result<BenchVolumes> create(const BenchRow& row, std::uint32_t count);
 
   const SourceDescription& description() const { return description_; }
@@ -37,6 +38,7 @@ class BenchVolumes {
     std::vector<FrameStamp> stamps;
     Volume volume;
   };
+  static Kept brighter(const Kept& from);
   BenchVolumes(const SourceDescription& description, std::vector<Kept> kept)
       : description_(description), kept_(std::move(kept)) {}
 

@@ -89,7 +89,14 @@ TEST_F(TwoDevicesTest, LightOneVolumeWhileTheNextIsCast) {
   scene.filter.size = 31;
   scene.finish.smoothing = Smoothing::kDiffusion;
   scene.finish.iterations = 30;
-  const auto next = [this](std::uint64_t number) { return volume(number); };
+  // Each slot gets another volume than it had, so that passes 2 and 3 have all of it to do.
+  const auto next = [this](std::uint64_t number) {
+    Volume made = made_volume(kGeometry, angles_rad_, [number](const Point& at) {
+      return relief({at.x_mm + 3.0 * static_cast<double>(number % 3), at.y_mm, at.z_mm});
+    });
+    made.stamp().volume_id = number;
+    return made;
+  };
   EXPECT_TRUE(overlaps(*renderer(scene, true), next));
   EXPECT_FALSE(overlaps(*renderer(scene, false), next)) << "one device takes turns";
 }
@@ -245,7 +252,7 @@ TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
     ASSERT_EQ(part.rgba, afresh.rgba) << "after frame " << index;
   }
   EXPECT_GE(counters_.pass2_parts.value(), kFrames / 2);
-  // A moved light is computed everywhere, and parts follow on it.
+  // A moved light is computed everywhere.
   const auto lit_in_parts = counters_.pass2_parts.value();
   scene.light.right_mm += 30;
   whole->show({.revision = 2, .scene = scene});
@@ -254,6 +261,70 @@ TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
   EXPECT_EQ(next_picture(*parts).rgba, next_picture(*whole).rgba);
   EXPECT_EQ(counters_.pass2_parts.value(), lit_in_parts);
 }
+
+/// Whether a part of a picture suffices depends on how its maps were filtered last, not on what the scene has
+/// asked for since.
+class AfterOtherMapsTest : public PartlyLitTest {
+ protected:
+  void load(const Volume& volume) {
+    ASSERT_TRUE(parts_->load(volume));
+    ASSERT_TRUE(whole_->load(volume));
+  }
+  void show(std::uint64_t revision, const Scene& scene) {
+    parts_->show({.revision = revision, .scene = scene});
+    whole_->show({.revision = revision, .scene = scene});
+  }
+  void take(const QueuedFrame& frame) {
+    ASSERT_TRUE(parts_->wants_frame() && whole_->wants_frame());
+    parts_->take_frame(frame);
+    whole_->take_frame(frame);
+  }
+  void compare(const char* after) {
+    EXPECT_EQ(next_picture(*parts_).rgba, next_picture(*whole_).rgba) << "after " << after;
+  }
+
+  // On two devices and on one, after the same events.
+  std::unique_ptr<Renderer> parts_;
+  std::unique_ptr<Renderer> whole_;
+};
+
+TEST_P(AfterOtherMapsTest, ShowsWhatTheWholePictureShows) {
+  Scene scene = scene_;
+  scene.detector.threshold = 40;
+  scene.speckle.filter = SpeckleFilter::kNone;
+  scene.filter.steady = 0.5;
+  GetParam().change(scene);
+  parts_ = renderer(scene, true);
+  whole_ = renderer(scene, false);
+  load(mixed(std::vector<bool>(kFrames, false)));
+  compare("a volume");
+  scene.refresh = Refresh::kFrame;
+  scene.light.right_mm += 5;
+  show(2, scene);
+  compare("a light");
+  Volume second = mixed(std::vector<bool>(kFrames, true));
+  second.stamp().volume_id = 2;
+  load(second);
+  compare("another volume, whose frames may be replaced");
+  scene.refresh = Refresh::kVolume;
+  scene.filter.step_mm += 1;
+  show(3, scene);
+  compare("a filter with the last volume");
+  scene.refresh = Refresh::kFrame;
+  scene.light.right_mm += 5;
+  show(4, scene);
+  compare("a light without the filter");
+  QueuedFrame frame = queued_frame(kFrames / 2, false);
+  frame.stamp.commit_number = 100;
+  take(frame);
+  compare("a frame");
+}
+
+INSTANTIATE_TEST_SUITE_P(Passes, AfterOtherMapsTest,
+                         testing::Values(PartlyLit{"mean", [](Scene&) {}},
+                                         PartlyLit{"weights", [](Scene& scene) {
+                                                     scene.filter.weights = FilterWeights::kConfidence;
+                                                   }}));
 
 INSTANTIATE_TEST_SUITE_P(Passes, PartlyLitTest,
                          testing::Values(PartlyLit{"no filter, no shadow",
