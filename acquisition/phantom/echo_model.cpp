@@ -16,22 +16,13 @@ struct Tissue {
   double tissue = 0;  // at the surface
   double skin = 0;    // added to the tissue's
 };
-constexpr Tissue kLinearTissue{.fluid = 6, .tissue = 110, .skin = 70};
+constexpr Tissue kLinearTissue{.fluid = 6, .tissue = EchoScale::kTissue, .skin = 70};
 // Fluid is 34 dB below tissue, and the skin 10 dB above it.
-constexpr Tissue kLogTissue{.fluid = 2.2, .tissue = 110, .skin = 238};
+constexpr Tissue kLogTissue{.fluid = 2.2, .tissue = EchoScale::kTissue, .skin = 238};
 
 constexpr double kSkinMm = 0.9;        // standard deviation: a bright band of 1 to 2 mm
 constexpr double kDecayMm = 70;        // depth over which the tissue's amplitude falls to 1/e
 constexpr double kInterfaceMm = 0.25;  // half width of the step at the surface, less than a pixel
-
-// Level of tissue below that of grey 255: grey 150 where the range is 60 dB.
-constexpr double kHeadroomDb = 24.7;
-
-constexpr double kWhite = 255;
-
-double decibels(double amplitude_ratio) {
-  return 20 * std::log10(std::max(amplitude_ratio, 1e-6));
-}
 
 std::int16_t rounded(double grey) {
   return static_cast<std::int16_t>(std::lround(std::clamp(grey, -1000.0, 1000.0)));
@@ -74,23 +65,15 @@ std::vector<double> blurred(const std::vector<double>& values, std::uint32_t blu
 }  // namespace
 
 EchoModel::EchoModel(const EchoScale& scale, double field_mm)
-    : entries_(static_cast<std::uint32_t>((kBeforeMm + field_mm) / kStepMm)) {
+    : entries_(static_cast<std::uint32_t>((kBeforeMm + field_mm) / kStepMm)),
+      speckle_greys_(scale.speckle_greys()) {
   const bool log = scale.kind == EchoScale::Kind::kLog;
   const Tissue& of = log ? kLogTissue : kLinearTissue;
-  const double greys_per_db = kWhite / scale.range_db;
   std::vector<double> flat = flat_echo(of, entries_);
-  if (log) {
-    std::ranges::transform(flat, flat.begin(), [&](double amplitude) {
-      return kWhite + greys_per_db * (decibels(amplitude / of.tissue) - kHeadroomDb + scale.gain_db);
-    });
-  }
+  std::ranges::transform(flat, flat.begin(), [&](double amplitude) { return scale.grey(amplitude); });
   greys_.reserve(std::size_t{kBlurs} * entries_);
   for (std::uint32_t blur = 0; blur < kBlurs; ++blur)
     std::ranges::transform(blurred(flat, blur), std::back_inserter(greys_), rounded);
-  for (std::size_t factor = 0; factor < speckle_greys_.size(); ++factor) {
-    const double ratio = std::max(static_cast<double>(factor), 0.5) / SpeckleTile::kOne;
-    speckle_greys_[factor] = rounded(greys_per_db * decibels(ratio));
-  }
 }
 
 }  // namespace fanlight

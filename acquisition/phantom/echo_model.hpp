@@ -5,20 +5,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "acquisition/phantom/echo_scale.hpp"
 #include "acquisition/phantom/speckle_tile.hpp"
 
 namespace fanlight {
-
-/// From the amplitude of an echo to the grey level of a pixel.
-struct EchoScale {
-  enum class Kind : std::uint8_t {
-    kLog,     ///< in decibels, as scanners show it
-    kLinear,  ///< proportional to the amplitude, for the theory of speckle
-  };
-  Kind kind = Kind::kLog;
-  double range_db = 60;  ///< kLog: from grey 0 to grey 255
-  double gain_db = 0;    ///< kLog: shifts all grey levels by 255 / range_db for each dB
-};
 
 /// The simulated probe's echo as a function of depth below the surface: fluid, skin, and tissue that fades
 /// with depth.

@@ -78,6 +78,36 @@ bool read_scan(std::string_view text, FrameKind& scan) {
   return true;
 }
 
+/// The geometry and sampling of a probe; options after it change them.
+bool read_probe(std::string_view text, Config& config) {
+  const Config base;
+  config.frames_per_volume = base.frames_per_volume;
+  config.columns = base.columns;
+  config.rows = base.rows;
+  config.sweep_deg = base.sweep_deg;
+  config.probe_radius_mm = base.probe_radius_mm;
+  config.motor_radius_mm = base.motor_radius_mm;
+  config.scan = base.scan;
+  config.beam_mm = base.beam_mm;
+  if (text == "r2") {
+    config.frames_per_volume = 60;
+    config.columns = 192;
+    config.probe_radius_mm = 40;
+    config.motor_radius_mm = 23;
+    config.scan = FrameKind::kConvexLines;
+    config.beam_mm = 2.5;
+  }
+  return text == "r1" || text == "r2";
+}
+
+bool read_scene(std::string_view text, PhantomSource::Scene& scene) {
+  constexpr std::string_view kNames[] = {"relief", "face", "sphere", "plane"};
+  const auto* const found = std::ranges::find(kNames, text);
+  if (found == std::end(kNames)) return false;
+  scene = static_cast<PhantomSource::Scene>(found - kNames);
+  return true;
+}
+
 struct Option {
   std::string_view name;
   std::string_view expected;
@@ -110,6 +140,9 @@ constexpr Option kOptions[] = {
      [](std::string_view text, Config& config) {
        return read_switch(text, config.motion, PhantomScene::Motion::kMoving, PhantomScene::Motion::kStill);
      }},
+    {"probe", "r1 or r2", [](std::string_view text, Config& config) { return read_probe(text, config); }},
+    {"scene", "relief, face, sphere or plane",
+     [](std::string_view text, Config& config) { return read_scene(text, config.scene); }},
     {"scan", "cartesian, convex or linear",
      [](std::string_view text, Config& config) { return read_scan(text, config.scan); }},
     {"compression", "log or linear",

@@ -14,10 +14,8 @@ namespace {
 using Config = PhantomSource::Config;
 
 constexpr double kFieldMm = 160;
-constexpr double kMotorRadiusMm = 30;
 
 // Of the convex array.
-constexpr double kProbeRadiusMm = 50;
 constexpr double kSectorHalfAngleDeg = 35;
 
 constexpr double kSlopeReachMm = 0.75;  // the slope is measured over this distance to either side
@@ -41,6 +39,20 @@ PhantomMotor::Config motor_of(const Config& config) {
           .seed = config.seed};
 }
 
+std::optional<BodyScene::Kind> bodies_of(PhantomSource::Scene scene) {
+  switch (scene) {
+    case PhantomSource::Scene::kRelief:
+      return std::nullopt;
+    case PhantomSource::Scene::kFace:
+      return BodyScene::Kind::kFace;
+    case PhantomSource::Scene::kSphere:
+      return BodyScene::Kind::kSphere;
+    case PhantomSource::Scene::kPlane:
+      return BodyScene::Kind::kPlane;
+  }
+  return std::nullopt;
+}
+
 FanGeometry geometry_of(const Config& config) {
   FanGeometry geometry{.kind = config.scan,
                        .columns = config.columns,
@@ -48,15 +60,15 @@ FanGeometry geometry_of(const Config& config) {
                        .pixel_height_mm = kFieldMm / config.rows,
                        .face_column = (config.columns - 1) / 2.0,
                        .face_row = 0,
-                       .motor_radius_mm = kMotorRadiusMm};
+                       .motor_radius_mm = config.motor_radius_mm};
   if (config.scan == FrameKind::kConvexLines) {
     geometry.line_pitch_deg = 2 * kSectorHalfAngleDeg / (config.columns - 1);
   } else {
     geometry.pixel_width_mm = kFieldMm / config.columns;
   }
-  if (config.scan != FrameKind::kLinearLines) geometry.probe_radius_mm = kProbeRadiusMm;
+  if (config.scan != FrameKind::kLinearLines) geometry.probe_radius_mm = config.probe_radius_mm;
   if (config.scan == FrameKind::kCartesian) {
-    geometry.sector = {.half_angle_deg = kSectorHalfAngleDeg, .reach_mm = kProbeRadiusMm + kFieldMm};
+    geometry.sector = {.half_angle_deg = kSectorHalfAngleDeg, .reach_mm = config.probe_radius_mm + kFieldMm};
   }
   return geometry;
 }
@@ -93,6 +105,14 @@ PhantomSource::PhantomSource(const Config& config)
     ahead_.push_back(geometry.polar() ? static_cast<float>(std::cos(angle_rad)) : 0.0F);
   }
   for (std::uint32_t row = 0; row < geometry.rows; ++row) rows_.push_back(row_of(row));
+  if (const auto bodies = bodies_of(config.scene)) {
+    bodies_ = std::make_unique<BodyFrames>(
+        BodyFrames::Config{.kind = *bodies,
+                           .moving = config.motion == PhantomScene::Motion::kMoving,
+                           .beam_mm = config.beam_mm,
+                           .scale = config.scale},
+        geometry, speckle_);
+  }
 }
 
 PhantomSource::Row PhantomSource::row_of(std::uint32_t row) const {
@@ -159,6 +179,14 @@ Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop
 
 FrameFault PhantomSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
   const std::uint64_t speckle_roll = mixed_bits(config_.seed + mixed_bits(current_.sequence + 1));
+  if (bodies_) {
+    bodies_->draw({.time_s = scene_time_s(current_),
+                   .angle_rad = true_angle_rad_,
+                   .speckle_row = static_cast<std::uint32_t>(speckle_roll >> 32),
+                   .speckle_column = static_cast<std::uint32_t>(speckle_roll)},
+                  pixels);
+    return FrameFault::kNone;
+  }
   const Exposure exposure{.pose = scene_.pose_at(scene_time_s(current_)),
                           .sine = std::sin(true_angle_rad_),
                           .cosine = std::cos(true_angle_rad_),

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "acquisition/phantom/body_frames.hpp"
 #include "acquisition/phantom/echo_model.hpp"
 #include "acquisition/phantom/phantom_motor.hpp"
 #include "acquisition/phantom/phantom_scene.hpp"
@@ -15,7 +16,7 @@
 
 namespace fanlight {
 
-/// Simulated probe: a motor sweeps forward and backward at a constant frame rate over a moving PhantomScene.
+/// Simulated probe: a motor sweeps forward and backward at a constant frame rate over a moving scene.
 /// Each frame shows the scene at its own capture time. Needs no hardware and no file.
 class PhantomSource final : public FrameSource {
  public:
@@ -32,6 +33,9 @@ class PhantomSource final : public FrameSource {
   /// must be found from the reversal of the angle.
   enum class Index : std::uint8_t { kOn, kOff };
 
+  /// What the probe sees: PhantomScene, or one of BodyScene.
+  enum class Scene : std::uint8_t { kRelief, kFace, kSphere, kPlane };
+
   struct Config {
     double frame_rate_hz = 75;             ///< 0.1 to 1000; 35 frames take 466 ms, as in the paper
     std::uint32_t frames_per_volume = 35;  ///< 2 to 1024
@@ -39,14 +43,18 @@ class PhantomSource final : public FrameSource {
     std::uint32_t columns = 512;  ///< 16 to 4096 pixels or lines, over 160 mm; convex lines over 70 deg
     std::uint32_t rows = 512;     ///< 16 to 4096, over 160 mm in depth or along each line
     double sweep_deg = 70;        ///< 1 to 170, half to either side
-    std::uint64_t seed = 1;       ///< of the speckle, jitter, turning and losses
-    std::uint64_t volumes = 0;    ///< number of volumes after which the source ends; 0: never
+    // From the probe's face to the apex of its scan lines, and to the motor's axis. Not options of their own.
+    double probe_radius_mm = 50;
+    double motor_radius_mm = 30;
+    std::uint64_t seed = 1;     ///< of the speckle, jitter, turning and losses
+    std::uint64_t volumes = 0;  ///< number of volumes after which the source ends; 0: never
     /// Thickness of the beam across the frame (elevation), full width at half maximum, 0 to 8. The default is
     /// about the frame distance, as for a real array: a thinner beam leaves steps between the frames of a
     /// slanted surface.
     double beam_mm = 5;
     Speckle speckle = Speckle::kOn;
     EchoScale scale;  ///< range 20 to 120 dB, gain -40 to 40 dB
+    Scene scene = Scene::kRelief;
     PhantomScene::Motion motion = PhantomScene::Motion::kMoving;
     /// Mismatch of forward and backward sweeps, -4 to 4: the measured angle is the true one minus half of
     /// this in a forward frame, and plus half of this in a backward frame.
@@ -62,8 +70,9 @@ class PhantomSource final : public FrameSource {
 
   /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied; or
   /// kInvalidArgument with the accepted values. Other options: columns, rows, sweep, volumes, beam,
-  /// scan=cartesian, scan=convex or scan=linear, compression=log or compression=linear, range and gain (dB),
-  /// lag, jitter, turning, index=on or index=off, lost. An empty text changes nothing.
+  /// probe=r1 or probe=r2, scene=relief, face, sphere or plane, scan=cartesian, scan=convex or scan=linear,
+  /// compression=log or compression=linear, range and gain (dB), lag, jitter, turning, index=on or index=off,
+  /// lost. An empty text changes nothing.
   static Result<Config> parse(std::string_view options, Config base);
 
   /// kInvalidArgument where a value is out of its range. Takes about 20 ms, most of it for the speckle.
@@ -73,7 +82,10 @@ class PhantomSource final : public FrameSource {
   Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
   FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;
 
+  /// With Scene::kRelief.
   const PhantomScene& scene() const { return scene_; }
+  /// With the others; null with kRelief.
+  const BodyScene* bodies() const { return bodies_ ? &bodies_->scene() : nullptr; }
 
   /// Time of the scene at a frame's capture time.
   double scene_time_s(const FrameStamp& frame) const;
@@ -117,6 +129,7 @@ class PhantomSource final : public FrameSource {
   std::vector<float> ahead_;   // per column: depth offset, see Row; at most 1
   std::vector<Row> rows_;
   EchoModel echo_;
+  std::unique_ptr<BodyFrames> bodies_;    // null with Scene::kRelief
   std::vector<float> surface_depths_mm_;  // of the row being drawn
   std::vector<float> depths_below_mm_;    // the same, slightly below and above it in elevation
   std::vector<float> depths_above_mm_;

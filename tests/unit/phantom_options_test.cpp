@@ -148,7 +148,8 @@ TEST(PhantomOptions, AreRefusedInOneSentence) {
   EXPECT_EQ(
       refusal("speed=2"),
       "the phantom has no option \"speed\", expected rate, frames, columns, rows, sweep, seed, "
-      "volumes, beam, speckle, moving, scan, compression, range, gain, lag, jitter, turning, index, lost");
+      "volumes, beam, speckle, moving, probe, scene, scan, compression, range, gain, lag, jitter, turning, "
+      "index, lost");
   EXPECT_EQ(refusal("rate=fast"), "the phantom's rate is \"fast\", expected 0.1 to 1000 frames a second");
   EXPECT_EQ(refusal("rate=0"), "the phantom's rate is 0, expected 0.1 to 1000 frames a second");
   EXPECT_EQ(refusal("rate=nan"), "the phantom's rate is \"nan\", expected 0.1 to 1000 frames a second");
