@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "server/state/scene_message.hpp"
 
@@ -51,6 +52,12 @@ Result<Groups> private_groups(const v1::Scene& change) {
 
 }  // namespace
 
+void ViewAdmission::StageTimes::note(const std::array<double, kStages>& stage_ms) {
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    if (stage_ms[stage] > 0 && std::exchange(has_run[stage], true)) ms[stage] = stage_ms[stage];
+  }
+}
+
 ViewAdmission::View* ViewAdmission::find(std::uint64_t session) {
   const auto found = std::ranges::find_if(
       views_, [session](const View& view) { return session != 0 && view.wanted.view_id == session; });
@@ -61,7 +68,7 @@ double ViewAdmission::cost_ms(const View* view, bool own_camera) const {
   double sum_ms = 0;
   const auto add = [&](Stage stage) {
     const auto index = static_cast<std::size_t>(stage);
-    sum_ms += std::max(stage_ms_[index], view != nullptr ? view->stage_ms[index] : 0);
+    sum_ms += std::max(main_times_.ms[index], view != nullptr ? view->own_times.ms[index] : 0);
   };
   for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish, Stage::kReadBack}) add(stage);
   if (own_camera) add(Stage::kCast);
@@ -69,7 +76,7 @@ double ViewAdmission::cost_ms(const View* view, bool own_camera) const {
 }
 
 bool ViewAdmission::main_at_rest(std::int64_t now_ns) const {
-  const double picture_ms = std::accumulate(stage_ms_.begin(), stage_ms_.end(), 0.0);
+  const double picture_ms = std::accumulate(main_times_.ms.begin(), main_times_.ms.end(), 0.0);
   return static_cast<double>(now_ns - main_shown_ns_) / 1e6 > std::max(kAtRestMs, 2 * picture_ms);
 }
 
@@ -118,7 +125,7 @@ Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
   view.wanted = {.view_id = session, .pictures = view.pictures.get()};
   view.own.clear();
   view.seconds_behind = 0;
-  view.stage_ms = {};
+  view.own_times = {};
   view.volume_shown = view.revision_shown = 0;
   return &view;
 }
@@ -208,10 +215,7 @@ void ViewAdmission::main_shown(const PictureStamp& stamp, std::int64_t now_ns) {
   }
   main_shown_ns_ = now_ns;
   main_volume_ = stamp.volume.volume_id;
-  for (std::size_t stage = 0; stage < kStages; ++stage) {
-    // A stage that did not run for this picture keeps its last time.
-    if (stamp.stage_ms[stage] > 0) stage_ms_[stage] = stamp.stage_ms[stage];
-  }
+  main_times_.note(stamp.stage_ms);
 }
 
 std::vector<const Picture*> ViewAdmission::newest(std::int64_t now_ns) {
@@ -226,9 +230,7 @@ std::vector<const Picture*> ViewAdmission::newest(std::int64_t now_ns) {
     const Picture* const picture = view.pictures->newest();
     if (picture == nullptr || picture->stamp.view_id != view.wanted.view_id) continue;
     view.shown_ns = now_ns;
-    for (std::size_t stage = 0; stage < kStages; ++stage) {
-      if (picture->stamp.stage_ms[stage] > 0) view.stage_ms[stage] = picture->stamp.stage_ms[stage];
-    }
+    view.own_times.note(picture->stamp.stage_ms);
     view.volume_shown = picture->stamp.volume.volume_id;
     view.revision_shown = picture->stamp.scene_revision;
     view.seconds_behind = 0;

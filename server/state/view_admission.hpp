@@ -87,11 +87,18 @@ class ViewAdmission {
   std::vector<EndedView> ended_by_renderer();
 
  private:
+  /// What each stage of a view took in the last picture that ran it; 0 before its second run. The first one
+  /// is not counted: the driver compiles in it, which may take ten times as long.
+  struct StageTimes {
+    std::array<double, kStages> ms{};
+    std::array<bool, kStages> has_run{};
+    void note(const std::array<double, kStages>& stage_ms);
+  };
   struct View {
     PrivateView wanted;                          // view_id: the session; 0: the slot is free
     std::set<std::string, std::less<>> own;      // groups of fields that do not follow the scene in force
     std::unique_ptr<Mailbox<Picture>> pictures;  // kept when the slot becomes free
-    std::array<double, kStages> stage_ms{};      // of its own pictures; 0: not run yet
+    StageTimes own_times;                        // of its own pictures
     std::int64_t shown_ns = 0;
     std::uint64_t volume_shown = 0;
     std::uint64_t revision_shown = 0;
@@ -113,7 +120,7 @@ class ViewAdmission {
   std::uint32_t width_;
   std::uint32_t height_;
   std::array<View, kMostPrivateViews> views_;
-  std::array<double, kStages> stage_ms_{};  // of the main view, each of the last picture that ran the stage
+  StageTimes main_times_;
   std::int64_t main_shown_ns_ = 0;
   std::int64_t main_volume_ns_ = 0;
   double main_period_ms_ = 0;  // smoothed time between volumes of the main view; 0: unknown

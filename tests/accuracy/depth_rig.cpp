@@ -43,10 +43,9 @@ DepthMaps DepthRig::depths(Scene scene) {
 
 void DepthRig::run_until_shown() {
   constexpr std::int64_t kSecondNs = 1'000'000'000;
-  Picture picture;
   for (bool shown = false;;) {
     must(renderer_->advance());
-    while (renderer_->collect(picture)) shown = picture.stamp.scene_revision == revision_;
+    while (renderer_->collect(picture_)) shown = picture_.stamp.scene_revision == revision_;
     if (!renderer_->busy()) {
       if (shown) return;
       must(renderer_->advance());

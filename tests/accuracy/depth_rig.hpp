@@ -21,6 +21,9 @@ class DepthRig {
 
   DepthMaps depths(Scene scene);
 
+  /// The picture with the last depth maps.
+  const Picture& picture() const { return picture_; }
+
   std::uint64_t pass1_runs() const { return counters_.pass1_runs.value(); }
 
  private:
@@ -30,6 +33,7 @@ class DepthRig {
   std::unique_ptr<Renderer> renderer_;
   const Volume* next_volume_ = nullptr;
   std::uint64_t revision_ = 0;
+  Picture picture_;
 };
 
 /// The machine's GPU, without the slow validation layers. Throws std::runtime_error.

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cmath>
-#include <stdexcept>
+#include <memory>
+#include <optional>
 
-#include "acquisition/phantom/phantom_source.hpp"
 #include "tests/accuracy/depth_errors.hpp"
 #include "tests/accuracy/depth_rig.hpp"
 #include "tests/accuracy/measurements.hpp"
 #include "tests/accuracy/methods.hpp"
+#include "tests/accuracy/phantom_truth.hpp"
 
 namespace fanlight::test {
 
@@ -16,50 +16,9 @@ namespace {
 
 constexpr PictureSize kSize{.width = 512, .height = 512};
 
-/// The face of the simulated probe.
-class PhantomSurface final : public KnownSurface {
- public:
-  explicit PhantomSurface(const PhantomScene& scene) : scene_(scene) {}
-
-  double below_mm(const glm::dvec3& at) const override {
-    constexpr double kReachMm = 0.25;
-    const double by_x = (surface_mm(at.x + kReachMm, at.z) - surface_mm(at.x - kReachMm, at.z)) / kReachMm;
-    const double by_z = (surface_mm(at.x, at.z + kReachMm) - surface_mm(at.x, at.z - kReachMm)) / kReachMm;
-    return (at.y - surface_mm(at.x, at.z)) / std::sqrt(1 + (by_x * by_x + by_z * by_z) / 4);
-  }
-
-  std::optional<double> entry_mm(const PixelRay& ray, double from_mm, double to_mm) const override {
-    const bool along_depth = std::abs(ray.direction.x) < 1e-12 && std::abs(ray.direction.z) < 1e-12;
-    if (!along_depth) return KnownSurface::entry_mm(ray, from_mm, to_mm);
-    const double depth_mm = surface_mm(ray.origin.x, ray.origin.z) - ray.origin.y;
-    return depth_mm >= from_mm && depth_mm <= to_mm ? std::optional(depth_mm) : std::nullopt;
-  }
-
- private:
-  double surface_mm(double x_mm, double z_mm) const { return scene_.surface_depth_mm(x_mm, z_mm, 0); }
-
-  const PhantomScene& scene_;
-};
-
 std::unique_ptr<PhantomSource> phantom(PhantomSource::Speckle speckle) {
-  auto source = PhantomSource::create(
+  return made_phantom(
       {.speckle = speckle, .motion = PhantomScene::Motion::kStill, .pace = PhantomSource::Pace::kUnpaced});
-  if (!source) throw std::runtime_error(source.error().message);
-  return std::move(*source);
-}
-
-Volume first_sweep(PhantomSource& source) {
-  const SourceDescription& description = source.description();
-  Volume volume(description.geometry, description.frames_per_volume);
-  while (!volume.full()) {
-    const auto frame = source.next_frame({});
-    if (!frame || !*frame) throw std::runtime_error("the simulated probe has ended within a sweep");
-    source.read_pixels(volume.next_frame_pixels(), {});
-    volume.add_frame(**frame);
-  }
-  volume.sort_by_angle();
-  volume.stamp().volume_id = 1;
-  return volume;
 }
 
 FigureRow phantom_row(const std::string& name, const DepthErrors& errors) {
@@ -101,7 +60,7 @@ class ReferenceWork {
  private:
   SourceDescription description_ = phantom(PhantomSource::Speckle::kOff)->description();
   PhantomScene still_;
-  PhantomSurface surface_;
+  ReliefSurface surface_;
   ScannedFan fan_;
   Scene scene_;
   PixelRays rays_;

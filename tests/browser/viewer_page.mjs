@@ -139,6 +139,18 @@ export class ViewerPage {
     return (await this.colours()).map(([red, green, blue]) => (red + green + blue) / 3);
   }
 
+  /**
+   * Waits until the picture differs from one of greyLevels() by more than `least`, as difference() counts. For a change that the page may not have sent yet, when
+   * settled() would find the old picture.
+   */
+  changedFrom(before, least, cause) {
+    return until(
+      `a picture that ${cause} has changed`,
+      async () => difference(before, await this.greyLevels()),
+      (by) => by > least,
+    );
+  }
+
   /** Mean of red minus blue over the pixels of colours(), -255 to 255. */
   async redMinusBlue() {
     const colours = await this.colours();

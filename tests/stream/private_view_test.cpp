@@ -143,10 +143,13 @@ TEST_F(PrivateViewStream, PicturesOfAPrivateViewCountForItsCost) {
   const PrivateView wanted = fixture_.next_private_views()[0];
   PictureStamp expensive{.view_id = wanted.view_id, .picture_id = 1, .scene_revision = wanted.scene.revision};
   expensive.stage_ms[static_cast<std::size_t>(Stage::kFinish)] = 400;
-  fixture_.show_in(wanted, expensive, 90);
-  while (!client.next(Body::kPicture).picture().private_view()) {
+  for (int picture = 0; picture < 2; ++picture) {  // the first ones do not count
+    expensive.picture_id += 1;
+    fixture_.show_in(wanted, expensive, 90);
+    while (!client.next(Body::kPicture).picture().private_view()) {
+    }
+    show_main_at_work(0.5, 80, 10);
   }
-  show_main_at_work(0.5, 80, 10);
   EXPECT_NE(change(client, light(6)).refused().message().find("would take 820 ms"), std::string::npos);
 }
 

@@ -35,6 +35,13 @@ class ViewAdmissionTest : public testing::Test {
     return changed ? "" : changed.error().message;
   }
 
+  /// Most tests are about a main view that has shown pictures before.
+  void SetUp() override {
+    PictureStamp first;
+    first.stage_ms.fill(1);
+    admission_.main_shown(first, now_ns_);
+  }
+
   /// The main view shows its next volume after `period_ms`.
   void show_main(double busy_share, double cast_ms, double light_ms, std::int64_t period_ms) {
     now_ns_ += period_ms * kMs;
@@ -121,10 +128,42 @@ TEST_F(ViewAdmissionTest, ACameraFitsBetweenTwoVolumes) {
   EXPECT_EQ(refusal_of(1, light(5)), "");
 }
 
+TEST(ViewAdmissionAtTheStart, TheFirstPictureDoesNotCount) {
+  // The driver compiles while it is drawn, and a source that stands still shows no second one.
+  Doorbell bell;
+  Mailbox<PrivateViews> views(bell);
+  Mailbox<NumberedScene> scenes(bell);
+  Mailbox<PrivateViewEnds> ends(bell);
+  SceneStore scene_store({.revision = 1, .scene = {}}, {}, scenes);
+  RenderCounters render;
+  ServerCounters counters;
+  ViewAdmission admission({.views = &views,
+                           .ends = &ends,
+                           .bell = bell,
+                           .scene_store = scene_store,
+                           .render = render,
+                           .counters = counters},
+                          kMostPrivateViews, 4, 4);
+  PictureStamp slow;
+  slow.volume.volume_id = 1;
+  slow.stage_ms[static_cast<std::size_t>(Stage::kCast)] = 700;
+  v1::Scene turned;
+  turned.mutable_camera()->set_yaw_deg(5);
+  const SceneField* refused = nullptr;
+  constexpr std::int64_t kLaterNs = 100'000'000'000;
+  admission.main_shown(slow, 0);
+  EXPECT_TRUE(admission.change(1, turned, &refused, kLaterNs));
+  admission.main_shown(slow, kLaterNs);
+  EXPECT_FALSE(admission.change(2, turned, &refused, 2 * kLaterNs)) << "the second one does";
+}
+
 TEST_F(ViewAdmissionTest, TheCostOfAViewIsThatOfItsOwnPictures) {
   ASSERT_TRUE(change(1, light(5)));
-  render(1, 400);
-  EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
+  for (int picture = 0; picture < 2; ++picture) {  // the first one does not count
+    render(1, 400);
+    now_ns_ += 100 * kMs;
+    EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
+  }
   show_main(0.5, 80, 10, 1000);
   EXPECT_NE(refusal_of(1, light(6)).find("would take 820 ms"), std::string::npos);
 }

@@ -38,11 +38,11 @@ std::optional<double> KnownSurface::entry_mm(const PixelRay& ray, double from_mm
 }
 
 glm::dvec3 KnownSurface::normal(const glm::dvec3& at) const {
-  constexpr double kOffsetMm = 1e-3;
+  const double offset_mm = normal_offset_mm();
   glm::dvec3 gradient;
   for (int axis = 0; axis < 3; ++axis) {
     glm::dvec3 offset(0);
-    offset[axis] = kOffsetMm;
+    offset[axis] = offset_mm;
     gradient[axis] = below_mm(at + offset) - below_mm(at - offset);
   }
   return -glm::normalize(gradient);

@@ -23,6 +23,10 @@ class KnownSurface {
 
   /// Unit normal at a point of the surface. It points into the fluid.
   glm::dvec3 normal(const glm::dvec3& at) const;
+
+ protected:
+  /// Half of the distance over which the normal's gradient is measured.
+  virtual double normal_offset_mm() const { return 1e-3; }
 };
 
 /// Grey levels of a surface in a frame: a step that is blurred by an isotropic Gaussian point spread.

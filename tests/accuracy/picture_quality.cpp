@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compares pictures of the simulated probe's scenes, at rest and speckled, with pictures of their true
+// surfaces from the same view under the same light, which the CPU twin of passes 2 and 3 draws. Prints a
+// table.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <regex>
+#include <string>
+
+#include "server/cli/picture_file.hpp"
+#include "tests/accuracy/depth_errors.hpp"
+#include "tests/accuracy/depth_normals.hpp"
+#include "tests/accuracy/depth_rig.hpp"
+#include "tests/accuracy/figure_table.hpp"
+#include "tests/accuracy/methods.hpp"
+#include "tests/accuracy/phantom_truth.hpp"
+#include "tests/accuracy/picture_likeness.hpp"
+#include "tests/support/cpu_twin.hpp"
+
+namespace fanlight::test {
+namespace {
+
+constexpr PictureSize kSize{.width = 320, .height = 320};
+
+struct View {
+  std::string_view name;
+  double yaw_deg;
+  double pitch_deg;
+};
+constexpr View kViews[] = {{"front", 0, 0}, {"left", 25, 0}, {"above", 0, 25}};
+
+struct Work {
+  std::string name;
+  std::string options;  // of the simulated probe
+};
+
+/// The true depth of each pixel, kNoSurface without a surface.
+std::vector<double> depths_of(const std::vector<PixelTruth>& truth) {
+  std::vector<double> depths;
+  for (const PixelTruth& pixel : truth) {
+    const bool has_surface = pixel.meets == Meets::kSurface || pixel.meets == Meets::kBorder;
+    depths.push_back(has_surface ? pixel.depth_mm : kNoSurface);
+  }
+  return depths;
+}
+
+double brightness(const Rgb& colour) {
+  return 0.2126 * colour.r + 0.7152 * colour.g + 0.0722 * colour.b;  // Rec. 709
+}
+
+std::vector<double> brightnesses(const Picture& picture) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i + 3 < picture.rgba.size(); i += 4)
+    values.push_back(brightness(Rgb(picture.rgba[i], picture.rgba[i + 1], picture.rgba[i + 2]) / 255.0));
+  return values;
+}
+
+/// The mean over the pixels whose truth is known.
+double mean_where_known(const std::vector<double>& values, const std::vector<PixelTruth>& truth) {
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (truth[i].meets != Meets::kSurface && truth[i].meets != Meets::kFluid) continue;
+    sum += values[i];
+    ++count;
+  }
+  return sum / count;
+}
+
+/// What lies before the uterine wall: at most so deep from the probe.
+std::vector<std::uint8_t> before_wall(const PixelRays& rays, const auto& depths_mm) {
+  constexpr double kWallMm = 128;
+  std::vector<std::uint8_t> marked;
+  for (std::uint32_t pixel = 0; pixel < kSize.width * kSize.height; ++pixel) {
+    const double depth_mm = depths_mm[pixel];
+    const PixelRay ray = rays.ray(pixel % kSize.width, pixel / kSize.width);
+    marked.push_back(depth_mm >= 0 && ray.at(depth_mm).y < kWallMm ? 1 : 0);
+  }
+  return marked;
+}
+
+void save(const std::string& path, const Picture& picture) {
+  if (auto written = write_picture(path, picture, {}); !written)
+    throw std::runtime_error(written.error().message);
+}
+
+/// `like`: with its size.
+Picture picture_of(const std::vector<Rgb>& colours, const Picture& like) {
+  Picture picture = like;
+  for (std::size_t pixel = 0; pixel < colours.size(); ++pixel) {
+    for (int channel = 0; channel < 3; ++channel) {
+      picture.rgba[4 * pixel + static_cast<std::size_t>(channel)] =
+          static_cast<std::uint8_t>(std::lround(255 * std::clamp(colours[pixel][channel], 0.0, 1.0)));
+    }
+  }
+  return picture;
+}
+
+struct Options {
+  std::string rows = ".";
+  std::string gpu;
+  std::string pictures;
+  std::vector<std::string> changes;
+  std::uint64_t seeds = 1;
+  bool json = false;
+};
+
+/// One work: its volumes, one a seed, and what is true of it.
+class Comparison {
+ public:
+  Comparison(const Options& options, const Gpu& gpu, const Work& work)
+      : options_(options),
+        sources_(sources_of(work, options.seeds)),
+        surface_(surface_of(*sources_.front())) {
+    const SourceDescription& description = sources_.front()->description();
+    fan_ = {description.geometry, description.first_angle_rad, description.last_angle_rad};
+    rig_.emplace(gpu, fan_, description.frames_per_volume, kSize);
+    for (const auto& source : sources_) volumes_.push_back(first_sweep(*source));
+  }
+
+  FigureRow row(const std::string& name, const View& view, const Method& method) {
+    Scene scene = scene_of(view);
+    const PixelRays rays(scene, kSize);
+    const std::vector<PixelTruth> truth = depth_truth(rays, kSize, fan_, *surface_);
+    const std::vector<double> true_mm = depths_of(truth);
+    method.change(scene);
+    for (const std::string& change : options_.changes) apply(change, scene);
+    const std::vector<Rgb> true_picture = twin_finish(
+        twin_light(true_mm, std::vector<Rgb>(true_mm.size(), Rgb(0)), kSize, scene), kSize, scene.finish);
+    std::vector<double> true_brightness;
+    for (const Rgb& colour : true_picture) true_brightness.push_back(brightness(colour));
+
+    DepthErrors errors(Rim::kJudged);
+    std::vector<double> normals_deg;
+    double similarity = 0;
+    Outline outline;
+    for (const Volume& volume : volumes_) {
+      rig_->set_volume(volume);
+      const std::vector<float> shown_mm = rig_->depths(scene).smooth_mm;
+      errors.add(shown_mm, truth, rays, kSize, *surface_);
+      const DepthNormals normals(shown_mm, kSize, rays, scene.light.normals, scene.filter.step_mm);
+      const auto of_volume = normal_errors_deg(normals, shown_mm, truth, rays, kSize, *surface_);
+      normals_deg.insert(normals_deg.end(), of_volume.begin(), of_volume.end());
+      const auto share = 1.0 / static_cast<double>(volumes_.size());
+      const auto likeness = structural_similarity(brightnesses(rig_->picture()), true_brightness, kSize);
+      similarity += share * mean_where_known(likeness, truth);
+      const Outline here = compared_outlines(before_wall(rays, shown_mm), before_wall(rays, true_mm), kSize);
+      outline.mean_distance_pixels += share * here.mean_distance_pixels;
+      outline.length_ratio += share * here.length_ratio;
+    }
+    if (!options_.pictures.empty()) {
+      const std::string file = std::regex_replace(name, std::regex("/"), "_");
+      save(fmt::format("{}/{}.png", options_.pictures, file), rig_->picture());
+      save(fmt::format("{}/{}_truth.png", options_.pictures, file),
+           picture_of(true_picture, rig_->picture()));
+    }
+    std::ranges::sort(normals_deg);
+    const auto angle = [&](double share) {
+      return normals_deg.empty()
+                 ? NAN
+                 : normals_deg[static_cast<std::size_t>(share * static_cast<double>(normals_deg.size() - 1))];
+    };
+    return {name,
+            {{"normals deg", angle(0.5), 1},
+             {"90 % deg", angle(0.9), 1},
+             {"SSIM", similarity, 3, at_least(0.2)},
+             {"found %", 100 * errors.share_found_of_all(), 1},
+             {"false %", 100 * errors.share_false_of_all(), 2},
+             {"signed mm", errors.signed_median_mm(), 2},
+             {"outline mm", outline.mean_distance_pixels * rays.port().pixel_mm, 2},
+             {"ragged", outline.length_ratio, 2}}};
+  }
+
+ private:
+  static std::vector<std::unique_ptr<PhantomSource>> sources_of(const Work& work, std::uint64_t seeds) {
+    std::vector<std::unique_ptr<PhantomSource>> sources;
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      const auto config = PhantomSource::parse(fmt::format("{},moving=off,seed={}", work.options, seed),
+                                               {.pace = PhantomSource::Pace::kUnpaced});
+      if (!config) throw std::runtime_error(config.error().message);
+      sources.push_back(made_phantom(*config));
+    }
+    return sources;
+  }
+
+  Scene scene_of(const View& view) const {
+    Scene scene = scene_for(fan_.geometry, fan_.first_angle_rad, fan_.last_angle_rad, kSize.width);
+    scene.camera.target = {.x_mm = 0, .y_mm = 80, .z_mm = 2};
+    scene.camera.field_mm = 130;
+    scene.camera.distance_mm = 100;
+    scene.camera.yaw_deg += view.yaw_deg;
+    scene.camera.pitch_deg += view.pitch_deg;
+    scene.rays.end_mm = 220;
+    return scene;
+  }
+
+  static void apply(const std::string& change, Scene& scene) {
+    const std::size_t equals = change.find('=');
+    const SceneField* const field = find_scene_field(change.substr(0, equals));
+    if (equals == std::string::npos || field == nullptr)
+      throw std::runtime_error(fmt::format("--set {} names no field, expected NAME=VALUE", change));
+    if (auto set = set_field(scene, *field, std::string_view(change).substr(equals + 1)); !set)
+      throw std::runtime_error(set.error().message);
+  }
+
+  const Options& options_;
+  std::vector<std::unique_ptr<PhantomSource>> sources_;
+  std::unique_ptr<KnownSurface> surface_;
+  ScannedFan fan_;
+  std::optional<DepthRig> rig_;
+  std::vector<Volume> volumes_;
+};
+
+int run(const Options& options) {
+  const BareGpu bare(options.gpu);
+  const std::regex rows(options.rows);
+  FigureBlock block{
+      "pictures of the simulated probe beside pictures of its true surface",
+      "320 x 320 pixels, speckled, at rest. All rays count, the rim and those through the fan's cut "
+      "sides included.\nSSIM where the truth is known; the outline of what lies before the wall.",
+      {}};
+  for (const Work& work :
+       {Work{"face/r1", "probe=r1,scene=face"}, Work{"face/r2", "probe=r2,scene=face"},
+        Work{"relief/r1", "probe=r1,scene=relief"}, Work{"relief/r2", "probe=r2,scene=relief"}}) {
+    std::optional<Comparison> comparison;
+    for (const Method& method : {methods()[kPaperMethod], Method{"default", methods().back().change}}) {
+      for (const View& view : kViews) {
+        const std::string name = fmt::format("{}/{}/{}", work.name, method.name, view.name);
+        if (!std::regex_search(name, rows)) continue;
+        if (!comparison) comparison.emplace(options, bare.gpu(), work);
+        block.rows.push_back(comparison->row(name, view, method));
+      }
+    }
+  }
+  if (block.rows.empty()) {
+    fmt::print(stderr, "picture_quality: no row's name holds \"{}\"\n", options.rows);
+    return 1;
+  }
+  const std::vector<FigureBlock> blocks{block};
+  fmt::print("{}\n", options.json ? as_json(blocks) : as_text(blocks));
+  const std::vector<std::string> failed = failures(blocks);
+  for (const std::string& failure : failed) fmt::print(stderr, "not reached: {}\n", failure);
+  return failed.empty() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace fanlight::test
+
+int main(int count, char** arguments) {
+  fanlight::test::Options options;
+  CLI::App program("Likeness of pictures to those of the true surface");
+  program.add_option("--rows", options.rows, "Only rows whose name holds this, such as face/r2/default")
+      ->type_name("REGEX");
+  program.add_option("--seeds", options.seeds, "Volumes with other speckle to average")
+      ->check(CLI::Range(1, 20));
+  program.add_option("--set", options.changes, "A field of the scene to try otherwise")
+      ->type_name("NAME=VALUE");
+  program.add_option("--pictures", options.pictures, "Folder to write the pictures to")->type_name("FOLDER");
+  program.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  program.add_flag("--json", options.json, "Print the figures as JSON");
+  CLI11_PARSE(program, count, arguments);
+  try {
+    return fanlight::test::run(options);
+  } catch (const std::exception& failure) {
+    fmt::print(stderr, "picture_quality: {}\n", failure.what());
+    return 1;
+  }
+}
