@@ -19,9 +19,10 @@ constexpr float kSkinPower = 5.0F * kTissuePower;
 constexpr float kBonePower = 10.0F * kTissuePower;
 constexpr float kNoisePower = 1e-4F * kTissuePower;
 
-constexpr float kInterfaceMm = 0.25F;  // half width of the step at the surface, less than a pixel
-constexpr float kSkinMm = 0.7F;        // middle of the skin's bright line, and its standard deviation
-constexpr float kBoneMm = 5.5F;        // the same of bone
+constexpr float kHalfStepMm = 0.25F;  // half width of the step at the surface, less than a pixel
+constexpr float kSkinLineMm = 0.7F;   // middle of the skin's bright line, and its standard deviation
+constexpr float kBoneMm = 5.5F;       // middle of the bone's, and its standard deviation
+constexpr float kBoneSpreadMm = 0.9F;
 constexpr float kBoneEndMm = 7;
 
 // Powers of two that 1 mm takes away, there and back, beyond the gain by depth.
@@ -41,11 +42,11 @@ float bell(float away) {
 /// Power of the echo from a depth below the skin, before losses. `facing`: 0 to 1, how squarely the line
 /// meets the skin.
 float power_at(float depth_mm, float facing, bool has_bone) {
-  if (depth_mm < -kInterfaceMm) return kFluidPower;
-  const float share = std::clamp(0.5F + 0.5F * depth_mm / kInterfaceMm, 0.0F, 1.0F);
+  if (depth_mm < -kHalfStepMm) return kFluidPower;
+  const float share = std::clamp(0.5F + 0.5F * depth_mm / kHalfStepMm, 0.0F, 1.0F);
   const float squareness = 0.15F + 0.85F * facing * facing;
-  float power = kTissuePower + kSkinPower * squareness * bell((depth_mm - kSkinMm) / kSkinMm);
-  if (has_bone) power += kBonePower * squareness * bell((depth_mm - kBoneMm) / 0.9F);
+  float power = kTissuePower + kSkinPower * squareness * bell((depth_mm - kSkinLineMm) / kSkinLineMm);
+  if (has_bone) power += kBonePower * squareness * bell((depth_mm - kBoneMm) / kBoneSpreadMm);
   return kFluidPower + share * (power - kFluidPower);
 }
 
@@ -71,10 +72,12 @@ void BeamEcho::draw(const BodyScene& scene, const BodyScene::Lines& lines, const
     const float along_mm = samples.first_mm + static_cast<float>(sample) * samples.step_mm;
     const BodyScene::Found found = scene.at(lines, along_mm, 0);
     const float deviation = deviation_mm(along_mm - samples.face_mm);
-    const float reach_mm = 1.4F * deviation + kInterfaceMm;
-    // Far from the surface all lines of the beam see the same for so many samples.
-    const float alike_mm =
-        found.distance_mm > 0 ? found.distance_mm - reach_mm : -found.distance_mm - reach_mm - kBoneEndMm - 2;
+    const float reach_mm = 1.4F * deviation + kHalfStepMm;
+    // Far from the surface all lines of the beam see the same for so many samples. Beside engraved lines and
+    // smooth seams the surface is nearer than the distance tells.
+    constexpr float kSafe = 0.6F;
+    const float alike_mm = kSafe * std::abs(found.distance_mm) - reach_mm -
+                           (found.distance_mm > 0 ? 0.0F : kSafe * (kBoneEndMm + 2));
     if (alike_mm > samples.step_mm) {
       const auto steps = static_cast<std::size_t>(alike_mm / samples.step_mm);
       const std::size_t end = std::min(power.size(), sample + std::max<std::size_t>(steps, 1));

@@ -101,12 +101,12 @@ void BodyFrames::draw_samples(const Exposure& exposure, std::uint32_t sample,
                               std::span<std::uint8_t> greys) const {
   const std::uint8_t* const factors = speckle_.row(sample + exposure.speckle_row);
   const bool log = scale_.kind == EchoScale::Kind::kLog;
+  constexpr std::int32_t kOne = SpeckleTile::kOne;
   for (std::uint32_t line = 0; line < greys.size(); ++line) {
     const std::int32_t mean = greys_[std::bit_cast<std::uint32_t>(blurred(line, sample)) >> 16];
     const std::uint32_t factor = factors[(exposure.speckle_column + line) % SpeckleTile::kSide];
     const std::int32_t grey =
-        log ? mean + speckle_greys_[factor]
-            : mean * static_cast<std::int32_t>(factor) / static_cast<std::int32_t>(SpeckleTile::kOne);
+        log ? mean + speckle_greys_[factor] : (mean * static_cast<std::int32_t>(factor) + kOne / 2) / kOne;
     greys[line] = static_cast<std::uint8_t>(std::clamp(grey, 0, 255));
   }
 }

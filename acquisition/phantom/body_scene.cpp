@@ -20,7 +20,7 @@ constexpr float kHeadDepthMm = 106;  // of the point between the ears
 constexpr vec3 kWallMiddleMm{0, 30, 0};
 constexpr float kWallRadiusMm = 122;
 
-constexpr float kMostAcrossMm = 8;
+constexpr float kMostAcrossMm = 10;
 
 constexpr float kSphereRadiusMm = 30;
 constexpr float kMiddleDepthMm = 90;
@@ -48,7 +48,7 @@ const std::shared_ptr<const DistanceGrid>& hand() {
 }
 const std::shared_ptr<const DistanceGrid>& cord() {
   static const auto made =
-      std::make_shared<const DistanceGrid>(umbilical_cord_mm, vec3(-64, -16, -80), vec3(32, 36, -34), 0.9F);
+      std::make_shared<const DistanceGrid>(umbilical_cord_mm, vec3(-64, -20, -80), vec3(32, 36, -34), 0.9F);
   return made;
 }
 

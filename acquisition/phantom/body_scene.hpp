@@ -24,9 +24,10 @@ class BodyScene {
  public:
   enum class Kind : std::uint8_t { kFace, kSphere, kPlane };
   static constexpr std::size_t kMostBodies = 3;
-  static constexpr float kNearMm = 20;
+  static constexpr float kNearMm = 22;
 
-  /// From the transducer frame to the own frame of a body: turn * (point - origin).
+  /// From the transducer frame to the own frame of a body: turn * (point - origin). The bodies of the face
+  /// are mirrored: their frames are left-handed.
   struct Pose {
     glm::mat3 turn{1};
     glm::vec3 origin_mm{0};
@@ -58,7 +59,7 @@ class BodyScene {
   /// The line in the frames of all bodies; given in the transducer frame, `along` of length 1.
   Lines in_bodies(const Poses& poses, const Line& line) const;
 
-  /// `across_mm`: within 8 mm of the line. Distances above 12 mm may be called 12 mm.
+  /// `across_mm`: within 10 mm of the line. Distances above 12 mm may be called 12 mm.
   Found at(const Lines& lines, float along_mm, float across_mm) const;
 
   /// The signed distance to the nearest surface. Truth for tests.

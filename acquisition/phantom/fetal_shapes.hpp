@@ -13,8 +13,8 @@ namespace fanlight {
 /// 51, -9), the top at z = 57, the chin at z = -43.
 float fetal_head_mm(const glm::vec3& at_mm);
 
-/// A right hand with its forearm. Its own frame: x to the thumb, y out of the back of the hand, z to the tips
-/// of the fingers; the origin lies in the middle of the palm. The fingers end at about z = 38.
+/// A hand with its forearm. Its own frame, left-handed too: x to the thumb, y out of the back of the hand, z
+/// to the tips of the fingers; the origin lies in the middle of the palm. The fingers end at about z = 38.
 float fetal_hand_mm(const glm::vec3& at_mm);
 
 /// A part of the umbilical cord: two strands about each other. In the frame of the head.

@@ -75,7 +75,8 @@ class PhantomSource final : public FrameSource {
   /// lost. An empty text changes nothing.
   static Result<Config> parse(std::string_view options, Config base);
 
-  /// kInvalidArgument where a value is out of its range. Takes about 20 ms, most of it for the speckle.
+  /// kInvalidArgument where a value is out of its range. Takes about 20 ms, most of it for the speckle; the
+  /// first face in a process most of a second.
   static Result<std::unique_ptr<PhantomSource>> create(const Config& config);
 
   const SourceDescription& description() const override { return description_; }

@@ -12,7 +12,9 @@ ScanConverter::ScanConverter(const Lines& from, const FanGeometry& to) : lines_(
     for (std::uint32_t column = 0; column < to.columns; ++column) {
       const PlanePoint at = to.plane_point({static_cast<double>(column), static_cast<double>(row)});
       const double ahead_mm = at.depth_mm + to.probe_radius_mm;
-      const double sample = (std::hypot(at.x_mm, ahead_mm) - to.probe_radius_mm) / from.step_mm;
+      const double beyond = (std::hypot(at.x_mm, ahead_mm) - to.probe_radius_mm) / from.step_mm;
+      // A line's last sample stands for its whole step.
+      const double sample = beyond < from.samples ? std::min(beyond, from.samples - 1.0) : beyond;
       const double line = (std::atan2(at.x_mm, ahead_mm) / from.half_angle_rad + 1) / 2 * (from.lines - 1);
       const bool inside = line >= 0 && line <= from.lines - 1 && sample >= 0 && sample <= from.samples - 1;
       if (!inside) {

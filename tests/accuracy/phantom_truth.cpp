@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accuracy/phantom_truth.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 

@@ -145,6 +145,50 @@ TEST(BodyFrames, ScanTheSphereWhereItIsSaidToBe) {
   }
 }
 
+/// Rows over which a column rises from dark to bright.
+int rise_rows(const Frame& frame, const FanGeometry& geometry, std::uint32_t column) {
+  int rows = 0;
+  for (std::uint32_t row = 0; row < geometry.rows; ++row) {
+    const int grey = frame.pixels[row * geometry.columns + column];
+    if (grey > 60 && grey < 170) ++rows;
+    if (grey >= 170) break;
+  }
+  return rows;
+}
+
+TEST(BodyFrames, AreBlurredByAThickBeamWhereTheSurfaceIsSlantedAcrossTheFrame) {
+  auto config = sharp(Scene::kPlane, FrameKind::kLinearLines);
+  const auto thin = make(config);
+  config.beam_mm = 8;
+  const auto thick = make(config);
+  const FanGeometry& geometry = thin->description().geometry;
+  // The plane is tilted in elevation: it faces a frame of one side, and is slanted to the other side's.
+  int thin_rows = 0;
+  int thick_rows = 0;
+  for (int i = 0; i < 35; ++i) {
+    thin_rows += rise_rows(next(*thin), geometry, 96);
+    thick_rows += rise_rows(next(*thick), geometry, 96);
+  }
+  EXPECT_GT(thick_rows, 2 * thin_rows);
+}
+
+TEST(BodyFrames, AreDrawnInTheSmallestAndLargestSizes) {
+  for (const FrameKind scan : {FrameKind::kCartesian, FrameKind::kConvexLines, FrameKind::kLinearLines}) {
+    for (const std::uint32_t side : {16U, 1500U}) {
+      auto config = sharp(Scene::kSphere, scan);
+      config.columns = side;
+      config.rows = side;
+      config.beam_mm = 8;
+      config.frames_per_volume = 2;
+      config.sweep_deg = 170;
+      const auto source = make(config);
+      ASSERT_NE(source, nullptr);
+      const Frame frame = next(*source);
+      EXPECT_EQ(frame.pixels.size(), std::size_t{side} * side);
+    }
+  }
+}
+
 TEST(BodyFrames, AreDarkBehindBone) {
   const auto source = make(sharp(Scene::kFace, FrameKind::kConvexLines));
   ASSERT_NE(source, nullptr);

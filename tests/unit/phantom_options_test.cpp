@@ -140,6 +140,23 @@ TEST(PhantomOptions, AreRead) {
             PhantomSource::Speckle::kOn);
 }
 
+TEST(PhantomOptions, AProbeSetsWhatComesBeforeIt) {
+  const auto r2 = PhantomSource::parse("frames=9,beam=4,probe=r2,columns=100,scene=face", {});
+  ASSERT_TRUE(r2) << r2.error().message;
+  EXPECT_EQ(r2->frames_per_volume, 60U);
+  EXPECT_EQ(r2->beam_mm, 2.5);
+  EXPECT_EQ(r2->columns, 100U) << "what comes after it holds";
+  EXPECT_EQ(r2->scan, FrameKind::kConvexLines);
+  EXPECT_EQ(r2->probe_radius_mm, 40);
+  EXPECT_EQ(r2->scene, PhantomSource::Scene::kFace);
+  const auto r1 = PhantomSource::parse("probe=r2,probe=r1", {});
+  ASSERT_TRUE(r1);
+  EXPECT_EQ(r1->frames_per_volume, PhantomSource::Config{}.frames_per_volume);
+  EXPECT_EQ(r1->probe_radius_mm, PhantomSource::Config{}.probe_radius_mm);
+  EXPECT_FALSE(PhantomSource::parse("scene=mesh", {}));
+  EXPECT_FALSE(PhantomSource::parse("probe=r3", {}));
+}
+
 TEST(PhantomOptions, AreRefusedInOneSentence) {
   const auto refusal = [](std::string_view text) {
     const auto config = PhantomSource::parse(text, {});
