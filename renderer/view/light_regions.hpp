@@ -19,6 +19,7 @@ struct LightRegions {
   PixelRect lit;       ///< the light
   PixelRect finished;  ///< pass 3
 
+  /// For a picture that is computed from the start.
   static LightRegions whole(PictureSize size);
 
   /// Where `changed` has other values than in the last picture, which had the same parameters. Each rectangle
