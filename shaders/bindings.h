@@ -127,6 +127,7 @@
 #define FANLIGHT_PLACE_REFINED 1
 #define FANLIGHT_PLACE_TWO_SCALES 2
 #define FANLIGHT_PLACE_RIDGE 3
+#define FANLIGHT_PLACE_LEVEL 4
 
 // The content of a picture inside the viewport.
 #define FANLIGHT_SHOW_SURFACE 0

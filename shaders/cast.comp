@@ -112,11 +112,12 @@ float first_surface(float surface, float position, Ray ray, vec2 shown) {
 
 // The depth of a surface whose edge lies at this position, mm; FANLIGHT_NO_SURFACE without one. A place
 // outside what is shown moves to its border.
-float depth_of(float surface, Ray ray, vec2 shown) {
-  if (kPlace == FANLIGHT_PLACE_TWO_SCALES || kPlace == FANLIGHT_PLACE_RIDGE) {
+float depth_of(float surface, Ray ray, SampleRun samples, vec2 shown) {
+  if (kPlace >= FANLIGHT_PLACE_TWO_SCALES) {
     bool pending = surface >= 0.0;
     while (pending) {
-      surface = placed(ray, surface);
+      surface =
+          kPlace == FANLIGHT_PLACE_LEVEL ? placed_by_level(ray, samples, surface) : placed(ray, surface);
       pending = false;
     }
   }
@@ -161,7 +162,7 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
     }
   }
   surface = first_surface(surface, last_edge(detector), ray, shown);
-  return RayResult(depth_of(surface, ray, shown), colour_of(accumulator), uint(whole(index)));
+  return RayResult(depth_of(surface, ray, samples, shown), colour_of(accumulator), uint(whole(index)));
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch

@@ -18,6 +18,7 @@ layout(local_size_x = 8) in;  // tiles
 
 // As in cast.comp.
 layout(constant_id = 0) const int kWindow = 8;
+layout(constant_id = 3) const int kPlace = FANLIGHT_PLACE_REFINED;
 
 layout(push_constant, scalar) uniform Changed {
   int first_changed;  // index of a frame, by ascending angle
@@ -55,6 +56,8 @@ void main() {
   // A window reaches back by kWindow - 1 samples, and the peak of an edge at the end of a segment depends on
   // one more sample behind it.
   float half_length = 0.5 * float(samples + kWindow);
+  // The level of the tissue is read from half a window more, on either side (surface_place.h).
+  if (kPlace == FANLIGHT_PLACE_LEVEL) half_length += 0.5 * float(kWindow);
   float first_middle = 0.5 * float(samples - kWindow);
   int count = int((min(sample_ends[tile], rays.steps) + uint(samples) - 1u) >> rays.segment_shift);
 

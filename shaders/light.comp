@@ -10,6 +10,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
 #include "light_parameters.h"
 
@@ -18,6 +19,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const bool kPerspective = false;
 // The light has a radius.
 layout(constant_id = 1) const bool kSoftShadows = true;
+// Shadows and scattered light come from soft_light.comp and scatter.comp.
+layout(constant_id = 2) const bool kSoftLight = false;
 
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours {
   uint volume_colour[];
@@ -32,121 +35,61 @@ layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit {
   uvec2 lit[];
 };
 #include "lit_picture.h"
-#include "surface_map.h"
+#include "soft_light.h"
+#include "surface_light.h"
 
-// Height of the start of a shadow ray above the surface, in pixels. Without it a slope casts shadows on
-// itself.
-const float kShadowBias = 1.5;
-// Length of a shadow ray towards a directional light, mm.
-const float kShadowReach = 1000.0;
+// The light that the film tone shows as white.
+const float kWhite = 3.0;
 
-// FANLIGHT_NO_SURFACE outside the viewport.
-float depth_at(ivec2 pixel) {
-  ivec2 first = ivec2(lighting.view_left, lighting.view_top);
-  float depth_there =
-      smooth_depth[index_of(clamp(pixel, first, ivec2(lighting.view_right, lighting.view_bottom)))];
-  return in_view(pixel) ? depth_there : FANLIGHT_NO_SURFACE;
-}
-
-// Length across the view at a depth, relative to the depth at which pixels are measured.
-float view_scale(float depth) {
-  return kPerspective ? lighting.view_scale_at_0 + lighting.view_scale_per_mm * depth : 1.0;
-}
-
-// The point of a pixel at a depth. The view frame is right-handed.
-vec3 point_at(vec2 pixel, float depth) {
-  vec2 across = (pixel - lighting.centre) * lighting.pixel * view_scale(depth);
-  return vec3(across.x, -across.y, -depth);
-}
-
-// The inverse: the pixel at which a point is seen.
-vec2 pixel_of(vec3 at) {
-  float scale = lighting.pixel * view_scale(-at.z);
-  return lighting.centre + vec2(at.x, -at.y) / scale;
-}
-
-// The tangent of the surface along one axis of the picture: the difference between both neighbours, or
-// between the pixel and the one neighbour that has a surface. Without one it is parallel to the view plane.
-vec3 tangent(ivec2 pixel, ivec2 axis, float here) {
-  float next = depth_at(pixel + axis);
-  float before = depth_at(pixel - axis);
-  bool central = lighting.central_normals != 0;
-  bool has_next = central ? same_surface(next, here) : next >= 0.0;
-  bool has_before = central ? same_surface(before, here) : before >= 0.0;
-  vec3 at = point_at(vec2(pixel), here);
-  vec3 from = has_before && (central || !has_next) ? point_at(vec2(pixel - axis), before) : at;
-  vec3 to = has_next     ? point_at(vec2(pixel + axis), next)
-            : has_before ? at
-                         : point_at(vec2(pixel + axis), here);
-  return to - from;
-}
-
-// Fraction of the light visible from a point of the height map, 0 to 1. Marches one pixel a step and stops at
-// the light, at the border of the viewport, or above the highest surface.
-float light_seen(vec3 from, float depth) {
-  vec3 towards_light =
-      lighting.directional != 0 ? kShadowReach * lighting.light_direction : lighting.light - from;
-  float light_distance =
-      lighting.directional != 0 ? lighting.lamp_distance : max(length(towards_light), 1e-3);
-  vec3 start = from + vec3(0.0, 0.0, kShadowBias * lighting.pixel * view_scale(depth));
-  bool leaves = start.z + towards_light.z > lighting.shadow_top;
-  if (lighting.shadow >= 1.0 || (leaves && start.z >= lighting.shadow_top)) return 1.0;
-  float part = leaves ? (lighting.shadow_top - start.z) / towards_light.z : 1.0;
-  // Above the highest surface nothing hides the light, if the ray climbs faster than its penumbra widens.
-  float climb = towards_light.z - lighting.softness * length(towards_light) / light_distance;
-  float to_nearest = -uintBitsToFloat(min_depth) - start.z;
-  if (climb > 0.0) part = min(part, max(to_nearest / climb, 0.0));
-  vec3 end = start + part * towards_light;
-
-  vec2 start_pixel = pixel_of(start);
-  vec2 across = pixel_of(end) - start_pixel;
-  float pixels = max(abs(across.x), abs(across.y));
-  float start_scale = view_scale(-start.z);
-  float end_scale = view_scale(-end.z);
-  float ray_length = length(end - start);
-  vec2 first = vec2(lighting.view_left, lighting.view_top);
-  vec2 last = vec2(lighting.view_right, lighting.view_bottom);
-
-  float step_fraction = 1.0 / pixels;
-  // Half width of the penumbra at the end of the ray.
-  float blur = lighting.softness * ray_length / light_distance;
-  float seen = 1.0;
-  for (float pixel_step = 1.0; pixel_step < pixels && seen > 0.0; pixel_step += 1.0) {
-    float fraction = pixel_step * step_fraction;
-    vec2 at = start_pixel + fraction * across;
-    if (any(lessThan(at, first)) || any(greaterThan(at, last))) break;
-    // In perspective, equal steps in the picture are not equal steps in the body.
-    float along = kPerspective
-                      ? fraction * start_scale / (fraction * start_scale + (1.0 - fraction) * end_scale)
-                      : fraction;
-    float height = mix(start.z, end.z, along);
-    float depth_there = smooth_depth[index_of(ivec2(at + 0.5))];
-    float clearance = depth_there >= 0.0 ? height + depth_there : 1e9;
-    float visible = kSoftShadows ? clamp(0.5 + 0.5 * clearance / (blur * along), 0.0, 1.0)
-                                 : (clearance < 0.0 ? 0.0 : 1.0);
-    seen = min(seen, visible);
+// The soft light at a pixel: between the up to four places around it on the same surface.
+SoftLight soft_light_around(ivec2 pixel, float depth) {
+  ivec2 first = pixel / 2;
+  vec2 part = 0.5 * vec2(pixel - 2 * first);
+  vec3 sum = vec3(0.0);
+  float weights = 0.0;
+  [[unroll]] for (int each = 0; each < 4; ++each) {
+    ivec2 step = ivec2(each & 1, each >> 1);
+    SoftLight there = soft_light_at(min(first + step, soft_size() - 1), 0u);
+    float alike = max(1.0 - abs(there.depth - depth) / lighting.same_surface, 0.001);
+    vec2 share = mix(1.0 - part, part, vec2(step));
+    float weight = there.depth >= 0.0 ? share.x * share.y * alike : 0.0;
+    sum += weight * vec3(there.direct, there.sky, there.scattered);
+    weights += weight;
   }
-  return seen;
+  vec3 mean = weights > 0.0 ? sum / weights : vec3(1.0, 1.0, 0.0);
+  return SoftLight(mean.x, mean.y, mean.z, depth);
 }
 
 vec3 shade(ivec2 pixel, float depth) {
   vec3 at = point_at(vec2(pixel), depth);
-  // Rows are numbered downwards.
-  vec3 normal = normalize(cross(tangent(pixel, ivec2(1, 0), depth), -tangent(pixel, ivec2(0, 1), depth)));
-  vec3 toward = lighting.light - at;
-  vec3 to_point = toward / max(length(toward), 1e-6);  // the light may lie on the surface
-  vec3 to_light = lighting.directional != 0 ? lighting.light_direction : to_point;
+  vec3 normal = normal_at(pixel, depth);
+  vec3 to_light = direction_to_light(at);
   // Parallel rays: the viewer is at infinity.
   vec3 to_eye = kPerspective ? normalize(vec3(0.0, 0.0, lighting.eye_height) - at) : vec3(0.0, 0.0, 1.0);
   vec3 halfway = normalize(to_light + to_eye);
   float facing = max(dot(normal, to_light), 0.0);
   float highlight = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
-  float direct = facing > 0.0 ? mix(lighting.shadow, 1.0, light_seen(at, depth)) : 1.0;
+  SoftLight soft = SoftLight(1.0, 1.0, 0.0, depth);
+  if (kSoftLight) {
+    soft = soft_light_around(pixel, depth);
+  } else {
+    soft.direct = direct_light(at, depth, facing);
+  }
+  vec3 matt = mix(vec3(facing * soft.direct), vec3(soft.scattered), lighting.scattered);
+  float away = 1.0 - max(dot(normal, to_eye), 0.0);
+  float rim = lighting.rim * away * away * away;
   // A shadow reduces the direct light only. The paper (README.md) scales the whole pixel. Then a side that
   // faces away from the light, with ambient light only, is brighter than a shadow beside it.
-  vec3 ambient = lighting.ambient * lighting.material;
-  return lighting.light_colour * (ambient + direct * (lighting.diffuse * facing * lighting.material +
-                                                      vec3(lighting.specular * highlight)));
+  vec3 from_body = ((lighting.ambient + rim) * soft.sky + lighting.diffuse * matt) * lighting.material;
+  return lighting.light_colour * (from_body + vec3(lighting.specular * highlight * soft.direct));
+}
+
+// Light to what a screen can show. Reinhard et al., "Photographic tone reproduction for digital images",
+// 2002, equation 4, for each component: bright light is compressed, up to kWhite, which is shown as white.
+vec3 toned(vec3 light) {
+  vec3 exposed = lighting.exposure * light;
+  vec3 film = exposed * (1.0 + exposed / (kWhite * kWhite)) / (1.0 + exposed);
+  return lighting.film != 0 ? film : exposed;
 }
 
 // Linear to displayed (sRGB).
@@ -173,7 +116,7 @@ vec3 shown_at(ivec2 pixel) {
   if (lighting.show == FANLIGHT_SHOW_DEPTH) {
     return vec3(clamp(1.0 - (depth - lighting.depth_white) * lighting.depth_scale, 0.0, 1.0));
   }
-  return encoded(shade(pixel, depth));
+  return encoded(toned(shade(pixel, depth)));
 }
 
 void main() {

@@ -53,6 +53,19 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
   float softness;       // radius of the light, mm; 0: hard shadows
   float shadow_top;     // upper limit of the heights of surfaces, where shadow rays end
 
+  // Soft light.
+  float occlusion;        // share of the ambient light that hollows may lose
+  float occlusion_reach;  // radius of the neighbourhood that hides it, mm
+  vec3 scattered;         // share of the matt light that has gone under the surface, by colour
+  int scatter_radius;     // of the window, in places of soft_light.h
+  float scatter_fall;     // Gaussian: 1 / (2 sigma^2), per mm^2
+  float glow;             // share of the light from behind that a thin part lets through
+  float glow_reach;       // thickness that lets 1 / e of it through, mm
+  float fade_reach;       // how far before a border without a surface beyond the light fades, mm; 0: not
+  float rim;              // light on what turns away from the viewer
+  float exposure;         // factor of all light
+  int film;               // 1: the film tone, 0: linear
+
   int show;               // FANLIGHT_SHOW_..., inside the viewport
   int colours_from_left;  // outside it: shows the colours of the pixel this number of columns to the left
   float depth_white;      // depth map: the depth that is white, mm, and 1 / (depth of black - depth of white)

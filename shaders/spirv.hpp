@@ -30,6 +30,8 @@ extern const std::span<const std::uint32_t> mean_rows_spirv;
 extern const std::span<const std::uint32_t> mean_columns_spirv;
 extern const std::span<const std::uint32_t> smooth_spirv;
 extern const std::span<const std::uint32_t> min_depth_spirv;
+extern const std::span<const std::uint32_t> soft_light_spirv;
+extern const std::span<const std::uint32_t> scatter_spirv;
 extern const std::span<const std::uint32_t> light_spirv;
 extern const std::span<const std::uint32_t> diffuse_spirv;
 extern const std::span<const std::uint32_t> finish_spirv;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places a surface within the window of samples that found its edge: the second of two scales, or the ridge.
-// The includer has included edge_detector.h and sample_batch.h, and declared kPlace.
+// Places a surface within the window of samples that found its edge: the second of two scales, the ridge, or
+// the level of the tissue. The includer has included edge_detector.h and sample_batch.h, and declared kPlace.
 //
 // A wide window finds an edge among speckle, and misplaces it by the noise of many samples; before a thin
 // bright surface it has its maximum as soon as the surface enters. A narrow window places the edge that is
@@ -69,6 +69,92 @@ float placed(Ray ray, float position) {
     }
   }
   return found < 0.0 ? position : oldest + found;
+}
+
+// The sum of the newest samples, as many as are compared with the level of the tissue.
+const int kLevelMean = 8;
+struct MovingSum {
+  float recent[kLevelMean];
+};
+
+float sum_with(inout MovingSum moving, float value) {
+  [[unroll]] for (int each = 0; each + 1 < kLevelMean; ++each) moving.recent[each] = moving.recent[each + 1];
+  moving.recent[kLevelMean - 1] = value;
+  float sum = 0.0;
+  [[unroll]] for (int each = 0; each < kLevelMean; ++each) sum += moving.recent[each];
+  return sum;
+}
+
+// A batch of samples from the fluid towards the tissue, beginning with the one of this number; `first` has
+// number 0. Where nothing was scanned, and outside the run, 0.
+void samples_inwards(Ray ray, SampleRun run, float first, float inwards, int number,
+                     out float batch[kBatch]) {
+  float lowest = inwards > 0.0 ? first + float(number) : first - float(number + kBatch - 1);
+  float along[kBatch];
+  samples_from(ray, lowest, along);
+  [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
+    float index = first + inwards * float(number + slot);
+    float value = inwards > 0.0 ? along[slot] : along[kBatch - 1 - slot];
+    batch[slot] = index >= run.first && index < run.end ? max(value, 0.0) : 0.0;
+  }
+}
+
+// +1 where the window is darker in its first half, else -1.
+float direction_inwards(Ray ray, float oldest) {
+  if (kSign != 0) return float(kSign);
+  float difference = 0.0;
+  [[dont_unroll]] for (int first = 0; first < kWindow; first += kBatch) {
+    float batch[kBatch];
+    samples_from(ray, oldest + float(first), batch);
+    [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
+      float weight = first + slot < kHalf ? -1.0 : first + slot < kWindow ? 1.0 : 0.0;
+      difference += weight * max(batch[slot], 0.0);
+    }
+  }
+  return difference >= 0.0 ? 1.0 : -1.0;
+}
+
+// The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, has first
+// risen by rays.rise of the way to the tissue's, as the mean of two samples. The tissue is the brightest mean
+// of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it. `run`: the
+// samples of the ray.
+float placed_by_level(Ray ray, SampleRun run, float position) {
+  float oldest = ceil(position + float(kHalf) - 1.0) - float(kWindow - 1);
+  float inwards = direction_inwards(ray, oldest);
+  float start = inwards > 0.0 ? oldest : oldest + float(kWindow - 1);
+  float fluid = 1e6;
+  float tissue = 0.0;
+  MovingSum moving;
+  [[unroll]] for (int each = 0; each < kLevelMean; ++each) moving.recent[each] = 0.0;
+  [[dont_unroll]] for (int first = 0; first < kWindow + kHalf; first += kBatch) {
+    float batch[kBatch];
+    samples_inwards(ray, run, start, inwards, first, batch);
+    [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
+      int number = first + slot;
+      float sum = sum_with(moving, batch[slot]);
+      bool whole = number >= kLevelMean - 1;
+      tissue = whole && number < kWindow + kHalf ? max(tissue, sum) : tissue;
+      fluid = whole && number < kWindow ? min(fluid, sum) : fluid;
+    }
+  }
+  float level = mix(fluid, tissue, rays.rise) / float(kLevelMean);
+  float found = -1.0;
+  float last = 0.0;    // sample
+  float before = 0.0;  // mean of two
+  [[dont_unroll]] for (int first = 0; first < kWindow + kHalf && found < 0.0; first += kBatch) {
+    float batch[kBatch];
+    samples_inwards(ray, run, start, inwards, first, batch);
+    [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
+      int number = first + slot;
+      float pair = 0.5 * (last + batch[slot]);
+      bool reaches = number >= 1 && number < kWindow + kHalf && pair >= level && found < 0.0;
+      float part = number >= 2 ? clamp((level - before) / max(pair - before, 1e-6), 0.0, 1.0) : 1.0;
+      found = reaches ? float(number - 1) + part - 0.5 : found;
+      last = batch[slot];
+      before = pair;
+    }
+  }
+  return found < 0.0 ? position : start + inwards * found;
 }
 
 #endif

@@ -73,6 +73,12 @@ FanGeometry geometry_of(const Config& config) {
   return geometry;
 }
 
+/// The face and the hand beside it.
+std::optional<SourceDescription::Subject> subject_of(PhantomSource::Scene scene) {
+  if (scene != PhantomSource::Scene::kFace) return std::nullopt;
+  return SourceDescription::Subject{.middle = {4, 95, -6}, .height_mm = 135};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<PhantomSource>> PhantomSource::create(const Config& config) {
@@ -90,7 +96,8 @@ PhantomSource::PhantomSource(const Config& config)
           .frames_per_volume = motor_.most_frames() + (config.index == Index::kOn ? 0 : kTurnSeenLate),
           .first_angle_rad = -motor_.furthest_rad(),
           .last_angle_rad = motor_.furthest_rad(),
-          .simulated = true},
+          .simulated = true,
+          .subject = subject_of(config.scene)},
       scene_(config.motion),
       speckle_(config.speckle == Speckle::kOn ? SpeckleTile(config.seed) : SpeckleTile()),
       echo_(config.scale, kFieldMm),

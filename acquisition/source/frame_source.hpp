@@ -25,7 +25,13 @@ struct SourceDescription {
   std::uint32_t usual_frames = 0;       ///< frames in a sweep at first; 0: frames_per_volume
   double first_angle_rad = 0;           ///< smallest and largest motor angle of a sweep
   double last_angle_rad = 0;
-  bool simulated = false;  ///< it shows what scene_for() looks at
+  bool simulated = false;  ///< it shows what suggested_scene() looks at
+  /// What the source knows to be worth looking at, from the probe.
+  struct Subject {
+    Point middle;
+    double height_mm = 0;  ///< what a picture has to show around it
+  };
+  std::optional<Subject> subject;
   /// What is assumed of the source, or was noticed about it; to be told wherever its pictures are shown.
   std::vector<std::string> notes;
 };

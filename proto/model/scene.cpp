@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/model/look.hpp"
+
 namespace fanlight {
 
 Result<void> check(const Scene& scene) {
@@ -76,6 +78,8 @@ namespace {
 constexpr double kSpeckleMm = 2.2;
 constexpr double kDetectorMm = 6;
 constexpr double kFilterMm = 6;
+// Depths of one surface may differ by this within such a window: it is slanted.
+constexpr double kStepMm = 12;
 
 }  // namespace
 
@@ -106,14 +110,17 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
     return 2 * static_cast<int>(std::lround(radius * (picture_height / 512.0))) + 1;
   };
   scene.filter.size = scaled(scene.filter.size);
+  scene.filter.kind = DepthFilter::kEdgePreserving;
   scene.filter.size_mm = kFilterMm;
+  scene.filter.step_mm = kStepMm;
   scene.speckle.size_mm = kSpeckleMm;
   scene.speckle.noise = 0;
   scene.detector.window_mm = kDetectorMm;
   scene.detector.threshold = 0;
-  scene.detector.place = SurfacePlace::kTwoScales;
+  scene.detector.place = SurfacePlace::kLevel;
   scene.filter.islands = scaled(scene.filter.islands);
   scene.filter.holes = scaled(scene.filter.holes);
+  static_cast<void>(apply_look(scene, looks().front().name));
   // A fan may be larger than the ranges of the fields.
   limit(scene);
   return scene;

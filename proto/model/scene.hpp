@@ -26,6 +26,7 @@ enum class SurfacePlace : std::uint8_t {
   kRefined,        ///< the steepest point of that edge
   kTwoScales,      ///< the first steep point by a window of four samples
   kRidge,          ///< the brightest point
+  kLevel,          ///< where the echo comes near to that of the tissue behind the edge
 };
 /// Content of the picture.
 enum class Mode : std::uint8_t {
@@ -50,6 +51,8 @@ enum class Normals : std::uint8_t { kThreeNeighbours, kCentral };
 enum class LightKind : std::uint8_t { kPoint, kDirectional };
 /// Smoothing of pass 3.
 enum class Smoothing : std::uint8_t { kNone, kMean, kDiffusion };
+/// Light to what a screen can show: as it is, or bright light compressed as on film.
+enum class Tone : std::uint8_t { kLinear, kFilm };
 enum class ColourMap : std::uint8_t { kNone, kGrey, kSepia, kGold, kIce, kHeat };
 /// Reaction when the machine is too slow for the requested rate.
 enum class DeadlinePlan : std::uint8_t { kOff, kHoldRate };
@@ -116,6 +119,7 @@ struct Scene {
     double window_mm = 0;   ///< the same; 0: `window` holds
     EdgeSign sign = EdgeSign::kDarkToBright;
     SurfacePlace place = SurfacePlace::kRefined;
+    double rise = 0;  ///< place level: share of the way from the fluid to the tissue; 0: from the data
   } detector;
 
   TransferFunction transfer;
@@ -150,6 +154,10 @@ struct Scene {
     double specular = 0.25;
     double shininess = 24;
     Normals normals = Normals::kCentral;
+    double occlusion = 0;      ///< share of the ambient light that hollows may lose
+    double occlusion_mm = 12;  ///< radius of the neighbourhood that hides it
+    double fade_mm = 0;        ///< the surface fades this far before it ends in nothing known; 0: not
+    double rim = 0;            ///< light on what turns away from the viewer
   } light;
 
   /// Colour of the surface under white light (sRGB); default: skin.
@@ -157,6 +165,8 @@ struct Scene {
     double red = 0.95;
     double green = 0.78;
     double blue = 0.68;
+    double scatter_mm = 0;  ///< how far light spreads under the surface (standard deviation); 0: not at all
+    double glow = 0;        ///< share of the light from behind that thin parts let through
   } material;
 
   struct Shadow {
@@ -172,6 +182,8 @@ struct Scene {
     int iterations = 5;       ///< of the diffusion
     double conductance = 12;  ///< of the diffusion, grey levels: much larger steps are preserved
     ColourMap colours = ColourMap::kNone;
+    double exposure = 1;  ///< factor of all light
+    Tone tone = Tone::kLinear;
   } finish;
 
   /// Applied by renderer/schedule/rate_governor.hpp to a sequence of pictures; a single picture has no rate.

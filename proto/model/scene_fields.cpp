@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view kProjections[] = {"parallel", "perspective"};
 constexpr std::string_view kSpeckleFilters[] = {"none", "box", "median", "guided"};
 constexpr std::string_view kSigns[] = {"dark-to-bright", "bright-to-dark", "either"};
-constexpr std::string_view kPlaces[] = {"first-crossing", "refined", "two-scales", "ridge"};
+constexpr std::string_view kPlaces[] = {"first-crossing", "refined", "two-scales", "ridge", "level"};
 constexpr std::string_view kRefreshes[] = {"volume", "frame"};
 constexpr std::string_view kModes[] = {
     "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth", "slice", "slices"};
@@ -25,6 +25,7 @@ constexpr std::string_view kWeights[] = {"even", "confidence"};
 constexpr std::string_view kNormals[] = {"three-neighbours", "central"};
 constexpr std::string_view kLightKinds[] = {"point", "directional"};
 constexpr std::string_view kSmoothings[] = {"none", "mean", "diffusion"};
+constexpr std::string_view kTones[] = {"linear", "film"};
 constexpr std::string_view kColourMaps[] = {"none", "grey", "sepia", "gold", "ice", "heat"};
 constexpr std::string_view kDeadlinePlans[] = {"off", "hold-rate"};
 
@@ -203,6 +204,11 @@ const SceneField kFields[] = {
         "where on the edge the surface lies: where the threshold is first crossed, its steepest point, the "
         "steepest point by a narrower window, or the brightest point",
         FirstPass::kCast, kPlaces),
+    row<MEMBER(detector.rise)>(
+        "detector.rise", "",
+        "place level: how far the echo has risen from the fluid's to the tissue's where "
+        "the surface lies; 0 asks the data",
+        0, 1, 0, FirstPass::kCast),
     text_row<MEMBER(transfer)>(
         "transfer.points",
         "volume mode: colour and opacity per mm by grey level, as LEVEL #RRGGBB OPACITY, ...",
@@ -254,10 +260,28 @@ const SceneField kFields[] = {
     choice<MEMBER(light.normals)>("light.normals",
                                   "slope of the surface from three neighbouring pixels, or from both sides",
                                   FirstPass::kLight, kNormals),
+    row<MEMBER(light.occlusion)>("light.occlusion", "",
+                                 "share of the light from everywhere that hollows and folds lose", 0, 1, 0,
+                                 FirstPass::kLight),
+    row<MEMBER(light.occlusion_mm)>("light.occlusion_mm", "mm", "size of the hollows that lose it", 0.5, 100,
+                                    0, FirstPass::kLight),
+    row<MEMBER(light.fade_mm)>(
+        "light.fade_mm", "mm",
+        "how far before its border the surface fades, where nothing is known beyond; 0 "
+        "cuts it off",
+        0, 20, 0, FirstPass::kLight),
+    row<MEMBER(light.rim)>("light.rim", "", "light on edges that turn away from the viewer", 0, 1, 0,
+                           FirstPass::kLight),
     row<MEMBER(material.red)>("material.red", "", "colour of the surface, red", 0, 1, 0, FirstPass::kLight),
     row<MEMBER(material.green)>("material.green", "", "colour of the surface, green", 0, 1, 0,
                                 FirstPass::kLight),
     row<MEMBER(material.blue)>("material.blue", "", "colour of the surface, blue", 0, 1, 0,
+                               FirstPass::kLight),
+    row<MEMBER(material.scatter_mm)>("material.scatter_mm", "mm",
+                                     "how far light spreads under the surface, red most; 0 keeps it opaque",
+                                     0, 10, 0, FirstPass::kLight),
+    row<MEMBER(material.glow)>("material.glow", "",
+                               "share of the light from behind that thin parts let through", 0, 1, 0,
                                FirstPass::kLight),
     row<MEMBER(shadow.coefficient)>("shadow.coefficient", "",
                                     "share of the light's own brightness left in a shadow; 1 casts none", 0,
@@ -277,6 +301,11 @@ const SceneField kFields[] = {
                                     "diffusion: steps well above this stay", 1, 100, 0, FirstPass::kLight),
     choice<MEMBER(finish.colours)>("finish.colours", "colour map of the picture's brightness",
                                    FirstPass::kLight, kColourMaps),
+    row<MEMBER(finish.exposure)>("finish.exposure", "", "factor of all light on the surface", 0.1, 8, 0,
+                                 FirstPass::kLight),
+    choice<MEMBER(finish.tone)>("finish.tone",
+                                "how bright light is shown: as it is, or compressed as on film",
+                                FirstPass::kLight, kTones),
     // These fields change no pass. Each change is still answered by a picture, and running the light pass is
     // the cheapest way.
     choice<MEMBER(refresh)>("refresh",

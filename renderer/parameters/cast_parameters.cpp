@@ -247,6 +247,7 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   set_crop(to, scene);
   set_slices(to, scene, size);
   to.threshold = static_cast<float>(scene.detector.threshold / kGreyLevels);
+  to.rise = static_cast<float>(scene.detector.rise);
   to.edge_sign = edge_sign(scene.detector.sign);
   set_segments(to, scene);
   return to;
@@ -280,7 +281,8 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
   }
   if (replaces_frames && skips) {
     keys.cast_listed = cast(FANLIGHT_CAST_LISTED);
-    keys.dirty_tiles = PipelineKey{.shader = Shader::kDirtyTiles, .constants = {window}};
+    keys.dirty_tiles = PipelineKey{.shader = Shader::kDirtyTiles,
+                                   .constants = {window, 0, 0, static_cast<int>(scene.detector.place)}};
   }
   return keys;
 }

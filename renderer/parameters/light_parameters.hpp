@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <optional>
 
 #include "proto/model/fan_geometry.hpp"
 #include "proto/model/scene.hpp"
@@ -19,15 +21,19 @@ shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, 
 
 /// The pipelines of pass 2 that depend on the scene; the other ones of passes 2 and 3 have no constants.
 struct LightKeys {
-  PipelineKey confidence;      ///< the weights of the depth filter, where the scene asks for them
-  PipelineKey filter_rows;     ///< Shader::kMeanRows or kSmooth
-  PipelineKey filter_columns;  ///< Shader::kMeanColumns or kSmooth
+  PipelineKey confidence;                 ///< the weights of the depth filter, where the scene asks for them
+  PipelineKey filter_rows;                ///< Shader::kMeanRows or kSmooth
+  PipelineKey filter_columns;             ///< Shader::kMeanColumns or kSmooth
+  std::optional<PipelineKey> soft_light;  ///< where the light needs it
+  std::optional<PipelineKey> scatter_rows;
+  std::optional<PipelineKey> scatter_columns;
   PipelineKey light;
 };
 LightKeys light_keys(const Scene& scene, FrameKind kind);
 
-/// Every value that LightKeys::light and the smoothing filter can have, to be built before a scene needs
-/// them: a changed light or filter must not wait for a pipeline.
-std::array<PipelineKey, 8> light_variants();
+inline constexpr std::size_t kLightVariants = 18;
+/// Every value that the keys of the light and of the smoothing filter can have, to be built before a scene
+/// needs them: a changed light or filter must not wait for a pipeline.
+std::array<PipelineKey, kLightVariants> light_variants();
 
 }  // namespace fanlight

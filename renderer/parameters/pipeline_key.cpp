@@ -47,6 +47,10 @@ std::string_view name_of(Shader shader) {
       return "smooth";
     case Shader::kMinDepth:
       return "min_depth";
+    case Shader::kSoftLight:
+      return "soft_light";
+    case Shader::kScatter:
+      return "scatter";
     case Shader::kLight:
       return "light";
     case Shader::kDiffuse:

@@ -31,6 +31,8 @@ enum class Shader : std::uint8_t {
   kMeanColumns,
   kSmooth,
   kMinDepth,
+  kSoftLight,
+  kScatter,
   kLight,
   kDiffuse,  // pass 3
   kFinish

@@ -96,6 +96,10 @@ std::span<const std::uint32_t> Pipelines::spirv_of(Shader shader) const {
       return shaders::smooth_spirv;
     case Shader::kMinDepth:
       return shaders::min_depth_spirv;
+    case Shader::kSoftLight:
+      return shaders::soft_light_spirv;
+    case Shader::kScatter:
+      return shaders::scatter_spirv;
     case Shader::kLight:
       return shaders::light_spirv;
     case Shader::kDiffuse:

@@ -29,8 +29,10 @@ LightRegions LightRegions::of(const PixelRect& changed, const shaders::LightPara
   regions.smooth = grown(regions.filled, filter, filter).united(regions.cleaned);
   // The lit picture lies in the memory of the filter's first half.
   regions.rows = grown(regions.smooth, 0, filter);
-  // A shadow may fall anywhere; beside the surface, pixels may show others' colours.
-  const bool far = parameters.shadow < 1 || parameters.colours_from_left > 0 || diffuses;
+  // A shadow may fall anywhere, and soft light is computed for the whole picture; beside the surface, pixels
+  // may show others' colours.
+  const bool soft = parameters.occlusion > 0 || parameters.scatter_radius > 0 || parameters.fade_reach > 0;
+  const bool far = soft || parameters.shadow < 1 || parameters.colours_from_left > 0 || diffuses;
   regions.lit = far ? all : regions.rows.united(grown(regions.smooth, 1, 1));
   regions.finished = far ? all : grown(regions.lit, 1, 1);
   return regions;

@@ -29,6 +29,7 @@ struct LightStep {
 class LightSteps {
  public:
   static constexpr std::size_t kMostFilterSteps = 9;
+  static constexpr std::size_t kMostLightSteps = 4;
   static constexpr std::size_t kMostDiffusionSteps = 30;  // of finish.iterations
 
   void clear() { count_ = next_ = 0; }
@@ -56,7 +57,7 @@ class LightSteps {
   std::size_t index_of(Stage stage) const;
 
   // Filter, light, diffusion, finish.
-  std::array<LightStep, kMostFilterSteps + 1 + kMostDiffusionSteps + 1> steps_{};
+  std::array<LightStep, kMostFilterSteps + kMostLightSteps + kMostDiffusionSteps + 1> steps_{};
   std::size_t count_ = 0;
   std::size_t next_ = 0;
 };

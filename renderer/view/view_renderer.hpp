@@ -211,7 +211,7 @@ class ViewRenderer {
   void choose_regions(const Scene& scene, shaders::LightParameters& parameters);
   LightStep on_tiles(VkPipeline pipeline, const PixelRect& part) const;
   Result<void> add_filter_steps(Pipelines& pipelines, const LightKeys& keys, VkPipeline confidence);
-  Result<void> add_light_steps(Pipelines& pipelines, const PipelineKey& light, const Scene& scene);
+  Result<void> add_light_steps(Pipelines& pipelines, const LightKeys& keys, const Scene& scene);
   Result<void> submit_light(const Gpu& gpu, const Pipelines& pipelines, std::size_t end_step);
   void record_clear_min_depth(VkCommandBuffer commands) const;
   void record_light_steps(VkCommandBuffer commands, const Pipelines& pipelines, std::size_t end_step) const;

@@ -116,9 +116,18 @@ Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKey
 }
 
 /// The steps of the light and of pass 3.
-Result<void> ViewRenderer::add_light_steps(Pipelines& pipelines, const PipelineKey& light,
-                                           const Scene& scene) {
-  const auto lit = pipelines.get(light);
+Result<void> ViewRenderer::add_light_steps(Pipelines& pipelines, const LightKeys& keys, const Scene& scene) {
+  // Of half the picture's width and height.
+  for (const auto& key : {keys.soft_light, keys.scatter_rows, keys.scatter_columns}) {
+    if (!key) continue;
+    const auto pipeline = pipelines.get(*key);
+    if (!pipeline) return pipeline.error();
+    light_steps_.add({.pipeline = *pipeline,
+                      .groups_across = groups(config_.size.width, 2 * kTileSide),
+                      .groups_down = groups(config_.size.height, 2 * kTileSide),
+                      .stage = Stage::kLight});
+  }
+  const auto lit = pipelines.get(keys.light);
   if (!lit) return lit.error();
   LightStep light_step = on_tiles(*lit, regions_.lit);
   light_step.stage = Stage::kLight;
@@ -153,7 +162,8 @@ void ViewRenderer::record_light_steps(VkCommandBuffer commands, const Pipelines&
       timestamps_.stamp(commands, GpuTimestamps::kFilterBegin);
       record_clear_min_depth(commands);
     }
-    if (step.stage == Stage::kLight) timestamps_.stamp(commands, GpuTimestamps::kLightBegin);
+    if (first_of_stage && step.stage == Stage::kLight)
+      timestamps_.stamp(commands, GpuTimestamps::kLightBegin);
     if (first_of_stage && step.stage == Stage::kFinish) timestamps_.stamp(commands, GpuTimestamps::kLightEnd);
     if (index == light_steps_.next() || light_steps_[index - 1].order != step.order)
       descriptors_.bind(commands, pipelines, step.order);
@@ -243,7 +253,7 @@ Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, con
     filter_due_ = scene.filter;
     filter_.reset();
   }
-  return add_light_steps(pipelines, keys.light, scene);
+  return add_light_steps(pipelines, keys, scene);
 }
 
 Result<void> ViewRenderer::change_light(Pipelines& pipelines, const Scene& wanted,
@@ -258,7 +268,7 @@ Result<void> ViewRenderer::change_light(Pipelines& pipelines, const Scene& wante
   set_smooth_part(changed, regions_.smooth);
   parameters = changed;
   light_steps_.drop_from(Stage::kLight);
-  return add_light_steps(pipelines, light_keys(scene, volume.geometry.kind).light, scene);
+  return add_light_steps(pipelines, light_keys(scene, volume.geometry.kind), scene);
 }
 
 /// Submits the steps before end_step that were not submitted yet, and after the last one the read-back.

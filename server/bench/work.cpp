@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "acquisition/source/suggested_scene.hpp"
 #include "server/bench/work.hpp"
 
 #include <fmt/format.h>
@@ -32,9 +33,7 @@ Result<BenchWork> BenchWork::create(const BenchRow& row, std::uint32_t count) {
   auto volumes = BenchVolumes::create(row, count);
   if (!volumes) return volumes.error();
   const SourceDescription& source = volumes->description();
-  auto scene = applied(scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad,
-                                 static_cast<std::uint32_t>(row.picture)),
-                       row.method);
+  auto scene = applied(suggested_scene(source, static_cast<std::uint32_t>(row.picture)), row.method);
   if (scene) scene = applied(*scene, row.settings);
   if (!scene) return scene.error();
   return BenchWork{.volumes = std::move(*volumes), .scene = *scene, .picture = row.picture};

@@ -9,6 +9,7 @@
 #include "acquisition/offline_volumes.hpp"
 #include "acquisition/open_source.hpp"
 #include "acquisition/replay/recording.hpp"
+#include "acquisition/source/suggested_scene.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/vulkan/gpu.hpp"
 #include "server/cli/auto_view.hpp"
@@ -133,7 +134,7 @@ Result<void> tell_of_surface(const InfoOptions& options) {
   OfflineVolumes volumes(**source);
   const auto volume = volumes.pick(std::nullopt);
   if (!volume) return volume.error();
-  const Scene base = scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
+  const Scene base = suggested_scene(description);
   const auto view = auto_view(**volume, base, SceneOptions(), PictureSize());
   if (!view) return view.error();
   for (const std::string& choice : view->choices) fmt::print("  auto: {}\n", choice);

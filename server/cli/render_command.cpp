@@ -13,6 +13,7 @@
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/offline_volumes.hpp"
 #include "acquisition/open_source.hpp"
+#include "acquisition/source/suggested_scene.hpp"
 #include "proto/base/printable.hpp"
 #include "renderer/render_once.hpp"
 #include "renderer/vulkan/render_device.hpp"
@@ -277,7 +278,7 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
 Result<void> set_up(const RenderOptions& options, const PictureSize& size, const SourceDescription& source,
                     RenderSetup& setup) {
   setup.size = size;
-  setup.suggested = scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height);
+  setup.suggested = suggested_scene(source, size.height);
   const auto scene = options.scene.applied_to(setup.suggested);
   if (!scene) return scene.error();
   setup.scene = *scene;

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "proto/model/look.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -48,6 +50,14 @@ std::string group_of(const SceneField& field) {
 
 void SceneOptions::add_to(CLI::App& command) {
   command.footer("What of the scene has no default here follows from the fan's geometry.");
+  std::vector<std::string> lines;
+  for (const Look& look : looks()) lines.push_back(fmt::format("{}: {}", look.name, look.help));
+  command
+      .add_option(
+          "--look", look_,
+          fmt::format("sets several fields below, which may be given as well; {}", fmt::join(lines, "; ")))
+      ->type_name("NAME")
+      ->group("Scene");
   for (const SceneField& field : scene_fields()) {
     auto& given = given_.emplace_back(&field, "");
     command.add_option(fmt::format("--{}", field.name), given.second, help_of(field))
@@ -73,6 +83,9 @@ std::vector<const SceneField*> SceneOptions::given() const {
 }
 
 Result<Scene> SceneOptions::applied_to(Scene scene) const {
+  if (!look_.empty()) {
+    if (auto set = apply_look(scene, look_); !set) return set.error();
+  }
   for (const auto& [field, text] : given_) {
     if (text.empty()) continue;
     if (auto set = set_field(scene, *field, std::string_view(text)); !set) return set.error();

@@ -14,7 +14,7 @@
 namespace fanlight {
 
 /// The command line options of the scene: one for each field of the scene table, with the name of the field
-/// (--detector.threshold 30, --mode volume).
+/// (--detector.threshold 30, --mode volume), and --look.
 class SceneOptions {
  public:
   /// The options write into this object, which must not move until the parser is done.
@@ -30,6 +30,7 @@ class SceneOptions {
   Result<Scene> applied_to(Scene scene) const;
 
  private:
+  std::string look_;
   std::deque<std::pair<const SceneField*, std::string>> given_;  // a deque: its elements do not move
 };
 

@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "acquisition/open_source.hpp"
+#include "acquisition/source/suggested_scene.hpp"
 #include "proto/base/printable.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/auto_view.hpp"
@@ -32,7 +33,7 @@ namespace fanlight {
 namespace {
 
 struct ServeOptions {
-  std::string source = "phantom:";
+  std::string source = "phantom:scene=face,probe=r2";
   SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
   std::string listen = "127.0.0.1:8080";
   TlsFiles tls;
@@ -188,8 +189,7 @@ Result<void> serve(const ServeOptions& options) {
   const SourceDescription& description = (*source)->description();
   config.facts.source = printable(description.name);
   for (const std::string& note : description.notes) config.facts.notes.push_back(printable(note));
-  config.suggested_scene =
-      scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
+  config.suggested_scene = suggested_scene(description);
   const auto scene = options.scene.applied_to(config.suggested_scene);
   if (!scene) return scene.error();
   config.initial_scene = {.revision = 1, .scene = *scene};

@@ -6,6 +6,8 @@
 
 #include <cstdlib>
 
+#include "proto/model/look.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -105,6 +107,20 @@ void describe(v1::Error& message, const Error& error, const SceneField* field) {
   if (field->is_text() || !field->choices.empty()) return;
   message.set_minimum(field->minimum);
   message.set_maximum(field->maximum);
+}
+
+void add_looks(v1::Hello& hello) {
+  for (const Look& look : looks()) {
+    v1::Look& row = *hello.add_looks();
+    row.set_name(std::string(look.name));
+    row.set_help(std::string(look.help));
+    Scene scene;
+    static_cast<void>(apply_look(scene, look.name));
+    for (const Look::Value& value : look.values) {
+      const SceneField& field = *find_scene_field(value.field);
+      put_change(*row.mutable_scene(), field, field.get(scene));
+    }
+  }
 }
 
 void add_scene_fields(v1::Hello& hello) {

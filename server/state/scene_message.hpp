@@ -33,4 +33,7 @@ void describe(v1::Error& message, const Error& error, const SceneField* field);
 /// Adds the table of fields to the hello.
 void add_scene_fields(v1::Hello& hello);
 
+/// Adds the looks, with the fields that each sets.
+void add_looks(v1::Hello& hello);
+
 }  // namespace fanlight

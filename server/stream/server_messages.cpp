@@ -22,6 +22,7 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   hello.set_name(session.name);
   *hello.mutable_control() = control_state(session.id);
   add_scene_fields(hello);
+  add_looks(hello);
   *hello.mutable_scene() = scene_state(dependencies_.scene_store.in_force());
   *hello.mutable_default_scene() = scene_message(dependencies_.scene_store.default_scene());
   return message;

@@ -173,10 +173,10 @@ class Comparison {
                  : normals_deg[static_cast<std::size_t>(share * static_cast<double>(normals_deg.size() - 1))];
     };
     return {name,
-            {{"normals deg", angle(0.5), 1, demand(at_most(3.5))},
+            {{"normals deg", angle(0.5), 1, demand(at_most(3.2))},
              {"90 % deg", angle(0.9), 1},
-             {"SSIM", similarity, 3, demand(at_least(0.68))},
-             {"found %", 100 * errors.share_found_of_all(), 1, demand(at_least(45))},
+             {"SSIM", similarity, 3, demand(at_least(0.76))},
+             {"found %", 100 * errors.share_found_of_all(), 1, demand(at_least(64))},
              {"false %", 100 * errors.share_false_of_all(), 2},
              {"signed mm", errors.signed_median_mm(), 2},
              {"outline mm", outline.mean_distance_pixels * rays.port().pixel_mm, 2},

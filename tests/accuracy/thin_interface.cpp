@@ -91,7 +91,7 @@ FigureBlock measure_thin_interface(const Workbench& bench) {
     Scene scene =
         scene_for(scanned.geometry, scanned.first_angle_rad, scanned.last_angle_rad, kThinViewSize.height);
     bench.change(scene);
-    block.rows.push_back(thin_row(name, rig, scene, 0.1));
+    block.rows.push_back(thin_row(name, rig, scene, 0.3));
   }
   return block;
 }

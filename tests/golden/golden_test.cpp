@@ -10,6 +10,8 @@
 #include <ostream>
 
 #include "acquisition/phantom/phantom_source.hpp"
+#include "acquisition/source/suggested_scene.hpp"
+#include "proto/model/look.hpp"
 #include "server/cli/picture_file.hpp"
 #include "tests/support/gpu_rig.hpp"
 
@@ -32,11 +34,28 @@ void PrintTo(const Golden& golden, std::ostream* out) {
 constexpr const char* kSpeckled = "columns=256,rows=256";
 constexpr const char* kSmooth = "columns=256,rows=256,speckle=off,frames=70,moving=off";
 
+constexpr const char* kFetus = "scene=face,probe=r2,moving=off";
+
+Golden of_look(std::string_view look) {
+  return {fmt::format("fetus_in_{}", look), kFetus,
+          [look](Scene& scene) { ASSERT_TRUE(apply_look(scene, look)); }, 1.0, 0.01};
+}
+
 Golden of_mode(std::string name, Mode mode) {
   return {std::move(name), kSmooth, [mode](Scene& scene) { scene.mode = mode; }, 1.0, 0.01};
 }
 
 const Golden kGoldens[] = {
+    of_look("skin"),
+    of_look("clinical"),
+    of_look("paper"),
+    {"fetus_lit_from_behind", kFetus,
+     [](Scene& scene) {
+       scene.light.right_mm = 60;
+       scene.light.up_mm = -10;
+       scene.light.depth_mm = 95;
+     },
+     1.0, 0.01},
     {"face", kSpeckled, [](Scene&) {}, 1.0, 0.01},
     {"face_from_the_side", kSpeckled,
      [](Scene& scene) {
@@ -56,6 +75,7 @@ const Golden kGoldens[] = {
     {"face_of_linear_lines", "columns=192,rows=256,scan=linear", [](Scene&) {}, 1.0, 0.01},
     {"face_by_the_papers_method", "columns=256,rows=256,compression=linear",
      [](Scene& scene) {
+       ASSERT_TRUE(apply_look(scene, "paper"));
        scene.speckle.filter = SpeckleFilter::kNone;
        scene.detector = {.window = 8, .place = SurfacePlace::kFirstCrossing};
        scene.filter = {.kind = DepthFilter::kMean, .size = 19, .islands = 1, .holes = 1};
@@ -153,7 +173,7 @@ class GoldenTest : public GpuTest, public testing::WithParamInterface<Golden> {
     volume.sort_by_angle();
     volume.stamp().volume_id = 1;
 
-    Scene scene = scene_for(description.geometry, description.first_angle_rad, description.last_angle_rad);
+    Scene scene = suggested_scene(description);
     golden.set_up(scene);
     RenderCounters counters;
     const auto renderer = made_renderer(description.geometry, angles_rad, {200, 200}, scene, counters);

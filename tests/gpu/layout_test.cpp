@@ -111,6 +111,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, clip1),
                             OFFSET(CastParameters, clip2),
                             OFFSET(CastParameters, threshold),
+                            OFFSET(CastParameters, rise),
                             OFFSET(CastParameters, edge_sign),
                             OFFSET(CastParameters, segment_shift),
                             OFFSET(CastParameters, least_seen),
@@ -172,6 +173,17 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
                             OFFSET(LightParameters, shadow),
                             OFFSET(LightParameters, softness),
                             OFFSET(LightParameters, shadow_top),
+                            OFFSET(LightParameters, occlusion),
+                            OFFSET(LightParameters, occlusion_reach),
+                            OFFSET(LightParameters, scattered),
+                            OFFSET(LightParameters, scatter_radius),
+                            OFFSET(LightParameters, scatter_fall),
+                            OFFSET(LightParameters, glow),
+                            OFFSET(LightParameters, glow_reach),
+                            OFFSET(LightParameters, fade_reach),
+                            OFFSET(LightParameters, rim),
+                            OFFSET(LightParameters, exposure),
+                            OFFSET(LightParameters, film),
                             OFFSET(LightParameters, show),
                             OFFSET(LightParameters, colours_from_left),
                             OFFSET(LightParameters, depth_white),
@@ -183,7 +195,8 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
   for (const auto spirv :
        {shaders::temporal_spirv, shaders::tile_depth_range_spirv, shaders::cleanup_tiles_spirv,
         shaders::islands_spirv, shaders::holes_spirv, shaders::mean_rows_spirv, shaders::mean_columns_spirv,
-        shaders::smooth_spirv, shaders::light_spirv, shaders::diffuse_spirv, shaders::finish_spirv}) {
+        shaders::smooth_spirv, shaders::soft_light_spirv, shaders::scatter_spirv, shaders::light_spirv,
+        shaders::diffuse_spirv, shaders::finish_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "LightParameters"), expected);
   }
 }

@@ -186,7 +186,8 @@ void set_detector(Dice& dice, Body& body, double finest_mm, Scene& scene) {
   }
   Scene::Detector& detector = scene.detector;
   detector.sign = dice.any_to(EdgeSign::kEither);
-  detector.place = dice.any_to(SurfacePlace::kRidge);
+  detector.place = dice.any_to(SurfacePlace::kLevel);
+  detector.rise = dice.between(0.2, 0.95);
   // Noise must not create surfaces.
   detector.window = 2 * dice.whole(body.noise > 0 ? 6 : 1, 16);
   detector.threshold = body.noise > 0 ? dice.between(30, 45) : dice.between(12, 40);
@@ -211,7 +212,7 @@ void set_light(Dice& dice, Scene& scene) {
   scene.light = {.kind = dice.any_to(LightKind::kDirectional),
                  .right_mm = dice.between(-60, 60),
                  .up_mm = dice.between(-60, 60),
-                 .depth_mm = dice.between(-50, 10),
+                 .depth_mm = dice.between(-50, 50),
                  .red = dice.between(0.5, 1),
                  .green = dice.between(0.5, 1),
                  .blue = dice.between(0.5, 1),
@@ -219,8 +220,16 @@ void set_light(Dice& dice, Scene& scene) {
                  .diffuse = dice.between(0.4, 1),
                  .specular = dice.between(0, 0.6),
                  .shininess = dice.between(1, 60),
-                 .normals = dice.any_to(Normals::kCentral)};
-  scene.material = {.red = dice.between(0, 1), .green = dice.between(0, 1), .blue = dice.between(0, 1)};
+                 .normals = dice.any_to(Normals::kCentral),
+                 .occlusion = dice.one_in(2) ? dice.between(0.1, 1) : 0,
+                 .occlusion_mm = dice.between(0.5, 20),
+                 .fade_mm = dice.one_in(3) ? dice.between(0.1, 10) : 0,
+                 .rim = dice.one_in(2) ? dice.between(0, 1) : 0};
+  scene.material = {.red = dice.between(0, 1),
+                    .green = dice.between(0, 1),
+                    .blue = dice.between(0, 1),
+                    .scatter_mm = dice.one_in(2) ? dice.between(0.1, 5) : 0,
+                    .glow = dice.one_in(2) ? dice.between(0, 1) : 0};
   scene.shadow = {.coefficient = dice.one_in(4) ? 1 : dice.between(0, 0.9),
                   .softness_mm = dice.one_in(2) ? dice.between(1, 40) : 0};
 }
@@ -229,7 +238,9 @@ void set_finish(Dice& dice, Scene::Finish& finish) {
   finish = {.smoothing = dice.any_to(Smoothing::kDiffusion),
             .iterations = dice.whole(1, 20),
             .conductance = dice.between(4, 40),
-            .colours = dice.one_in(2) ? dice.any_to(ColourMap::kHeat) : ColourMap::kNone};
+            .colours = dice.one_in(2) ? dice.any_to(ColourMap::kHeat) : ColourMap::kNone,
+            .exposure = dice.between(0.3, 3),
+            .tone = dice.any_to(Tone::kFilm)};
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <ostream>
 #include <vector>
 
+#include "proto/model/look.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
@@ -229,9 +230,11 @@ TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
   scene.refresh = Refresh::kFrame;
   // Not from the data, which have other levels with each frame.
   scene.detector.threshold = 40;
+  scene.detector.rise = 0.7;
   scene.speckle.filter = SpeckleFilter::kNone;
   scene.filter.size_mm = 0;
   scene.filter.step_mm = 2;
+  ASSERT_TRUE(apply_look(scene, "paper"));
   GetParam().change(scene);
   std::vector<bool> newer(kFrames, false);
   const auto parts = renderer(scene, true);
@@ -331,6 +334,11 @@ INSTANTIATE_TEST_SUITE_P(Passes, PartlyLitTest,
                                                    [](Scene& scene) {
                                                      scene.filter.size = scene.filter.islands =
                                                          scene.filter.holes = 1;
+                                                     scene.shadow.coefficient = 1;
+                                                   }},
+                                         PartlyLit{"soft light, no shadow",
+                                                   [](Scene& scene) {
+                                                     EXPECT_TRUE(apply_look(scene, "skin"));
                                                      scene.shadow.coefficient = 1;
                                                    }},
                                          PartlyLit{"wide mean, no shadow",

@@ -94,6 +94,7 @@ class RaySamples {
   }
 
   double depth_step_mm() const { return depth_step_mm_; }
+  double end_mm() const { return scene_.rays.end_mm; }
   double depth_mm(double index) const { return scene_.rays.start_mm + index * depth_step_mm_; }
 
   /// The sample at a depth, 0 to 1; nullopt where the point on the ray was not scanned.
@@ -217,6 +218,50 @@ double placed(const Scene::Detector& detector, const std::vector<double>& run, d
   return front < 0 ? position : static_cast<double>(oldest) + front - 0.5;
 }
 
+/// Where the echo reaches the level of the tissue, for an edge at `position`, both in samples of the ray
+/// (`placed_by_level` in surface_place.h).
+double placed_by_level(const Scene::Detector& detector, const RaySamples& samples, double position) {
+  const int window = detector.window;
+  const int half = window / 2;
+  const auto value = [&](int index) {
+    const double depth_mm = samples.depth_mm(index);
+    return index >= 0 && depth_mm <= samples.end_mm() ? samples.at(depth_mm).value_or(0) : 0;
+  };
+  const int oldest = static_cast<int>(std::ceil(position + half - 1)) - (window - 1);
+  const auto sum_of = [&](int first, int count) {
+    double sum = 0;
+    for (int at = first; at < first + count; ++at) sum += value(at);
+    return sum;
+  };
+  const bool rises = sum_of(oldest + half, half) >= sum_of(oldest, half);
+  const bool inwards = detector.sign == EdgeSign::kEither ? rises : detector.sign == EdgeSign::kDarkToBright;
+  const int start = inwards ? oldest : oldest + window - 1;
+  // Means of so many samples, beginning with each, from the start towards the tissue.
+  const auto means = [&](int samples_in_mean) {
+    std::vector<double> of;
+    for (int number = 0; number + samples_in_mean <= window + half; ++number) {
+      const int first = inwards ? start + number : start - number - (samples_in_mean - 1);
+      of.push_back(sum_of(first, samples_in_mean) / samples_in_mean);
+    }
+    return of;
+  };
+  constexpr int kMean = 8;
+  if (window < kMean) return position;
+  const std::vector<double> wide = means(kMean);
+  const double tissue = *std::ranges::max_element(wide);
+  const double fluid = *std::min_element(wide.begin(), wide.begin() + (window - kMean + 1));
+  const double level = std::lerp(fluid, tissue, detector.rise);
+  const std::vector<double> pairs = means(2);
+  const auto reached = std::ranges::find_if(pairs, [level](double mean) { return mean >= level; });
+  if (reached == pairs.end()) return position;
+  const bool is_first = reached == pairs.begin();
+  const double before = is_first ? 0 : *std::prev(reached);
+  const double part =
+      is_first ? 1 : std::clamp((level - before) / std::max(*reached - before, 1e-6), 0.0, 1.0);
+  const double found = static_cast<double>(reached - pairs.begin()) - 0.5 + part;
+  return start + (inwards ? found : -found);
+}
+
 /// The positions of all edges in a run of scanned samples, in samples from its first.
 std::vector<double> edge_positions(const Scene::Detector& detector, const std::vector<double>& run) {
   const double threshold = detector.threshold / 255;
@@ -248,8 +293,11 @@ double first_surface_mm(const Scene::Detector& detector, const RaySamples& sampl
       if (!shown.holds(samples.depth_mm(first + position))) continue;
       const bool at_edge =
           detector.place == SurfacePlace::kFirstCrossing || detector.place == SurfacePlace::kRefined;
-      const double place = at_edge ? position : placed(detector, run, position);
-      return std::clamp(samples.depth_mm(first + place), shown.first_mm, shown.last_mm);
+      const double place = at_edge ? first + position
+                           : detector.place == SurfacePlace::kLevel
+                               ? placed_by_level(detector, samples, first + position)
+                               : first + placed(detector, run, position);
+      return std::clamp(samples.depth_mm(place), shown.first_mm, shown.last_mm);
     }
     run.clear();
   }

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
+#include <limits>
+#include <memory>
+#include <utility>
 
 #include "tests/support/cpu_twin.hpp"
 #include "tests/support/twin_map.hpp"
@@ -36,6 +40,8 @@ class Relief {
   double eye_mm() const { return eye_distance_mm(scene_.camera) - scene_.camera.distance_mm; }
 
   /// Distance between pixels at a depth / distance between pixels at the target.
+  double pixel_mm() const { return part_.pixel_mm; }
+  double pixel_mm(double depth_mm) const { return part_.pixel_mm * scale(depth_mm); }
   double scale(double depth_mm) const {
     return perspective() ? (depth_mm + eye_mm()) / eye_distance_mm(scene_.camera) : 1;
   }
@@ -148,26 +154,220 @@ double Relief::visibility(int column, int row) const {
   return visible;
 }
 
-/// Blinn-Phong.
-Rgb lit_colour(const Scene& scene, const Relief& relief, int column, int row) {
+dvec3 to_light_from(const Scene& scene, const dvec3& point) {
+  const Scene::Light& light = scene.light;
+  return light.kind == LightKind::kPoint ? glm::normalize(light_position(light) - point)
+                                         : light_direction(scene);
+}
+
+/// What a shadow leaves of the direct light.
+double direct_light(const Scene& scene, const Relief& relief, int column, int row, double cosine) {
+  const bool shades = cosine > 0 && scene.shadow.coefficient < 1;
+  return shades ? std::lerp(scene.shadow.coefficient, 1.0, relief.visibility(column, row)) : 1;
+}
+
+constexpr int kAround = 12;
+constexpr dvec2 kSpiral[kAround] = {{0.204, 0.0},     {-0.261, 0.239}, {0.040, -0.455}, {0.328, 0.429},
+                                    {-0.603, -0.107}, {0.571, -0.363}, {-0.190, 0.711}, {-0.366, -0.700},
+                                    {0.789, 0.286},   {-0.822, 0.335}, {0.397, -0.847}, {0.285, 0.937}};
+
+/// How much of the light a surface keeps near a border without a surface beyond (`known_around` in
+/// soft_light.comp).
+double known_around(const Scene& scene, const Relief& relief, int column, int row) {
+  if (scene.light.fade_mm <= 0) return 1;
+  const double pixels = scene.light.fade_mm / relief.pixel_mm(relief.map().depth(column, row));
+  int points = 0;
+  int known = 0;
+  for (const dvec2& place : kSpiral) {
+    const int x = column + static_cast<int>(std::floor(pixels * place.x + 0.5));
+    const int y = row + static_cast<int>(std::floor(pixels * place.y + 0.5));
+    points += relief.map().inside(x, y) ? 1 : 0;
+    known += relief.map().surface(x, y) ? 1 : 0;
+  }
+  return std::clamp(2.0 * known / std::max(points, 1) - 1, 0.0, 1.0);
+}
+
+/// Share of the ambient light that arrives in a hollow (`sky_seen` in soft_light.comp).
+double sky_seen(const Scene& scene, const Relief& relief, int column, int row, const dvec3& normal) {
+  const double reach_mm = scene.light.occlusion_mm;
+  const dvec3 here = relief.point(column, row);
+  const double pixels = reach_mm / relief.pixel_mm(-here.z);
+  double hidden = 0;
+  for (const dvec2& place : kSpiral) {
+    const int x = column + static_cast<int>(std::floor(pixels * place.x + 0.5));
+    const int y = row + static_cast<int>(std::floor(pixels * place.y + 0.5));
+    if (!relief.map().surface(x, y)) continue;
+    const dvec3 away = relief.point(x, y) - here;
+    const double apart_mm = std::max(glm::length(away), 1e-3);
+    const double near = std::max(1 - apart_mm * apart_mm / (reach_mm * reach_mm), 0.0);
+    hidden += near * std::max(glm::dot(away, normal) / apart_mm - 0.08, 0.0);
+  }
+  return std::clamp(1 - 3 * hidden / kAround, 0.0, 1.0);
+}
+
+/// Share of the light that comes through the body (`light_through` in soft_light.comp).
+double light_through(const Scene& scene, const Relief& relief, const dvec3& here, const dvec3& to_light) {
+  const double reach_mm = 2 * scene.material.scatter_mm;
+  const double step_mm = reach_mm / 4;
+  const double light_mm = scene.light.kind == LightKind::kPoint
+                              ? glm::length(light_position(scene.light) - here)
+                              : std::numeric_limits<double>::infinity();
+  double thickness_mm = 0;
+  for (double along_mm = step_mm / 2; along_mm < std::min(24 * step_mm, light_mm); along_mm += step_mm) {
+    const dvec3 there = here + along_mm * to_light;
+    const dvec2 pixel = relief.pixel(there);
+    const int column = static_cast<int>(std::floor(pixel.x + 0.5));
+    const int row = static_cast<int>(std::floor(pixel.y + 0.5));
+    if (!relief.map().surface(column, row)) continue;
+    const double clearance_mm = there.z + relief.map().depth(column, row);
+    thickness_mm += step_mm * std::clamp(0.5 - clearance_mm / step_mm, 0.0, 1.0);
+  }
+  return std::exp(-thickness_mm / reach_mm);
+}
+
+/// The light of soft_light.comp and scatter.comp.
+class SoftLight {
+ public:
+  struct Value {
+    double direct = 1;
+    double sky = 1;
+    double scattered = 0;
+    double depth_mm = kNoSurface;
+  };
+
+  SoftLight(const Scene& scene, const Relief& relief, PictureSize size)
+      : scene_(scene),
+        width_(static_cast<int>(size.width + 1) / 2),
+        height_(static_cast<int>(size.height + 1) / 2) {
+    for (int row = 0; row < height_; ++row) {
+      for (int column = 0; column < width_; ++column) values_.push_back(first_of_four(relief, column, row));
+    }
+    if (scene.material.scatter_mm <= 0) return;
+    scatter(1, 0, relief.pixel_mm());
+    scatter(0, 1, relief.pixel_mm());
+  }
+
+  /// Between the places around a pixel.
+  Value around(int column, int row, double depth_mm) const {
+    Value sum{.direct = 0, .sky = 0};
+    double weights = 0;
+    for (const int down : {0, 1}) {
+      for (const int right : {0, 1}) {
+        const Value& there =
+            at(std::min(column / 2 + right, width_ - 1), std::min(row / 2 + down, height_ - 1));
+        if (there.depth_mm < 0) continue;
+        const double alike = std::max(1 - std::abs(there.depth_mm - depth_mm) / scene_.filter.step_mm, 0.001);
+        const double across = right == 1 ? 0.5 * (column % 2) : 1 - 0.5 * (column % 2);
+        const double weight = across * (down == 1 ? 0.5 * (row % 2) : 1 - 0.5 * (row % 2)) * alike;
+        sum.direct += weight * there.direct;
+        sum.sky += weight * there.sky;
+        sum.scattered += weight * there.scattered;
+        weights += weight;
+      }
+    }
+    if (weights <= 0) return {};
+    return {sum.direct / weights, sum.sky / weights, sum.scattered / weights, depth_mm};
+  }
+
+ private:
+  const Value& at(int column, int row) const {
+    return values_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
+                   static_cast<std::size_t>(column)];
+  }
+
+  Value first_of_four(const Relief& relief, int column, int row) const {
+    for (const int down : {0, 1}) {
+      for (const int right : {0, 1}) {
+        if (relief.map().surface(2 * column + right, 2 * row + down))
+          return of_pixel(relief, 2 * column + right, 2 * row + down);
+      }
+    }
+    return {};
+  }
+
+  Value of_pixel(const Relief& relief, int column, int row) const {
+    const dvec3 here = relief.point(column, row);
+    const dvec3 normal = relief.normal(column, row);
+    const dvec3 to_light = to_light_from(scene_, here);
+    const double cosine = glm::dot(normal, to_light);
+    Value value{.depth_mm = relief.map().depth(column, row)};
+    const double known = known_around(scene_, relief, column, row);
+    const double direct = direct_light(scene_, relief, column, row, cosine);
+    value.direct = known * direct;
+    value.sky = known * std::lerp(1.0, sky_seen(scene_, relief, column, row, normal), scene_.light.occlusion);
+    if (scene_.material.scatter_mm <= 0) return value;
+    const double through = scene_.material.glow * light_through(scene_, relief, here, to_light);
+    value.scattered = known * std::abs(cosine) * (cosine > 0 ? std::lerp(through, 1.0, direct) : through);
+    return value;
+  }
+
+  /// One direction of the Gaussian by the distance between two places of the surface.
+  void scatter(int right, int down, double pixel_mm) {
+    const double sigma_mm = scene_.material.scatter_mm;
+    const int radius = static_cast<int>(std::ceil(std::min(2.3 * sigma_mm / (2 * pixel_mm), 48.0)));
+    std::vector<Value> scattered = values_;
+    for (int row = 0; row < height_; ++row) {
+      for (int column = 0; column < width_; ++column) {
+        const Value& here = at(column, row);
+        if (here.depth_mm < 0) continue;
+        double sum = 0;
+        double weights = 0;
+        for (int step = -radius; step <= radius; ++step) {
+          const int x = column + step * right;
+          const int y = row + step * down;
+          if (x < 0 || y < 0 || x >= width_ || y >= height_ || at(x, y).depth_mm < 0) continue;
+          const double across_mm = 2 * pixel_mm * step;
+          const double below_mm = at(x, y).depth_mm - here.depth_mm;
+          const double weight =
+              std::exp(-(across_mm * across_mm + below_mm * below_mm) / (2 * sigma_mm * sigma_mm));
+          sum += weight * at(x, y).scattered;
+          weights += weight;
+        }
+        scattered[static_cast<std::size_t>(row * width_ + column)].scattered = sum / weights;
+      }
+    }
+    values_ = std::move(scattered);
+  }
+
+  const Scene& scene_;
+  int width_;
+  int height_;
+  std::vector<Value> values_;
+};
+
+double toned(const Scene::Finish& finish, double light) {
+  const double exposed = finish.exposure * light;
+  constexpr double kWhite = 3;
+  return finish.tone == Tone::kFilm ? exposed * (1 + exposed / (kWhite * kWhite)) / (1 + exposed) : exposed;
+}
+
+/// Blinn-Phong, soft light, and the light on the rim.
+Rgb lit_colour(const Scene& scene, const Relief& relief, const SoftLight* soft_light, int column, int row) {
   const Scene::Light& light = scene.light;
   const dvec3 point = relief.point(column, row);
   const dvec3 normal = relief.normal(column, row);
-  const dvec3 to_light = light.kind == LightKind::kPoint ? glm::normalize(light_position(light) - point)
-                                                         : light_direction(scene);
+  const dvec3 to_light = to_light_from(scene, point);
   const dvec3 halfway = glm::normalize(to_light + relief.to_viewer(point));
   const double facing = std::max(glm::dot(normal, to_light), 0.0);
   const double highlight =
       facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), light.shininess) : 0;
-  const bool shades = facing > 0 && scene.shadow.coefficient < 1;
-  const double direct = shades ? std::lerp(scene.shadow.coefficient, 1.0, relief.visibility(column, row)) : 1;
+  SoftLight::Value soft;
+  if (soft_light != nullptr) {
+    soft = soft_light->around(column, row, relief.map().depth(column, row));
+  } else {
+    soft.direct = direct_light(scene, relief, column, row, facing);
+  }
+  const dvec3 share = scene.material.scatter_mm > 0 ? dvec3(0.9, 0.6, 0.45) : dvec3(0);
+  const dvec3 matt = glm::mix(dvec3(facing * soft.direct), dvec3(soft.scattered), share);
+  const double rim = light.rim * std::pow(1 - std::max(glm::dot(normal, relief.to_viewer(point)), 0.0), 3);
 
   const dvec3 lamp(linear_of(light.red), linear_of(light.green), linear_of(light.blue));
   const dvec3 material(linear_of(scene.material.red), linear_of(scene.material.green),
                        linear_of(scene.material.blue));
-  const dvec3 linear = lamp * (material * light.ambient +
-                               direct * (material * light.diffuse * facing + light.specular * highlight));
-  return {displayed_of(linear.x), displayed_of(linear.y), displayed_of(linear.z)};
+  const dvec3 linear = lamp * (material * (light.ambient * soft.sky + light.diffuse * matt + rim * soft.sky) +
+                               light.specular * highlight * soft.direct);
+  const auto shown = [&](double part) { return displayed_of(toned(scene.finish, part)); };
+  return {shown(linear.x), shown(linear.y), shown(linear.z)};
 }
 
 /// The depth map as grey: near is bright.
@@ -187,6 +387,8 @@ std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vec
   if (!shows_surface(scene.mode)) return colour;
   std::vector<Rgb> shown = scene.mode == Mode::kSlices ? colour : std::vector(smooth_mm.size(), Rgb(0));
   const Relief relief(smooth_mm, size, scene);
+  const bool soft = scene.material.scatter_mm > 0 || scene.light.occlusion > 0 || scene.light.fade_mm > 0;
+  const auto soft_light = soft ? std::make_unique<SoftLight>(scene, relief, size) : nullptr;
   relief.map().for_each([&](int column, int row) {
     const std::size_t pixel = relief.map().index(column, row);
     if (!relief.map().surface(column, row)) {
@@ -194,7 +396,7 @@ std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vec
     } else if (scene.mode == Mode::kDepth) {
       shown[pixel] = depth_grey(scene.rays, smooth_mm[pixel]);
     } else {
-      shown[pixel] = lit_colour(scene, relief, column, row);
+      shown[pixel] = lit_colour(scene, relief, soft_light.get(), column, row);
     }
   });
   if (scene.mode == Mode::kSurfaceAndVolume) {

@@ -155,19 +155,23 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   const EchoLevels log{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
   const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, log);
   EXPECT_EQ(made.detector.threshold, 16);
+  EXPECT_EQ(made.detector.rise, 0.65);
   EXPECT_EQ(made.speckle.levels, 18);
   EXPECT_EQ(made.speckle.noise, 0);
   const EchoLevels linear{.fluid = 6, .tissue = 100, .noise = 50, .known = true};
   EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).speckle.noise, 0.5);
   EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).speckle.levels, 0);
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).detector.rise, 0.5);
   const Scene unknown = effective_scene(scene, kHalfMmGeometry, {512, 512}, {});
   EXPECT_EQ(unknown.detector.threshold, Scene::Detector{}.threshold);
+  EXPECT_EQ(unknown.detector.rise, 0.5);
   EXPECT_EQ(unknown.speckle.noise, Scene::Speckle{}.noise);
 }
 
 TEST(EffectiveSceneTest, LeavesWhatTheUserHasSet) {
   Scene scene;
   scene.detector.threshold = 31;
+  scene.detector.rise = 0.6;
   scene.speckle.noise = 0;
   scene.speckle.levels = 7;
   const EchoLevels levels{.fluid = 10, .tissue = 110, .noise = 18, .known = true};

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The settings: one section per group of the fields that the server offers, and one for the probe.
-import type { SceneField } from "../generated/fanlight_pb.js";
+import type { Look, SceneField } from "../generated/fanlight_pb.js";
 import { element } from "./element";
 import type { FieldEffects } from "./field_effects";
 import { groupOf } from "./field_text";
+import { lookRow } from "./look_menu";
 import type { MeasuredValues } from "./measured_values";
 import type { Values } from "./scene";
 import { SettingRows } from "./setting_rows";
@@ -16,9 +17,10 @@ export class Controls {
 
   constructor(
     form: HTMLFormElement,
-    editor: SettingsEditor,
+    private readonly editor: SettingsEditor,
     private readonly effects: FieldEffects,
     fields: SceneField[],
+    private readonly looks: readonly Look[],
     private readonly defaults: Values,
     probe: HTMLElement,
     measured: MeasuredValues,
@@ -55,6 +57,11 @@ export class Controls {
     this.rows.onRefresh(() => (reset.inert = this.offered !== undefined));
     heading.append(reset);
     const rows = element("div", { className: "rows" });
+    const look = lookRow(this.looks, this.editor, (refresher) => this.rows.onRefresh(refresher));
+    if (look) {
+      this.rows.onRefresh(() => (look.hidden = this.effects.missing("light") !== undefined));
+      rows.append(look);
+    }
     for (const setting of settings) {
       const row = this.rows.row(setting);
       const names = namesOf(setting);
