@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The settings: one section per group of the fields that the server offers, and one for the probe.
-import type { Look, SceneField } from "../generated/fanlight_pb.js";
+import type { Hello } from "../generated/fanlight_pb.js";
 import { element } from "./element";
 import type { FieldEffects } from "./field_effects";
 import { groupOf } from "./field_text";
@@ -19,15 +19,14 @@ export class Controls {
     form: HTMLFormElement,
     private readonly editor: SettingsEditor,
     private readonly effects: FieldEffects,
-    fields: SceneField[],
-    private readonly looks: readonly Look[],
+    private readonly hello: Pick<Hello, "fields" | "looks">,
     private readonly defaults: Values,
     probe: HTMLElement,
     measured: MeasuredValues,
   ) {
     this.rows = new SettingRows(editor, defaults, effects, measured);
     form.onsubmit = (event) => event.preventDefault();
-    const [main, ...groups] = sections(fields);
+    const [main, ...groups] = sections(hello.fields);
     form.replaceChildren(
       ...(main ? [this.mainSection(main)] : []),
       probe,
@@ -57,7 +56,7 @@ export class Controls {
     this.rows.onRefresh(() => (reset.inert = this.offered !== undefined));
     heading.append(reset);
     const rows = element("div", { className: "rows" });
-    const look = lookRow(this.looks, this.editor, (refresher) => this.rows.onRefresh(refresher));
+    const look = lookRow(this.hello.looks, this.editor, (refresher) => this.rows.onRefresh(refresher));
     if (look) {
       this.rows.onRefresh(() => (look.hidden = this.effects.missing("light") !== undefined));
       rows.append(look);

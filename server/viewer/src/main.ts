@@ -228,16 +228,7 @@ function begin(newHello: Hello): void {
     orbit.start(newHello.fields, defaults);
     const unknown = unknownNames(newHello.fields);
     if (unknown.length > 0) console.warn(`The page knows settings that the server lacks: ${unknown.join(", ")}`);
-    controls = new Controls(
-      page.form,
-      editor,
-      effects,
-      newHello.fields,
-      newHello.looks,
-      defaults,
-      probeGroup.root,
-      measured,
-    );
+    controls = new Controls(page.form, editor, effects, newHello, defaults, probeGroup.root, measured);
   }
   hello = newHello;
   if (hello.control) controlTold(hello.control);
