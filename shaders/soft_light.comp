@@ -82,10 +82,12 @@ float light_through(vec3 at, vec3 to_light) {
   for (int step_number = 0; step_number < kSteps; ++step_number) {
     float along = (float(step_number) + 0.5) * step_length;
     vec3 there = at + along * to_light;
+    bool in_body = along < light_distance && there.z <= lighting.shadow_top;
+    there.z = min(there.z, lighting.shadow_top);
     float depth_there = depth_at(ivec2(floor(pixel_of(there) + 0.5)));
     float clearance = there.z + depth_there;
     float inside = depth_there >= 0.0 ? clamp(0.5 - clearance / step_length, 0.0, 1.0) : 0.0;
-    thickness += along < light_distance ? inside * step_length : 0.0;
+    thickness += in_body ? inside * step_length : 0.0;
   }
   return exp(-thickness / lighting.glow_reach);
 }

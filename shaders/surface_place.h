@@ -72,7 +72,7 @@ float placed(Ray ray, float position) {
 }
 
 // The sum of the newest samples, as many as are compared with the level of the tissue.
-const int kLevelMean = 8;
+const int kLevelMean = kHalf < 8 ? kHalf : 8;
 struct MovingSum {
   float recent[kLevelMean];
 };
@@ -114,10 +114,10 @@ float direction_inwards(Ray ray, float oldest) {
   return difference >= 0.0 ? 1.0 : -1.0;
 }
 
-// The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, has first
-// risen by rays.rise of the way to the tissue's, as the mean of two samples. The tissue is the brightest mean
-// of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it. `run`: the
-// samples of the ray.
+// The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, first
+// rises past rays.rise of the way to the tissue's, as the mean of two samples. The tissue is the brightest
+// mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it. `run`:
+// the samples of the ray.
 float placed_by_level(Ray ray, SampleRun run, float position) {
   float oldest = ceil(position + float(kHalf) - 1.0) - float(kWindow - 1);
   float inwards = direction_inwards(ray, oldest);
@@ -147,9 +147,9 @@ float placed_by_level(Ray ray, SampleRun run, float position) {
     [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
       int number = first + slot;
       float pair = 0.5 * (last + batch[slot]);
-      bool reaches = number >= 1 && number < kWindow + kHalf && pair >= level && found < 0.0;
-      float part = number >= 2 ? clamp((level - before) / max(pair - before, 1e-6), 0.0, 1.0) : 1.0;
-      found = reaches ? float(number - 1) + part - 0.5 : found;
+      bool crosses = number >= 2 && number < kWindow + kHalf && before < level && pair >= level;
+      float part = clamp((level - before) / max(pair - before, 1e-6), 0.0, 1.0);
+      found = crosses && found < 0.0 ? float(number - 1) + part - 0.5 : found;
       last = batch[slot];
       before = pair;
     }

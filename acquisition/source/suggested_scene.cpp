@@ -11,6 +11,8 @@ Scene suggested_scene(const SourceDescription& source, std::uint32_t picture_hei
   scene.camera.target = source.subject->middle;
   scene.camera.distance_mm = source.subject->middle.y_mm;
   scene.camera.field_mm = source.subject->height_mm;
+  scene.slice.depth_mm = scene.camera.distance_mm;
+  // The light keeps its depth: over a smaller part of the body it falls more steeply.
   scene.light.right_mm *= nearer;
   scene.light.up_mm *= nearer;
   limit(scene);

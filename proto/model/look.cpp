@@ -27,10 +27,10 @@ constexpr Look::Value kClinical[] = {
     {"material.scatter_mm", "0"}, {"material.glow", "0"},       {"light.red", "1"},
     {"light.green", "1"},         {"light.blue", "1"},          {"light.ambient", "0.45"},
     {"light.diffuse", "0.55"},    {"light.specular", "0.04"},   {"light.shininess", "12"},
-    {"light.occlusion", "1"},     {"light.occlusion_mm", "8"},  {"light.fade_mm", "2"},
+    {"light.occlusion", "1"},     {"light.occlusion_mm", "8"},  {"light.fade_mm", "0"},
     {"light.rim", "0"},           {"light.normals", "central"}, {"shadow.coefficient", "0.6"},
     {"shadow.softness_mm", "20"}, {"finish.smoothing", "mean"}, {"finish.colours", "none"},
-    {"finish.exposure", "1.05"},  {"finish.tone", "linear"}};
+    {"finish.exposure", "0.9"},   {"finish.tone", "linear"}};
 
 constexpr Look::Value kPaper[] = {
     {"material.red", "0.95"},     {"material.green", "0.78"},   {"material.blue", "0.68"},
@@ -72,13 +72,6 @@ Result<void> apply_look(Scene& scene, std::string_view name) {
   }
   scene = with(scene, *found);
   return {};
-}
-
-std::string_view look_of(const Scene& scene) {
-  const auto* const found = std::ranges::find_if(kLooks, [&scene](const Look& look) {
-    return first_pass_changed(scene, with(scene, look)) == FirstPass::kNone;
-  });
-  return found == std::end(kLooks) ? std::string_view() : found->name;
 }
 
 }  // namespace fanlight

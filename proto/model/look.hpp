@@ -29,7 +29,4 @@ std::span<const Look> looks();
 /// Sets the fields of the look with this name. The error names the known looks; the scene is then unchanged.
 Result<void> apply_look(Scene& scene, std::string_view name);
 
-/// The name of the look whose fields the scene has, empty if none.
-std::string_view look_of(const Scene& scene);
-
 }  // namespace fanlight

@@ -202,7 +202,8 @@ const SceneField kFields[] = {
     choice<MEMBER(detector.place)>(
         "detector.place",
         "where on the edge the surface lies: where the threshold is first crossed, its steepest point, the "
-        "steepest point by a narrower window, or the brightest point",
+        "steepest point by a narrower window, the brightest point, or where the echo comes near to the "
+        "tissue's",
         FirstPass::kCast, kPlaces),
     row<MEMBER(detector.rise)>(
         "detector.rise", "",

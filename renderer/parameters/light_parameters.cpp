@@ -81,33 +81,6 @@ void set_light(shaders::LightParameters& to, const Scene& scene) {
   to.softness = static_cast<float>(scene.shadow.softness_mm);
 }
 
-/// The share of each colour that skin scatters: red light goes deepest. Chosen by eye, in the order of the
-/// mean free paths of skin (Jensen et al., "A practical model for subsurface light transport", 2001, table
-/// 1).
-constexpr glm::vec3 kScatteredShare(0.9F, 0.6F, 0.45F);
-/// Thickness through which 1 / e of the light comes, over the distance at which it spreads.
-constexpr double kGlowReach = 2;
-/// The window of the scattering, in standard deviations.
-constexpr double kScatterReach = 2.3;
-
-void set_soft_light(shaders::LightParameters& to, const Scene& scene) {
-  const double scatter_mm = scene.material.scatter_mm;
-  to.occlusion = static_cast<float>(scene.light.occlusion);
-  to.occlusion_reach = static_cast<float>(scene.light.occlusion_mm);
-  to.fade_reach = static_cast<float>(scene.light.fade_mm);
-  to.rim = static_cast<float>(scene.light.rim);
-  to.exposure = static_cast<float>(scene.finish.exposure);
-  to.film = scene.finish.tone == Tone::kFilm ? 1 : 0;
-  if (scatter_mm <= 0) return;
-  constexpr double kMostPlaces = 48;
-  const double places = kScatterReach * scatter_mm / (2.0 * to.pixel);
-  to.scattered = kScatteredShare;
-  to.scatter_radius = static_cast<int>(std::ceil(std::min(places, kMostPlaces)));
-  to.scatter_fall = static_cast<float>(1 / (2 * scatter_mm * scatter_mm));
-  to.glow = static_cast<float>(scene.material.glow);
-  to.glow_reach = static_cast<float>(kGlowReach * scatter_mm);
-}
-
 int shown_by(Mode mode) {
   switch (mode) {
     case Mode::kSurface:
@@ -119,6 +92,39 @@ int shown_by(Mode mode) {
     default:
       return FANLIGHT_SHOW_COLOUR;
   }
+}
+
+bool has_soft_light(const Scene& scene) {
+  return shown_by(scene.mode) == FANLIGHT_SHOW_SURFACE &&
+         (scene.material.scatter_mm > 0 || scene.light.occlusion > 0 || scene.light.fade_mm > 0);
+}
+
+/// The share of each colour that skin scatters: red light goes deepest. Chosen by eye, in the order of the
+/// mean free paths of skin (Jensen et al., "A practical model for subsurface light transport", 2001, table
+/// 1).
+constexpr glm::vec3 kScatteredShare(0.9F, 0.6F, 0.45F);
+/// Thickness through which 1 / e of the light comes, over the distance at which it spreads.
+constexpr double kGlowReach = 2;
+/// The window of the scattering, in standard deviations.
+constexpr double kScatterReach = 2.3;
+
+void set_soft_light(shaders::LightParameters& to, const Scene& scene) {
+  const double scatter_mm = scene.material.scatter_mm;
+  to.rim = static_cast<float>(scene.light.rim);
+  to.exposure = static_cast<float>(scene.finish.exposure);
+  to.film = scene.finish.tone == Tone::kFilm ? 1 : 0;
+  if (!has_soft_light(scene)) return;
+  to.occlusion = static_cast<float>(scene.light.occlusion);
+  to.occlusion_reach = static_cast<float>(scene.light.occlusion_mm);
+  to.fade_reach = static_cast<float>(scene.light.fade_mm);
+  if (scatter_mm <= 0) return;
+  constexpr double kMostPlaces = 48;
+  const double places = kScatterReach * scatter_mm / (2.0 * to.pixel);
+  to.scattered = kScatteredShare;
+  to.scatter_radius = static_cast<int>(std::ceil(std::min(places, kMostPlaces)));
+  to.scatter_fall = static_cast<float>(1 / (2 * scatter_mm * scatter_mm));
+  to.glow = static_cast<float>(scene.material.glow);
+  to.glow_reach = static_cast<float>(kGlowReach * scatter_mm);
 }
 
 PipelineKey smooth_key(bool along_columns, bool keeps_edges) {
@@ -134,8 +140,8 @@ PipelineKey soft_light_key(bool perspective, bool soft_shadows) {
   return {.shader = Shader::kSoftLight, .constants = {perspective ? 1 : 0, soft_shadows ? 1 : 0}};
 }
 
-PipelineKey scatter_key(bool along_columns) {
-  return {.shader = Shader::kScatter, .constants = {along_columns ? 1 : 0}};
+PipelineKey scatter_key(bool along_columns, bool perspective) {
+  return {.shader = Shader::kScatter, .constants = {along_columns ? 1 : 0, perspective ? 1 : 0}};
 }
 
 }  // namespace
@@ -163,8 +169,8 @@ LightKeys light_keys(const Scene& scene, FrameKind kind) {
   const bool keeps_edges = scene.filter.kind == DepthFilter::kEdgePreserving;
   const bool perspective = is_perspective(scene.camera);
   const bool soft_shadows = scene.shadow.softness_mm > 0;
-  const bool scatters = scene.material.scatter_mm > 0;
-  const bool soft_light = scatters || scene.light.occlusion > 0 || scene.light.fade_mm > 0;
+  const bool soft_light = has_soft_light(scene);
+  const bool scatters = soft_light && scene.material.scatter_mm > 0;
   const std::optional<PipelineKey> none;
   return {
       .confidence = {.shader = Shader::kConfidence,
@@ -173,8 +179,8 @@ LightKeys light_keys(const Scene& scene, FrameKind kind) {
       .filter_rows = mean ? PipelineKey{.shader = Shader::kMeanRows} : smooth_key(false, keeps_edges),
       .filter_columns = mean ? PipelineKey{.shader = Shader::kMeanColumns} : smooth_key(true, keeps_edges),
       .soft_light = soft_light ? soft_light_key(perspective, soft_shadows) : none,
-      .scatter_rows = scatters ? scatter_key(false) : none,
-      .scatter_columns = scatters ? scatter_key(true) : none,
+      .scatter_rows = scatters ? scatter_key(false, perspective) : none,
+      .scatter_columns = scatters ? scatter_key(true, perspective) : none,
       .light = light_key(perspective, soft_shadows, soft_light)};
 }
 
@@ -186,10 +192,10 @@ std::array<PipelineKey, kLightVariants> light_variants() {
       *next++ = light_key(first, second, false);
       *next++ = light_key(first, second, true);
       *next++ = soft_light_key(first, second);
+      *next++ = scatter_key(first, second);
       *next++ = smooth_key(first, second);
     }
   }
-  for (const bool along_columns : {false, true}) *next++ = scatter_key(along_columns);
   return variants;
 }
 

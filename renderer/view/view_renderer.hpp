@@ -269,6 +269,7 @@ class ViewRenderer {
   std::optional<Scene::Filter> filter_due_;      // what filter_ will be
   bool confidence_due_ = false;                  // what confidence_known_ will be
   std::array<double, kStages> light_step_ms_{};  // of one step of each stage; 0: not known
+  std::size_t measured_light_steps_ = 0;         // how many steps of the light that is the time of
 
   // Of a view that pauses: sums of the pieces that are done, and the stage of the last one.
   std::array<double, kStages> done_ms_{};

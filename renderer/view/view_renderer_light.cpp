@@ -132,6 +132,9 @@ Result<void> ViewRenderer::add_light_steps(Pipelines& pipelines, const LightKeys
   LightStep light_step = on_tiles(*lit, regions_.lit);
   light_step.stage = Stage::kLight;
   light_steps_.add(light_step);
+  const std::size_t light_steps = light_steps_.count_of(Stage::kLight);
+  if (light_steps != measured_light_steps_) light_step_ms_[static_cast<std::size_t>(Stage::kLight)] = 0;
+  measured_light_steps_ = light_steps;
   LightStep step = on_tiles(pipelines.fixed(Shader::kDiffuse), regions_.finished);
   step.stage = Stage::kFinish;
   const int steps = diffusion_steps(scene);
@@ -265,6 +268,8 @@ Result<void> ViewRenderer::change_light(Pipelines& pipelines, const Scene& wante
   changed.steady = parameters.steady;
   changed.confidence_counts = parameters.confidence_counts;
   maps_due_ = {.parameters = changed, .diffusion_steps = diffusion_steps(scene)};
+  // Another light changes pixels that keep their depth.
+  regions_.lit = regions_.finished = LightRegions::whole(config_.size).lit;
   set_smooth_part(changed, regions_.smooth);
   parameters = changed;
   light_steps_.drop_from(Stage::kLight);

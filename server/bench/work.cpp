@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/source/suggested_scene.hpp"
 #include "server/bench/work.hpp"
 
 #include <fmt/format.h>
@@ -7,6 +6,8 @@
 #include <algorithm>
 #include <string_view>
 #include <utility>
+
+#include "acquisition/source/suggested_scene.hpp"
 
 namespace fanlight {
 

@@ -59,6 +59,7 @@ FigureRow thin_row(const std::string& name, DepthRig& rig, const Scene& scene, d
            {"5 % mm", errors[errors.size() / 20]},
            {"95 % mm", errors[errors.size() - 1 - errors.size() / 20]},
            {"missing %", 100 * missing / static_cast<double>(errors.size()), 2, at_most(1)},
+           {"two scales mm", std::abs(median(SurfacePlace::kTwoScales)), 3, at_most(0.1)},
            {"refined mm", median(SurfacePlace::kRefined)},
            {"first crossing mm", median(SurfacePlace::kFirstCrossing)},
            {"ridge mm", median(SurfacePlace::kRidge) - kThicknessMm / 2}}};

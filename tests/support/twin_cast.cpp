@@ -245,20 +245,19 @@ double placed_by_level(const Scene::Detector& detector, const RaySamples& sample
     }
     return of;
   };
-  constexpr int kMean = 8;
-  if (window < kMean) return position;
-  const std::vector<double> wide = means(kMean);
+  const int mean = std::min(8, half);
+  const std::vector<double> wide = means(mean);
   const double tissue = *std::ranges::max_element(wide);
-  const double fluid = *std::min_element(wide.begin(), wide.begin() + (window - kMean + 1));
+  const double fluid = *std::min_element(wide.begin(), wide.begin() + (window - mean + 1));
   const double level = std::lerp(fluid, tissue, detector.rise);
   const std::vector<double> pairs = means(2);
-  const auto reached = std::ranges::find_if(pairs, [level](double mean) { return mean >= level; });
+  const auto reached = std::ranges::adjacent_find(
+      pairs, [level](double before, double after) { return before < level && after >= level; });
   if (reached == pairs.end()) return position;
-  const bool is_first = reached == pairs.begin();
-  const double before = is_first ? 0 : *std::prev(reached);
-  const double part =
-      is_first ? 1 : std::clamp((level - before) / std::max(*reached - before, 1e-6), 0.0, 1.0);
-  const double found = static_cast<double>(reached - pairs.begin()) - 0.5 + part;
+  const double before = *reached;
+  const double after = *std::next(reached);
+  const double part = std::clamp((level - before) / std::max(after - before, 1e-6), 0.0, 1.0);
+  const double found = static_cast<double>(reached - pairs.begin()) + 0.5 + part;
   return start + (inwards ? found : -found);
 }
 

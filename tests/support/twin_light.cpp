@@ -40,6 +40,11 @@ class Relief {
   double eye_mm() const { return eye_distance_mm(scene_.camera) - scene_.camera.distance_mm; }
 
   /// Distance between pixels at a depth / distance between pixels at the target.
+  /// Upper limit of the heights of surfaces.
+  double top_mm() const {
+    return -(perspective() ? std::max(scene_.rays.start_mm, 1 - eye_mm()) : scene_.rays.start_mm);
+  }
+
   double pixel_mm() const { return part_.pixel_mm; }
   double pixel_mm(double depth_mm) const { return part_.pixel_mm * scale(depth_mm); }
   double scale(double depth_mm) const {
@@ -120,7 +125,7 @@ double Relief::visibility(int column, int row) const {
   // The shadow ray: from just above the surface to the light, or to the upper limit of the heights.
   const dvec3 from = surface + dvec3(0, 0, kBiasPixels * part_.pixel_mm * scale(map_.depth(column, row)));
   dvec3 to = from + to_light;
-  const double top = -(perspective() ? std::max(scene_.rays.start_mm, 1 - eye_mm()) : scene_.rays.start_mm);
+  const double top = top_mm();
   if (to.z > top) {
     if (from.z >= top) return 1;
     to = from + (to - from) * ((top - from.z) / (to.z - from.z));
@@ -215,6 +220,7 @@ double light_through(const Scene& scene, const Relief& relief, const dvec3& here
   double thickness_mm = 0;
   for (double along_mm = step_mm / 2; along_mm < std::min(24 * step_mm, light_mm); along_mm += step_mm) {
     const dvec3 there = here + along_mm * to_light;
+    if (there.z > relief.top_mm()) break;
     const dvec2 pixel = relief.pixel(there);
     const int column = static_cast<int>(std::floor(pixel.x + 0.5));
     const int row = static_cast<int>(std::floor(pixel.y + 0.5));
@@ -243,8 +249,8 @@ class SoftLight {
       for (int column = 0; column < width_; ++column) values_.push_back(first_of_four(relief, column, row));
     }
     if (scene.material.scatter_mm <= 0) return;
-    scatter(1, 0, relief.pixel_mm());
-    scatter(0, 1, relief.pixel_mm());
+    scatter(1, 0, relief);
+    scatter(0, 1, relief);
   }
 
   /// Between the places around a pixel.
@@ -302,9 +308,9 @@ class SoftLight {
   }
 
   /// One direction of the Gaussian by the distance between two places of the surface.
-  void scatter(int right, int down, double pixel_mm) {
+  void scatter(int right, int down, const Relief& relief) {
     const double sigma_mm = scene_.material.scatter_mm;
-    const int radius = static_cast<int>(std::ceil(std::min(2.3 * sigma_mm / (2 * pixel_mm), 48.0)));
+    const int radius = static_cast<int>(std::ceil(std::min(2.3 * sigma_mm / (2 * relief.pixel_mm()), 48.0)));
     std::vector<Value> scattered = values_;
     for (int row = 0; row < height_; ++row) {
       for (int column = 0; column < width_; ++column) {
@@ -316,7 +322,7 @@ class SoftLight {
           const int x = column + step * right;
           const int y = row + step * down;
           if (x < 0 || y < 0 || x >= width_ || y >= height_ || at(x, y).depth_mm < 0) continue;
-          const double across_mm = 2 * pixel_mm * step;
+          const double across_mm = 2 * relief.pixel_mm(here.depth_mm) * step;
           const double below_mm = at(x, y).depth_mm - here.depth_mm;
           const double weight =
               std::exp(-(across_mm * across_mm + below_mm * below_mm) / (2 * sigma_mm * sigma_mm));
