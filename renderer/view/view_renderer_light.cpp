@@ -2,7 +2,7 @@
 // ViewRenderer: the commands of passes 2 and 3.
 #include <array>
 #include <bit>
-#include <cstring>
+#include <cstdint>
 #include <utility>
 
 #include "renderer/parameters/effective_scene.hpp"
@@ -53,8 +53,10 @@ int diffusion_steps(const Scene& scene) {
 }  // namespace
 
 bool ViewRenderer::MapsKey::operator==(const MapsKey& other) const {
+  // All members have four bytes, without padding between them.
+  using Words = std::array<std::uint32_t, sizeof(shaders::LightParameters) / sizeof(std::uint32_t)>;
   return diffusion_steps == other.diffusion_steps &&
-         std::memcmp(&parameters, &other.parameters, sizeof parameters) == 0;
+         std::bit_cast<Words>(parameters) == std::bit_cast<Words>(other.parameters);
 }
 
 LightStep ViewRenderer::on_tiles(VkPipeline pipeline, const PixelRect& part) const {

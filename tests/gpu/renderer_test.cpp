@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ostream>
 
+#include "proto/model/look.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
@@ -290,6 +291,8 @@ TEST_F(RendererTest, CastsShadowsAwayFromTheLight) {
   scene.camera.field_mm = 60;
   scene.filter.size = 1;
   scene.filter.size_mm = 0;
+  // Without light that scatters into the shadow.
+  ASSERT_TRUE(apply_look(scene, "paper"));
   scene.shadow.coefficient = 0;
   scene.finish.smoothing = Smoothing::kNone;
   scene.light = {.right_mm = -60, .up_mm = 0, .depth_mm = 0, .ambient = 0, .diffuse = 1, .specular = 0};

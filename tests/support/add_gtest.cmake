@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 # fanlight_add_gtest(TARGET LABELS LABEL... [TIMEOUT SECONDS] [FILTER PATTERN] [LAUNCHER COMMAND...]
-#                    [PROCESSORS N] [NAME NAME])
+#                    [PROCESSORS N] [NAME NAME] [SHARDS N])
 # Registers a GoogleTest program as one test of ctest, which runs all cases in one process: starting a process, a
 # sanitizer or a Vulkan driver for each case costs more than most cases. Nothing is asked of the program when it is
 # built, so a busy machine cannot fail there.
 # The program writes its results to test_results/NAME.xml of the build folder, which tests/summary reads.
+# SHARDS makes N tests, NAME_1 to NAME_N, of which each runs a part of the cases.
 # TIMEOUT ends a test that hangs; it is generous, because machines are shared.
 function(fanlight_add_gtest target)
-  cmake_parse_arguments(PARSE_ARGV 1 given "" "NAME;TIMEOUT;FILTER;PROCESSORS" "LABELS;LAUNCHER")
+  cmake_parse_arguments(PARSE_ARGV 1 given "" "NAME;TIMEOUT;FILTER;PROCESSORS;SHARDS" "LABELS;LAUNCHER")
   if(NOT given_NAME)
     set(given_NAME ${target})
   endif()
@@ -20,10 +21,24 @@ function(fanlight_add_gtest target)
   if(NOT given_FILTER)
     set(given_FILTER *)
   endif()
-  add_test(NAME ${given_NAME} COMMAND ${given_LAUNCHER} $<TARGET_FILE:${target}>)
-  set_tests_properties(${given_NAME} PROPERTIES
+  if(given_SHARDS)
+    foreach(shard RANGE 1 ${given_SHARDS})
+      math(EXPR index "${shard} - 1")
+      fanlight_add_gtest_part(${given_NAME}_${shard} "GTEST_TOTAL_SHARDS=${given_SHARDS};GTEST_SHARD_INDEX=${index}")
+    endforeach()
+  else()
+    fanlight_add_gtest_part(${given_NAME} "")
+  endif()
+endfunction()
+
+# One test with the arguments of fanlight_add_gtest, of which it is a part.
+macro(fanlight_add_gtest_part name environment)
+  add_test(NAME ${name} COMMAND ${given_LAUNCHER} $<TARGET_FILE:${target}>)
+  set(part_environment "GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/test_results/${name}.xml"
+    "GTEST_FILTER=${given_FILTER}" ${environment})
+  set_tests_properties(${name} PROPERTIES
     LABELS "${given_LABELS}"
     TIMEOUT ${given_TIMEOUT}
     PROCESSORS ${given_PROCESSORS}
-    ENVIRONMENT "GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/test_results/${given_NAME}.xml;GTEST_FILTER=${given_FILTER}")
-endfunction()
+    ENVIRONMENT "${part_environment}")
+endmacro()
