@@ -27,6 +27,9 @@
 // Maps of the picture.
 // float a pixel: the depth map of pass 1, mm.
 #define FANLIGHT_BINDING_DEPTH 8
+// float a pixel: where the rays met the surface, mm. The depth map is this, with or without the steps
+// of frames.
+#define FANLIGHT_BINDING_RAY_DEPTH 35
 // float a pixel: contrast of the edge over the noise beside it.
 #define FANLIGHT_BINDING_CONFIDENCE 9
 // Packed RGBA8 a pixel: the colours of pass 1.
@@ -95,9 +98,9 @@
 #define FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX
 #endif
 
-#define FANLIGHT_BINDINGS 35
+#define FANLIGHT_BINDINGS 36
 // Storage buffers among the bindings. The others are two uniform buffers, two textures and texel buffers.
-#define FANLIGHT_STORAGE_BUFFERS 23
+#define FANLIGHT_STORAGE_BUFFERS 24
 // Further ones with FANLIGHT_STORAGE: angle table, frames, filtered and prepared frames, packed columns.
 #define FANLIGHT_FURTHER_STORAGE_BUFFERS 5
 

@@ -5,8 +5,9 @@
 // Reads: the parameters; the volume and the angle table (fan_volume.h); segment_masks, one bit for each
 //   segment of a tile's rays (empty_space.comp); tile_list, the tiles to cast again (dirty_tiles.comp); the
 //   transfer function.
-// Writes, height x width of the picture, top row first: depth (mm below the view plane, FANLIGHT_NO_SURFACE
-//   without a surface and outside the viewport), volume_colour (RGBA8). For each tile: sample_ends.
+// Writes, height x width of the picture, top row first: depth and ray_depth (the same: mm below the view
+//   plane, FANLIGHT_NO_SURFACE without a surface and outside the viewport), volume_colour (RGBA8). For each
+//   tile: sample_ends.
 //
 // On llvmpipe an `if` saves no work, since both sides run under a mask: work that few lanes need stands in
 // loops that end early.
@@ -40,6 +41,9 @@ layout(constant_id = 7) const int kTiles = FANLIGHT_CAST_ALL;
 layout(binding = FANLIGHT_BINDING_TRANSFER) uniform sampler1D transfer;
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) writeonly buffer DepthMap {
   float depth[];
+};
+layout(binding = FANLIGHT_BINDING_RAY_DEPTH, scalar) writeonly buffer RayDepths {
+  float ray_depth[];
 };
 layout(binding = FANLIGHT_BINDING_SEGMENT_MASKS, scalar) readonly buffer SegmentMasks {
   uvec4 segment_masks[];
@@ -199,7 +203,9 @@ void write_pixels(uvec2 first, RayResult result) {
       if (pixel.x >= rays.width || pixel.y >= rays.height) continue;
       bool shown = in_viewport(pixel);
       uint index = pixel.y * rays.width + pixel.x;
-      depth[index] = shown ? result.surface : FANLIGHT_NO_SURFACE;
+      float surface = shown ? result.surface : FANLIGHT_NO_SURFACE;
+      depth[index] = surface;
+      ray_depth[index] = surface;
       volume_colour[index] = shown ? packed_colour : packUnorm4x8(vec4(0.0, 0.0, 0.0, 1.0));
     }
   }

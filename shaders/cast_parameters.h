@@ -71,6 +71,7 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   vec2 first_angle;
   vec2 last_angle;
   float motor_radius;
+  float frame_angle;  // from one frame to the next, in the mean, rad
   float farthest;
 
   // The scanned sector of a Cartesian frame: |x| + sector_margin <= (rho + probe_radius) * sector_tangent,

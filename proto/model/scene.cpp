@@ -118,6 +118,7 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
   scene.detector.window_mm = kDetectorMm;
   scene.detector.threshold = 0;
   scene.detector.place = SurfacePlace::kLevel;
+  scene.detector.frame_steps = FrameSteps::kRemoved;
   scene.filter.islands = scaled(scene.filter.islands);
   scene.filter.holes = scaled(scene.filter.holes);
   static_cast<void>(apply_look(scene, looks().front().name));

@@ -28,6 +28,12 @@ enum class SurfacePlace : std::uint8_t {
   kRidge,          ///< the brightest point
   kLevel,          ///< where the echo comes near to that of the tissue behind the edge
 };
+/// The steps, as long as the distance of frames, of a surface that is slanted to the frames: between two
+/// frames their echoes are mixed.
+enum class FrameSteps : std::uint8_t {
+  kKept,
+  kRemoved,  ///< by the mean over one distance of frames, across them
+};
 /// Content of the picture.
 enum class Mode : std::uint8_t {
   kSurface,
@@ -120,6 +126,7 @@ struct Scene {
     EdgeSign sign = EdgeSign::kDarkToBright;
     SurfacePlace place = SurfacePlace::kRefined;
     double rise = 0;  ///< place level: share of the way from the fluid to the tissue; 0: from the data
+    FrameSteps frame_steps = FrameSteps::kKept;
   } detector;
 
   TransferFunction transfer;

@@ -17,6 +17,7 @@ constexpr std::string_view kProjections[] = {"parallel", "perspective"};
 constexpr std::string_view kSpeckleFilters[] = {"none", "box", "median", "guided"};
 constexpr std::string_view kSigns[] = {"dark-to-bright", "bright-to-dark", "either"};
 constexpr std::string_view kPlaces[] = {"first-crossing", "refined", "two-scales", "ridge", "level"};
+constexpr std::string_view kFrameSteps[] = {"kept", "removed"};
 constexpr std::string_view kRefreshes[] = {"volume", "frame"};
 constexpr std::string_view kModes[] = {
     "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth", "slice", "slices"};
@@ -210,6 +211,11 @@ const SceneField kFields[] = {
         "place level: how far the echo has risen from the fluid's to the tissue's where "
         "the surface lies; 0 asks the data",
         0, 1, 0, FirstPass::kCast),
+    choice<MEMBER(detector.frame_steps)>("detector.frame_steps",
+                                         "the steps that mixed echoes between two frames make on a slanted "
+                                         "surface: kept, or removed by the mean over "
+                                         "one distance of frames",
+                                         FirstPass::kCast, kFrameSteps),
     text_row<MEMBER(transfer)>(
         "transfer.points",
         "volume mode: colour and opacity per mm by grey level, as LEVEL #RRGGBB OPACITY, ...",

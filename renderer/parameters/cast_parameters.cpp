@@ -119,6 +119,8 @@ void set_frames(shaders::CastParameters& to, const FanGeometry& geometry, const 
   to.first_angle = {std::cos(volume.first_angle_rad), std::sin(volume.first_angle_rad)};
   to.last_angle = {std::cos(volume.last_angle_rad), std::sin(volume.last_angle_rad)};
   to.motor_radius = static_cast<float>(geometry.motor_radius_mm);
+  const double intervals = std::max(volume.frames - 1.0, 1.0);
+  to.frame_angle = static_cast<float>((volume.last_angle_rad - volume.first_angle_rad) / intervals);
   to.farthest = static_cast<float>(geometry.motor_radius_mm + geometry.depth_mm());
 }
 
@@ -230,6 +232,12 @@ int accumulation(Mode mode) {
   }
 }
 
+/// Whether any part of the picture comes from the depth map.
+bool shows_depths(Mode mode) {
+  return mode == Mode::kSurface || mode == Mode::kSurfaceAndVolume || mode == Mode::kDepth ||
+         mode == Mode::kSlices;
+}
+
 int edge_sign(EdgeSign sign) {
   return sign == EdgeSign::kDarkToBright ? 1 : sign == EdgeSign::kBrightToDark ? -1 : 0;
 }
@@ -270,12 +278,15 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
   };
   CastKeys keys{.cast = cast(replaces_frames ? FANLIGHT_CAST_ALL_NOTED : FANLIGHT_CAST_ALL),
                 .empty_space = {},
+                .frame_steps = {},
                 .slice = {},
                 .cast_listed = {},
                 .dirty_tiles = {}};
   if (skips) {
     keys.empty_space = PipelineKey{.shader = Shader::kEmptySpace, .constants = {window, kept, polar}};
   }
+  if (scene.detector.frame_steps == FrameSteps::kRemoved && shows_depths(scene.mode))
+    keys.frame_steps = PipelineKey{.shader = Shader::kFrameSteps};
   if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
     keys.slice = PipelineKey{.shader = Shader::kSlice, .constants = {0, 0, polar}};
   }

@@ -25,6 +25,8 @@ std::string_view name_of(Shader shader) {
       return "dirty_tiles";
     case Shader::kCast:
       return "cast";
+    case Shader::kFrameSteps:
+      return "frame_steps";
     case Shader::kSlice:
       return "slice";
     case Shader::kTemporal:

@@ -20,6 +20,7 @@ enum class Shader : std::uint8_t {
   kEmptySpace,  // pass 1
   kDirtyTiles,
   kCast,
+  kFrameSteps,
   kSlice,
   kTemporal,  // pass 2
   kTileDepthRange,

@@ -71,6 +71,8 @@ std::span<const std::uint32_t> Pipelines::spirv_of(Shader shader) const {
     case Shader::kCast:
       return gathering ? pick(shaders::cast_gathering_spirv, shaders::cast_gathering_storage_spirv)
                        : pick(shaders::cast_spirv, shaders::cast_storage_spirv);
+    case Shader::kFrameSteps:
+      return pick(shaders::frame_steps_spirv, shaders::frame_steps_storage_spirv);
     case Shader::kSlice:
       return gathering ? pick(shaders::slice_gathering_spirv, shaders::slice_gathering_storage_spirv)
                        : pick(shaders::slice_spirv, shaders::slice_storage_spirv);

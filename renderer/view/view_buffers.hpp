@@ -45,8 +45,9 @@ struct ViewBuffers {
   // Tables.
   GpuBuffer nothing;  ///< for bindings where a frame store has no buffer
   GpuImage transfer;
-  // Pass 1: depth in mm, contrast divided by noise, colour as RGBA.
+  // Pass 1: depth in mm, the same with the steps of frames, contrast divided by noise, colour as RGBA.
   GpuBuffer depth;
+  GpuBuffer ray_depth;
   GpuBuffer confidence;
   GpuBuffer volume_colour;
   // Per tile: the segments that its rays sample, those of the cast before, and how far its rays went. And the

@@ -144,6 +144,7 @@ Result<void> ViewRenderer::find_cast_pipelines(Pipelines& pipelines, const Scene
       {&cast_pipelines_.empty_space, keys.empty_space},
       {&cast_pipelines_.cast_listed, keys.cast_listed},
       {&cast_pipelines_.dirty_tiles, keys.dirty_tiles},
+      {&cast_pipelines_.frame_steps, keys.frame_steps},
       {&cast_pipelines_.slice, keys.slice}};
   for (const auto& [pipeline, key] : wanted) {
     auto built = pipelines.get(key);

@@ -203,6 +203,7 @@ class ViewRenderer {
   void record_tables(VkCommandBuffer commands, AngleBuffer& angles);
   void record_before_rays(VkCommandBuffer commands, AngleBuffer& angles);
   void record_empty_space(VkCommandBuffer commands) const;
+  void record_frame_steps(VkCommandBuffer commands) const;
   void record_slices(VkCommandBuffer commands) const;
   void record_dirty_tiles(VkCommandBuffer commands, const Pipelines& pipelines, const FrameStore& frames,
                           FrameRange frames_changed) const;
@@ -236,6 +237,7 @@ class ViewRenderer {
   struct CastPipelines {    // null where CastKeys names none
     VkPipeline cast = VK_NULL_HANDLE;
     VkPipeline empty_space = VK_NULL_HANDLE;
+    VkPipeline frame_steps = VK_NULL_HANDLE;
     VkPipeline slice = VK_NULL_HANDLE;
     VkPipeline cast_listed = VK_NULL_HANDLE;
     VkPipeline dirty_tiles = VK_NULL_HANDLE;

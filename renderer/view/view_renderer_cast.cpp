@@ -51,6 +51,7 @@ Result<void> ViewRenderer::cast_next_band(const Gpu& gpu, const Pipelines& pipel
   const std::uint32_t tiles = std::min(band_tiles_, cast_tiles_ - next_tile_);
   vkCmdDispatch(commands, tiles, 1, 1);
   next_tile_ += tiles;
+  if (cast_submitted()) record_frame_steps(commands);
   if (cast_submitted()) record_slices(commands);
   if (cast_submitted()) record_maps_for_host(commands);
   if (cast_submitted()) timestamps_.stamp(commands, GpuTimestamps::kCastEnd);
@@ -74,6 +75,7 @@ Result<void> ViewRenderer::recast(const Gpu& gpu, const Pipelines& pipelines, co
   record_dirty_tiles(commands, pipelines, volume.frames, frames_changed);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.cast_listed);
   vkCmdDispatchIndirect(commands, memory_.tile_list.get(), 0);
+  record_frame_steps(commands);
   record_slices(commands);
   record_maps_for_host(commands);
   timestamps_.stamp(commands, GpuTimestamps::kCastEnd);
@@ -106,6 +108,13 @@ void ViewRenderer::record_empty_space(VkCommandBuffer commands) const {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.empty_space);
   vkCmdDispatch(commands, groups(cast_tiles_, kTilesInGroup), 1, 1);
   pass_barrier(commands);
+}
+
+void ViewRenderer::record_frame_steps(VkCommandBuffer commands) const {
+  if (cast_pipelines_.frame_steps == VK_NULL_HANDLE) return;
+  pass_barrier(commands);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.frame_steps);
+  vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
 }
 
 void ViewRenderer::record_slices(VkCommandBuffer commands) const {

@@ -50,7 +50,7 @@ std::unique_ptr<KnownSurface> surface_of(const PhantomSource& source) {
   return std::make_unique<ReliefSurface>(source.scene());
 }
 
-Volume first_sweep(PhantomSource& source) {
+Volume next_sweep(PhantomSource& source) {
   const SourceDescription& description = source.description();
   Volume volume(description.geometry, description.frames_per_volume);
   while (!volume.full()) {

@@ -45,7 +45,7 @@ std::unique_ptr<PhantomSource> made_phantom(const PhantomSource::Config& config)
 /// What the source shows, at time 0. The source must outlive it.
 std::unique_ptr<KnownSurface> surface_of(const PhantomSource& source);
 
-/// All frames of the first sweep. Throws std::runtime_error.
-Volume first_sweep(PhantomSource& source);
+/// All frames of the next sweep, the first one at first. Throws std::runtime_error.
+Volume next_sweep(PhantomSource& source);
 
 }  // namespace fanlight::test

@@ -85,7 +85,7 @@ FigureBlock measure_reference_work(const Workbench& bench) {
       const std::string name = fmt::format("r1/speckle {}/{}", on ? "on" : "off", method.name);
       if (!bench.wants(name)) continue;
       if (!work) work.emplace(bench);
-      if (!volume) volume = first_sweep(*phantom(speckle));
+      if (!volume) volume = next_sweep(*phantom(speckle));
       block.rows.push_back(phantom_row(name, work->errors(*volume, method)));
     }
   }

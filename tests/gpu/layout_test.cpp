@@ -101,6 +101,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, first_angle),
                             OFFSET(CastParameters, last_angle),
                             OFFSET(CastParameters, motor_radius),
+                            OFFSET(CastParameters, frame_angle),
                             OFFSET(CastParameters, farthest),
                             OFFSET(CastParameters, sector_tangent),
                             OFFSET(CastParameters, sector_margin),

@@ -28,6 +28,11 @@ struct TwinCast {
   std::vector<Rgb> colour;         ///< in the modes that show the echo itself; black in the others
 };
 
+/// Pass 1, FrameSteps::kRemoved: the mean of `ray_mm`, where rays met the surface, over one distance of
+/// frames across the frames. Crop and clip planes do not bound it.
+std::vector<double> twin_frame_steps(const Scene& scene, PictureSize size, const Volume& prepared,
+                                     const std::vector<double>& ray_mm);
+
 /// Pass 1, from the result of twin_prepare().
 TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& prepared);
 

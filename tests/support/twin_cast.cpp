@@ -419,21 +419,47 @@ void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, T
   }
 }
 
+Ray ray_of_pixel(const Scene& scene, const Viewport& part, std::uint32_t column, std::uint32_t row) {
+  return ray_through(scene.camera, (column - part.centre_column()) * part.pixel_mm,
+                     (part.centre_row() - row) * part.pixel_mm);
+}
+
 void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
   const Viewport part = viewport(scene, size);
   for (std::uint32_t row = part.top; row < part.top + part.height; ++row) {
     for (std::uint32_t column = part.left; column < part.left + part.width; ++column) {
       const std::size_t pixel = std::size_t{row} * size.width + column;
-      const Ray ray = ray_through(scene.camera, (column - part.centre_column()) * part.pixel_mm,
-                                  (part.centre_row() - row) * part.pixel_mm);
+      const Ray ray = ray_of_pixel(scene, part, column, row);
       const RaySamples samples(scene, prepared, ray);
       const DepthInterval shown = cropped(scene, ray);
       const SampleValues values = samples.all();
-      const double depth_mm = first_surface_mm(scene.detector, samples, values, shown);
-      cast.depth_mm[pixel] = depth_mm;
-      if (depth_mm >= 0) cast.confidence[pixel] = confidence_at(scene.detector, samples, depth_mm);
+      cast.depth_mm[pixel] = first_surface_mm(scene.detector, samples, values, shown);
       cast.colour[pixel] =
           accumulated_colour(scene, samples, values, shown, step_of(scene, prepared.geometry()));
+    }
+  }
+}
+
+/// Moves the surfaces between frames, and computes the confidence of all surfaces.
+void finish_surfaces(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
+  const std::vector<double> ray_mm = cast.depth_mm;
+  const bool shows_depths = scene.mode == Mode::kSurface || scene.mode == Mode::kSurfaceAndVolume ||
+                            scene.mode == Mode::kDepth || scene.mode == Mode::kSlices;
+  if (scene.detector.frame_steps == FrameSteps::kRemoved && shows_depths)
+    cast.depth_mm = twin_frame_steps(scene, size, prepared, ray_mm);
+  const Viewport part = viewport(scene, size);
+  for (std::uint32_t row = part.top; row < part.top + part.height; ++row) {
+    for (std::uint32_t column = part.left; column < part.left + part.width; ++column) {
+      const std::size_t pixel = std::size_t{row} * size.width + column;
+      double& depth_mm = cast.depth_mm[pixel];
+      if (depth_mm < 0) continue;
+      const Ray ray = ray_of_pixel(scene, part, column, row);
+      const DepthInterval shown = cropped(scene, ray);
+      if (depth_mm != ray_mm[pixel]) {
+        depth_mm = std::clamp(depth_mm, std::max(shown.first_mm, scene.rays.start_mm),
+                              std::min(shown.last_mm, scene.rays.end_mm));
+      }
+      cast.confidence[pixel] = confidence_at(scene.detector, RaySamples(scene, prepared, ray), depth_mm);
     }
   }
 }
@@ -447,7 +473,9 @@ TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& prepared)
                 .colour = std::vector(pixels, Rgb(0))};
   if (scene.mode == Mode::kSlice) cast_slice(scene, size, prepared, cast);
   if (scene.mode == Mode::kSlices) cast_slices(scene, size, prepared, cast);
-  if (scene.mode != Mode::kSlice) cast_rays(scene, size, prepared, cast);
+  if (scene.mode == Mode::kSlice) return cast;
+  cast_rays(scene, size, prepared, cast);
+  finish_surfaces(scene, size, prepared, cast);
   return cast;
 }
 

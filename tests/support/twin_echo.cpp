@@ -8,17 +8,6 @@ namespace fanlight::test {
 
 namespace {
 
-/// The frame coordinate of an angle among the frames by ascending angle; nullopt outside them.
-std::optional<double> frame_coordinate(const Volume& volume, double angle_rad) {
-  const auto order = volume.by_angle();
-  const auto angle = [&](std::size_t position) { return volume.angles_rad()[order[position]]; };
-  if (angle_rad < angle(0) || angle_rad > angle(order.size() - 1)) return std::nullopt;
-  std::size_t below = 0;
-  while (below + 2 < order.size() && angle(below + 1) <= angle_rad) ++below;
-  const double step = angle(below + 1) - angle(below);
-  return static_cast<double>(below) + (step > 0 ? (angle_rad - angle(below)) / step : 0);
-}
-
 double voxel(const Volume& volume, int column, int row, int position) {
   const FanGeometry& geometry = volume.geometry();
   const int last_frame = static_cast<int>(volume.by_angle().size()) - 1;
@@ -46,6 +35,16 @@ bool in_sector(const Scene::Speckle& speckle, const FanGeometry& geometry, Plane
 }
 
 }  // namespace
+
+std::optional<double> frame_coordinate(const Volume& volume, double angle_rad) {
+  const auto order = volume.by_angle();
+  const auto angle = [&](std::size_t position) { return volume.angles_rad()[order[position]]; };
+  if (angle_rad < angle(0) || angle_rad > angle(order.size() - 1)) return std::nullopt;
+  std::size_t below = 0;
+  while (below + 2 < order.size() && angle(below + 1) <= angle_rad) ++below;
+  const double step = angle(below + 1) - angle(below);
+  return static_cast<double>(below) + (step > 0 ? (angle_rad - angle(below)) / step : 0);
+}
 
 std::optional<double> twin_echo(const Scene::Speckle& speckle, const Volume& prepared, const glm::dvec3& at) {
   const FanGeometry& geometry = prepared.geometry();
