@@ -27,8 +27,7 @@
 // Maps of the picture.
 // float a pixel: the depth map of pass 1, mm.
 #define FANLIGHT_BINDING_DEPTH 8
-// float a pixel: where the rays met the surface, mm. The depth map is this, with or without the steps
-// of frames.
+// float a pixel: the surface that each ray has found, mm. frame_steps.comp makes the depth map from it.
 #define FANLIGHT_BINDING_RAY_DEPTH 35
 // float a pixel: contrast of the edge over the noise beside it.
 #define FANLIGHT_BINDING_CONFIDENCE 9

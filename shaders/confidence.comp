@@ -4,7 +4,7 @@
 // samples before and behind the surface. Noise: the root mean square of their standard deviations, at least
 // one grey level.
 //
-// Reads: the parameters; the volume and the angle table (fan_volume.h); depth.
+// Reads: the parameters; the volume and the angle table (fan_volume.h); ray_depth.
 // Writes: confidence, a float for each pixel, 0 without a surface or without samples on one of its sides.
 //   Both maps: height x width of the picture.
 #version 460
@@ -22,8 +22,8 @@ layout(constant_id = 2) const bool kPolar = false;
 layout(constant_id = 4) const int kAcross = 0;
 
 #define rays parameters[FANLIGHT_PARAMETER_INDEX]
-layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap {
-  float depth[];
+layout(binding = FANLIGHT_BINDING_RAY_DEPTH, scalar) readonly buffer RayDepths {
+  float ray_depth[];
 };
 layout(binding = FANLIGHT_BINDING_CONFIDENCE, scalar) writeonly buffer Confidences {
   float confidence[];
@@ -70,7 +70,7 @@ void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
   uint index = pixel.y * rays.width + pixel.x;
-  float surface = depth[index];
+  float surface = ray_depth[index];
   float result = 0.0;
   // A loop, not an `if`: where no lane has a surface, nothing is sampled.
   for (int once = surface >= 0.0 ? 0 : 1; once < 1; ++once)

@@ -28,11 +28,11 @@ enum class SurfacePlace : std::uint8_t {
   kRidge,          ///< the brightest point
   kLevel,          ///< where the echo comes near to that of the tissue behind the edge
 };
-/// The steps, as long as the distance of frames, of a surface that is slanted to the frames: between two
+/// The steps, as long as the frame spacing, of a surface that is slanted to the frames: between two
 /// frames their echoes are mixed.
 enum class FrameSteps : std::uint8_t {
   kKept,
-  kRemoved,  ///< by the mean over one distance of frames, across them
+  kRemoved,  ///< by the mean over one frame spacing, across the frames
 };
 /// Content of the picture.
 enum class Mode : std::uint8_t {

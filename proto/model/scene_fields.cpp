@@ -214,7 +214,7 @@ const SceneField kFields[] = {
     choice<MEMBER(detector.frame_steps)>("detector.frame_steps",
                                          "the steps that mixed echoes between two frames make on a slanted "
                                          "surface: kept, or removed by the mean over "
-                                         "one distance of frames",
+                                         "one frame spacing",
                                          FirstPass::kCast, kFrameSteps),
     text_row<MEMBER(transfer)>(
         "transfer.points",

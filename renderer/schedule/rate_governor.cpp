@@ -146,6 +146,7 @@ Scene degraded(const Scene& requested, const DeadlineMeasures& measures, double 
   }
   if (measures.cheap_filters) {
     scene.speckle.filter = SpeckleFilter::kNone;
+    scene.detector.frame_steps = FrameSteps::kKept;
     scene.filter.kind = DepthFilter::kMean;
     scene.filter.islands = 1;
     scene.filter.holes = 1;

@@ -76,7 +76,7 @@ Result<ViewBuffers> ViewBuffers::create(const Gpu& gpu, PictureSize size, ViewPa
       {"staged_transfer", &made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
        BufferPlace::kToGpu},
       {"depth", &made.depth, pixels * sizeof(float), kCopied, cast_map},
-      {"ray_depth", &made.ray_depth, pixels * sizeof(float), kStorage, BufferPlace::kDevice, casts},
+      {"ray_depth", &made.ray_depth, pixels * sizeof(float), kCopied, BufferPlace::kDevice, casts},
       {"confidence", &made.confidence, pixels * sizeof(float), kCopied, cast_map},
       {"segments", &made.segments, tiles * sizeof(glm::uvec4), kStorage, BufferPlace::kDevice},
       {"old_segments", &made.old_segments, tiles * sizeof(glm::uvec4), kFilled, BufferPlace::kDevice},
@@ -159,9 +159,12 @@ void ViewBuffers::write_to(const Gpu& gpu, DescriptorSets& descriptors) const {
 void ViewBuffers::copy_cast(VkCommandBuffer commands, const ViewBuffers& from) {
   cast_parameters.mapped_as<shaders::CastParameters>() =
       from.cast_parameters.mapped_as<shaders::CastParameters>();
-  const std::pair<const GpuBuffer*, const GpuBuffer*> maps[] = {
-      {&from.depth, &depth}, {&from.confidence, &confidence}, {&from.volume_colour, &volume_colour}};
+  const std::pair<const GpuBuffer*, const GpuBuffer*> maps[] = {{&from.depth, &depth},
+                                                                {&from.ray_depth, &ray_depth},
+                                                                {&from.confidence, &confidence},
+                                                                {&from.volume_colour, &volume_colour}};
   for (const auto& [source, copy] : maps) {
+    if (copy->bytes() == 0) continue;
     const VkBufferCopy all{.size = copy->bytes()};
     vkCmdCopyBuffer(commands, source->get(), copy->get(), 1, &all);
   }

@@ -45,7 +45,7 @@ struct ViewBuffers {
   // Tables.
   GpuBuffer nothing;  ///< for bindings where a frame store has no buffer
   GpuImage transfer;
-  // Pass 1: depth in mm, the same with the steps of frames, contrast divided by noise, colour as RGBA.
+  // Pass 1: depth in mm, the same as the rays found it, contrast divided by noise, colour as RGBA.
   GpuBuffer depth;
   GpuBuffer ray_depth;
   GpuBuffer confidence;

@@ -112,7 +112,10 @@ void ViewRenderer::record_empty_space(VkCommandBuffer commands) const {
 
 void ViewRenderer::record_frame_steps(VkCommandBuffer commands) const {
   if (cast_pipelines_.frame_steps == VK_NULL_HANDLE) return;
-  pass_barrier(commands);
+  // The rays have written both maps.
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.frame_steps);
   vkCmdDispatch(commands, tiles_across(), tiles_down(), 1);
 }

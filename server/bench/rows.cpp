@@ -9,7 +9,7 @@ namespace {
 // With fixed numbers, and on frames without log compression.
 constexpr std::string_view kPaper =
     "speckle.size=7 speckle.noise=0.52 detector.threshold=20 detector.window=8 detector.place=first-crossing "
-    "filter.kind=mean filter.size=7 filter.islands=1 "
+    "detector.frame_steps=kept filter.kind=mean filter.size=7 filter.islands=1 "
     "filter.holes=1 light.normals=three-neighbours shadow.coefficient=1";
 constexpr std::string_view kDefault;
 

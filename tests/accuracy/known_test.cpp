@@ -9,6 +9,7 @@
 #include <span>
 
 #include "tests/accuracy/depth_normals.hpp"
+#include "tests/accuracy/face_features.hpp"
 #include "tests/accuracy/known_views.hpp"
 #include "tests/accuracy/test_fans.hpp"
 
@@ -108,6 +109,32 @@ TEST(SpeckleField, FollowsFromItsSeed) {
   const SpeckleField other(kSize, kGrain, 2);
   EXPECT_TRUE(std::equal(one.frame(0), one.frame(8), same.frame(0)));
   EXPECT_FALSE(std::equal(one.frame(0), one.frame(8), other.frame(0)));
+}
+
+TEST(FaceFeature, IsFoundWhereItIsWithItsHeight) {
+  constexpr PictureSize kSize{.width = 80, .height = 60};
+  constexpr double kPixelMm = 0.5;
+  // A bump of 4 mm and a groove of 2 mm on a plane, narrower than the circle about them.
+  std::vector<double> depth_mm;
+  for (std::uint32_t row = 0; row < kSize.height; ++row) {
+    for (std::uint32_t column = 0; column < kSize.width; ++column) {
+      const double right_mm = (column - 39.5) * kPixelMm;
+      const double up_mm = (29.5 - row) * kPixelMm;
+      const double bump = std::exp(-std::pow(std::hypot(right_mm - 5.25, up_mm - 4.25), 2));
+      const double groove = std::exp(-std::pow(std::hypot(right_mm + 6.25, up_mm + 3.25), 2));
+      depth_mm.push_back(50 - 4 * bump + 2 * groove);
+    }
+  }
+  const auto bump = found_feature({"bump", 4, 3, 4, 4}, depth_mm, kSize, kPixelMm);
+  ASSERT_TRUE(bump);
+  EXPECT_NEAR(bump->right_mm, 5.25, 1e-9);
+  EXPECT_NEAR(bump->up_mm, 4.25, 1e-9);
+  EXPECT_NEAR(bump->height_mm, 4, 0.01);
+  const auto groove = found_feature({"groove", -5, -3, 4, 4, true}, depth_mm, kSize, kPixelMm);
+  ASSERT_TRUE(groove);
+  EXPECT_NEAR(groove->right_mm, -6.25, 1e-9);
+  EXPECT_NEAR(groove->height_mm, 2, 0.01);
+  EXPECT_FALSE(found_feature({"beside", 0, 0, 2, 100}, depth_mm, kSize, kPixelMm));
 }
 
 }  // namespace

@@ -55,6 +55,7 @@ std::span<const Method> methods() {
 }
 
 Scene cast_alone(Scene scene) {
+  scene.detector.frame_steps = FrameSteps::kKept;
   scene.speckle.filter = SpeckleFilter::kNone;
   scene.filter.size = 1;
   scene.filter.size_mm = 0;

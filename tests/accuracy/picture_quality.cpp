@@ -17,6 +17,7 @@
 #include "tests/accuracy/depth_errors.hpp"
 #include "tests/accuracy/depth_normals.hpp"
 #include "tests/accuracy/depth_rig.hpp"
+#include "tests/accuracy/face_features.hpp"
 #include "tests/accuracy/figure_table.hpp"
 #include "tests/accuracy/methods.hpp"
 #include "tests/accuracy/phantom_truth.hpp"
@@ -36,6 +37,11 @@ struct View {
   double pitch_deg;
 };
 constexpr View kViews[] = {{"front", 0, 0}, {"left", 25, 0}, {"above", 0, 25}};
+
+constexpr FaceFeature kFeatures[] = {
+    {.name = "nose", .right_mm = -21, .up_mm = -18, .within_mm = 8, .ring_mm = 9},
+    {.name = "lips", .right_mm = -20, .up_mm = -30, .within_mm = 4, .ring_mm = 3.5, .is_groove = true},
+    {.name = "brow", .right_mm = -2, .up_mm = 12, .within_mm = 7, .ring_mm = 9}};
 
 struct Work {
   std::string name;
@@ -133,6 +139,37 @@ class Comparison {
       volumes_.push_back(next_sweep(*source));
       following_.push_back(next_sweep(*source));
     }
+  }
+
+  /// How far the face's features are from their true places, and their share of the true height: the means of
+  /// all seeds. Of the view from the front.
+  FigureRow features(const std::string& name, const Method& method) {
+    Scene scene = scene_of(kViews[0]);
+    const PixelRays rays(scene, kSize);
+    const std::vector<double> true_mm = depths_of(depth_truth(rays, kSize, fan_, *surface_));
+    method.change(scene);
+    for (const std::string& change : options_.changes) apply(change, scene);
+    FigureRow row{name, {}};
+    for (const FaceFeature& feature : kFeatures) {
+      row.figures.push_back({std::string(feature.name) + " mm", 0, 2});
+      row.figures.push_back({std::string(feature.name) + " %", 0, 0});
+    }
+    for (const Volume& volume : volumes_) {
+      rig_->set_volume(volume);
+      const std::vector<float> shown = rig_->depths(scene).smooth_mm;
+      const std::vector<double> shown_mm(shown.begin(), shown.end());
+      const auto share = 1.0 / static_cast<double>(volumes_.size());
+      auto figure = row.figures.begin();
+      for (const FaceFeature& feature : kFeatures) {
+        const auto there = found_feature(feature, true_mm, kSize, rays.port().pixel_mm);
+        const auto here = found_feature(feature, shown_mm, kSize, rays.port().pixel_mm);
+        const bool both = there && here;
+        (figure++)->value +=
+            both ? share * std::hypot(here->right_mm - there->right_mm, here->up_mm - there->up_mm) : NAN;
+        (figure++)->value += both ? share * 100 * here->height_mm / there->height_mm : NAN;
+      }
+    }
+    return row;
   }
 
   FigureRow row(const std::string& name, const View& view, const Method& method) {
@@ -255,6 +292,10 @@ int run(const Options& options) {
       "of a pixel's "
       "brightness, of 255, from a volume to the next one, at rest.",
       {}};
+  FigureBlock features{"features of the face, seen from the front",
+                       "Distance from the true place, and share of the true height over (lips: depth below) "
+                       "a circle about it.",
+                       {}};
   for (const Work& work :
        {Work{"face/r1", "probe=r1,scene=face"}, Work{"face/r2", "probe=r2,scene=face"},
         Work{"relief/r1", "probe=r1,scene=relief"}, Work{"relief/r2", "probe=r2,scene=relief"}}) {
@@ -265,6 +306,8 @@ int run(const Options& options) {
         if (!std::regex_search(name, rows)) continue;
         if (!comparison) comparison.emplace(options, bare.gpu(), work);
         block.rows.push_back(comparison->row(name, view, method));
+        if (work.name.starts_with("face") && &view == &kViews[0])
+          features.rows.push_back(comparison->features(name, method));
       }
     }
   }
@@ -272,7 +315,7 @@ int run(const Options& options) {
     fmt::print(stderr, "picture_quality: no row's name holds \"{}\"\n", options.rows);
     return 1;
   }
-  const std::vector<FigureBlock> blocks{block};
+  const std::vector<FigureBlock> blocks{block, features};
   fmt::print("{}\n", options.json ? as_json(blocks) : as_text(blocks));
   const std::vector<std::string> failed = failures(blocks);
   for (const std::string& failure : failed) fmt::print(stderr, "not reached: {}\n", failure);

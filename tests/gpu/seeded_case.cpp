@@ -269,11 +269,11 @@ SeededCase seeded_case(std::uint32_t seed) {
   set_filter(dice, scene.filter);
   set_light(dice, scene);
   set_finish(dice, scene.finish);
-  scene.detector.frame_steps = dice.any_to(FrameSteps::kRemoved);
 
   made.grey = noisy(body, seed);
   body.depth_mm += dice.between(-1.5, 1.5);
   made.moved_grey = noisy(body, seed + 1'000'000);
+  scene.detector.frame_steps = dice.any_to(FrameSteps::kRemoved);
   return made;
 }
 

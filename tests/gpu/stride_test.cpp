@@ -72,7 +72,7 @@ TEST_P(StrideTest, CastsTheRaysOfEveryOtherPixelAndShowsThemInItsNeighbours) {
   for (std::uint32_t seed = GetParam(); seed < GetParam() + kCasesInABatch; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     SeededCase given = seeded_case(seed);
-    // The rays alone: the mean over one distance of frames takes each pixel.
+    // The rays alone: the mean over one frame spacing takes each pixel.
     given.scene.detector.frame_steps = FrameSteps::kKept;
     const Volume volume = made_volume(given.geometry, given.angles_rad, given.grey);
     const Casting casting{.sampling = seed % 2 == 0 ? Sampling::kGathering : Sampling::kTexture};

@@ -28,8 +28,8 @@ struct TwinCast {
   std::vector<Rgb> colour;         ///< in the modes that show the echo itself; black in the others
 };
 
-/// Pass 1, FrameSteps::kRemoved: the mean of `ray_mm`, where rays met the surface, over one distance of
-/// frames across the frames. Crop and clip planes do not bound it.
+/// Pass 1, FrameSteps::kRemoved: the mean of `ray_mm`, where rays met the surface, over one frame spacing,
+/// across the frames. Crop and clip planes do not bound it.
 std::vector<double> twin_frame_steps(const Scene& scene, PictureSize size, const Volume& prepared,
                                      const std::vector<double>& ray_mm);
 

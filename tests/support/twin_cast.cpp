@@ -440,7 +440,7 @@ void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, Twi
   }
 }
 
-/// Moves the surfaces between frames, and computes the confidence of all surfaces.
+/// Takes the mean across the frames, and computes the confidence of the surfaces that the rays found.
 void finish_surfaces(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
   const std::vector<double> ray_mm = cast.depth_mm;
   const bool shows_depths = scene.mode == Mode::kSurface || scene.mode == Mode::kSurfaceAndVolume ||
@@ -459,7 +459,7 @@ void finish_surfaces(const Scene& scene, PictureSize size, const Volume& prepare
         depth_mm = std::clamp(depth_mm, std::max(shown.first_mm, scene.rays.start_mm),
                               std::min(shown.last_mm, scene.rays.end_mm));
       }
-      cast.confidence[pixel] = confidence_at(scene.detector, RaySamples(scene, prepared, ray), depth_mm);
+      cast.confidence[pixel] = confidence_at(scene.detector, RaySamples(scene, prepared, ray), ray_mm[pixel]);
     }
   }
 }

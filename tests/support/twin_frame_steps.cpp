@@ -38,12 +38,7 @@ class SmoothAcrossFrames {
   }
 
  private:
-  /// The nearest pixel of the viewport.
-  ivec2 inside(ivec2 pixel) const {
-    const ivec2 first(port_.left, port_.top);
-    return glm::clamp(pixel, first, first + ivec2(port_.width, port_.height) - 1);
-  }
-  double depth_mm(ivec2 pixel) const { return map_.depth(inside(pixel).x, inside(pixel).y); }
+  double depth_mm(ivec2 pixel) const { return map_.depth(pixel.x, pixel.y); }
 
   glm::dvec3 point(ivec2 pixel, double depth_mm) const {
     return rays_.ray(static_cast<std::uint32_t>(pixel.x), static_cast<std::uint32_t>(pixel.y)).at(depth_mm);
@@ -60,21 +55,21 @@ class SmoothAcrossFrames {
   double mean_mm(ivec2 pixel) const {
     const double here_mm = depth_mm(pixel);
     const glm::dvec3 at = point(pixel, here_mm);
-    const double distance_mm =
+    const double spacing_mm =
         frame_angle_rad_ * std::hypot(at.y + prepared_.geometry().motor_radius_mm, at.z);
     const double pixel_mm = glm::length(point(pixel + ivec2(1, 0), here_mm) - at);
-    const double pixels = distance_mm / pixel_mm;
+    const double pixels = spacing_mm / pixel_mm;
     const auto same_surface = [&](double there_mm) {
-      return there_mm >= 0 && std::abs(there_mm - here_mm) < 4 * distance_mm;
+      return there_mm >= 0 && std::abs(there_mm - here_mm) < 4 * spacing_mm;
     };
 
-    const int base = static_cast<int>(std::clamp(std::floor(0.7 * pixels + 0.5), 1.0, 64.0));
+    const int base = static_cast<int>(std::clamp(std::floor(0.7 * pixels + 0.5), 1.0, 8192.0));
     const double frame_here = frame(pixel, here_mm);
     const auto change = [&](ivec2 direction) {
       double sum = 0;
       int sides = 0;
       for (const int side : {-1, 1}) {
-        const ivec2 there = inside(pixel + side * base * direction);
+        const ivec2 there = pixel + side * base * direction;
         if (!same_surface(depth_mm(there))) continue;
         sum += side * (frame(there, depth_mm(there)) - frame_here);
         ++sides;
@@ -83,7 +78,8 @@ class SmoothAcrossFrames {
     };
     const dvec2 changes(change({1, 0}), change({0, 1}));
     const double steepest = glm::length(changes);
-    if (steepest * pixels <= 0.25) return here_mm;
+    const double share = std::clamp((steepest * pixels - 0.25) / 0.15, 0.0, 1.0);
+    if (share == 0) return here_mm;
 
     const dvec2 whole_mean = std::min(1 / steepest, 3 * pixels) / steepest * changes;
     double sum = 0;
@@ -96,7 +92,7 @@ class SmoothAcrossFrames {
       sum += before_mm + after_mm;
       count += 2;
     }
-    return count > 0 ? sum / count : here_mm;
+    return count > 0 ? std::lerp(here_mm, sum / count, share) : here_mm;
   }
 
   const Volume& prepared_;

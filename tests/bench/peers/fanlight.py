@@ -13,7 +13,7 @@ from failure import Failure
 # Options of the paper's method, as the rows of `fanlight bench` use them.
 PAPER = (
     "--speckle.size 7 --speckle.noise 0.52 --detector.threshold 20 --detector.window 8 "
-    "--detector.place first-crossing --filter.kind mean --filter.size 7 --filter.islands 1 "
+    "--detector.place first-crossing --detector.frame_steps kept --filter.kind mean --filter.size 7 --filter.islands 1 "
     "--filter.holes 1 --light.normals three-neighbours --shadow.coefficient 1"
 ).split()
 
