@@ -10,6 +10,7 @@
 
 #include "tests/accuracy/depth_normals.hpp"
 #include "tests/accuracy/face_features.hpp"
+#include "tests/accuracy/flip.hpp"
 #include "tests/accuracy/known_views.hpp"
 #include "tests/accuracy/test_fans.hpp"
 
@@ -135,6 +136,26 @@ TEST(FaceFeature, IsFoundWhereItIsWithItsHeight) {
   EXPECT_NEAR(groove->right_mm, -6.25, 1e-9);
   EXPECT_NEAR(groove->height_mm, 2, 0.01);
   EXPECT_FALSE(found_feature({"beside", 0, 0, 2, 100}, depth_mm, kSize, kPixelMm));
+}
+
+TEST(Flip, IsZeroForTheSamePictureAndGrowsWithTheDifference) {
+  constexpr PictureSize kSize{.width = 48, .height = 40};
+  const auto uniform = [](double grey) { return std::vector<glm::dvec3>(48 * 40, glm::dvec3(grey)); };
+  const auto mean = [](const std::vector<double>& errors) {
+    return std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
+  };
+  const auto grey = uniform(0.5);
+  EXPECT_NEAR(mean(flip_errors(grey, grey, kSize)), 0, 1e-3);
+  const double slight = mean(flip_errors(grey, uniform(0.55), kSize));
+  const double strong = mean(flip_errors(grey, uniform(0.8), kSize));
+  EXPECT_GT(slight, 0.01);
+  EXPECT_GT(strong, 2 * slight);
+  EXPECT_LE(mean(flip_errors(uniform(0), uniform(1), kSize)), 1);
+  // A line is a feature: it counts for more than as much of a difference spread over the picture.
+  auto line = grey;
+  for (std::size_t row = 0; row < kSize.height; ++row) line[row * kSize.width + 24] = glm::dvec3(1);
+  const auto errors = flip_errors(grey, line, kSize);
+  EXPECT_GT(errors[20 * kSize.width + 24], 5 * errors[20 * kSize.width + 4]);
 }
 
 }  // namespace

@@ -45,8 +45,8 @@ std::unique_ptr<PhantomSource> made_phantom(const PhantomSource::Config& config)
   return std::move(*source);
 }
 
-std::unique_ptr<KnownSurface> surface_of(const PhantomSource& source) {
-  if (source.bodies() != nullptr) return std::make_unique<BodySurface>(*source.bodies());
+std::unique_ptr<KnownSurface> surface_of(const PhantomSource& source, double time_s) {
+  if (source.bodies() != nullptr) return std::make_unique<BodySurface>(*source.bodies(), time_s);
   return std::make_unique<ReliefSurface>(source.scene());
 }
 

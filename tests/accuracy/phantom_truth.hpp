@@ -23,10 +23,10 @@ class ReliefSurface final : public KnownSurface {
   const PhantomScene& scene_;
 };
 
-/// The bodies of the simulated probe, at time 0.
+/// The bodies of the simulated probe at one instant.
 class BodySurface final : public KnownSurface {
  public:
-  explicit BodySurface(const BodyScene& scene) : scene_(scene), poses_(scene.poses_at(0)) {}
+  BodySurface(const BodyScene& scene, double time_s) : scene_(scene), poses_(scene.poses_at(time_s)) {}
   double below_mm(const glm::dvec3& at) const override;
   std::optional<double> entry_mm(const PixelRay& ray, double from_mm, double to_mm) const override;
 
@@ -42,8 +42,9 @@ class BodySurface final : public KnownSurface {
 /// Throws std::runtime_error.
 std::unique_ptr<PhantomSource> made_phantom(const PhantomSource::Config& config);
 
-/// What the source shows, at time 0. The source must outlive it.
-std::unique_ptr<KnownSurface> surface_of(const PhantomSource& source);
+/// What the source shows at that time, which counts for bodies only: the relief is that at time 0. The source
+/// must outlive it.
+std::unique_ptr<KnownSurface> surface_of(const PhantomSource& source, double time_s = 0);
 
 /// All frames of the next sweep, the first one at first. Throws std::runtime_error.
 Volume next_sweep(PhantomSource& source);
