@@ -259,6 +259,14 @@ void StreamSession::cut(const std::string& why) {
   leave();
 }
 
+void StreamSession::fail(beast::error_code failure) {
+  // The time-out ends the read and the write under way, in either order.
+  if (failure != beast::error::timeout || !is_connected()) return leave();
+  dependencies_.counters.sessions_unanswered.add();
+  const auto limit = std::chrono::duration_cast<std::chrono::seconds>(dependencies_.limits.unanswered);
+  cut(fmt::format("it answered no ping for {} s", limit.count()));
+}
+
 void StreamSession::read() {
   if (reading_ || !queue_.has_room() || !budget_.may_read()) return;
   if (state_ != State::kLogin && state_ != State::kOpen) return;
@@ -271,13 +279,7 @@ void StreamSession::received(beast::error_code failure, std::size_t bytes) {
   reading_ = false;
   if (failure) {
     if (failure == websocket::error::message_too_big) dependencies_.counters.messages_refused.add();
-    if (failure == beast::error::timeout) {
-      const SessionLimits& limits = dependencies_.limits;
-      dependencies_.counters.sessions_unanswered.add();
-      return cut(fmt::format("it answered no ping for {} s",
-                             std::chrono::duration_cast<std::chrono::seconds>(limits.unanswered).count()));
-    }
-    leave();
+    fail(failure);
     return;
   }
   budget_.add_bytes(bytes);
@@ -362,7 +364,7 @@ void StreamSession::write(const SharedMessage& message) {
 void StreamSession::written(beast::error_code failure, std::size_t /*bytes*/) {
   under_way_ = nullptr;
   if (failure) {
-    leave();
+    fail(failure);
     return;
   }
   queue_.sent();

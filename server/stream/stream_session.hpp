@@ -119,6 +119,8 @@ class StreamSession : public StreamRequests::Session,
   void closed(boost::beast::error_code failure, std::size_t bytes);
   void send_close();
   void check_limits();
+  /// Leaves after a failed read or write.
+  void fail(boost::beast::error_code failure);
   /// Closes the connection without a close frame.
   void cut(const std::string& why);
   void leave();

@@ -63,6 +63,22 @@ TEST_F(SessionLimitsTest, ADisplayThatAnswersNoPingIsCutAndTheLogSaysSo) {
   EXPECT_EQ(why_closed(), "it answered no ping for 1 s");
 }
 
+TEST_F(SessionLimitsTest, ADisplayThatAnswersNoPingWhileAPictureIsUnderWayIsCutForThat) {
+  StreamServer::Config patient = config();
+  patient.session_limits.stalled_s = 600;
+  ServerFixture fixture(patient);
+  TestDisplay silent(fixture.endpoint());
+  silent.next(v1::ServerMessage::kHello);
+  // More bytes than the sockets hold: the time-out ends a write and a read.
+  std::uint64_t picture = 0;
+  EXPECT_TRUE(comes_true([&] {
+    fixture.show_noise(++picture);
+    return fixture.counters().sessions_closed.value() == 1;
+  }));
+  EXPECT_EQ(fixture.counters().sessions_unanswered.value(), 1U);
+  EXPECT_EQ(why_closed(), "it answered no ping for 1 s");
+}
+
 TEST_F(SessionLimitsTest, ADisplayThatAnswersPingsStays) {
   ServerFixture fixture(config());
   TestDisplay display(fixture.endpoint());
