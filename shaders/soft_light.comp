@@ -70,7 +70,8 @@ float known_around(ivec2 pixel, float depth) {
     points += in_view(there) ? 1.0 : 0.0;
     known += depth_at(there) >= 0.0 ? 1.0 : 0.0;
   }
-  return clamp(2.0 * known / max(points, 1.0) - 1.0, 0.0, 1.0);
+  // In a close-up all points may lie outside the picture.
+  return points > 0.0 ? clamp(2.0 * known / points - 1.0, 0.0, 1.0) : 1.0;
 }
 
 // Share of the light that comes through the body to a point, 0 to 1. The surface is known from the viewer's

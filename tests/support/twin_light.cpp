@@ -189,7 +189,7 @@ double known_around(const Scene& scene, const Relief& relief, int column, int ro
     points += relief.map().inside(x, y) ? 1 : 0;
     known += relief.map().surface(x, y) ? 1 : 0;
   }
-  return std::clamp(2.0 * known / std::max(points, 1) - 1, 0.0, 1.0);
+  return points > 0 ? std::clamp(2.0 * known / points - 1, 0.0, 1.0) : 1;
 }
 
 /// Share of the ambient light that arrives in a hollow (`sky_seen` in soft_light.comp).
