@@ -305,16 +305,6 @@ TEST_F(RendererTest, CastsShadowsAwayFromTheLight) {
   EXPECT_EQ(brightness(12), 0);
 }
 
-TEST_F(RendererTest, LightsACloseUpOfWhichNothingAroundIsInThePicture) {
-  load(made_volume(kGeometry, angles_rad_, plate));
-  Scene scene = scene_;
-  ASSERT_TRUE(apply_look(scene, "skin"));
-  scene.camera.field_mm = 1;
-  const Picture picture = changed(2, scene);
-  for (std::size_t pixel = 0; pixel < picture.rgba.size(); pixel += 4)
-    ASSERT_GT(picture.rgba[pixel], 20) << "pixel " << pixel / 4;
-}
-
 TEST_F(RendererTest, HasNoSurfaceAtTheEdgeOfTheFan) {
   // Bright tissue everywhere: only the border of the scanned region is a step from dark to bright.
   load(made_volume(kGeometry, angles_rad_, [](const Point&) { return 180; }));
