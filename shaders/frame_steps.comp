@@ -43,25 +43,19 @@ const float kFullChange = 0.4;
 const int kPairs = 5;
 const float kFarAway = 8192.0;  // pixels, beyond any picture
 
-// The surface at a pixel `offset` away: its pixel, and its depth, negative without one and outside the
-// viewport.
-struct There {
-  vec2 pixel;
-  float depth;
-};
-
-There surface_at(vec2 pixel) {
+// The depth of the surface at a pixel; negative where there is none, and outside the viewport.
+float surface_at(vec2 pixel) {
   vec2 first = vec2(ivec2(rays.view_left, rays.view_top));
   vec2 last = first + vec2(ivec2(rays.view_width, rays.view_height)) - 1.0;
   vec2 inside = clamp(pixel, first, last);
   float found = ray_depth[whole(inside.y) * int(rays.width) + whole(inside.x)];
-  return There(inside, all(equal(inside, pixel)) ? found : FANLIGHT_NO_SURFACE);
+  return all(equal(inside, pixel)) ? found : FANLIGHT_NO_SURFACE;
 }
 
 // The frame coordinate of the surface at a pixel: 0 for the first frame, between frames a fraction.
 float frame_at_depth(vec2 pixel, float depth_mm) {
-  vec3 at = rays.origin + pixel.x * rays.right_step + pixel.y * rays.down_step +
-            depth_mm * (rays.forward + pixel.x * rays.right_turn + pixel.y * rays.down_turn);
+  Ray ray = ray_of(pixel);
+  vec3 at = ray.from + depth_mm * ray.forward;
   return frame_at(at.z, at.y + rays.motor_radius, from_axis_of(at));
 }
 
@@ -79,9 +73,9 @@ bool same_surface(Place here, float depth_mm) {
 
 // The change of the frame coordinate to the pixel `base` away, and 1; zeros where it has not this surface.
 vec2 change_to(Place here, vec2 base) {
-  There there = surface_at(here.pixel + base);
-  return same_surface(here, there.depth) ? vec2(frame_at_depth(there.pixel, there.depth) - here.frame, 1.0)
-                                         : vec2(0.0);
+  vec2 pixel = here.pixel + base;
+  float depth_mm = surface_at(pixel);
+  return same_surface(here, depth_mm) ? vec2(frame_at_depth(pixel, depth_mm) - here.frame, 1.0) : vec2(0.0);
 }
 
 // The mean change of the frame coordinate along `base`, over the sides of a pixel that have its surface.
@@ -98,8 +92,8 @@ float mean_along(Place here, vec2 direction) {
   float count = 0.0;
   [[dont_unroll]] for (int pair = 0; pair < kPairs; ++pair) {
     vec2 offset = floor((float(pair) + 0.5) * (0.5 / float(kPairs)) * direction + 0.5);
-    float before = surface_at(here.pixel - offset).depth;
-    float after = surface_at(here.pixel + offset).depth;
+    float before = surface_at(here.pixel - offset);
+    float after = surface_at(here.pixel + offset);
     bool both = same_surface(here, before) && same_surface(here, after);
     sum += both ? before + after : 0.0;
     count += both ? 2.0 : 0.0;

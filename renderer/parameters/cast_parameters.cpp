@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "renderer/parameters/grey_levels.hpp"
+#include "renderer/parameters/light_parameters.hpp"
 #include "renderer/parameters/speckle_filter.hpp"
 #include "shaders/bindings.h"
 #include "shaders/prepare_constants.h"
@@ -232,12 +233,6 @@ int accumulation(Mode mode) {
   }
 }
 
-/// Whether any part of the picture comes from the depth map.
-bool shows_depths(Mode mode) {
-  return mode == Mode::kSurface || mode == Mode::kSurfaceAndVolume || mode == Mode::kDepth ||
-         mode == Mode::kSlices;
-}
-
 int edge_sign(EdgeSign sign) {
   return sign == EdgeSign::kDarkToBright ? 1 : sign == EdgeSign::kBrightToDark ? -1 : 0;
 }
@@ -285,7 +280,8 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
   if (skips) {
     keys.empty_space = PipelineKey{.shader = Shader::kEmptySpace, .constants = {window, kept, polar}};
   }
-  if (scene.detector.frame_steps == FrameSteps::kRemoved && shows_depths(scene.mode))
+  const bool shows_depths = shown_by(scene.mode) != FANLIGHT_SHOW_COLOUR;
+  if (scene.detector.frame_steps == FrameSteps::kRemoved && shows_depths)
     keys.frame_steps = PipelineKey{.shader = Shader::kFrameSteps};
   if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
     keys.slice = PipelineKey{.shader = Shader::kSlice, .constants = {0, 0, polar}};

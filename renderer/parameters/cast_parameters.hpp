@@ -35,9 +35,8 @@ enum class Skipping : std::uint8_t { kOn, kOff };
 struct CastKeys {
   PipelineKey cast;                        ///< rays of all tiles
   std::optional<PipelineKey> empty_space;  ///< runs before the rays; absent where rays sample everything
-  std::optional<PipelineKey>
-      frame_steps;                   ///< runs after the rays; absent where surfaces stay as rays find them
-  std::optional<PipelineKey> slice;  ///< absent where the mode shows no planes
+  std::optional<PipelineKey> frame_steps;  ///< runs after the rays; absent where their depths are kept
+  std::optional<PipelineKey> slice;        ///< absent where the mode shows no planes
   std::optional<PipelineKey> cast_listed;  ///< rays of the dirty tiles only; absent as dirty_tiles
   std::optional<PipelineKey> dirty_tiles;  ///< absent unless frames are replaced one by one (Refresh::kFrame)
                                            ///< and rays skip empty space

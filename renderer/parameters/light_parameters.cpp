@@ -81,19 +81,6 @@ void set_light(shaders::LightParameters& to, const Scene& scene) {
   to.softness = static_cast<float>(scene.shadow.softness_mm);
 }
 
-int shown_by(Mode mode) {
-  switch (mode) {
-    case Mode::kSurface:
-    case Mode::kSurfaceAndVolume:
-    case Mode::kSlices:
-      return FANLIGHT_SHOW_SURFACE;
-    case Mode::kDepth:
-      return FANLIGHT_SHOW_DEPTH;
-    default:
-      return FANLIGHT_SHOW_COLOUR;
-  }
-}
-
 bool has_soft_light(const Scene& scene) {
   return shown_by(scene.mode) == FANLIGHT_SHOW_SURFACE &&
          (scene.material.scatter_mm > 0 || scene.light.occlusion > 0 || scene.light.fade_mm > 0);
@@ -145,6 +132,19 @@ PipelineKey scatter_key(bool along_columns, bool perspective) {
 }
 
 }  // namespace
+
+int shown_by(Mode mode) {
+  switch (mode) {
+    case Mode::kSurface:
+    case Mode::kSurfaceAndVolume:
+    case Mode::kSlices:
+      return FANLIGHT_SHOW_SURFACE;
+    case Mode::kDepth:
+      return FANLIGHT_SHOW_DEPTH;
+    default:
+      return FANLIGHT_SHOW_COLOUR;
+  }
+}
 
 shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm) {
   shaders::LightParameters to{};

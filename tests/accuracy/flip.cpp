@@ -2,6 +2,7 @@
 #include "tests/accuracy/flip.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/common.hpp>

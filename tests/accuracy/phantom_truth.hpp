@@ -42,11 +42,11 @@ class BodySurface final : public KnownSurface {
 /// Throws std::runtime_error.
 std::unique_ptr<PhantomSource> made_phantom(const PhantomSource::Config& config);
 
-/// What the source shows at that time, which counts for bodies only: the relief is that at time 0. The source
-/// must outlive it.
+/// What the source shows at that time. A relief is always that at time 0. The source must outlive it.
 std::unique_ptr<KnownSurface> surface_of(const PhantomSource& source, double time_s = 0);
 
-/// All frames of the next sweep, the first one at first. Throws std::runtime_error.
+/// All frames of the sweep that begins where the source stands: at first the first one. Throws
+/// std::runtime_error.
 Volume next_sweep(PhantomSource& source);
 
 }  // namespace fanlight::test

@@ -153,11 +153,9 @@ class Comparison {
   /// How far the face's features are from their true places, and their share of the true height: the means of
   /// all seeds. Of the view from the front.
   FigureRow features(const std::string& name, const Method& method) {
-    Scene scene = scene_of(kViews[0]);
+    const Scene scene = scene_of(kViews[0], method);
     const PixelRays rays(scene, kSize);
     const std::vector<double> true_mm = depths_of(depth_truth(rays, kSize, fan_, *surface_));
-    method.change(scene);
-    for (const std::string& change : options_.changes) apply(change, scene);
     FigureRow row{name, {}};
     for (const FaceFeature& feature : kFeatures) {
       row.figures.push_back({std::string(feature.name) + " mm", 0, 2});
@@ -182,12 +180,10 @@ class Comparison {
   }
 
   FigureRow row(const std::string& name, const View& view, const Method& method) {
-    Scene scene = scene_of(view);
+    const Scene scene = scene_of(view, method);
     const PixelRays rays(scene, kSize);
     const std::vector<PixelTruth> truth = depth_truth(rays, kSize, fan_, *surface_);
     const std::vector<double> true_mm = depths_of(truth);
-    method.change(scene);
-    for (const std::string& change : options_.changes) apply(change, scene);
     const std::vector<Rgb> true_picture = twin_finish(
         twin_light(true_mm, std::vector<Rgb>(true_mm.size(), Rgb(0)), kSize, scene), kSize, scene.finish);
     std::vector<double> true_brightness;
@@ -269,7 +265,8 @@ class Comparison {
     save(fmt::format("{}/{}_truth.png", options_.pictures, file), picture_of(true_picture, rig_->picture()));
   }
 
-  Scene scene_of(const View& view) const {
+  /// With the method's fields and those of --set, none of which moves rays.
+  Scene scene_of(const View& view, const Method& method) const {
     Scene scene = scene_for(fan_.geometry, fan_.first_angle_rad, fan_.last_angle_rad, kSize.width);
     scene.camera.target = {.x_mm = 0, .y_mm = 80, .z_mm = 2};
     scene.camera.field_mm = 130;
@@ -277,6 +274,8 @@ class Comparison {
     scene.camera.yaw_deg += view.yaw_deg;
     scene.camera.pitch_deg += view.pitch_deg;
     scene.rays.end_mm = 220;
+    method.change(scene);
+    for (const std::string& change : options_.changes) apply(change, scene);
     return scene;
   }
 
