@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <filesystem>
+#include <fstream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <regex>
@@ -71,9 +74,9 @@ std::vector<Rgb> colours(const Picture& picture) {
   return values;
 }
 
-std::vector<double> brightnesses(const Picture& picture) {
+std::vector<double> brightnesses(const std::vector<Rgb>& colours) {
   std::vector<double> values;
-  for (const Rgb& colour : colours(picture)) values.push_back(brightness(colour));
+  for (const Rgb& colour : colours) values.push_back(brightness(colour));
   return values;
 }
 
@@ -112,9 +115,10 @@ void save(const std::string& path, const Picture& picture) {
     throw std::runtime_error(written.error().message);
 }
 
-/// `like`: with its size.
-Picture picture_of(const std::vector<Rgb>& colours, const Picture& like) {
-  Picture picture = like;
+Picture picture_of(const std::vector<Rgb>& colours) {
+  Picture picture{.width = kSize.width,
+                  .height = kSize.height,
+                  .rgba = std::vector<std::uint8_t>(4 * colours.size(), 255)};
   for (std::size_t pixel = 0; pixel < colours.size(); ++pixel) {
     for (int channel = 0; channel < 3; ++channel) {
       picture.rgba[4 * pixel + static_cast<std::size_t>(channel)] =
@@ -124,13 +128,101 @@ Picture picture_of(const std::vector<Rgb>& colours, const Picture& like) {
   return picture;
 }
 
+/// What a method shows of a volume.
+struct Shown {
+  std::vector<float> depth_mm;
+  std::vector<Rgb> colours;
+};
+
+/// A depth map of another program: height x width floats, top row first, mm below the view plane, negative
+/// without a surface.
+std::vector<float> read_depths(const std::string& path) {
+  std::vector<float> depths_mm(std::size_t{kSize.width} * kSize.height);
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(depths_mm.data()),
+            static_cast<std::streamsize>(depths_mm.size() * sizeof(float)));
+  if (!file) {
+    throw std::runtime_error(fmt::format("{} cannot be read, expected {} floats", path, depths_mm.size()));
+  }
+  return depths_mm;
+}
+
 struct Options {
   std::string rows = ".";
+  std::string depths;
   std::string gpu;
   std::string pictures;
   std::vector<std::string> changes;
   std::uint64_t seeds = 1;
   bool json = false;
+};
+
+std::vector<Rgb> lit(const std::vector<double>& depths_mm, const Scene& scene) {
+  const std::vector<Rgb> nothing_behind(depths_mm.size(), Rgb(0));
+  return twin_finish(twin_light(depths_mm, nothing_behind, kSize, scene), kSize, scene.finish);
+}
+
+/// What the rays of a scene meet in truth, and its picture.
+struct Truth {
+  PixelRays rays;
+  std::vector<PixelTruth> pixels;
+  std::vector<double> depth_mm;
+  std::vector<Rgb> colours;
+};
+
+/// How like the truth a method's pictures are, over several volumes.
+class Likeness {
+ public:
+  void add(const Shown& shown, const Truth& truth, const Scene& scene, const KnownSurface& surface) {
+    errors_.add(shown.depth_mm, truth.pixels, truth.rays, kSize, surface);
+    const DepthNormals normals(shown.depth_mm, kSize, truth.rays, scene.light.normals, scene.filter.step_mm);
+    const auto of_volume =
+        normal_errors_deg(normals, shown.depth_mm, truth.pixels, truth.rays, kSize, surface);
+    normals_deg_.insert(normals_deg_.end(), of_volume.begin(), of_volume.end());
+    const auto alike = structural_similarity(brightnesses(shown.colours), brightnesses(truth.colours), kSize);
+    similarity_ += mean_where_known(alike, truth.pixels);
+    flip_ += mean_where_known(flip_errors(truth.colours, shown.colours, kSize), truth.pixels);
+    const Outline outline = compared_outlines(before_wall(truth.rays, shown.depth_mm),
+                                              before_wall(truth.rays, truth.depth_mm), kSize);
+    outline_mm_ += outline.mean_distance_pixels * truth.rays.port().pixel_mm;
+    ragged_ += outline.length_ratio;
+    ++volumes_;
+  }
+
+  FigureRow row(const std::string& name, double change) {
+    // No aims, but what was reached: a picture must not become worse unnoticed.
+    const auto demand = [&](const Demand& reached) {
+      return name == kGuarded ? std::optional(reached) : std::nullopt;
+    };
+    std::ranges::sort(normals_deg_);
+    return {name,
+            {{"normals deg", normal_deg(0.5), 1, demand(at_most(2.8))},
+             {"90 % deg", normal_deg(0.9), 1},
+             {"SSIM", similarity_ / volumes_, 3, demand(at_least(0.78))},
+             {"FLIP", flip_ / volumes_, 3},
+             {"found %", 100 * errors_.share_found_of_all(), 1, demand(at_least(68))},
+             {"false %", 100 * errors_.share_false_of_all(), 2},
+             {"signed mm", errors_.signed_median_mm(), 2},
+             {"outline mm", outline_mm_ / volumes_, 2},
+             {"ragged", ragged_ / volumes_, 2},
+             {"change", change, 1}}};
+  }
+
+ private:
+  /// Of the sorted errors.
+  double normal_deg(double share) const {
+    if (normals_deg_.empty()) return NAN;
+    return normals_deg_[static_cast<std::size_t>(share * static_cast<double>(normals_deg_.size() - 1))];
+  }
+
+  DepthErrors errors_{Rim::kJudged};
+  std::vector<double> normals_deg_;
+  // Sums over the volumes.
+  double similarity_ = 0;
+  double flip_ = 0;
+  double outline_mm_ = 0;
+  double ragged_ = 0;
+  double volumes_ = 0;
 };
 
 /// One work: its volumes, one a seed, and what is true of it.
@@ -154,22 +246,21 @@ class Comparison {
   /// all seeds. Of the view from the front.
   FigureRow features(const std::string& name, const Method& method) {
     const Scene scene = scene_of(kViews[0], method);
-    const PixelRays rays(scene, kSize);
-    const std::vector<double> true_mm = depths_of(depth_truth(rays, kSize, fan_, *surface_));
+    const Truth truth = truth_of(scene);
+    const double pixel_mm = truth.rays.port().pixel_mm;
     FigureRow row{name, {}};
     for (const FaceFeature& feature : kFeatures) {
       row.figures.push_back({std::string(feature.name) + " mm", 0, 2});
       row.figures.push_back({std::string(feature.name) + " %", 0, 0});
     }
     for (const Volume& volume : volumes_) {
-      rig_->set_volume(volume);
-      const std::vector<float> shown = rig_->depths(scene).smooth_mm;
-      const std::vector<double> shown_mm(shown.begin(), shown.end());
+      const Shown shown = rendered(volume, scene);
+      const std::vector<double> shown_mm(shown.depth_mm.begin(), shown.depth_mm.end());
       const auto share = 1.0 / static_cast<double>(volumes_.size());
       auto figure = row.figures.begin();
       for (const FaceFeature& feature : kFeatures) {
-        const auto there = found_feature(feature, true_mm, kSize, rays.port().pixel_mm);
-        const auto here = found_feature(feature, shown_mm, kSize, rays.port().pixel_mm);
+        const auto there = found_feature(feature, truth.depth_mm, kSize, pixel_mm);
+        const auto here = found_feature(feature, shown_mm, kSize, pixel_mm);
         const bool both = there && here;
         (figure++)->value +=
             both ? share * std::hypot(here->right_mm - there->right_mm, here->up_mm - there->up_mm) : NAN;
@@ -181,62 +272,31 @@ class Comparison {
 
   FigureRow row(const std::string& name, const View& view, const Method& method) {
     const Scene scene = scene_of(view, method);
-    const PixelRays rays(scene, kSize);
-    const std::vector<PixelTruth> truth = depth_truth(rays, kSize, fan_, *surface_);
-    const std::vector<double> true_mm = depths_of(truth);
-    const std::vector<Rgb> true_picture = twin_finish(
-        twin_light(true_mm, std::vector<Rgb>(true_mm.size(), Rgb(0)), kSize, scene), kSize, scene.finish);
-    std::vector<double> true_brightness;
-    for (const Rgb& colour : true_picture) true_brightness.push_back(brightness(colour));
-
-    DepthErrors errors(Rim::kJudged);
-    std::vector<double> normals_deg;
-    double similarity = 0;
-    double flip = 0;
-    Outline outline;
+    const Truth truth = truth_of(scene);
+    Likeness likeness;
     double change = 0;
     for (std::size_t seed = 0; seed < volumes_.size(); ++seed) {
-      rig_->set_volume(volumes_[seed]);
-      const std::vector<float> shown_mm = rig_->depths(scene).smooth_mm;
-      errors.add(shown_mm, truth, rays, kSize, *surface_);
-      const DepthNormals normals(shown_mm, kSize, rays, scene.light.normals, scene.filter.step_mm);
-      const auto of_volume = normal_errors_deg(normals, shown_mm, truth, rays, kSize, *surface_);
-      normals_deg.insert(normals_deg.end(), of_volume.begin(), of_volume.end());
-      const auto share = 1.0 / static_cast<double>(volumes_.size());
-      const std::vector<double> shown = brightnesses(rig_->picture());
-      const auto likeness = structural_similarity(shown, true_brightness, kSize);
-      similarity += share * mean_where_known(likeness, truth);
-      const auto errors_seen = flip_errors(true_picture, colours(rig_->picture()), kSize);
-      flip += share * mean_where_known(errors_seen, truth);
-      const Outline here = compared_outlines(before_wall(rays, shown_mm), before_wall(rays, true_mm), kSize);
-      outline.mean_distance_pixels += share * here.mean_distance_pixels;
-      outline.length_ratio += share * here.length_ratio;
-      if (seed + 1 == volumes_.size() && !options_.pictures.empty()) save_pictures(name, true_picture);
-      rig_->set_volume(following_[seed]);
-      rig_->depths(scene);
-      change += share * 255 * mean_where_known(differences(shown, brightnesses(rig_->picture())), truth);
+      const Shown shown = rendered(volumes_[seed], scene);
+      likeness.add(shown, truth, scene, *surface_);
+      if (seed + 1 == volumes_.size() && !options_.pictures.empty()) save_pictures(name, shown, truth);
+      const Shown next = rendered(following_[seed], scene);
+      const auto apart = differences(brightnesses(shown.colours), brightnesses(next.colours));
+      change += 255 * mean_where_known(apart, truth.pixels) / static_cast<double>(volumes_.size());
     }
-    // No aims, but what was reached: a picture must not become worse unnoticed.
-    const auto demand = [&](const Demand& reached) {
-      return name == kGuarded ? std::optional(reached) : std::nullopt;
-    };
-    std::ranges::sort(normals_deg);
-    const auto angle = [&](double share) {
-      return normals_deg.empty()
-                 ? NAN
-                 : normals_deg[static_cast<std::size_t>(share * static_cast<double>(normals_deg.size() - 1))];
-    };
-    return {name,
-            {{"normals deg", angle(0.5), 1, demand(at_most(2.8))},
-             {"90 % deg", angle(0.9), 1},
-             {"SSIM", similarity, 3, demand(at_least(0.78))},
-             {"FLIP", flip, 3},
-             {"found %", 100 * errors.share_found_of_all(), 1, demand(at_least(68))},
-             {"false %", 100 * errors.share_false_of_all(), 2},
-             {"signed mm", errors.signed_median_mm(), 2},
-             {"outline mm", outline.mean_distance_pixels * rays.port().pixel_mm, 2},
-             {"ragged", outline.length_ratio, 2},
-             {"change", moves_ ? NAN : change, 1}}};
+    return likeness.row(name, moves_ ? NAN : change);
+  }
+
+  /// The row of a depth map that another program made of the first volume, from the front. It is lit as the
+  /// truth is.
+  FigureRow row_of_depths(const std::string& name, std::vector<float> depths_mm) {
+    const Scene scene = scene_of(kViews[0], methods().back());
+    const Truth truth = truth_of(scene);
+    Shown shown{std::move(depths_mm), {}};
+    shown.colours = lit(std::vector<double>(shown.depth_mm.begin(), shown.depth_mm.end()), scene);
+    if (!options_.pictures.empty()) save_pictures(name, shown, truth);
+    Likeness likeness;
+    likeness.add(shown, truth, scene, *surface_);
+    return likeness.row(name, NAN);
   }
 
  private:
@@ -258,11 +318,24 @@ class Comparison {
     return work.moves ? 0.5 * (frames - 1) / PhantomSource::Config{}.frame_rate_hz : 0;
   }
 
-  /// The picture on show, and that of the true surface.
-  void save_pictures(const std::string& row, const std::vector<Rgb>& true_picture) {
+  Truth truth_of(const Scene& scene) const {
+    Truth truth{.rays = PixelRays(scene, kSize)};
+    truth.pixels = depth_truth(truth.rays, kSize, fan_, *surface_);
+    truth.depth_mm = depths_of(truth.pixels);
+    truth.colours = lit(truth.depth_mm, scene);
+    return truth;
+  }
+
+  Shown rendered(const Volume& volume, const Scene& scene) {
+    rig_->set_volume(volume);
+    std::vector<float> depths_mm = rig_->depths(scene).smooth_mm;
+    return {std::move(depths_mm), colours(rig_->picture())};
+  }
+
+  void save_pictures(const std::string& row, const Shown& shown, const Truth& truth) {
     const std::string file = std::regex_replace(row, std::regex("/"), "_");
-    save(fmt::format("{}/{}.png", options_.pictures, file), rig_->picture());
-    save(fmt::format("{}/{}_truth.png", options_.pictures, file), picture_of(true_picture, rig_->picture()));
+    save(fmt::format("{}/{}.png", options_.pictures, file), picture_of(shown.colours));
+    save(fmt::format("{}/{}_truth.png", options_.pictures, file), picture_of(truth.colours));
   }
 
   /// With the method's fields and those of --set, none of which moves rays.
@@ -302,6 +375,17 @@ class Comparison {
   std::vector<Volume> following_;  // the next sweep of each: backward
 };
 
+/// The files PREFIX*.f32 of a folder, by what stands for the star.
+std::map<std::string, std::string> depth_files(const std::string& folder, const std::string& prefix) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string stem = entry.path().stem();
+    if (stem.starts_with(prefix) && entry.path().extension() == ".f32")
+      files.emplace(stem.substr(prefix.size()), entry.path());
+  }
+  return files;
+}
+
 int run(const Options& options) {
   const BareGpu bare(options.gpu);
   const std::regex rows(options.rows);
@@ -333,6 +417,14 @@ int run(const Options& options) {
           features.rows.push_back(comparison->features(name, method));
       }
     }
+    if (options.depths.empty()) continue;
+    const std::string prefix = std::regex_replace(work.name, std::regex("/"), "_") + "_";
+    for (const auto& [method, path] : depth_files(options.depths, prefix)) {
+      const std::string name = fmt::format("{}/{}/{}", work.name, method, kViews[0].name);
+      if (!std::regex_search(name, rows)) continue;
+      if (!comparison) comparison.emplace(options, bare.gpu(), work);
+      block.rows.push_back(comparison->row_of_depths(name, read_depths(path)));
+    }
   }
   if (block.rows.empty()) {
     fmt::print(stderr, "picture_quality: no row's name holds \"{}\"\n", options.rows);
@@ -358,6 +450,12 @@ int main(int count, char** arguments) {
   program.add_option("--set", options.changes, "A field of the scene to try otherwise")
       ->type_name("NAME=VALUE");
   program.add_option("--pictures", options.pictures, "Folder to write the pictures to")->type_name("FOLDER");
+  program
+      .add_option(
+          "--depths", options.depths,
+          "Folder of depth maps by other programs, WORK_METHOD.f32 such as face_r1_vtk.f32, for rows of "
+          "their own (tests/bench/peers/likeness)")
+      ->type_name("FOLDER");
   program.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
   program.add_flag("--json", options.json, "Print the figures as JSON");
   CLI11_PARSE(program, count, arguments);
