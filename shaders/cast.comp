@@ -114,19 +114,19 @@ float first_surface(float surface, float position, Ray ray, vec2 shown) {
   return is_surface ? position : surface;
 }
 
-// The depth of a surface whose edge lies at this position, mm; FANLIGHT_NO_SURFACE without one. A place
-// outside what is shown moves to its border.
-float depth_of(float surface, Ray ray, SampleRun samples, vec2 shown) {
+// The depth of the surface whose edge lies at position `edge`, mm; FANLIGHT_NO_SURFACE without an edge, and
+// where what is behind it is too dark for tissue. A place outside what is shown moves to its border.
+float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown) {
+  float place = edge;
   if (kPlace >= FANLIGHT_PLACE_TWO_SCALES) {
-    bool pending = surface >= 0.0;
+    bool pending = edge >= 0.0;
     while (pending) {
-      surface =
-          kPlace == FANLIGHT_PLACE_LEVEL ? placed_by_level(ray, samples, surface) : placed(ray, surface);
+      place = kPlace == FANLIGHT_PLACE_LEVEL ? placed_by_level(ray, samples, edge) : placed(ray, edge);
       pending = false;
     }
   }
-  float depth_mm = clamp(rays.start + surface * ray.spacing, shown.x, shown.y);
-  return surface >= 0.0 ? depth_mm : FANLIGHT_NO_SURFACE;
+  float depth_mm = clamp(rays.start + place * ray.spacing, shown.x, shown.y);
+  return edge >= 0.0 && place > kNotTissue ? depth_mm : FANLIGHT_NO_SURFACE;
 }
 
 RayResult cast_ray(Ray ray, uvec4 segment_mask) {
@@ -135,38 +135,47 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
   EdgeDetector detector;
   start(detector);
   RayAccumulator accumulator = new_ray_accumulator();
-  float surface = -1.0;
+  float surface_mm = FANLIGHT_NO_SURFACE;
   float index = samples.first;
   bool done = false;
-  // One iteration is a run of segments, so that the next run is not searched in every batch.
-  while (index < samples.end && !done) {
-    float run_end = samples.end;
-    if (kSkipping) {
-      SampleRun run = next_run(segment_mask, index, samples.end);
-      restart_where(detector, run.first > index);
-      index = run.first;
-      run_end = run.end;
-    }
-    // A run goes on where an edge is pending: its peak may lie in the next segment.
-    while (index < samples.end && !done && (index < run_end || detector.edge.pending)) {
-      float batch[kBatch];
-      samples_from(ray, index, batch);
-      [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
-        // The last batch may go beyond the ray's end.
-        bool scanned = index < samples.end && batch[slot] >= 0.0;
-        batch[slot] = max(batch[slot], 0.0);
-        float position = advance(detector, slot, batch[slot], scanned, index);
-        surface = first_surface(surface, position, ray, shown);
-        float t = rays.start + index * ray.spacing;
-        accumulate(accumulator, batch[slot], scanned && t >= shown.x && t <= shown.y);
-        index += 1.0;
+  // One iteration ends at an edge, or with the ray. An edge without tissue behind it is none.
+  while (!done) {
+    float edge = -1.0;
+    bool ends = false;
+    // One iteration is a run of segments, so that the next run is not searched in every batch.
+    while (index < samples.end && !ends) {
+      float run_end = samples.end;
+      if (kSkipping) {
+        SampleRun run = next_run(segment_mask, index, samples.end);
+        restart_where(detector, run.first > index);
+        index = run.first;
+        run_end = run.end;
       }
-      shift_window(detector, batch);
-      done = surface >= 0.0 && complete(accumulator);
+      // A run goes on where an edge is pending: its peak may lie in the next segment.
+      while (index < samples.end && !ends && (index < run_end || detector.edge.pending)) {
+        float batch[kBatch];
+        samples_from(ray, index, batch);
+        [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
+          // The last batch may go beyond the ray's end.
+          bool scanned = index < samples.end && batch[slot] >= 0.0;
+          batch[slot] = max(batch[slot], 0.0);
+          float position = advance(detector, slot, batch[slot], scanned, index);
+          edge = first_surface(edge, position, ray, shown);
+          float t = rays.start + index * ray.spacing;
+          accumulate(accumulator, batch[slot], scanned && t >= shown.x && t <= shown.y);
+          index += 1.0;
+        }
+        shift_window(detector, batch);
+        ends = surface_mm >= 0.0 ? complete(accumulator) : edge >= 0.0;
+      }
     }
+    bool at_end = index >= samples.end;
+    edge = at_end ? first_surface(edge, last_edge(detector), ray, shown) : edge;
+    edge = surface_mm >= 0.0 ? -1.0 : edge;
+    surface_mm = max(surface_mm, depth_of(edge, ray, samples, shown));
+    done = at_end || (surface_mm >= 0.0 && complete(accumulator));
   }
-  surface = first_surface(surface, last_edge(detector), ray, shown);
-  return RayResult(depth_of(surface, ray, samples, shown), colour_of(accumulator), uint(whole(index)));
+  return RayResult(surface_mm, colour_of(accumulator), uint(whole(index)));
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch

@@ -71,8 +71,13 @@ float placed(Ray ray, float position) {
   return found < 0.0 ? position : oldest + found;
 }
 
+// In place of a position: there is no tissue behind the edge. Below the position of any sample.
+const float kNotTissue = -1e9;
+
 // The sum of the newest samples, as many as are compared with the level of the tissue.
 const int kLevelMean = kHalf < 8 ? kHalf : 8;
+// Samples that tell a thin bright surface from fluid.
+const int kShortMean = (kLevelMean + 1) / 2;
 struct MovingSum {
   float recent[kLevelMean];
 };
@@ -82,6 +87,13 @@ float sum_with(inout MovingSum moving, float value) {
   moving.recent[kLevelMean - 1] = value;
   float sum = 0.0;
   [[unroll]] for (int each = 0; each < kLevelMean; ++each) sum += moving.recent[each];
+  return sum;
+}
+
+// Of the newest kShortMean samples.
+float newest_sum(MovingSum moving) {
+  float sum = 0.0;
+  [[unroll]] for (int each = kLevelMean - kShortMean; each < kLevelMean; ++each) sum += moving.recent[each];
   return sum;
 }
 
@@ -115,15 +127,17 @@ float direction_inwards(Ray ray, float oldest) {
 }
 
 // The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, first
-// rises past rays.rise of the way to the tissue's, as the mean of two samples. The tissue is the brightest
-// mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it. `run`:
-// the samples of the ray.
+// rises past rays.rise of the way to the tissue's, and past rays.least_tissue, as the mean of two samples.
+// The tissue is the brightest mean of kLevelMean samples up to half a window beyond the window, the fluid the
+// darkest within it. kNotTissue where no mean of kShortMean samples reaches rays.least_tissue. `run`: the
+// samples of the ray.
 float placed_by_level(Ray ray, SampleRun run, float position) {
   float oldest = ceil(position + float(kHalf) - 1.0) - float(kWindow - 1);
   float inwards = direction_inwards(ray, oldest);
   float start = inwards > 0.0 ? oldest : oldest + float(kWindow - 1);
   float fluid = 1e6;
   float tissue = 0.0;
+  float brightest = 0.0;  // of sums of kShortMean samples
   MovingSum moving;
   [[unroll]] for (int each = 0; each < kLevelMean; ++each) moving.recent[each] = 0.0;
   [[dont_unroll]] for (int first = 0; first < kWindow + kHalf; first += kBatch) {
@@ -135,9 +149,12 @@ float placed_by_level(Ray ray, SampleRun run, float position) {
       bool whole = number >= kLevelMean - 1;
       tissue = whole && number < kWindow + kHalf ? max(tissue, sum) : tissue;
       fluid = whole && number < kWindow ? min(fluid, sum) : fluid;
+      float newest = newest_sum(moving);
+      brightest = number >= kShortMean - 1 && number < kWindow + kHalf ? max(brightest, newest) : brightest;
     }
   }
-  float level = mix(fluid, tissue, rays.rise) / float(kLevelMean);
+  if (brightest < rays.least_tissue * float(kShortMean)) return kNotTissue;
+  float level = max(mix(fluid, tissue, rays.rise) / float(kLevelMean), rays.least_tissue);
   float found = -1.0;
   float last = 0.0;    // sample
   float before = 0.0;  // mean of two

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace fanlight {
@@ -22,6 +23,10 @@ struct EchoLevels {
   /// below the tissue. Less than that keeps off the dark gaps of its speckle (measured: renderer/RESULTS.md).
   /// In others, where the echo is an amplitude, halfway is the middle of the blur.
   double rise() const { return known && !linear() ? 0.65 : 0.5; }
+  /// What is darker behind an edge is no tissue: beside a body's outline rays meet its blurred rim, not the
+  /// body. Less than half of the way from fluid to tissue, since echoes fade with depth and in shadows
+  /// (measured: renderer/RESULTS.md).
+  double least_tissue() const { return known ? std::lerp(fluid, tissue, 0.4) : 0; }
   /// Whether the speckle's deviation is proportional to its mean, as without log compression.
   bool linear() const { return noise > kLeastLinearRatio * tissue; }
 

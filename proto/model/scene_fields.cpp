@@ -211,6 +211,10 @@ const SceneField kFields[] = {
         "place level: how far the echo has risen from the fluid's to the tissue's where "
         "the surface lies; 0 asks the data",
         0, 1, 0, FirstPass::kCast),
+    row<MEMBER(detector.least_tissue)>("detector.least_tissue", "grey levels",
+                                       "place level: an edge with nothing so bright behind it is no surface; "
+                                       "0 asks the data, 1 takes every edge",
+                                       0, 255, 0, FirstPass::kCast),
     choice<MEMBER(detector.frame_steps)>("detector.frame_steps",
                                          "the steps that mixed echoes between two frames make on a slanted "
                                          "surface: kept, or removed by the mean over "

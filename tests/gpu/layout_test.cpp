@@ -113,6 +113,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, clip2),
                             OFFSET(CastParameters, threshold),
                             OFFSET(CastParameters, rise),
+                            OFFSET(CastParameters, least_tissue),
                             OFFSET(CastParameters, edge_sign),
                             OFFSET(CastParameters, segment_shift),
                             OFFSET(CastParameters, least_seen),

@@ -231,6 +231,7 @@ TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
   // Not from the data, which have other levels with each frame.
   scene.detector.threshold = 40;
   scene.detector.rise = 0.7;
+  scene.detector.least_tissue = 50;
   scene.speckle.filter = SpeckleFilter::kNone;
   scene.filter.size_mm = 0;
   scene.filter.step_mm = 2;

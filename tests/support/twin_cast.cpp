@@ -219,8 +219,9 @@ double placed(const Scene::Detector& detector, const std::vector<double>& run, d
 }
 
 /// Where the echo reaches the level of the tissue, for an edge at `position`, both in samples of the ray
-/// (`placed_by_level` in surface_place.h).
-double placed_by_level(const Scene::Detector& detector, const RaySamples& samples, double position) {
+/// (`placed_by_level` in surface_place.h). Absent: there is no tissue behind the edge.
+std::optional<double> placed_by_level(const Scene::Detector& detector, const RaySamples& samples,
+                                      double position) {
   const int window = detector.window;
   const int half = window / 2;
   const auto value = [&](int index) {
@@ -247,9 +248,11 @@ double placed_by_level(const Scene::Detector& detector, const RaySamples& sample
   };
   const int mean = std::min(8, half);
   const std::vector<double> wide = means(mean);
+  const double least_tissue = detector.least_tissue / 255;
+  if (std::ranges::max(means((mean + 1) / 2)) < least_tissue) return std::nullopt;
   const double tissue = *std::ranges::max_element(wide);
   const double fluid = *std::min_element(wide.begin(), wide.begin() + (window - mean + 1));
-  const double level = std::lerp(fluid, tissue, detector.rise);
+  const double level = std::max(std::lerp(fluid, tissue, detector.rise), least_tissue);
   const std::vector<double> pairs = means(2);
   const auto reached = std::ranges::adjacent_find(
       pairs, [level](double before, double after) { return before < level && after >= level; });
@@ -292,11 +295,11 @@ double first_surface_mm(const Scene::Detector& detector, const RaySamples& sampl
       if (!shown.holds(samples.depth_mm(first + position))) continue;
       const bool at_edge =
           detector.place == SurfacePlace::kFirstCrossing || detector.place == SurfacePlace::kRefined;
-      const double place = at_edge ? first + position
-                           : detector.place == SurfacePlace::kLevel
-                               ? placed_by_level(detector, samples, first + position)
-                               : first + placed(detector, run, position);
-      return std::clamp(samples.depth_mm(place), shown.first_mm, shown.last_mm);
+      const std::optional<double> place = at_edge ? first + position
+                                          : detector.place == SurfacePlace::kLevel
+                                              ? placed_by_level(detector, samples, first + position)
+                                              : first + placed(detector, run, position);
+      if (place) return std::clamp(samples.depth_mm(*place), shown.first_mm, shown.last_mm);
     }
     run.clear();
   }

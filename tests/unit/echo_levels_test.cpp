@@ -156,6 +156,7 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, log);
   EXPECT_EQ(made.detector.threshold, 16);
   EXPECT_EQ(made.detector.rise, 0.65);
+  EXPECT_EQ(made.detector.least_tissue, 50);
   EXPECT_EQ(made.speckle.levels, 18);
   EXPECT_EQ(made.speckle.noise, 0);
   const EchoLevels linear{.fluid = 6, .tissue = 100, .noise = 50, .known = true};
@@ -165,6 +166,7 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   const Scene unknown = effective_scene(scene, kHalfMmGeometry, {512, 512}, {});
   EXPECT_EQ(unknown.detector.threshold, Scene::Detector{}.threshold);
   EXPECT_EQ(unknown.detector.rise, 0.5);
+  EXPECT_EQ(unknown.detector.least_tissue, 0);
   EXPECT_EQ(unknown.speckle.noise, Scene::Speckle{}.noise);
 }
 
@@ -172,6 +174,7 @@ TEST(EffectiveSceneTest, LeavesWhatTheUserHasSet) {
   Scene scene;
   scene.detector.threshold = 31;
   scene.detector.rise = 0.6;
+  scene.detector.least_tissue = 40;
   scene.speckle.noise = 0;
   scene.speckle.levels = 7;
   const EchoLevels levels{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
