@@ -74,41 +74,40 @@ float placed(Ray ray, float position) {
 // In place of a position: there is no tissue behind the edge. Below the position of any sample.
 const float kNotTissue = -1e9;
 
-// The sum of the newest samples, as many as are compared with the level of the tissue.
-const int kLevelMean = kHalf < 8 ? kHalf : 8;
-// Samples that tell a thin bright surface from fluid.
+// Of a window with many samples every second one is read: half the time, and neighbours differ little.
+const int kLevelStride = kHalf < 8 ? 1 : 2;
+// Samples of a window and half a window beyond it, and of a window alone, with that stride.
+const int kLevelSamples = (kWindow + kHalf + kLevelStride - 1) / kLevelStride;
+const int kWindowSamples = (kWindow + kLevelStride - 1) / kLevelStride;
+// Samples of which the means are compared with the level of the tissue.
+const int kLevelMean = kHalf < 8 ? kHalf : 4;
+// Samples of which the mean tells a thin bright surface from fluid.
 const int kShortMean = (kLevelMean + 1) / 2;
-struct MovingSum {
-  float recent[kLevelMean];
-};
 
-float sum_with(inout MovingSum moving, float value) {
-  [[unroll]] for (int each = 0; each + 1 < kLevelMean; ++each) moving.recent[each] = moving.recent[each + 1];
-  moving.recent[kLevelMean - 1] = value;
-  float sum = 0.0;
-  [[unroll]] for (int each = 0; each < kLevelMean; ++each) sum += moving.recent[each];
-  return sum;
-}
-
-// Of the newest kShortMean samples.
-float newest_sum(MovingSum moving) {
-  float sum = 0.0;
-  [[unroll]] for (int each = kLevelMean - kShortMean; each < kLevelMean; ++each) sum += moving.recent[each];
-  return sum;
-}
-
-// A batch of samples from the fluid towards the tissue, beginning with the one of this number; `first` has
-// number 0. Where nothing was scanned, and outside the run, 0.
-void samples_inwards(Ray ray, SampleRun run, float first, float inwards, int number,
-                     out float batch[kBatch]) {
-  float lowest = inwards > 0.0 ? first + float(number) : first - float(number + kBatch - 1);
-  float along[kBatch];
-  samples_from(ray, lowest, along);
-  [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
-    float index = first + inwards * float(number + slot);
-    float value = inwards > 0.0 ? along[slot] : along[kBatch - 1 - slot];
-    batch[slot] = index >= run.first && index < run.end ? max(value, 0.0) : 0.0;
+// The samples from `first` towards the tissue. Where nothing was scanned, and outside the run, 0. Unrolled:
+// an array that is indexed at run time lies in memory.
+void samples_inwards(Ray ray, SampleRun run, float first, float inwards, out float values[kLevelSamples]) {
+  Ray strided = ray;
+  strided.spacing *= float(kLevelStride);
+  float origin = first / float(kLevelStride);
+  [[unroll]] for (int number = 0; number < kLevelSamples; number += kBatch) {
+    float along[kBatch];
+    samples_from(strided, inwards > 0.0 ? origin + float(number) : origin - float(number + kBatch - 1),
+                 along);
+    [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
+      float index = first + inwards * float(kLevelStride * (number + slot));
+      float value = inwards > 0.0 ? along[slot] : along[kBatch - 1 - slot];
+      value = index >= run.first && index < run.end ? max(value, 0.0) : 0.0;
+      if (number + slot < kLevelSamples) values[number + slot] = value;
+    }
   }
+}
+
+// The sum of the `count` values that end with this one.
+float sum_to(float values[kLevelSamples], int last, int count) {
+  float sum = 0.0;
+  [[unroll]] for (int each = 0; each < count; ++each) sum += values[last - each];
+  return sum;
 }
 
 // +1 where the window is darker in its first half, else -1.
@@ -127,51 +126,36 @@ float direction_inwards(Ray ray, float oldest) {
 }
 
 // The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, first
-// rises past rays.rise of the way to the tissue's, and past rays.least_tissue, as the mean of two samples.
-// The tissue is the brightest mean of kLevelMean samples up to half a window beyond the window, the fluid the
-// darkest within it. kNotTissue where no mean of kShortMean samples reaches rays.least_tissue. `run`: the
-// samples of the ray.
+// rises past rays.rise of the way to the tissue's, and past rays.least_tissue. The tissue is the brightest
+// mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it.
+// kNotTissue where no mean of kShortMean samples reaches rays.least_tissue. `run`: the samples of the ray.
 float placed_by_level(Ray ray, SampleRun run, float position) {
   float oldest = ceil(position + float(kHalf) - 1.0) - float(kWindow - 1);
   float inwards = direction_inwards(ray, oldest);
   float start = inwards > 0.0 ? oldest : oldest + float(kWindow - 1);
+  float values[kLevelSamples];
+  samples_inwards(ray, run, start, inwards, values);
   float fluid = 1e6;
   float tissue = 0.0;
-  float brightest = 0.0;  // of sums of kShortMean samples
-  MovingSum moving;
-  [[unroll]] for (int each = 0; each < kLevelMean; ++each) moving.recent[each] = 0.0;
-  [[dont_unroll]] for (int first = 0; first < kWindow + kHalf; first += kBatch) {
-    float batch[kBatch];
-    samples_inwards(ray, run, start, inwards, first, batch);
-    [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
-      int number = first + slot;
-      float sum = sum_with(moving, batch[slot]);
-      bool whole = number >= kLevelMean - 1;
-      tissue = whole && number < kWindow + kHalf ? max(tissue, sum) : tissue;
-      fluid = whole && number < kWindow ? min(fluid, sum) : fluid;
-      float newest = newest_sum(moving);
-      brightest = number >= kShortMean - 1 && number < kWindow + kHalf ? max(brightest, newest) : brightest;
-    }
+  float brightest = 0.0;  // sum of kShortMean samples
+  [[unroll]] for (int last = kShortMean - 1; last < kLevelSamples; ++last) {
+    brightest = max(brightest, sum_to(values, last, kShortMean));
+  }
+  [[unroll]] for (int last = kLevelMean - 1; last < kLevelSamples; ++last) {
+    float sum = sum_to(values, last, kLevelMean);
+    tissue = max(tissue, sum);
+    if (last < kWindowSamples) fluid = min(fluid, sum);
   }
   if (brightest < rays.least_tissue * float(kShortMean)) return kNotTissue;
   float level = max(mix(fluid, tissue, rays.rise) / float(kLevelMean), rays.least_tissue);
   float found = -1.0;
-  float last = 0.0;    // sample
-  float before = 0.0;  // mean of two
-  [[dont_unroll]] for (int first = 0; first < kWindow + kHalf && found < 0.0; first += kBatch) {
-    float batch[kBatch];
-    samples_inwards(ray, run, start, inwards, first, batch);
-    [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
-      int number = first + slot;
-      float pair = 0.5 * (last + batch[slot]);
-      bool crosses = number >= 2 && number < kWindow + kHalf && before < level && pair >= level;
-      float part = clamp((level - before) / max(pair - before, 1e-6), 0.0, 1.0);
-      found = crosses && found < 0.0 ? float(number - 1) + part - 0.5 : found;
-      last = batch[slot];
-      before = pair;
-    }
+  [[unroll]] for (int next = 1; next < kLevelSamples; ++next) {
+    float before = values[next - 1];
+    float after = values[next];
+    float part = clamp((level - before) / max(after - before, 1e-6), 0.0, 1.0);
+    found = found < 0.0 && before < level && after >= level ? float(next - 1) + part : found;
   }
-  return found < 0.0 ? position : start + inwards * found;
+  return found < 0.0 ? position : start + inwards * float(kLevelStride) * found;
 }
 
 #endif

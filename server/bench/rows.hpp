@@ -14,6 +14,7 @@ struct BenchRow {
   std::string_view method;         ///< scene fields that several rows share, "name=value name=value"
   std::string_view settings;       ///< further scene fields, which override those of `method`
   std::string_view geometry_path;  ///< for a recording without its geometry
+  std::string_view changes;        ///< fields of the user, which override all; as `method`
 };
 
 /// R1, the reference workload (35 frames of 512 x 512 over 70 deg, 16 cm deep, a 512 x 512 picture), and

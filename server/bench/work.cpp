@@ -36,6 +36,7 @@ Result<BenchWork> BenchWork::create(const BenchRow& row, std::uint32_t count) {
   const SourceDescription& source = volumes->description();
   auto scene = applied(suggested_scene(source, static_cast<std::uint32_t>(row.picture)), row.method);
   if (scene) scene = applied(*scene, row.settings);
+  if (scene) scene = applied(*scene, row.changes);
   if (!scene) return scene.error();
   return BenchWork{.volumes = std::move(*volumes), .scene = *scene, .picture = row.picture};
 }

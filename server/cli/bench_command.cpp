@@ -29,6 +29,7 @@ struct BenchOptions {
   std::string only;
   std::string input;
   std::string geometry_path;
+  std::string changes;
   int count = 9;
   std::string gpu;
   std::optional<BufferAccess> access;  // absent: what the device does by itself
@@ -44,10 +45,11 @@ nlohmann::ordered_json as_json(const BenchRow& row, const BenchTimes& times, int
   for (const auto& [name, ms] : times.ms) {
     stages[name] = {{"p50", quantile(ms, 0.5)}, {"p99", quantile(ms, 0.99)}, {"least", quantile(ms, 0)}};
   }
-  return {{"name", row.name},       {"input", row.input},
-          {"picture", row.picture}, {"settings", fmt::format("{} {}", row.method, row.settings)},
-          {"rounds", rounds},       {"surface_share", times.surface_share},
-          {"stages_ms", stages}};
+  return {
+      {"name", row.name},       {"input", row.input},
+      {"picture", row.picture}, {"settings", fmt::format("{} {} {}", row.method, row.settings, row.changes)},
+      {"rounds", rounds},       {"surface_share", times.surface_share},
+      {"stages_ms", stages}};
 }
 
 /// The columns of the table in their order. The JSON report has all times.
@@ -94,9 +96,15 @@ Result<std::vector<BenchRow>> chosen_rows(std::span<const std::string_view> name
 
 /// The source of --input as a row, or else the rows of --only.
 Result<std::vector<BenchRow>> chosen_rows(const BenchOptions& options) {
-  if (options.input.empty()) return chosen_rows(std::string_view(options.only));
-  return std::vector{
+  std::vector<BenchRow> rows{
       BenchRow{.name = "input", .input = options.input, .geometry_path = options.geometry_path}};
+  if (options.input.empty()) {
+    auto chosen = chosen_rows(std::string_view(options.only));
+    if (!chosen) return chosen.error();
+    rows = std::move(*chosen);
+  }
+  for (BenchRow& row : rows) row.changes = options.changes;
+  return rows;
 }
 
 Result<RenderDevice> open_bench_device(const BenchOptions& options) {
@@ -138,7 +146,7 @@ nlohmann::ordered_json as_json(const BenchRow& row, const PipelineTimes& times) 
   return {{"name", row.name},
           {"input", row.input},
           {"picture", row.picture},
-          {"settings", fmt::format("{} {}", row.method, row.settings)},
+          {"settings", fmt::format("{} {} {}", row.method, row.settings, row.changes)},
           {"serial", as_json(times.serial)},
           {"pipelined", as_json(times.pipelined)},
           {"pipelined_over_serial", ratio(times)},
@@ -298,6 +306,10 @@ void add_options(CLI::App& command, BenchOptions& options) {
   command.add_option("--geometry", options.geometry_path, "TOML file with the recording's geometry")
       ->needs("--input")
       ->type_name("FILE");
+  command
+      .add_option("--set", options.changes,
+                  "Fields of the scene to measure with, as \"detector.place=refined shadow.coefficient=1\"")
+      ->type_name("FIELDS");
   add_device_options(command, options);
 }
 

@@ -237,30 +237,36 @@ std::optional<double> placed_by_level(const Scene::Detector& detector, const Ray
   const bool rises = sum_of(oldest + half, half) >= sum_of(oldest, half);
   const bool inwards = detector.sign == EdgeSign::kEither ? rises : detector.sign == EdgeSign::kDarkToBright;
   const int start = inwards ? oldest : oldest + window - 1;
-  // Means of so many samples, beginning with each, from the start towards the tissue.
-  const auto means = [&](int samples_in_mean) {
+  // Means of so many samples, one each `stride`, from the start towards the tissue.
+  const auto means = [&](int count, int stride) {
     std::vector<double> of;
-    for (int number = 0; number + samples_in_mean <= window + half; ++number) {
-      const int first = inwards ? start + number : start - number - (samples_in_mean - 1);
-      of.push_back(sum_of(first, samples_in_mean) / samples_in_mean);
+    for (int number = 0; number + stride * (count - 1) < window + half; number += stride) {
+      double sum = 0;
+      for (int each = 0; each < count; ++each) {
+        const int from_start = number + stride * each;
+        sum += value(inwards ? start + from_start : start - from_start);
+      }
+      of.push_back(sum / count);
     }
     return of;
   };
-  const int mean = std::min(8, half);
-  const std::vector<double> wide = means(mean);
+  const int stride = half < 8 ? 1 : 2;
+  const int mean = half < 8 ? half : 4;
+  const std::vector<double> wide = means(mean, stride);
   const double least_tissue = detector.least_tissue / 255;
-  if (std::ranges::max(means((mean + 1) / 2)) < least_tissue) return std::nullopt;
+  if (std::ranges::max(means((mean + 1) / 2, stride)) < least_tissue) return std::nullopt;
   const double tissue = *std::ranges::max_element(wide);
-  const double fluid = *std::min_element(wide.begin(), wide.begin() + (window - mean + 1));
+  const int in_window = (window + stride - 1) / stride;
+  const double fluid = *std::min_element(wide.begin(), wide.begin() + (in_window - mean + 1));
   const double level = std::max(std::lerp(fluid, tissue, detector.rise), least_tissue);
-  const std::vector<double> pairs = means(2);
+  const std::vector<double> values = means(1, stride);
   const auto reached = std::ranges::adjacent_find(
-      pairs, [level](double before, double after) { return before < level && after >= level; });
-  if (reached == pairs.end()) return position;
+      values, [level](double before, double after) { return before < level && after >= level; });
+  if (reached == values.end()) return position;
   const double before = *reached;
   const double after = *std::next(reached);
   const double part = std::clamp((level - before) / std::max(after - before, 1e-6), 0.0, 1.0);
-  const double found = static_cast<double>(reached - pairs.begin()) + 0.5 + part;
+  const double found = stride * (static_cast<double>(reached - values.begin()) + part);
   return start + (inwards ? found : -found);
 }
 
