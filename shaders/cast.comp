@@ -106,12 +106,19 @@ struct RayResult {
   uint sample_end;  // the first sample that was not read
 };
 
-// Position of the surface, in samples, negative for none: that of the edge at `position` where there is no
-// surface yet and the edge is not cropped.
-float first_surface(float surface, float position, Ray ray, vec2 shown) {
+// Position of an edge that may be the surface: not cropped, and behind those that were `tried`. Else -1.
+float candidate(float position, float tried, Ray ray, vec2 shown) {
   float depth_mm = rays.start + position * ray.spacing;
-  bool is_surface = position >= 0.0 && surface < 0.0 && depth_mm >= shown.x && depth_mm <= shown.y;
-  return is_surface ? position : surface;
+  return position > tried && depth_mm >= shown.x && depth_mm <= shown.y ? position : -1.0;
+}
+
+// The first of a batch's edges that may be the surface, else -1.
+float first_candidate(float edges[kBatch], float tried, Ray ray, vec2 shown) {
+  float first = -1.0;
+  [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
+    first = first >= 0.0 ? first : candidate(edges[slot], tried, ray, shown);
+  }
+  return first;
 }
 
 // The depth of the surface whose edge lies at position `edge`, mm; FANLIGHT_NO_SURFACE without an edge, and
@@ -136,44 +143,47 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
   start(detector);
   RayAccumulator accumulator = new_ray_accumulator();
   float surface_mm = FANLIGHT_NO_SURFACE;
+  float edges[kBatch];  // that ended in the last batch
+  [[unroll]] for (int slot = 0; slot < kBatch; ++slot) edges[slot] = -1.0;
+  float tried = -1.0;  // the last edge without tissue behind it
   float index = samples.first;
   bool done = false;
-  // One iteration ends at an edge, or with the ray. An edge without tissue behind it is none.
+  // One iteration ends at an edge, or with the ray.
   while (!done) {
-    float edge = -1.0;
-    bool ends = false;
+    float edge = surface_mm >= 0.0 ? -1.0 : first_candidate(edges, tried, ray, shown);
+    bool stops = edge >= 0.0;
     // One iteration is a run of segments, so that the next run is not searched in every batch.
-    while (index < samples.end && !ends) {
-      float run_end = samples.end;
-      if (kSkipping) {
+    while (index < samples.end && !stops) {
+      float run_end = index;
+      if (kSkipping && !detector.edge.pending) {
         SampleRun run = next_run(segment_mask, index, samples.end);
         restart_where(detector, run.first > index);
         index = run.first;
         run_end = run.end;
       }
+      if (!kSkipping) run_end = samples.end;
       // A run goes on where an edge is pending: its peak may lie in the next segment.
-      while (index < samples.end && !ends && (index < run_end || detector.edge.pending)) {
+      while (index < samples.end && !stops && (index < run_end || detector.edge.pending)) {
         float batch[kBatch];
         samples_from(ray, index, batch);
         [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
           // The last batch may go beyond the ray's end.
           bool scanned = index < samples.end && batch[slot] >= 0.0;
           batch[slot] = max(batch[slot], 0.0);
-          float position = advance(detector, slot, batch[slot], scanned, index);
-          edge = first_surface(edge, position, ray, shown);
+          edges[slot] = advance(detector, slot, batch[slot], scanned, index);
           float t = rays.start + index * ray.spacing;
           accumulate(accumulator, batch[slot], scanned && t >= shown.x && t <= shown.y);
           index += 1.0;
         }
         shift_window(detector, batch);
-        ends = surface_mm >= 0.0 ? complete(accumulator) : edge >= 0.0;
+        edge = surface_mm >= 0.0 ? -1.0 : first_candidate(edges, tried, ray, shown);
+        stops = surface_mm >= 0.0 ? complete(accumulator) : edge >= 0.0;
       }
     }
-    bool at_end = index >= samples.end;
-    edge = at_end ? first_surface(edge, last_edge(detector), ray, shown) : edge;
-    edge = surface_mm >= 0.0 ? -1.0 : edge;
+    edge = edge >= 0.0 || surface_mm >= 0.0 ? edge : candidate(last_edge(detector), tried, ray, shown);
     surface_mm = max(surface_mm, depth_of(edge, ray, samples, shown));
-    done = at_end || (surface_mm >= 0.0 && complete(accumulator));
+    tried = max(tried, edge);
+    done = edge < 0.0 || (surface_mm >= 0.0 && complete(accumulator));
   }
   return RayResult(surface_mm, colour_of(accumulator), uint(whole(index)));
 }

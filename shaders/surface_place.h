@@ -128,7 +128,8 @@ float direction_inwards(Ray ray, float oldest) {
 // The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, first
 // rises past rays.rise of the way to the tissue's, and past rays.least_tissue. The tissue is the brightest
 // mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it.
-// kNotTissue where no mean of kShortMean samples reaches rays.least_tissue. `run`: the samples of the ray.
+// kNotTissue where no mean of kShortMean samples behind the window's middle reaches rays.least_tissue.
+// `run`: the samples of the ray.
 float placed_by_level(Ray ray, SampleRun run, float position) {
   float oldest = ceil(position + float(kHalf) - 1.0) - float(kWindow - 1);
   float inwards = direction_inwards(ray, oldest);
@@ -138,7 +139,7 @@ float placed_by_level(Ray ray, SampleRun run, float position) {
   float fluid = 1e6;
   float tissue = 0.0;
   float brightest = 0.0;  // sum of kShortMean samples
-  [[unroll]] for (int last = kShortMean - 1; last < kLevelSamples; ++last) {
+  [[unroll]] for (int last = kWindowSamples / 2 + kShortMean - 1; last < kLevelSamples; ++last) {
     brightest = max(brightest, sum_to(values, last, kShortMean));
   }
   [[unroll]] for (int last = kLevelMean - 1; last < kLevelSamples; ++last) {

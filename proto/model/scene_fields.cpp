@@ -212,7 +212,7 @@ const SceneField kFields[] = {
         "the surface lies; 0 asks the data",
         0, 1, 0, FirstPass::kCast),
     row<MEMBER(detector.least_tissue)>("detector.least_tissue", "grey levels",
-                                       "place level: an edge with nothing so bright behind it is no surface; "
+                                       "place level: an edge with no echo so bright behind it is no surface; "
                                        "0 asks the data, 1 takes every edge",
                                        0, 255, 0, FirstPass::kCast),
     choice<MEMBER(detector.frame_steps)>("detector.frame_steps",

@@ -75,6 +75,8 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.detector.window_mm = 2 * kSurveyWindowMm;
   to.detector.threshold = survey->threshold;
   to.detector.sign = survey->sign;
+  // The sheet is judged by its own step, not by the levels of the whole volume.
+  to.detector.least_tissue = 1;
   choose(
       fmt::format("the detector compares {:.0f} mm on either side and asks for {:.0f} grey levels, which "
                   "finds {:.0f} % of the sheet first",

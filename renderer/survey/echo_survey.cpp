@@ -29,7 +29,9 @@ bool differ(double from, double to, double share) {
 }
 
 bool differ(const EchoLevels& from, const EchoLevels& to, double share) {
-  return differ(from.threshold(), to.threshold(), share) || differ(from.noise, to.noise, share);
+  const double contrast = from.tissue - from.fluid;
+  return differ(from.threshold(), to.threshold(), share) || differ(from.noise, to.noise, share) ||
+         std::abs(to.least_tissue() - from.least_tissue()) > share * contrast;
 }
 
 using Histogram = std::array<std::uint32_t, 256>;

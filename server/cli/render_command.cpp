@@ -103,7 +103,8 @@ nlohmann::ordered_json levels_json(const EchoLevels& levels) {
   return {{"fluid", levels.fluid},
           {"tissue", levels.tissue},
           {"noise", levels.noise},
-          {"threshold", levels.threshold()}};
+          {"threshold", levels.threshold()},
+          {"least_tissue", levels.least_tissue()}};
 }
 
 void print_json(const RenderReport& report) {

@@ -62,6 +62,7 @@ void describe(v1::Picture& message, const Picture& picture) {
   levels.set_noise(stamp.levels.noise);
   levels.set_threshold(stamp.levels.threshold());
   levels.set_linear(stamp.levels.linear());
+  levels.set_least_tissue(stamp.levels.least_tissue());
 }
 
 std::string packed_depth(const Picture& picture) {

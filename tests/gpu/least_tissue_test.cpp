@@ -62,7 +62,10 @@ TEST_F(LeastTissueTest, FindsTheTissueBehindAFaintLayer) {
 }
 
 TEST_F(LeastTissueTest, FindsItWhereTheRayGoesOnBehindTheSurface) {
-  EXPECT_NEAR(found_mm(60, Mode::kVolume), kTissueMm, 0.5);
+  for (const Mode mode : {Mode::kVolume, Mode::kMaximum, Mode::kMinimum, Mode::kMean}) {
+    EXPECT_NEAR(found_mm(60, mode), kTissueMm, 0.5) << static_cast<int>(mode);
+    EXPECT_NEAR(found_mm(1, mode), kFaintMm, 0.5) << static_cast<int>(mode);
+  }
 }
 
 TEST_F(LeastTissueTest, FindsNothingWhereAllIsTooDark) {

@@ -188,7 +188,7 @@ void set_detector(Dice& dice, Body& body, double finest_mm, Scene& scene) {
   detector.sign = dice.any_to(EdgeSign::kEither);
   detector.place = dice.any_to(SurfacePlace::kLevel);
   detector.rise = dice.between(0.2, 0.95);
-  detector.least_tissue = dice.between(1, 60);
+  detector.least_tissue = dice.between(1, 145);
   // Noise must not create surfaces.
   detector.window = 2 * dice.whole(body.noise > 0 ? 6 : 1, 16);
   detector.threshold = body.noise > 0 ? dice.between(30, 45) : dice.between(12, 40);

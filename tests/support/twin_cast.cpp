@@ -254,9 +254,10 @@ std::optional<double> placed_by_level(const Scene::Detector& detector, const Ray
   const int mean = half < 8 ? half : 4;
   const std::vector<double> wide = means(mean, stride);
   const double least_tissue = detector.least_tissue / 255;
-  if (std::ranges::max(means((mean + 1) / 2, stride)) < least_tissue) return std::nullopt;
-  const double tissue = *std::ranges::max_element(wide);
   const int in_window = (window + stride - 1) / stride;
+  const std::vector<double> narrow = means((mean + 1) / 2, stride);
+  if (*std::max_element(narrow.begin() + in_window / 2, narrow.end()) < least_tissue) return std::nullopt;
+  const double tissue = *std::ranges::max_element(wide);
   const double fluid = *std::min_element(wide.begin(), wide.begin() + (in_window - mean + 1));
   const double level = std::max(std::lerp(fluid, tissue, detector.rise), least_tissue);
   const std::vector<double> values = means(1, stride);

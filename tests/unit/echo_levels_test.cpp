@@ -93,6 +93,10 @@ TEST(SteadyLevelsTest, FollowSlowlyAndInSteps) {
   EXPECT_LT(steady.in_force().tissue, 150) << "not the whole way yet";
   for (int volume = 0; volume < 50; ++volume) steady.add(more);
   EXPECT_NEAR(steady.in_force().tissue, 155, 15);
+  EchoLevels brighter = first;
+  brighter.fluid += 100;
+  brighter.tissue += 100;
+  EXPECT_TRUE(steady.is_other(brighter)) << "fluid is now as bright as the least tissue was";
   EchoLevels other = first;
   other.noise = 3;
   EXPECT_TRUE(steady.is_other(other));

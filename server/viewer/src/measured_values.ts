@@ -4,7 +4,8 @@ import type { EchoLevels } from "../generated/fanlight_pb.js";
 import { numberText } from "./field_text";
 import type { SettingsEditor } from "./settings_editor";
 
-const kNames = ["detector.threshold", "speckle.noise", "speckle.levels"];
+/** Fields that can ask the data. */
+export const kMeasuredFields = ["detector.threshold", "detector.least_tissue", "speckle.noise", "speckle.levels"];
 
 export class MeasuredValues {
   private levels: EchoLevels | undefined;
@@ -21,8 +22,9 @@ export class MeasuredValues {
   /** The value in force of a field that is 0, "from the data"; undefined for other fields, and where none is known. */
   valueOf(name: string): number | undefined {
     if (!this.levels || this.editor.number(name) !== 0) return undefined;
-    const { linear, noise, tissue, threshold } = this.levels;
+    const { leastTissue, linear, noise, tissue, threshold } = this.levels;
     if (name === "detector.threshold") return Math.round(10 * threshold) / 10;
+    if (name === "detector.least_tissue") return Math.round(10 * leastTissue) / 10;
     const measured = this.editor.number("speckle.noise") === 0 && this.editor.number("speckle.levels") === 0;
     if (!measured || this.editor.choice("speckle.filter") !== "guided") return undefined;
     if (name === "speckle.noise" && linear) return Math.round((100 * noise) / tissue) / 100;
@@ -35,11 +37,11 @@ export class MeasuredValues {
     const value = this.valueOf(name);
     if (value === undefined || !this.levels) return "";
     const { fluid, tissue } = this.levels;
-    const levels = name === "detector.threshold" ? `: fluid ${numberText(fluid)}, tissue ${numberText(tissue)}` : "";
+    const levels = name.startsWith("detector.") ? `: fluid ${numberText(fluid)}, tissue ${numberText(tissue)}` : "";
     return `Now ${numberText(value)}, from the data${levels}.`;
   }
 
   private texts(): string {
-    return kNames.map((name) => this.text(name)).join("\n");
+    return kMeasuredFields.map((name) => this.text(name)).join("\n");
   }
 }

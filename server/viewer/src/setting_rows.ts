@@ -5,7 +5,7 @@ import { hexOf, partsOf } from "./colour";
 import { element, typedBox } from "./element";
 import type { FieldEffects } from "./field_effects";
 import { choiceText, hintOf } from "./field_text";
-import type { MeasuredValues } from "./measured_values";
+import { kMeasuredFields, type MeasuredValues } from "./measured_values";
 import { numberBox, sliderOf } from "./number_inputs";
 import { numberOf, type Value, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
@@ -19,9 +19,6 @@ interface Frame {
   hint: string;
   names: string[]; // of the fields in the row
 }
-
-/** Fields of MeasuredValues. */
-const kMeasured = ["detector.threshold", "speckle.noise", "speckle.levels"];
 
 export class SettingRows {
   private readonly refreshers: (() => void)[] = [];
@@ -57,7 +54,7 @@ export class SettingRows {
 
   /** For a field that may ask for values from the data: the value in force, and a button that keeps it. */
   private measurement(name: string): HTMLElement[] {
-    if (!kMeasured.includes(name)) return [];
+    if (!kMeasuredFields.includes(name)) return [];
     const text = element("span", { className: "measured-text" });
     const keep = element("button", { type: "button", className: "keep", textContent: "Keep" });
     keep.dataset.keep = name;

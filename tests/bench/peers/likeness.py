@@ -40,19 +40,18 @@ WORKS = [(scene, probe) for scene in ("face", "relief") for probe in ("r1", "r2"
 
 def main():
     options = _options()
-    here = Path(__file__).resolve().parent
     build = options.build.resolve()
     with tempfile.TemporaryDirectory() as temporary:
-        folder = options.depths or Path(temporary)
+        folder = (options.depths or Path(temporary)).resolve()
         folder.mkdir(exist_ok=True)
         for scene, probe in WORKS:
             if options.only in f"{scene}/{probe}":
                 _write_depths(build, Path(temporary), folder, scene, probe, options.spacing)
         command = [build / "tests/accuracy/picture_quality", "--depths", folder]
-        command += ["--rows", f"{options.only}.*/(default|vtk.*)/front"]
+        command += ["--rows", f"^(?=.*{options.only})(face|relief)/.*/(default|vtk.*)/front"]
         if options.pictures:
             command += ["--pictures", options.pictures]
-        sys.exit(subprocess.run(command, check=False, cwd=here).returncode)
+        sys.exit(subprocess.run(command, check=False).returncode)
 
 
 def _options():
