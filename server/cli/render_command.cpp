@@ -132,7 +132,7 @@ void print_json(const RenderReport& report) {
 
 void print_text(const RenderReport& report) {
   const Picture& picture = report.picture;
-  fmt::print("volume {} of {}: {} frames, {} x {} pixels on {}, a surface in {:.1f} % of them\n",
+  fmt::print("volume {} of {} has {} frames; {} x {} pixels on {}, a surface in {:.1f} % of them\n",
              picture.stamp.volume.source_volume_index, report.options.input, picture.stamp.volume.frames,
              picture.width, picture.height, report.device, 100 * report.surface_share);
   print_dropped(report.dropped);

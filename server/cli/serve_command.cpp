@@ -82,15 +82,27 @@ void log_device(const Pipeline& pipeline) {
   spdlog::info("renders on {} ({}, {})", used.name, used.kind, used.driver);
 }
 
+std::string frame_words(const FanGeometry& geometry) {
+  if (geometry.kind == FrameKind::kCartesian) {
+    return fmt::format("{} x {} pixels of {:.4g} x {:.4g} mm", geometry.columns, geometry.rows,
+                       geometry.pixel_width_mm, geometry.pixel_height_mm);
+  }
+  const std::string pitch = geometry.kind == FrameKind::kConvexLines
+                                ? fmt::format("{:.3g} deg", geometry.line_pitch_deg)
+                                : fmt::format("{:.4g} mm", geometry.pixel_width_mm);
+  return fmt::format("{} scan lines, {} apart, of {} samples, {:.4g} mm apart", geometry.columns, pitch,
+                     geometry.rows, geometry.pixel_height_mm);
+}
+
 void log_source(const SourceDescription& source) {
   const FanGeometry& geometry = source.geometry;
   spdlog::info(
-      "source {}: {} frames a volume of {} x {} pixels of {:.4f} x {:.4f} mm, {:.1f} to {:.1f} deg about an "
-      "axis {:.1f} mm "
-      "behind the probe face",
-      source.name, source.usual_frames > 0 ? source.usual_frames : source.frames_per_volume, geometry.columns,
-      geometry.rows, geometry.pixel_width_mm, geometry.pixel_height_mm, degrees(source.first_angle_rad),
-      degrees(source.last_angle_rad), geometry.motor_radius_mm);
+      "source {} delivers {} frames a volume, each of {}; {:.1f} to {:.1f} deg about an axis {:.1f} mm "
+      "behind the "
+      "probe face",
+      source.name, source.usual_frames > 0 ? source.usual_frames : source.frames_per_volume,
+      frame_words(geometry), degrees(source.first_angle_rad), degrees(source.last_angle_rad),
+      geometry.motor_radius_mm);
   for (const std::string& note : source.notes) spdlog::warn("{}", note);
 }
 
