@@ -154,14 +154,13 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
     bool stops = edge >= 0.0;
     // One iteration is a run of segments, so that the next run is not searched in every batch.
     while (index < samples.end && !stops) {
-      float run_end = index;
+      float run_end = kSkipping ? index : samples.end;
       if (kSkipping && !detector.edge.pending) {
         SampleRun run = next_run(segment_mask, index, samples.end);
         restart_where(detector, run.first > index);
         index = run.first;
         run_end = run.end;
       }
-      if (!kSkipping) run_end = samples.end;
       // A run goes on where an edge is pending: its peak may lie in the next segment.
       while (index < samples.end && !stops && (index < run_end || detector.edge.pending)) {
         float batch[kBatch];

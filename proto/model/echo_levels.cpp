@@ -8,9 +8,8 @@ namespace fanlight {
 std::string sentence(const EchoLevels& levels) {
   if (!levels.known) return "from the data: no fluid and no tissue can be told apart";
   return fmt::format(
-      "from the data: fluid {:.0f}, tissue {:.0f}, speckle {:.0f} grey levels{}; threshold {:.0f}, least "
-      "tissue "
-      "{:.0f}",
+      "from the data: fluid {:.0f}, tissue {:.0f}, speckle {:.0f} grey levels{}; threshold {:.0f}, "
+      "least tissue {:.0f}",
       levels.fluid, levels.tissue, levels.noise, levels.linear() ? " (not log-compressed)" : "",
       levels.threshold(), levels.least_tissue());
 }

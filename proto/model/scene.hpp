@@ -126,7 +126,7 @@ struct Scene {
     EdgeSign sign = EdgeSign::kDarkToBright;
     SurfacePlace place = SurfacePlace::kRefined;
     double rise = 0;  ///< place level: share of the way from the fluid to the tissue; 0: from the data
-    double least_tissue = 0;  ///< place level, grey levels; 0: from the data
+    double least_tissue = 0;  ///< place level: of an echo behind an edge, grey levels; 0: from the data
     FrameSteps frame_steps = FrameSteps::kKept;
   } detector;
 

@@ -98,8 +98,7 @@ void log_source(const SourceDescription& source) {
   const FanGeometry& geometry = source.geometry;
   spdlog::info(
       "source {} delivers {} frames a volume, each of {}; {:.1f} to {:.1f} deg about an axis {:.1f} mm "
-      "behind the "
-      "probe face",
+      "behind the probe face",
       source.name, source.usual_frames > 0 ? source.usual_frames : source.frames_per_volume,
       frame_words(geometry), degrees(source.first_angle_rad), degrees(source.last_angle_rad),
       geometry.motor_radius_mm);

@@ -5,23 +5,35 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 import shading
 
 
+def surface_filter(image, level, normals):
+    """The filter that computes a mesh at the level; with normals or without, and no other data."""
+    edges = vtkFlyingEdges3D()
+    edges.SetInputData(image)
+    edges.SetValue(0, level)
+    edges.SetComputeNormals(normals)
+    edges.ComputeGradientsOff()
+    edges.ComputeScalarsOff()
+    return edges
+
+
+def drawn(mesh_filter):
+    """A vtkActor with the filter's mesh."""
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputConnection(mesh_filter.GetOutputPort())
+    mapper.ScalarVisibilityOff()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    return actor
+
+
 class FlyingEdges:
     """Computes a mesh of the surface on the processor, with VTK's default number of threads, and draws it."""
 
     NAME = "flying-edges"
 
     def __init__(self, image, level):
-        edges = vtkFlyingEdges3D()
-        edges.SetInputData(image)
-        edges.SetValue(0, level)
-        # Shading needs only the normals.
-        edges.ComputeNormalsOn()
-        edges.ComputeGradientsOff()
-        edges.ComputeScalarsOff()
-        mapper = vtkPolyDataMapper()
-        mapper.SetInputConnection(edges.GetOutputPort())
-        mapper.ScalarVisibilityOff()
-        self.prop = vtkActor()
-        self.prop.SetMapper(mapper)
+        # Shading needs the normals.
+        edges = surface_filter(image, level, normals=True)  # a port does not keep its filter alive
+        self.prop = drawn(edges)
         self.prop.GetProperty().SetColor(*shading.COLOUR)
         shading.shade(self.prop.GetProperty())

@@ -12,11 +12,9 @@ import vtkmodules.vtkRenderingOpenGL2  # importing it registers VTK's OpenGL cla
 import vtkmodules.vtkRenderingVolumeOpenGL2
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
-from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D, vtkWindowedSincPolyDataFilter
+from vtkmodules.vtkFiltersCore import vtkWindowedSincPolyDataFilter
 from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
 from vtkmodules.vtkRenderingCore import (
-    vtkActor,
-    vtkPolyDataMapper,
     vtkRenderer,
     vtkRenderWindow,
     vtkVolume,
@@ -26,6 +24,7 @@ from vtkmodules.vtkRenderingCore import (
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from camera import ParallelCamera
+from flying_edges import drawn, surface_filter
 from recording import read_recording
 from scan_conversion import scan_converted
 from vtk_volume import VtkVolume
@@ -96,24 +95,14 @@ def _smoothed(image, sigma_mm, spacing_mm):
 
 def _mesh(image, level):
     """Flying edges, then windowed-sinc smoothing."""
-    edges = vtkFlyingEdges3D()
-    edges.SetInputData(image)
-    edges.SetValue(0, level)
-    edges.ComputeNormalsOff()
-    edges.ComputeGradientsOff()
-    edges.ComputeScalarsOff()
+    edges = surface_filter(image, level, normals=False)  # a port does not keep its filter alive
     smooth = vtkWindowedSincPolyDataFilter()
     smooth.SetInputConnection(edges.GetOutputPort())
     smooth.SetNumberOfIterations(20)
     smooth.SetPassBand(0.02)
     smooth.NormalizeCoordinatesOn()
     smooth.FeatureEdgeSmoothingOff()
-    mapper = vtkPolyDataMapper()
-    mapper.SetInputConnection(smooth.GetOutputPort())
-    mapper.ScalarVisibilityOff()
-    actor = vtkActor()
-    actor.SetMapper(mapper)
-    return actor
+    return drawn(smooth)
 
 
 def _ray_caster(image, level):
