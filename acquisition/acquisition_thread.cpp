@@ -59,19 +59,42 @@ AcquisitionThread::State AcquisitionThread::pull_frames(const std::stop_token& s
     }
     const std::optional<FrameStamp>& frame = *next;
     if (!frame) break;
-    if (const FrameFault fault = source.known_fault(); fault != FrameFault::kNone) {
-      assembler_.reject(*frame, fault);
-      continue;
-    }
-    const std::span<std::uint8_t> pixels = assembler_.place(*frame, source.description().geometry, stop);
-    if (pixels.empty()) continue;
-    if (const FrameFault fault = source.read_pixels(pixels, stop); fault == FrameFault::kNone) {
-      assembler_.commit();
-    } else {
-      assembler_.reject(*frame, fault);
-    }
+    take_frame(*frame, stop);
   }
   return stop.stop_requested() ? State::kStopped : State::kEnded;
+}
+
+void AcquisitionThread::take_frame(const FrameStamp& frame, const std::stop_token& stop) {
+  FrameSource& source = dependencies_.source;
+  const FanGeometry& geometry = source.description().geometry;
+  FrameFault fault = source.known_fault();
+  if (fault == FrameFault::kNone) {
+    const std::span<std::uint8_t> pixels = assembler_.place(frame, geometry, stop);
+    if (pixels.empty()) return record_unplaced(frame, stop);
+    fault = source.read_pixels(pixels, stop);
+    if (fault == FrameFault::kNone) {
+      // Before commit(), which may hand the volume to its reader.
+      if (records()) dependencies_.tap->queue().put(frame, geometry, pixels);
+      return assembler_.commit();
+    }
+  }
+  if (records() && !stop.stop_requested()) dependencies_.tap->queue().put_fault(frame, geometry, fault);
+  assembler_.reject(frame, fault);
+}
+
+/// A replay of the recording gives the frame to an assembler again, which does not use it either.
+void AcquisitionThread::record_unplaced(const FrameStamp& frame, const std::stop_token& stop) {
+  if (!records() || stop.stop_requested()) return;
+  const FanGeometry& geometry = dependencies_.source.description().geometry;
+  FrameQueue& queue = dependencies_.tap->queue();
+  const std::span<std::uint8_t> pixels = queue.reserve(geometry.frame_bytes());
+  if (pixels.empty()) return;
+  const FrameFault fault = dependencies_.source.read_pixels(pixels, stop);
+  if (fault == FrameFault::kNone) {
+    queue.commit(frame, geometry);
+  } else {
+    queue.put_fault(frame, geometry, fault);
+  }
 }
 
 }  // namespace fanlight

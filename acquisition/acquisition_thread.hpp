@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "acquisition/assembly/assembler.hpp"
+#include "acquisition/record/frame_tap.hpp"
 #include "acquisition/source/frame_source.hpp"
 
 namespace fanlight {
@@ -30,6 +31,7 @@ class AcquisitionThread {
     Doorbell& ended_bell;               ///< rung once, when the state is no longer kRunning
     FrameQueue* frame_queue = nullptr;  ///< receives each frame ahead of its volume; nullptr: no queue
     DroppedSweeps* dropped = nullptr;   ///< receives the sweeps that give no volume; nullptr: nobody asks
+    FrameTap* tap = nullptr;            ///< receives every frame as the source gives it; nullptr: no recorder
   };
 
   /// Starts the thread. Ends the process where the system cannot create a thread.
@@ -53,6 +55,9 @@ class AcquisitionThread {
  private:
   void run(const std::stop_token& stop);
   State pull_frames(const std::stop_token& stop);
+  void take_frame(const FrameStamp& frame, const std::stop_token& stop);
+  void record_unplaced(const FrameStamp& frame, const std::stop_token& stop);
+  bool records() const { return dependencies_.tap != nullptr && dependencies_.tap->is_open(); }
 
   Dependencies dependencies_;
   Assembler assembler_;

@@ -65,7 +65,6 @@ constexpr Extension kExtensions[] = {
     {".nrrd", {"a NRRD file", kConvertSequence}},
     {".rf",
      {"lines of radio frequency", "8 bit brightness frames made of them, as a PLUS sequence (.igs.mha)"}},
-    {".mhd", {"the header of a MetaImage with its pixels in another file", "one .igs.mha file with both"}},
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "acquisition/record/plus_fields.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
 
@@ -20,6 +21,7 @@ namespace {
 constexpr std::size_t kLongestLine = 65'536;
 constexpr std::uint32_t kMostSide = 4096;
 constexpr std::uint32_t kMostFrames = 1'000'000;
+constexpr std::uint32_t kMostFramesUndescribed = 100;  // between two that are
 constexpr std::size_t kMostKeys = 10'000;
 constexpr std::size_t kMostFanlightFields = 64;
 // Best ratio of Deflate: one byte of input yields at most this many bytes of output.
@@ -37,6 +39,7 @@ constexpr std::array kRequirements = {
     Requirement{"ObjectType", "Image", "Image"},
     Requirement{"NDims", "3", "3 (columns, rows, frames): colour and 4D images are not taken"},
     Requirement{"BinaryData", "True", "True"},
+    Requirement{"HeaderSize", "0", "0: pixels from the first byte of their file on"},
     Requirement{"ElementNumberOfChannels", "1", "1: grey pictures, such as the red channel alone"},
     Requirement{"ElementType", "MET_UCHAR", "MET_UCHAR: 8 bit pixels, scaled from the others by a window"},
     Requirement{"UltrasoundImageType", "BRIGHTNESS",
@@ -57,12 +60,11 @@ struct FrameField {
 
 class HeaderReader {
  public:
-  HeaderReader(const IgsFile& from, std::uint64_t max_bytes) : from_(from), max_bytes_(max_bytes) {}
+  explicit HeaderReader(const IgsFile& from) : from_(from) {}
 
   Result<IgsHeader> read() {
     if (const auto done = read_lines(); !done) return done.error();
     if (const auto done = check_presence(); !done) return done.error();
-    if (const auto done = check_pixel_bytes(); !done) return done.error();
     header_.orientation = *orientation_;
     return std::move(header_);
   }
@@ -80,12 +82,25 @@ class HeaderReader {
       const auto line = next_line();
       if (!line) return line.error();
       if (line->key == "ElementDataFile") {
-        if (line->value == "LOCAL") return {};
-        return refused(*line, "LOCAL (pixels in the same file)", ErrorCode::kUnsupported);
+        return take_data_file(*line);
       }
       const auto taken = line->key.starts_with(kFramePrefix) ? take_frame_field(*line) : take_field(*line);
       if (!taken) return taken.error();
     }
+  }
+
+  /// Nothing outside of the header's own folder is opened.
+  Result<void> take_data_file(const Line& line) {
+    if (line.value == "LOCAL") return {};
+    const bool is_name = !line.value.empty() && line.value.find('/') == std::string_view::npos &&
+                         line.value.find('%') == std::string_view::npos && line.value != "LIST" &&
+                         line.value != "." && line.value != "..";
+    if (!is_name) {
+      return refused(line, "LOCAL (pixels in the same file), or the name of one file in the same folder",
+                     ErrorCode::kUnsupported);
+    }
+    header_.data_file = line.value;
+    return {};
   }
 
   /// The next line; valid until the next call.
@@ -165,12 +180,6 @@ class HeaderReader {
     const bool fits = columns >= 2 && columns <= kMostSide && rows >= 2 && rows <= kMostSide && frames >= 1 &&
                       frames <= kMostFrames;
     if (!rest->empty() || !fits) return refused(line, kExpected);
-    // Checked before memory of this size is allocated.
-    const std::uint64_t bytes = std::uint64_t{columns} * rows * frames;
-    if (bytes > max_bytes_) return refused(line, fmt::format("at most {} bytes of pixels", max_bytes_));
-    if (bytes / kMostInflation > from_.bytes) {
-      return refused(line, fmt::format("a size that a file of {} bytes can hold", from_.bytes));
-    }
     if (header_.sequence.frames.size() > frames) {
       return refused(line, fmt::format("the {} frames that the lines before it describe",
                                        header_.sequence.frames.size()));
@@ -178,7 +187,7 @@ class HeaderReader {
     has_size_ = true;
     header_.sequence.columns = columns;
     header_.sequence.rows = rows;
-    header_.sequence.frames.resize(frames);
+    header_.frames = frames;
     return {};
   }
 
@@ -204,11 +213,16 @@ class HeaderReader {
       return bad(fmt::format("the header has a field {}", in_quotes(line.key)), "Seq_Frame0000_Name");
     }
     // Older files of PLUS give the DimSize after the frames.
-    if (!has_size_ && *index >= frames.size() && *index < kMostFrames) frames.resize(*index + 1);
-    if (*index >= frames.size()) {
+    if (*index >= (has_size_ ? header_.frames : kMostFrames)) {
       return bad(fmt::format("the header describes frame {}", *index),
-                 fmt::format("the {} frames of its DimSize, from 0", frames.size()));
+                 fmt::format("the {} frames of its DimSize, from 0", header_.frames));
     }
+    // The list grows with the lines, so that a short header takes little memory.
+    if (*index > frames.size() + kMostFramesUndescribed) {
+      return bad(fmt::format("the header describes frame {} after frame {}", *index, frames.size()),
+                 "the frames in their order");
+    }
+    if (*index >= frames.size()) frames.resize(*index + 1);
     return FrameField{frames[*index], *index, numbered.substr(underscore + 1)};
   }
 
@@ -223,6 +237,16 @@ class HeaderReader {
     if (name == "MotorAngleDeg") return take_number(line, frame.motor_angle_deg, "degrees");
     if (name == "VolumeIndex") return take_number(line, frame.volume_index, "a whole number from 0");
     if (name == "FrameIndex") return take_number(line, frame.frame_index, "a whole number from 0");
+    if (name == plus_field::kMotorAngleRad) return take_number(line, frame.motor_angle_rad, "radians");
+    if (name == plus_field::kFrameSequence) return take_number(line, frame.sequence, "a whole number from 0");
+    if (name == plus_field::kFramesInSweep)
+      return take_number(line, frame.frames_in_sweep, "a whole number from 0");
+    if (name == plus_field::kAfterInterruption) frame.after_interruption = line.value == "1";
+    if (name == plus_field::kFrameFault) {
+      const auto fault = fault_named(line.value);
+      if (!fault) return refused(line, "invalid, damaged, cut or misfit");
+      frame.fault = *fault;
+    }
     if (name.ends_with("Transform") && (name.starts_with("Image") || name.starts_with("Probe")))
       return take_transform(line, name);
     if (name == "ImageStatus") {
@@ -308,27 +332,7 @@ class HeaderReader {
     return bad("the header has no UltrasoundImageOrientation", kOrientations, ErrorCode::kUnsupported);
   }
 
-  Result<void> check_pixel_bytes() const {
-    const std::uint64_t present = from_.bytes - header_.header_bytes;
-    const std::uint64_t pixels = header_.sequence.frame_bytes() * header_.sequence.frames.size();
-    if (!header_.sequence.compressed) {
-      if (pixels <= present) return {};
-      return bad(fmt::format("{} bytes of pixels follow the header", present), fmt::format("{}", pixels));
-    }
-    if (header_.compressed_bytes.value_or(0) > present) {
-      return bad(fmt::format("{} bytes of compressed pixels follow the header", present),
-                 fmt::format("the {} of its CompressedDataSize", *header_.compressed_bytes));
-    }
-    const std::uint64_t compressed = header_.compressed_bytes.value_or(present);
-    if (pixels / kMostInflation > compressed) {
-      return bad(fmt::format("{} compressed bytes cannot hold its DimSize", compressed),
-                 fmt::format("what {} bytes of pixels take", pixels));
-    }
-    return {};
-  }
-
   const IgsFile& from_;
-  std::uint64_t max_bytes_;
   IgsHeader header_;
   std::string line_;
   std::uint64_t line_number_ = 0;
@@ -346,8 +350,31 @@ Error IgsFile::bad(std::string_view wrong, std::string_view expected, ErrorCode 
   return {code, fmt::format("{}: {}, expected {}", name, wrong, expected)};
 }
 
-Result<IgsHeader> read_igs_header(const IgsFile& from, std::uint64_t max_bytes) {
-  return HeaderReader(from, max_bytes).read();
+Result<IgsHeader> read_igs_header(const IgsFile& from) {
+  return HeaderReader(from).read();
+}
+
+Result<void> complete_frames(const IgsFile& from, IgsHeader& header, std::uint64_t present,
+                             std::uint64_t max_bytes) {
+  IgsSequence& sequence = header.sequence;
+  const std::uint64_t pixels = sequence.frame_bytes() * header.frames;
+  if (pixels > max_bytes) {
+    return from.bad(fmt::format("its DimSize is {} bytes of pixels", pixels),
+                    fmt::format("at most {} bytes of pixels", max_bytes));
+  }
+  if (!sequence.compressed && pixels > present)
+    return from.bad(fmt::format("{} bytes of pixels follow the header", present), fmt::format("{}", pixels));
+  if (sequence.compressed && header.compressed_bytes.value_or(0) > present) {
+    return from.bad(fmt::format("{} bytes of compressed pixels follow the header", present),
+                    fmt::format("the {} of its CompressedDataSize", *header.compressed_bytes));
+  }
+  const std::uint64_t stored = sequence.compressed ? header.compressed_bytes.value_or(present) : present;
+  if (pixels / kMostInflation > stored) {
+    return from.bad(fmt::format("{} compressed bytes cannot hold its DimSize", stored),
+                    fmt::format("what {} bytes of pixels take", pixels));
+  }
+  sequence.frames.resize(header.frames);
+  return {};
 }
 
 }  // namespace fanlight

@@ -16,7 +16,9 @@ namespace fanlight {
 struct IgsHeader {
   IgsSequence sequence;  ///< all but the pixels; columns, rows and pixel size in the file's axis order
   ImageOrientation orientation;
-  std::uint64_t header_bytes = 0;                 ///< offset of the pixels
+  std::uint64_t frames = 0;                       ///< of DimSize
+  std::uint64_t header_bytes = 0;                 ///< of the text
+  std::string data_file;                          ///< beside this one; empty: the pixels follow the text
   std::optional<std::uint64_t> compressed_bytes;  ///< CompressedDataSize
 };
 
@@ -30,8 +32,13 @@ struct IgsFile {
   Error bad(std::string_view wrong, std::string_view expected, ErrorCode code = ErrorCode::kBadInput) const;
 };
 
-/// Reads the header, up to the first byte of the pixels, and checks it: at most `max_bytes` of pixels, and no
-/// more than the rest of the file can hold. kUnsupported for other forms of image, else kBadInput.
-Result<IgsHeader> read_igs_header(const IgsFile& from, std::uint64_t max_bytes);
+/// Reads the text, up to its last line, and checks it. The list of frames is as long as the lines describe.
+/// kUnsupported for other forms of image, else kBadInput.
+Result<IgsHeader> read_igs_header(const IgsFile& from);
+
+/// Completes the list of frames, once the size of the pixels' file is known: at most `max_bytes` of pixels,
+/// and no more than `present` bytes can hold. kBadInput.
+Result<void> complete_frames(const IgsFile& from, IgsHeader& header, std::uint64_t present,
+                             std::uint64_t max_bytes);
 
 }  // namespace fanlight

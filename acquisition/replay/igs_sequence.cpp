@@ -21,13 +21,18 @@ namespace fanlight {
 
 namespace {
 
-struct OpenedHeader {
+struct OpenedFile {
   File file;
   IgsFile from;
+};
+
+struct OpenedHeader {
+  OpenedFile pixels;  ///< at the first byte of the pixels
+  std::uint64_t pixel_bytes = 0;
   IgsHeader header;
 };
 
-Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_t max_bytes) {
+Result<OpenedFile> open_file(const std::filesystem::path& path) {
   std::error_code failure;
   const auto status = std::filesystem::status(path, failure);
   if (!std::filesystem::exists(status)) {
@@ -48,15 +53,34 @@ Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_
   }
   IgsFile from{.name = shown(path), .file = file.get(), .bytes = bytes};
   if (bytes == 0) return from.bad("the file is empty", "a MetaImage sequence");
+  return OpenedFile{.file = std::move(file), .from = std::move(from)};
+}
+
+Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  auto text = open_file(path);
+  if (!text) return text.error();
+  const IgsFile& from = text->from;
   std::array<unsigned char, 400> first{};
-  const std::size_t read = std::fread(first.data(), 1, first.size(), file.get());
+  const std::size_t read = std::fread(first.data(), 1, first.size(), from.file);
   if (const auto foreign = foreign_format(std::span(first).first(read), path)) {
     return from.bad(fmt::format("this is {}", foreign->what), foreign->advice, ErrorCode::kUnsupported);
   }
-  std::rewind(file.get());
-  auto header = read_igs_header(from, max_bytes);
+  std::rewind(from.file);
+  auto header = read_igs_header(from);
   if (!header) return header.error();
-  return OpenedHeader{.file = std::move(file), .from = std::move(from), .header = *std::move(header)};
+  OpenedHeader opened{
+      .pixels = {}, .pixel_bytes = from.bytes - header->header_bytes, .header = *std::move(header)};
+  if (opened.header.data_file.empty()) {
+    opened.pixels = *std::move(text);
+  } else {
+    auto pixels = open_file(path.parent_path() / opened.header.data_file);
+    if (!pixels) return pixels.error();
+    opened.pixels = *std::move(pixels);
+    opened.pixel_bytes = opened.pixels.from.bytes;
+  }
+  const auto complete = complete_frames(opened.pixels.from, opened.header, opened.pixel_bytes, max_bytes);
+  if (!complete) return complete.error();
+  return opened;
 }
 
 }  // namespace
@@ -173,20 +197,19 @@ Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std:
     if (sequence.pixel_size) std::swap(sequence.pixel_size->width_mm, sequence.pixel_size->height_mm);
   }
   auto reading = std::make_unique<IgsPixels::Reading>();
-  reading->from = opened->from;
+  reading->from = opened->pixels.from;
   reading->orientation = header.orientation;
   reading->columns = sequence.columns;
   reading->rows = sequence.rows;
   reading->frames = sequence.frames.size();
   reading->in_order.resize(header.orientation == ImageOrientation{} ? 0 : sequence.frame_bytes());
   if (sequence.compressed) {
-    const std::uint64_t compressed_bytes =
-        header.compressed_bytes.value_or(opened->from.bytes - header.header_bytes);
-    reading->inflater.emplace(opened->file.get(), compressed_bytes);
+    const std::uint64_t compressed_bytes = header.compressed_bytes.value_or(opened->pixel_bytes);
+    reading->inflater.emplace(opened->pixels.file.get(), compressed_bytes);
     if (!reading->inflater->start())
-      return opened->from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
+      return reading->from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
   }
-  reading->file = std::move(opened->file);
+  reading->file = std::move(opened->pixels.file);
   return OpenedSequence{.sequence = std::move(sequence), .pixels = IgsPixels(std::move(reading))};
 }
 

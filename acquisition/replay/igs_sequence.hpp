@@ -21,18 +21,25 @@ namespace fanlight {
 struct IgsFrame {
   std::optional<double> timestamp_s;
   std::optional<double> motor_angle_deg;
-  std::optional<std::uint32_t> volume_index;
+  std::optional<std::uint64_t> volume_index;
   std::optional<std::uint32_t> frame_index;
   std::optional<SweepDirection> direction;
   bool valid = true;  ///< its ImageStatus is not INVALID
+
+  // Of Fanlight's own recorder: see plus_fields.hpp and RecordedStream.
+  std::optional<double> motor_angle_rad;
+  std::optional<std::uint64_t> sequence;
+  std::optional<std::uint32_t> frames_in_sweep;
+  FrameFault fault = FrameFault::kNone;
+  bool after_interruption = false;
 };
 
-/// A PLUS/IGSIO sequence file (.igs.mha, .mha): a MetaImage whose last axis is time, with fields
-/// Seq_Frame0000_Name for each frame. Supported: 8 bit B-mode frames, scan converted or as scan lines, in
-/// each orientation of ImageOrientation, plain or compressed with zlib. After reading, all have one axis
-/// order: columns (or scan lines) ascend towards the marked side, rows (or samples) away from the probe.
-/// Fields used: Timestamp (s), MotorAngleDeg, VolumeIndex, FrameIndex, ImageStatus, ImageToReferenceTransform
-/// (mm), and Fanlight's own SweepDirection (FORWARD or BACKWARD).
+/// A PLUS/IGSIO sequence file (.igs.mha, .mha; .mhd with the pixels in a file beside it): a MetaImage whose
+/// last axis is time, with fields Seq_Frame0000_Name for each frame. Supported: 8 bit B-mode frames, scan
+/// converted or as scan lines, in each orientation of ImageOrientation, plain or compressed with zlib. After
+/// reading, all have one axis order: columns (or scan lines) ascend towards the marked side, rows (or
+/// samples) away from the probe. Fields used: Timestamp (s), MotorAngleDeg, VolumeIndex, FrameIndex,
+/// ImageStatus, ImageToReferenceTransform (mm), and Fanlight's own SweepDirection (FORWARD or BACKWARD).
 struct IgsSequence {
   struct PixelSize {
     double width_mm;   ///< from column to column

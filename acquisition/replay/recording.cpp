@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "acquisition/record/recover_recording.hpp"
 #include "acquisition/source/angle_check.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
@@ -19,8 +20,6 @@ namespace {
 constexpr double kHysteresisRad = radians(1.0);
 constexpr double kLeastSpreadDeg = 0.01;
 constexpr double kLongestS = 1e6;
-// A usual sweep has 20 to 90 deg; this is 2.6 rad, taken for degrees.
-constexpr double kLeastFanDeg = 2.6;
 // A larger gap of FrameIndex is a different numbering and no loss.
 constexpr std::uint32_t kMostLost = 1000;
 
@@ -64,6 +63,12 @@ Recording::Recording(const Config& config, OpenedSequence opened)
 }
 
 Result<Recording> Recording::open(const Config& config) {
+  std::optional<FinishedRecording> recovered;
+  if (is_unfinished(config.path)) {
+    auto mended = recover_recording(config.path, {});
+    if (!mended) return mended.error();
+    recovered = *std::move(mended);
+  }
   auto opened = open_igs_sequence(config.path, config.max_bytes);
   if (!opened) return opened.error();
   if (const auto fan = refuse_tracked_by_hand(config.path, opened->sequence); !fan) return fan.error();
@@ -80,6 +85,7 @@ Result<Recording> Recording::open(const Config& config) {
   recording.find_directions();
   recording.find_lost_frames();
   if (const auto done = recording.summarise(*geometry); !done) return done.error();
+  if (recovered) recording.add_note(*recovered);
   return recording;
 }
 
@@ -123,8 +129,30 @@ Result<void> Recording::find_times() {
   return {};
 }
 
+/// A frame that came out of order stays in the sweep it came in; only forward passes play it.
+void Recording::cut_as_recorded() {
+  std::uint64_t next_sequence = 0;
+  for (std::uint32_t i = 0; i < frames_.size(); ++i) {
+    const RecordedFrame& frame = stream_->frames[i];
+    const bool in_order = i == 0 || frame.stamp.after_interruption || frame.stamp.sequence >= next_sequence;
+    frames_[i].angle_rad = frame.stamp.angle_rad;
+    frames_[i].valid = frame.usable() && in_order;
+    if (!in_order) continue;
+    next_sequence = frame.stamp.sequence + 1;
+    const bool further = !sweeps_.empty() && frame.stamp.volume_index > sweeps_.back().volume_index;
+    if (stream_->facts.counts_volumes && (i == 0 || further)) begin_sweep(i, frame.stamp.volume_index);
+  }
+  if (!stream_->facts.counts_volumes) cut_at_turning_points();
+}
+
 Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry) {
   const auto& fields = sequence_.frames;
+  stream_ = recorded_stream(sequence_);
+  if (stream_) {
+    cut_as_recorded();
+    close_sweeps();
+    return {};
+  }
   measured_ = coverage(fields, &IgsFrame::motor_angle_deg).present > 0;
   if (measured_) {
     for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -160,7 +188,7 @@ Result<void> Recording::cut_at_volume_index() {
     return bad(fmt::format("frame {} has no VolumeIndex", missing), "one for each frame, or for none");
   }
   for (std::uint32_t i = 0; i < fields.size(); ++i) {
-    const std::uint32_t index = *fields[i].volume_index;
+    const std::uint64_t index = *fields[i].volume_index;
     if (i > 0 && index < sweeps_.back().volume_index) {
       return bad(fmt::format("the VolumeIndex of frame {} goes back from {} to {}", i,
                              sweeps_.back().volume_index, index),
@@ -238,7 +266,7 @@ void Recording::cut_at_turning_points() {
   }
 }
 
-void Recording::begin_sweep(std::uint32_t first_frame, std::uint32_t volume_index) {
+void Recording::begin_sweep(std::uint32_t first_frame, std::uint64_t volume_index) {
   sweeps_.push_back({.first_frame = first_frame, .volume_index = volume_index});
 }
 
@@ -324,40 +352,6 @@ Result<void> Recording::summarise(const RecordingGeometry& geometry) {
   summary_.geometry_values = geometry.values;
   add_notes(geometry);
   return {};
-}
-
-void Recording::add_notes(const RecordingGeometry& geometry) {
-  std::vector<std::string>& notes = summary_.notes;
-  const double span_deg = summary_.largest_angle_deg - summary_.smallest_angle_deg;
-  if (!measured_) {
-    notes.push_back(
-        fmt::format("The motor angles are assumed: the frames have none, and are spread evenly from {} to {} "
-                    "deg as the geometry says.",
-                    *geometry.first_angle_deg, *geometry.last_angle_deg));
-  } else if (geometry.first_angle_deg || geometry.last_angle_deg) {
-    notes.emplace_back(
-        "first_angle_deg and last_angle_deg of the geometry are not used: the frames have a MotorAngleDeg.");
-  }
-  if (summary_.angle_outliers > 0) {
-    notes.push_back(
-        fmt::format("{} of {} frames are left out: their angle lies apart from their neighbours'.",
-                    summary_.angle_outliers, summary_.frames));
-  }
-  if (measured_ && span_deg < kLeastFanDeg) {
-    notes.push_back(fmt::format(
-        "All angles lie within {:.2f} deg. MotorAngleDeg is in degrees: are these radians?", span_deg));
-  }
-  if (contradictions_ > 0) {
-    notes.push_back(
-        fmt::format("The SweepDirection of {} of {} sweeps contradicts their angles, which count.",
-                    contradictions_, summary_.sweeps));
-  }
-  if (transposed_) {
-    notes.push_back(
-        fmt::format("The frames look like {} columns and {} rows: are the first two numbers of DimSize "
-                    "exchanged?",
-                    sequence_.rows, sequence_.columns));
-  }
 }
 
 Error Recording::bad(std::string_view wrong, std::string_view expected) const {

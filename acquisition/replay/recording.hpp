@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/finish_recording.hpp"
 #include "acquisition/replay/igs_sequence.hpp"
+#include "acquisition/replay/recorded_stream.hpp"
 #include "acquisition/replay/recording_geometry.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/frame.hpp"
@@ -42,6 +44,9 @@ struct RecordingSummary {
 /// the angle difference from its first to its last frame. Angles are MotorAngleDeg; frames whose angle is an
 /// outlier (AngleCheck) are invalid. Where no frame has one, angles are spread evenly over each sweep
 /// (RecordingGeometry), backward where SweepDirection says so, and a note tells that they are assumed.
+///
+/// Frames of Fanlight's own recorder keep what their source said of them (stream()): no angle is judged here,
+/// so that the assembler judges it, as it did when the frame came.
 class Recording {
  public:
   /// How pixels are read.
@@ -66,18 +71,21 @@ class Recording {
   struct Sweep {
     std::uint32_t first_frame = 0;
     std::uint32_t frames = 0;
-    std::uint32_t volume_index = 0;  ///< from the file, or counted from 0
+    std::uint64_t volume_index = 0;  ///< from the file, or counted from 0
     SweepDirection direction = SweepDirection::kForward;
   };
 
-  /// Reads the header and the first frame, and with Pixels::kAll the others. The file is not trusted. Errors
-  /// as of open_igs_sequence, read_all and find_geometry; also kBadInput where the frames give no sweep:
-  /// angles or times are missing or do not change, or the probe was tracked by hand.
+  /// Reads the header and the first frame, and with Pixels::kAll the others. The file is not trusted.
+  /// Finishes the recording first, where its recorder was cut off (recover_recording()). Errors as of
+  /// open_igs_sequence, read_all and find_geometry; also kBadInput where the frames give no sweep: angles or
+  /// times are missing or do not change, or the probe was tracked by hand.
   static Result<Recording> open(const Config& config);
 
   const RecordingSummary& summary() const { return summary_; }
   const std::vector<Frame>& frames() const { return frames_; }  ///< in order of time, at least 2
   const std::vector<Sweep>& sweeps() const { return sweeps_; }  ///< in order of time, at least 1
+  /// What Fanlight's recorder wrote; nullptr: the recording is somebody else's.
+  const RecordedStream* stream() const { return stream_ ? &*stream_ : nullptr; }
   /// With Pixels::kAll.
   std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {
     return sequence_.frame_pixels(frame);
@@ -97,7 +105,8 @@ class Recording {
   Result<void> find_angles_and_sweeps(const RecordingGeometry& geometry);
   Result<void> cut_at_volume_index();
   void cut_at_turning_points();
-  void begin_sweep(std::uint32_t first_frame, std::uint32_t volume_index);
+  void begin_sweep(std::uint32_t first_frame, std::uint64_t volume_index);
+  void cut_as_recorded();
   void close_sweeps();
   void spread_angles(double first_deg, double last_deg);
   std::uint32_t lost_before(std::size_t frame) const;
@@ -108,6 +117,7 @@ class Recording {
   void find_lost_frames();
   Result<void> summarise(const RecordingGeometry& geometry);
   void add_notes(const RecordingGeometry& geometry);
+  void add_note(const FinishedRecording& recovered);
 
   Error bad(std::string_view wrong, std::string_view expected) const;
 
@@ -117,6 +127,7 @@ class Recording {
   bool transposed_ = false;                // the frames look like it
   bool measured_ = true;                   // the frames have angles
   std::uint32_t contradictions_ = 0;       // sweeps whose SweepDirection contradicts their angles
+  std::optional<RecordedStream> stream_;
   std::vector<Frame> frames_;
   std::vector<Sweep> sweeps_;
   RecordingSummary summary_;

@@ -34,8 +34,6 @@ constexpr Uses kCurvedArrays = {Use::kOptional, Use::kRequired, Use::kUnread};
 constexpr Uses kConvexLinesAlone = {Use::kRefused, Use::kRequired, Use::kRefused};
 constexpr Uses kSectors = {Use::kOptional, Use::kUnread, Use::kUnread};
 
-constexpr std::array<std::string_view, 3> kFrameKinds = {"cartesian", "convex-lines", "linear-lines"};
-
 struct Key {
   std::string_view name;
   std::string_view header_field;
@@ -59,7 +57,7 @@ constexpr Key kKeys[] = {
      [](RecordingGeometry& into, double value) {
        into.geometry.kind = static_cast<FrameKind>(static_cast<int>(value));
      },
-     kFrameKinds},
+     kFrameKindNames},
     {"probe_radius_mm", "FanlightProbeRadiusMm", kCurvedArrays,
      [](RecordingGeometry& into, double value) { into.geometry.probe_radius_mm = value; }},
     {"line_pitch_deg", "FanlightLinePitchDeg", kConvexLinesAlone,
@@ -297,7 +295,7 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
       missing_fields.push_back(key.header_field);
     } else if (key.uses[kind] == Use::kRefused) {
       return bad(recording_path,
-                 fmt::format("{} gives a {} for {} frames", layer->origin, key.name, kFrameKinds[kind]),
+                 fmt::format("{} gives a {} for {} frames", layer->origin, key.name, kFrameKindNames[kind]),
                  fmt::format("another frame_kind, or no {}", key.name));
     } else if (key.uses[kind] != Use::kUnread) {
       key.set(found, *layer->values[i]);

@@ -17,13 +17,22 @@ namespace {
 // frames are delayed.
 constexpr std::int64_t kMostLateNs = 100'000'000;
 
-SourceDescription describe(const RecordingSummary& summary) {
-  return {.name = fmt::format("replay:{}", summary.name),
-          .geometry = summary.geometry,
-          .frames_per_volume = summary.frames_in_longest_sweep,
-          .first_angle_rad = radians(summary.smallest_angle_deg),
-          .last_angle_rad = radians(summary.largest_angle_deg),
-          .notes = summary.notes};
+SourceDescription describe(const Recording& recording) {
+  const RecordingSummary& summary = recording.summary();
+  SourceDescription source{.name = fmt::format("replay:{}", summary.name),
+                           .geometry = summary.geometry,
+                           .frames_per_volume = summary.frames_in_longest_sweep,
+                           .first_angle_rad = radians(summary.smallest_angle_deg),
+                           .last_angle_rad = radians(summary.largest_angle_deg),
+                           .notes = summary.notes};
+  if (const RecordedStream* const stream = recording.stream()) {
+    source.counts_volumes = stream->facts.counts_volumes;
+    source.frames_per_volume = std::max(source.frames_per_volume, stream->facts.frames_per_volume);
+    source.usual_frames = stream->facts.usual_frames;
+    source.first_angle_rad = stream->facts.first_angle_rad;
+    source.last_angle_rad = stream->facts.last_angle_rad;
+  }
+  return source;
 }
 
 }  // namespace
@@ -45,7 +54,7 @@ ReplaySource::ReplaySource(const Config& config, Recording recording)
       pace_(config.pace),
       speed_(config.speed),
       ending_(config.ending),
-      description_(describe(recording_.summary())) {
+      description_(describe(recording_)) {
   const auto frames = static_cast<std::int64_t>(recording_.frames().size());
   const std::int64_t duration_ns = recording_.frames().back().time_ns;
   pass_ns_ = duration_ns + duration_ns / (frames - 1);
@@ -61,6 +70,8 @@ Result<std::optional<FrameStamp>> ReplaySource::next_frame(std::stop_token stop)
     }
     position_ = 0;
     ++pass_;
+    pass_sequence_ = next_sequence_;
+    pass_volume_ = next_volume_;
   }
   current_ = backward_pass() ? frames - 1 - position_ : position_;
 
@@ -77,10 +88,16 @@ Result<std::optional<FrameStamp>> ReplaySource::next_frame(std::stop_token stop)
   }
   if (stop.stop_requested()) return std::optional<FrameStamp>{};
 
-  const FrameStamp stamped = stamp();
-  next_sequence_ = stamped.sequence + 1;
+  const FrameStamp stamped = repeats_stamps() ? recorded_stamp() : stamp();
+  next_sequence_ = std::max(next_sequence_, stamped.sequence + 1);
+  next_volume_ = std::max(next_volume_, stamped.volume_index + 1);
   ++position_;
   return std::optional(stamped);
+}
+
+FrameFault ReplaySource::known_fault() const {
+  if (repeats_stamps()) return recording_.stream()->frames[current_].fault;
+  return recording_.frames()[current_].valid ? FrameFault::kNone : FrameFault::kInvalid;
 }
 
 FrameFault ReplaySource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
@@ -99,14 +116,26 @@ std::int64_t ReplaySource::capture_time_ns() const {
   return start_ns_ + std::llround(static_cast<double>(played_ns) / speed_);
 }
 
+/// The first pass has the source's own numbers; each further one goes on behind the one before.
+FrameStamp ReplaySource::recorded_stamp() const {
+  const RecordedStream& stream = *recording_.stream();
+  FrameStamp stamp = stream.frames[current_].stamp;
+  if (pass_ > 0) {
+    stamp.sequence += pass_sequence_ - stream.smallest_sequence;
+    stamp.volume_index += pass_volume_ - stream.smallest_volume_index;
+  }
+  stamp.capture_time_ns = capture_time_ns();
+  return stamp;
+}
+
 FrameStamp ReplaySource::stamp() const {
   const auto& frames = recording_.frames();
   const auto& sweeps = recording_.sweeps();
   const Recording::Frame& frame = frames[current_];
   const Recording::Sweep& sweep = sweeps[frame.sweep];
-  const std::uint32_t first_volume = sweeps.front().volume_index;
-  const std::uint32_t last_volume = sweeps.back().volume_index;
-  const std::uint64_t volumes_before = pass_ * (std::uint64_t{last_volume} - first_volume + 1);
+  const std::uint64_t first_volume = sweeps.front().volume_index;
+  const std::uint64_t last_volume = sweeps.back().volume_index;
+  const std::uint64_t volumes_before = pass_ * (last_volume - first_volume + 1);
   const std::uint32_t in_sweep = current_ - sweep.first_frame;
 
   FrameStamp stamp{.sequence = next_sequence_ + frame.lost_before,

@@ -16,7 +16,8 @@ namespace fanlight {
 /// A pass plays all frames of the recording once, forward or backward. Each sweep of each pass is a volume
 /// with its own index. Sequence numbers and capture times continue from pass to pass, with one mean frame
 /// period between the last frame of a pass and the first of the next. Frames that were lost during the
-/// recording are gaps in the sequence.
+/// recording are gaps in the sequence. Forward passes of Fanlight's own recordings repeat every stamp and
+/// fault as the recorder got them.
 class ReplaySource final : public FrameSource {
  public:
   enum class Pace : std::uint8_t {
@@ -46,9 +47,7 @@ class ReplaySource final : public FrameSource {
 
   const SourceDescription& description() const override { return description_; }
   Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
-  FrameFault known_fault() const override {
-    return recording_.frames()[current_].valid ? FrameFault::kNone : FrameFault::kInvalid;
-  }
+  FrameFault known_fault() const override;
   FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;
 
   /// Times that it fell 100 ms behind the recorded times, which then move on.
@@ -62,6 +61,8 @@ class ReplaySource final : public FrameSource {
   bool backward_pass() const { return ending_ == Ending::kToAndFro && pass_ % 2 == 1; }
   std::int64_t capture_time_ns() const;  // of the frame current_
   FrameStamp stamp() const;
+  FrameStamp recorded_stamp() const;
+  bool repeats_stamps() const { return recording_.stream() != nullptr && !backward_pass(); }
 
   Recording recording_;
   Pace pace_;
@@ -77,6 +78,9 @@ class ReplaySource final : public FrameSource {
   std::uint32_t position_ = 0;  // index in the pass of the next frame
   std::uint32_t current_ = 0;   // index in the recording of the announced frame
   std::uint64_t next_sequence_ = 0;
+  std::uint64_t next_volume_ = 0;    // after the largest of the passes before
+  std::uint64_t pass_sequence_ = 0;  // next_sequence_ and next_volume_ at the begin of this pass
+  std::uint64_t pass_volume_ = 0;
   std::uint64_t delays_ = 0;
   std::optional<Error> failure_;  // of the file, found while it was read
 };

@@ -27,50 +27,6 @@ std::filesystem::path target_of(const std::filesystem::path& path) {
   return absent ? path : target;
 }
 
-/// A new file in the folder of another, to take its name. The destructor removes it unless it did.
-class FileBeside {
- public:
-  FileBeside() = default;
-  FileBeside(const FileBeside&) = delete;
-  FileBeside& operator=(const FileBeside&) = delete;
-  ~FileBeside() {
-    if (file_ >= 0) ::close(file_);
-    if (!name_.empty()) ::unlink(name_.c_str());
-  }
-
-  /// These return 0 or an errno.
-  int create(const std::filesystem::path& target, mode_t mode) {
-    static std::atomic<unsigned> made = 0;
-    constexpr int kMostTries = 1000;  // an ended process with our number may have left files
-    for (int tries = 0; tries < kMostTries; ++tries) {
-      const std::filesystem::path name =
-          folder_of(target) / fmt::format(".fanlight-{}-{}", ::getpid(), made.fetch_add(1));
-      file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-      if (file_ >= 0) name_ = name;
-      if (file_ >= 0 || errno != EEXIST) break;
-    }
-    return file_ >= 0 ? 0 : errno;
-  }
-  int fill(std::string_view bytes) const {
-    if (const int failure = write_all(file_, bytes)) return failure;
-    return ::fsync(file_) == 0 ? 0 : errno;
-  }
-  int belong_like(const struct stat& old, bool must_keep_owner) const {
-    if (::fchown(file_, old.st_uid, old.st_gid) != 0 && must_keep_owner) return errno;
-    return ::fchmod(file_, old.st_mode & 07777) == 0 ? 0 : errno;
-  }
-  int take_the_name_of(const std::filesystem::path& target) {
-    if (::close(std::exchange(file_, -1)) != 0) return errno;
-    if (::rename(name_.c_str(), target.c_str()) != 0) return errno;
-    name_.clear();
-    return 0;
-  }
-
- private:
-  int file_ = -1;
-  std::filesystem::path name_;
-};
-
 int write_in_place(const std::filesystem::path& path, std::string_view bytes) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (file < 0) return errno;
@@ -91,13 +47,48 @@ int replace(const std::filesystem::path& path, std::string_view bytes, const Fil
   if (exists) {
     if (const int failure = next.belong_like(old, access.must_keep_owner)) return failure;
   }
-  if (const int failure = next.fill(bytes)) return failure;
+  if (const int failure = write_all(next.descriptor(), bytes)) return failure;
+  if (const int failure = next.sync()) return failure;
   if (const int failure = next.take_the_name_of(target)) return failure;
   sync_folder_of(target);
   return 0;
 }
 
 }  // namespace
+
+FileBeside::~FileBeside() {
+  if (file_ >= 0) ::close(file_);
+  if (!name_.empty()) ::unlink(name_.c_str());
+}
+
+int FileBeside::create(const std::filesystem::path& target, mode_t mode) {
+  static std::atomic<unsigned> made = 0;
+  constexpr int kMostTries = 1000;  // an ended process with our number may have left files
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    const std::filesystem::path name =
+        folder_of(target) / fmt::format(".fanlight-{}-{}", ::getpid(), made.fetch_add(1));
+    file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+    if (file_ >= 0) name_ = name;
+    if (file_ >= 0 || errno != EEXIST) break;
+  }
+  return file_ >= 0 ? 0 : errno;
+}
+
+int FileBeside::belong_like(const struct stat& old, bool must_keep_owner) const {
+  if (::fchown(file_, old.st_uid, old.st_gid) != 0 && must_keep_owner) return errno;
+  return ::fchmod(file_, old.st_mode & 07777) == 0 ? 0 : errno;
+}
+
+int FileBeside::sync() const {
+  return ::fsync(file_) == 0 ? 0 : errno;
+}
+
+int FileBeside::take_the_name_of(const std::filesystem::path& target) {
+  if (::close(std::exchange(file_, -1)) != 0) return errno;
+  if (::rename(name_.c_str(), target.c_str()) != 0) return errno;
+  name_.clear();
+  return 0;
+}
 
 int write_all(int file, std::string_view bytes) {
   while (!bytes.empty()) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/stat.h>
 #include <sys/types.h>
 
 #include <filesystem>
@@ -14,6 +15,32 @@ namespace fanlight {
 struct FileAccess {
   mode_t mode = 0666;            ///< of a file that did not exist, less the process's umask
   bool must_keep_owner = false;  ///< fail if the owner of the old file cannot be kept; else only try
+};
+
+/// A new file in the folder of another, which takes that one's name when it is whole. The destructor removes
+/// it unless it did. Any thread.
+class FileBeside {
+ public:
+  FileBeside() = default;
+  FileBeside(const FileBeside&) = delete;
+  FileBeside& operator=(const FileBeside&) = delete;
+  ~FileBeside();
+
+  // These return 0 or an errno.
+
+  /// Makes the file, for writing. `mode`: less the process's umask.
+  int create(const std::filesystem::path& target, mode_t mode);
+  /// Gives it the mode of the old file, and its owner as far as this process may.
+  int belong_like(const struct stat& old, bool must_keep_owner) const;
+  int sync() const;
+  /// Closes it, and moves it to the name of `target`, in place of what is there.
+  int take_the_name_of(const std::filesystem::path& target);
+
+  int descriptor() const { return file_; }
+
+ private:
+  int file_ = -1;
+  std::filesystem::path name_;
 };
 
 /// Writes the file whole or not at all: the bytes go to a new file in the same folder, which is synced to the

@@ -12,21 +12,56 @@ FrameQueue::FrameQueue(const Config& config, const Dependencies& dependencies)
       pixels_(new std::uint8_t[config.largest_frame_bytes * config.slots]),
       slots_(config.slots) {}
 
-bool FrameQueue::put(const FrameStamp& stamp, const FanGeometry& geometry,
-                     std::span<const std::uint8_t> pixels) {
-  const std::uint64_t number = put_.load(std::memory_order_relaxed);  // only this thread writes it
-  const bool full = number - popped_.load(std::memory_order_acquire) == slots_.size();
-  if (full || pixels.size() > largest_frame_bytes_) {
-    counters_.frames_not_fed.add();
-    return false;
-  }
-  const std::uint64_t slot = number % slots_.size();
-  std::uint8_t* const copy = pixels_.get() + largest_frame_bytes_ * slot;
-  std::ranges::copy(pixels, copy);
-  slots_[slot] = {.stamp = stamp, .geometry = geometry, .pixels = {copy, pixels.size()}};
+bool FrameQueue::is_full() const {
+  // Only this thread writes put_.
+  const std::uint64_t number = put_.load(std::memory_order_relaxed);
+  return number - popped_.load(std::memory_order_acquire) == slots_.size();
+}
+
+bool FrameQueue::has_room() {
+  const bool room = !is_full();
+  if (!room) counters_.frames_not_fed.add();
+  return room;
+}
+
+std::uint8_t* FrameQueue::next_slot_pixels() {
+  return pixels_.get() + largest_frame_bytes_ * (put_.load(std::memory_order_relaxed) % slots_.size());
+}
+
+void FrameQueue::publish(const QueuedFrame& frame) {
+  const std::uint64_t number = put_.load(std::memory_order_relaxed);
+  slots_[number % slots_.size()] = frame;
   counters_.frames_fed.add();
   put_.store(number + 1, std::memory_order_release);
   dependencies_.reader_bell.ring();
+}
+
+bool FrameQueue::put(const FrameStamp& stamp, const FanGeometry& geometry,
+                     std::span<const std::uint8_t> pixels) {
+  const std::span<std::uint8_t> copy = reserve(pixels.size());
+  if (copy.empty()) return false;
+  std::ranges::copy(pixels, copy.begin());
+  commit(stamp, geometry);
+  return true;
+}
+
+std::span<std::uint8_t> FrameQueue::reserve(std::uint64_t bytes) {
+  if (bytes > largest_frame_bytes_) {
+    counters_.frames_not_fed.add();
+    return {};
+  }
+  if (!has_room()) return {};
+  reserved_bytes_ = bytes;
+  return {next_slot_pixels(), bytes};
+}
+
+void FrameQueue::commit(const FrameStamp& stamp, const FanGeometry& geometry) {
+  publish({.stamp = stamp, .geometry = geometry, .pixels = {next_slot_pixels(), reserved_bytes_}});
+}
+
+bool FrameQueue::put_fault(const FrameStamp& stamp, const FanGeometry& geometry, FrameFault fault) {
+  if (!has_room()) return false;
+  publish({.stamp = stamp, .geometry = geometry, .pixels = {}, .fault = fault});
   return true;
 }
 

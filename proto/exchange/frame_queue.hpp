@@ -21,6 +21,7 @@ struct QueuedFrame {
   FrameStamp stamp;
   FanGeometry geometry;
   std::span<const std::uint8_t> pixels;  ///< rows x columns bytes, row major, row 0 nearest the probe
+  FrameFault fault = FrameFault::kNone;  ///< else `pixels` is empty
 };
 
 /// Bounded queue of frame copies from the acquisition thread (the only writer) to the render thread (the only
@@ -45,6 +46,18 @@ class FrameQueue {
   /// too large. `pixels`: rows x columns bytes of `geometry`, row major.
   bool put(const FrameStamp& stamp, const FanGeometry& geometry, std::span<const std::uint8_t> pixels);
 
+  /// Writer: memory for the pixels of the next frame, `bytes` long, the same until commit(). Empty, and
+  /// counted, where the queue is full or the frame too large.
+  std::span<std::uint8_t> reserve(std::uint64_t bytes);
+  /// Writer: puts the frame whose pixels were written to reserve(). Precondition: reserve() gave memory.
+  void commit(const FrameStamp& stamp, const FanGeometry& geometry);
+
+  /// Writer: puts a frame that is unusable. As put(), without pixels.
+  bool put_fault(const FrameStamp& stamp, const FanGeometry& geometry, FrameFault fault);
+
+  /// Writer: whether the next frame would find no room. Counts nothing.
+  bool is_full() const;
+
   /// Reader: the oldest queued frame; nullptr: none. The same one, and valid, until pop().
   const QueuedFrame* front() const;
 
@@ -54,12 +67,17 @@ class FrameQueue {
   const QueueCounters& counters() const { return counters_; }
 
  private:
+  bool has_room();  // counts where not
+  std::uint8_t* next_slot_pixels();
+  void publish(const QueuedFrame& frame);
+
   std::uint64_t largest_frame_bytes_;
   Dependencies dependencies_;
   std::unique_ptr<std::uint8_t[]> pixels_;  // of all slots, largest_frame_bytes_ each
   std::vector<QueuedFrame> slots_;
   // Numbers of frames put and popped so far. A slot belongs to the writer until put_ has passed it, and to
   // the reader until popped_ has.
+  std::uint64_t reserved_bytes_ = 0;  // writer only
   std::atomic<std::uint64_t> put_{0};
   std::atomic<std::uint64_t> popped_{0};
   QueueCounters counters_;

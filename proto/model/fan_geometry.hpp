@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "proto/base/result.hpp"
 
@@ -39,6 +41,10 @@ enum class FrameKind : std::uint8_t {
   kConvexLines,  ///< a column is a scan line of a curved array, a row a sample along it (polar)
   kLinearLines,  ///< a column is a scan line of a flat array; the lines are parallel
 };
+
+/// Their names in files, by FrameKind.
+inline constexpr std::array<std::string_view, 3> kFrameKindNames = {"cartesian", "convex-lines",
+                                                                    "linear-lines"};
 
 /// Position in a frame, in columns and rows; pixel centres are at whole numbers.
 struct FramePlace {

@@ -14,6 +14,8 @@ using Command = std::function<Result<void>()>;
 // Each adds a subcommand with its options to the program, and returns the function that runs it.
 Command add_serve_command(CLI::App& program);
 Command add_render_command(CLI::App& program);
+Command add_record_command(CLI::App& program);
+Command add_recover_command(CLI::App& program);
 Command add_info_command(CLI::App& program);
 Command add_bench_command(CLI::App& program);
 Command add_watch_command(CLI::App& program);

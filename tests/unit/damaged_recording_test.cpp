@@ -138,8 +138,8 @@ const std::vector<Damage>& damages() {
          file.frames[1].emplace_back("ImageStatus", "INVALID");
          return file.bytes();
        }},
-      header_damage("SizeThatTheFileCannotHold", kBadInput, "expected a size that a file of", "DimSize",
-                    "4096 4096 100"),
+      header_damage("SizeThatTheFileCannotHold", kBadInput, "23 compressed bytes cannot hold its DimSize",
+                    "DimSize", "4096 4096 100"),
       header_damage("SizeBeyondTheLimit", kBadInput, "bytes of pixels", "DimSize", "4096 4096 1000000"),
       header_damage("SizeOverflows", kBadInput, "expected three numbers", "DimSize", "99999999999 6 5"),
       header_damage("ZeroFrames", kBadInput, "expected three numbers", "DimSize", "8 6 0"),
@@ -178,8 +178,14 @@ const std::vector<Damage>& damages() {
       header_damage("GeometryNoNumber", kBadInput, "FanlightFaceRow is \"top\", expected a number",
                     "FanlightFaceRow", "top"),
       header_damage("GeometryOutOfRange", kBadInput, "motor_radius_mm is -3", "FanlightMotorRadiusMm", "-3"),
-      {"OtherFile", kUnsupported, "\"ElementDataFile\" is \"sweep.zraw\", expected LOCAL",
-       [](IgsFile&) { return std::string("ElementDataFile = sweep.zraw\n"); }},
+      {"FileElsewhere", kUnsupported, "\"ElementDataFile\" is \"../sweep.zraw\", expected LOCAL",
+       [](IgsFile&) { return std::string("ElementDataFile = ../sweep.zraw\n"); }},
+      {"ManyFiles", kUnsupported, "\"ElementDataFile\" is \"LIST\", expected LOCAL",
+       [](IgsFile&) { return std::string("ElementDataFile = LIST\n"); }},
+      {"FramesApart", kBadInput, "frame 102 after frame 1, expected the frames in their order",
+       [](IgsFile&) {
+         return std::string("DimSize = 8 6 200\nSeq_Frame0000_Timestamp = 0\nSeq_Frame0102_Timestamp = 1\n");
+       }},
       {"NoOrientation", kUnsupported, "no UltrasoundImageOrientation, expected MF, MN,",
        [](IgsFile& file) {
          IgsFile::remove(file.header, "UltrasoundImageOrientation");

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/finish_recording.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/source/printable.hpp"
+#include "proto/base/crc32c.hpp"
+#include "proto/base/file_replacement.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+
+/// Frames of a segment that go into the file, from `first` on.
+struct Piece {
+  Segment segment;
+  std::uint64_t first = 0;
+  std::uint64_t frames = 0;
+
+  std::uint64_t frame_bytes() const { return segment.facts.geometry.frame_bytes(); }
+};
+
+Error unwritable(const std::filesystem::path& path, int reason) {
+  return {ErrorCode::kUnavailable, fmt::format("{} could not be written ({}), expected room and permission",
+                                               shown(path), std::generic_category().message(reason))};
+}
+
+/// The file with the pixels of a segment, read from front to back.
+class PixelReader {
+ public:
+  explicit PixelReader(const std::filesystem::path& path)
+      : path_(path), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  ~PixelReader() {
+    if (file_ >= 0) close(file_);
+  }
+  PixelReader(const PixelReader&) = delete;
+  PixelReader& operator=(const PixelReader&) = delete;
+
+  Result<void> read(std::uint64_t offset, std::span<std::uint8_t> to) const {
+    while (!to.empty()) {
+      const ssize_t got = pread(file_, to.data(), to.size(), static_cast<off_t>(offset));
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) {
+        return Error{
+            ErrorCode::kUnavailable,
+            fmt::format("{} could not be read ({}), expected the pixels of a recording", shown(path_),
+                        got == 0 ? "it is shorter" : std::generic_category().message(errno))};
+      }
+      offset += static_cast<std::uint64_t>(got);
+      to = to.subspan(static_cast<std::size_t>(got));
+    }
+    return {};
+  }
+
+ private:
+  const std::filesystem::path& path_;
+  int file_;
+};
+
+/// Where pixels go: as they are, or through zlib.
+class PixelSink {
+ public:
+  PixelSink(int file, PixelForm form) : file_(file), form_(form), packed_(kPieceBytes) {}
+  ~PixelSink() {
+    if (started_) deflateEnd(&stream_);
+  }
+  PixelSink(const PixelSink&) = delete;  // zlib's state points into itself
+  PixelSink& operator=(const PixelSink&) = delete;
+
+  /// Returns 0 or an errno.
+  int write(std::span<const std::uint8_t> pixels) {
+    if (form_ == PixelForm::kRaw) {
+      written_ += pixels.size();
+      return write_all(file_, {reinterpret_cast<const char*>(pixels.data()), pixels.size()});
+    }
+    return deflate_all(pixels, Z_NO_FLUSH);
+  }
+  int finish() { return form_ == PixelForm::kRaw ? 0 : deflate_all({}, Z_FINISH); }
+
+  std::uint64_t written() const { return written_; }
+
+ private:
+  int deflate_all(std::span<const std::uint8_t> pixels, int flush) {
+    // Level 1 takes a third of the time of the usual one, for a tenth more bytes: speckle packs badly.
+    if (!started_ && deflateInit(&stream_, 1) != Z_OK) return ENOMEM;
+    started_ = true;
+    stream_.next_in = const_cast<Bytef*>(pixels.data());  // zlib only reads it
+    stream_.avail_in = static_cast<uInt>(pixels.size());
+    do {
+      stream_.next_out = packed_.data();
+      stream_.avail_out = static_cast<uInt>(packed_.size());
+      deflate(&stream_, flush);
+      const std::size_t bytes = packed_.size() - stream_.avail_out;
+      written_ += bytes;
+      if (const int failure = write_all(file_, {reinterpret_cast<const char*>(packed_.data()), bytes}))
+        return failure;
+    } while (stream_.avail_out == 0);
+    return 0;
+  }
+
+  int file_;
+  PixelForm form_;
+  std::vector<std::uint8_t> packed_;
+  z_stream stream_{};
+  bool started_ = false;
+  std::uint64_t written_ = 0;
+};
+
+/// Frames before the first one whose pixels differ from their checksum.
+Result<std::uint64_t> sound_frames(const Segment& segment) {
+  const PixelReader pixels(segment.paths.pixels);
+  const std::uint64_t frame_bytes = segment.facts.geometry.frame_bytes();
+  std::vector<std::uint8_t> frame(frame_bytes);
+  for (std::uint64_t i = 0; i < segment.frames.size(); ++i) {
+    if (auto read = pixels.read(i * frame_bytes, frame); !read) return read.error();
+    if (crc32c(frame) != segment.pixel_checksums[i]) return i;
+  }
+  return segment.frames.size();
+}
+
+Result<std::vector<Piece>> read_pieces(const std::vector<SegmentPaths>& paths, const FinishOptions& options,
+                                       std::uint64_t& left_out) {
+  std::vector<Piece> pieces;
+  for (const SegmentPaths& each : paths) {
+    auto segment = read_segment(each);
+    if (!segment) return segment.error();
+    std::uint64_t sound = segment->frames.size();
+    if (options.check_pixels) {
+      const auto checked = sound_frames(*segment);
+      if (!checked) return checked.error();
+      sound = *checked;
+    }
+    left_out += segment->frames.size() - sound;
+    if (sound > 0) pieces.push_back({.segment = *std::move(segment), .first = 0, .frames = sound});
+  }
+  return pieces;
+}
+
+/// Leaves the last seconds only.
+void keep_last(std::vector<Piece>& pieces, double last_s) {
+  if (last_s <= 0 || pieces.empty()) return;
+  const auto time_ns = [](const Piece& piece, std::uint64_t frame) {
+    return piece.segment.frames[piece.first + frame].stamp.capture_time_ns;
+  };
+  const std::int64_t from_ns =
+      time_ns(pieces.back(), pieces.back().frames - 1) - static_cast<std::int64_t>(last_s * 1e9);
+  for (Piece& piece : pieces) {
+    std::uint64_t skipped = 0;
+    while (skipped < piece.frames && time_ns(piece, skipped) < from_ns) ++skipped;
+    piece.first += skipped;
+    piece.frames -= skipped;
+    if (piece.frames > 0) break;
+  }
+  std::erase_if(pieces, [](const Piece& piece) { return piece.frames == 0; });
+}
+
+struct FrameText {
+  std::string text;
+  std::uint64_t frames = 0;
+  double duration_s = 0;
+};
+
+FrameText frame_text(const std::vector<Piece>& pieces) {
+  FrameText all;
+  const Piece& front = pieces.front();
+  const std::int64_t first_ns = front.segment.frames[front.first].stamp.capture_time_ns;
+  for (const Piece& piece : pieces) {
+    for (std::uint64_t i = 0; i < piece.frames; ++i) {
+      all.duration_s = add_plus_frame(all.text, all.frames++, front.segment.facts,
+                                      piece.segment.frames[piece.first + i], first_ns, all.duration_s);
+    }
+  }
+  return all;
+}
+
+/// Pixels of all pieces to the sink.
+Result<void> copy_pixels(const std::vector<Piece>& pieces, PixelSink& sink, const std::filesystem::path& path,
+                         FinishProgress& progress, const std::stop_token& stop) {
+  std::vector<std::uint8_t> bytes(kPieceBytes);
+  for (const Piece& piece : pieces) {
+    const PixelReader pixels(piece.segment.paths.pixels);
+    const std::uint64_t end = (piece.first + piece.frames) * piece.frame_bytes();
+    for (std::uint64_t at = piece.first * piece.frame_bytes(); at < end; at += bytes.size()) {
+      if (stop.stop_requested()) {
+        return Error{ErrorCode::kStopped,
+                     fmt::format("{} was not finished, expected fanlight recover to do so", shown(path))};
+      }
+      const std::span some = std::span(bytes).first(std::min<std::uint64_t>(bytes.size(), end - at));
+      if (auto read = pixels.read(at, some); !read) return read;
+      if (const int failure = sink.write(some)) return unwritable(path, failure);
+      progress.bytes_done += some.size();
+    }
+  }
+  if (const int failure = sink.finish()) return unwritable(path, failure);
+  return {};
+}
+
+/// Gives the file with the pixels of the only piece a second name. False where they must be copied.
+bool link_pixels(const std::vector<Piece>& pieces, PixelForm form, const std::filesystem::path& to) {
+  const bool whole = pieces.size() == 1 && pieces.front().first == 0 && form == PixelForm::kRaw;
+  if (!whole) return false;
+  const Piece& piece = pieces.front();
+  const std::filesystem::path& from = piece.segment.paths.pixels;
+  // Bytes of a frame that is not whole, or left out.
+  std::error_code failure;
+  std::filesystem::resize_file(from, piece.frames * piece.frame_bytes(), failure);
+  return !failure && link(from.c_str(), to.c_str()) == 0;
+}
+
+/// One file: the header, and the pixels behind it.
+Result<std::uint64_t> write_joined(const std::vector<Piece>& pieces, const FrameText& frames,
+                                   const std::filesystem::path& path, PixelForm form,
+                                   FinishProgress& progress, const std::stop_token& stop) {
+  FileBeside next;
+  if (const int failure = next.create(path, 0600)) return unwritable(path, failure);
+  const RecordingFacts& facts = pieces.front().segment.facts;
+  PlusHeader header{.frames = frames.frames, .compressed_bytes = std::nullopt};
+  if (form == PixelForm::kZlib) header.compressed_bytes = 0;
+  const std::string rest = frames.text + plus_data_line("LOCAL");
+  std::string first = plus_header(facts, header);
+  if (const int failure = write_all(next.descriptor(), first + rest)) return unwritable(path, failure);
+  PixelSink sink(next.descriptor(), form);
+  if (auto copied = copy_pixels(pieces, sink, path, progress, stop); !copied) return copied.error();
+  if (form == PixelForm::kZlib) {
+    header.compressed_bytes = sink.written();
+    first = plus_header(facts, header);  // as long as before
+    if (lseek(next.descriptor(), 0, SEEK_SET) != 0) return unwritable(path, errno);
+    if (const int failure = write_all(next.descriptor(), first)) return unwritable(path, failure);
+  }
+  if (const int failure = next.sync()) return unwritable(path, failure);
+  if (const int failure = next.take_the_name_of(path)) return unwritable(path, failure);
+  sync_folder_of(path);
+  return first.size() + rest.size() + sink.written();
+}
+
+/// A header, and beside it a file with the pixels.
+Result<std::uint64_t> write_pair(const std::vector<Piece>& pieces, const FrameText& frames,
+                                 const std::filesystem::path& path, PixelForm form, FinishProgress& progress,
+                                 const std::stop_token& stop) {
+  const std::filesystem::path beside = pixels_beside(path, form);
+  std::uint64_t pixel_bytes = frames.frames * pieces.front().frame_bytes();
+  if (!link_pixels(pieces, form, beside)) {
+    FileBeside next;
+    if (const int failure = next.create(beside, 0600)) return unwritable(beside, failure);
+    PixelSink sink(next.descriptor(), form);
+    if (auto copied = copy_pixels(pieces, sink, beside, progress, stop); !copied) return copied.error();
+    if (const int failure = next.sync()) return unwritable(beside, failure);
+    if (const int failure = next.take_the_name_of(beside)) return unwritable(beside, failure);
+    pixel_bytes = sink.written();
+  }
+  PlusHeader header{.frames = frames.frames, .compressed_bytes = std::nullopt};
+  if (form == PixelForm::kZlib) header.compressed_bytes = pixel_bytes;
+  const std::string text = plus_header(pieces.front().segment.facts, header) + frames.text +
+                           plus_data_line(beside.filename().string());
+  if (auto written = replace_file(path, text, {.mode = 0600}); !written) {
+    std::filesystem::remove(beside);
+    return written.error();
+  }
+  return text.size() + pixel_bytes;
+}
+
+bool one_file(const std::filesystem::path& path) {
+  return path.extension() == ".mha";
+}
+
+}  // namespace
+
+Result<void> check_recording_name(const std::filesystem::path& path) {
+  if (path.extension() == ".mha" || path.extension() == ".mhd") return {};
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("{} is no name of a recording, expected one that ends with .igs.mha (one file) or "
+                           ".igs.mhd (with the pixels in a file beside it)",
+                           shown(path))};
+}
+
+std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm form) {
+  std::filesystem::path beside = path;
+  return beside.replace_extension(form == PixelForm::kZlib ? ".zraw" : ".raw");
+}
+
+void remove_segments(const std::vector<SegmentPaths>& segments) {
+  std::error_code gone;
+  for (const SegmentPaths& each : segments) {
+    std::filesystem::remove(each.frames, gone);
+    std::filesystem::remove(each.pixels, gone);
+  }
+}
+
+Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segments,
+                                           const std::filesystem::path& path, const FinishOptions& options,
+                                           FinishProgress& progress, const std::stop_token& stop) {
+  if (auto named = check_recording_name(path); !named) return named.error();
+  FinishedRecording finished{.path = path};
+  auto pieces = read_pieces(segments, options, finished.frames_left_out);
+  if (!pieces) return pieces.error();
+  keep_last(*pieces, options.last_s);
+  if (pieces->empty()) {
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("{}: the recording has no whole frame, expected one at least", shown(path))};
+  }
+  const FrameText frames = frame_text(*pieces);
+  finished.frames = frames.frames;
+  finished.duration_s = frames.duration_s;
+  progress.bytes_in_all = frames.frames * pieces->front().frame_bytes();
+  const auto bytes = one_file(path) ? write_joined(*pieces, frames, path, options.form, progress, stop)
+                                    : write_pair(*pieces, frames, path, options.form, progress, stop);
+  if (!bytes) return bytes.error();
+  finished.bytes = *bytes;
+  remove_segments(segments);
+  return finished;
+}
+
+}  // namespace fanlight

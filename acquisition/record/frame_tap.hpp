@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+
+#include "proto/exchange/frame_queue.hpp"
+
+namespace fanlight {
+
+/// Copies of all frames of a source, usable or not, from the acquisition thread to the recorder's thread.
+/// While the tap is closed nothing is copied. The constructor reserves address space; its pages are used from
+/// the first copy on.
+class FrameTap {
+ public:
+  /// `largest_frame_bytes`: of all geometries of the source. `reader_bell`: the recorder's.
+  FrameTap(std::uint64_t largest_frame_bytes, Doorbell& reader_bell)
+      : queue_({.largest_frame_bytes = largest_frame_bytes, .slots = slots(largest_frame_bytes)},
+               {.reader_bell = reader_bell}) {}
+
+  /// Any thread.
+  void open(bool open) { open_.store(open, std::memory_order_release); }
+  bool is_open() const { return open_.load(std::memory_order_acquire); }
+
+  /// Frames that found no room, because the recorder did not write for as long as the queue lasts. Any
+  /// thread.
+  std::uint64_t frames_missed() const { return queue_.counters().frames_not_fed.value(); }
+
+  FrameQueue& queue() { return queue_; }
+
+ private:
+  // More than a second of frames at 100 MB/s: so long may a disk not take anything.
+  static constexpr std::uint64_t kQueueBytes = 160'000'000;
+  static std::uint32_t slots(std::uint64_t frame_bytes) {
+    return static_cast<std::uint32_t>(
+        std::clamp<std::uint64_t>(kQueueBytes / std::max<std::uint64_t>(frame_bytes, 1), 8, 4096));
+  }
+
+  std::atomic<bool> open_{false};
+  FrameQueue queue_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/recorder.hpp"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sys/statvfs.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <new>
+#include <utility>
+
+#include "acquisition/source/printable.hpp"
+#include "proto/base/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// A segment of a ring: the disk holds the ring and one of these.
+constexpr double kSegmentsInRing = 8;
+constexpr double kShortestSegmentS = 1;
+constexpr double kLongestSegmentS = 60;
+// Less than this is no room to begin in again: it would be full at once.
+constexpr std::uint64_t kLeastRoomBytes = 64'000'000;
+
+RecordingFacts facts_of(const SourceDescription& source) {
+  return {.source = printable(source.name),
+          .geometry = source.geometry,
+          .counts_volumes = source.counts_volumes,
+          .frames_per_volume = source.frames_per_volume,
+          .usual_frames = source.usual_frames,
+          .first_angle_rad = source.first_angle_rad,
+          .last_angle_rad = source.last_angle_rad};
+}
+
+std::uint64_t largest_frame(const SourceDescription& source) {
+  return std::max<std::uint64_t>(source.geometry.frame_bytes(), source.largest_frame_bytes);
+}
+
+std::int64_t utc_s() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+bool has_room(const std::filesystem::path& path) {
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  struct statvfs disk {};
+  if (statvfs(folder.c_str(), &disk) != 0) return false;
+  return std::uint64_t{disk.f_bavail} * disk.f_frsize >= kLeastRoomBytes;
+}
+
+/// As the file can hold it: an angle that is no number makes a frame unusable for any assembler.
+RecordedFrame recorded(const QueuedFrame& frame) {
+  RecordedFrame record{.stamp = frame.stamp, .fault = frame.fault};
+  if (!std::isfinite(record.stamp.angle_rad)) {
+    record.stamp.angle_rad = 0;
+    if (record.usable()) record.fault = FrameFault::kInvalid;
+  }
+  return record;
+}
+
+}  // namespace
+
+std::filesystem::path file_of_recording(const std::filesystem::path& path, std::uint32_t number) {
+  if (number <= 1) return path;
+  const std::string name = path.filename().string();
+  auto end = name.find(".igs.");
+  if (end == std::string::npos) end = name.rfind('.');
+  return path.parent_path() / fmt::format("{}-{}{}", name.substr(0, end), number, name.substr(end));
+}
+
+Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell)
+    : facts_(facts_of(source)),
+      tap_(largest_frame(source), bell_),
+      status_(status_bell),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+Recorder::~Recorder() {
+  end(Finish::kLeave);
+}
+
+void Recorder::end(Finish finish) {
+  if (!thread_.joinable()) return;
+  waits_for_finish_ = finish == Finish::kWait;
+  thread_.request_stop();
+  bell_.ring();
+  thread_.join();
+}
+
+void Recorder::run(const std::stop_token& stop) {
+  pthread_setname_np(pthread_self(), "recorder");
+  try {
+    while (!stop.stop_requested()) {
+      bell_.wait(order_ || finisher_.busy() ? kFlushNs / 2 : -1);
+      take_orders();
+      drain();
+      flush_if_due();
+      try_again_if_due();
+      poll_finisher();
+      publish_status();
+    }
+    drain();
+    close_recording(true);
+    while (waits_for_finish_ && finisher_.busy()) {
+      bell_.wait(kFlushNs);
+      poll_finisher();
+      publish_status();
+    }
+  } catch (const std::bad_alloc&) {
+    trouble_ = "the recorder has no memory left, expected some";
+  }
+  tap_.open(false);
+  finisher_.leave();
+  publish_status();
+}
+
+void Recorder::take_orders() {
+  const RecordingOrder* const order = orders_.newest();
+  if (order == nullptr) return;
+  drain();  // the frames before the order
+  close_recording(order->wish != RecordingOrder::Wish::kDrop);
+  if (order->wish == RecordingOrder::Wish::kRecord) begin(*order);
+  order_done_ = order->number;
+}
+
+void Recorder::begin(const RecordingOrder& order) {
+  order_ = order;
+  file_number_ = 0;
+  frames_ = 0;
+  bytes_ = 0;
+  first_time_ns_.reset();
+  last_time_ns_ = 0;
+  missed_before_ = tap_.frames_missed();
+  trouble_.clear();
+  next_file();
+  tap_.open(true);
+}
+
+/// The frames from now on belong to a further file.
+void Recorder::next_file() {
+  file_ = file_of_recording(order_->path, ++file_number_);
+  frames_in_file_ = 0;
+  segment_number_ = 0;
+}
+
+/// Ends the recording under way, if there is one.
+void Recorder::close_recording(bool keep) {
+  if (!order_) return;
+  tap_.open(false);
+  if (segment_ && !segment_->flush()) trouble_ = "the last quarter of a second could not be written";
+  segment_.reset();
+  if (!segments_.empty()) {
+    if (keep) {
+      finisher_.add({.segments = segments_,
+                     .path = file_,
+                     .options = {.form = order_->form, .last_s = order_->ring_s}});
+    } else {
+      remove_segments(segments_);
+    }
+  }
+  segments_.clear();
+  begins_ns_.clear();
+  order_.reset();
+}
+
+void Recorder::drain() {
+  FrameQueue& queue = tap_.queue();
+  while (const QueuedFrame* frame = queue.front()) {
+    if (order_ && trouble_.empty()) write(*frame);
+    queue.pop();
+  }
+}
+
+void Recorder::write(const QueuedFrame& frame) {
+  const bool changed =
+      segment_ && (frame.stamp.geometry_revision != revision_ || frame.geometry != geometry_);
+  if (changed || frames_in_file_ == kMostFramesAFile) {
+    // The present file gets its final form; the order stays.
+    const RecordingOrder order = *order_;
+    close_recording(true);
+    order_ = order;
+    next_file();
+    tap_.open(true);
+  }
+  if (!segment_ && !open_segment(frame)) return;
+  const RecordedFrame record = recorded(frame);
+  if (auto appended = segment_->append(record, frame.pixels); !appended) return stop_for(appended.error());
+  if (segment_->frames() == 1) begins_ns_.push_back(record.stamp.capture_time_ns);
+  if (!first_time_ns_) first_time_ns_ = record.stamp.capture_time_ns;
+  last_time_ns_ = std::max(last_time_ns_, record.stamp.capture_time_ns);
+  ++frames_;
+  ++frames_in_file_;
+  bytes_ += geometry_.frame_bytes();
+  if (order_->ring_s > 0) next_segment();
+  reached_limit();
+}
+
+bool Recorder::open_segment(const QueuedFrame& frame) {
+  geometry_ = frame.geometry;
+  revision_ = frame.stamp.geometry_revision;
+  RecordingFacts facts = facts_;
+  facts.geometry = geometry_;
+  facts.begun_utc_s = utc_s();
+  auto segment = SegmentWriter::create(segment_paths(file_, ++segment_number_), facts);
+  if (!segment) {
+    stop_for(segment.error());
+    return false;
+  }
+  segment_ = *std::move(segment);
+  segments_.push_back(segment_->paths());
+  return true;
+}
+
+/// Begins another segment of the ring where the present one is long enough.
+void Recorder::next_segment() {
+  const double longest_s = std::clamp(order_->ring_s / kSegmentsInRing, kShortestSegmentS, kLongestSegmentS);
+  const auto length_ns = segment_->last_time_ns() - segment_->first_time_ns();
+  if (static_cast<double>(length_ns) * 1e-9 < longest_s) return;
+  if (auto flushed = segment_->flush(); !flushed) return stop_for(flushed.error());
+  segment_.reset();
+  drop_old_segments();
+}
+
+/// Of the ring, the segments that end before its last seconds.
+void Recorder::drop_old_segments() {
+  const auto from_ns = last_time_ns_ - static_cast<std::int64_t>(order_->ring_s * 1e9);
+  std::size_t old = 0;
+  while (old + 1 < segments_.size() && begins_ns_[old + 1] < from_ns) ++old;
+  remove_segments({segments_.begin(), segments_.begin() + static_cast<std::ptrdiff_t>(old)});
+  segments_.erase(segments_.begin(), segments_.begin() + static_cast<std::ptrdiff_t>(old));
+  begins_ns_.erase(begins_ns_.begin(), begins_ns_.begin() + static_cast<std::ptrdiff_t>(old));
+}
+
+void Recorder::reached_limit() {
+  if (!order_) return;
+  const double seconds = static_cast<double>(last_time_ns_ - *first_time_ns_) * 1e-9;
+  const bool long_enough = order_->most_s > 0 && seconds >= order_->most_s;
+  const bool large_enough = order_->most_bytes > 0 && bytes_ + geometry_.frame_bytes() > order_->most_bytes;
+  if (long_enough || large_enough) close_recording(true);
+}
+
+void Recorder::flush_if_due() {
+  const std::int64_t now = now_ns();
+  if (!segment_ || now - flushed_ns_ < kFlushNs / 2) return;
+  flushed_ns_ = now;
+  if (auto flushed = segment_->flush(); !flushed) stop_for(flushed.error());
+}
+
+/// Nothing more is written until there is room. What was written is finished as far as it goes.
+void Recorder::stop_for(const Error& error) {
+  const RecordingOrder order = *order_;
+  close_recording(true);
+  order_ = order;
+  trouble_ = error.message;
+  room_checked_ns_ = now_ns();
+}
+
+void Recorder::try_again_if_due() {
+  if (!order_ || trouble_.empty() || now_ns() - room_checked_ns_ < kRoomCheckNs) return;
+  room_checked_ns_ = now_ns();
+  if (finisher_.busy() || !has_room(file_)) return;
+  trouble_.clear();
+  next_file();
+  tap_.open(true);
+}
+
+void Recorder::poll_finisher() {
+  while (const auto outcome = finisher_.poll()) {
+    ++finished_.finished;
+    finished_.last_file = shown(outcome->job.path);
+    finished_.last_trouble.clear();
+    finished_.last_frames = 0;
+    finished_.last_bytes = 0;
+    finished_.last_duration_s = 0;
+    if (const auto& result = outcome->result) {
+      finished_.last_file = shown(result->path);
+      finished_.last_frames = result->frames;
+      finished_.last_bytes = result->bytes;
+      finished_.last_duration_s = result->duration_s;
+    } else {
+      finished_.last_trouble = result.error().message;
+    }
+  }
+}
+
+bool Recorder::status_due() {
+  const std::tuple now_known(order_done_, order_.has_value(), trouble_, finisher_.busy(), finished_.finished,
+                             file_);
+  const bool changed = std::exchange(published_, now_known) != now_known;
+  const bool moves = order_ || finisher_.busy();
+  return changed || (moves && now_ns() - published_ns_ >= kFlushNs);
+}
+
+void Recorder::publish_status() {
+  if (!status_due()) return;
+  published_ns_ = now_ns();
+  RecordingStatus& status = status_.draft();
+  status = finished_;
+  status.order_done = order_done_;
+  status.trouble = trouble_;
+  if (order_) {
+    status.state = trouble_.empty() ? RecordingStatus::State::kRecording : RecordingStatus::State::kNoRoom;
+    status.file = shown(file_);
+  } else if (finisher_.busy()) {
+    status.state = RecordingStatus::State::kFinishing;
+    status.file = shown(finisher_.path());
+    status.finish_share = finisher_.share();
+  }
+  status.frames = frames_;
+  status.bytes = bytes_;
+  status.duration_s = first_time_ns_ ? static_cast<double>(last_time_ns_ - *first_time_ns_) * 1e-9 : 0;
+  status.frames_missed = tap_.frames_missed() - missed_before_;
+  status_.publish();
+}
+
+}  // namespace fanlight

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/recorded_frame.hpp"
+#include "proto/base/result.hpp"
+
+namespace fanlight {
+
+/// A part of a recording that is under way: two files beside the one that it will become.
+/// FILE.rec-0001.pixels has the frames' pixels, one frame behind the other; FILE.rec-0001.frames has the
+/// facts and a record for each frame, with the checksum of its pixels. Both only grow, so that whatever was
+/// written before a crash can be read. A frame counts from when its record is whole.
+struct SegmentPaths {
+  std::filesystem::path frames;
+  std::filesystem::path pixels;
+};
+SegmentPaths segment_paths(const std::filesystem::path& recording, std::uint32_t number);
+/// The segments of a recording that are on the disk, in order of their numbers. Empty where there are none.
+std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording);
+
+/// Writes a segment. Not thread safe; the recorder's thread.
+class SegmentWriter {
+ public:
+  /// Creates both files (mode 0600) and locks them against a recovery by another process. kUnavailable: the
+  /// sentence says why.
+  static Result<SegmentWriter> create(const SegmentPaths& paths, const RecordingFacts& facts);
+  SegmentWriter(SegmentWriter&& other) noexcept;
+  SegmentWriter& operator=(SegmentWriter&& other) noexcept;
+  ~SegmentWriter();
+
+  /// `pixels`: of the facts' geometry, rows x columns bytes, row major; ignored for an unusable frame. The
+  /// record stays in memory until flush(). kUnavailable: no room, or an I/O error. Nothing of the frame is
+  /// then kept, and the frames before it are still whole.
+  Result<void> append(const RecordedFrame& frame, std::span<const std::uint8_t> pixels);
+  /// Writes the records of all frames so far; then a kill of the process loses none of them.
+  Result<void> flush();
+
+  const SegmentPaths& paths() const { return paths_; }
+  std::uint64_t frames() const { return frames_; }
+  std::uint64_t bytes() const { return pixel_bytes_; }
+  std::int64_t first_time_ns() const { return first_time_ns_; }
+  std::int64_t last_time_ns() const { return last_time_ns_; }
+
+ private:
+  SegmentWriter() = default;
+  Error failed(const std::filesystem::path& path, int reason) const;
+
+  SegmentPaths paths_;
+  int frames_file_ = -1;
+  int pixels_file_ = -1;
+  std::uint64_t frame_bytes_ = 0;
+  std::uint64_t frames_ = 0;
+  std::uint64_t pixel_bytes_ = 0;
+  std::uint64_t record_bytes_ = 0;  // of the file with the records, as far as they are whole
+  std::int64_t first_time_ns_ = 0;
+  std::int64_t last_time_ns_ = 0;
+  std::vector<std::uint8_t> zeros_;
+  std::string unwritten_;  // records
+};
+
+/// A segment read back. The files are not trusted.
+struct Segment {
+  SegmentPaths paths;
+  RecordingFacts facts;
+  std::vector<RecordedFrame> frames;
+  std::vector<std::uint32_t> pixel_checksums;  ///< CRC-32C of each frame's pixels
+};
+
+/// Reads the records whose pixels are on the disk. Records behind a damaged one are left out. kUnavailable:
+/// another process writes the segment. kBadInput: these are no files of a segment.
+Result<Segment> read_segment(const SegmentPaths& paths);
+
+}  // namespace fanlight

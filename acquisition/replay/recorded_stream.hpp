@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "acquisition/record/recorded_frame.hpp"
+#include "acquisition/replay/igs_sequence.hpp"
+
+namespace fanlight {
+
+/// What Fanlight's recorder wrote about the frames of a sequence: with it, a replay gives the assembler the
+/// same stamps as the source did.
+struct RecordedStream {
+  RecordingFacts facts;  ///< but for the geometry: see find_geometry()
+  std::vector<RecordedFrame> frames;
+
+  std::uint64_t smallest_sequence = 0;
+  std::uint64_t smallest_volume_index = 0;
+};
+
+/// nullopt where a field is missing: the sequence is somebody else's, or was changed by hand. Its frames are
+/// then read as any other's.
+std::optional<RecordedStream> recorded_stream(const IgsSequence& sequence);
+
+}  // namespace fanlight

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a recording says of itself, for people.
+#include <fmt/format.h>
+
+#include "acquisition/replay/recording.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// A usual sweep has 20 to 90 deg; this is 2.6 rad, taken for degrees.
+constexpr double kLeastFanDeg = 2.6;
+
+}  // namespace
+
+void Recording::add_notes(const RecordingGeometry& geometry) {
+  std::vector<std::string>& notes = summary_.notes;
+  const double span_deg = summary_.largest_angle_deg - summary_.smallest_angle_deg;
+  if (!measured_) {
+    notes.push_back(
+        fmt::format("The motor angles are assumed: the frames have none, and are spread evenly from {} to {} "
+                    "deg as the geometry says.",
+                    *geometry.first_angle_deg, *geometry.last_angle_deg));
+  } else if (geometry.first_angle_deg || geometry.last_angle_deg) {
+    notes.emplace_back(
+        "first_angle_deg and last_angle_deg of the geometry are not used: the frames have a MotorAngleDeg.");
+  }
+  if (summary_.angle_outliers > 0) {
+    notes.push_back(
+        fmt::format("{} of {} frames are left out: their angle lies apart from their neighbours'.",
+                    summary_.angle_outliers, summary_.frames));
+  }
+  if (measured_ && span_deg < kLeastFanDeg) {
+    notes.push_back(fmt::format(
+        "All angles lie within {:.2f} deg. MotorAngleDeg is in degrees: are these radians?", span_deg));
+  }
+  if (contradictions_ > 0) {
+    notes.push_back(
+        fmt::format("The SweepDirection of {} of {} sweeps contradicts their angles, which count.",
+                    contradictions_, summary_.sweeps));
+  }
+  if (transposed_) {
+    notes.push_back(
+        fmt::format("The frames look like {} columns and {} rows: are the first two numbers of DimSize "
+                    "exchanged?",
+                    sequence_.rows, sequence_.columns));
+  }
+}
+
+void Recording::add_note(const FinishedRecording& recovered) {
+  summary_.notes.push_back(
+      fmt::format("The recording was cut off, and was finished now with {} frames; {} were damaged and are "
+                  "left out.",
+                  recovered.frames, recovered.frames_left_out));
+}
+
+}  // namespace fanlight

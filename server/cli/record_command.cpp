@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "acquisition/open_source.hpp"
+#include "acquisition/record/frame_pump.hpp"
+#include "acquisition/record/recorder.hpp"
+#include "acquisition/record/recover_recording.hpp"
+#include "proto/base/printable.hpp"
+#include "server/cli/commands.hpp"
+#include "server/cli/named_option.hpp"
+#include "server/cli/probe_options.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct RecordOptions {
+  std::string input;
+  SourceOptions playing;
+  std::string out;
+  PixelForm form = PixelForm::kRaw;
+  double seconds = 0;
+  double megabytes = 0;
+  double last_s = 0;
+  bool json = false;
+};
+
+/// SIGINT and SIGTERM, taken by the main thread when it asks. Made before other threads, which inherit it.
+class EndSignals {
+ public:
+  EndSignals() {
+    sigemptyset(&set_);
+    sigaddset(&set_, SIGINT);
+    sigaddset(&set_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+  }
+  /// Waits for a signal, at most so long; whether one came.
+  bool wait_ms(long milliseconds) {
+    const timespec limit{.tv_sec = milliseconds / 1000, .tv_nsec = milliseconds % 1000 * 1'000'000};
+    return sigtimedwait(&set_, nullptr, &limit) > 0;
+  }
+
+ private:
+  sigset_t set_{};
+};
+
+/// The source on a thread of its own, until it ends or stop() is called.
+class Pump {
+ public:
+  Pump(FrameSource& source, FrameTap& tap, FullQueue full)
+      : thread_([this, &source, &tap, full](const std::stop_token& stop) {
+          result_ = pump_frames(source, tap, full, stop);
+          ended_.store(true, std::memory_order_release);
+        }) {}
+  bool ended() const { return ended_.load(std::memory_order_acquire); }
+  /// Blocks until the source lets go.
+  Result<void> stop() {
+    thread_.request_stop();
+    thread_.join();
+    return result_;
+  }
+
+ private:
+  Result<void> result_;
+  std::atomic<bool> ended_{false};
+  std::jthread thread_;
+};
+
+std::string size_text(std::uint64_t bytes) {
+  const auto megabytes = static_cast<double>(bytes) * 1e-6;
+  return megabytes < 1000 ? fmt::format("{:.1f} MB", megabytes) : fmt::format("{:.2f} GB", megabytes * 1e-3);
+}
+
+void show_progress(const RecordingStatus& status) {
+  if (isatty(STDERR_FILENO) == 0) return;
+  if (status.state == RecordingStatus::State::kFinishing) {
+    fmt::print(stderr, "\r{}: writes the final file, {:.0f} %\x1b[K", status.file, 100 * status.finish_share);
+  } else {
+    fmt::print(stderr, "\r{}: {:.1f} s, {} frames, {}{}\x1b[K", status.file, status.duration_s, status.frames,
+               size_text(status.bytes), status.trouble.empty() ? "" : "; " + printable(status.trouble));
+  }
+  std::fflush(stderr);
+}
+
+nlohmann::ordered_json recording_json(const RecordingStatus& status) {
+  return {{"file", status.last_file},   {"frames", status.last_frames},
+          {"bytes", status.last_bytes}, {"duration_s", status.last_duration_s},
+          {"files", status.finished},   {"frames_missed", status.frames_missed}};
+}
+
+void print_recording(const RecordOptions& options, const RecordingStatus& status) {
+  if (options.json) {
+    fmt::print("{}\n", recording_json(status).dump());
+    return;
+  }
+  fmt::print("{}: {} frames in {:.1f} s, {}\n", status.last_file, status.last_frames, status.last_duration_s,
+             size_text(status.last_bytes));
+  if (status.finished > 1) {
+    fmt::print("{} files: the frames' geometry changed, a file was full, or the disk was\n", status.finished);
+  }
+  if (status.frames_missed > 0) {
+    fmt::print("{} frames are missing: the disk did not take them in time\n", status.frames_missed);
+  }
+}
+
+/// Nothing may be lost by a name that is taken, or a folder that is not there.
+Result<void> check_name(const std::filesystem::path& path) {
+  if (auto named = check_recording_name(path); !named) return named;
+  std::error_code failure;
+  if (std::filesystem::exists(path, failure) || !segments_of(path).empty()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} is there already, expected a name that is free", path.string())};
+  }
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  if (access(folder.c_str(), W_OK | X_OK) == 0) return {};
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("{} cannot be written, expected a folder that is there and may be written",
+                           folder.string())};
+}
+
+/// Waits for the end of the source, of the recording or of the user's patience. False: the recording was
+/// never begun or has ended by itself.
+void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, RecordingStatus& status) {
+  for (;;) {
+    const bool asked = signals.wait_ms(100);
+    if (const RecordingStatus* newest = recorder.status().newest()) {
+      status = *newest;
+      show_progress(status);
+    }
+    const bool over = status.order_done > 0 && status.state != RecordingStatus::State::kRecording &&
+                      status.state != RecordingStatus::State::kNoRoom;
+    if (asked || over || pump.ended()) return;
+  }
+}
+
+Result<void> record(const RecordOptions& options) {
+  EndSignals signals;
+  if (auto named = check_name(options.out); !named) return named;
+  Doorbell bell;
+  ProbeLink probe(bell, bell);
+  auto source = open_source(options.input, options.playing, probe);
+  if (!source) return source.error();
+
+  Doorbell status_bell;
+  Recorder recorder((*source)->description(), status_bell);
+  recorder.orders().draft() = {.number = 1,
+                               .wish = RecordingOrder::Wish::kRecord,
+                               .path = options.out,
+                               .form = options.form,
+                               .most_s = options.seconds,
+                               .most_bytes = static_cast<std::uint64_t>(options.megabytes * 1e6),
+                               .ring_s = options.last_s};
+  recorder.orders().publish();
+  RecordingStatus status;
+  while (!recorder.tap().is_open()) signals.wait_ms(1);
+  Pump pump(**source, recorder.tap(),
+            options.playing.as_fast_as_taken ? FullQueue::kWait : FullQueue::kLoseFrame);
+  watch_recording(signals, recorder, pump, status);
+  const auto pumped = pump.stop();
+  recorder.end(Recorder::Finish::kWait);
+  if (const RecordingStatus* newest = recorder.status().newest()) status = *newest;
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[K");
+  if (!status.last_trouble.empty()) return Error{ErrorCode::kUnavailable, status.last_trouble};
+  if (status.finished == 0 && !pumped) return pumped;
+  if (status.finished == 0) {
+    return Error{ErrorCode::kNotFound,
+                 status.trouble.empty() ? "the source gave no frame, expected one at least" : status.trouble};
+  }
+  print_recording(options, status);
+  if (!status.trouble.empty()) return Error{ErrorCode::kUnavailable, status.trouble};
+  return pumped;
+}
+
+Result<void> recover(const std::string& file, PixelForm form, bool json) {
+  const auto recovered = recover_recording(file, {.form = form});
+  if (!recovered) return recovered.error();
+  if (json) {
+    fmt::print("{}\n", nlohmann::ordered_json({{"file", recovered->path.string()},
+                                               {"frames", recovered->frames},
+                                               {"frames_left_out", recovered->frames_left_out},
+                                               {"bytes", recovered->bytes},
+                                               {"duration_s", recovered->duration_s}})
+                           .dump());
+    return {};
+  }
+  fmt::print("{}: {} frames in {:.1f} s, {}\n", recovered->path.string(), recovered->frames,
+             recovered->duration_s, size_text(recovered->bytes));
+  if (recovered->frames_left_out > 0)
+    fmt::print("{} frames are left out: they are damaged or cut off\n", recovered->frames_left_out);
+  return {};
+}
+
+void add_form(CLI::App& command, PixelForm& form) {
+  add_named_option<PixelForm, PixelForm>(
+      command, "--form", form, {{"raw", PixelForm::kRaw}, {"zlib", PixelForm::kZlib}},
+      "Of the pixels in the file: raw (the default) or zlib, which packs them when the recording ends");
+}
+
+}  // namespace
+
+Command add_record_command(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("record", "Records a source to a PLUS sequence file");
+  const auto options = std::make_shared<RecordOptions>();
+  command
+      ->add_option("SOURCE", options->input,
+                   "usb:VENDOR:PRODUCT[:SERIAL] for a probe, phantom: for the simulated one, or a recording")
+      ->required();
+  command->add_option("--out", options->out, "x.igs.mha: one file; x.igs.mhd: the pixels in a file beside it")
+      ->required()
+      ->type_name("FILE");
+  add_form(*command, options->form);
+  command->add_option("--seconds", options->seconds, "End after so long; 0: with the source, or Ctrl-C")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("S");
+  command->add_option("--megabytes", options->megabytes, "End after so many megabytes of pixels; 0: no limit")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e9))
+      ->type_name("MB");
+  command
+      ->add_option("--last", options->last_s,
+                   "Keep only the last seconds: the disk holds no more, however long it records; 0: all")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("S");
+  command->add_option("--geometry", options->playing.geometry_path, "TOML file with a recording's geometry")
+      ->type_name("FILE");
+  command->add_flag("--fast", options->playing.as_fast_as_taken,
+                    "Take the frames of a recording or the simulated probe as fast as the disk takes them");
+  command->add_flag("--json", options->json, "Print the report as JSON");
+  add_probe_options(*command, options->playing);
+  return [options]() { return record(*options); };
+}
+
+Command add_recover_command(CLI::App& program) {
+  CLI::App* command =
+      program.add_subcommand("recover", "Finishes a recording that was cut off by a crash or a full disk");
+  const auto file = std::make_shared<std::string>();
+  const auto form = std::make_shared<PixelForm>(PixelForm::kRaw);
+  const auto json = std::make_shared<bool>(false);
+  command->add_option("FILE", *file, "The name that the recording was to have")->required();
+  add_form(*command, *form);
+  command->add_flag("--json", *json, "Print the report as JSON");
+  return [file, form, json]() { return recover(*file, *form, *json); };
+}
+
+}  // namespace fanlight

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/recorder.hpp"
+
+#include <sys/stat.h>
+
+#include <cmath>
+
+#include "tests/recording/recorder_fixture.hpp"
+#include "tests/support/file_size_limit.hpp"
+#include "tests/support/file_text.hpp"
+
+namespace fanlight::test {
+namespace {
+
+using State = RecordingStatus::State;
+
+struct Shape {
+  const char* name;
+  const char* file;
+  PixelForm form;
+  std::set<std::string> files;
+};
+
+class RecorderShapeTest : public RecorderTest, public testing::WithParamInterface<Shape> {};
+
+TEST_P(RecorderShapeTest, KeepsEveryStampFaultAndPixel) {
+  const std::filesystem::path path = folder_ / GetParam().file;
+  begin({.path = path, .form = GetParam().form});
+  std::vector<RecordedFrame> given;
+  for (std::uint64_t i = 0; i < 4 * kFramesInSweep; ++i) given.push_back({.stamp = stamp(i)});
+  given[3].fault = FrameFault::kDamaged;
+  given[4].fault = FrameFault::kMisfit;
+  std::swap(given[6].stamp, given[7].stamp);  // out of order
+  given[12].stamp.after_interruption = true;
+  given[12].stamp.frames_in_sweep = 0;
+  for (const RecordedFrame& frame : given)
+    put(frame.stamp, geometry(), pixels(frame.stamp.sequence), frame.fault);
+  end();
+
+  EXPECT_EQ(files(), GetParam().files);
+  EXPECT_EQ(status_.finished, 1U);
+  EXPECT_EQ(status_.last_frames, given.size());
+  EXPECT_EQ(status_.last_trouble, "");
+  Recording recording = open(path);
+  EXPECT_EQ(recording.summary().geometry, geometry());
+  ASSERT_NE(recording.stream(), nullptr);
+  EXPECT_EQ(recording.stream()->facts.source, "phantom:");
+  EXPECT_EQ(recording.stream()->facts.last_angle_rad, 0.3);
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const RecordedFrame& kept = recording.stream()->frames[i];
+    const FrameStamp& was = given[i].stamp;
+    EXPECT_EQ(kept.fault, given[i].fault) << i;
+    EXPECT_EQ(kept.stamp.sequence, was.sequence) << i;
+    EXPECT_EQ(kept.stamp.volume_index, was.volume_index) << i;
+    EXPECT_EQ(kept.stamp.frame_index, was.frame_index) << i;
+    EXPECT_EQ(kept.stamp.frames_in_sweep, was.frames_in_sweep) << i;
+    EXPECT_EQ(kept.stamp.direction, was.direction) << i;
+    EXPECT_EQ(kept.stamp.angle_rad, was.angle_rad) << i;  // every bit
+    EXPECT_EQ(kept.stamp.after_interruption, was.after_interruption) << i;
+    const bool usable = given[i].usable();
+    EXPECT_EQ(recording.frame_pixels(i)[5], usable ? static_cast<std::uint8_t>(was.sequence + 1) : 0) << i;
+  }
+  // The times of a PLUS sequence never fall.
+  EXPECT_EQ(recording.frames()[6].time_ns, 7 * kFrameNs);
+  EXPECT_EQ(recording.frames()[7].time_ns, 7 * kFrameNs);
+  EXPECT_EQ(recording.frames()[8].time_ns, 8 * kFrameNs);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RecorderShapeTest,
+    testing::Values(Shape{"OneFileRaw", "x.igs.mha", PixelForm::kRaw, {"x.igs.mha"}},
+                    Shape{"OneFilePacked", "x.igs.mha", PixelForm::kZlib, {"x.igs.mha"}},
+                    Shape{"TwoFilesRaw", "x.igs.mhd", PixelForm::kRaw, {"x.igs.mhd", "x.igs.raw"}},
+                    Shape{"TwoFilesPacked", "x.igs.mhd", PixelForm::kZlib, {"x.igs.mhd", "x.igs.zraw"}}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_F(RecorderTest, WritesFilesForTheirOwnerAlone) {
+  begin({.path = path_});
+  put(0);
+  wait_for([this] { return files().size() == 2; });
+  const auto mode = [this](const std::string& name) {
+    return std::filesystem::status(folder_ / name).permissions();
+  };
+  for (const std::string& name : files()) EXPECT_EQ(mode(name), std::filesystem::perms(0600)) << name;
+  end();
+  EXPECT_EQ(mode("sweeps.igs.mha"), std::filesystem::perms(0600));
+}
+
+TEST_F(RecorderTest, WritesTheFieldsOfPlus) {
+  source_.counts_volumes = false;
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 3; ++i) put(i);
+  end();
+  const std::string text = text_of(path_);
+  for (const char* const line :
+       {"\nDimSize = 6 4 3\n", "\nKinds = domain domain list\n", "\nUltrasoundImageOrientation = MF\n",
+        "\nSeq_Frame0002_Timestamp = 0.020000000\n", "\nSeq_Frame0002_ImageStatus = OK\n",
+        "\nSeq_Frame0002_ImageToReferenceTransformStatus = OK\n", "\nFanlightSweepsNumbered = False\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line;
+  EXPECT_EQ(text.find("VolumeIndex"), std::string::npos);
+  EXPECT_EQ(text.find("SweepDirection"), std::string::npos);
+}
+
+/// ImageToReferenceTransform must lead where the geometry does.
+TEST_F(RecorderTest, WritesPosesOfTheGeometry) {
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 3; ++i) put(i);
+  end();
+  const std::string text = text_of(path_);
+  const std::string name = "\nSeq_Frame0001_ImageToReferenceTransform = ";
+  std::array<double, 16> matrix{};
+  std::istringstream numbers(text.substr(text.find(name) + name.size()));
+  for (double& each : matrix) ASSERT_TRUE(numbers >> each);
+  const FanGeometry of = geometry();
+  const PlanePoint in_plane = of.plane_point({4, 3});
+  const Point wanted = of.point(in_plane.x_mm, {stamp(1).angle_rad, in_plane.depth_mm});
+  const auto row = [&matrix](std::size_t i) {
+    return matrix[4 * i] * 4 + matrix[4 * i + 1] * 3 + matrix[4 * i + 3];
+  };
+  EXPECT_NEAR(row(0), wanted.x_mm, 1e-12);
+  EXPECT_NEAR(row(1), wanted.y_mm, 1e-12);
+  EXPECT_NEAR(row(2), wanted.z_mm, 1e-12);
+}
+
+TEST_F(RecorderTest, BeginsAFurtherFileWhereTheGeometryChanges) {
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 4; ++i) put(i);
+  for (std::uint64_t i = 4; i < 8; ++i) {
+    FrameStamp deeper = stamp(i);
+    deeper.geometry_revision = 1;
+    put(deeper, geometry(9), pixels(i, 9));
+  }
+  end();
+  EXPECT_EQ(files(), (std::set<std::string>{"sweeps.igs.mha", "sweeps-2.igs.mha"}));
+  EXPECT_EQ(status_.finished, 2U);
+  EXPECT_EQ(status_.frames, 8U);
+  EXPECT_EQ(open(path_).summary().rows, kRows);
+  const Recording second = open(folder_ / "sweeps-2.igs.mha");
+  EXPECT_EQ(second.summary().rows, 9U);
+  EXPECT_EQ(second.frame_pixels(0)[0], 5);
+}
+
+TEST_F(RecorderTest, EndsAtItsLimits) {
+  begin({.path = path_, .most_s = 0.035});
+  for (std::uint64_t i = 0; i < 20; ++i) put(i);
+  wait_for([this] { return status_.finished == 1; });
+  EXPECT_EQ(status_.last_frames, 5U);  // 0 to 0.04 s
+  EXPECT_EQ(status_.state, State::kIdle);
+  EXPECT_FALSE(recorder_->tap().is_open());
+  begin({.path = folder_ / "small.igs.mha", .most_bytes = 3 * kColumns * kRows + 5});
+  for (std::uint64_t i = 0; i < 20; ++i) put(i);
+  wait_for([this] { return status_.finished == 2; });
+  EXPECT_EQ(status_.last_frames, 3U);
+}
+
+TEST_F(RecorderTest, KeepsTheLastSecondsOfARing) {
+  begin({.path = path_, .ring_s = 2});
+  for (std::uint64_t i = 0; i < 1000; ++i) put(i);  // 10 s
+  wait_for([this] { return status_.frames == 1000; });
+  // Segments of a second: those of the ring, one that is partly in it, and the open one.
+  EXPECT_LE(files().size(), 2 * 4U);
+  finish();
+  wait_for([this] { return status_.finished == 1; });
+  const Recording kept = open(path_);
+  EXPECT_EQ(kept.summary().frames, 201U);
+  EXPECT_EQ(kept.frame_pixels(200)[0], static_cast<std::uint8_t>(1000));
+  EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mha"});
+}
+
+TEST_F(RecorderTest, RemovesADroppedRecording) {
+  begin({.path = path_, .ring_s = 2});
+  for (std::uint64_t i = 0; i < 400; ++i) put(i);
+  tell({}, RecordingOrder::Wish::kDrop);
+  EXPECT_EQ(status_.state, State::kIdle);
+  EXPECT_TRUE(files().empty());
+}
+
+TEST_F(RecorderTest, BeginsAgainWhenThereIsRoom) {
+  constexpr std::uint32_t kManyRows = 100;
+  source_.geometry = geometry(kManyRows);
+  const auto put_large = [this](std::uint64_t i) {
+    put(stamp(i), geometry(kManyRows), pixels(i, kManyRows));
+  };
+  {
+    const FileSizeLimit full(2000);  // three frames, and no header
+    begin({.path = folder_ / "x.igs.mhd"});
+    for (std::uint64_t i = 0; i < 10; ++i) put_large(i);
+    wait_for_state(State::kNoRoom);
+    EXPECT_NE(status_.trouble.find("could not be written"), std::string::npos) << status_.trouble;
+    wait_for([this] { return status_.finished == 1; });
+    EXPECT_FALSE(recorder_->tap().is_open());
+  }
+  wait_for_state(State::kRecording);  // it looks every second
+  for (std::uint64_t i = 10; i < 20; ++i) put_large(i);
+  end();
+  // There was no room for the header of the first file: its parts wait for fanlight recover.
+  EXPECT_EQ(open(folder_ / "x-2.igs.mhd").summary().frames, 10U);
+  const auto recovered = recover_recording(folder_ / "x.igs.mhd", {});
+  ASSERT_TRUE(recovered) << recovered.error().message;
+  EXPECT_EQ(recovered->frames, 3U);
+}
+
+TEST_F(RecorderTest, ReplacesAnAngleThatIsNoNumber) {
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 3; ++i) put(i);
+  FrameStamp wrong = stamp(3);
+  wrong.angle_rad = std::nan("");
+  put(wrong, geometry(), pixels(3));
+  end();
+  EXPECT_EQ(open(path_).stream()->frames[3].fault, FrameFault::kInvalid);
+}
+
+TEST(FileOfRecordingTest, NumbersFurtherFiles) {
+  EXPECT_EQ(file_of_recording("a/x.igs.mha", 1), "a/x.igs.mha");
+  EXPECT_EQ(file_of_recording("a/x.igs.mha", 2), "a/x-2.igs.mha");
+  EXPECT_EQ(file_of_recording("x.y.mhd", 3), "x.y-3.mhd");
+}
+
+}  // namespace
+}  // namespace fanlight::test

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording of the simulated probe, replayed, gives the assembler what the probe gave it.
+#include <stop_token>
+
+#include "acquisition/offline_volumes.hpp"
+#include "acquisition/open_source.hpp"
+#include "acquisition/record/frame_pump.hpp"
+#include "acquisition/replay/replay_source.hpp"
+#include "tests/recording/recorder_fixture.hpp"
+
+namespace fanlight::test {
+namespace {
+
+class ReplayedStampsTest : public RecorderTest, public testing::WithParamInterface<const char*> {
+ protected:
+  static std::unique_ptr<FrameSource> source_of(const std::string& text) {
+    static Doorbell bell;
+    static ProbeLink probe(bell, bell);
+    auto source = open_source(text, {.as_fast_as_taken = true}, probe);
+    if (!source) {
+      ADD_FAILURE() << source.error().message;
+      std::abort();
+    }
+    return *std::move(source);
+  }
+
+  void record(const std::string& text) {
+    const auto source = source_of(text);
+    source_ = source->description();
+    begin({.path = path_});
+    ASSERT_TRUE(pump_frames(*source, recorder_->tap(), FullQueue::kWait, {}));
+    end();
+  }
+
+  /// All that the renderer reads of a volume.
+  struct Seen {
+    std::vector<double> angles_rad;
+    std::vector<std::uint8_t> pixels;
+    std::uint64_t first = 0;
+    std::uint64_t last = 0;
+    std::uint32_t missing = 0;
+    double correction_rad = 0;
+    SweepDirection direction{};
+    bool operator==(const Seen&) const = default;
+  };
+  static std::vector<Seen> volumes_of(FrameSource& source) {
+    OfflineVolumes volumes(source);
+    std::vector<Seen> seen;
+    for (;;) {
+      const auto volume = volumes.next();
+      if (!volume || !*volume) return seen;
+      const VolumeStamp& stamp = (*volume)->stamp();
+      Seen one{.first = stamp.first_frame_sequence,
+               .last = stamp.last_frame_sequence,
+               .missing = stamp.frames_missing,
+               .correction_rad = stamp.angle_correction_rad,
+               .direction = stamp.direction};
+      for (const std::uint32_t i : (*volume)->by_angle()) {
+        one.angles_rad.push_back((*volume)->angles_rad()[i]);
+        const auto pixels = (*volume)->frame_pixels(i);
+        one.pixels.insert(one.pixels.end(), pixels.begin(), pixels.end());
+      }
+      seen.push_back(std::move(one));
+    }
+  }
+};
+
+TEST_P(ReplayedStampsTest, GiveTheSameVolumes) {
+  const std::string text = GetParam();
+  record(text);
+  const auto live = volumes_of(*source_of(text));
+  const auto replayed = volumes_of(*source_of(path_.string()));
+  ASSERT_GE(live.size(), 4U);
+  ASSERT_EQ(replayed.size(), live.size());
+  for (std::size_t i = 0; i < live.size(); ++i) EXPECT_TRUE(replayed[i] == live[i]) << i;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, ReplayedStampsTest,
+    testing::Values("phantom:columns=64,rows=64,frames=20,volumes=6",
+                    "phantom:columns=64,rows=64,frames=20,volumes=6,lag=1,jitter=0.3,lost=3",
+                    "phantom:columns=64,rows=64,frames=20,volumes=6,index=off,lag=1,lost=3,turning=3",
+                    "phantom:columns=64,rows=64,frames=20,volumes=9,scan=convex,lost=8"));
+
+TEST_F(ReplayedStampsTest, GoOnInFurtherPasses) {
+  record("phantom:columns=64,rows=64,frames=10,volumes=3,lost=2");
+  auto source = ReplaySource::create({.recording = {.path = path_, .geometry_path = {}},
+                                      .pace = ReplaySource::Pace::kAsFastAsTaken,
+                                      .ending = ReplaySource::Ending::kLoop});
+  ASSERT_TRUE(source);
+  std::uint64_t next_sequence = 0;
+  std::uint64_t volume = 0;
+  for (int i = 0; i < 100; ++i) {
+    const auto frame = (*source)->next_frame({}).value();
+    ASSERT_TRUE(frame);
+    EXPECT_GE(frame->sequence, next_sequence) << i;
+    EXPECT_GE(frame->volume_index, volume) << i;
+    next_sequence = frame->sequence + 1;
+    volume = frame->volume_index;
+  }
+  EXPECT_GE(volume, 9U);
+}
+
+}  // namespace
+}  // namespace fanlight::test
