@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "acquisition/record/segment.hpp"
+#include "proto/exchange/recording_link.hpp"
 
 namespace fanlight {
-
-/// How the pixels of a finished recording are stored.
-enum class PixelForm : std::uint8_t { kRaw, kZlib };
 
 struct FinishOptions {
   PixelForm form = PixelForm::kRaw;

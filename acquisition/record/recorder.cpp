@@ -6,7 +6,6 @@
 #include <sys/statvfs.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <new>
 #include <utility>
@@ -39,11 +38,6 @@ std::uint64_t largest_frame(const SourceDescription& source) {
   return std::max<std::uint64_t>(source.geometry.frame_bytes(), source.largest_frame_bytes);
 }
 
-std::int64_t utc_s() {
-  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
 bool has_room(const std::filesystem::path& path) {
   const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   struct statvfs disk {};
@@ -71,8 +65,9 @@ std::filesystem::path file_of_recording(const std::filesystem::path& path, std::
   return path.parent_path() / fmt::format("{}-{}{}", name.substr(0, end), number, name.substr(end));
 }
 
-Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell)
+Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell, std::filesystem::path folder)
     : facts_(facts_of(source)),
+      folder_(std::move(folder)),
       tap_(largest_frame(source), bell_),
       status_(status_bell),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
@@ -92,6 +87,7 @@ void Recorder::end(Finish finish) {
 void Recorder::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "recorder");
   try {
+    if (!folder_.empty()) finish_left_over(folder_);
     while (!stop.stop_requested()) {
       bell_.wait(order_ || finisher_.busy() ? kFlushNs / 2 : -1);
       take_orders();
@@ -102,9 +98,12 @@ void Recorder::run(const std::stop_token& stop) {
       publish_status();
     }
     drain();
-    close_recording(true);
-    while (waits_for_finish_ && finisher_.busy()) {
-      bell_.wait(kFlushNs);
+    // Nobody has asked for the last seconds before an orderly end; after a crash they are finished.
+    const bool drop = order_ && order_->ring_s > 0 && !waits_for_finish_;
+    close_recording({}, drop);
+    const std::int64_t until_ns = now_ns() + kMostEndNs;
+    while (finisher_.busy() && (waits_for_finish_ || now_ns() < until_ns)) {
+      bell_.wait(kFlushNs / 10);
       poll_finisher();
       publish_status();
     }
@@ -120,7 +119,7 @@ void Recorder::take_orders() {
   const RecordingOrder* const order = orders_.newest();
   if (order == nullptr) return;
   drain();  // the frames before the order
-  close_recording(order->wish != RecordingOrder::Wish::kDrop);
+  close_recording(order->end_path, order->drops);
   if (order->wish == RecordingOrder::Wish::kRecord) begin(*order);
   order_done_ = order->number;
 }
@@ -145,19 +144,25 @@ void Recorder::next_file() {
   segment_number_ = 0;
 }
 
-/// Ends the recording under way, if there is one.
-void Recorder::close_recording(bool keep) {
+void Recorder::finish_left_over(const std::filesystem::path& folder) {
+  for (const std::filesystem::path& path : unfinished_recordings(folder)) {
+    finisher_.add({.segments = segments_of(path), .path = path, .options = {.check_pixels = true}});
+  }
+}
+
+/// Ends the recording under way, if there is one. `end_path`: the name that it gets; empty: its own.
+void Recorder::close_recording(const std::filesystem::path& end_path, bool drop) {
   if (!order_) return;
   tap_.open(false);
   if (segment_ && !segment_->flush()) trouble_ = "the last quarter of a second could not be written";
   segment_.reset();
   if (!segments_.empty()) {
-    if (keep) {
-      finisher_.add({.segments = segments_,
-                     .path = file_,
-                     .options = {.form = order_->form, .last_s = order_->ring_s}});
-    } else {
+    if (drop) {
       remove_segments(segments_);
+    } else {
+      finisher_.add({.segments = segments_,
+                     .path = end_path.empty() ? file_ : end_path,
+                     .options = {.form = order_->form, .last_s = order_->ring_s}});
     }
   }
   segments_.clear();
@@ -179,7 +184,7 @@ void Recorder::write(const QueuedFrame& frame) {
   if (changed || frames_in_file_ == kMostFramesAFile) {
     // The present file gets its final form; the order stays.
     const RecordingOrder order = *order_;
-    close_recording(true);
+    close_recording({});
     order_ = order;
     next_file();
     tap_.open(true);
@@ -202,7 +207,7 @@ bool Recorder::open_segment(const QueuedFrame& frame) {
   revision_ = frame.stamp.geometry_revision;
   RecordingFacts facts = facts_;
   facts.geometry = geometry_;
-  facts.begun_utc_s = utc_s();
+  facts.begun_utc_s = utc_now_s();
   auto segment = SegmentWriter::create(segment_paths(file_, ++segment_number_), facts);
   if (!segment) {
     stop_for(segment.error());
@@ -238,7 +243,7 @@ void Recorder::reached_limit() {
   const double seconds = static_cast<double>(last_time_ns_ - *first_time_ns_) * 1e-9;
   const bool long_enough = order_->most_s > 0 && seconds >= order_->most_s;
   const bool large_enough = order_->most_bytes > 0 && bytes_ + geometry_.frame_bytes() > order_->most_bytes;
-  if (long_enough || large_enough) close_recording(true);
+  if (long_enough || large_enough) close_recording({});
 }
 
 void Recorder::flush_if_due() {
@@ -251,7 +256,7 @@ void Recorder::flush_if_due() {
 /// Nothing more is written until there is room. What was written is finished as far as it goes.
 void Recorder::stop_for(const Error& error) {
   const RecordingOrder order = *order_;
-  close_recording(true);
+  close_recording({});
   order_ = order;
   trouble_ = error.message;
   room_checked_ns_ = now_ns();
@@ -303,6 +308,7 @@ void Recorder::publish_status() {
   if (order_) {
     status.state = trouble_.empty() ? RecordingStatus::State::kRecording : RecordingStatus::State::kNoRoom;
     status.file = shown(file_);
+    status.ring = order_->ring_s > 0;
   } else if (finisher_.busy()) {
     status.state = RecordingStatus::State::kFinishing;
     status.file = shown(finisher_.path());

@@ -19,50 +19,9 @@
 #include "proto/base/clock.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/recording_link.hpp"
 
 namespace fanlight {
-
-/// What a recorder is asked for. Numbered from 1, so that a status can refer to it.
-struct RecordingOrder {
-  enum class Wish : std::uint8_t {
-    kRecord,  ///< begins a recording; one that is under way is finished first
-    kFinish,  ///< ends it; in a ring, keeps its last seconds
-    kDrop,    ///< ends it and removes it
-  };
-  std::uint64_t number = 0;
-  Wish wish = Wish::kFinish;
-  // Of kRecord:
-  std::filesystem::path path;  ///< ends with .mha or .mhd; nothing has this name yet
-  PixelForm form = PixelForm::kRaw;
-  double most_s = 0;             ///< ends after so many seconds; 0: no limit
-  std::uint64_t most_bytes = 0;  ///< ends after so many bytes of pixels; 0: no limit
-  double ring_s = 0;             ///< keeps only the last so many seconds; 0: all
-};
-
-/// State of a recorder, for people and programs.
-struct RecordingStatus {
-  enum class State : std::uint8_t {
-    kIdle,
-    kRecording,
-    kNoRoom,     ///< the disk took no more; it begins again, in a further file, when there is room
-    kFinishing,  ///< the last recording gets its final form
-  };
-  State state = State::kIdle;
-  std::uint64_t order_done = 0;  ///< number of the newest order that was taken
-  std::string file;              ///< of the recording under way, or being finished; empty: none
-  std::uint64_t frames = 0;      ///< of it
-  std::uint64_t bytes = 0;
-  double duration_s = 0;
-  std::uint64_t frames_missed = 0;  ///< frames that the recorder had no room for in its memory
-  double finish_share = 0;          ///< 0 to 1, while the state is kFinishing
-  std::string trouble;              ///< why nothing is written; empty: no trouble
-  std::uint64_t finished = 0;       ///< recordings finished so far
-  std::string last_file;            ///< the newest of them
-  std::uint64_t last_frames = 0;
-  std::uint64_t last_bytes = 0;
-  double last_duration_s = 0;
-  std::string last_trouble;  ///< why the newest could not be finished; its parts stay beside its name
-};
 
 /// Writes the frames of a source to PLUS sequences on a thread of its own, so that a slow disk costs the
 /// stream nothing. The acquisition thread fills the tap; if the disk does not take the frames for longer than
@@ -77,8 +36,9 @@ class Recorder {
   static constexpr std::int64_t kFlushNs = 250'000'000;
   static constexpr std::int64_t kRoomCheckNs = 1'000'000'000;
 
-  /// `status_bell`: of the thread that reads status(); must outlive the recorder.
-  Recorder(const SourceDescription& source, Doorbell& status_bell);
+  /// `status_bell`: of the thread that reads status(); must outlive the recorder. `folder`: recordings in it
+  /// that were cut off are finished first; empty: none.
+  Recorder(const SourceDescription& source, Doorbell& status_bell, std::filesystem::path folder = {});
   /// As end(kLeave).
   ~Recorder();
   Recorder(const Recorder&) = delete;
@@ -90,19 +50,24 @@ class Recorder {
   Mailbox<RecordingOrder>& orders() { return orders_; }
   /// One thread. Changes, and several a second while it records.
   Mailbox<RecordingStatus>& status() { return status_; }
+  RecordingLink link() { return {.orders = orders_, .status = status_}; }
 
   enum class Finish : std::uint8_t {
-    kWait,   ///< writes the final files, however long it takes
-    kLeave,  ///< leaves the segments of what is not finished at once; fanlight recover finishes them
+    kWait,  ///< writes the final files, however long it takes
+    /// Leaves the segments of what is not finished at once; fanlight recover finishes them. Removes a ring.
+    kLeave,
   };
-  /// Ends the recording under way, and the threads. The status stays readable.
+  /// Ends the recording under way, and the threads. The status stays readable. With kLeave it returns within
+  /// kMostEndNs, but for a disk that does not answer.
   void end(Finish finish);
+  static constexpr std::int64_t kMostEndNs = 300'000'000;
 
  private:
   void run(const std::stop_token& stop);
   void take_orders();
   void begin(const RecordingOrder& order);
-  void close_recording(bool keep);
+  void close_recording(const std::filesystem::path& end_path, bool drop = false);
+  void finish_left_over(const std::filesystem::path& folder);
   void drain();
   void write(const QueuedFrame& frame);
   bool open_segment(const QueuedFrame& frame);
@@ -118,6 +83,7 @@ class Recorder {
   void publish_status();
 
   RecordingFacts facts_;
+  std::filesystem::path folder_;
   Doorbell bell_;
   FrameTap tap_;
   Mailbox<RecordingOrder> orders_{bell_};

@@ -11,6 +11,7 @@
 #include <bit>
 #include <cerrno>
 #include <cstring>
+#include <set>
 #include <type_traits>
 #include <utility>
 
@@ -248,6 +249,19 @@ std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording) {
   std::vector<SegmentPaths> segments;
   for (const std::uint32_t number : numbers) segments.push_back(segment_paths(recording, number));
   return segments;
+}
+
+std::vector<std::filesystem::path> unfinished_recordings(const std::filesystem::path& folder) {
+  std::set<std::filesystem::path> found;
+  std::error_code failure;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, failure)) {
+    const std::string name = entry.path().filename().string();
+    const auto infix = name.rfind(kInfix);
+    if (infix == std::string::npos || !name.ends_with(kFramesEnd)) continue;
+    const std::filesystem::path recording = folder / name.substr(0, infix);
+    if (!std::filesystem::exists(recording, failure)) found.insert(recording);
+  }
+  return {found.begin(), found.end()};
 }
 
 Result<SegmentWriter> SegmentWriter::create(const SegmentPaths& paths, const RecordingFacts& facts) {

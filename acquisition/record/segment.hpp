@@ -23,6 +23,8 @@ struct SegmentPaths {
 SegmentPaths segment_paths(const std::filesystem::path& recording, std::uint32_t number);
 /// The segments of a recording that are on the disk, in order of their numbers. Empty where there are none.
 std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording);
+/// Names of the recordings in a folder of which there are segments and no file, in alphabetical order.
+std::vector<std::filesystem::path> unfinished_recordings(const std::filesystem::path& folder);
 
 /// Writes a segment. Not thread safe; the recorder's thread.
 class SegmentWriter {

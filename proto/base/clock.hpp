@@ -14,6 +14,12 @@ inline std::int64_t now_ns() {
       .count();
 }
 
+/// Seconds since 1970 in UTC, for names and records that people read; it may jump.
+inline std::int64_t utc_now_s() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
 /// A source of such times that tests replace.
 using Clock = std::function<std::int64_t()>;
 

@@ -23,6 +23,7 @@
 #include "server/cli/log_format.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/probe_options.hpp"
+#include "server/cli/recording_options.hpp"
 #include "server/cli/scene_options.hpp"
 #include "server/http/stream_server.hpp"
 #include "server/net/listen_address.hpp"
@@ -50,6 +51,7 @@ struct ServeOptions {
   std::string gpu;
   int jpeg_quality = 85;
   std::uint32_t ring_slots = 4;
+  RecordingOptions recording;
   AutoOptions automatic;
   SceneOptions scene;
 };
@@ -124,7 +126,8 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
           // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread runs yet
           .pipeline_cache = {.folder = user_cache_folder(std::getenv("XDG_CACHE_HOME"), std::getenv("HOME")),
                              .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }},
-          .gpu = options.gpu};
+          .gpu = options.gpu,
+          .recordings = options.recording.folder};
 }
 
 /// Ends the process at once, as main() would with this result. A thread is inside the GPU's driver and does
@@ -149,7 +152,8 @@ StreamServer::Config server_config(const ServeOptions& options, const PictureSiz
           .audit_rotate_bytes = options.audit_log_mb * 1'000'000,
           .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
           .probe_control = options.probe_control,
-          .most_private_views = options.private_views};
+          .most_private_views = options.private_views,
+          .recording = options.recording.config()};
 }
 
 StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& link,
@@ -166,7 +170,8 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
           .private_view_ends = &pipeline.private_view_ends(),
           .render_health = &pipeline.render_health(),
           .survey_orders = &pipeline.survey_orders(),
-          .survey_results = &pipeline.survey_results()};
+          .survey_results = &pipeline.survey_results(),
+          .recording = pipeline.recording()};
 }
 
 /// Before the server answers its signals, and after: a file that may be read again is read at the start
@@ -192,6 +197,7 @@ Result<void> serve(const ServeOptions& options) {
   StreamServer::Config config = server_config(options, *size);
   const auto endpoint = listen_endpoint(options);
   if (!endpoint) return endpoint.error();
+  if (auto made = options.recording.make_folder(); !made) return made;
   config.endpoint = *endpoint;
 
   SourceLink link;
@@ -345,6 +351,7 @@ Command add_serve_command(CLI::App& program) {
       ->type_name("SOURCE");
   add_network_options(*command, *options);
   add_source_options(*command, *options);
+  options->recording.add_to(*command);
   add_picture_options(*command, *options);
   add_volume_options(*command, *options);
   add_probe_options(*command, options->playing);

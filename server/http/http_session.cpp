@@ -294,7 +294,8 @@ HttpSession::Response HttpSession::respond_with_page(std::string_view path) {
   if (file == page_files().end()) {
     return refusal(
         http::status::not_found,
-        "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene or /api/picture.png");
+        "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene, /api/picture.png or "
+        "/api/recording");
   }
   return response_with(http::status::ok, content_type(name), std::string(file->bytes));
 }

@@ -47,6 +47,18 @@ std::string metrics_text(const MetricsSources& sources) {
       family("fanlight_picture_age_seconds",
              "From the capture of the newest picture's volume to now; -1 before the first picture",
              prometheus::MetricType::Gauge, liveness.age_s));
+  const RecordingStatus& recording = sources.recording.status();
+  families.push_back(
+      family("fanlight_recording", "1 while frames are recorded, also to keep the last minutes; else 0",
+             prometheus::MetricType::Gauge, recording.state == RecordingStatus::State::kRecording ? 1 : 0));
+  families.push_back(family("fanlight_recording_halted", "1 while a recording waits for room on its disk",
+                            prometheus::MetricType::Gauge,
+                            recording.state == RecordingStatus::State::kNoRoom ? 1 : 0));
+  families.push_back(family("fanlight_recording_frames_missed",
+                            "Frames that the disk did not take in time, of the recording under way",
+                            prometheus::MetricType::Gauge, static_cast<double>(recording.frames_missed)));
+  families.push_back(family("fanlight_recordings_ended_total", "Recordings that have ended",
+                            prometheus::MetricType::Counter, static_cast<double>(recording.finished)));
   families.push_back(family("fanlight_sessions", "Displays connected", prometheus::MetricType::Gauge,
                             static_cast<double>(sources.hub.subscriber_count())));
   families.push_back(family("fanlight_scene_revision", "Number of the scene in force",

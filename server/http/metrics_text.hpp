@@ -6,6 +6,7 @@
 #include "server/metrics/server_counters.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
+#include "server/state/recording_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/stream/picture_hub.hpp"
 
@@ -17,6 +18,7 @@ struct MetricsSources {
   const ServerCounters& counters;
   const ProbeProxy& probe;
   const PictureLiveness& liveness;
+  const RecordingProxy& recording;
   const PictureHub& hub;
   const SceneStore& scene_store;
 };

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "server/state/scene_json.hpp"
@@ -31,6 +32,43 @@ RestApi::Response refusal(http::status status, const std::string& sentence,
   return json_response(status, {{"error", error}});
 }
 
+RestApi::Response wrong_method(std::string_view expected, std::string_view allowed) {
+  RestApi::Response response =
+      refusal(http::status::method_not_allowed, fmt::format("expected the method {}", expected));
+  response.set(http::field::allow, allowed);
+  return response;
+}
+
+/// A browser sends JSON to another site only after a preflight request, which this server does not grant.
+bool is_json(const RestApi::Request& request) {
+  const std::string_view type = request[http::field::content_type];
+  return type.starts_with("application/json") || type.starts_with("application/merge-patch+json");
+}
+
+RestApi::Response expected_json() {
+  return refusal(http::status::unsupported_media_type, "expected Content-Type: application/json");
+}
+
+ordered_json recording_json(const v1::RecordingStatus& status) {
+  if (!status.available()) return {{"available", false}};
+  constexpr std::array<std::string_view, 4> kStates = {"idle", "recording", "no_room", "finishing"};
+  return {{"available", true},
+          {"state", kStates.at(status.state())},
+          {"ring", status.ring()},
+          {"keeps_last_s", status.keeps_last_s()},
+          {"file", status.file()},
+          {"frames", status.frames()},
+          {"bytes", status.bytes()},
+          {"duration_s", status.duration_s()},
+          {"frames_missed", status.frames_missed()},
+          {"finish_share", status.finish_share()},
+          {"trouble", status.trouble()},
+          {"last_file", status.last_file()},
+          {"last_frames", status.last_frames()},
+          {"last_duration_s", status.last_duration_s()},
+          {"last_trouble", status.last_trouble()}};
+}
+
 ordered_json state_json(const NumberedScene& scene) {
   return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
 }
@@ -42,18 +80,46 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
   const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
   if (path == "/api/scene" && reads) return scene();
   if (path == "/api/scene" && request.method() == http::verb::patch) return change_scene(request, principal);
-  if (path == "/api/scene" || path == "/api/picture.png") {
-    Response response =
-        refusal(http::status::method_not_allowed,
-                path == "/api/scene" ? "expected the method GET or PATCH" : "expected the method GET");
-    response.set(http::field::allow, path == "/api/scene" ? "GET, HEAD, PATCH" : "GET, HEAD");
-    return response;
-  }
-  return refusal(http::status::not_found, "there is nothing here, expected /api/scene or /api/picture.png");
+  if (path == "/api/recording" && reads) return recording();
+  if (path == "/api/recording" && request.method() == http::verb::post) return record(request, principal);
+  if (path == "/api/scene") return wrong_method("GET or PATCH", "GET, HEAD, PATCH");
+  if (path == "/api/picture.png") return wrong_method("GET", "GET, HEAD");
+  if (path == "/api/recording") return wrong_method("GET or POST", "GET, HEAD, POST");
+  return refusal(http::status::not_found,
+                 "there is nothing here, expected /api/scene, /api/picture.png or /api/recording");
 }
 
 RestApi::Response RestApi::scene() const {
   return json_response(http::status::ok, state_json(dependencies_.scene_store.in_force()));
+}
+
+RestApi::Response RestApi::recording() const {
+  return json_response(http::status::ok, recording_json(dependencies_.recording.message()));
+}
+
+RestApi::Response RestApi::record(const Request& request, const Principal& principal) {
+  if (!is_json(request)) return expected_json();
+  const auto parsed = json::parse(request.body(), nullptr, false);
+  const auto word = parsed.is_object() ? parsed.value("wish", json()) : json();
+  const auto wish = word.is_string() ? recording_wish(word.get<std::string>()) : std::nullopt;
+  if (!wish) {
+    dependencies_.counters.recording_refusals.add();
+    return refusal(http::status::bad_request,
+                   R"(the wish is not known, expected {"wish": "start"}, "stop" or "keep")");
+  }
+  const auto may = dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
+  const auto file = may ? dependencies_.recording.request(*wish) : Result<std::string>(may.error());
+  json details = {{"wish", recording_word(*wish)}};
+  if (!file) {
+    dependencies_.counters.recording_refusals.add();
+    dependencies_.audit.note(principal, {.what = "recording", .result = "refused: " + file.error().message},
+                             details);
+    return refusal(principal.role == Role::kViewer ? http::status::forbidden : http::status::conflict,
+                   file.error().message);
+  }
+  details["file"] = *file;
+  dependencies_.audit.note(principal, {.what = "recording", .result = "done"}, details);
+  return json_response(http::status::ok, {{"file", *file}});
 }
 
 void RestApi::audit_change(const Principal& principal, const std::string& result, const json& details) const {
@@ -61,11 +127,7 @@ void RestApi::audit_change(const Principal& principal, const std::string& result
 }
 
 RestApi::Response RestApi::change_scene(const Request& request, const Principal& principal) {
-  // A browser sends JSON to another site only after a preflight request, which this server does not grant.
-  const std::string_view type = request[http::field::content_type];
-  if (!type.starts_with("application/json") && !type.starts_with("application/merge-patch+json")) {
-    return refusal(http::status::unsupported_media_type, "expected Content-Type: application/json");
-  }
+  if (!is_json(request)) return expected_json();
   if (const auto may =
           dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
       !may) {

@@ -9,6 +9,7 @@
 #include "server/access/control_lease.hpp"
 #include "server/access/role.hpp"
 #include "server/metrics/server_counters.hpp"
+#include "server/state/recording_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/stream/picture_hub.hpp"
 #include "server/stream/session_registry.hpp"
@@ -20,6 +21,8 @@ namespace fanlight {
 ///   GET   /api/scene         the scene in force, as JSON
 ///   PATCH /api/scene         changes some of its fields: {"light": {"up_mm": 20}}
 ///   GET   /api/picture.png   the newest picture of the main view
+///   GET   /api/recording     the state of the recorder, as JSON
+///   POST  /api/recording     {"wish": "start"}, "stop" or "keep": the name of the file
 ///
 /// Server thread only.
 class RestApi {
@@ -35,6 +38,7 @@ class RestApi {
     const ControlLease& control;
     AuditLog& audit;
     SessionRegistry& sessions;
+    RecordingProxy& recording;
   };
   explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
 
@@ -46,6 +50,8 @@ class RestApi {
 
  private:
   Response scene() const;
+  Response recording() const;
+  Response record(const Request& request, const Principal& principal);
   Response change_scene(const Request& request, const Principal& principal);
   void audit_change(const Principal& principal, const std::string& result,
                     const nlohmann::json& details) const;

@@ -54,6 +54,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
               .counters = dependencies.counters},
              config.most_private_views, config.facts.picture_width, config.facts.picture_height),
       surveys_(dependencies.survey_orders, dependencies.survey_results),
+      recording_(config.recording, dependencies.recording, utc_now_s),
       default_view_(config.finds_view, scene_store_, surveys_, config_.facts.notes),
       hub_(dependencies.counters, hub_config()),
       sessions_(views_),
@@ -66,6 +67,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .scene_store = scene_store_,
                  .probe = probe_,
                  .liveness = liveness_,
+                 .recording = recording_,
                  .views = views_,
                  .control = control_,
                  .hub = hub_}),
@@ -74,6 +76,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                             .probe = probe_,
                             .views = views_,
                             .surveys = surveys_,
+                            .recording = recording_,
                             .hub = hub_,
                             .access = access_,
                             .control = control_,
@@ -82,6 +85,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                             .jpeg_quality = config_.facts.jpeg_quality},
       stream_dependencies_{.counters = dependencies_.counters,
                            .probe = probe_,
+                           .recording = recording_,
                            .views = views_,
                            .hub = hub_,
                            .access = access_,
@@ -96,7 +100,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .hub = hub_,
                  .control = control_,
                  .audit = audit_,
-                 .sessions = sessions_}),
+                 .sessions = sessions_,
+                 .recording = recording_}),
       http_dependencies_{.counters = dependencies_.counters,
                          .audit = audit_,
                          .access = access_,
@@ -110,6 +115,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                                      .counters = dependencies_.counters,
                                      .probe = probe_,
                                      .liveness = liveness_,
+                                     .recording = recording_,
                                      .hub = hub_,
                                      .scene_store = scene_store_},
                          .stream = stream_dependencies_},
@@ -277,6 +283,7 @@ void StreamServer::watch_bell() {
 void StreamServer::bell_rang() {
   if (const Error* broken = dependencies_.failures.newest()) return fail(*broken);
   if (probe_.update()) probe_changed();
+  recording_watch_.update();
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());

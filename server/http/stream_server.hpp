@@ -18,6 +18,7 @@
 #include "server/http/connection_listener.hpp"
 #include "server/http/http_session.hpp"
 #include "server/http/liveness_watch.hpp"
+#include "server/http/recording_watch.hpp"
 #include "server/http/rest_api.hpp"
 #include "server/http/server_signals.hpp"
 #include "server/net/loop_chain.hpp"
@@ -25,6 +26,7 @@
 #include "server/state/default_view.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
+#include "server/state/recording_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/view_admission.hpp"
 #include "server/stream/picture_hub.hpp"
@@ -59,6 +61,7 @@ class StreamServer {
     std::size_t most_connections = 2048;
     std::size_t most_connections_a_host = 256;  ///< except this machine, which may run a proxy
     std::size_t most_private_views = kMostPrivateViews;
+    RecordingProxy::Config recording;
     SessionLimits session_limits;
   };
   /// All must outlive the server. `bell`: rung by the mailboxes that the server reads, and when the result of
@@ -77,6 +80,7 @@ class StreamServer {
     Mailbox<RenderHealth>* render_health = nullptr;         ///< null: the renderer is always well
     Mailbox<SurveyOrder>* survey_orders = nullptr;          ///< null: nobody looks for surfaces
     Mailbox<SurveyResult>* survey_results = nullptr;
+    std::optional<RecordingLink> recording{};  ///< absent: nothing is recorded
   };
 
   /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
@@ -135,6 +139,7 @@ class StreamServer {
   PictureLiveness liveness_;
   ViewAdmission views_;
   SurveyDesk surveys_;
+  RecordingProxy recording_;
   DefaultView default_view_;
   PictureHub hub_;
   SessionRegistry sessions_;
@@ -163,6 +168,7 @@ class StreamServer {
                                  .source_state = dependencies_.source_state,
                                  .health = dependencies_.render_health,
                                  .sessions = sessions_}};
+  RecordingWatch recording_watch_{{.proxy = recording_, .sessions = sessions_, .audit = audit_}};
   bool ending_ = false;
   std::int64_t end_until_ns_ = 0;  // then the server ends, whoever is still there
   std::optional<Error> failure_;

@@ -37,6 +37,7 @@ struct ServerCounters {
   Gauge<std::uint64_t> private_views;  ///< open now
   Counter private_view_refusals;
   Counter private_views_ended;  ///< because the main view had left them no time for five seconds
+  Counter recording_refusals;   ///< wishes of the recorder that were not granted
   Counter probe_changes;
   Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not accept
 };
@@ -74,6 +75,8 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::private_view_refusals},
     {"private_views_ended", "Private views ended since the main view left them no time for five seconds",
      &ServerCounters::private_views_ended},
+    {"recording_refusals", "Wishes to record, to stop or to keep that were not granted",
+     &ServerCounters::recording_refusals},
     {"probe_changes", "Changes of the probe that displays asked for and got", &ServerCounters::probe_changes},
     {"probe_refusals", "Changes of the probe that were refused", &ServerCounters::probe_refusals},
 });

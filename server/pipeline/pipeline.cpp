@@ -51,7 +51,10 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
       failures_(link_.server_bell),
       private_view_ends_(link_.server_bell),
       render_health_(link_.server_bell, roomy_health()),
-      survey_results_(link_.server_bell) {}
+      survey_results_(link_.server_bell) {
+  if (!config.recordings.empty())
+    recorder_.emplace(source_.description(), link_.server_bell, config.recordings);
+}
 
 Result<std::unique_ptr<Pipeline>> Pipeline::create(const Config& config, const Dependencies& dependencies) {
   std::unique_ptr<Pipeline> made(new Pipeline(config, dependencies));
@@ -107,12 +110,14 @@ void Pipeline::start() {
                                                               .writer_bell = link_.acquisition_bell,
                                                               .counters = acquisition_counters_,
                                                               .ended_bell = link_.server_bell,
-                                                              .frame_queue = &queue_},
+                                                              .frame_queue = &queue_,
+                                                              .tap = recorder_ ? &recorder_->tap() : nullptr},
                               mismatch_);
 }
 
 bool Pipeline::stop() {
   acquisition_thread_.reset();
+  if (recorder_) recorder_->end(Recorder::Finish::kLeave);
   if (!render_thread_) return true;
   const bool ended = render_thread_->end(kMostStopNs);
   if (ended) render_thread_.reset();

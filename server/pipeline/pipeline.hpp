@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,12 +10,14 @@
 #include <vector>
 
 #include "acquisition/acquisition_thread.hpp"
+#include "acquisition/record/recorder.hpp"
 #include "proto/base/result.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/private_view.hpp"
 #include "proto/exchange/probe_link.hpp"
+#include "proto/exchange/recording_link.hpp"
 #include "proto/exchange/render_health.hpp"
 #include "proto/exchange/survey.hpp"
 #include "proto/exchange/volume_ring.hpp"
@@ -48,6 +51,7 @@ class Pipeline {
     PipelineCache::Config pipeline_cache{};      ///< see Renderer::Config; by default there is no file
     std::string gpu;                             ///< part of the GPU's name; empty for the best one
     std::optional<Watchdog::Limits> watchdog{};  ///< see Renderer::Config
+    std::filesystem::path recordings{};          ///< folder for recordings; empty: nothing is recorded
   };
   /// Opens a device by a part of its GPU's name. Called again, on the render thread, where the device was
   /// lost.
@@ -95,6 +99,11 @@ class Pipeline {
   Mailbox<SurveyOrder>& survey_orders() { return survey_orders_; }
   Mailbox<SurveyResult>& survey_results() { return survey_results_; }
 
+  /// The recorder's mailboxes; absent without a folder for recordings.
+  std::optional<RecordingLink> recording() {
+    return recorder_ ? std::optional(recorder_->link()) : std::nullopt;
+  }
+
   PipelineCounters counters() const {
     return {acquisition_counters_, ring_.counters(), queue_.counters(), render_counters_,
             link_.probe.counters};
@@ -128,6 +137,7 @@ class Pipeline {
   Mailbox<PrivateViewEnds> private_view_ends_;
   Mailbox<RenderHealth> render_health_;
   Mailbox<SurveyResult> survey_results_;
+  std::optional<Recorder> recorder_;
   DeviceRenderer renderer_;  // null from start() on: the render thread owns it
   // Last: the threads use the members above.
   std::optional<RenderThread> render_thread_;

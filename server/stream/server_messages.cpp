@@ -83,6 +83,12 @@ v1::ServerMessage ServerMessages::liveness() const {
   return message;
 }
 
+v1::ServerMessage ServerMessages::recording() const {
+  v1::ServerMessage message;
+  *message.mutable_recording() = dependencies_.recording.message();
+  return message;
+}
+
 v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts& pictures) const {
   const PipelineCounters& pipeline = dependencies_.pipeline;
   v1::ServerMessage message;

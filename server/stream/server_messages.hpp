@@ -12,6 +12,7 @@
 #include "server/metrics/server_counters.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
+#include "server/state/recording_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/view_admission.hpp"
 #include "server/stream/outgoing_queue.hpp"
@@ -50,6 +51,7 @@ class ServerMessages {
     const SceneStore& scene_store;
     const ProbeProxy& probe;
     const PictureLiveness& liveness;
+    const RecordingProxy& recording;
     const ViewAdmission& views;
     const ControlLease& control;
     const PictureHub& hub;
@@ -67,6 +69,7 @@ class ServerMessages {
   v1::ServerMessage view(std::uint64_t session, const std::string& ended) const;
   v1::ServerMessage probe_status() const;
   v1::ServerMessage liveness() const;
+  v1::ServerMessage recording() const;
   v1::ServerMessage statistics(const OutgoingQueue::PictureCounts& pictures) const;
   static v1::ServerMessage scene_shown(const OutgoingQueue::ShownRequest& request, std::uint64_t picture_id);
 

@@ -34,6 +34,10 @@ void SessionRegistry::liveness_changed() {
   for_each_open([](RegisteredSession& session) { session.liveness_changed(); });
 }
 
+void SessionRegistry::recording_changed() {
+  for_each_open([](RegisteredSession& session) { session.recording_changed(); });
+}
+
 void SessionRegistry::survey_answered(std::uint64_t session, const v1::SurveyReply& reply) {
   const auto found = sessions_.find(session);
   if (found != sessions_.end() && found->second->is_open()) found->second->survey_answered(reply);

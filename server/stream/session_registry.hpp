@@ -34,6 +34,9 @@ class RegisteredSession {
   /// The main view's picture is live, or is not live any more, or for another reason.
   virtual void liveness_changed() = 0;
 
+  /// The state of the recorder has changed.
+  virtual void recording_changed() = 0;
+
   /// The render thread has looked for the surface, as this session wished.
   virtual void survey_answered(const v1::SurveyReply& reply) = 0;
 
@@ -76,6 +79,7 @@ class SessionRegistry {
   void control_changed();
   void probe_changed();
   void liveness_changed();
+  void recording_changed();
 
   /// Passes the answer on to the session, where it is still there.
   void survey_answered(std::uint64_t session, const v1::SurveyReply& reply);

@@ -55,6 +55,8 @@ void StreamRequests::handle(const v1::ClientMessage& message) {
       return change_view(message.view());
     case v1::ClientMessage::kSurvey:
       return find_surface(message.survey());
+    case v1::ClientMessage::kRecording:
+      return record(message.recording());
     case v1::ClientMessage::BODY_NOT_SET:
       return refuse("a message has no body that is known, expected one of fanlight.v1.ClientMessage");
   }
@@ -207,6 +209,29 @@ void StreamRequests::find_surface(const v1::SurveyRequest& request) {
   v1::ServerMessage message;
   message.mutable_survey_reply()->set_request_id(request.request_id());
   message.mutable_survey_reply()->mutable_refused()->set_message(wished.error().message);
+  answer(message);
+}
+
+void StreamRequests::record(const v1::RecordingRequest& request) {
+  v1::ServerMessage message;
+  v1::RecordingReply& reply = *message.mutable_recording_reply();
+  reply.set_request_id(request.request_id());
+  Result<std::string> file = Error{ErrorCode::kInvalidArgument, "wish: expected START, STOP or KEEP"};
+  const bool known = v1::RecordingRequest::Wish_IsValid(request.wish());
+  const std::string word(known ? recording_word(static_cast<RecordingWish>(request.wish())) : "unknown");
+  if (const auto may = dependencies_.control.may_change(party(), role()); !may) {
+    file = may.error();
+  } else if (known) {
+    file = dependencies_.recording.request(static_cast<RecordingWish>(request.wish()));
+  }
+  if (file) {
+    reply.set_file(*file);
+    audit_.note("recording", "done", {{"wish", word}, {"file", *file}});
+  } else {
+    dependencies_.counters.recording_refusals.add();
+    reply.mutable_refused()->set_message(file.error().message);
+    audit_.note("recording", "refused: " + file.error().message, {{"wish", word}});
+  }
   answer(message);
 }
 

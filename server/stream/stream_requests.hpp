@@ -11,6 +11,7 @@
 #include "server/access/control_lease.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/state/probe_proxy.hpp"
+#include "server/state/recording_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/survey_desk.hpp"
 #include "server/state/view_admission.hpp"
@@ -34,6 +35,7 @@ class StreamRequests {
     ProbeProxy& probe;
     ViewAdmission& views;
     SurveyDesk& surveys;
+    RecordingProxy& recording;
     PictureHub& hub;
     Authenticator& access;
     ControlLease& control;
@@ -88,6 +90,7 @@ class StreamRequests {
   void answer_clock(const v1::ClockRequest& request);
   void answer_depth(const v1::DepthRequest& request);
   void find_surface(const v1::SurveyRequest& request);
+  void record(const v1::RecordingRequest& request);
   void answer(const v1::ServerMessage& message) { queue_.add_answer(serialised(message)); }
 
   const Dependencies& dependencies_;

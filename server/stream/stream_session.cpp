@@ -117,6 +117,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   if (dependencies_.probe.status().state != ProbeStatus::State::kAbsent)
     queue_.add_notice(OutgoingQueue::Notice::kProbe);
   queue_.add_notice(OutgoingQueue::Notice::kLiveness);
+  queue_.add_notice(OutgoingQueue::Notice::kRecording);
   dependencies_.hub.add(*this);
 }
 
@@ -234,6 +235,7 @@ void StreamSession::check_limits() {
   }
   if (is_open()) {
     queue_.add_notice(OutgoingQueue::Notice::kLiveness);
+    if (dependencies_.recording.is_active()) queue_.add_notice(OutgoingQueue::Notice::kRecording);
     queue_.add_notice(OutgoingQueue::Notice::kStatistics);
   }
   read();
@@ -349,6 +351,8 @@ v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
       return dependencies_.messages.probe_status();
     case OutgoingQueue::Notice::kLiveness:
       return dependencies_.messages.liveness();
+    case OutgoingQueue::Notice::kRecording:
+      return dependencies_.messages.recording();
     case OutgoingQueue::Notice::kStatistics:
       break;
   }

@@ -38,6 +38,7 @@ class StreamSession : public StreamRequests::Session,
   struct Dependencies {
     ServerCounters& counters;
     const ProbeProxy& probe;
+    const RecordingProxy& recording;
     ViewAdmission& views;
     PictureHub& hub;
     const Authenticator& access;
@@ -75,6 +76,7 @@ class StreamSession : public StreamRequests::Session,
   void control_changed() override { notify(OutgoingQueue::Notice::kControl); }
   void probe_changed() override;
   void liveness_changed() override { notify(OutgoingQueue::Notice::kLiveness); }
+  void recording_changed() override { notify(OutgoingQueue::Notice::kRecording); }
   void survey_answered(const v1::SurveyReply& reply) override;
   void view_changed() override;
   void view_ended(const std::string& reason) override;

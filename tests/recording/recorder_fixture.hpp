@@ -64,7 +64,7 @@ class RecorderTest : public testing::Test {
   }
 
   void begin(const RecordingOrder& order) { tell(order, RecordingOrder::Wish::kRecord); }
-  void finish() { tell({}, RecordingOrder::Wish::kFinish); }
+  void finish() { tell({}, RecordingOrder::Wish::kEnd); }
 
   /// Gives an order, and waits until it is taken.
   void tell(RecordingOrder order, RecordingOrder::Wish wish) {

@@ -167,10 +167,23 @@ TEST_F(RecorderTest, KeepsTheLastSecondsOfARing) {
   EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mha"});
 }
 
+TEST_F(RecorderTest, KeepsARingUnderAnotherNameAndGoesOn) {
+  begin({.path = folder_ / "ring.igs.mha", .ring_s = 2});
+  for (std::uint64_t i = 0; i < 300; ++i) put(i);
+  begin({.end_path = path_, .path = folder_ / "ring-b.igs.mha", .ring_s = 2});
+  for (std::uint64_t i = 300; i < 310; ++i) put(i);
+  wait_for([this] { return status_.finished == 1 && status_.frames == 10; });
+  EXPECT_EQ(status_.last_file, path_.string());
+  EXPECT_TRUE(status_.ring);
+  EXPECT_EQ(open(path_).summary().frames, 201U);
+  EXPECT_EQ(files(), (std::set<std::string>{"sweeps.igs.mha", "ring-b.igs.mha.rec-0001.frames",
+                                            "ring-b.igs.mha.rec-0001.pixels"}));
+}
+
 TEST_F(RecorderTest, RemovesADroppedRecording) {
   begin({.path = path_, .ring_s = 2});
   for (std::uint64_t i = 0; i < 400; ++i) put(i);
-  tell({}, RecordingOrder::Wish::kDrop);
+  tell({.drops = true}, RecordingOrder::Wish::kEnd);
   EXPECT_EQ(status_.state, State::kIdle);
   EXPECT_TRUE(files().empty());
 }

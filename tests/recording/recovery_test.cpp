@@ -93,6 +93,13 @@ TEST_F(RecoveryTest, HappensWhenTheRecordingIsOpened) {
   EXPECT_TRUE(open(path_).summary().notes.empty());
 }
 
+TEST_F(RecoveryTest, HappensWhenARecorderBegins) {
+  recorder_ = std::make_unique<Recorder>(source_, bell_, folder_.path());
+  wait_for([this] { return status_.finished == 1; });
+  EXPECT_EQ(status_.last_frames, kFrames);
+  EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mha"});
+}
+
 TEST_F(RecoveryTest, RefusesWithASentence) {
   const auto missing = recover_recording(folder_ / "none.igs.mha", {});
   ASSERT_FALSE(missing);

@@ -33,6 +33,8 @@ class ServerFixture {
     config.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0};
     config.facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
     config.initial_scene = {.revision = 1, .scene = {}};
+    std::optional<RecordingLink> recording;
+    if (!config.recording.folder.empty()) recording.emplace(recording_orders_, recording_status_);
     auto server =
         StreamServer::create(config, {.bell = bell_,
                                       .pictures = pictures_,
@@ -44,7 +46,8 @@ class ServerFixture {
                                       .source_state = [this] { return source_state_; },
                                       .private_views = &private_views_,
                                       .survey_orders = &survey_orders_,
-                                      .survey_results = &survey_results_});
+                                      .survey_results = &survey_results_,
+                                      .recording = recording});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
     endpoint_ = server_->endpoint();
@@ -153,6 +156,19 @@ class ServerFixture {
     survey_results_.publish();
   }
 
+  /// Blocks until the server has an order for the recorder, and returns it.
+  RecordingOrder next_recording_order() {
+    for (;;) {
+      if (const RecordingOrder* order = recording_orders_.newest()) return *order;
+      scene_bell_.wait(-1);
+    }
+  }
+  /// As the recorder.
+  void tell_recording(const RecordingStatus& status) {
+    recording_status_.draft() = status;
+    recording_status_.publish();
+  }
+
   /// The probe link, for use as the acquisition thread.
   ProbeLink& probe() { return probe_; }
 
@@ -195,6 +211,8 @@ class ServerFixture {
   Mailbox<PrivateViews> private_views_{scene_bell_};
   Mailbox<SurveyOrder> survey_orders_{scene_bell_};
   Mailbox<SurveyResult> survey_results_{bell_};
+  Mailbox<RecordingOrder> recording_orders_{scene_bell_};
+  Mailbox<RecordingStatus> recording_status_{bell_};
   Mailbox<Error> failures_{bell_};
   AcquisitionCounters acquisition_;
   RingCounters ring_;

@@ -82,3 +82,10 @@ function lossSentence(event: CloseEvent, heard: boolean): string {
   if (event.wasClean) return "The server closed the session.";
   return heard ? "The connection broke." : "The server does not answer.";
 }
+
+/** Relative to the page, so that it also works behind a reverse proxy with a path prefix. */
+export function streamUrl(): string {
+  const url = new URL("stream", document.baseURI);
+  url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+  return url.href;
+}

@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Creates HTML and SVG elements.
+// Finds and creates HTML and SVG elements.
+
+export function find<Kind extends Element>(selector: string, kind: new () => Kind): Kind {
+  const found = document.querySelector(selector);
+  if (!(found instanceof kind)) throw new Error(`The page has no ${selector}.`);
+  return found;
+}
 
 export function element<Tag extends keyof HTMLElementTagNameMap>(
   tag: Tag,

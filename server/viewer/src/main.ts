@@ -13,9 +13,10 @@ import {
   type ViewState,
 } from "../generated/fanlight_pb.js";
 import { ConditionView } from "./condition_view";
-import { Connection } from "./connection";
+import { Connection, streamUrl } from "./connection";
 import { ControlBar, controlText } from "./control_bar";
 import { Controls } from "./controls";
+import { find } from "./element";
 import { FieldEffects, unknownNames } from "./field_effects";
 import { canDecodeFilm } from "./film_decoder";
 import { LightHandle } from "./light_handle";
@@ -31,6 +32,7 @@ import { PictureView } from "./picture_view";
 import { ProbeGroup } from "./probe_group";
 import { probeChange, probeValues } from "./probe_settings";
 import { ProbeWatch } from "./probe_watch";
+import { RecordingBar } from "./recording_bar";
 import { sceneOf, valuesOf, type Values } from "./scene";
 import { sameSettings } from "./same_settings";
 import { ServerClock } from "./server_clock";
@@ -140,7 +142,9 @@ const login = new LoginForm(page.login, () => connection.open());
 const controlBar = new ControlBar(page.control, (wish, toSession) =>
   connection.send({ case: "control", value: { wish, toSession } }),
 );
-
+const recordingBar = new RecordingBar(find("#recording", HTMLElement), (requestId, wish) =>
+  connection.send({ case: "recording", value: { requestId, wish } }),
+);
 const ownView: OwnView = new OwnView(page.ownView, {
   chosen: () => ownViewChosen(),
   leave: () => connection.send({ case: "view", value: { leave: true } }),
@@ -196,7 +200,10 @@ function receive({ body }: ServerMessage): void {
       if (body.value.outcome.case === "refused") return showRefusal(body.value.outcome.value.message);
       if (body.value.outcome.case === "state") controlTold(body.value.outcome.value);
       return hideRefusal();
+    case "recording":
+      return recordingBar.tell(body.value);
     case "streamReply":
+    case "recordingReply":
       if (body.value.outcome.case === "refused") showRefusal(body.value.outcome.value.message);
       return;
     case "loginNeeded":
@@ -366,6 +373,7 @@ function showCondition(change: Partial<Condition>): void {
   Object.assign(condition, change, { probe: probe.news(nowMs), liveness: liveness.news(nowMs) });
   // After a probe's return only a volume from after it is live.
   if (condition.liveness.state === "live" && !probe.isLive()) condition.liveness.state = "not-live";
+  recordingBar.allow(condition.connection.state === "open" && mayChange);
   page.findSurface.disabled = condition.connection.state !== "open" || !mayChange || ownView.wanted;
   page.form.inert = page.resetView.disabled = condition.connection.state !== "open" || !(mayChange || ownView.wanted);
   conditionView.show(condition);
@@ -383,17 +391,4 @@ function hideRefusal(): void {
 
 function askClock(): void {
   connection.send({ case: "clockRequest", value: { clientTimeMs: performance.now() } });
-}
-
-/** Relative to the page, so that it also works behind a reverse proxy with a path prefix. */
-function streamUrl(): string {
-  const url = new URL("stream", document.baseURI);
-  url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
-  return url.href;
-}
-
-function find<Kind extends Element>(selector: string, kind: new () => Kind): Kind {
-  const found = document.querySelector(selector);
-  if (!(found instanceof kind)) throw new Error(`The page has no ${selector}.`);
-  return found;
 }

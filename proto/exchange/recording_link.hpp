@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "proto/exchange/mailbox.hpp"
+
+namespace fanlight {
+
+/// How the pixels of a finished recording are stored.
+enum class PixelForm : std::uint8_t { kRaw, kZlib };
+
+/// What a recorder is asked for. Numbered from 1, so that a status can refer to it.
+struct RecordingOrder {
+  enum class Wish : std::uint8_t {
+    kRecord,  ///< begins a recording; one that is under way is ended first
+    kEnd,     ///< ends the one that is under way
+  };
+  std::uint64_t number = 0;
+  Wish wish = Wish::kEnd;
+  // Of the recording that is under way:
+  bool drops = false;              ///< it is removed, not finished
+  std::filesystem::path end_path;  ///< the name that it gets; empty: its own
+  // Of the one to begin, for kRecord:
+  std::filesystem::path path;  ///< ends with .mha or .mhd; nothing has this name yet
+  PixelForm form = PixelForm::kRaw;
+  double most_s = 0;             ///< ends after so many seconds; 0: no limit
+  std::uint64_t most_bytes = 0;  ///< ends after so many bytes of pixels; 0: no limit
+  double ring_s = 0;             ///< keeps only the last so many seconds; 0: all
+};
+
+/// State of a recorder, for people and programs.
+struct RecordingStatus {
+  enum class State : std::uint8_t {
+    kIdle,
+    kRecording,
+    kNoRoom,     ///< the disk took no more; it begins again, in a further file, when there is room
+    kFinishing,  ///< the last recording gets its final form
+  };
+  State state = State::kIdle;
+  std::uint64_t order_done = 0;  ///< number of the newest order that was taken
+  bool ring = false;             ///< the recording under way keeps its last seconds only
+  std::string file;              ///< of the recording under way, or being finished; empty: none
+  std::uint64_t frames = 0;      ///< of it
+  std::uint64_t bytes = 0;
+  double duration_s = 0;
+  std::uint64_t frames_missed = 0;  ///< frames that the recorder had no room for in its memory
+  double finish_share = 0;          ///< 0 to 1, while the state is kFinishing
+  std::string trouble;              ///< why nothing is written; empty: no trouble
+  std::uint64_t finished = 0;       ///< recordings that were ended so far, finished or not
+  std::string last_file;            ///< the newest of them
+  std::uint64_t last_frames = 0;
+  std::uint64_t last_bytes = 0;
+  double last_duration_s = 0;
+  std::string last_trouble;  ///< why the newest could not be finished; its parts stay beside its name
+};
+
+/// The server's ends of a recorder.
+struct RecordingLink {
+  Mailbox<RecordingOrder>& orders;
+  Mailbox<RecordingStatus>& status;
+};
+
+}  // namespace fanlight

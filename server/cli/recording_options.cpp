@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/cli/recording_options.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "server/cli/named_option.hpp"
+
+namespace fanlight {
+
+void RecordingOptions::add_to(CLI::App& command) {
+  auto* const needed =
+      command
+          .add_option("--recordings", folder, "Folder for recordings, which displays may then start and stop")
+          ->type_name("FOLDER");
+  add_named_option<PixelForm, PixelForm>(command, "--recording-form", form,
+                                         {{"raw", PixelForm::kRaw}, {"zlib", PixelForm::kZlib}},
+                                         "Of the pixels in the file: raw (the default) or zlib")
+      ->needs(needed);
+  command.add_option("--recording-minutes", most_minutes, "A recording ends after so long; 0: never")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e5))
+      ->needs(needed)
+      ->type_name("MIN");
+  command
+      .add_option("--recording-last", last_minutes,
+                  "Always keep the last minutes on the disk, for the button \"Keep\"; 0: no")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e4))
+      ->needs(needed)
+      ->type_name("MIN");
+  command.add_flag("--recording-at-start", at_start, "Begin a recording at once")->needs(needed);
+}
+
+RecordingProxy::Config RecordingOptions::config() const {
+  return {.folder = folder,
+          .form = form,
+          .most_s = 60 * most_minutes,
+          .last_s = 60 * last_minutes,
+          .at_start = at_start};
+}
+
+Result<void> RecordingOptions::make_folder() const {
+  if (folder.empty()) return {};
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (!failure && access(folder.c_str(), W_OK | X_OK) == 0) return {};
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("--recordings {} cannot be written, expected a folder that this user may write",
+                           folder.string())};
+}
+
+}  // namespace fanlight
