@@ -11,10 +11,12 @@ namespace fanlight {
 
 namespace {
 
-Assembler::Config sweeps_of(const SourceDescription& source, MismatchCorrection correction) {
+Assembler::Config sweeps_of(const SourceDescription& source, MismatchCorrection correction,
+                            std::span<const RecordedCorrection> recorded) {
   return {.cut = source.counts_volumes ? SweepCut::kByIndex : SweepCut::kByTurning,
           .range = {source.first_angle_rad, source.last_angle_rad},
-          .correction = correction};
+          .correction = correction,
+          .recorded = recorded};
 }
 
 }  // namespace
@@ -26,7 +28,7 @@ AcquisitionThread::AcquisitionThread(const Dependencies& dependencies, MismatchC
                   .counters = dependencies.counters,
                   .frame_queue = dependencies.frame_queue,
                   .dropped = dependencies.dropped},
-                 sweeps_of(dependencies.source.description(), correction)),
+                 sweeps_of(dependencies.source.description(), correction, dependencies.recorded)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 void AcquisitionThread::run(const std::stop_token& stop) {

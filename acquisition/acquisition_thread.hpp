@@ -31,7 +31,8 @@ class AcquisitionThread {
     Doorbell& ended_bell;               ///< rung once, when the state is no longer kRunning
     FrameQueue* frame_queue = nullptr;  ///< receives each frame ahead of its volume; nullptr: no queue
     DroppedSweeps* dropped = nullptr;   ///< receives the sweeps that give no volume; nullptr: nobody asks
-    FrameTap* tap = nullptr;            ///< receives every frame as the source gives it; nullptr: no recorder
+    std::span<const RecordedCorrection> recorded{};  ///< see Assembler::Config
+    FrameTap* tap = nullptr;  ///< receives every frame as the source gives it; nullptr: no recorder
   };
 
   /// Starts the thread. Ends the process where the system cannot create a thread.

@@ -17,7 +17,14 @@ namespace fanlight {
 /// Reads all volumes of a source, as fast as the caller takes them.
 class OfflineVolumes {
  public:
-  explicit OfflineVolumes(FrameSource& source)
+  explicit OfflineVolumes(FrameSource& source) : OfflineVolumes(source, MismatchCorrection::kOn, {}) {}
+
+  /// With the corrections that the volumes of a recording had when it was made.
+  OfflineVolumes(FrameSource& source, std::span<const RecordedCorrection> recorded)
+      : OfflineVolumes(source, MismatchCorrection::kOff, recorded) {}
+
+  OfflineVolumes(FrameSource& source, MismatchCorrection correction,
+                 std::span<const RecordedCorrection> recorded)
       : ring_({.geometry = source.description().geometry,
                .frame_capacity = source.description().frames_per_volume,
                .slots = 3,
@@ -29,7 +36,9 @@ class OfflineVolumes {
                       .writer_bell = writer_bell_,
                       .counters = counters_,
                       .ended_bell = bell_,
-                      .dropped = &queue_}) {}
+                      .dropped = &queue_,
+                      .recorded = recorded},
+                     correction) {}
 
   /// The next volume, valid as long as this object; an empty lease at the end of the source. Blocks.
   Result<VolumeRing::Lease> next() {

@@ -149,7 +149,7 @@ Result<void> Renderer::load(const Volume& volume, Loading loading) {
 Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
   SlotState& next = *slots_[1 - newest_];
   next.awaits_picture = loading == Loading::kNew;
-  if (auto loaded = next.slot.load(gpu_, volume, levels_.in_force()); !loaded) {
+  if (auto loaded = next.slot.load(gpu_, volume, levels()); !loaded) {
     if (is_breakage(loaded.error())) return loaded;
     next.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
@@ -162,7 +162,7 @@ Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
 Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
   SlotState& state = *slots_[newest_];
   if (std::exchange(state.awaits_picture, loading == Loading::kNew)) counters_.volumes_skipped.add();
-  if (auto completed = state.slot.complete(gpu_, volume, levels_.in_force()); !completed) {
+  if (auto completed = state.slot.complete(gpu_, volume, levels()); !completed) {
     if (is_breakage(completed.error())) return completed;
     state.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
@@ -264,7 +264,7 @@ Result<void> Renderer::execute(MainStep step) {
 
 Result<void> Renderer::prepare_ahead() {
   VolumeInFlight& slot = slots_[1 - newest_]->slot;
-  auto begun = slot.prepare_ahead(gpu_, *pipelines_, scene_.scene, levels_.in_force());
+  auto begun = slot.prepare_ahead(gpu_, *pipelines_, scene_.scene, levels());
   if (!begun && !falls_back(begun.error())) return begun.error();
   return {};
 }

@@ -102,6 +102,9 @@ class Renderer {
   /// renderer goes on. kLost and kBroken as above.
   Result<void> load(const Volume& volume, Loading loading = Loading::kNew);
 
+  /// The levels of all volumes from now on: they are not measured any more. For the pictures of a recording.
+  void fix_levels(const EchoLevels& levels) { fixed_levels_ = levels; }
+
   /// Bytes of the largest volume that was loaded; 0: none.
   std::uint64_t largest_volume_bytes() const { return largest_volume_bytes_; }
 
@@ -267,7 +270,10 @@ class Renderer {
   std::uint64_t shown_volume_id_ = 0;
   std::uint64_t newest_commit_number_ = 0;  // largest of the frames of the last volume
   std::uint64_t largest_volume_bytes_ = 0;
+  const EchoLevels& levels() const { return fixed_levels_ ? *fixed_levels_ : levels_.in_force(); }
+
   SteadyLevels levels_;
+  std::optional<EchoLevels> fixed_levels_;
   NumberedScene wanted_;  // of show()
   NumberedScene scene_;   // in force: wanted_, or proven_ where wanted_ was refused
   NumberedScene proven_;

@@ -30,6 +30,12 @@ enum class SweepCut : std::uint8_t {
 /// Whether the mismatch of forward and backward sweeps is estimated and corrected (SweepHysteresis).
 enum class MismatchCorrection : std::uint8_t { kOn, kOff };
 
+/// What was added to the angles of a volume when it was first assembled.
+struct RecordedCorrection {
+  std::uint64_t first_frame_sequence = 0;
+  double correction_rad = 0;
+};
+
 /// Collects the frames of a sweep into a volume of the ring, for either direction of the motor.
 ///
 /// Life of a frame: place() -> its pixels are written to the returned memory -> commit(); or reject(). A
@@ -56,6 +62,9 @@ class Assembler {
     double most_missing_share = 0.15;
     std::uint32_t longest_gap_frames = 3;  ///< longest run of missing frames
     MismatchCorrection correction = MismatchCorrection::kOn;
+    /// With kOff: the corrections of these volumes, in order of their first frames. Must outlive the
+    /// assembler.
+    std::span<const RecordedCorrection> recorded{};
   };
   /// All must outlive the assembler. `writer_bell` is the bell that the ring rings when a slot becomes free.
   /// `frame_queue` receives a copy of each committed frame before its volume is published; nullptr: none.
@@ -134,6 +143,7 @@ class Assembler {
   void drop(DroppedSweep::Reason reason, const AngleCheck::Findings& angles);
   void finish_volume();
   void publish();
+  void correct_as_recorded();
 
   void mark(const FrameStamp& frame, SequenceWindow::Frame use);
   void settle_below(std::uint64_t sequence);

@@ -142,6 +142,14 @@ void Assembler::drop(DroppedSweep::Reason reason, const AngleCheck::Findings& an
   }
 }
 
+void Assembler::correct_as_recorded() {
+  const std::uint64_t first = volume_->stamp().first_frame_sequence;
+  const auto found =
+      std::ranges::lower_bound(config_.recorded, first, {}, &RecordedCorrection::first_frame_sequence);
+  if (found != config_.recorded.end() && found->first_frame_sequence == first)
+    volume_->turn_by(found->correction_rad);
+}
+
 void Assembler::publish() {
   VolumeStamp& stamp = volume_->stamp();
   AcquisitionCounters& counters = dependencies_.counters;
@@ -154,6 +162,7 @@ void Assembler::publish() {
   last_sweep_frames_ = stamp.frames + stamp.frames_missing;
   volume_->sort_by_angle();
   if (hysteresis_) hysteresis_->correct(*volume_, std::span(stamps_).first(stamp.frames));
+  if (!hysteresis_) correct_as_recorded();
   settle_pending(counters.frames_assembled, stamp.frames);
   volume_ = nullptr;
   dependencies_.ring.publish();

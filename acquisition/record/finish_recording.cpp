@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <system_error>
@@ -273,6 +275,18 @@ Result<std::uint64_t> write_pair(const std::vector<Piece>& pieces, const FrameTe
   return text.size() + pixel_bytes;
 }
 
+/// The lines of all segments; a last one that was cut off is left out.
+Result<void> write_pictures(const std::vector<SegmentPaths>& segments, const std::filesystem::path& path) {
+  std::string all;
+  for (const SegmentPaths& each : segments) {
+    std::ifstream file(each.pictures, std::ios::binary);
+    std::string lines((std::istreambuf_iterator<char>(file)), {});
+    lines.resize(lines.rfind('\n') + 1);  // 0 without one
+    all += lines;
+  }
+  return all.empty() ? Result<void>() : replace_file(pictures_beside(path), all, {.mode = 0600});
+}
+
 bool one_file(const std::filesystem::path& path) {
   return path.extension() == ".mha";
 }
@@ -292,11 +306,16 @@ std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm
   return beside.replace_extension(form == PixelForm::kZlib ? ".zraw" : ".raw");
 }
 
+std::filesystem::path pictures_beside(const std::filesystem::path& path) {
+  return path.string() + ".pictures.jsonl";
+}
+
 void remove_segments(const std::vector<SegmentPaths>& segments) {
   std::error_code gone;
   for (const SegmentPaths& each : segments) {
     std::filesystem::remove(each.frames, gone);
     std::filesystem::remove(each.pixels, gone);
+    std::filesystem::remove(each.pictures, gone);
   }
 }
 
@@ -312,6 +331,8 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
     return Error{ErrorCode::kNotFound,
                  fmt::format("{}: the recording has no whole frame, expected one at least", shown(path))};
   }
+  // First: with the name of the recording, the segments are of no more use.
+  if (auto written = write_pictures(segments, path); !written) return written.error();
   const FrameText frames = frame_text(*pieces);
   finished.frames = frames.frames;
   finished.duration_s = frames.duration_s;

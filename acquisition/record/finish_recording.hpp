@@ -43,11 +43,15 @@ Result<void> check_recording_name(const std::filesystem::path& path);
 /// The file with the pixels of an .mhd: x.igs.mhd -> x.igs.raw or x.igs.zraw.
 std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm form);
 
-/// Writes the PLUS sequence `path` from segments, which all have the same facts but for the time, and removes
-/// them. The new file appears whole or not at all, with mode 0600; until then the segments stay. One segment
-/// to an .mhd with raw pixels takes no copy and no time; all else copies the pixels, and needs room for them
-/// twice. Blocks; any thread. `stop` ends it early, with kStopped. Errors: kUnavailable, no room or no
-/// permission; kNotFound: the segments have no frame; those of read_segment().
+/// The lines about the pictures that displays saw: x.igs.mha -> x.igs.mha.pictures.jsonl.
+std::filesystem::path pictures_beside(const std::filesystem::path& path);
+
+/// Writes the PLUS sequence `path` from segments, which all have the same facts but for the time, and the
+/// lines about its pictures beside it, and removes the segments. The new file appears whole or not at all,
+/// with mode 0600; until then the segments stay. One segment to an .mhd with raw pixels takes no copy and no
+/// time; all else copies the pixels, and needs room for them twice. Blocks; any thread. `stop` ends it early,
+/// with kStopped. Errors: kUnavailable, no room or no permission; kNotFound: the segments have no frame;
+/// those of read_segment().
 Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segments,
                                            const std::filesystem::path& path, const FinishOptions& options,
                                            FinishProgress& progress, const std::stop_token& stop);

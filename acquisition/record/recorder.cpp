@@ -23,6 +23,7 @@ constexpr double kShortestSegmentS = 1;
 constexpr double kLongestSegmentS = 60;
 // Less than this is no room to begin in again: it would be full at once.
 constexpr std::uint64_t kLeastRoomBytes = 64'000'000;
+constexpr std::string_view kSceneLine = R"({"scene_revision")";
 
 RecordingFacts facts_of(const SourceDescription& source) {
   return {.source = printable(source.name),
@@ -92,12 +93,14 @@ void Recorder::run(const std::stop_token& stop) {
       bell_.wait(order_ || finisher_.busy() ? kFlushNs / 2 : -1);
       take_orders();
       drain();
+      take_pictures();
       flush_if_due();
       try_again_if_due();
       poll_finisher();
       publish_status();
     }
     drain();
+    take_pictures();
     // Nobody has asked for the last seconds before an orderly end; after a crash they are finished.
     const bool drop = order_ && order_->ring_s > 0 && !waits_for_finish_;
     close_recording({}, drop);
@@ -215,6 +218,7 @@ bool Recorder::open_segment(const QueuedFrame& frame) {
   }
   segment_ = *std::move(segment);
   segments_.push_back(segment_->paths());
+  if (!scene_line_.empty()) (void)segment_->add_picture(scene_line_);
   return true;
 }
 
@@ -244,6 +248,14 @@ void Recorder::reached_limit() {
   const bool long_enough = order_->most_s > 0 && seconds >= order_->most_s;
   const bool large_enough = order_->most_bytes > 0 && bytes_ + geometry_.frame_bytes() > order_->most_bytes;
   if (long_enough || large_enough) close_recording({});
+}
+
+/// Lines are worth less than frames: one that cannot be written is left out.
+void Recorder::take_pictures() {
+  while (const auto line = pictures_.take()) {
+    if (line->starts_with(kSceneLine)) scene_line_ = *line;
+    if (segment_) (void)segment_->add_picture(*line);
+  }
 }
 
 void Recorder::flush_if_due() {

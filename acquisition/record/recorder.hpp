@@ -50,7 +50,7 @@ class Recorder {
   Mailbox<RecordingOrder>& orders() { return orders_; }
   /// One thread. Changes, and several a second while it records.
   Mailbox<RecordingStatus>& status() { return status_; }
-  RecordingLink link() { return {.orders = orders_, .status = status_}; }
+  RecordingLink link() { return {.orders = orders_, .status = status_, .pictures = pictures_}; }
 
   enum class Finish : std::uint8_t {
     kWait,  ///< writes the final files, however long it takes
@@ -75,6 +75,7 @@ class Recorder {
   void next_segment();
   void drop_old_segments();
   void reached_limit();
+  void take_pictures();
   void flush_if_due();
   void stop_for(const Error& error);
   void try_again_if_due();
@@ -88,6 +89,7 @@ class Recorder {
   FrameTap tap_;
   Mailbox<RecordingOrder> orders_{bell_};
   Mailbox<RecordingStatus> status_;
+  LineQueue pictures_;
   RecordingFinisher finisher_{bell_};
 
   // The recorder's thread only.
@@ -101,6 +103,7 @@ class Recorder {
   std::optional<SegmentWriter> segment_;
   FanGeometry geometry_;        // of the open segment
   std::uint32_t revision_ = 0;  // of that geometry
+  std::string scene_line_;      // the newest; each segment begins with it
   std::uint64_t frames_in_file_ = 0;
   std::uint64_t frames_ = 0;  // of the recording
   std::uint64_t bytes_ = 0;

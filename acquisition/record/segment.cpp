@@ -29,6 +29,7 @@ constexpr std::string_view kMagic = "Fanlight segment 1\n";
 constexpr std::string_view kInfix = ".rec-";
 constexpr std::string_view kFramesEnd = ".frames";
 constexpr std::string_view kPixelsEnd = ".pixels";
+constexpr std::string_view kPicturesEnd = ".pictures";
 constexpr std::size_t kLongestSource = 4096;
 constexpr std::uint64_t kMostFrames = 1'000'000;
 
@@ -230,7 +231,9 @@ Result<RecordingFacts> read_facts(int file, const std::filesystem::path& path) {
 
 SegmentPaths segment_paths(const std::filesystem::path& recording, std::uint32_t number) {
   const std::string begin = fmt::format("{}{}{:04}", recording.string(), kInfix, number);
-  return {.frames = begin + std::string(kFramesEnd), .pixels = begin + std::string(kPixelsEnd)};
+  return {.frames = begin + std::string(kFramesEnd),
+          .pixels = begin + std::string(kPixelsEnd),
+          .pictures = begin + std::string(kPicturesEnd)};
 }
 
 std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording) {
@@ -293,6 +296,8 @@ SegmentWriter::SegmentWriter(SegmentWriter&& other) noexcept
     : paths_(std::move(other.paths_)),
       frames_file_(std::exchange(other.frames_file_, -1)),
       pixels_file_(std::exchange(other.pixels_file_, -1)),
+      pictures_file_(std::exchange(other.pictures_file_, -1)),
+      picture_bytes_(other.picture_bytes_),
       frame_bytes_(other.frame_bytes_),
       frames_(other.frames_),
       pixel_bytes_(other.pixel_bytes_),
@@ -306,6 +311,8 @@ SegmentWriter& SegmentWriter::operator=(SegmentWriter&& other) noexcept {
   std::swap(paths_, other.paths_);
   std::swap(frames_file_, other.frames_file_);
   std::swap(pixels_file_, other.pixels_file_);
+  std::swap(pictures_file_, other.pictures_file_);
+  std::swap(picture_bytes_, other.picture_bytes_);
   std::swap(frame_bytes_, other.frame_bytes_);
   std::swap(frames_, other.frames_);
   std::swap(pixel_bytes_, other.pixel_bytes_);
@@ -320,6 +327,7 @@ SegmentWriter& SegmentWriter::operator=(SegmentWriter&& other) noexcept {
 SegmentWriter::~SegmentWriter() {
   if (frames_file_ >= 0) close(frames_file_);
   if (pixels_file_ >= 0) close(pixels_file_);
+  if (pictures_file_ >= 0) close(pictures_file_);
 }
 
 Result<void> SegmentWriter::append(const RecordedFrame& frame, std::span<const std::uint8_t> pixels) {
@@ -333,6 +341,17 @@ Result<void> SegmentWriter::append(const RecordedFrame& frame, std::span<const s
   last_time_ns_ = std::max(last_time_ns_, frame.stamp.capture_time_ns);
   ++frames_;
   pixel_bytes_ += stored.size();
+  return {};
+}
+
+Result<void> SegmentWriter::add_picture(std::string_view line) {
+  if (pictures_file_ < 0)
+    pictures_file_ = open(paths_.pictures.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (pictures_file_ < 0) return failed(paths_.pictures, errno);
+  const std::string ended = std::string(line) + '\n';
+  const int failure = append_whole(pictures_file_, picture_bytes_, ended);
+  if (failure != 0) return failed(paths_.pictures, failure);
+  picture_bytes_ += ended.size();
   return {};
 }
 

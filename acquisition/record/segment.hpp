@@ -12,13 +12,15 @@
 
 namespace fanlight {
 
-/// A part of a recording that is under way: two files beside the one that it will become.
+/// A part of a recording that is under way: files beside the one that it will become.
 /// FILE.rec-0001.pixels has the frames' pixels, one frame behind the other; FILE.rec-0001.frames has the
-/// facts and a record for each frame, with the checksum of its pixels. Both only grow, so that whatever was
+/// facts and a record for/// each frame, with the checksum of its pixels; FILE.rec-0001.pictures, where there
+/// is one, has lines about the pictures that displays saw meanwhile. They only grow, so that whatever was
 /// written before a crash can be read. A frame counts from when its record is whole.
 struct SegmentPaths {
   std::filesystem::path frames;
   std::filesystem::path pixels;
+  std::filesystem::path pictures;
 };
 SegmentPaths segment_paths(const std::filesystem::path& recording, std::uint32_t number);
 /// The segments of a recording that are on the disk, in order of their numbers. Empty where there are none.
@@ -40,6 +42,9 @@ class SegmentWriter {
   /// record stays in memory until flush(). kUnavailable: no room, or an I/O error. Nothing of the frame is
   /// then kept, and the frames before it are still whole.
   Result<void> append(const RecordedFrame& frame, std::span<const std::uint8_t> pixels);
+  /// Appends a line about a picture, without its end. Errors as of append(); the line is then lost.
+  Result<void> add_picture(std::string_view line);
+
   /// Writes the records of all frames so far; then a kill of the process loses none of them.
   Result<void> flush();
 
@@ -56,6 +61,8 @@ class SegmentWriter {
   SegmentPaths paths_;
   int frames_file_ = -1;
   int pixels_file_ = -1;
+  int pictures_file_ = -1;  // opened with the first line
+  std::uint64_t picture_bytes_ = 0;
   std::uint64_t frame_bytes_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t pixel_bytes_ = 0;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/exchange/line_queue.hpp"
 #include "proto/exchange/mailbox.hpp"
 
 namespace fanlight {
@@ -63,6 +64,10 @@ struct RecordingStatus {
 struct RecordingLink {
   Mailbox<RecordingOrder>& orders;
   Mailbox<RecordingStatus>& status;
+  /// What the displays saw, a line of JSON each, for the file FILE.pictures.jsonl beside the recording: a
+  /// scene
+  /// ({"scene_revision": ...}, kept for the next recording too), or a picture.
+  LineQueue& pictures;
 };
 
 }  // namespace fanlight

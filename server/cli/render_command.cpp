@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -21,6 +20,7 @@
 #include "server/cli/commands.hpp"
 #include "server/cli/picture_file.hpp"
 #include "server/cli/probe_options.hpp"
+#include "server/cli/recorded_pictures.hpp"
 #include "server/cli/scene_options.hpp"
 
 namespace fanlight {
@@ -40,6 +40,7 @@ struct RenderOptions {
   std::string size = "512x512";
   std::string gpu;
   bool json = false;
+  bool recorded = false;
   AutoOptions automatic;
   SceneOptions scene;
 };
@@ -152,13 +153,6 @@ void print_text(const RenderReport& report) {
   fmt::print("  {:<10} {:8.2f} ms\n", "together", report.total_ms);
 }
 
-/// x.png -> x.0007.png
-std::string numbered(const std::string& path, std::uint64_t number) {
-  const std::filesystem::path whole(path);
-  return (whole.parent_path() / whole.stem()).string() + fmt::format(".{:04}", number) +
-         whole.extension().string();
-}
-
 struct RenderedVolumes {
   std::int64_t pictures = 0;
   std::uint64_t interpolated = 0;  ///< of them, of volumes with frames interpolated
@@ -235,7 +229,8 @@ Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, R
     }
     const auto picture = render_once(*setup.renderer, **volume);
     if (!picture) return picture.error();
-    if (auto written = write_picture(numbered(options.out, number), *picture, setup.notes); !written) {
+    if (auto written = write_picture(numbered_file(options.out, number, 4), *picture, setup.notes);
+        !written) {
       return written;
     }
   }
@@ -302,6 +297,13 @@ Result<void> set_up(const RenderOptions& options, const PictureSize& size, const
 }
 
 Result<void> render(const RenderOptions& options) {
+  if (options.recorded) {
+    return render_recorded_pictures({.input = options.input,
+                                     .playing = options.playing,
+                                     .out = options.out,
+                                     .gpu = options.gpu,
+                                     .json = options.json});
+  }
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
   if (auto named = check_depth_path(options.depth); !named) return named;
@@ -346,6 +348,12 @@ Command add_render_command(CLI::App& program) {
       ->type_name("N");
   command->add_flag("--all", options->all,
                     "Render every volume, to files with its number: x.0000.png, x.0001.png, ...");
+  command
+      ->add_flag(
+          "--recorded", options->recorded,
+          "Render the pictures that displays saw while a server recorded INPUT, pixel by pixel the same "
+          "on the same GPU, to files with their numbers: x.000001.png, ...")
+      ->excludes("--all", "--volume", "--depth");
   command->add_option("--count", options->count, "With --all: how many volumes, for a source that never ends")
       ->check(CLI::PositiveNumber)
       ->needs("--all")

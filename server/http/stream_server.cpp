@@ -287,6 +287,7 @@ void StreamServer::bell_rang() {
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
+    recording_.picture_shown(picture->stamp, picture->width, picture->height, scene_store_);
     hub_.show(*picture);
     default_view_.picture_shown(picture->stamp, now_ns());
   }

@@ -9,6 +9,8 @@
 #include <tuple>
 #include <utility>
 
+#include "server/state/picture_note.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -139,6 +141,17 @@ RecordingProxy::News RecordingProxy::update() {
     if (keeps_ring()) order(ring_order());
   }
   return news;
+}
+
+void RecordingProxy::picture_shown(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height,
+                                   const SceneStore& scenes) {
+  if (!link_) return;
+  if (stamp.scene_revision != noted_revision_) {
+    const Scene* const scene = scenes.of_revision(stamp.scene_revision);
+    if (scene == nullptr || !link_->pictures.put(scene_note(stamp.scene_revision, *scene))) return;
+    noted_revision_ = stamp.scene_revision;
+  }
+  if (is_active()) link_->pictures.put(picture_note(stamp, width, height));
 }
 
 v1::RecordingStatus RecordingProxy::message() const {

@@ -12,6 +12,8 @@
 #include "proto/base/result.hpp"
 #include "proto/exchange/recording_link.hpp"
 #include "proto/fanlight.pb.h"
+#include "proto/model/picture.hpp"
+#include "server/state/scene_store.hpp"
 
 namespace fanlight {
 
@@ -53,6 +55,10 @@ class RecordingProxy {
   /// Reads the recorder's newest state. Begins to keep the last seconds again after a recording.
   News update();
 
+  /// The main view has shown a picture: the recording notes what it takes to render it again.
+  void picture_shown(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height,
+                     const SceneStore& scenes);
+
   /// Whether counts change: the status is worth a message every second.
   bool is_active() const { return status_.state != RecordingStatus::State::kIdle; }
   const RecordingStatus& status() const { return status_; }
@@ -69,6 +75,7 @@ class RecordingProxy {
   std::function<std::int64_t()> utc_s_;
   RecordingStatus status_;
   std::uint64_t ordered_ = 0;
+  std::uint64_t noted_revision_ = 0;                            // of the last scene that was noted
   std::filesystem::path recording_;                             // that a display has started; empty: none
   std::map<std::string, std::string, std::less<>> last_names_;  // by what they begin with
 };

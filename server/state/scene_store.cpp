@@ -11,10 +11,23 @@ Result<bool> SceneStore::apply(const v1::Scene& change, const SceneField** refus
   auto changed = changed_scene(in_force_.scene, change, refused);
   if (!changed) return changed.error();
   if (first_pass_changed(in_force_.scene, *changed) == FirstPass::kNone) return false;
-  in_force_ = {.revision = in_force_.revision + 1, .scene = *changed};
+  put_in_force(*changed);
+  return true;
+}
+
+void SceneStore::put_in_force(const Scene& scene) {
+  constexpr std::size_t kMostEarlier = 64;
+  earlier_.push_back(in_force_);
+  if (earlier_.size() > kMostEarlier) earlier_.pop_front();
+  in_force_ = {.revision = in_force_.revision + 1, .scene = scene};
   scenes_.draft() = in_force_;
   scenes_.publish();
-  return true;
+}
+
+const Scene* SceneStore::of_revision(std::uint64_t revision) const {
+  if (in_force_.revision == revision) return &in_force_.scene;
+  const auto found = std::ranges::find(earlier_, revision, &NumberedScene::revision);
+  return found == earlier_.end() ? nullptr : &found->scene;
 }
 
 Result<bool> SceneStore::suggest(const Scene& suggested) {
@@ -33,11 +46,7 @@ Result<bool> SceneStore::suggest(const Scene& suggested) {
   const bool other_default = first_pass_changed(default_, default_scene) != FirstPass::kNone;
   const bool other_scene = first_pass_changed(in_force_.scene, scene) != FirstPass::kNone;
   default_ = default_scene;
-  if (other_scene) {
-    in_force_ = {.revision = in_force_.revision + 1, .scene = scene};
-    scenes_.draft() = in_force_;
-    scenes_.publish();
-  }
+  if (other_scene) put_in_force(scene);
   return other_default || other_scene;
 }
 

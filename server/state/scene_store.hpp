@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,8 @@ class SceneStore {
         chosen_(std::move(chosen)) {}
 
   const NumberedScene& in_force() const { return in_force_; }
+  /// One of the last scenes, by its revision; nullptr for an older one.
+  const Scene* of_revision(std::uint64_t revision) const;
   const Scene& default_scene() const { return default_; }
   const Scene& suggested() const { return suggested_; }
 
@@ -44,7 +47,10 @@ class SceneStore {
  private:
   Scene suggested_;
   Scene default_;
+  void put_in_force(const Scene& scene);
+
   NumberedScene in_force_;
+  std::deque<NumberedScene> earlier_;  // a picture may show one of them
   Mailbox<NumberedScene>& scenes_;
   std::vector<const SceneField*> chosen_;
 };

@@ -23,7 +23,7 @@ class RecordingProxyTest : public testing::Test {
  protected:
   RecordingProxy make(double last_s, bool at_start = false, double most_s = 0) {
     return {{.folder = folder_.path(), .most_s = most_s, .last_s = last_s, .at_start = at_start},
-            RecordingLink{orders_, status_},
+            RecordingLink{orders_, status_, pictures_},
             [this] { return utc_s_; }};
   }
   RecordingOrder order() {
@@ -43,6 +43,7 @@ class RecordingProxyTest : public testing::Test {
   Doorbell bell_;
   Mailbox<RecordingOrder> orders_{bell_};
   Mailbox<RecordingStatus> status_{bell_};
+  LineQueue pictures_;
   std::int64_t utc_s_ = 1'795'368'300;  // 2026-11-22 17:25:00
 };
 

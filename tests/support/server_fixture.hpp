@@ -34,7 +34,7 @@ class ServerFixture {
     config.facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
     config.initial_scene = {.revision = 1, .scene = {}};
     std::optional<RecordingLink> recording;
-    if (!config.recording.folder.empty()) recording.emplace(recording_orders_, recording_status_);
+    if (!config.recording.folder.empty()) recording.emplace(RecordingLink{recording_orders_, recording_status_, picture_notes_});
     auto server =
         StreamServer::create(config, {.bell = bell_,
                                       .pictures = pictures_,
@@ -213,6 +213,7 @@ class ServerFixture {
   Mailbox<SurveyResult> survey_results_{bell_};
   Mailbox<RecordingOrder> recording_orders_{scene_bell_};
   Mailbox<RecordingStatus> recording_status_{bell_};
+  LineQueue picture_notes_;
   Mailbox<Error> failures_{bell_};
   AcquisitionCounters acquisition_;
   RingCounters ring_;
