@@ -331,8 +331,6 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
     return Error{ErrorCode::kNotFound,
                  fmt::format("{}: the recording has no whole frame, expected one at least", shown(path))};
   }
-  // First: with the name of the recording, the segments are of no more use.
-  if (auto written = write_pictures(segments, path); !written) return written.error();
   const FrameText frames = frame_text(*pieces);
   finished.frames = frames.frames;
   finished.duration_s = frames.duration_s;
@@ -341,6 +339,8 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
                                     : write_pair(*pieces, frames, path, options.form, progress, stop);
   if (!bytes) return bytes.error();
   finished.bytes = *bytes;
+  // Worth less than the frames: where there is no room for the lines, the recording is finished without them.
+  (void)write_pictures(segments, path);
   remove_segments(segments);
   return finished;
 }

@@ -90,7 +90,7 @@ void Recorder::run(const std::stop_token& stop) {
   try {
     if (!folder_.empty()) finish_left_over(folder_);
     while (!stop.stop_requested()) {
-      bell_.wait(order_ || finisher_.busy() ? kFlushNs / 2 : -1);
+      bell_.wait(waits() ? kFlushNs / 2 : -1);
       take_orders();
       drain();
       take_pictures();
@@ -275,9 +275,12 @@ void Recorder::stop_for(const Error& error) {
 }
 
 void Recorder::try_again_if_due() {
-  if (!order_ || trouble_.empty() || now_ns() - room_checked_ns_ < kRoomCheckNs) return;
+  const bool halted = order_ && !trouble_.empty();
+  if ((!halted && postponed_.empty()) || now_ns() - room_checked_ns_ < kRoomCheckNs) return;
   room_checked_ns_ = now_ns();
-  if (finisher_.busy() || !has_room(file_)) return;
+  if (finisher_.busy() || !has_room(halted ? file_ : postponed_.front().path)) return;
+  for (RecordingFinisher::Job& job : std::exchange(postponed_, {})) finisher_.add(std::move(job));
+  if (!halted) return;
   trouble_.clear();
   next_file();
   tap_.open(true);
@@ -298,6 +301,7 @@ void Recorder::poll_finisher() {
       finished_.last_duration_s = result->duration_s;
     } else {
       finished_.last_trouble = result.error().message;
+      if (result.error().code == ErrorCode::kUnavailable) postponed_.push_back(outcome->job);
     }
   }
 }

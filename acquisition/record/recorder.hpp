@@ -79,6 +79,7 @@ class Recorder {
   void flush_if_due();
   void stop_for(const Error& error);
   void try_again_if_due();
+  bool waits() const { return order_ || finisher_.busy() || !postponed_.empty(); }
   void poll_finisher();
   bool status_due();
   void publish_status();
@@ -110,7 +111,8 @@ class Recorder {
   std::optional<std::int64_t> first_time_ns_;
   std::int64_t last_time_ns_ = 0;
   std::uint64_t missed_before_ = 0;
-  RecordingStatus finished_;  // the fields of recordings that are finished
+  RecordingStatus finished_;                       // the fields of recordings that are finished
+  std::vector<RecordingFinisher::Job> postponed_;  // there was no room for their final form
   std::string trouble_;
   std::int64_t flushed_ns_ = 0;
   std::int64_t room_checked_ns_ = 0;

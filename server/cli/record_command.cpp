@@ -141,7 +141,9 @@ void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, 
     }
     const bool over = status.order_done > 0 && status.state != RecordingStatus::State::kRecording &&
                       status.state != RecordingStatus::State::kNoRoom;
-    if (asked || over || pump.ended()) return;
+    // A disk that takes nothing from the start is no recording that waits.
+    const bool hopeless = status.state == RecordingStatus::State::kNoRoom && status.frames == 0;
+    if (asked || over || hopeless || pump.ended()) return;
   }
 }
 

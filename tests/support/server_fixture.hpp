@@ -34,7 +34,8 @@ class ServerFixture {
     config.facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
     config.initial_scene = {.revision = 1, .scene = {}};
     std::optional<RecordingLink> recording;
-    if (!config.recording.folder.empty()) recording.emplace(RecordingLink{recording_orders_, recording_status_, picture_notes_});
+    if (!config.recording.folder.empty())
+      recording.emplace(RecordingLink{recording_orders_, recording_status_, picture_notes_});
     auto server =
         StreamServer::create(config, {.bell = bell_,
                                       .pictures = pictures_,
