@@ -28,7 +28,6 @@ struct Magic {
 using namespace std::string_view_literals;
 
 constexpr Magic kMagics[] = {
-    {0, "NRRD000"sv, {"a NRRD file", kConvertSequence}},
     {344, "n+1\0"sv, {"a NIfTI volume", kCartesian}},
     {344, "ni1\0"sv, {"the header of a NIfTI volume", kCartesian}},
     {4, "n+2\0"sv, {"a NIfTI volume", kCartesian}},
@@ -62,7 +61,6 @@ constexpr Extension kExtensions[] = {
     {".raw", {"raw pixels without a header", kConvertSequence}},
     {".vol", {"a Kretz volume (GE Voluson)", kConvertSequence}},
     {".nii", {"a NIfTI volume", kCartesian}},
-    {".nrrd", {"a NRRD file", kConvertSequence}},
     {".rf",
      {"lines of radio frequency", "8 bit brightness frames made of them, as a PLUS sequence (.igs.mha)"}},
 };
@@ -78,7 +76,8 @@ std::optional<ForeignFormat> foreign_format(std::span<const unsigned char> first
       return magic.format;
   }
   // Whatever its name is: a header of text is read, and what is wrong with it is told by the line.
-  if (bytes.starts_with("ObjectType") || bytes.starts_with("NDims") || bytes.starts_with("Comment"))
+  if (bytes.starts_with("NRRD000") || bytes.starts_with("ObjectType") || bytes.starts_with("NDims") ||
+      bytes.starts_with("Comment"))
     return std::nullopt;
   std::string name = path.filename().string();
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });

@@ -7,8 +7,10 @@
 #include <string>
 #include <string_view>
 
+#include "acquisition/replay/header_lines.hpp"
 #include "acquisition/replay/igs_sequence.hpp"
 #include "acquisition/replay/image_orientation.hpp"
+#include "acquisition/replay/pixel_values.hpp"
 
 namespace fanlight {
 
@@ -16,24 +18,20 @@ namespace fanlight {
 struct IgsHeader {
   IgsSequence sequence;  ///< all but the pixels; columns, rows and pixel size in the file's axis order
   ImageOrientation orientation;
-  std::uint64_t frames = 0;                       ///< of DimSize
-  std::uint64_t header_bytes = 0;                 ///< of the text
-  std::string data_file;                          ///< beside this one; empty: the pixels follow the text
+  PixelFormat format;
+  bool gzip = false;               ///< the compressed pixels are a gzip file, not a zlib stream
+  std::uint64_t frames = 0;        ///< of DimSize
+  std::uint64_t header_bytes = 0;  ///< of the text
+  std::string data_file;           ///< beside this one; empty: the pixels follow the text
   std::optional<std::uint64_t> compressed_bytes;  ///< CompressedDataSize
 };
 
-/// A file that is being read. It is not trusted.
-struct IgsFile {
-  std::string name;           ///< for error messages
-  std::FILE* file = nullptr;  ///< at its first byte
-  std::uint64_t bytes = 0;
+/// Takes the name of a file with the pixels. Nothing outside of the header's own folder is opened:
+/// kUnsupported for a path, a list or a pattern.
+Result<void> take_data_file(const IgsFile& from, const HeaderField& field, IgsHeader& header);
 
-  /// "NAME: WRONG, expected EXPECTED".
-  Error bad(std::string_view wrong, std::string_view expected, ErrorCode code = ErrorCode::kBadInput) const;
-};
-
-/// Reads the text, up to its last line, and checks it. The list of frames is as long as the lines describe.
-/// kUnsupported for other forms of image, else kBadInput.
+/// Reads the text of a MetaImage, up to its last line, and checks it. The list of frames is as long as the
+/// lines describe. kUnsupported for other forms of image, else kBadInput.
 Result<IgsHeader> read_igs_header(const IgsFile& from);
 
 /// Completes the list of frames, once the size of the pixels' file is known: at most `max_bytes` of pixels,

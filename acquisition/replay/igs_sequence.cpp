@@ -15,6 +15,7 @@
 #include "acquisition/replay/igs_header.hpp"
 #include "acquisition/replay/image_orientation.hpp"
 #include "acquisition/replay/inflater.hpp"
+#include "acquisition/replay/nrrd_header.hpp"
 #include "acquisition/source/printable.hpp"
 
 namespace fanlight {
@@ -66,7 +67,9 @@ Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_
     return from.bad(fmt::format("this is {}", foreign->what), foreign->advice, ErrorCode::kUnsupported);
   }
   std::rewind(from.file);
-  auto header = read_igs_header(from);
+  const bool nrrd =
+      std::string_view(reinterpret_cast<const char*>(first.data()), read).starts_with("NRRD000");
+  auto header = nrrd ? read_nrrd_header(from) : read_igs_header(from);
   if (!header) return header.error();
   OpenedHeader opened{
       .pixels = {}, .pixel_bytes = from.bytes - header->header_bytes, .header = *std::move(header)};
@@ -95,11 +98,18 @@ struct IgsPixels::Reading {
   std::uint64_t frames = 0;
   std::uint64_t next = 0;  // frame
   bool transposed = false;
+  PixelFormat format;
+  std::optional<GreyLevels> levels;    // absent: the stored values are grey levels
   std::optional<Inflater> inflater;    // absent: plain pixels
-  std::vector<std::uint8_t> in_order;  // a frame in the file's axis order
+  std::vector<std::uint8_t> stored;    // a frame as in the file, where it is not grey levels
+  std::vector<std::uint8_t> in_order;  // a frame of grey levels in the file's axis order
 
-  std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }
+  /// Of the file.
+  std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows * format.bytes; }
   std::uint64_t all_bytes() const { return frame_bytes() * frames; }
+  Result<void> read_stored(std::span<std::uint8_t> to) {
+    return inflater ? read_compressed(to) : read_plain(to);
+  }
   Result<void> read_plain(std::span<std::uint8_t> to);
   Result<void> read_compressed(std::span<std::uint8_t> to);
   void judge_layout(std::span<const std::uint8_t> frame);
@@ -153,13 +163,42 @@ Result<void> IgsPixels::read(std::uint64_t frame, std::span<std::uint8_t> to) {
   const bool arranged = reading.orientation != ImageOrientation{};
   while (reading.next <= frame) {
     // Frames before the one that is wanted are read over it.
-    const std::span into = arranged ? std::span(reading.in_order) : to;
-    const auto read = reading.inflater ? reading.read_compressed(into) : reading.read_plain(into);
+    const std::span grey = arranged ? std::span(reading.in_order) : to;
+    const auto read = reading.read_stored(reading.levels ? std::span(reading.stored) : grey);
     if (!read) return read;
-    if (reading.next++ == 0) reading.judge_layout(into);
+    if (reading.levels) reading.levels->convert(reading.stored, grey);
+    if (reading.next++ == 0) reading.judge_layout(grey);
   }
   if (arranged) arrange_frame(reading.in_order, reading.orientation, {reading.columns, reading.rows}, to);
   return {};
+}
+
+void IgsPixels::set_window(const ValueWindow& window) {
+  reading_->levels.emplace(reading_->format, window);
+  reading_->stored.resize(reading_->frame_bytes());
+}
+
+Result<void> IgsPixels::count(std::uint64_t frame, ValueHistogram& histogram) {
+  Reading& reading = *reading_;
+  reading.stored.resize(reading.frame_bytes());
+  for (; reading.next <= frame; ++reading.next) {
+    if (auto read = reading.read_stored(reading.stored); !read) return read;
+  }
+  histogram.add(reading.stored);
+  return {};
+}
+
+Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  constexpr std::size_t kMostFrames = 64;
+  auto opened = open_igs_sequence(path, max_bytes);
+  if (!opened) return opened.error();
+  ValueHistogram histogram(opened->sequence.format);
+  const std::size_t frames = opened->sequence.frames.size();
+  const std::size_t step = std::max<std::size_t>(1, frames / kMostFrames);
+  for (std::size_t frame = 0; frame < frames; frame += step) {
+    if (auto counted = opened->pixels.count(frame, histogram); !counted) return counted.error();
+  }
+  return histogram.window();
 }
 
 bool IgsPixels::looks_transposed() const {
@@ -202,15 +241,18 @@ Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std:
   reading->columns = sequence.columns;
   reading->rows = sequence.rows;
   reading->frames = sequence.frames.size();
+  reading->format = sequence.format = header.format;
   reading->in_order.resize(header.orientation == ImageOrientation{} ? 0 : sequence.frame_bytes());
   if (sequence.compressed) {
     const std::uint64_t compressed_bytes = header.compressed_bytes.value_or(opened->pixel_bytes);
     reading->inflater.emplace(opened->pixels.file.get(), compressed_bytes);
-    if (!reading->inflater->start())
+    if (!reading->inflater->start(header.gzip))
       return reading->from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
   }
   reading->file = std::move(opened->pixels.file);
-  return OpenedSequence{.sequence = std::move(sequence), .pixels = IgsPixels(std::move(reading))};
+  OpenedSequence result{.sequence = std::move(sequence), .pixels = IgsPixels(std::move(reading))};
+  if (!header.format.is_grey()) result.pixels.set_window(whole_window(header.format));
+  return result;
 }
 
 Result<IgsSequence> read_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes) {

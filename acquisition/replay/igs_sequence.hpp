@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/replay/pixel_values.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/frame.hpp"
 
@@ -35,11 +36,12 @@ struct IgsFrame {
 };
 
 /// A PLUS/IGSIO sequence file (.igs.mha, .mha; .mhd with the pixels in a file beside it): a MetaImage whose
-/// last axis is time, with fields Seq_Frame0000_Name for each frame. Supported: 8 bit B-mode frames, scan
-/// converted or as scan lines, in each orientation of ImageOrientation, plain or compressed with zlib. After
-/// reading, all have one axis order: columns (or scan lines) ascend towards the marked side, rows (or
-/// samples) away from the probe. Fields used: Timestamp (s), MotorAngleDeg, VolumeIndex, FrameIndex,
-/// ImageStatus, ImageToReferenceTransform (mm), and Fanlight's own SweepDirection (FORWARD or BACKWARD).
+/// last axis is time, with fields/// Seq_Frame0000_Name for each frame, or a NRRD sequence (.seq.nrrd, .nrrd,
+/// .nhdr) with the same fields. Supported: B-mode frames of 8 or 16 bit, scan converted or as scan lines, in
+/// each orientation of ImageOrientation, plain or compressed with zlib. After reading, all have one axis
+/// order: columns (or scan lines) ascend towards the marked side, rows (or samples) away from the probe.
+/// Fields used: Timestamp (s), MotorAngleDeg, VolumeIndex, FrameIndex, ImageStatus, ImageToReferenceTransform
+/// (mm), and Fanlight's own SweepDirection (FORWARD or BACKWARD).
 struct IgsSequence {
   struct PixelSize {
     double width_mm;   ///< from column to column
@@ -56,6 +58,7 @@ struct IgsSequence {
   std::uint32_t columns = 0;
   std::uint32_t rows = 0;
   bool compressed = false;
+  PixelFormat format;  ///< in the file; `pixels` are grey levels
   std::vector<IgsFrame> frames;
   std::optional<PixelSize> pixel_size;  ///< from the first ImageToReferenceTransform
   std::map<std::string, std::string, std::less<>> fanlight_fields;  ///< header fields named Fanlight...
@@ -82,6 +85,13 @@ class IgsPixels {
   /// the call before. Frames in between are skipped. kBadInput: the file is damaged or cut off.
   Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to);
 
+  /// Sets the window by which stored values become grey levels; whole_window() before. Precondition: read()
+  /// was not called.
+  void set_window(const ValueWindow& window);
+
+  /// As read(), but counts the stored values.
+  Result<void> count(std::uint64_t frame, ValueHistogram& histogram);
+
   /// Whether the first frame looks like an image of `rows` columns and `columns` rows: DimSize may have its
   /// first two numbers in the wrong order. Precondition: read() was called.
   bool looks_transposed() const;
@@ -106,6 +116,10 @@ struct OpenedSequence {
 /// kUnsupported: another form of image; kUnavailable: not enough memory; else kBadInput. The message names
 /// the file.
 Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes);
+
+/// Chooses a window by the values of up to 64 frames of a file, evenly spread. Errors as of
+/// open_igs_sequence() and IgsPixels::read().
+Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 /// Reads all pixels into opened.sequence.pixels. Precondition: none was read. kUnavailable: no memory for
 /// them; kBadInput: the file is damaged, cut off, or too long.

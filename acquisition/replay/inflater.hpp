@@ -26,7 +26,8 @@ class Inflater {
   Inflater(const Inflater&) = delete;  // zlib's state points into itself
   Inflater& operator=(const Inflater&) = delete;
 
-  bool start() { return inflateInit(&stream_) == Z_OK; }
+  /// `gzip`: the stream has a header of gzip, else of zlib.
+  bool start(bool gzip) { return inflateInit2(&stream_, MAX_WBITS + (gzip ? 16 : 0)) == Z_OK; }
 
   /// Inflates to the front of `to` and reads the file as needed. Returns the number of bytes written;
   /// status() is then zlib's result. Z_BUF_ERROR: the input ended too early.

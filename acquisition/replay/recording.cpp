@@ -52,6 +52,11 @@ Result<void> refuse_tracked_by_hand(const std::filesystem::path& path, const Igs
   return {};
 }
 
+Result<ValueWindow> window_of(const Recording::Config& config, const RecordingGeometry& geometry) {
+  if (geometry.window_black) return ValueWindow{*geometry.window_black, *geometry.window_white};
+  return choose_window(config.path, config.max_bytes);
+}
+
 }  // namespace
 
 Recording::Recording(const Config& config, OpenedSequence opened)
@@ -74,6 +79,13 @@ Result<Recording> Recording::open(const Config& config) {
   if (const auto fan = refuse_tracked_by_hand(config.path, opened->sequence); !fan) return fan.error();
   const auto geometry = find_geometry(config.path, opened->sequence, config.geometry_path);
   if (!geometry) return geometry.error();
+  ValueWindow window;
+  if (!opened->sequence.format.is_grey()) {
+    const auto found = window_of(config, *geometry);
+    if (!found) return found.error();
+    window = *found;
+    opened->pixels.set_window(window);
+  }
   if (config.pixels == Pixels::kAll) {
     if (const auto read = read_all(*opened); !read) return read.error();
   }
@@ -82,6 +94,7 @@ Result<Recording> Recording::open(const Config& config) {
   if (const auto read = recording.read_first_frame(); !read) return read.error();
   if (const auto done = recording.find_times(); !done) return done.error();
   if (const auto done = recording.find_angles_and_sweeps(*geometry); !done) return done.error();
+  recording.summary_.window = window;
   recording.find_directions();
   recording.find_lost_frames();
   if (const auto done = recording.summarise(*geometry); !done) return done.error();
@@ -342,6 +355,7 @@ Result<void> Recording::summarise(const RecordingGeometry& geometry) {
   summary_.columns = sequence_.columns;
   summary_.rows = sequence_.rows;
   summary_.compressed = sequence_.compressed;
+  summary_.format = sequence_.format;
   summary_.sweeps = static_cast<std::uint32_t>(sweeps_.size());
   summary_.frames_in_longest_sweep = std::ranges::max_element(sweeps_, {}, &Sweep::frames)->frames;
   summary_.smallest_angle_deg = smallest_deg;

@@ -25,6 +25,8 @@ struct RecordingSummary {
   std::uint32_t columns = 0;
   std::uint32_t rows = 0;
   bool compressed = false;
+  PixelFormat format;
+  ValueWindow window;  ///< of values that are no grey levels
   std::uint32_t sweeps = 0;
   std::uint32_t frames_in_longest_sweep = 0;
   double smallest_angle_deg = 0;

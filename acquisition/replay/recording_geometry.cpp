@@ -71,6 +71,10 @@ constexpr Key kKeys[] = {
     {"rows", "FanlightRows", kIfGiven, [](RecordingGeometry& into, double value) { into.for_rows = value; }},
     {"frames", "FanlightFrames", kIfGiven,
      [](RecordingGeometry& into, double value) { into.for_frames = value; }},
+    {"window_black", "FanlightWindowBlack", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.window_black = value; }},
+    {"window_white", "FanlightWindowWhite", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.window_white = value; }},
     {"first_angle_deg", "FanlightFirstAngleDeg", kIfGiven,
      [](RecordingGeometry& into, double value) { into.first_angle_deg = value; }},
     {"last_angle_deg", "FanlightLastAngleDeg", kIfGiven,
@@ -306,6 +310,11 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
     return bad(recording_path, fmt::format("the fan geometry lacks {}", fmt::join(missing, ", ")),
                fmt::format("a value for each in {}, in a file given by --geometry, or in the header as {}",
                            shown(sidecar(recording_path).filename()), fmt::join(missing_fields, ", ")));
+  }
+  if (found.window_black.has_value() != found.window_white.has_value() ||
+      (found.window_black && *found.window_black >= *found.window_white)) {
+    return bad(recording_path, "the geometry has a window without a width",
+               "window_black and window_white above it, or neither");
   }
   if (const auto fits = check_size(recording_path, sequence, found); !fits) return fits.error();
   if (const auto checked = check(found.geometry); !checked) {

@@ -28,7 +28,8 @@ namespace fanlight {
 /// ("cartesian", "linear-lines") pixel_width_mm; for "convex-lines" probe_radius_mm and line_pitch_deg.
 /// Optional: for Cartesian frames probe_radius_mm, sector_half_angle_deg, sector_reach_mm
 /// (FanGeometry::Sector); first_angle_deg and last_angle_deg, the range over which the frames of a recording
-/// without motor angles are spread; columns, rows and frames, where the geometry is for frames of
+/// without motor angles are spread; window_black and window_white, the values of pixels of 16 bit, or of
+/// signed ones, that are shown black and white; columns, rows and frames, where the geometry is for frames of
 /// one size or number only. A value that a kind of frame does not have is ignored; but line_pitch_deg
 /// is refused for every kind except "convex-lines".
 struct RecordingGeometry {
@@ -45,6 +46,8 @@ struct RecordingGeometry {
   std::optional<double> for_frames;
   std::optional<double> first_angle_deg;
   std::optional<double> last_angle_deg;
+  std::optional<double> window_black;  ///< both or none: see ValueWindow
+  std::optional<double> window_white;
   std::vector<Value> values;
 };
 

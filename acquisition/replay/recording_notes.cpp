@@ -25,6 +25,17 @@ void Recording::add_notes(const RecordingGeometry& geometry) {
     notes.emplace_back(
         "first_angle_deg and last_angle_deg of the geometry are not used: the frames have a MotorAngleDeg.");
   }
+  if (!summary_.format.is_grey()) {
+    notes.push_back(
+        fmt::format("The pixels are {}: {} is shown black and {} white, {}.", summary_.format.name(),
+                    summary_.window.black, summary_.window.white,
+                    geometry.window_black
+                        ? "as the geometry says"
+                        : "chosen from their values; window_black and window_white in the geometry set it"));
+  } else if (geometry.window_black) {
+    notes.emplace_back(
+        "window_black and window_white of the geometry are not used: the pixels are grey levels.");
+  }
   if (summary_.angle_outliers > 0) {
     notes.push_back(
         fmt::format("{} of {} frames are left out: their angle lies apart from their neighbours'.",

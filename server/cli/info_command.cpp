@@ -109,8 +109,8 @@ Result<void> tell_of_recording(const InfoOptions& options) {
   if (!recording) return recording.error();
   const RecordingSummary& summary = recording->summary();
   fmt::print("{}\n", summary.name);
-  fmt::print("  frames      {} of {} x {}, 8 bit{}\n", summary.frames, summary.columns, summary.rows,
-             summary.compressed ? ", compressed" : "");
+  fmt::print("  frames      {} of {} x {}, {}{}\n", summary.frames, summary.columns, summary.rows,
+             summary.format.name(), summary.compressed ? ", compressed" : "");
   fmt::print("  invalid     {}, of them {} by their angle; lost while recording {}\n", summary.frames_invalid,
              summary.angle_outliers, summary.frames_lost);
   fmt::print("  sweeps      {}, the longest of {} frames\n", summary.sweeps, summary.frames_in_longest_sweep);

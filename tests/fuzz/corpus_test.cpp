@@ -70,7 +70,9 @@ TEST_P(Corpus, RunsMutationsOfEveryInput) {
 INSTANTIATE_TEST_SUITE_P(Fuzz, Corpus,
                          testing::Values(Target{"client_messages", &fuzz_client_messages},
                                          Target{"frame_parser", &fuzz_frame_parser},
-                                         Target{"probe_blocks", &fuzz_probe_blocks}),
+                                         Target{"probe_blocks", &fuzz_probe_blocks},
+                                         Target{"recording", &fuzz_recording},
+                                         Target{"segment", &fuzz_segment}),
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

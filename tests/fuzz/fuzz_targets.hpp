@@ -24,4 +24,12 @@ void fuzz_probe_blocks(std::span<const std::uint8_t> input);
 /// conversion to a message (the scene also to JSON) and back.
 void fuzz_client_messages(std::span<const std::uint8_t> input);
 
+/// Tests the readers of recordings: MetaImage and NRRD sequences, with their pixels. A file is either refused
+/// with a message, or gives frames and sweeps that fit each other.
+void fuzz_recording(std::span<const std::uint8_t> input);
+
+/// Tests the reader of a recording that was cut off. The first two bytes are the length of the file with the
+/// records; the rest are the pixels. It is either refused with a message, or gives frames that are there.
+void fuzz_segment(std::span<const std::uint8_t> input);
+
 }  // namespace fanlight::test

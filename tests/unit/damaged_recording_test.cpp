@@ -151,7 +151,9 @@ const std::vector<Damage>& damages() {
       header_damage("FewerFramesThanDescribed", kBadInput,
                     "the header describes frame 4, expected the 4 frames", "DimSize", "8 6 4"),
       header_damage("FourDimensions", kUnsupported, "expected 3 (columns, rows, frames)", "NDims", "4"),
-      header_damage("SixteenBit", kUnsupported, "expected MET_UCHAR", "ElementType", "MET_USHORT"),
+      header_damage("Floats", kUnsupported, "expected MET_UCHAR", "ElementType", "MET_FLOAT"),
+      header_damage("SixteenBit", kBadInput, "its compressed pixels are 240 bytes, expected 480",
+                    "ElementType", "MET_USHORT"),
       header_damage("Colour", kUnsupported, "expected 1", "ElementNumberOfChannels", "3"),
       header_damage("Text", kUnsupported, "expected True", "BinaryData", "False"),
       header_damage("UnknownOrientation", kUnsupported,
@@ -196,10 +198,13 @@ const std::vector<Damage>& damages() {
          IgsFile::remove(file.header, "ElementType");
          return file.bytes();
        }},
-      {"NoSize", kBadInput, "no DimSize",
+      {"NoSize", kBadInput, "the header has no size of the frames",
        [](IgsFile&) { return std::string("ElementType = MET_UCHAR\nElementDataFile = LOCAL\n"); }},
-      {"FramesWithoutASize", kBadInput, "the header has no DimSize",
-       [](IgsFile&) { return std::string("Seq_Frame0000_Timestamp = 1\nElementDataFile = LOCAL\n"); }},
+      {"FramesWithoutASize", kBadInput, "the header has no size of the frames",
+       [](IgsFile&) {
+         return std::string(
+             "ElementType = MET_UCHAR\nSeq_Frame0000_Timestamp = 1\nElementDataFile = LOCAL\n");
+       }},
       {"SizeBelowTheFramesDescribed", kBadInput, "expected the 3 frames that the lines before it describe",
        [](IgsFile&) { return std::string("Seq_Frame0002_Timestamp = 1\nDimSize = 8 6 2\n"); }},
       {"FrameWithoutNumber", kBadInput, "expected Seq_Frame0000_Name",

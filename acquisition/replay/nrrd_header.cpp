@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/nrrd_header.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/replay/frame_fields.hpp"
+#include "acquisition/source/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::size_t kMostKeys = 10'000;
+constexpr std::size_t kMostAxes = 4;
+
+struct TypeName {
+  std::string_view name;
+  PixelFormat format;
+};
+constexpr PixelFormat kSigned8{.is_signed = true};
+constexpr PixelFormat kUnsigned16{.bytes = 2};
+constexpr PixelFormat kSigned16{.bytes = 2, .is_signed = true};
+constexpr std::array kTypes = {
+    TypeName{"unsigned char", {}},
+    TypeName{"uchar", {}},
+    TypeName{"uint8", {}},
+    TypeName{"uint8_t", {}},
+    TypeName{"signed char", kSigned8},
+    TypeName{"int8", kSigned8},
+    TypeName{"int8_t", kSigned8},
+    TypeName{"unsigned short", kUnsigned16},
+    TypeName{"ushort", kUnsigned16},
+    TypeName{"unsigned short int", kUnsigned16},
+    TypeName{"uint16", kUnsigned16},
+    TypeName{"uint16_t", kUnsigned16},
+    TypeName{"short", kSigned16},
+    TypeName{"short int", kSigned16},
+    TypeName{"signed short", kSigned16},
+    TypeName{"signed short int", kSigned16},
+    TypeName{"int16", kSigned16},
+    TypeName{"int16_t", kSigned16},
+};
+
+class NrrdHeader {
+ public:
+  explicit NrrdHeader(const IgsFile& from) : from_(from), lines_(from), fields_(from, header_) {}
+
+  Result<IgsHeader> read() {
+    if (const auto done = read_lines(); !done) return done.error();
+    if (const auto done = check_axes(); !done) return done.error();
+    if (const auto done = fields_.check(); !done) return done.error();
+    if (!has_encoding_) return from_.bad("the header has no encoding", "raw or gzip");
+    if (!has_endian_ && header_.format.bytes == 2)
+      return from_.bad("the header has no endian, and its pixels are of 16 bit", "endian: little or big");
+    header_.header_bytes = lines_.bytes();
+    return std::move(header_);
+  }
+
+ private:
+  Result<void> read_lines() {
+    const auto magic = lines_.next();
+    if (!magic) return magic.error();
+    for (;;) {
+      const auto line = lines_.next();
+      if (!line) return line.error();
+      if (!*line) {
+        if (!header_.data_file.empty()) return {};  // a header alone
+        return from_.bad("the header ends too early", "an empty line, and the pixels behind it");
+      }
+      const std::string_view text = trimmed(**line);
+      if (text.empty()) return {};
+      if (text.starts_with('#')) continue;
+      if (const auto taken = take_line(text); !taken) return taken;
+    }
+  }
+
+  /// "field: value" of the format's own, or "key:=value".
+  Result<void> take_line(std::string_view text) {
+    const auto colon = text.find(':');
+    if (colon == std::string_view::npos) {
+      return from_.bad(fmt::format("line {} of the header is {}", lines_.number(), in_quotes(text)),
+                       "field: value, or key:=value");
+    }
+    const bool pair = text.substr(colon).starts_with(":=");
+    const HeaderField field{trimmed(text.substr(0, colon)), trimmed(text.substr(colon + (pair ? 2 : 1)))};
+    if (pair && field.key.starts_with("Seq_Frame")) {
+      const auto taken = fields_.take(field);
+      return taken ? Result<void>() : taken.error();
+    }
+    if (!keys_.emplace(field.key).second) return field.refused(from_, "each line of the header once");
+    if (keys_.size() > kMostKeys)
+      return from_.bad(fmt::format("the header has over {} lines", kMostKeys), "fewer");
+    return pair ? take_pair(field) : take_field(field);
+  }
+
+  Result<void> take_pair(const HeaderField& field) {
+    if (field.key == "ultrasound image orientation") return fields_.set_orientation(field);
+    if (field.key == "ultrasound image type" && field.value != "BRIGHTNESS") {
+      return field.refused(from_, "BRIGHTNESS: pictures made of radio frequency lines, not the lines",
+                           ErrorCode::kUnsupported);
+    }
+    const auto taken = fields_.take(field);
+    return taken ? Result<void>() : taken.error();
+  }
+
+  Result<void> take_field(const HeaderField& field) {
+    const auto& [key, value] = field;
+    if (key == "type") return take_type(field);
+    if (key == "dimension") {
+      dimension_ = number_in<std::uint32_t>(value).value_or(0);
+      if (dimension_ < 3 || dimension_ > kMostAxes)
+        return field.refused(from_, "3 or 4: columns, rows and frames", ErrorCode::kUnsupported);
+    }
+    if (key == "sizes") return take_sizes(field);
+    if (key == "kinds") take_kinds(value);
+    if (key == "encoding") return take_encoding(field);
+    if (key == "endian") {
+      if (value != "little" && value != "big") return field.refused(from_, "little or big");
+      has_endian_ = true;
+      header_.format.big_endian = value == "big";
+    }
+    const bool skips = key == "byte skip" || key == "byteskip" || key == "line skip" || key == "lineskip";
+    if (skips && value != "0") {
+      return field.refused(from_,
+                           "0: pixels directly behind the header, or from the first byte of their file",
+                           ErrorCode::kUnsupported);
+    }
+    if (key == "data file" || key == "datafile") return take_data_file(from_, field, header_);
+    return {};
+  }
+
+  Result<void> take_type(const HeaderField& field) {
+    const auto* const type = std::ranges::find(kTypes, field.value, &TypeName::name);
+    if (type == kTypes.end()) {
+      return field.refused(from_, "uint8, int8, uint16 or int16: 8 or 16 bit pixels",
+                           ErrorCode::kUnsupported);
+    }
+    has_type_ = true;
+    header_.format.bytes = type->format.bytes;
+    header_.format.is_signed = type->format.is_signed;
+    return {};
+  }
+
+  Result<void> take_encoding(const HeaderField& field) {
+    has_encoding_ = true;
+    if (field.value == "raw") return {};
+    if (field.value != "gzip" && field.value != "gz")
+      return field.refused(from_, "raw or gzip", ErrorCode::kUnsupported);
+    header_.sequence.compressed = header_.gzip = true;
+    return {};
+  }
+
+  Result<void> take_sizes(const HeaderField& field) {
+    std::string_view rest = field.value;
+    while (!rest.empty() && sizes_.size() < kMostAxes) {
+      std::array<std::uint32_t, 1> one{};
+      const auto behind = take_numbers<std::uint32_t>(rest, one);
+      if (!behind) break;
+      sizes_.push_back(one[0]);
+      rest = *behind;
+    }
+    if (!rest.empty() || sizes_.size() < 3)
+      return field.refused(from_, "three or four numbers: columns, rows and frames");
+    sizes_text_ = field.value;
+    return {};
+  }
+
+  void take_kinds(std::string_view value) {
+    while (!value.empty()) {
+      const auto word = value.substr(0, value.find(' '));
+      kinds_.emplace_back(word);
+      value = trimmed(value.substr(word.size()));
+    }
+  }
+
+  static bool is_list(const std::string& kind) { return kind == "list" || kind == "time"; }
+
+  Result<void> check_axes() {
+    if (!has_type_) return from_.bad("the header has no type", "uint8, int8, uint16 or int16");
+    if (sizes_.empty()) return from_.bad("the header has no sizes", "columns, rows and frames");
+    const HeaderField field{"sizes", sizes_text_};
+    if (sizes_.size() != dimension_)
+      return field.refused(from_, fmt::format("as many numbers as its dimension {}", dimension_));
+    if (!kinds_.empty() && kinds_.size() != sizes_.size())
+      return from_.bad(fmt::format("the header has {} kinds", kinds_.size()), "one for each axis");
+    // Without kinds the last axis is taken for time, as PLUS does.
+    if (!kinds_.empty() && !is_list(kinds_.back())) {
+      return from_.bad(is_list(kinds_.front())
+                           ? "the frames are on the first axis: the pixels of all frames are interleaved"
+                           : "this is a volume on a grid: no axis is a list of frames",
+                       "kinds: domain domain list, with a frame behind the other", ErrorCode::kUnsupported);
+    }
+    // A frame may be a volume of one plane.
+    if (sizes_.size() == 4 && sizes_[2] != 1) {
+      return field.refused(from_, "one plane a frame: columns, rows, 1, frames", ErrorCode::kUnsupported);
+    }
+    return fields_.set_size(field, sizes_[0], sizes_[1], sizes_.back());
+  }
+
+  const IgsFile& from_;
+  HeaderLines lines_;
+  IgsHeader header_;
+  FrameFields fields_;
+  std::uint32_t dimension_ = 0;
+  std::vector<std::uint32_t> sizes_;
+  std::string sizes_text_;
+  std::vector<std::string> kinds_;
+  bool has_type_ = false;
+  bool has_encoding_ = false;
+  bool has_endian_ = false;
+  std::set<std::string, std::less<>> keys_;
+};
+
+}  // namespace
+
+Result<IgsHeader> read_nrrd_header(const IgsFile& from) {
+  return NrrdHeader(from).read();
+}
+
+}  // namespace fanlight
