@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace fanlight {
 
@@ -36,8 +37,7 @@ double AngleCheck::usual_step_rad(std::span<const Frame> frames) {
   const auto [smallest, largest] = std::ranges::minmax(frames, {}, &Frame::angle_rad);
   const double still_rad =
       kStill * (largest.angle_rad - smallest.angle_rad) / static_cast<double>(frames.size());
-  const auto moving =
-      std::ranges::subrange(std::ranges::upper_bound(steps_rad_, still_rad), steps_rad_.end());
+  const std::span<const double> moving(std::ranges::upper_bound(steps_rad_, still_rad), steps_rad_.end());
   if (moving.empty()) return 0;
   const double median = moving[(moving.size() - 1) / 2];
   double sum = 0;
