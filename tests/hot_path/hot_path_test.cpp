@@ -75,8 +75,9 @@ void warm_up(PipelineFixture& fixture, const std::vector<Scene>& scenes) {
   while (now_ns() - fixture.started_ns() < kColdNs) fixture.next_picture();
 }
 
-void expect_quiet_hot_path(FrameSource& source, RingPolicy policy) {
-  PipelineFixture fixture(source, policy);
+void expect_quiet_hot_path(FrameSource& source, RingPolicy policy,
+                           const std::filesystem::path& recordings = {}) {
+  PipelineFixture fixture(source, policy, recordings);
   const std::vector<Scene> scenes = tour(fixture.suggested());
   warm_up(fixture, scenes);
   fixture.make_hot();
@@ -161,6 +162,14 @@ TEST(HotPathTest, IsQuietWhereVolumesComeLive) {
   auto source = PhantomSource::create(kLive);
   ASSERT_TRUE(source) << source.error().message;
   expect_quiet_hot_path(**source, RingPolicy::kNewestWins);
+}
+
+TEST(HotPathTest, IsQuietWhileFramesAreRecorded) {
+  const TemporaryFolder folder;
+  auto source = PhantomSource::create(kLive);
+  ASSERT_TRUE(source) << source.error().message;
+  expect_quiet_hot_path(**source, RingPolicy::kNewestWins, folder.path());
+  EXPECT_GT(std::filesystem::file_size(folder / "frames.igs.mha"), 16U * 64 * 64 * kVolumes);
 }
 
 TEST(HotPathTest, IsQuietWhereEveryVolumeIsRendered) {

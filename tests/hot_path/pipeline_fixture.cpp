@@ -42,18 +42,31 @@ Scene scene_of(const SourceDescription& source) {
 
 }  // namespace
 
-PipelineFixture::PipelineFixture(FrameSource& source, RingPolicy policy)
+PipelineFixture::PipelineFixture(FrameSource& source, RingPolicy policy,
+                                 const std::filesystem::path& recordings)
     : suggested_(scene_of(source.description())) {
   auto pipeline = Pipeline::create(
-      {.size = kSize, .scene = suggested_, .policy = policy},
+      {.size = kSize, .scene = suggested_, .policy = policy, .recordings = recordings},
       {.open_device = [](const std::string& name) { return open_device(name, {.own_light_device = true}); },
        .source = source,
        .link = link_});
   if (!pipeline) throw std::runtime_error(pipeline.error().message);
   pipeline_ = std::move(*pipeline);
+  if (const auto recorder = pipeline_->recording()) {
+    recorder->orders.draft() = {
+        .number = 1, .wish = RecordingOrder::Wish::kRecord, .path = recordings / "frames.igs.mha"};
+    recorder->orders.publish();
+    while (recording().state != RecordingStatus::State::kRecording) link_.server_bell.wait(kLongestNs);
+  }
   started_ns_ = now_ns();
   thread_ids_ = threads_started_by([this] { pipeline_->start(); });
   if (thread_ids_.size() != 2) throw std::runtime_error("another thread was started at the same time");
+}
+
+RecordingStatus PipelineFixture::recording() {
+  const RecordingStatus* newest = pipeline_->recording()->status.newest();
+  if (newest != nullptr) recording_ = *newest;
+  return recording_;
 }
 
 std::uint64_t PipelineFixture::show(const Scene& scene) {

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
@@ -16,8 +17,12 @@ namespace fanlight::test {
 /// and publishes scenes. Test thread only.
 class PipelineFixture {
  public:
-  /// Starts the two threads. They are not hot yet. Throws where there is no GPU.
-  PipelineFixture(FrameSource& source, RingPolicy policy);
+  /// Starts the two threads. They are not hot yet. Throws where there is no GPU. `recordings`: a folder to
+  /// which all frames are recorded; empty: none are.
+  PipelineFixture(FrameSource& source, RingPolicy policy, const std::filesystem::path& recordings = {});
+
+  /// The recorder's newest state. Precondition: there is a folder for recordings.
+  RecordingStatus recording();
 
   /// The scene that shows all of the source.
   const Scene& suggested() const { return suggested_; }
@@ -39,6 +44,7 @@ class PipelineFixture {
   const Scene suggested_;
   std::uint64_t revision_ = 1;
   SourceLink link_;
+  RecordingStatus recording_;
   std::unique_ptr<Pipeline> pipeline_;
   std::int64_t started_ns_ = 0;
   std::vector<pid_t> thread_ids_;
