@@ -40,7 +40,6 @@ constexpr Magic kMagics[] = {
     {0, "\xFF\xD8\xFF"sv, {"a JPEG picture", kSingle}},
     {0, "BM"sv, {"a BMP picture", kSingle}},
     {128, "DICM"sv, {"a DICOM file", kConvertSequence}},
-    {0, "KRETZFILE"sv, {"a Kretz volume (GE Voluson)", kConvertSequence}},
     {4, "ftyp"sv, {"an MP4 video", kVideo}},
     {0, "RIFF"sv, {"an AVI video", kVideo}},
     {0, "\x1A\x45\xDF\xA3"sv, {"a Matroska video", kVideo}},
@@ -59,7 +58,6 @@ struct Extension {
 constexpr Extension kExtensions[] = {
     {".imf", {"an ImFusion file", kConvertSequence}},
     {".raw", {"raw pixels without a header", kConvertSequence}},
-    {".vol", {"a Kretz volume (GE Voluson)", kConvertSequence}},
     {".nii", {"a NIfTI volume", kCartesian}},
     {".rf",
      {"lines of radio frequency", "8 bit brightness frames made of them, as a PLUS sequence (.igs.mha)"}},
@@ -76,8 +74,8 @@ std::optional<ForeignFormat> foreign_format(std::span<const unsigned char> first
       return magic.format;
   }
   // Whatever its name is: a header of text is read, and what is wrong with it is told by the line.
-  if (bytes.starts_with("NRRD000") || bytes.starts_with("ObjectType") || bytes.starts_with("NDims") ||
-      bytes.starts_with("Comment"))
+  if (bytes.starts_with("NRRD000") || bytes.starts_with("KRETZFILE") || bytes.starts_with("ObjectType") ||
+      bytes.starts_with("NDims") || bytes.starts_with("Comment"))
     return std::nullopt;
   std::string name = path.filename().string();
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });

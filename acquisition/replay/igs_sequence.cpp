@@ -15,6 +15,7 @@
 #include "acquisition/replay/igs_header.hpp"
 #include "acquisition/replay/image_orientation.hpp"
 #include "acquisition/replay/inflater.hpp"
+#include "acquisition/replay/kretz_header.hpp"
 #include "acquisition/replay/nrrd_header.hpp"
 #include "acquisition/source/printable.hpp"
 
@@ -57,6 +58,12 @@ Result<OpenedFile> open_file(const std::filesystem::path& path) {
   return OpenedFile{.file = std::move(file), .from = std::move(from)};
 }
 
+Result<IgsHeader> read_header(const IgsFile& from, std::string_view first_bytes) {
+  if (first_bytes.starts_with("NRRD000")) return read_nrrd_header(from);
+  if (first_bytes.starts_with("KRETZFILE")) return read_kretz_header(from);
+  return read_igs_header(from);
+}
+
 Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_t max_bytes) {
   auto text = open_file(path);
   if (!text) return text.error();
@@ -67,13 +74,14 @@ Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_
     return from.bad(fmt::format("this is {}", foreign->what), foreign->advice, ErrorCode::kUnsupported);
   }
   std::rewind(from.file);
-  const bool nrrd =
-      std::string_view(reinterpret_cast<const char*>(first.data()), read).starts_with("NRRD000");
-  auto header = nrrd ? read_nrrd_header(from) : read_igs_header(from);
+  auto header = read_header(from, {reinterpret_cast<const char*>(first.data()), read});
   if (!header) return header.error();
   OpenedHeader opened{
       .pixels = {}, .pixel_bytes = from.bytes - header->header_bytes, .header = *std::move(header)};
   if (opened.header.data_file.empty()) {
+    // What follows the pixels may have been read too.
+    if (std::fseek(from.file, static_cast<long>(opened.header.header_bytes), SEEK_SET) != 0)
+      return from.bad("the file cannot be read on", "a file that can");
     opened.pixels = *std::move(text);
   } else {
     auto pixels = open_file(path.parent_path() / opened.header.data_file);
