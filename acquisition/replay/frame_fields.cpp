@@ -141,7 +141,7 @@ Result<void> FrameFields::take_frame_field(const HeaderField& field) {
     frame.fault = *fault;
   }
   if (name.ends_with("Transform") && (name.starts_with("Image") || name.starts_with("Probe")))
-    return take_transform(field, name);
+    return take_transform(field, *described);
   if (name == "ImageStatus" || name == "Status") {
     if (field.value != "OK" && field.value != "INVALID") return field.refused(from_, "OK or INVALID");
     frame.valid = field.value == "OK";
@@ -164,7 +164,8 @@ Result<void> FrameFields::take_number(const HeaderField& field, std::optional<T>
 }
 
 /// The pixel size is the lengths of the matrix's first two columns: mm along the image's x and y axes.
-Result<void> FrameFields::take_transform(const HeaderField& field, std::string_view name) {
+Result<void> FrameFields::take_transform(const HeaderField& field, const OfFrame& of) {
+  const std::string_view name = of.name;
   std::array<double, 16> matrix{};  // row order
   IgsSequence& sequence = header_.sequence;
   const bool sets_pixel_size = name == "ImageToReferenceTransform" && !sequence.pixel_size;
@@ -175,6 +176,7 @@ Result<void> FrameFields::take_transform(const HeaderField& field, std::string_v
   // PLUS writes the identity where the tracker saw nothing.
   constexpr std::array<double, 16> kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   if (matrix == kIdentity) return {};
+  if (name == "ImageToReferenceTransform") of.frame.pose = matrix;
   if (sets_pixel_size) {
     sequence.pixel_size = {.width_mm = std::hypot(matrix[0], matrix[4], matrix[8]),
                            .height_mm = std::hypot(matrix[1], matrix[5], matrix[9])};

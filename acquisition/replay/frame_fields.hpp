@@ -45,7 +45,7 @@ class FrameFields {
   };
   Result<OfFrame> of_frame(const HeaderField& field);
   Result<void> take_frame_field(const HeaderField& field);
-  Result<void> take_transform(const HeaderField& field, std::string_view name);
+  Result<void> take_transform(const HeaderField& field, const OfFrame& of);
   template <typename T>
   Result<void> take_number(const HeaderField& field, std::optional<T>& number,
                            std::string_view expected) const;

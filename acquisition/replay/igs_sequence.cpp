@@ -258,7 +258,9 @@ Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std:
       return reading->from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
   }
   reading->file = std::move(opened->pixels.file);
-  OpenedSequence result{.sequence = std::move(sequence), .pixels = IgsPixels(std::move(reading))};
+  OpenedSequence result{.sequence = std::move(sequence),
+                        .pixels = IgsPixels(std::move(reading)),
+                        .orientation = header.orientation};
   if (!header.format.is_grey()) result.pixels.set_window(whole_window(header.format));
   return result;
 }

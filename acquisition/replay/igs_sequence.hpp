@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/replay/fan_fit.hpp"
+#include "acquisition/replay/image_orientation.hpp"
 #include "acquisition/replay/pixel_values.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/frame.hpp"
@@ -25,7 +27,8 @@ struct IgsFrame {
   std::optional<std::uint64_t> volume_index;
   std::optional<std::uint32_t> frame_index;
   std::optional<SweepDirection> direction;
-  bool valid = true;  ///< its ImageStatus is not INVALID
+  bool valid = true;              ///< its ImageStatus is not INVALID
+  std::optional<ImagePose> pose;  ///< ImageToReferenceTransform, in the file's axis order
 
   // Of Fanlight's own recorder: see plus_fields.hpp and RecordedStream.
   std::optional<double> motor_angle_rad;
@@ -110,6 +113,7 @@ class IgsPixels {
 struct OpenedSequence {
   IgsSequence sequence;
   IgsPixels pixels;
+  ImageOrientation orientation;  ///< of the file; that of `pixels` is MF
 };
 
 /// Reads the header alone. The file is not trusted: at most max_bytes of pixels. kNotFound: no such file;

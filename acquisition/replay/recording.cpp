@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquisition/record/recover_recording.hpp"
+#include "acquisition/replay/tracked_poses.hpp"
 #include "acquisition/source/angle_check.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
@@ -37,21 +38,6 @@ Coverage coverage(const std::vector<IgsFrame>& frames, std::optional<T> IgsFrame
           static_cast<std::size_t>(missing - frames.begin())};
 }
 
-/// A file of a tracked probe without motor angles: its frames lie wherever the hand was.
-Result<void> refuse_tracked_by_hand(const std::filesystem::path& path, const IgsSequence& sequence) {
-  constexpr double kLeastMm = 1;
-  constexpr double kLeastDeg = 0.5;
-  if (coverage(sequence.frames, &IgsFrame::motor_angle_deg).present > 0) return {};
-  for (const auto& [name, motion] : sequence.motions) {
-    if (motion.most_mm < kLeastMm && motion.most_deg < kLeastDeg) continue;
-    return Error{ErrorCode::kUnsupported,
-                 fmt::format("{}: this sweep was tracked by hand, {:.0f} mm and {:.0f} deg far by its {}: no "
-                             "fan, expected frames of a motor, with a MotorAngleDeg each",
-                             shown(path), motion.most_mm, motion.most_deg, name)};
-  }
-  return {};
-}
-
 Result<ValueWindow> window_of(const Recording::Config& config, const RecordingGeometry& geometry) {
   if (geometry.window_black) return ValueWindow{*geometry.window_black, *geometry.window_white};
   return choose_window(config.path, config.max_bytes);
@@ -76,8 +62,10 @@ Result<Recording> Recording::open(const Config& config) {
   }
   auto opened = open_igs_sequence(config.path, config.max_bytes);
   if (!opened) return opened.error();
+  const auto fit = fit_poses(config.path, opened->sequence, opened->orientation);
+  if (!fit) return fit.error();
   if (const auto fan = refuse_tracked_by_hand(config.path, opened->sequence); !fan) return fan.error();
-  const auto geometry = find_geometry(config.path, opened->sequence, config.geometry_path);
+  const auto geometry = find_geometry(config.path, opened->sequence, config.geometry_path, *fit);
   if (!geometry) return geometry.error();
   ValueWindow window;
   if (!opened->sequence.format.is_grey()) {

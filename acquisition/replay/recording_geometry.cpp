@@ -88,7 +88,10 @@ constexpr std::size_t key_index(std::string_view name) {
 constexpr std::size_t kPixelWidth = key_index("pixel_width_mm");
 constexpr std::size_t kPixelHeight = key_index("pixel_height_mm");
 constexpr std::size_t kFrameKind = key_index("frame_kind");
-static_assert(kPixelWidth < kKeyCount && kPixelHeight < kKeyCount && kFrameKind < kKeyCount);
+constexpr std::size_t kFaceRow = key_index("face_row");
+constexpr std::size_t kMotorRadius = key_index("motor_radius_mm");
+static_assert(kPixelWidth < kKeyCount && kPixelHeight < kKeyCount && kFrameKind < kKeyCount &&
+              kFaceRow < kKeyCount && kMotorRadius < kKeyCount);
 
 /// The number in a text, or the index of the choice that it names.
 std::optional<double> value_in(const Key& key, std::string_view text) {
@@ -257,6 +260,16 @@ Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_pa
   return layers;
 }
 
+/// The motor radius: from the probe face back to the axis that was fitted to the poses.
+void add_fit(std::vector<Layer>& layers, const FanFit& fit) {
+  const Layer* const face = first_with(layers, kFaceRow);
+  const Layer* const height = first_with(layers, kPixelHeight);
+  if (face == nullptr || height == nullptr) return;
+  Layer layer{.origin = "the poses"};
+  layer.values[kMotorRadius] = *face->values[kFaceRow] * *height->values[kPixelHeight] - fit.axis_mm;
+  layers.push_back(std::move(layer));
+}
+
 /// Whether the geometry is for frames of this size and number, where it says so.
 Result<void> check_size(const std::filesystem::path& path, const IgsSequence& sequence,
                         const RecordingGeometry& found) {
@@ -280,12 +293,15 @@ Result<void> check_size(const std::filesystem::path& path, const IgsSequence& se
 
 Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_path,
                                         const IgsSequence& sequence,
-                                        const std::filesystem::path& geometry_path) {
-  const auto layers = read_layers(recording_path, sequence, geometry_path);
+                                        const std::filesystem::path& geometry_path,
+                                        const std::optional<FanFit>& fit) {
+  auto layers = read_layers(recording_path, sequence, geometry_path);
   if (!layers) return layers.error();
+  if (fit) add_fit(*layers, *fit);
   const auto kind = static_cast<std::size_t>(*first_with(*layers, kFrameKind)->values[kFrameKind]);
 
   RecordingGeometry found;
+  found.fit = fit;
   found.geometry.columns = sequence.columns;
   found.geometry.rows = sequence.rows;
   std::vector<std::string_view> missing;

@@ -19,7 +19,7 @@ namespace fanlight {
 ///   1. a geometry file given by the user, or else FILE.toml beside the recording FILE: lines of
 ///      `key = value` in TOML
 ///   2. fields of the recording's own header (FanlightMotorRadiusMm for motor_radius_mm, and so on)
-///   3. frame_kind: "cartesian"; pixel_width_mm and pixel_height_mm: its ImageToReferenceTransform, except
+////// 3. frame_kind: "cartesian"; pixel_width_mm and pixel_height_mm: its ImageToReferenceTransform, except
 ///      for convex lines
 /// Columns and rows are those of the frames after reading, whatever the orientation of the file
 /// (IgsSequence).
@@ -48,13 +48,15 @@ struct RecordingGeometry {
   std::optional<double> last_angle_deg;
   std::optional<double> window_black;  ///< both or none: see ValueWindow
   std::optional<double> window_white;
+  std::optional<FanFit> fit;  ///< of tracked poses, from which the motor angles are
   std::vector<Value> values;
 };
 
-/// `geometry_path` may be empty. kBadInput names the missing keys and where they may be given, or the wrong
-/// value.
+/// `geometry_path` may be empty. `fit`: gives the motor radius where nothing else does. kBadInput names the
+/// missing keys and where they may be given, or the wrong value.
 Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_path,
                                         const IgsSequence& sequence,
-                                        const std::filesystem::path& geometry_path);
+                                        const std::filesystem::path& geometry_path,
+                                        const std::optional<FanFit>& fit = {});
 
 }  // namespace fanlight

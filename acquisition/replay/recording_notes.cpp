@@ -16,6 +16,13 @@ constexpr double kLeastFanDeg = 2.6;
 void Recording::add_notes(const RecordingGeometry& geometry) {
   std::vector<std::string>& notes = summary_.notes;
   const double span_deg = summary_.largest_angle_deg - summary_.smallest_angle_deg;
+  if (const auto& fit = geometry.fit) {
+    notes.push_back(
+        fmt::format("The motor angles are fitted to the poses of the frames: the best axis lies {:.1f} mm "
+                    "behind row 0 and misses "
+                    "the frames by {:.1f} mm (root mean square).",
+                    -fit->axis_mm, fit->residual_mm));
+  }
   if (!measured_) {
     notes.push_back(
         fmt::format("The motor angles are assumed: the frames have none, and are spread evenly from {} to {} "
