@@ -32,6 +32,7 @@ struct Piece {
   Segment segment;
   std::uint64_t first = 0;
   std::uint64_t frames = 0;
+  std::vector<std::uint64_t> damaged;  ///< frames of the segment whose pixels differ from their checksum
 
   std::uint64_t frame_bytes() const { return segment.facts.geometry.frame_bytes(); }
 };
@@ -39,6 +40,21 @@ struct Piece {
 Error unwritable(const std::filesystem::path& path, int reason) {
   return {ErrorCode::kUnavailable, fmt::format("{} could not be written ({}), expected room and permission",
                                                shown(path), std::generic_category().message(reason))};
+}
+
+Error taken(const std::filesystem::path& path) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{} is there already, expected a name that is free", shown(path))};
+}
+
+/// Gives a new file its name, unless there is something of that name.
+Result<void> name_file(FileBeside& next, const std::filesystem::path& path) {
+  if (const int failure = next.sync()) return unwritable(path, failure);
+  const int failure = next.take_the_free_name(path);
+  if (failure == EEXIST) return taken(path);
+  if (failure != 0) return unwritable(path, failure);
+  sync_folder_of(path);
+  return {};
 }
 
 /// The file with the pixels of a segment, read from front to back.
@@ -85,17 +101,29 @@ class PixelSink {
 
   /// Returns 0 or an errno.
   int write(std::span<const std::uint8_t> pixels) {
+    int failure = 0;
     if (form_ == PixelForm::kRaw) {
       written_ += pixels.size();
-      return write_all(file_, {reinterpret_cast<const char*>(pixels.data()), pixels.size()});
+      failure = write_all(file_, {reinterpret_cast<const char*>(pixels.data()), pixels.size()});
+    } else {
+      failure = deflate_all(pixels, Z_NO_FLUSH);
     }
-    return deflate_all(pixels, Z_NO_FLUSH);
+    begin_write_back();
+    return failure;
   }
   int finish() { return form_ == PixelForm::kRaw ? 0 : deflate_all({}, Z_FINISH); }
 
   std::uint64_t written() const { return written_; }
 
  private:
+  /// So that the sync at the end has little left to do, and can be ended soon.
+  void begin_write_back() {
+    constexpr std::uint64_t kEvery = 16 << 20;
+    if (written_ - sent_back_ < kEvery) return;
+    sync_file_range(file_, 0, 0, SYNC_FILE_RANGE_WRITE);
+    sent_back_ = written_;
+  }
+
   int deflate_all(std::span<const std::uint8_t> pixels, int flush) {
     // Level 1 takes a third of the time of the usual one, for a tenth more bytes: speckle packs badly.
     if (!started_ && deflateInit(&stream_, 1) != Z_OK) return ENOMEM;
@@ -120,36 +148,51 @@ class PixelSink {
   z_stream stream_{};
   bool started_ = false;
   std::uint64_t written_ = 0;
+  std::uint64_t sent_back_ = 0;
 };
 
-/// Frames before the first one whose pixels differ from their checksum.
-Result<std::uint64_t> sound_frames(const Segment& segment) {
-  const PixelReader pixels(segment.paths.pixels);
-  const std::uint64_t frame_bytes = segment.facts.geometry.frame_bytes();
-  std::vector<std::uint8_t> frame(frame_bytes);
-  for (std::uint64_t i = 0; i < segment.frames.size(); ++i) {
-    if (auto read = pixels.read(i * frame_bytes, frame); !read) return read.error();
-    if (crc32c(frame) != segment.pixel_checksums[i]) return i;
-  }
-  return segment.frames.size();
+Error stopped(const std::filesystem::path& path) {
+  return {ErrorCode::kStopped,
+          fmt::format("{} was not finished, expected fanlight recover to do so", shown(path))};
 }
 
-Result<std::vector<Piece>> read_pieces(const std::vector<SegmentPaths>& paths, const FinishOptions& options,
-                                       std::uint64_t& left_out) {
+/// Marks the frames whose pixels differ from their checksum: after a power cut, or on a bad disk. Those
+/// behind them are kept.
+Result<void> find_damage(Piece& piece, const std::filesystem::path& path, const std::stop_token& stop) {
+  const PixelReader pixels(piece.segment.paths.pixels);
+  std::vector<std::uint8_t> frame(piece.frame_bytes());
+  for (std::uint64_t i = 0; i < piece.frames; ++i) {
+    if (stop.stop_requested()) return stopped(path);
+    if (auto read = pixels.read(i * piece.frame_bytes(), frame); !read) return read;
+    if (crc32c(frame) == piece.segment.pixel_checksums[i]) continue;
+    piece.damaged.push_back(i);
+    piece.segment.frames[i].fault = FrameFault::kDamaged;
+  }
+  return {};
+}
+
+Result<std::vector<Piece>> read_pieces(const std::vector<SegmentPaths>& paths,
+                                       const std::filesystem::path& path, const FinishOptions& options,
+                                       const std::stop_token& stop) {
   std::vector<Piece> pieces;
   for (const SegmentPaths& each : paths) {
     auto segment = read_segment(each);
+    // One that is lost must not cost the others.
+    if (!segment && segment.error().code == ErrorCode::kNotFound) continue;
     if (!segment) return segment.error();
-    std::uint64_t sound = segment->frames.size();
-    if (options.check_pixels) {
-      const auto checked = sound_frames(*segment);
-      if (!checked) return checked.error();
-      sound = *checked;
-    }
-    left_out += segment->frames.size() - sound;
-    if (sound > 0) pieces.push_back({.segment = *std::move(segment), .first = 0, .frames = sound});
+    if (segment->frames.empty()) continue;
+    const std::uint64_t frames = segment->frames.size();
+    pieces.push_back({.segment = *std::move(segment), .first = 0, .frames = frames, .damaged = {}});
+    if (!options.check_pixels) continue;
+    if (auto found = find_damage(pieces.back(), path, stop); !found) return found.error();
   }
   return pieces;
+}
+
+std::uint64_t damaged_frames(const std::vector<Piece>& pieces) {
+  std::uint64_t damaged = 0;
+  for (const Piece& piece : pieces) damaged += piece.damaged.size();
+  return damaged;
 }
 
 /// Leaves the last seconds only.
@@ -189,6 +232,16 @@ FrameText frame_text(const std::vector<Piece>& pieces) {
   return all;
 }
 
+/// Zeroes what `bytes`, read from `at` on, has of damaged frames.
+void blank_damage(const Piece& piece, std::uint64_t at, std::span<std::uint8_t> bytes) {
+  const std::uint64_t size = piece.frame_bytes();
+  for (const std::uint64_t frame : piece.damaged) {
+    const std::uint64_t from = std::max(frame * size, at);
+    const std::uint64_t to = std::min((frame + 1) * size, at + bytes.size());
+    if (from < to) std::ranges::fill(bytes.subspan(from - at, to - from), std::uint8_t{0});
+  }
+}
+
 /// Pixels of all pieces to the sink.
 Result<void> copy_pixels(const std::vector<Piece>& pieces, PixelSink& sink, const std::filesystem::path& path,
                          FinishProgress& progress, const std::stop_token& stop) {
@@ -197,30 +250,55 @@ Result<void> copy_pixels(const std::vector<Piece>& pieces, PixelSink& sink, cons
     const PixelReader pixels(piece.segment.paths.pixels);
     const std::uint64_t end = (piece.first + piece.frames) * piece.frame_bytes();
     for (std::uint64_t at = piece.first * piece.frame_bytes(); at < end; at += bytes.size()) {
-      if (stop.stop_requested()) {
-        return Error{ErrorCode::kStopped,
-                     fmt::format("{} was not finished, expected fanlight recover to do so", shown(path))};
-      }
+      if (stop.stop_requested()) return stopped(path);
       const std::span some = std::span(bytes).first(std::min<std::uint64_t>(bytes.size(), end - at));
       if (auto read = pixels.read(at, some); !read) return read;
+      blank_damage(piece, at, some);
       if (const int failure = sink.write(some)) return unwritable(path, failure);
       progress.bytes_done += some.size();
     }
   }
   if (const int failure = sink.finish()) return unwritable(path, failure);
-  return {};
+  return stop.stop_requested() ? Result<void>(stopped(path)) : Result<void>();
 }
 
-/// Gives the file with the pixels of the only piece a second name. False where they must be copied.
-bool link_pixels(const std::vector<Piece>& pieces, PixelForm form, const std::filesystem::path& to) {
-  const bool whole = pieces.size() == 1 && pieces.front().first == 0 && form == PixelForm::kRaw;
+/// Whether two names are those of one file.
+bool same_file(const std::filesystem::path& one, const std::filesystem::path& other) {
+  std::error_code failure;
+  return std::filesystem::equivalent(one, other, failure) && !failure;
+}
+
+/// Gives the file with the pixels of the only piece a second name, and sees to it that it is on the disk.
+/// False where they must be copied.
+Result<bool> link_pixels(const std::vector<Piece>& pieces, PixelForm form, const std::filesystem::path& to) {
+  const bool whole = pieces.size() == 1 && pieces.front().first == 0 && form == PixelForm::kRaw &&
+                     pieces.front().damaged.empty();
   if (!whole) return false;
   const Piece& piece = pieces.front();
   const std::filesystem::path& from = piece.segment.paths.pixels;
-  // Bytes of a frame that is not whole, or left out.
+  // Bytes of a frame that is not whole.
   std::error_code failure;
   std::filesystem::resize_file(from, piece.frames * piece.frame_bytes(), failure);
-  return !failure && link(from.c_str(), to.c_str()) == 0;
+  if (failure) return false;
+  const int file = open(from.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool synced = file >= 0 && fdatasync(file) == 0;
+  if (file >= 0) close(file);
+  if (!synced) return false;
+  // A crash between the names may have left it.
+  if (same_file(from, to)) return true;
+  if (link(from.c_str(), to.c_str()) == 0) {
+    sync_folder_of(to);
+    return true;
+  }
+  if (errno == EEXIST) return taken(to);
+  return false;
+}
+
+Result<void> write_text(const std::filesystem::path& path, std::string_view text) {
+  FileBeside next;
+  if (const int failure = next.create(path, 0600)) return unwritable(path, failure);
+  if (const int failure = write_all(next.descriptor(), text)) return unwritable(path, failure);
+  return name_file(next, path);
 }
 
 /// One file: the header, and the pixels behind it.
@@ -243,9 +321,7 @@ Result<std::uint64_t> write_joined(const std::vector<Piece>& pieces, const Frame
     if (lseek(next.descriptor(), 0, SEEK_SET) != 0) return unwritable(path, errno);
     if (const int failure = write_all(next.descriptor(), first)) return unwritable(path, failure);
   }
-  if (const int failure = next.sync()) return unwritable(path, failure);
-  if (const int failure = next.take_the_name_of(path)) return unwritable(path, failure);
-  sync_folder_of(path);
+  if (auto named = name_file(next, path); !named) return named.error();
   return first.size() + rest.size() + sink.written();
 }
 
@@ -255,21 +331,22 @@ Result<std::uint64_t> write_pair(const std::vector<Piece>& pieces, const FrameTe
                                  const std::stop_token& stop) {
   const std::filesystem::path beside = pixels_beside(path, form);
   std::uint64_t pixel_bytes = frames.frames * pieces.front().frame_bytes();
-  if (!link_pixels(pieces, form, beside)) {
+  const auto linked = link_pixels(pieces, form, beside);
+  if (!linked) return linked.error();
+  if (!*linked) {
     FileBeside next;
     if (const int failure = next.create(beside, 0600)) return unwritable(beside, failure);
     PixelSink sink(next.descriptor(), form);
     if (auto copied = copy_pixels(pieces, sink, beside, progress, stop); !copied) return copied.error();
-    if (const int failure = next.sync()) return unwritable(beside, failure);
-    if (const int failure = next.take_the_name_of(beside)) return unwritable(beside, failure);
+    if (auto named = name_file(next, beside); !named) return named.error();
     pixel_bytes = sink.written();
   }
   PlusHeader header{.frames = frames.frames, .compressed_bytes = std::nullopt};
   if (form == PixelForm::kZlib) header.compressed_bytes = pixel_bytes;
   const std::string text = plus_header(pieces.front().segment.facts, header) + frames.text +
                            plus_data_line(beside.filename().string());
-  if (auto written = replace_file(path, text, {.mode = 0600}); !written) {
-    std::filesystem::remove(beside);
+  if (auto written = write_text(path, text); !written) {
+    unlink(beside.c_str());  // it was made here
     return written.error();
   }
   return text.size() + pixel_bytes;
@@ -284,7 +361,7 @@ Result<void> write_pictures(const std::vector<SegmentPaths>& segments, const std
     lines.resize(lines.rfind('\n') + 1);  // 0 without one
     all += lines;
   }
-  return all.empty() ? Result<void>() : replace_file(pictures_beside(path), all, {.mode = 0600});
+  return all.empty() ? Result<void>() : write_text(pictures_beside(path), all);
 }
 
 bool one_file(const std::filesystem::path& path) {
@@ -313,9 +390,10 @@ std::filesystem::path pictures_beside(const std::filesystem::path& path) {
 void remove_segments(const std::vector<SegmentPaths>& segments) {
   std::error_code gone;
   for (const SegmentPaths& each : segments) {
-    std::filesystem::remove(each.frames, gone);
-    std::filesystem::remove(each.pixels, gone);
+    // The one that tells of the others goes last.
     std::filesystem::remove(each.pictures, gone);
+    std::filesystem::remove(each.pixels, gone);
+    std::filesystem::remove(each.frames, gone);
   }
 }
 
@@ -324,13 +402,14 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
                                            FinishProgress& progress, const std::stop_token& stop) {
   if (auto named = check_recording_name(path); !named) return named.error();
   FinishedRecording finished{.path = path};
-  auto pieces = read_pieces(segments, options, finished.frames_left_out);
+  auto pieces = read_pieces(segments, path, options, stop);
   if (!pieces) return pieces.error();
   keep_last(*pieces, options.last_s);
   if (pieces->empty()) {
     return Error{ErrorCode::kNotFound,
                  fmt::format("{}: the recording has no whole frame, expected one at least", shown(path))};
   }
+  finished.frames_damaged = damaged_frames(*pieces);
   const FrameText frames = frame_text(*pieces);
   finished.frames = frames.frames;
   finished.duration_s = frames.duration_s;

@@ -18,8 +18,8 @@ struct FinishOptions {
   PixelForm form = PixelForm::kRaw;
   /// Only the last so many seconds; 0: all.
   double last_s = 0;
-  /// Compares the pixels with their checksums and leaves out what follows the first that differs: after a
-  /// power cut, the last pages may not have reached the disk.
+  /// Compares the pixels with their checksums. A frame that differs counts as damaged: after a power cut,
+  /// pages may not have reached the disk.
   bool check_pixels = false;
 };
 
@@ -32,8 +32,8 @@ struct FinishProgress {
 struct FinishedRecording {
   std::filesystem::path path;
   std::uint64_t frames = 0;
-  std::uint64_t frames_left_out = 0;  ///< their pixels did not reach the disk
-  std::uint64_t bytes = 0;            ///< of the file, or of both files
+  std::uint64_t frames_damaged = 0;  ///< of them: their pixels did not reach the disk, and are 0
+  std::uint64_t bytes = 0;           ///< of the file, or of both files
   double duration_s = 0;
 };
 
@@ -48,10 +48,11 @@ std::filesystem::path pictures_beside(const std::filesystem::path& path);
 
 /// Writes the PLUS sequence `path` from segments, which all have the same facts but for the time, and the
 /// lines about its pictures beside it, and removes the segments. The new file appears whole or not at all,
-/// with mode 0600; until then the segments stay. One segment to an .mhd with raw pixels takes no copy and no
-/// time; all else copies the pixels, and needs room for them twice. Blocks; any thread. `stop` ends it early,
-/// with kStopped. Errors: kUnavailable, no room or no permission; kNotFound: the segments have no frame;
-/// those of read_segment().
+/// with mode 0600, and never in place of another; until then the segments stay. A segment that is missing is
+/// left out. One segment to an .mhd with raw pixels takes no copy; all else copies the pixels, and needs room
+/// for them twice. Blocks; any thread, with the recording's lock. `stop` ends it early, with kStopped.
+/// Errors: kUnavailable, no room, no permission or an I/O error; kInvalidArgument: a name is taken;
+/// kNotFound: the segments have no frame.
 Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segments,
                                            const std::filesystem::path& path, const FinishOptions& options,
                                            FinishProgress& progress, const std::stop_token& stop);

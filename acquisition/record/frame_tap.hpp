@@ -16,8 +16,8 @@ class FrameTap {
  public:
   /// `largest_frame_bytes`: of all geometries of the source. `reader_bell`: the recorder's.
   FrameTap(std::uint64_t largest_frame_bytes, Doorbell& reader_bell)
-      : queue_({.largest_frame_bytes = largest_frame_bytes, .slots = slots(largest_frame_bytes)},
-               {.reader_bell = reader_bell}) {}
+      : slots_(slots_for(largest_frame_bytes)),
+        queue_({.largest_frame_bytes = largest_frame_bytes, .slots = slots_}, {.reader_bell = reader_bell}) {}
 
   /// Any thread.
   void open(bool open) { open_.store(open, std::memory_order_release); }
@@ -28,16 +28,19 @@ class FrameTap {
   std::uint64_t frames_missed() const { return queue_.counters().frames_not_fed.value(); }
 
   FrameQueue& queue() { return queue_; }
+  /// Capacity of the queue.
+  std::uint32_t slots() const { return slots_; }
 
  private:
   // More than a second of frames at 100 MB/s: so long may a disk not take anything.
   static constexpr std::uint64_t kQueueBytes = 160'000'000;
-  static std::uint32_t slots(std::uint64_t frame_bytes) {
+  static std::uint32_t slots_for(std::uint64_t frame_bytes) {
     return static_cast<std::uint32_t>(
         std::clamp<std::uint64_t>(kQueueBytes / std::max<std::uint64_t>(frame_bytes, 1), 8, 4096));
   }
 
   std::atomic<bool> open_{false};
+  std::uint32_t slots_;
   FrameQueue queue_;
 };
 

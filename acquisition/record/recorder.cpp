@@ -7,7 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
+#include <exception>
+#include <limits>
 #include <utility>
 
 #include "acquisition/source/printable.hpp"
@@ -46,6 +47,19 @@ bool has_room(const std::filesystem::path& path) {
   return std::uint64_t{disk.f_bavail} * disk.f_frsize >= kLeastRoomBytes;
 }
 
+/// Whether nothing of a recording of this name is there, in either form.
+bool is_free_name(const std::filesystem::path& path) {
+  std::error_code failure;
+  const auto there = [&failure](const std::filesystem::path& each) {
+    return std::filesystem::exists(std::filesystem::symlink_status(each, failure));
+  };
+  std::filesystem::path pair = path;
+  pair.replace_extension(".mhd");
+  return !there(path) && !there(pair) && !there(pixels_beside(path, PixelForm::kRaw)) &&
+         !there(pixels_beside(path, PixelForm::kZlib)) && !there(pictures_beside(path)) &&
+         !there(pictures_beside(pair)) && segments_of(path).empty();
+}
+
 /// As the file can hold it: an angle that is no number makes a frame unusable for any assembler.
 RecordedFrame recorded(const QueuedFrame& frame) {
   RecordedFrame record{.stamp = frame.stamp, .fault = frame.fault};
@@ -58,6 +72,16 @@ RecordedFrame recorded(const QueuedFrame& frame) {
 
 }  // namespace
 
+Result<void> check_free_name(const std::filesystem::path& path) {
+  if (auto named = check_recording_name(path); !named) return named;
+  if (is_free_name(path)) return {};
+  return Error{
+      ErrorCode::kInvalidArgument,
+      fmt::format("{} is there already, or a file that belongs to it (.mhd, .raw, .zraw, .pictures.jsonl, "
+                  ".rec-0001), expected a name that is free",
+                  shown(path))};
+}
+
 std::filesystem::path file_of_recording(const std::filesystem::path& path, std::uint32_t number) {
   if (number <= 1) return path;
   const std::string name = path.filename().string();
@@ -66,9 +90,12 @@ std::filesystem::path file_of_recording(const std::filesystem::path& path, std::
   return path.parent_path() / fmt::format("{}-{}{}", name.substr(0, end), number, name.substr(end));
 }
 
-Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell, std::filesystem::path folder)
+Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell)
+    : Recorder(source, status_bell, LeftOvers()) {}
+
+Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell, LeftOvers left_overs)
     : facts_(facts_of(source)),
-      folder_(std::move(folder)),
+      left_overs_(std::move(left_overs)),
       tap_(largest_frame(source), bell_),
       status_(status_bell),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
@@ -88,43 +115,55 @@ void Recorder::end(Finish finish) {
 void Recorder::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "recorder");
   try {
-    if (!folder_.empty()) finish_left_over(folder_);
+    if (!left_overs_.folder.empty()) finish_left_overs();
     while (!stop.stop_requested()) {
-      bell_.wait(waits() ? kFlushNs / 2 : -1);
-      take_orders();
-      drain();
-      take_pictures();
-      flush_if_due();
-      try_again_if_due();
-      poll_finisher();
-      publish_status();
+      const bool more = tap_.queue().front() != nullptr;
+      bell_.wait(more ? 0 : waits() ? kFlushNs / 2 : -1);
+      work();
     }
-    drain();
+    tap_.open(false);
+    take_orders();
+    drain(tap_.slots());
     take_pictures();
     // Nobody has asked for the last seconds before an orderly end; after a crash they are finished.
-    const bool drop = order_ && order_->ring_s > 0 && !waits_for_finish_;
-    close_recording({}, drop);
+    close_recording({}, is_ring() && !waits_for_finish_);
     const std::int64_t until_ns = now_ns() + kMostEndNs;
     while (finisher_.busy() && (waits_for_finish_ || now_ns() < until_ns)) {
       bell_.wait(kFlushNs / 10);
       poll_finisher();
       publish_status();
     }
-  } catch (const std::bad_alloc&) {
-    trouble_ = "the recorder has no memory left, expected some";
+  } catch (const std::exception& thrown) {  // no memory, or a library's
+    trouble_ = fmt::format("the recorder has ended ({}), expected memory and a sound disk", thrown.what());
+    over_ = true;
+    order_.reset();
   }
   tap_.open(false);
   finisher_.leave();
   publish_status();
 }
 
+/// One turn: never longer than some frames take to write, so that orders and flushes come in time.
+void Recorder::work() {
+  constexpr std::uint32_t kFramesATurn = 64;
+  take_orders();
+  drain(kFramesATurn);
+  take_pictures();
+  flush_if_due();
+  try_again_if_due();
+  poll_finisher();
+  publish_status();
+}
+
 void Recorder::take_orders() {
-  const RecordingOrder* const order = orders_.newest();
-  if (order == nullptr) return;
-  drain();  // the frames before the order
-  close_recording(order->end_path, order->drops);
-  if (order->wish == RecordingOrder::Wish::kRecord) begin(*order);
-  order_done_ = order->number;
+  while (const auto order = orders_.take()) take(*order);
+}
+
+void Recorder::take(const RecordingOrder& order) {
+  drain(tap_.slots());  // the frames before the order
+  close_recording(order.end_path, order.drops && is_ring());
+  if (order.wish == RecordingOrder::Wish::kRecord) begin(order);
+  order_done_ = order.number;
 }
 
 void Recorder::begin(const RecordingOrder& order) {
@@ -140,17 +179,42 @@ void Recorder::begin(const RecordingOrder& order) {
   tap_.open(true);
 }
 
-/// The frames from now on belong to a further file.
+/// The frames from now on belong to a further file. Its name is one that nothing has.
 void Recorder::next_file() {
-  file_ = file_of_recording(order_->path, ++file_number_);
+  do {
+    file_ = file_of_recording(order_->path, ++file_number_);
+  } while (!is_free_name(file_));
   frames_in_file_ = 0;
   segment_number_ = 0;
+  lock_ = std::make_shared<RecordingLock>(file_);
 }
 
-void Recorder::finish_left_over(const std::filesystem::path& folder) {
-  for (const std::filesystem::path& path : unfinished_recordings(folder)) {
-    finisher_.add({.segments = segments_of(path), .path = path, .options = {.check_pixels = true}});
+void Recorder::finish_left_overs() {
+  for (const std::filesystem::path& path : unfinished_recordings(left_overs_.folder)) {
+    auto lock = std::make_shared<RecordingLock>(path);
+    if (!lock->held()) continue;  // another server's
+    finisher_.add({.segments = segments_of(path),
+                   .path = path,
+                   .options = {.form = left_overs_.form, .check_pixels = true},
+                   .lock = std::move(lock)});
   }
+}
+
+/// The present file gets its final form, under another name where one is given; the recording goes on.
+void Recorder::finish_file(const std::filesystem::path& end_path) {
+  segment_.reset();
+  if (segments_.empty()) return;
+  std::filesystem::path path = file_;
+  if (!end_path.empty() && is_free_name(end_path)) {
+    // Its parts get that name too: a crash from now on leaves what was promised.
+    lock_ = std::make_shared<RecordingLock>(end_path);
+    if (rename_segments(segments_, end_path)) path = end_path;
+  }
+  finisher_.add({.segments = std::exchange(segments_, {}),
+                 .path = path,
+                 .options = {.form = order_->form, .last_s = order_->ring_s},
+                 .lock = std::move(lock_)});
+  begins_ns_.clear();
 }
 
 /// Ends the recording under way, if there is one. `end_path`: the name that it gets; empty: its own.
@@ -158,24 +222,23 @@ void Recorder::close_recording(const std::filesystem::path& end_path, bool drop)
   if (!order_) return;
   tap_.open(false);
   if (segment_ && !segment_->flush()) trouble_ = "the last quarter of a second could not be written";
-  segment_.reset();
-  if (!segments_.empty()) {
-    if (drop) {
-      remove_segments(segments_);
-    } else {
-      finisher_.add({.segments = segments_,
-                     .path = end_path.empty() ? file_ : end_path,
-                     .options = {.form = order_->form, .last_s = order_->ring_s}});
-    }
+  if (drop) {
+    segment_.reset();
+    remove_segments(segments_);
+  } else {
+    finish_file(end_path);
   }
   segments_.clear();
   begins_ns_.clear();
+  lock_.reset();
   order_.reset();
 }
 
-void Recorder::drain() {
+void Recorder::drain(std::uint32_t most_frames) {
   FrameQueue& queue = tap_.queue();
-  while (const QueuedFrame* frame = queue.front()) {
+  for (std::uint32_t taken = 0; taken < most_frames; ++taken) {
+    const QueuedFrame* const frame = queue.front();
+    if (frame == nullptr) return;
     if (order_ && trouble_.empty()) write(*frame);
     queue.pop();
   }
@@ -184,13 +247,19 @@ void Recorder::drain() {
 void Recorder::write(const QueuedFrame& frame) {
   const bool changed =
       segment_ && (frame.stamp.geometry_revision != revision_ || frame.geometry != geometry_);
-  if (changed || frames_in_file_ == kMostFramesAFile) {
-    // The present file gets its final form; the order stays.
-    const RecordingOrder order = *order_;
-    close_recording({});
-    order_ = order;
-    next_file();
-    tap_.open(true);
+  if (changed || (!is_ring() && frames_in_file_ == kMostFramesAFile)) {
+    if (segment_) {
+      if (auto flushed = segment_->flush(); !flushed) return stop_for(flushed.error());
+    }
+    if (is_ring()) {
+      // Frames of two geometries are no sequence, and nobody has asked for the older ones.
+      segment_.reset();
+      remove_segments(std::exchange(segments_, {}));
+      begins_ns_.clear();
+    } else {
+      finish_file({});
+      next_file();
+    }
   }
   if (!segment_ && !open_segment(frame)) return;
   const RecordedFrame record = recorded(frame);
@@ -201,7 +270,7 @@ void Recorder::write(const QueuedFrame& frame) {
   ++frames_;
   ++frames_in_file_;
   bytes_ += geometry_.frame_bytes();
-  if (order_->ring_s > 0) next_segment();
+  if (is_ring()) next_segment();
   reached_limit();
 }
 
@@ -265,50 +334,67 @@ void Recorder::flush_if_due() {
   if (auto flushed = segment_->flush(); !flushed) stop_for(flushed.error());
 }
 
-/// Nothing more is written until there is room. What was written is finished as far as it goes.
+/// Nothing more is written until there is room. What was written is finished as far as it goes; a ring is
+/// dropped.
 void Recorder::stop_for(const Error& error) {
   const RecordingOrder order = *order_;
-  close_recording({});
+  close_recording({}, is_ring());
   order_ = order;
   trouble_ = error.message;
   room_checked_ns_ = now_ns();
 }
 
 void Recorder::try_again_if_due() {
-  const bool halted = order_ && !trouble_.empty();
-  if ((!halted && postponed_.empty()) || now_ns() - room_checked_ns_ < kRoomCheckNs) return;
-  room_checked_ns_ = now_ns();
-  if (finisher_.busy() || !has_room(halted ? file_ : postponed_.front().path)) return;
-  for (RecordingFinisher::Job& job : std::exchange(postponed_, {})) finisher_.add(std::move(job));
-  if (!halted) return;
+  const std::int64_t now = now_ns();
+  if (!postponed_.empty() && now >= next_try_ns_) {
+    next_try_ns_ = std::numeric_limits<std::int64_t>::max();  // set when the first of them fails
+    for (RecordingFinisher::Job& job : std::exchange(postponed_, {})) finisher_.add(std::move(job));
+  }
+  if (!order_ || trouble_.empty() || now - room_checked_ns_ < kRoomCheckNs) return;
+  room_checked_ns_ = now;
+  if (!has_room(file_)) return;
   trouble_.clear();
   next_file();
   tap_.open(true);
 }
 
 void Recorder::poll_finisher() {
-  while (const auto outcome = finisher_.poll()) {
-    ++finished_.finished;
-    finished_.last_file = shown(outcome->job.path);
-    finished_.last_trouble.clear();
-    finished_.last_frames = 0;
-    finished_.last_bytes = 0;
-    finished_.last_duration_s = 0;
-    if (const auto& result = outcome->result) {
-      finished_.last_file = shown(result->path);
-      finished_.last_frames = result->frames;
-      finished_.last_bytes = result->bytes;
-      finished_.last_duration_s = result->duration_s;
-    } else {
-      finished_.last_trouble = result.error().message;
-      if (result.error().code == ErrorCode::kUnavailable) postponed_.push_back(outcome->job);
+  while (auto outcome = finisher_.poll()) {
+    const bool again = outcome->job.tries > 0;
+    if (!outcome->result && outcome->result.error().code == ErrorCode::kUnavailable) {
+      constexpr int kMostDoublings = 6;
+      const std::int64_t pause_ns = kRoomCheckNs << std::min(outcome->job.tries++, kMostDoublings);
+      next_try_ns_ = std::min(next_try_ns_ == 0 ? std::numeric_limits<std::int64_t>::max() : next_try_ns_,
+                              now_ns() + pause_ns);
+      postponed_.push_back(outcome->job);
+      if (again) continue;  // it was told
+    } else if (!outcome->result && !again) {
+      ++lost_;
     }
+    tell(*outcome);
+  }
+}
+
+void Recorder::tell(const RecordingFinisher::Outcome& outcome) {
+  ++finished_.finished;
+  finished_.last_file = shown(outcome.job.path);
+  finished_.last_trouble.clear();
+  finished_.last_frames = 0;
+  finished_.last_bytes = 0;
+  finished_.last_duration_s = 0;
+  if (const auto& result = outcome.result) {
+    finished_.last_file = shown(result->path);
+    finished_.last_frames = result->frames;
+    finished_.last_bytes = result->bytes;
+    finished_.last_duration_s = result->duration_s;
+  } else {
+    finished_.last_trouble = result.error().message;
   }
 }
 
 bool Recorder::status_due() {
   const std::tuple now_known(order_done_, order_.has_value(), trouble_, finisher_.busy(), finished_.finished,
-                             file_);
+                             postponed_.size(), file_);
   const bool changed = std::exchange(published_, now_known) != now_known;
   const bool moves = order_ || finisher_.busy();
   return changed || (moves && now_ns() - published_ns_ >= kFlushNs);
@@ -321,6 +407,8 @@ void Recorder::publish_status() {
   status = finished_;
   status.order_done = order_done_;
   status.trouble = trouble_;
+  status.over = over_;
+  status.unfinished = postponed_.size() + lost_;
   if (order_) {
     status.state = trouble_.empty() ? RecordingStatus::State::kRecording : RecordingStatus::State::kNoRoom;
     status.file = shown(file_);

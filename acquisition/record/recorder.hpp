@@ -29,16 +29,20 @@ namespace fanlight {
 ///
 /// While it records, frames stand in segments (segment.hpp), which reach the kernel every quarter of a
 /// second. The final file is written on a second thread. A change of the frames' geometry, and a file longer
-/// than kMostFramesAFile, begin a further file: x.igs.mha, x-2.igs.mha, ...
+/// than kMostFramesAFile, begin a further file: x.igs.mha, x-2.igs.mha, ... A ring begins anew instead.
 class Recorder {
  public:
   static constexpr std::uint64_t kMostFramesAFile = 200'000;
   static constexpr std::int64_t kFlushNs = 250'000'000;
   static constexpr std::int64_t kRoomCheckNs = 1'000'000'000;
 
-  /// `status_bell`: of the thread that reads status(); must outlive the recorder. `folder`: recordings in it
-  /// that were cut off are finished first; empty: none.
-  Recorder(const SourceDescription& source, Doorbell& status_bell, std::filesystem::path folder = {});
+  struct LeftOvers {
+    std::filesystem::path folder{};  ///< recordings in it that were cut off are finished first; empty: none
+    PixelForm form = PixelForm::kRaw;
+  };
+  /// `status_bell`: of the thread that reads the status; must outlive the recorder.
+  Recorder(const SourceDescription& source, Doorbell& status_bell);
+  Recorder(const SourceDescription& source, Doorbell& status_bell, LeftOvers left_overs);
   /// As end(kLeave).
   ~Recorder();
   Recorder(const Recorder&) = delete;
@@ -46,11 +50,10 @@ class Recorder {
 
   FrameTap& tap() { return tap_; }
 
-  /// One thread. The newest order wins.
-  Mailbox<RecordingOrder>& orders() { return orders_; }
-  /// One thread. Changes, and several a second while it records.
-  Mailbox<RecordingStatus>& status() { return status_; }
-  RecordingLink link() { return {.orders = orders_, .status = status_, .pictures = pictures_}; }
+  /// For one thread. The status comes with each change, and several times a second while it records.
+  RecordingLink link() {
+    return {.orders = orders_, .recorder_bell = bell_, .status = status_, .pictures = pictures_};
+  }
 
   enum class Finish : std::uint8_t {
     kWait,  ///< writes the final files, however long it takes
@@ -64,11 +67,16 @@ class Recorder {
 
  private:
   void run(const std::stop_token& stop);
+  void work();
   void take_orders();
+  void take(const RecordingOrder& order);
   void begin(const RecordingOrder& order);
   void close_recording(const std::filesystem::path& end_path, bool drop = false);
-  void finish_left_over(const std::filesystem::path& folder);
-  void drain();
+  void finish_left_overs();
+  void finish_file(const std::filesystem::path& end_path);
+  bool is_ring() const { return order_ && order_->ring_s > 0; }
+  /// Writes up to so many frames of the queue.
+  void drain(std::uint32_t most_frames);
   void write(const QueuedFrame& frame);
   bool open_segment(const QueuedFrame& frame);
   void next_file();
@@ -81,14 +89,15 @@ class Recorder {
   void try_again_if_due();
   bool waits() const { return order_ || finisher_.busy() || !postponed_.empty(); }
   void poll_finisher();
+  void tell(const RecordingFinisher::Outcome& outcome);
   bool status_due();
   void publish_status();
 
   RecordingFacts facts_;
-  std::filesystem::path folder_;
+  LeftOvers left_overs_;
   Doorbell bell_;
   FrameTap tap_;
-  Mailbox<RecordingOrder> orders_{bell_};
+  RecordingOrders orders_;
   Mailbox<RecordingStatus> status_;
   LineQueue pictures_;
   RecordingFinisher finisher_{bell_};
@@ -112,16 +121,24 @@ class Recorder {
   std::int64_t last_time_ns_ = 0;
   std::uint64_t missed_before_ = 0;
   RecordingStatus finished_;                       // the fields of recordings that are finished
-  std::vector<RecordingFinisher::Job> postponed_;  // there was no room for their final form
+  std::vector<RecordingFinisher::Job> postponed_;  // their final form could not be written
+  std::int64_t next_try_ns_ = 0;                   // of those
+  std::shared_ptr<RecordingLock> lock_;            // of the present file
+  std::uint64_t lost_ = 0;                         // recordings that cannot be finished
+  bool over_ = false;
   std::string trouble_;
   std::int64_t flushed_ns_ = 0;
   std::int64_t room_checked_ns_ = 0;
   // What the last status told of, and when.
-  std::tuple<std::uint64_t, bool, std::string, bool, std::uint64_t, std::filesystem::path> published_;
+  std::tuple<std::uint64_t, bool, std::string, bool, std::uint64_t, std::size_t, std::filesystem::path>
+      published_;
   std::int64_t published_ns_ = 0;
   std::atomic<bool> waits_for_finish_{false};
   std::jthread thread_;  // last: it uses all of the above
 };
+
+/// kInvalidArgument: the name is none of a recording's, or something has it, or a name that follows from it.
+Result<void> check_free_name(const std::filesystem::path& path);
 
 /// x.igs.mha -> x-2.igs.mha; the first file of a recording has the name itself.
 std::filesystem::path file_of_recording(const std::filesystem::path& path, std::uint32_t number);

@@ -5,8 +5,11 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <new>
+#include <exception>
+#include <system_error>
 #include <utility>
 
 namespace fanlight {
@@ -19,18 +22,44 @@ void lower_priority() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
 }
 
+/// Whether a copy of the pixels leaves the disk enough for what is recorded meanwhile.
+bool has_room_for_copy(const RecordingFinisher::Job& job) {
+  constexpr std::uint64_t kReserveBytes = 128'000'000;
+  std::uint64_t bytes = kReserveBytes;
+  std::error_code failure;
+  for (const SegmentPaths& each : job.segments) {
+    const auto size = std::filesystem::file_size(each.pixels, failure);
+    if (!failure) bytes += size;
+  }
+  const auto folder = job.path.has_parent_path() ? job.path.parent_path() : std::filesystem::path(".");
+  const auto disk = std::filesystem::space(folder, failure);
+  return failure || disk.available >= bytes;
+}
+
+/// Removes segments without a frame. Where there are pixels without a record of them, they stay for a person.
+void remove_empty(const std::vector<SegmentPaths>& segments) {
+  std::error_code failure;
+  const bool empty = std::ranges::all_of(segments, [&failure](const SegmentPaths& each) {
+    const auto bytes = std::filesystem::file_size(each.pixels, failure);
+    return failure || bytes == 0;
+  });
+  if (empty) remove_segments(segments);
+}
+
 /// Where there is no room for a copy of the pixels, they stay in the file that they are in.
 Result<FinishedRecording> finish(const RecordingFinisher::Job& job, FinishProgress& progress,
                                  const std::stop_token& stop) {
-  auto finished = finish_recording(job.segments, job.path, job.options, progress, stop);
-  if (!finished && finished.error().code == ErrorCode::kNotFound) remove_segments(job.segments);
-  if (finished || finished.error().code != ErrorCode::kUnavailable) return finished;
+  const bool copies = job.path.extension() == ".mha";
+  if (!copies || job.segments.size() > 1 || has_room_for_copy(job)) {
+    auto finished = finish_recording(job.segments, job.path, job.options, progress, stop);
+    if (!finished && finished.error().code == ErrorCode::kNotFound) remove_empty(job.segments);
+    if (!copies || finished || finished.error().code != ErrorCode::kUnavailable) return finished;
+  }
   std::filesystem::path pair = job.path;
   pair.replace_extension(".mhd");
   FinishOptions raw = job.options;
   raw.form = PixelForm::kRaw;
-  auto again = finish_recording(job.segments, pair, raw, progress, stop);
-  return again ? std::move(again) : std::move(finished);
+  return finish_recording(job.segments, pair, raw, progress, stop);
 }
 
 }  // namespace
@@ -48,21 +77,32 @@ void RecordingFinisher::start() {
   progress_.bytes_in_all = 0;
   result_.reset();
   ended_ = false;
-  thread_ = std::jthread([this](const std::stop_token& stop) {
-    lower_priority();
-    try {
-      result_ = finish(*running_, progress_, stop);
-    } catch (const std::bad_alloc&) {
-      result_ = Error{ErrorCode::kUnavailable, "there is no memory to finish the recording, expected some"};
-    }
-    ended_.store(true, std::memory_order_release);
+  try {
+    thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  } catch (const std::system_error&) {
+    result_ =
+        Error{ErrorCode::kUnavailable, "the system has no thread to finish the recording, expected one"};
+    ended_ = true;
     bell_.ring();
-  });
+  }
+}
+
+void RecordingFinisher::run(const std::stop_token& stop) {
+  lower_priority();
+  try {
+    result_ = finish(*running_, progress_, stop);
+  } catch (const std::exception& thrown) {  // no memory, or a library's
+    result_ = Error{ErrorCode::kUnavailable,
+                    fmt::format("the recording could not be finished ({}), expected memory and a sound disk",
+                                thrown.what())};
+  }
+  ended_.store(true, std::memory_order_release);
+  bell_.ring();
 }
 
 std::optional<RecordingFinisher::Outcome> RecordingFinisher::poll() {
   if (!running_ || !ended_.load(std::memory_order_acquire)) return std::nullopt;
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   Outcome outcome{.job = *std::exchange(running_, std::nullopt), .result = *std::move(result_)};
   start();
   return outcome;
@@ -77,7 +117,7 @@ void RecordingFinisher::leave() {
   waiting_.clear();
   if (!running_) return;
   thread_.request_stop();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   running_.reset();
 }
 

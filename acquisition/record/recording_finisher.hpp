@@ -4,6 +4,7 @@
 #include <atomic>
 #include <deque>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -20,6 +21,8 @@ class RecordingFinisher {
     std::vector<SegmentPaths> segments;
     std::filesystem::path path;
     FinishOptions options;
+    std::shared_ptr<RecordingLock> lock;  ///< kept until the job has ended
+    int tries = 0;                        ///< that have failed
   };
   struct Outcome {
     Job job;
@@ -45,6 +48,7 @@ class RecordingFinisher {
 
  private:
   void start();
+  void run(const std::stop_token& stop);
 
   Doorbell& bell_;
   std::deque<Job> waiting_;

@@ -33,6 +33,11 @@ Result<FinishedRecording> recover_recording(const std::filesystem::path& path, c
                  fmt::format("{}: there is nothing of such a recording, expected {} or the like", shown(path),
                              shown(segment_paths(path, 1).frames.filename()))};
   }
+  const RecordingLock lock(path);
+  if (!lock.held()) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{}: another process records it or finishes it, expected its end", shown(path))};
+  }
   FinishOptions checking = options;
   checking.check_pixels = true;
   FinishProgress progress;

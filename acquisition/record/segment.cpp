@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <set>
 #include <type_traits>
@@ -18,6 +19,7 @@
 #include "acquisition/source/printable.hpp"
 #include "proto/base/crc32c.hpp"
 #include "proto/base/file_replacement.hpp"
+#include "proto/base/printable.hpp"
 
 namespace fanlight {
 
@@ -32,6 +34,7 @@ constexpr std::string_view kPixelsEnd = ".pixels";
 constexpr std::string_view kPicturesEnd = ".pictures";
 constexpr std::size_t kLongestSource = 4096;
 constexpr std::uint64_t kMostFrames = 1'000'000;
+constexpr std::int64_t kLargestUtcS = 253'402'300'799;  // the end of the year 9999
 
 /// The record of one frame as it stands in the file.
 struct FrameRecord {
@@ -223,11 +226,35 @@ Result<RecordingFacts> read_facts(int file, const std::filesystem::path& path) {
       .first_angle_rad = record.first_angle_rad,
       .last_angle_rad = record.last_angle_rad,
       .begun_utc_s = record.begun_utc_s};
-  if (!check(facts.geometry)) return no_segment(path);
+  // It goes into the text of a header.
+  const bool told = is_printable(facts.source) && std::isfinite(facts.first_angle_rad) &&
+                    std::isfinite(facts.last_angle_rad) && facts.begun_utc_s >= 0 &&
+                    facts.begun_utc_s <= kLargestUtcS;
+  if (!told || !check(facts.geometry)) return no_segment(path);
   return facts;
 }
 
+/// Names of the files in a folder, as far as it can be read.
+std::vector<std::string> names_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  std::error_code failure;
+  std::filesystem::directory_iterator entry(folder, failure);
+  for (; !failure && entry != std::filesystem::directory_iterator(); entry.increment(failure))
+    names.push_back(entry->path().filename().string());
+  return names;
+}
+
 }  // namespace
+
+RecordingLock::RecordingLock(const std::filesystem::path& recording)
+    : path_(recording.string() + ".rec-lock"),
+      file_(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)),
+      held_(file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {}
+
+RecordingLock::~RecordingLock() {
+  if (held_ && file_ >= 0) unlink(path_.c_str());
+  if (file_ >= 0) close(file_);
+}
 
 SegmentPaths segment_paths(const std::filesystem::path& recording, std::uint32_t number) {
   const std::string begin = fmt::format("{}{}{:04}", recording.string(), kInfix, number);
@@ -240,9 +267,7 @@ std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording) {
   std::vector<std::uint32_t> numbers;
   const std::string begin = recording.filename().string() + std::string(kInfix);
   const auto folder = recording.has_parent_path() ? recording.parent_path() : std::filesystem::path(".");
-  std::error_code failure;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, failure)) {
-    std::string name = entry.path().filename().string();
+  for (const std::string& name : names_in(folder)) {
     if (!name.starts_with(begin) || !name.ends_with(kFramesEnd)) continue;
     const std::string_view middle =
         std::string_view(name).substr(begin.size(), name.size() - begin.size() - kFramesEnd.size());
@@ -254,11 +279,24 @@ std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording) {
   return segments;
 }
 
+bool rename_segments(std::vector<SegmentPaths>& segments, const std::filesystem::path& recording) {
+  std::uint32_t number = 0;
+  for (SegmentPaths& each : segments) {
+    const SegmentPaths next = segment_paths(recording, ++number);
+    // The one that tells of the others goes first: without it the others are nothing.
+    if (rename(each.frames.c_str(), next.frames.c_str()) != 0) return false;
+    each.frames = next.frames;
+    if (rename(each.pixels.c_str(), next.pixels.c_str()) != 0) return false;
+    each.pixels = next.pixels;
+    if (rename(each.pictures.c_str(), next.pictures.c_str()) == 0) each.pictures = next.pictures;
+  }
+  return true;
+}
+
 std::vector<std::filesystem::path> unfinished_recordings(const std::filesystem::path& folder) {
   std::set<std::filesystem::path> found;
   std::error_code failure;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, failure)) {
-    const std::string name = entry.path().filename().string();
+  for (const std::string& name : names_in(folder)) {
     const auto infix = name.rfind(kInfix);
     if (infix == std::string::npos || !name.ends_with(kFramesEnd)) continue;
     const std::filesystem::path recording = folder / name.substr(0, infix);
@@ -276,17 +314,16 @@ Result<SegmentWriter> SegmentWriter::create(const SegmentPaths& paths, const Rec
   OpenFile pixels(paths.pixels, O_RDWR | O_CREAT | O_EXCL);
   if (pixels.get() < 0) {
     const Error error = writer.failed(paths.pixels, errno);
-    std::filesystem::remove(paths.frames);
+    unlink(paths.frames.c_str());
     return error;
   }
   writer.pixels_file_ = pixels.release();
-  flock(writer.frames_file_, LOCK_EX | LOCK_NB);  // a file system without locks has none
   writer.frame_bytes_ = facts.geometry.frame_bytes();
   writer.zeros_.resize(writer.frame_bytes_);
   writer.unwritten_ = facts_text(facts);
   if (auto written = writer.flush(); !written) {
-    std::filesystem::remove(paths.frames);
-    std::filesystem::remove(paths.pixels);
+    unlink(paths.frames.c_str());
+    unlink(paths.pixels.c_str());
     return written.error();
   }
   return writer;
@@ -374,15 +411,12 @@ Result<Segment> read_segment(const SegmentPaths& paths) {
   const OpenFile frames(paths.frames, O_RDONLY);
   const OpenFile pixels(paths.pixels, O_RDONLY);
   if (frames.get() < 0 || pixels.get() < 0) {
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("{}: a part of the recording is missing or cannot be read, expected {} too",
-                             shown(frames.get() < 0 ? paths.frames : paths.pixels),
-                             shown(frames.get() < 0 ? paths.pixels : paths.frames))};
-  }
-  if (flock(frames.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    return Error{
-        ErrorCode::kUnavailable,
-        fmt::format("{}: another process is recording to it, expected its end", shown(paths.frames))};
+    const std::filesystem::path& lacks = frames.get() < 0 ? paths.frames : paths.pixels;
+    std::error_code failure;
+    const bool there = std::filesystem::exists(lacks, failure) || failure;
+    return Error{there ? ErrorCode::kUnavailable : ErrorCode::kNotFound,
+                 fmt::format("{}: a part of the recording {}, expected one that this user may read",
+                             shown(lacks), there ? "cannot be read" : "is missing")};
   }
   auto facts = read_facts(frames.get(), paths.frames);
   if (!facts) return facts.error();

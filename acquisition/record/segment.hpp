@@ -28,11 +28,33 @@ std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording);
 /// Names of the recordings in a folder of which there are segments and no file, in alphabetical order.
 std::vector<std::filesystem::path> unfinished_recordings(const std::filesystem::path& folder);
 
+/// Gives the files of segments the names of another recording's. False: some have the old ones; `segments`
+/// tells.
+bool rename_segments(std::vector<SegmentPaths>& segments, const std::filesystem::path& recording);
+
+/// Keeps a recording to one process, from its first segment until its final file: two must not finish it at
+/// once. Ends with this object or the process. A file system without locks, or a folder that cannot be
+/// written, has no lock.
+class RecordingLock {
+ public:
+  explicit RecordingLock(const std::filesystem::path& recording);
+  ~RecordingLock();
+  RecordingLock(const RecordingLock&) = delete;
+  RecordingLock& operator=(const RecordingLock&) = delete;
+
+  /// False: another process has it.
+  bool held() const { return held_; }
+
+ private:
+  std::filesystem::path path_;
+  int file_;
+  bool held_;
+};
+
 /// Writes a segment. Not thread safe; the recorder's thread.
 class SegmentWriter {
  public:
-  /// Creates both files (mode 0600) and locks them against a recovery by another process. kUnavailable: the
-  /// sentence says why.
+  /// Creates both files (mode 0600). kUnavailable: the sentence says why.
   static Result<SegmentWriter> create(const SegmentPaths& paths, const RecordingFacts& facts);
   SegmentWriter(SegmentWriter&& other) noexcept;
   SegmentWriter& operator=(SegmentWriter&& other) noexcept;
@@ -81,8 +103,8 @@ struct Segment {
   std::vector<std::uint32_t> pixel_checksums;  ///< CRC-32C of each frame's pixels
 };
 
-/// Reads the records whose pixels are on the disk. Records behind a damaged one are left out. kUnavailable:
-/// another process writes the segment. kBadInput: these are no files of a segment.
+/// Reads the records whose pixels are on the disk. Records behind a damaged one are left out. kNotFound: one
+/// of the files is missing; kUnavailable: it cannot be read; kBadInput: these are no files of a segment.
 Result<Segment> read_segment(const SegmentPaths& paths);
 
 }  // namespace fanlight

@@ -67,9 +67,8 @@ void Recording::add_notes(const RecordingGeometry& geometry) {
 
 void Recording::add_note(const FinishedRecording& recovered) {
   summary_.notes.push_back(
-      fmt::format("The recording was cut off, and was finished now with {} frames; {} were damaged and are "
-                  "left out.",
-                  recovered.frames, recovered.frames_left_out));
+      fmt::format("The recording was cut off, and was finished now with {} frames; {} of them are damaged.",
+                  recovered.frames, recovered.frames_damaged));
 }
 
 }  // namespace fanlight

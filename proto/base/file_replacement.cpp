@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -86,6 +87,18 @@ int FileBeside::sync() const {
 int FileBeside::take_the_name_of(const std::filesystem::path& target) {
   if (::close(std::exchange(file_, -1)) != 0) return errno;
   if (::rename(name_.c_str(), target.c_str()) != 0) return errno;
+  name_.clear();
+  return 0;
+}
+
+int FileBeside::take_the_free_name(const std::filesystem::path& target) {
+  if (::close(std::exchange(file_, -1)) != 0) return errno;
+  if (::renameat2(AT_FDCWD, name_.c_str(), AT_FDCWD, target.c_str(), RENAME_NOREPLACE) != 0) {
+    if (errno != EINVAL && errno != ENOSYS) return errno;
+    // A file system without that: a second name fails where there is one.
+    if (::link(name_.c_str(), target.c_str()) != 0) return errno;
+    return 0;  // the destructor removes the first name
+  }
   name_.clear();
   return 0;
 }

@@ -35,6 +35,8 @@ class FileBeside {
   int sync() const;
   /// Closes it, and moves it to the name of `target`, in place of what is there.
   int take_the_name_of(const std::filesystem::path& target);
+  /// The same, but EEXIST where there is something of that name.
+  int take_the_free_name(const std::filesystem::path& target);
 
   int descriptor() const { return file_; }
 

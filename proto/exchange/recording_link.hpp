@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <vector>
+#include <utility>
 
-#include "proto/exchange/line_queue.hpp"
 #include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/small_queue.hpp"
 
 namespace fanlight {
 
@@ -24,7 +24,7 @@ struct RecordingOrder {
   std::uint64_t number = 0;
   Wish wish = Wish::kEnd;
   // Of the recording that is under way:
-  bool drops = false;              ///< it is removed, not finished
+  bool drops = false;              ///< it is removed, not finished, where it is a ring
   std::filesystem::path end_path;  ///< the name that it gets; empty: its own
   // Of the one to begin, for kRecord:
   std::filesystem::path path;  ///< ends with .mha or .mhd; nothing has this name yet
@@ -52,7 +52,9 @@ struct RecordingStatus {
   std::uint64_t frames_missed = 0;  ///< frames that the recorder had no room for in its memory
   double finish_share = 0;          ///< 0 to 1, while the state is kFinishing
   std::string trouble;              ///< why nothing is written; empty: no trouble
+  bool over = false;                ///< the recorder has failed, and takes no more orders
   std::uint64_t finished = 0;       ///< recordings that were ended so far, finished or not
+  std::uint64_t unfinished = 0;     ///< of them, those whose final form could not be written yet
   std::string last_file;            ///< the newest of them
   std::uint64_t last_frames = 0;
   std::uint64_t last_bytes = 0;
@@ -60,14 +62,25 @@ struct RecordingStatus {
   std::string last_trouble;  ///< why the newest could not be finished; its parts stay beside its name
 };
 
+using RecordingOrders = SmallQueue<RecordingOrder, 16>;
+using LineQueue = SmallQueue<std::string, 256>;
+
 /// The server's ends of a recorder.
 struct RecordingLink {
-  Mailbox<RecordingOrder>& orders;
+  RecordingOrders& orders;
+  Doorbell& recorder_bell;  ///< to be rung after an order
   Mailbox<RecordingStatus>& status;
   /// What the displays saw, a line of JSON each, for the file FILE.pictures.jsonl beside the recording: a
   /// scene
   /// ({"scene_revision": ...}, kept for the next recording too), or a picture.
   LineQueue& pictures;
+
+  /// False where too many orders wait.
+  bool send(RecordingOrder order) const {
+    const bool put = orders.put(std::move(order));
+    recorder_bell.ring();
+    return put;
+  }
 };
 
 }  // namespace fanlight

@@ -117,12 +117,7 @@ void print_recording(const RecordOptions& options, const RecordingStatus& status
 
 /// Nothing may be lost by a name that is taken, or a folder that is not there.
 Result<void> check_name(const std::filesystem::path& path) {
-  if (auto named = check_recording_name(path); !named) return named;
-  std::error_code failure;
-  if (std::filesystem::exists(path, failure) || !segments_of(path).empty()) {
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{} is there already, expected a name that is free", path.string())};
-  }
+  if (auto named = check_free_name(path); !named) return named;
   const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   if (access(folder.c_str(), W_OK | X_OK) == 0) return {};
   return Error{ErrorCode::kInvalidArgument,
@@ -135,7 +130,7 @@ Result<void> check_name(const std::filesystem::path& path) {
 void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, RecordingStatus& status) {
   for (;;) {
     const bool asked = signals.wait_ms(100);
-    if (const RecordingStatus* newest = recorder.status().newest()) {
+    if (const RecordingStatus* newest = recorder.link().status.newest()) {
       status = *newest;
       show_progress(status);
     }
@@ -157,30 +152,39 @@ Result<void> record(const RecordOptions& options) {
 
   Doorbell status_bell;
   Recorder recorder((*source)->description(), status_bell);
-  recorder.orders().draft() = {.number = 1,
-                               .wish = RecordingOrder::Wish::kRecord,
-                               .path = options.out,
-                               .form = options.form,
-                               .most_s = options.seconds,
-                               .most_bytes = static_cast<std::uint64_t>(options.megabytes * 1e6),
-                               .ring_s = options.last_s};
-  recorder.orders().publish();
+  const RecordingLink link = recorder.link();
+  link.send({.number = 1,
+             .wish = RecordingOrder::Wish::kRecord,
+             .path = options.out,
+             .form = options.form,
+             .most_s = options.seconds,
+             .most_bytes = static_cast<std::uint64_t>(options.megabytes * 1e6),
+             .ring_s = options.last_s});
   RecordingStatus status;
-  while (!recorder.tap().is_open()) signals.wait_ms(1);
+  while (status.order_done == 0 && !status.over) {
+    status_bell.wait(100'000'000);
+    if (const RecordingStatus* newest = link.status.newest()) status = *newest;
+  }
   Pump pump(**source, recorder.tap(),
             options.playing.as_fast_as_taken ? FullQueue::kWait : FullQueue::kLoseFrame);
   watch_recording(signals, recorder, pump, status);
   const auto pumped = pump.stop();
   recorder.end(Recorder::Finish::kWait);
-  if (const RecordingStatus* newest = recorder.status().newest()) status = *newest;
+  if (const RecordingStatus* newest = recorder.link().status.newest()) status = *newest;
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[K");
-  if (!status.last_trouble.empty()) return Error{ErrorCode::kUnavailable, status.last_trouble};
+  if (status.unfinished > 0 && status.finished == 1)
+    return Error{ErrorCode::kUnavailable, status.last_trouble};
   if (status.finished == 0 && !pumped) return pumped;
   if (status.finished == 0) {
     return Error{ErrorCode::kNotFound,
                  status.trouble.empty() ? "the source gave no frame, expected one at least" : status.trouble};
   }
   print_recording(options, status);
+  if (status.unfinished > 0) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} of {} files could not be finished, expected fanlight recover to do so",
+                             status.unfinished, status.finished)};
+  }
   if (!status.trouble.empty()) return Error{ErrorCode::kUnavailable, status.trouble};
   return pumped;
 }
@@ -191,7 +195,7 @@ Result<void> recover(const std::string& file, PixelForm form, bool json) {
   if (json) {
     fmt::print("{}\n", nlohmann::ordered_json({{"file", recovered->path.string()},
                                                {"frames", recovered->frames},
-                                               {"frames_left_out", recovered->frames_left_out},
+                                               {"frames_damaged", recovered->frames_damaged},
                                                {"bytes", recovered->bytes},
                                                {"duration_s", recovered->duration_s}})
                            .dump());
@@ -199,8 +203,9 @@ Result<void> recover(const std::string& file, PixelForm form, bool json) {
   }
   fmt::print("{}: {} frames in {:.1f} s, {}\n", recovered->path.string(), recovered->frames,
              recovered->duration_s, size_text(recovered->bytes));
-  if (recovered->frames_left_out > 0)
-    fmt::print("{} frames are left out: they are damaged or cut off\n", recovered->frames_left_out);
+  if (recovered->frames_damaged > 0)
+    fmt::print("{} of them are damaged and marked so: their pixels did not reach the disk\n",
+               recovered->frames_damaged);
   return {};
 }
 

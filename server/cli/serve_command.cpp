@@ -127,7 +127,7 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
           .pipeline_cache = {.folder = user_cache_folder(std::getenv("XDG_CACHE_HOME"), std::getenv("HOME")),
                              .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }},
           .gpu = options.gpu,
-          .recordings = options.recording.folder};
+          .recordings = {.folder = options.recording.folder, .form = options.recording.form}};
 }
 
 /// Ends the process at once, as main() would with this result. A thread is inside the GPU's driver and does

@@ -52,7 +52,7 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
       private_view_ends_(link_.server_bell),
       render_health_(link_.server_bell, roomy_health()),
       survey_results_(link_.server_bell) {
-  if (!config.recordings.empty())
+  if (!config.recordings.folder.empty())
     recorder_.emplace(source_.description(), link_.server_bell, config.recordings);
 }
 

@@ -51,7 +51,7 @@ class Pipeline {
     PipelineCache::Config pipeline_cache{};      ///< see Renderer::Config; by default there is no file
     std::string gpu;                             ///< part of the GPU's name; empty for the best one
     std::optional<Watchdog::Limits> watchdog{};  ///< see Renderer::Config
-    std::filesystem::path recordings{};          ///< folder for recordings; empty: nothing is recorded
+    Recorder::LeftOvers recordings{};  ///< where recordings go; without a folder nothing is recorded
   };
   /// Opens a device by a part of its GPU's name. Called again, on the render thread, where the device was
   /// lost.

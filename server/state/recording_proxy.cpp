@@ -72,10 +72,11 @@ RecordingOrder RecordingProxy::ring_order() {
           .ring_s = config_.last_s};
 }
 
-void RecordingProxy::order(RecordingOrder order) {
-  order.number = ++ordered_;
-  link_->orders.draft() = std::move(order);
-  link_->orders.publish();
+bool RecordingProxy::order(RecordingOrder order) {
+  order.number = ordered_ + 1;
+  if (!link_->send(std::move(order))) return false;
+  ++ordered_;
+  return true;
 }
 
 Result<std::string> RecordingProxy::request(RecordingWish wish) {
@@ -86,25 +87,28 @@ Result<std::string> RecordingProxy::request(RecordingWish wish) {
     return unavailable(
         "this server has no folder for recordings, expected it to be started with --recordings");
   }
+  if (status_.over) return unavailable(status_.trouble);
+  const Error busy = unavailable("the recorder has many orders to carry out, expected some patience");
   switch (wish) {
     case RecordingWish::kStart: {
       if (!recording_.empty()) {
         return unavailable(
             fmt::format("{} is being recorded, expected its end first", recording_.filename().string()));
       }
-      recording_ = free_name("fanlight");
-      order({.wish = RecordingOrder::Wish::kRecord,
-             .drops = true,
-             .path = recording_,
-             .form = config_.form,
-             .most_s = config_.most_s});
-      return recording_.filename().string();
+      const std::filesystem::path path = free_name("fanlight");
+      if (!order({.wish = RecordingOrder::Wish::kRecord,
+                  .drops = true,
+                  .path = path,
+                  .form = config_.form,
+                  .most_s = config_.most_s}))
+        return busy;
+      recording_ = path;
+      return path.filename().string();
     }
     case RecordingWish::kStop: {
       if (recording_.empty()) return unavailable("nothing is being recorded, expected a recording to stop");
-      const std::string name = std::exchange(recording_, {}).filename().string();
-      order(keeps_ring() ? ring_order() : RecordingOrder{});
-      return name;
+      if (!order(keeps_ring() ? ring_order() : RecordingOrder{})) return busy;
+      return std::exchange(recording_, {}).filename().string();
     }
     case RecordingWish::kKeep: {
       if (!keeps_ring()) {
@@ -118,7 +122,7 @@ Result<std::string> RecordingProxy::request(RecordingWish wish) {
       const std::filesystem::path kept = free_name("fanlight");
       RecordingOrder next = ring_order();
       next.end_path = kept;
-      order(std::move(next));
+      if (!order(std::move(next))) return busy;
       return kept.filename().string();
     }
   }

@@ -66,7 +66,7 @@ class RecordingProxy {
 
  private:
   std::filesystem::path free_name(std::string_view begin);
-  void order(RecordingOrder order);
+  bool order(RecordingOrder order);
   RecordingOrder ring_order();
   bool keeps_ring() const { return config_.last_s > 0; }
 

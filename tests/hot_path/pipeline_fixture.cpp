@@ -46,16 +46,15 @@ PipelineFixture::PipelineFixture(FrameSource& source, RingPolicy policy,
                                  const std::filesystem::path& recordings)
     : suggested_(scene_of(source.description())) {
   auto pipeline = Pipeline::create(
-      {.size = kSize, .scene = suggested_, .policy = policy, .recordings = recordings},
+      {.size = kSize, .scene = suggested_, .policy = policy, .recordings = {.folder = recordings}},
       {.open_device = [](const std::string& name) { return open_device(name, {.own_light_device = true}); },
        .source = source,
        .link = link_});
   if (!pipeline) throw std::runtime_error(pipeline.error().message);
   pipeline_ = std::move(*pipeline);
   if (const auto recorder = pipeline_->recording()) {
-    recorder->orders.draft() = {
-        .number = 1, .wish = RecordingOrder::Wish::kRecord, .path = recordings / "frames.igs.mha"};
-    recorder->orders.publish();
+    recorder->send(
+        {.number = 1, .wish = RecordingOrder::Wish::kRecord, .path = recordings / "frames.igs.mha"});
     while (recording().state != RecordingStatus::State::kRecording) link_.server_bell.wait(kLongestNs);
   }
   started_ns_ = now_ns();

@@ -71,8 +71,7 @@ class RecorderTest : public testing::Test {
     if (!recorder_) recorder_ = std::make_unique<Recorder>(source_, bell_);
     order.number = ++orders_;
     order.wish = wish;
-    recorder_->orders().draft() = order;
-    recorder_->orders().publish();
+    ASSERT_TRUE(recorder_->link().send(order));
     wait_for([this] { return status_.order_done == orders_; });
   }
 
@@ -92,7 +91,7 @@ class RecorderTest : public testing::Test {
   void wait_for(const std::function<bool()>& reached) {
     while (!reached()) {
       bell_.wait(1'000'000'000);
-      if (const RecordingStatus* newest = recorder_->status().newest()) status_ = *newest;
+      if (const RecordingStatus* newest = recorder_->link().status.newest()) status_ = *newest;
     }
   }
   void wait_for_state(RecordingStatus::State state) {
@@ -102,7 +101,7 @@ class RecorderTest : public testing::Test {
   /// Writes all final files and ends the recorder.
   void end() {
     recorder_->end(Recorder::Finish::kWait);
-    if (const RecordingStatus* newest = recorder_->status().newest()) status_ = *newest;
+    if (const RecordingStatus* newest = recorder_->link().status.newest()) status_ = *newest;
     recorder_.reset();
   }
 

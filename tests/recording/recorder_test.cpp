@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "tests/recording/recorder_fixture.hpp"
 #include "tests/support/file_size_limit.hpp"
@@ -77,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_F(RecorderTest, WritesFilesForTheirOwnerAlone) {
   begin({.path = path_});
   put(0);
-  wait_for([this] { return files().size() == 2; });
+  wait_for([this] { return files().size() == 3; });  // with the lock
   const auto mode = [this](const std::string& name) {
     return std::filesystem::status(folder_ / name).permissions();
   };
@@ -158,7 +159,7 @@ TEST_F(RecorderTest, KeepsTheLastSecondsOfARing) {
   for (std::uint64_t i = 0; i < 1000; ++i) put(i);  // 10 s
   wait_for([this] { return status_.frames == 1000; });
   // Segments of a second: those of the ring, one that is partly in it, and the open one.
-  EXPECT_LE(files().size(), 2 * 4U);
+  EXPECT_LE(files().size(), 2 * 4U + 1);
   finish();
   wait_for([this] { return status_.finished == 1; });
   const Recording kept = open(path_);
@@ -177,7 +178,65 @@ TEST_F(RecorderTest, KeepsARingUnderAnotherNameAndGoesOn) {
   EXPECT_TRUE(status_.ring);
   EXPECT_EQ(open(path_).summary().frames, 201U);
   EXPECT_EQ(files(), (std::set<std::string>{"sweeps.igs.mha", "ring-b.igs.mha.rec-0001.frames",
-                                            "ring-b.igs.mha.rec-0001.pixels"}));
+                                            "ring-b.igs.mha.rec-0001.pixels", "ring-b.igs.mha.rec-lock"}));
+}
+
+/// Orders that come while the disk keeps the recorder busy are carried out one after the other.
+TEST_F(RecorderTest, CarriesOutEveryOrder) {
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 5; ++i) put(i);
+  const RecordingLink link = recorder_->link();
+  ASSERT_TRUE(link.send({.number = 2, .wish = RecordingOrder::Wish::kEnd}));
+  ASSERT_TRUE(link.send(
+      {.number = 3, .wish = RecordingOrder::Wish::kRecord, .drops = true, .path = folder_ / "next.igs.mha"}));
+  wait_for([this] { return status_.order_done == 3 && status_.finished == 1; });
+  EXPECT_EQ(open(path_).summary().frames, 5U);
+}
+
+TEST_F(RecorderTest, DropsARingAloneNeverARecording) {
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 5; ++i) put(i);
+  begin({.drops = true, .path = folder_ / "next.igs.mha"});
+  wait_for([this] { return status_.finished == 1; });
+  EXPECT_EQ(open(path_).summary().frames, 5U);
+}
+
+TEST_F(RecorderTest, TakesTheNextFreeNumberForAFurtherFile) {
+  std::ofstream(folder_ / "sweeps-2.igs.mha") << "somebody's";
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 3; ++i) put(i);
+  for (std::uint64_t i = 3; i < 6; ++i) {
+    FrameStamp deeper = stamp(i);
+    deeper.geometry_revision = 1;
+    put(deeper, geometry(9), pixels(i, 9));
+  }
+  end();
+  EXPECT_EQ(text_of(folder_ / "sweeps-2.igs.mha"), "somebody's");
+  EXPECT_EQ(open(folder_ / "sweeps-3.igs.mha").summary().frames, 3U);
+}
+
+TEST_F(RecorderTest, FindsNamesThatFollowFromOneThatIsTaken) {
+  EXPECT_TRUE(check_free_name(path_));
+  for (const char* const taken : {"sweeps.igs.mha", "sweeps.igs.mhd", "sweeps.igs.raw", "sweeps.igs.zraw",
+                                  "sweeps.igs.mha.pictures.jsonl", "sweeps.igs.mha.rec-0003.frames"}) {
+    std::ofstream(folder_ / taken) << "x";
+    EXPECT_FALSE(check_free_name(path_)) << taken;
+    std::filesystem::remove(folder_ / taken);
+  }
+}
+
+TEST_F(RecorderTest, BeginsARingAnewWhereTheGeometryChanges) {
+  begin({.path = path_, .ring_s = 2});
+  for (std::uint64_t i = 0; i < 250; ++i) put(i);
+  for (std::uint64_t i = 250; i < 260; ++i) {
+    FrameStamp deeper = stamp(i);
+    deeper.geometry_revision = 1;
+    put(deeper, geometry(9), pixels(i, 9));
+  }
+  finish();
+  wait_for([this] { return status_.finished == 1; });
+  EXPECT_EQ(open(path_).summary().frames, 10U);
+  EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mha"});
 }
 
 TEST_F(RecorderTest, RemovesADroppedRecording) {

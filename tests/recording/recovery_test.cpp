@@ -64,13 +64,39 @@ TEST_F(RecoveryTest, KeepsEveryWholeFrameOfEveryTruncation) {
   }
 }
 
-TEST_F(RecoveryTest, LeavesOutWhatFollowsDamage) {
+TEST_F(RecoveryTest, KeepsWhatFollowsADamagedFrame) {
   std::string holed = pixels_;
   std::memset(holed.data() + 7 * kColumns * kRows + 3, 0, 5);  // pages that did not reach the disk
-  const auto recovered = recover(frames_, holed);
+  for (const char* const name : {"x.igs.mha", "x.igs.mhd"}) {
+    path_ = folder_ / name;
+    const auto recovered = recover(frames_, holed);
+    ASSERT_TRUE(recovered) << recovered.error().message;
+    EXPECT_EQ(recovered->frames, kFrames);
+    EXPECT_EQ(recovered->frames_damaged, 1U);
+    const Recording recording = open(path_);
+    EXPECT_EQ(recording.stream()->frames[7].fault, FrameFault::kDamaged);
+    EXPECT_EQ(recording.frame_pixels(7)[0], 0);
+    EXPECT_EQ(recording.stream()->frames[8].fault, FrameFault::kNone);
+    EXPECT_EQ(recording.frame_pixels(8)[0], 9);
+  }
+}
+
+TEST_F(RecoveryTest, WritesNothingInPlaceOfAnother) {
+  write_file(folder_ / "y.igs.raw", "somebody's");
+  path_ = folder_ / "y.igs.mhd";
+  const auto refused = recover(frames_, pixels_);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("y.igs.raw is there already"), std::string::npos);
+  EXPECT_EQ(text_of(folder_ / "y.igs.raw"), "somebody's");
+  EXPECT_EQ(segments_of(path_).size(), 1U);
+}
+
+TEST_F(RecoveryTest, KeepsTheOtherSegmentsWhereOneIsMissing) {
+  const SegmentPaths second = segment_paths(path_, 2);
+  write_file(second.frames, frames_);  // without its pixels
+  const auto recovered = recover(frames_, pixels_);
   ASSERT_TRUE(recovered) << recovered.error().message;
-  EXPECT_EQ(recovered->frames, 7U);
-  EXPECT_EQ(recovered->frames_left_out, kFrames - 7);
+  EXPECT_EQ(recovered->frames, kFrames);
 }
 
 TEST_F(RecoveryTest, AnswersForEveryChangedByte) {
@@ -79,7 +105,7 @@ TEST_F(RecoveryTest, AnswersForEveryChangedByte) {
     changed[at] = static_cast<char>(changed[at] ^ (1 << (at % 8)));
     const auto recovered = recover(changed, pixels_);
     if (recovered) {
-      EXPECT_LT(recovered->frames, kFrames) << at;
+      EXPECT_LT(recovered->frames - recovered->frames_damaged, kFrames) << at;
     }
   }
 }
@@ -94,7 +120,7 @@ TEST_F(RecoveryTest, HappensWhenTheRecordingIsOpened) {
 }
 
 TEST_F(RecoveryTest, HappensWhenARecorderBegins) {
-  recorder_ = std::make_unique<Recorder>(source_, bell_, folder_.path());
+  recorder_ = std::make_unique<Recorder>(source_, bell_, Recorder::LeftOvers{.folder = folder_.path()});
   wait_for([this] { return status_.finished == 1; });
   EXPECT_EQ(status_.last_frames, kFrames);
   EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mha"});
@@ -117,7 +143,7 @@ TEST_F(RecoveryTest, WaitsForTheRecorder) {
   wait_for([this] { return status_.frames == 1; });
   const auto refused = recover_recording(folder_ / "live.igs.mha", {});
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("another process is recording to it"), std::string::npos);
+  EXPECT_NE(refused.error().message.find("another process records it or finishes it"), std::string::npos);
   end();
 }
 

@@ -23,16 +23,16 @@ class RecordingProxyTest : public testing::Test {
  protected:
   RecordingProxy make(double last_s, bool at_start = false, double most_s = 0) {
     return {{.folder = folder_.path(), .most_s = most_s, .last_s = last_s, .at_start = at_start},
-            RecordingLink{orders_, status_, pictures_},
+            RecordingLink{orders_, bell_, status_, pictures_},
             [this] { return utc_s_; }};
   }
   RecordingOrder order() {
-    const RecordingOrder* order = orders_.newest();
-    if (order == nullptr) {
+    auto order = orders_.take();
+    if (!order) {
       ADD_FAILURE() << "there is no order";
       return {};
     }
-    return *order;
+    return *std::move(order);
   }
   void tell(RecorderState state, std::uint64_t order_done) {
     status_.draft() = {.state = state, .order_done = order_done};
@@ -41,7 +41,7 @@ class RecordingProxyTest : public testing::Test {
 
   TemporaryFolder folder_;
   Doorbell bell_;
-  Mailbox<RecordingOrder> orders_{bell_};
+  RecordingOrders orders_;
   Mailbox<RecordingStatus> status_{bell_};
   LineQueue pictures_;
   std::int64_t utc_s_ = 1'795'368'300;  // 2026-11-22 17:25:00
@@ -49,7 +49,7 @@ class RecordingProxyTest : public testing::Test {
 
 TEST_F(RecordingProxyTest, StartsAndStops) {
   RecordingProxy proxy = make(0, false, 90);
-  EXPECT_EQ(orders_.newest(), nullptr);
+  EXPECT_FALSE(orders_.take());
   const auto started = proxy.request(RecordingWish::kStart);
   ASSERT_TRUE(started);
   EXPECT_EQ(*started, "fanlight-2026-11-22T172500Z.igs.mha");
@@ -99,7 +99,7 @@ TEST_F(RecordingProxyTest, GoesBackToTheRingAfterALimit) {
   EXPECT_EQ(order().most_s, 60);  // begun at the start
   tell(RecorderState::kRecording, 1);
   EXPECT_TRUE(proxy.update().changed);
-  EXPECT_EQ(orders_.newest(), nullptr);
+  EXPECT_FALSE(orders_.take());
   tell(RecorderState::kFinishing, 1);
   EXPECT_TRUE(proxy.update().changed);
   EXPECT_EQ(order().ring_s, 120);

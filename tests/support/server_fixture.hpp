@@ -35,7 +35,7 @@ class ServerFixture {
     config.initial_scene = {.revision = 1, .scene = {}};
     std::optional<RecordingLink> recording;
     if (!config.recording.folder.empty())
-      recording.emplace(RecordingLink{recording_orders_, recording_status_, picture_notes_});
+      recording.emplace(RecordingLink{recording_orders_, scene_bell_, recording_status_, picture_notes_});
     auto server =
         StreamServer::create(config, {.bell = bell_,
                                       .pictures = pictures_,
@@ -160,7 +160,7 @@ class ServerFixture {
   /// Blocks until the server has an order for the recorder, and returns it.
   RecordingOrder next_recording_order() {
     for (;;) {
-      if (const RecordingOrder* order = recording_orders_.newest()) return *order;
+      if (auto order = recording_orders_.take()) return *std::move(order);
       scene_bell_.wait(-1);
     }
   }
@@ -212,7 +212,7 @@ class ServerFixture {
   Mailbox<PrivateViews> private_views_{scene_bell_};
   Mailbox<SurveyOrder> survey_orders_{scene_bell_};
   Mailbox<SurveyResult> survey_results_{bell_};
-  Mailbox<RecordingOrder> recording_orders_{scene_bell_};
+  RecordingOrders recording_orders_;
   Mailbox<RecordingStatus> recording_status_{bell_};
   LineQueue picture_notes_;
   Mailbox<Error> failures_{bell_};

@@ -21,7 +21,8 @@ export function recordingText(status: RecordingStatus): RecordingText | undefine
   if (!status.available) return undefined;
   const recording = status.state === State.RECORDING && !status.ring;
   const halted = status.state === State.NO_ROOM;
-  const told = { wish: recording || halted ? Wish.STOP : Wish.START, keeps: status.ring };
+  const stops = recording || (halted && !status.ring);
+  const told = { wish: stops ? Wish.STOP : Wish.START, keeps: status.ring && !halted };
   if (halted) return { ...told, text: `Not recording: ${status.trouble}`, kind: "trouble" };
   if (recording) {
     const missed = status.framesMissed > 0n ? `, ${status.framesMissed} frames missed` : "";

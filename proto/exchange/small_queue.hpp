@@ -3,36 +3,37 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <utility>
 
 namespace fanlight {
 
-/// Lines of text on their way from one writer thread to one reader thread. Beyond the capacity further ones
-/// are dropped. Never locks or blocks; the text is moved.
-class LineQueue {
+/// Values on their way from one writer thread to one reader thread, in their order. Beyond the capacity
+/// further ones are refused. Never locks or blocks; allocates only where T does.
+template <typename T, std::size_t kCapacity>
+class SmallQueue {
  public:
   /// Writer. False where the queue is full.
-  bool put(std::string line) {
+  bool put(T value) {
     const std::uint64_t put = put_.load(std::memory_order_relaxed);
-    if (put - taken_.load(std::memory_order_acquire) == lines_.size()) return false;
-    lines_[put % lines_.size()] = std::move(line);
+    if (put - taken_.load(std::memory_order_acquire) == values_.size()) return false;
+    values_[put % values_.size()] = std::move(value);
     put_.store(put + 1, std::memory_order_release);
     return true;
   }
   /// Reader: the oldest; nullopt: none.
-  std::optional<std::string> take() {
+  std::optional<T> take() {
     const std::uint64_t taken = taken_.load(std::memory_order_relaxed);
     if (taken == put_.load(std::memory_order_acquire)) return std::nullopt;
-    std::string line = std::move(lines_[taken % lines_.size()]);
+    std::optional<T> value(std::move(values_[taken % values_.size()]));
     taken_.store(taken + 1, std::memory_order_release);
-    return line;
+    return value;
   }
 
  private:
-  std::array<std::string, 256> lines_;
+  std::array<T, kCapacity> values_{};
   std::atomic<std::uint64_t> put_{0};
   std::atomic<std::uint64_t> taken_{0};
 };
