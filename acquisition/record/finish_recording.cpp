@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -16,7 +15,9 @@
 #include <system_error>
 #include <utility>
 
+#include "acquisition/record/pixel_copy.hpp"
 #include "acquisition/record/plus_fields.hpp"
+#include "acquisition/record/recording_names.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/crc32c.hpp"
 #include "proto/base/file_replacement.hpp"
@@ -57,100 +58,6 @@ Result<void> name_file(FileBeside& next, const std::filesystem::path& path) {
   return {};
 }
 
-/// The file with the pixels of a segment, read from front to back.
-class PixelReader {
- public:
-  explicit PixelReader(const std::filesystem::path& path)
-      : path_(path), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
-  ~PixelReader() {
-    if (file_ >= 0) close(file_);
-  }
-  PixelReader(const PixelReader&) = delete;
-  PixelReader& operator=(const PixelReader&) = delete;
-
-  Result<void> read(std::uint64_t offset, std::span<std::uint8_t> to) const {
-    while (!to.empty()) {
-      const ssize_t got = pread(file_, to.data(), to.size(), static_cast<off_t>(offset));
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) {
-        return Error{
-            ErrorCode::kUnavailable,
-            fmt::format("{} could not be read ({}), expected the pixels of a recording", shown(path_),
-                        got == 0 ? "it is shorter" : std::generic_category().message(errno))};
-      }
-      offset += static_cast<std::uint64_t>(got);
-      to = to.subspan(static_cast<std::size_t>(got));
-    }
-    return {};
-  }
-
- private:
-  const std::filesystem::path& path_;
-  int file_;
-};
-
-/// Where pixels go: as they are, or through zlib.
-class PixelSink {
- public:
-  PixelSink(int file, PixelForm form) : file_(file), form_(form), packed_(kPieceBytes) {}
-  ~PixelSink() {
-    if (started_) deflateEnd(&stream_);
-  }
-  PixelSink(const PixelSink&) = delete;  // zlib's state points into itself
-  PixelSink& operator=(const PixelSink&) = delete;
-
-  /// Returns 0 or an errno.
-  int write(std::span<const std::uint8_t> pixels) {
-    int failure = 0;
-    if (form_ == PixelForm::kRaw) {
-      written_ += pixels.size();
-      failure = write_all(file_, {reinterpret_cast<const char*>(pixels.data()), pixels.size()});
-    } else {
-      failure = deflate_all(pixels, Z_NO_FLUSH);
-    }
-    begin_write_back();
-    return failure;
-  }
-  int finish() { return form_ == PixelForm::kRaw ? 0 : deflate_all({}, Z_FINISH); }
-
-  std::uint64_t written() const { return written_; }
-
- private:
-  /// So that the sync at the end has little left to do, and can be ended soon.
-  void begin_write_back() {
-    constexpr std::uint64_t kEvery = 16 << 20;
-    if (written_ - sent_back_ < kEvery) return;
-    sync_file_range(file_, 0, 0, SYNC_FILE_RANGE_WRITE);
-    sent_back_ = written_;
-  }
-
-  int deflate_all(std::span<const std::uint8_t> pixels, int flush) {
-    // Level 1 takes a third of the time of the usual one, for a tenth more bytes: speckle packs badly.
-    if (!started_ && deflateInit(&stream_, 1) != Z_OK) return ENOMEM;
-    started_ = true;
-    stream_.next_in = const_cast<Bytef*>(pixels.data());  // zlib only reads it
-    stream_.avail_in = static_cast<uInt>(pixels.size());
-    do {
-      stream_.next_out = packed_.data();
-      stream_.avail_out = static_cast<uInt>(packed_.size());
-      deflate(&stream_, flush);
-      const std::size_t bytes = packed_.size() - stream_.avail_out;
-      written_ += bytes;
-      if (const int failure = write_all(file_, {reinterpret_cast<const char*>(packed_.data()), bytes}))
-        return failure;
-    } while (stream_.avail_out == 0);
-    return 0;
-  }
-
-  int file_;
-  PixelForm form_;
-  std::vector<std::uint8_t> packed_;
-  z_stream stream_{};
-  bool started_ = false;
-  std::uint64_t written_ = 0;
-  std::uint64_t sent_back_ = 0;
-};
-
 Error stopped(const std::filesystem::path& path) {
   return {ErrorCode::kStopped,
           fmt::format("{} was not finished, expected fanlight recover to do so", shown(path))};
@@ -171,15 +78,24 @@ Result<void> find_damage(Piece& piece, const std::filesystem::path& path, const 
   return {};
 }
 
+/// Frames of a segment that were begun: records without pixels, or pixels without a record.
+std::uint64_t lost_frames(const Segment& segment) {
+  std::error_code failure;
+  const std::uint64_t bytes = std::filesystem::file_size(segment.paths.pixels, failure);
+  const std::uint64_t with_pixels = failure ? 0 : bytes / segment.facts.geometry.frame_bytes();
+  return std::max(with_pixels, segment.records) - segment.frames.size();
+}
+
 Result<std::vector<Piece>> read_pieces(const std::vector<SegmentPaths>& paths,
                                        const std::filesystem::path& path, const FinishOptions& options,
-                                       const std::stop_token& stop) {
+                                       std::uint64_t& lost, const std::stop_token& stop) {
   std::vector<Piece> pieces;
   for (const SegmentPaths& each : paths) {
     auto segment = read_segment(each);
     // One that is lost must not cost the others.
     if (!segment && segment.error().code == ErrorCode::kNotFound) continue;
     if (!segment) return segment.error();
+    lost += lost_frames(*segment);
     if (segment->frames.empty()) continue;
     const std::uint64_t frames = segment->frames.size();
     pieces.push_back({.segment = *std::move(segment), .first = 0, .frames = frames, .damaged = {}});
@@ -296,7 +212,7 @@ Result<bool> link_pixels(const std::vector<Piece>& pieces, PixelForm form, const
 
 Result<void> write_text(const std::filesystem::path& path, std::string_view text) {
   FileBeside next;
-  if (const int failure = next.create(path, 0600)) return unwritable(path, failure);
+  if (const int failure = next.create_unnamed(path, 0600)) return unwritable(path, failure);
   if (const int failure = write_all(next.descriptor(), text)) return unwritable(path, failure);
   return name_file(next, path);
 }
@@ -306,7 +222,7 @@ Result<std::uint64_t> write_joined(const std::vector<Piece>& pieces, const Frame
                                    const std::filesystem::path& path, PixelForm form,
                                    FinishProgress& progress, const std::stop_token& stop) {
   FileBeside next;
-  if (const int failure = next.create(path, 0600)) return unwritable(path, failure);
+  if (const int failure = next.create_unnamed(path, 0600)) return unwritable(path, failure);
   const RecordingFacts& facts = pieces.front().segment.facts;
   PlusHeader header{.frames = frames.frames, .compressed_bytes = std::nullopt};
   if (form == PixelForm::kZlib) header.compressed_bytes = 0;
@@ -335,7 +251,7 @@ Result<std::uint64_t> write_pair(const std::vector<Piece>& pieces, const FrameTe
   if (!linked) return linked.error();
   if (!*linked) {
     FileBeside next;
-    if (const int failure = next.create(beside, 0600)) return unwritable(beside, failure);
+    if (const int failure = next.create_unnamed(beside, 0600)) return unwritable(beside, failure);
     PixelSink sink(next.descriptor(), form);
     if (auto copied = copy_pixels(pieces, sink, beside, progress, stop); !copied) return copied.error();
     if (auto named = name_file(next, beside); !named) return named.error();
@@ -364,45 +280,42 @@ Result<void> write_pictures(const std::vector<SegmentPaths>& segments, const std
   return all.empty() ? Result<void>() : write_text(pictures_beside(path), all);
 }
 
+/// Whether a copy of the pixels leaves the disk enough for what is recorded meanwhile.
+bool has_room_for_copy(const std::vector<SegmentPaths>& segments, const std::filesystem::path& path) {
+  constexpr std::uint64_t kReserveBytes = 128'000'000;
+  std::uint64_t bytes = kReserveBytes;
+  std::error_code failure;
+  for (const SegmentPaths& each : segments) {
+    const auto size = std::filesystem::file_size(each.pixels, failure);
+    if (!failure) bytes += size;
+  }
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  const auto disk = std::filesystem::space(folder, failure);
+  return failure || disk.available >= bytes;
+}
+
+/// Removes segments without a frame. Where there are pixels without a record of them, they stay for a person.
+void remove_empty(const std::vector<SegmentPaths>& segments) {
+  std::error_code failure;
+  const bool empty = std::ranges::all_of(segments, [&failure](const SegmentPaths& each) {
+    const auto bytes = std::filesystem::file_size(each.pixels, failure);
+    return failure || bytes == 0;
+  });
+  if (empty) remove_segments(segments);
+}
+
 bool one_file(const std::filesystem::path& path) {
   return path.extension() == ".mha";
 }
 
 }  // namespace
 
-Result<void> check_recording_name(const std::filesystem::path& path) {
-  if (path.extension() == ".mha" || path.extension() == ".mhd") return {};
-  return Error{ErrorCode::kInvalidArgument,
-               fmt::format("{} is no name of a recording, expected one that ends with .igs.mha (one file) or "
-                           ".igs.mhd (with the pixels in a file beside it)",
-                           shown(path))};
-}
-
-std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm form) {
-  std::filesystem::path beside = path;
-  return beside.replace_extension(form == PixelForm::kZlib ? ".zraw" : ".raw");
-}
-
-std::filesystem::path pictures_beside(const std::filesystem::path& path) {
-  return path.string() + ".pictures.jsonl";
-}
-
-void remove_segments(const std::vector<SegmentPaths>& segments) {
-  std::error_code gone;
-  for (const SegmentPaths& each : segments) {
-    // The one that tells of the others goes last.
-    std::filesystem::remove(each.pictures, gone);
-    std::filesystem::remove(each.pixels, gone);
-    std::filesystem::remove(each.frames, gone);
-  }
-}
-
 Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segments,
                                            const std::filesystem::path& path, const FinishOptions& options,
                                            FinishProgress& progress, const std::stop_token& stop) {
   if (auto named = check_recording_name(path); !named) return named.error();
   FinishedRecording finished{.path = path};
-  auto pieces = read_pieces(segments, path, options, stop);
+  auto pieces = read_pieces(segments, path, options, finished.frames_lost, stop);
   if (!pieces) return pieces.error();
   keep_last(*pieces, options.last_s);
   if (pieces->empty()) {
@@ -422,6 +335,22 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
   (void)write_pictures(segments, path);
   remove_segments(segments);
   return finished;
+}
+
+Result<FinishedRecording> finish_in_any_form(const std::vector<SegmentPaths>& segments,
+                                             const std::filesystem::path& path, const FinishOptions& options,
+                                             FinishProgress& progress, const std::stop_token& stop) {
+  const bool copies = path.extension() == ".mha";
+  if (!copies || segments.size() > 1 || has_room_for_copy(segments, path)) {
+    auto finished = finish_recording(segments, path, options, progress, stop);
+    if (!finished && finished.error().code == ErrorCode::kNotFound) remove_empty(segments);
+    if (!copies || finished || finished.error().code != ErrorCode::kUnavailable) return finished;
+  }
+  std::filesystem::path pair = path;
+  pair.replace_extension(".mhd");
+  FinishOptions raw = options;
+  raw.form = PixelForm::kRaw;
+  return finish_recording(segments, pair, raw, progress, stop);
 }
 
 }  // namespace fanlight

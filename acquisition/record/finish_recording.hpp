@@ -33,18 +33,10 @@ struct FinishedRecording {
   std::filesystem::path path;
   std::uint64_t frames = 0;
   std::uint64_t frames_damaged = 0;  ///< of them: their pixels did not reach the disk, and are 0
+  std::uint64_t frames_lost = 0;     ///< not in it: only a part of what belongs to them was on the disk
   std::uint64_t bytes = 0;           ///< of the file, or of both files
   double duration_s = 0;
 };
-
-/// Whether `path` can be the name of a recording: it ends with .mha (one file) or .mhd (the header, and
-/// beside it the pixels in a file .raw or .zraw). kInvalidArgument says what was expected.
-Result<void> check_recording_name(const std::filesystem::path& path);
-/// The file with the pixels of an .mhd: x.igs.mhd -> x.igs.raw or x.igs.zraw.
-std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm form);
-
-/// The lines about the pictures that displays saw: x.igs.mha -> x.igs.mha.pictures.jsonl.
-std::filesystem::path pictures_beside(const std::filesystem::path& path);
 
 /// Writes the PLUS sequence `path` from segments, which all have the same facts but for the time, and the
 /// lines about its pictures beside it, and removes the segments. The new file appears whole or not at all,
@@ -57,7 +49,10 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
                                            const std::filesystem::path& path, const FinishOptions& options,
                                            FinishProgress& progress, const std::stop_token& stop);
 
-/// Removes both files of each.
-void remove_segments(const std::vector<SegmentPaths>& segments);
+/// The same, but where there is no room for a copy of the pixels, they stay in the file that they are in:
+/// x.igs.mhd with raw pixels stands in for x.igs.mha. Removes segments without anything.
+Result<FinishedRecording> finish_in_any_form(const std::vector<SegmentPaths>& segments,
+                                             const std::filesystem::path& path, const FinishOptions& options,
+                                             FinishProgress& progress, const std::stop_token& stop);
 
 }  // namespace fanlight

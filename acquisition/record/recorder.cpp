@@ -47,19 +47,6 @@ bool has_room(const std::filesystem::path& path) {
   return std::uint64_t{disk.f_bavail} * disk.f_frsize >= kLeastRoomBytes;
 }
 
-/// Whether nothing of a recording of this name is there, in either form.
-bool is_free_name(const std::filesystem::path& path) {
-  std::error_code failure;
-  const auto there = [&failure](const std::filesystem::path& each) {
-    return std::filesystem::exists(std::filesystem::symlink_status(each, failure));
-  };
-  std::filesystem::path pair = path;
-  pair.replace_extension(".mhd");
-  return !there(path) && !there(pair) && !there(pixels_beside(path, PixelForm::kRaw)) &&
-         !there(pixels_beside(path, PixelForm::kZlib)) && !there(pictures_beside(path)) &&
-         !there(pictures_beside(pair)) && segments_of(path).empty();
-}
-
 /// As the file can hold it: an angle that is no number makes a frame unusable for any assembler.
 RecordedFrame recorded(const QueuedFrame& frame) {
   RecordedFrame record{.stamp = frame.stamp, .fault = frame.fault};
@@ -71,24 +58,6 @@ RecordedFrame recorded(const QueuedFrame& frame) {
 }
 
 }  // namespace
-
-Result<void> check_free_name(const std::filesystem::path& path) {
-  if (auto named = check_recording_name(path); !named) return named;
-  if (is_free_name(path)) return {};
-  return Error{
-      ErrorCode::kInvalidArgument,
-      fmt::format("{} is there already, or a file that belongs to it (.mhd, .raw, .zraw, .pictures.jsonl, "
-                  ".rec-0001), expected a name that is free",
-                  shown(path))};
-}
-
-std::filesystem::path file_of_recording(const std::filesystem::path& path, std::uint32_t number) {
-  if (number <= 1) return path;
-  const std::string name = path.filename().string();
-  auto end = name.find(".igs.");
-  if (end == std::string::npos) end = name.rfind('.');
-  return path.parent_path() / fmt::format("{}-{}{}", name.substr(0, end), number, name.substr(end));
-}
 
 Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell)
     : Recorder(source, status_bell, LeftOvers()) {}
@@ -378,6 +347,7 @@ void Recorder::poll_finisher() {
 void Recorder::tell(const RecordingFinisher::Outcome& outcome) {
   ++finished_.finished;
   finished_.last_file = shown(outcome.job.path);
+  finished_.last_was_cut_off = outcome.job.options.check_pixels;
   finished_.last_trouble.clear();
   finished_.last_frames = 0;
   finished_.last_bytes = 0;

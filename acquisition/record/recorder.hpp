@@ -14,6 +14,7 @@
 #include "acquisition/record/finish_recording.hpp"
 #include "acquisition/record/frame_tap.hpp"
 #include "acquisition/record/recording_finisher.hpp"
+#include "acquisition/record/recording_names.hpp"
 #include "acquisition/record/segment.hpp"
 #include "acquisition/source/frame_source.hpp"
 #include "proto/base/clock.hpp"
@@ -136,11 +137,5 @@ class Recorder {
   std::atomic<bool> waits_for_finish_{false};
   std::jthread thread_;  // last: it uses all of the above
 };
-
-/// kInvalidArgument: the name is none of a recording's, or something has it, or a name that follows from it.
-Result<void> check_free_name(const std::filesystem::path& path);
-
-/// x.igs.mha -> x-2.igs.mha; the first file of a recording has the name itself.
-std::filesystem::path file_of_recording(const std::filesystem::path& path, std::uint32_t number);
 
 }  // namespace fanlight

@@ -22,46 +22,6 @@ void lower_priority() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
 }
 
-/// Whether a copy of the pixels leaves the disk enough for what is recorded meanwhile.
-bool has_room_for_copy(const RecordingFinisher::Job& job) {
-  constexpr std::uint64_t kReserveBytes = 128'000'000;
-  std::uint64_t bytes = kReserveBytes;
-  std::error_code failure;
-  for (const SegmentPaths& each : job.segments) {
-    const auto size = std::filesystem::file_size(each.pixels, failure);
-    if (!failure) bytes += size;
-  }
-  const auto folder = job.path.has_parent_path() ? job.path.parent_path() : std::filesystem::path(".");
-  const auto disk = std::filesystem::space(folder, failure);
-  return failure || disk.available >= bytes;
-}
-
-/// Removes segments without a frame. Where there are pixels without a record of them, they stay for a person.
-void remove_empty(const std::vector<SegmentPaths>& segments) {
-  std::error_code failure;
-  const bool empty = std::ranges::all_of(segments, [&failure](const SegmentPaths& each) {
-    const auto bytes = std::filesystem::file_size(each.pixels, failure);
-    return failure || bytes == 0;
-  });
-  if (empty) remove_segments(segments);
-}
-
-/// Where there is no room for a copy of the pixels, they stay in the file that they are in.
-Result<FinishedRecording> finish(const RecordingFinisher::Job& job, FinishProgress& progress,
-                                 const std::stop_token& stop) {
-  const bool copies = job.path.extension() == ".mha";
-  if (!copies || job.segments.size() > 1 || has_room_for_copy(job)) {
-    auto finished = finish_recording(job.segments, job.path, job.options, progress, stop);
-    if (!finished && finished.error().code == ErrorCode::kNotFound) remove_empty(job.segments);
-    if (!copies || finished || finished.error().code != ErrorCode::kUnavailable) return finished;
-  }
-  std::filesystem::path pair = job.path;
-  pair.replace_extension(".mhd");
-  FinishOptions raw = job.options;
-  raw.form = PixelForm::kRaw;
-  return finish_recording(job.segments, pair, raw, progress, stop);
-}
-
 }  // namespace
 
 void RecordingFinisher::add(Job job) {
@@ -90,7 +50,7 @@ void RecordingFinisher::start() {
 void RecordingFinisher::run(const std::stop_token& stop) {
   lower_priority();
   try {
-    result_ = finish(*running_, progress_, stop);
+    result_ = finish_in_any_form(running_->segments, running_->path, running_->options, progress_, stop);
   } catch (const std::exception& thrown) {  // no memory, or a library's
     result_ = Error{ErrorCode::kUnavailable,
                     fmt::format("the recording could not be finished ({}), expected memory and a sound disk",

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "acquisition/record/recording_names.hpp"
 #include "acquisition/source/printable.hpp"
 
 namespace fanlight {
@@ -41,7 +42,7 @@ Result<FinishedRecording> recover_recording(const std::filesystem::path& path, c
   FinishOptions checking = options;
   checking.check_pixels = true;
   FinishProgress progress;
-  return finish_recording(segments, path, checking, progress, std::stop_token());
+  return finish_in_any_form(segments, path, checking, progress, std::stop_token());
 }
 
 }  // namespace fanlight

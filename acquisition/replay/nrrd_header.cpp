@@ -101,8 +101,11 @@ class NrrdHeader {
   }
 
   Result<void> take_pair(const HeaderField& field) {
-    if (field.key == "ultrasound image orientation") return fields_.set_orientation(field);
-    if (field.key == "ultrasound image type" && field.value != "BRIGHTNESS") {
+    const bool orientation =
+        field.key == "ultrasound image orientation" || field.key == "UltrasoundImageOrientation";
+    if (orientation) return fields_.set_orientation(field);
+    if ((field.key == "ultrasound image type" || field.key == "UltrasoundImageType") &&
+        field.value != "BRIGHTNESS") {
       return field.refused(from_, "BRIGHTNESS: pictures made of radio frequency lines, not the lines",
                            ErrorCode::kUnsupported);
     }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -37,6 +39,15 @@ class Fields {
   bool complete_ = true;
 };
 
+/// "2026-11-22T17:25:00Z" in seconds since 1970; 0 for another text.
+std::int64_t utc_of(std::string_view text) {
+  std::tm time{};
+  const std::string copy(text);
+  const char* const end = strptime(copy.c_str(), "%Y-%m-%dT%H:%M:%SZ", &time);
+  const std::int64_t seconds = end != nullptr && *end == '\0' ? timegm(&time) : 0;
+  return seconds > 0 && time.tm_year < 8100 ? seconds : 0;
+}
+
 std::optional<RecordingFacts> facts_of(const IgsSequence& sequence) {
   Fields fields(sequence);
   RecordingFacts facts{.source = std::string(fields.text("FanlightSource")),
@@ -45,7 +56,8 @@ std::optional<RecordingFacts> facts_of(const IgsSequence& sequence) {
                        .frames_per_volume = fields.number<std::uint32_t>("FanlightFramesPerVolume"),
                        .usual_frames = fields.number<std::uint32_t>("FanlightUsualFrames"),
                        .first_angle_rad = fields.number<double>("FanlightSmallestAngleRad"),
-                       .last_angle_rad = fields.number<double>("FanlightLargestAngleRad")};
+                       .last_angle_rad = fields.number<double>("FanlightLargestAngleRad"),
+                       .begun_utc_s = utc_of(fields.text("FanlightBegun"))};
   const auto usable = [](double angle_rad) { return std::abs(angle_rad) < kPi / 2; };
   if (!fields.complete() || !usable(facts.first_angle_rad) || !usable(facts.last_angle_rad))
     return std::nullopt;

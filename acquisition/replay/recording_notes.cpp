@@ -48,7 +48,7 @@ void Recording::add_notes(const RecordingGeometry& geometry) {
         fmt::format("{} of {} frames are left out: their angle lies apart from their neighbours'.",
                     summary_.angle_outliers, summary_.frames));
   }
-  if (measured_ && span_deg < kLeastFanDeg) {
+  if (measured_ && !stream_ && span_deg < kLeastFanDeg) {
     notes.push_back(fmt::format(
         "All angles lie within {:.2f} deg. MotorAngleDeg is in degrees: are these radians?", span_deg));
   }
@@ -66,9 +66,10 @@ void Recording::add_notes(const RecordingGeometry& geometry) {
 }
 
 void Recording::add_note(const FinishedRecording& recovered) {
-  summary_.notes.push_back(
-      fmt::format("The recording was cut off, and was finished now with {} frames; {} of them are damaged.",
-                  recovered.frames, recovered.frames_damaged));
+  summary_.notes.push_back(fmt::format(
+      "The recording was cut off, and was finished now with {} frames; {} of them are damaged, {} more "
+      "are lost.",
+      recovered.frames, recovered.frames_damaged, recovered.frames_lost));
 }
 
 }  // namespace fanlight

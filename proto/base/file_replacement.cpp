@@ -75,6 +75,11 @@ int FileBeside::create(const std::filesystem::path& target, mode_t mode) {
   return file_ >= 0 ? 0 : errno;
 }
 
+int FileBeside::create_unnamed(const std::filesystem::path& target, mode_t mode) {
+  file_ = ::open(folder_of(target).c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, mode);
+  return file_ >= 0 ? 0 : create(target, mode);
+}
+
 int FileBeside::belong_like(const struct stat& old, bool must_keep_owner) const {
   if (::fchown(file_, old.st_uid, old.st_gid) != 0 && must_keep_owner) return errno;
   return ::fchmod(file_, old.st_mode & 07777) == 0 ? 0 : errno;
@@ -92,6 +97,11 @@ int FileBeside::take_the_name_of(const std::filesystem::path& target) {
 }
 
 int FileBeside::take_the_free_name(const std::filesystem::path& target) {
+  if (name_.empty()) {
+    const std::string itself = fmt::format("/proc/self/fd/{}", file_);
+    if (::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, target.c_str(), AT_SYMLINK_FOLLOW) != 0) return errno;
+    return ::close(std::exchange(file_, -1)) == 0 ? 0 : errno;
+  }
   if (::close(std::exchange(file_, -1)) != 0) return errno;
   if (::renameat2(AT_FDCWD, name_.c_str(), AT_FDCWD, target.c_str(), RENAME_NOREPLACE) != 0) {
     if (errno != EINVAL && errno != ENOSYS) return errno;

@@ -30,6 +30,9 @@ class FileBeside {
 
   /// Makes the file, for writing. `mode`: less the process's umask.
   int create(const std::filesystem::path& target, mode_t mode);
+  /// The same without a name where the file system can: a kill then leaves nothing behind. Only for
+  /// take_the_free_name().
+  int create_unnamed(const std::filesystem::path& target, mode_t mode);
   /// Gives it the mode of the old file, and its owner as far as this process may.
   int belong_like(const struct stat& old, bool must_keep_owner) const;
   int sync() const;

@@ -56,6 +56,7 @@ struct RecordingStatus {
   std::uint64_t finished = 0;       ///< recordings that were ended so far, finished or not
   std::uint64_t unfinished = 0;     ///< of them, those whose final form could not be written yet
   std::string last_file;            ///< the newest of them
+  bool last_was_cut_off = false;    ///< it was left over from a crash
   std::uint64_t last_frames = 0;
   std::uint64_t last_bytes = 0;
   double last_duration_s = 0;

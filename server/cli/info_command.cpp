@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <ctime>
 #include <memory>
 
 #include "acquisition/offline_volumes.hpp"
 #include "acquisition/open_source.hpp"
 #include "acquisition/replay/recording.hpp"
 #include "acquisition/source/suggested_scene.hpp"
+#include "proto/base/printable.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/vulkan/gpu.hpp"
 #include "server/cli/auto_view.hpp"
@@ -116,6 +119,11 @@ Result<void> tell_of_recording(const InfoOptions& options) {
   fmt::print("  sweeps      {}, the longest of {} frames\n", summary.sweeps, summary.frames_in_longest_sweep);
   fmt::print("  angles      {:.2f} to {:.2f} deg\n", summary.smallest_angle_deg, summary.largest_angle_deg);
   fmt::print("  time        {:.2f} s, {:.1f} frames a second\n", summary.duration_s, summary.frame_rate_hz);
+  if (const RecordedStream* const stream = recording->stream()) {
+    fmt::print("  recorded    {:%Y-%m-%d %H:%M:%S} UTC from {}\n",
+               fmt::gmtime(static_cast<std::time_t>(stream->facts.begun_utc_s)),
+               printable(stream->facts.source));
+  }
   for (const RecordingGeometry::Value& value : summary.geometry_values) {
     fmt::print("  {:<23} {} (from {})\n", value.key, value.value, value.origin);
   }
@@ -149,8 +157,8 @@ Result<void> tell_of_surface(const InfoOptions& options) {
 Command add_info_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("info", "Tells of a recording, or of the GPUs of this machine");
   const auto options = std::make_shared<InfoOptions>();
-  CLI::Option* const file =
-      command->add_option("FILE", options->file, "A recording (.igs.mha); without it, the GPUs");
+  CLI::Option* const file = command->add_option(
+      "FILE", options->file, "A recording (.igs.mha, .seq.nrrd, .vol); without it, the GPUs");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry");
   command
       ->add_flag("--auto", options->automatic,

@@ -17,6 +17,7 @@
 #include "acquisition/record/frame_pump.hpp"
 #include "acquisition/record/recorder.hpp"
 #include "acquisition/record/recover_recording.hpp"
+#include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/named_option.hpp"
@@ -37,13 +38,15 @@ struct RecordOptions {
   bool json = false;
 };
 
-/// SIGINT and SIGTERM, taken by the main thread when it asks. Made before other threads, which inherit it.
+/// SIGINT, SIGTERM and SIGHUP, taken by the main thread when it asks. Made before other threads, which
+/// inherit it.
 class EndSignals {
  public:
   EndSignals() {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
+    sigaddset(&set_, SIGHUP);  // of a terminal that is closed
     pthread_sigmask(SIG_BLOCK, &set_, nullptr);
   }
   /// Waits for a signal, at most so long; whether one came.
@@ -107,6 +110,10 @@ void print_recording(const RecordOptions& options, const RecordingStatus& status
   }
   fmt::print("{}: {} frames in {:.1f} s, {}\n", status.last_file, status.last_frames, status.last_duration_s,
              size_text(status.last_bytes));
+  if (status.finished == 1 &&
+      std::filesystem::path(status.last_file).extension() != std::filesystem::path(options.out).extension()) {
+    fmt::print("There was no room for a copy of the pixels: they stay in a file beside the header.\n");
+  }
   if (status.finished > 1) {
     fmt::print("{} files: the frames' geometry changed, a file was full, or the disk was\n", status.finished);
   }
@@ -127,13 +134,22 @@ Result<void> check_name(const std::filesystem::path& path) {
 
 /// Waits for the end of the source, of the recording or of the user's patience. False: the recording was
 /// never begun or has ended by itself.
-void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, RecordingStatus& status) {
+void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, double seconds,
+                     RecordingStatus& status) {
+  const std::int64_t begun_ns = now_ns();
+  std::string told;
   for (;;) {
     const bool asked = signals.wait_ms(100);
     if (const RecordingStatus* newest = recorder.link().status.newest()) {
       status = *newest;
       show_progress(status);
+      if (!status.trouble.empty() && status.trouble != told)
+        fmt::print(stderr, "fanlight record: {}; waits for room\n", printable(status.trouble));
+      told = status.trouble;
     }
+    // While nothing is written, no frame's time reaches the limit.
+    const double waited_s = static_cast<double>(now_ns() - begun_ns) * 1e-9;
+    if (status.state == RecordingStatus::State::kNoRoom && seconds > 0 && waited_s > seconds) return;
     const bool over = status.order_done > 0 && status.state != RecordingStatus::State::kRecording &&
                       status.state != RecordingStatus::State::kNoRoom;
     // A disk that takes nothing from the start is no recording that waits.
@@ -167,7 +183,7 @@ Result<void> record(const RecordOptions& options) {
   }
   Pump pump(**source, recorder.tap(),
             options.playing.as_fast_as_taken ? FullQueue::kWait : FullQueue::kLoseFrame);
-  watch_recording(signals, recorder, pump, status);
+  watch_recording(signals, recorder, pump, options.seconds, status);
   const auto pumped = pump.stop();
   recorder.end(Recorder::Finish::kWait);
   if (const RecordingStatus* newest = recorder.link().status.newest()) status = *newest;
@@ -179,6 +195,8 @@ Result<void> record(const RecordOptions& options) {
     return Error{ErrorCode::kNotFound,
                  status.trouble.empty() ? "the source gave no frame, expected one at least" : status.trouble};
   }
+  for (const std::string& note : (*source)->description().notes)
+    fmt::print(stderr, "note: {}\n", printable(note));
   print_recording(options, status);
   if (status.unfinished > 0) {
     return Error{ErrorCode::kUnavailable,
@@ -196,6 +214,7 @@ Result<void> recover(const std::string& file, PixelForm form, bool json) {
     fmt::print("{}\n", nlohmann::ordered_json({{"file", recovered->path.string()},
                                                {"frames", recovered->frames},
                                                {"frames_damaged", recovered->frames_damaged},
+                                               {"frames_lost", recovered->frames_lost},
                                                {"bytes", recovered->bytes},
                                                {"duration_s", recovered->duration_s}})
                            .dump());
@@ -203,6 +222,9 @@ Result<void> recover(const std::string& file, PixelForm form, bool json) {
   }
   fmt::print("{}: {} frames in {:.1f} s, {}\n", recovered->path.string(), recovered->frames,
              recovered->duration_s, size_text(recovered->bytes));
+  if (recovered->frames_lost > 0)
+    fmt::print("{} more were begun and are lost: not all that belongs to them was on the disk\n",
+               recovered->frames_lost);
   if (recovered->frames_damaged > 0)
     fmt::print("{} of them are damaged and marked so: their pixels did not reach the disk\n",
                recovered->frames_damaged);
@@ -238,7 +260,7 @@ Command add_record_command(CLI::App& program) {
       ->type_name("MB");
   command
       ->add_option("--last", options->last_s,
-                   "Keep only the last seconds: the disk holds no more, however long it records; 0: all")
+                   "Keep only the last seconds: the disk holds little more, however long it records; 0: all")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6))
       ->type_name("S");

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "acquisition/offline_volumes.hpp"
-#include "acquisition/record/finish_recording.hpp"
+#include "acquisition/record/recording_names.hpp"
 #include "renderer/render_once.hpp"
 #include "renderer/schedule/rate_governor.hpp"
 #include "renderer/vulkan/render_device.hpp"

@@ -2,6 +2,7 @@
 #include "server/cli/recording_options.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include "server/cli/named_option.hpp"
@@ -43,7 +44,11 @@ RecordingProxy::Config RecordingOptions::config() const {
 Result<void> RecordingOptions::make_folder() const {
   if (folder.empty()) return {};
   std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
+  if (std::filesystem::create_directories(folder, failure) && !failure) {
+    // Recordings show patients.
+    std::filesystem::permissions(folder, std::filesystem::perms::owner_all, failure);
+    spdlog::info("made the folder {} for recordings", folder.string());
+  }
   if (!failure && access(folder.c_str(), W_OK | X_OK) == 0) return {};
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("--recordings {} cannot be written, expected a folder that this user may write",

@@ -333,7 +333,8 @@ Command add_render_command(CLI::App& program) {
   const auto options = std::make_shared<RenderOptions>();
   command
       ->add_option("INPUT", options->input,
-                   "A recording (.igs.mha), phantom: for the simulated probe, or usb:VENDOR:PRODUCT[:SERIAL] "
+                   "A recording (.igs.mha, .seq.nrrd, .vol), phantom: for the simulated probe, or "
+                   "usb:VENDOR:PRODUCT[:SERIAL] "
                    "for a probe")
       ->required();
   command->add_option("--out", options->out, "The picture to write, such as x.png")

@@ -115,6 +115,19 @@ void log_end(const PipelineCounters& pipeline, const ServerCounters& server) {
   spdlog::info("ended: {}", counts);
 }
 
+/// What became of a recording that ended with the server.
+void log_recording(Pipeline& pipeline) {
+  const auto link = pipeline.recording();
+  const RecordingStatus* const status = link ? link->status.newest() : nullptr;
+  if (status == nullptr) return;
+  if (status->state == RecordingStatus::State::kFinishing) {
+    spdlog::warn("{} is not finished; the next start does so, or fanlight recover", status->file);
+  } else if (status->last_trouble.empty() && status->finished > 0) {
+    spdlog::info("{} has {} frames in {:.1f} s", status->last_file, status->last_frames,
+                 status->last_duration_s);
+  }
+}
+
 Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize& size, const Scene& scene) {
   const RingPolicy suitable =
       options.playing.as_fast_as_taken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins;
@@ -240,6 +253,7 @@ Result<void> serve(const ServeOptions& options) {
   print_address(description.name, page_url((*server)->endpoint(), !options.tls.empty()));
   Result<void> served = (*server)->run();
   const bool stopped = (*pipeline)->stop();
+  log_recording(**pipeline);
   log_end((*pipeline)->counters(), counters);
   if (!stopped) {
     server->reset();  // it closes its files and connections

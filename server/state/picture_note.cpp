@@ -94,7 +94,9 @@ Result<PictureNotes> read_picture_notes(const std::filesystem::path& path) {
   if (!file) {
     return Error{
         ErrorCode::kNotFound,
-        fmt::format("{} cannot be read, expected the notes of a server that recorded", path.string())};
+        fmt::format("there is no {} that can be read, expected the notes that fanlight serve writes beside a "
+                    "recording",
+                    path.string())};
   }
   PictureNotes notes;
   std::string text;

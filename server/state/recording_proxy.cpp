@@ -165,11 +165,13 @@ v1::RecordingStatus RecordingProxy::message() const {
   message.set_state(static_cast<v1::RecordingStatus::State>(status_.state));
   message.set_keeps_last_s(config_.last_s);
   message.set_ring(status_.ring);
-  message.set_file(name_of(status_.file));
-  message.set_frames(status_.frames);
-  message.set_bytes(status_.bytes);
-  message.set_duration_s(status_.duration_s);
-  message.set_frames_missed(status_.frames_missed);
+  if (is_active()) {
+    message.set_file(name_of(status_.file));
+    message.set_frames(status_.frames);
+    message.set_bytes(status_.bytes);
+    message.set_duration_s(status_.duration_s);
+    message.set_frames_missed(status_.frames_missed);
+  }
   message.set_finish_share(status_.finish_share);
   message.set_trouble(status_.trouble);
   message.set_last_file(name_of(status_.last_file));

@@ -103,8 +103,8 @@ TEST_F(RecordingTest, SaysThatAProbeWasTrackedByHand) {
 TEST_F(RecordingTest, TellsHowFarAProbeTurned) {
   IgsFile file = test::fan_recording(2, 1, 20);
   file.remove_all("MotorAngleDeg");
-  IgsFile::set(file.frames[0], "ImageToReferenceTransform", "2 0 0 0 0 2 0 0 0 0 1 0 0 0 0 1");
-  IgsFile::set(file.frames[1], "ImageToReferenceTransform", "0 -2 0 0 2 0 0 0 0 0 1 0 0 0 0 1");
+  IgsFile::set(file.frames[0], "ProbeToTrackerTransform", "2 0 0 0 0 2 0 0 0 0 1 0 0 0 0 1");
+  IgsFile::set(file.frames[1], "ProbeToTrackerTransform", "0 -2 0 0 2 0 0 0 0 0 1 0 0 0 0 1");
   EXPECT_NE(refusal(open(file.bytes())).find("0 mm and 90 deg far"), std::string::npos);
 }
 

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/segment_paths.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <set>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "acquisition/source/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::string_view kInfix = ".rec-";
+constexpr std::string_view kFramesEnd = ".frames";
+constexpr std::string_view kPixelsEnd = ".pixels";
+constexpr std::string_view kPicturesEnd = ".pictures";
+
+/// Names of the files in a folder, as far as it can be read.
+std::vector<std::string> names_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  std::error_code failure;
+  std::filesystem::directory_iterator entry(folder, failure);
+  for (; !failure && entry != std::filesystem::directory_iterator(); entry.increment(failure))
+    names.push_back(entry->path().filename().string());
+  return names;
+}
+
+}  // namespace
+
+RecordingLock::RecordingLock(const std::filesystem::path& recording)
+    : path_(recording.string() + ".rec-lock"),
+      file_(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)),
+      held_(file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {}
+
+RecordingLock::~RecordingLock() {
+  if (held_ && file_ >= 0) unlink(path_.c_str());
+  if (file_ >= 0) close(file_);
+}
+
+SegmentPaths segment_paths(const std::filesystem::path& recording, std::uint32_t number) {
+  const std::string begin = fmt::format("{}{}{:04}", recording.string(), kInfix, number);
+  return {.frames = begin + std::string(kFramesEnd),
+          .pixels = begin + std::string(kPixelsEnd),
+          .pictures = begin + std::string(kPicturesEnd)};
+}
+
+std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording) {
+  std::vector<std::uint32_t> numbers;
+  const std::string begin = recording.filename().string() + std::string(kInfix);
+  const auto folder = recording.has_parent_path() ? recording.parent_path() : std::filesystem::path(".");
+  for (const std::string& name : names_in(folder)) {
+    if (!name.starts_with(begin) || !name.ends_with(kFramesEnd)) continue;
+    const std::string_view middle =
+        std::string_view(name).substr(begin.size(), name.size() - begin.size() - kFramesEnd.size());
+    if (const auto number = number_in<std::uint32_t>(middle)) numbers.push_back(*number);
+  }
+  std::ranges::sort(numbers);
+  std::vector<SegmentPaths> segments;
+  for (const std::uint32_t number : numbers) segments.push_back(segment_paths(recording, number));
+  return segments;
+}
+
+bool rename_segments(std::vector<SegmentPaths>& segments, const std::filesystem::path& recording) {
+  std::uint32_t number = 0;
+  for (SegmentPaths& each : segments) {
+    const SegmentPaths next = segment_paths(recording, ++number);
+    // The one that tells of the others goes first: without it the others are nothing.
+    if (rename(each.frames.c_str(), next.frames.c_str()) != 0) return false;
+    each.frames = next.frames;
+    if (rename(each.pixels.c_str(), next.pixels.c_str()) != 0) return false;
+    each.pixels = next.pixels;
+    if (rename(each.pictures.c_str(), next.pictures.c_str()) == 0) each.pictures = next.pictures;
+  }
+  return true;
+}
+
+std::vector<std::filesystem::path> unfinished_recordings(const std::filesystem::path& folder) {
+  std::set<std::filesystem::path> found;
+  std::error_code failure;
+  for (const std::string& name : names_in(folder)) {
+    const auto infix = name.rfind(kInfix);
+    if (infix == std::string::npos || !name.ends_with(kFramesEnd)) continue;
+    const std::filesystem::path recording = folder / name.substr(0, infix);
+    if (!std::filesystem::exists(recording, failure)) found.insert(recording);
+  }
+  return {found.begin(), found.end()};
+}
+
+void remove_segments(const std::vector<SegmentPaths>& segments) {
+  std::error_code gone;
+  for (const SegmentPaths& each : segments) {
+    // The one that tells of the others goes last.
+    std::filesystem::remove(each.pictures, gone);
+    std::filesystem::remove(each.pixels, gone);
+    std::filesystem::remove(each.frames, gone);
+  }
+}
+
+}  // namespace fanlight
