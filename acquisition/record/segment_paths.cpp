@@ -66,6 +66,7 @@ std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording) {
   }
   std::ranges::sort(numbers);
   std::vector<SegmentPaths> segments;
+  segments.reserve(numbers.size());
   for (const std::uint32_t number : numbers) segments.push_back(segment_paths(recording, number));
   return segments;
 }

@@ -172,7 +172,7 @@ Result<void> IgsPixels::read(std::uint64_t frame, std::span<std::uint8_t> to) {
   while (reading.next <= frame) {
     // Frames before the one that is wanted are read over it.
     const std::span grey = arranged ? std::span(reading.in_order) : to;
-    const auto read = reading.read_stored(reading.levels ? std::span(reading.stored) : grey);
+    auto read = reading.read_stored(reading.levels ? std::span(reading.stored) : grey);
     if (!read) return read;
     if (reading.levels) reading.levels->convert(reading.stored, grey);
     if (reading.next++ == 0) reading.judge_layout(grey);

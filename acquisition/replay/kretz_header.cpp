@@ -78,7 +78,7 @@ class KretzHeader {
       if (!whole || length > from_.bytes - at_ || item == kMostItems) {
         return bad(fmt::format("item {} of the file is cut off", item), "as many bytes as its length says");
       }
-      if (const auto taken = take_item(tag(group, element), length); !taken) return taken;
+      if (auto taken = take_item(tag(group, element), length); !taken) return taken;
     }
     return {};
   }
@@ -147,8 +147,8 @@ class KretzHeader {
     const auto lines = static_cast<std::uint64_t>(*number(kLines));
     const auto frames = static_cast<std::uint64_t>(*number(kFrames));
     const std::string text = fmt::format("{} {} {}", samples, lines, frames);
-    if (const auto done = fields_.set_size({"size", text}, samples, lines, frames); !done) return done;
-    if (const auto done = fields_.set_orientation({"orientation", "FM"}); !done) return done;
+    if (auto done = fields_.set_size({"size", text}, samples, lines, frames); !done) return done;
+    if (auto done = fields_.set_orientation({"orientation", "FM"}); !done) return done;
     if (samples * lines * frames != voxels_) {
       return unsupported(fmt::format("{} bytes of voxels stand for {} x {} x {}: they are compressed",
                                      voxels_, samples, lines, frames));

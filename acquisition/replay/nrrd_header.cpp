@@ -77,7 +77,7 @@ class NrrdHeader {
       const std::string_view text = trimmed(**line);
       if (text.empty()) return {};
       if (text.starts_with('#')) continue;
-      if (const auto taken = take_line(text); !taken) return taken;
+      if (auto taken = take_line(text); !taken) return taken;
     }
   }
 

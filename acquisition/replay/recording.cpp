@@ -93,7 +93,7 @@ Result<Recording> Recording::open(const Config& config) {
 Result<void> Recording::read_first_frame() {
   if (sequence_.pixels == nullptr) {
     first_frame_.resize(sequence_.frame_bytes());
-    if (const auto read = pixels_->read(0, first_frame_); !read) return read;
+    if (auto read = pixels_->read(0, first_frame_); !read) return read;
   }
   transposed_ = pixels_->looks_transposed();
   if (sequence_.pixels != nullptr) pixels_.reset();

@@ -184,7 +184,7 @@ Result<void> record(const RecordOptions& options) {
   Pump pump(**source, recorder.tap(),
             options.playing.as_fast_as_taken ? FullQueue::kWait : FullQueue::kLoseFrame);
   watch_recording(signals, recorder, pump, options.seconds, status);
-  const auto pumped = pump.stop();
+  auto pumped = pump.stop();
   recorder.end(Recorder::Finish::kWait);
   if (const RecordingStatus* newest = recorder.link().status.newest()) status = *newest;
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[K");

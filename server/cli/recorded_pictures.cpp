@@ -27,6 +27,7 @@ std::vector<RecordedCorrection> corrections_of(const PictureNotes& notes) {
   for (const NotedPicture& picture : notes.pictures)
     by_first_frame[picture.first_frame_sequence] = picture.angle_correction_rad;
   std::vector<RecordedCorrection> corrections;
+  corrections.reserve(by_first_frame.size());
   for (const auto& [first, correction_rad] : by_first_frame) corrections.push_back({first, correction_rad});
   return corrections;
 }
