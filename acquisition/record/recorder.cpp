@@ -323,6 +323,7 @@ void Recorder::try_again_if_due() {
   room_checked_ns_ = now;
   if (!has_room(file_)) return;
   trouble_.clear();
+  next_try_ns_ = 0;  // there is room for those too
   next_file();
   tap_.open(true);
 }

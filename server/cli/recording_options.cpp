@@ -2,7 +2,6 @@
 #include "server/cli/recording_options.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include "server/cli/named_option.hpp"
@@ -47,7 +46,6 @@ Result<void> RecordingOptions::make_folder() const {
   if (std::filesystem::create_directories(folder, failure) && !failure) {
     // Recordings show patients.
     std::filesystem::permissions(folder, std::filesystem::perms::owner_all, failure);
-    spdlog::info("made the folder {} for recordings", folder.string());
   }
   if (!failure && access(folder.c_str(), W_OK | X_OK) == 0) return {};
   return Error{ErrorCode::kInvalidArgument,

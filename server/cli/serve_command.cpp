@@ -247,6 +247,8 @@ Result<void> serve(const ServeOptions& options) {
   spdlog::info("fanlight {}", FANLIGHT_VERSION);
   log_device(**pipeline);
   log_source(description);
+  if (!options.recording.folder.empty())
+    spdlog::info("recordings go to {}", std::filesystem::absolute(options.recording.folder).string());
   spdlog::info("the ring of volumes takes up to {:.0f} MB",
                static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6);
   (*pipeline)->start();
