@@ -13,6 +13,7 @@
 #include <system_error>
 #include <vector>
 
+#include "acquisition/record/owned_file.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/file_replacement.hpp"
 #include "proto/base/result.hpp"
@@ -23,17 +24,11 @@ namespace fanlight {
 /// The file with the pixels of a segment, read from front to back.
 class PixelReader {
  public:
-  explicit PixelReader(const std::filesystem::path& path)
-      : path_(path), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
-  ~PixelReader() {
-    if (file_ >= 0) close(file_);
-  }
-  PixelReader(const PixelReader&) = delete;
-  PixelReader& operator=(const PixelReader&) = delete;
+  explicit PixelReader(const std::filesystem::path& path) : path_(path), file_(path, O_RDONLY) {}
 
   Result<void> read(std::uint64_t offset, std::span<std::uint8_t> to) const {
     while (!to.empty()) {
-      const ssize_t got = pread(file_, to.data(), to.size(), static_cast<off_t>(offset));
+      const ssize_t got = pread(file_.get(), to.data(), to.size(), static_cast<off_t>(offset));
       if (got < 0 && errno == EINTR) continue;
       if (got <= 0) {
         return Error{
@@ -49,7 +44,7 @@ class PixelReader {
 
  private:
   const std::filesystem::path& path_;
-  int file_;
+  OwnedFile file_;
 };
 
 /// Where pixels go: as they are, or through zlib.
@@ -88,7 +83,7 @@ class PixelSink {
   }
 
   int deflate_all(std::span<const std::uint8_t> pixels, int flush) {
-    // Level 1 takes a third of the time of the usual one, for a tenth more bytes: speckle packs badly.
+    // A third of the time of the usual level, for a twentieth more bytes: speckle packs badly.
     if (!started_ && deflateInit(&stream_, 1) != Z_OK) return ENOMEM;
     started_ = true;
     stream_.next_in = const_cast<Bytef*>(pixels.data());  // zlib only reads it

@@ -151,23 +151,6 @@ int append_whole(int file, std::uint64_t end, std::string_view bytes) {
   return failure;
 }
 
-/// Closes the descriptor at the end of its scope.
-class OpenFile {
- public:
-  OpenFile(const std::filesystem::path& path, int flags)
-      : file_(open(path.c_str(), flags | O_CLOEXEC, 0600)) {}
-  ~OpenFile() {
-    if (file_ >= 0) close(file_);
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  int get() const { return file_; }
-  int release() { return std::exchange(file_, -1); }
-
- private:
-  int file_;
-};
-
 std::uint64_t size_of(int file) {
   struct stat status {};
   return fstat(file, &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
@@ -235,16 +218,14 @@ Result<RecordingFacts> read_facts(int file, const std::filesystem::path& path) {
 Result<SegmentWriter> SegmentWriter::create(const SegmentPaths& paths, const RecordingFacts& facts) {
   SegmentWriter writer;
   writer.paths_ = paths;
-  OpenFile frames(paths.frames, O_RDWR | O_CREAT | O_EXCL);
-  if (frames.get() < 0) return writer.failed(paths.frames, errno);
-  writer.frames_file_ = frames.release();
-  OpenFile pixels(paths.pixels, O_RDWR | O_CREAT | O_EXCL);
-  if (pixels.get() < 0) {
+  writer.frames_file_ = OwnedFile(paths.frames, O_RDWR | O_CREAT | O_EXCL);
+  if (!writer.frames_file_.is_open()) return writer.failed(paths.frames, errno);
+  writer.pixels_file_ = OwnedFile(paths.pixels, O_RDWR | O_CREAT | O_EXCL);
+  if (!writer.pixels_file_.is_open()) {
     const Error error = writer.failed(paths.pixels, errno);
     unlink(paths.frames.c_str());
     return error;
   }
-  writer.pixels_file_ = pixels.release();
   writer.frame_bytes_ = facts.geometry.frame_bytes();
   writer.zeros_.resize(writer.frame_bytes_);
   writer.unwritten_ = facts_text(facts);
@@ -256,49 +237,11 @@ Result<SegmentWriter> SegmentWriter::create(const SegmentPaths& paths, const Rec
   return writer;
 }
 
-SegmentWriter::SegmentWriter(SegmentWriter&& other) noexcept
-    : paths_(std::move(other.paths_)),
-      frames_file_(std::exchange(other.frames_file_, -1)),
-      pixels_file_(std::exchange(other.pixels_file_, -1)),
-      pictures_file_(std::exchange(other.pictures_file_, -1)),
-      picture_bytes_(other.picture_bytes_),
-      frame_bytes_(other.frame_bytes_),
-      frames_(other.frames_),
-      pixel_bytes_(other.pixel_bytes_),
-      record_bytes_(other.record_bytes_),
-      first_time_ns_(other.first_time_ns_),
-      last_time_ns_(other.last_time_ns_),
-      zeros_(std::move(other.zeros_)),
-      unwritten_(std::move(other.unwritten_)) {}
-
-SegmentWriter& SegmentWriter::operator=(SegmentWriter&& other) noexcept {
-  std::swap(paths_, other.paths_);
-  std::swap(frames_file_, other.frames_file_);
-  std::swap(pixels_file_, other.pixels_file_);
-  std::swap(pictures_file_, other.pictures_file_);
-  std::swap(picture_bytes_, other.picture_bytes_);
-  std::swap(frame_bytes_, other.frame_bytes_);
-  std::swap(frames_, other.frames_);
-  std::swap(pixel_bytes_, other.pixel_bytes_);
-  std::swap(record_bytes_, other.record_bytes_);
-  std::swap(first_time_ns_, other.first_time_ns_);
-  std::swap(last_time_ns_, other.last_time_ns_);
-  std::swap(zeros_, other.zeros_);
-  std::swap(unwritten_, other.unwritten_);
-  return *this;
-}
-
-SegmentWriter::~SegmentWriter() {
-  if (frames_file_ >= 0) close(frames_file_);
-  if (pixels_file_ >= 0) close(pixels_file_);
-  if (pictures_file_ >= 0) close(pictures_file_);
-}
-
 Result<void> SegmentWriter::append(const RecordedFrame& frame, std::span<const std::uint8_t> pixels) {
   const std::span<const std::uint8_t> stored =
       frame.usable() ? pixels : std::span<const std::uint8_t>(zeros_);
-  const int failure =
-      append_whole(pixels_file_, pixel_bytes_, {reinterpret_cast<const char*>(stored.data()), stored.size()});
+  const int failure = append_whole(pixels_file_.get(), pixel_bytes_,
+                                   {reinterpret_cast<const char*>(stored.data()), stored.size()});
   if (failure != 0) return failed(paths_.pixels, failure);
   unwritten_ += bytes_of(record_of(frame, frames_, crc32c(stored)));
   if (frames_ == 0) first_time_ns_ = frame.stamp.capture_time_ns;
@@ -309,11 +252,10 @@ Result<void> SegmentWriter::append(const RecordedFrame& frame, std::span<const s
 }
 
 Result<void> SegmentWriter::add_picture(std::string_view line) {
-  if (pictures_file_ < 0)
-    pictures_file_ = open(paths_.pictures.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (pictures_file_ < 0) return failed(paths_.pictures, errno);
+  if (!pictures_file_.is_open()) pictures_file_ = OwnedFile(paths_.pictures, O_WRONLY | O_CREAT | O_EXCL);
+  if (!pictures_file_.is_open()) return failed(paths_.pictures, errno);
   const std::string ended = std::string(line) + '\n';
-  const int failure = append_whole(pictures_file_, picture_bytes_, ended);
+  const int failure = append_whole(pictures_file_.get(), picture_bytes_, ended);
   if (failure != 0) return failed(paths_.pictures, failure);
   picture_bytes_ += ended.size();
   return {};
@@ -321,7 +263,7 @@ Result<void> SegmentWriter::add_picture(std::string_view line) {
 
 Result<void> SegmentWriter::flush() {
   if (unwritten_.empty()) return {};
-  const int failure = append_whole(frames_file_, record_bytes_, unwritten_);
+  const int failure = append_whole(frames_file_.get(), record_bytes_, unwritten_);
   if (failure != 0) return failed(paths_.frames, failure);
   record_bytes_ += unwritten_.size();
   unwritten_.clear();
@@ -335,10 +277,10 @@ Error SegmentWriter::failed(const std::filesystem::path& path, int reason) const
 }
 
 Result<Segment> read_segment(const SegmentPaths& paths) {
-  const OpenFile frames(paths.frames, O_RDONLY);
-  const OpenFile pixels(paths.pixels, O_RDONLY);
-  if (frames.get() < 0 || pixels.get() < 0) {
-    const std::filesystem::path& lacks = frames.get() < 0 ? paths.frames : paths.pixels;
+  const OwnedFile frames(paths.frames, O_RDONLY);
+  const OwnedFile pixels(paths.pixels, O_RDONLY);
+  if (!frames.is_open() || !pixels.is_open()) {
+    const std::filesystem::path& lacks = !frames.is_open() ? paths.frames : paths.pixels;
     std::error_code failure;
     const bool there = std::filesystem::exists(lacks, failure) || failure;
     return Error{there ? ErrorCode::kUnavailable : ErrorCode::kNotFound,

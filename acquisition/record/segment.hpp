@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "acquisition/record/owned_file.hpp"
 #include "acquisition/record/recorded_frame.hpp"
 #include "acquisition/record/segment_paths.hpp"
 #include "proto/base/result.hpp"
@@ -18,9 +20,6 @@ class SegmentWriter {
  public:
   /// Creates both files (mode 0600). kUnavailable: the sentence says why.
   static Result<SegmentWriter> create(const SegmentPaths& paths, const RecordingFacts& facts);
-  SegmentWriter(SegmentWriter&& other) noexcept;
-  SegmentWriter& operator=(SegmentWriter&& other) noexcept;
-  ~SegmentWriter();
 
   /// `pixels`: of the facts' geometry, rows x columns bytes, row major; ignored for an unusable frame. The
   /// record stays in memory until flush(). kUnavailable: no room, or an I/O error. Nothing of the frame is
@@ -34,7 +33,6 @@ class SegmentWriter {
 
   const SegmentPaths& paths() const { return paths_; }
   std::uint64_t frames() const { return frames_; }
-  std::uint64_t bytes() const { return pixel_bytes_; }
   std::int64_t first_time_ns() const { return first_time_ns_; }
   std::int64_t last_time_ns() const { return last_time_ns_; }
 
@@ -43,9 +41,9 @@ class SegmentWriter {
   Error failed(const std::filesystem::path& path, int reason) const;
 
   SegmentPaths paths_;
-  int frames_file_ = -1;
-  int pixels_file_ = -1;
-  int pictures_file_ = -1;  // opened with the first line
+  OwnedFile frames_file_;
+  OwnedFile pixels_file_;
+  OwnedFile pictures_file_;  // opened with the first line
   std::uint64_t picture_bytes_ = 0;
   std::uint64_t frame_bytes_ = 0;
   std::uint64_t frames_ = 0;

@@ -115,7 +115,10 @@ void print_recording(const RecordOptions& options, const RecordingStatus& status
     fmt::print("There was no room for a copy of the pixels: they stay in a file beside the header.\n");
   }
   if (status.finished > 1) {
-    fmt::print("{} files: the frames' geometry changed, a file was full, or the disk was\n", status.finished);
+    fmt::print(
+        "{} files in all: a further one begins where the geometry of the frames changes, a file or the "
+        "disk is full\n",
+        status.finished);
   }
   if (status.frames_missed > 0) {
     fmt::print("{} frames are missing: the disk did not take them in time\n", status.frames_missed);
@@ -132,8 +135,8 @@ Result<void> check_name(const std::filesystem::path& path) {
                            folder.string())};
 }
 
-/// Waits for the end of the source, of the recording or of the user's patience. False: the recording was
-/// never begun or has ended by itself.
+/// Waits until the source ends, the recording ends by its limits, or the user ends it. Tells progress and
+/// trouble meanwhile. `seconds`: the limit by time; 0: none. `status`: the newest.
 void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, double seconds,
                      RecordingStatus& status) {
   const std::int64_t begun_ns = now_ns();
