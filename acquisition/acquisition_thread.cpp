@@ -60,8 +60,13 @@ AcquisitionThread::State AcquisitionThread::pull_frames(const std::stop_token& s
       return State::kFailed;
     }
     const std::optional<FrameStamp>& frame = *next;
-    if (!frame) break;
-    take_frame(*frame, stop);
+    if (frame) {
+      take_frame(*frame, stop);
+    } else if (source.rests() && !stop.stop_requested()) {
+      assembler_.end_of_source();
+    } else {
+      break;
+    }
   }
   return stop.stop_requested() ? State::kStopped : State::kEnded;
 }

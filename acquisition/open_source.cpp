@@ -23,12 +23,16 @@ Result<std::unique_ptr<FrameSource>> open_phantom(std::string_view text, const S
   return std::unique_ptr<FrameSource>(*std::move(source));
 }
 
-Result<std::unique_ptr<FrameSource>> open_recording(std::string_view path, const SourceOptions& options) {
+Result<std::unique_ptr<FrameSource>> open_recording(std::string_view path, const SourceOptions& options,
+                                                    ReplayLink* link) {
   auto source = ReplaySource::create(
       {.recording = {.path = path, .geometry_path = options.geometry_path},
        .pace = options.as_fast_as_taken ? ReplaySource::Pace::kAsFastAsTaken : ReplaySource::Pace::kRecorded,
        .speed = options.speed,
-       .ending = options.ending});
+       .ending = options.ending,
+       .from_s = options.from_s,
+       .paused = options.paused,
+       .link = link});
   if (!source) return source.error();
   return std::unique_ptr<FrameSource>(*std::move(source));
 }
@@ -46,15 +50,15 @@ Result<std::unique_ptr<FrameSource>> open_probe(std::string_view address, const 
 }  // namespace
 
 Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const SourceOptions& options,
-                                                 ProbeLink& link) {
+                                                 ProbeLink& probe, ReplayLink* replay) {
   if (text.empty()) {
     return Error{ErrorCode::kInvalidArgument,
                  "the source is empty, expected phantom:, replay:PATH or usb:VENDOR:PRODUCT"};
   }
-  if (text.starts_with(kUsb)) return open_probe(text.substr(kUsb.size()), options, link);
+  if (text.starts_with(kUsb)) return open_probe(text.substr(kUsb.size()), options, probe);
   if (text.starts_with(kPhantom)) return open_phantom(text.substr(kPhantom.size()), options);
   if (text.starts_with(kReplay)) text.remove_prefix(kReplay.size());
-  return open_recording(text, options);
+  return open_recording(text, options, replay);
 }
 
 }  // namespace fanlight

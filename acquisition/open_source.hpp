@@ -16,16 +16,18 @@ struct SourceOptions {
   std::filesystem::path geometry_path;  ///< of a recording; empty: see RecordingGeometry
   double speed = 1;                     ///< of a recording: 1 as recorded; 0.01 to 1000
   bool as_fast_as_taken = false;        ///< no pacing: capture times are simulated, and no frame is lost
-  ReplaySource::Ending ending = ReplaySource::Ending::kOnce;  ///< of a recording; other sources never end
-  UsbSource::Settings probe_settings;                         ///< of a USB probe
-  double wait_for_probe_s = 5;                                ///< see UsbSource::Config
+  ReplayEnding ending = ReplayEnding::kOnce;  ///< of a recording; other sources never end
+  double from_s = 0;                          ///< of a recording: where it begins
+  bool paused = false;                        ///< of a recording: shows its first sweep and waits for orders
+  UsbSource::Settings probe_settings;         ///< of a USB probe
+  double wait_for_probe_s = 5;                ///< see UsbSource::Config
 };
 
 /// Opens the source that a text names: "phantom:" with options (PhantomSource::parse), "replay:PATH" or the
 /// PATH of a recording alone, or "usb:VENDOR:PRODUCT[:SERIAL]" (UsbAddress). Reads files, and blocks until a
-/// probe is found; errors as of the source's own create(). `link` must outlive the source; only a USB probe
-/// uses it.
+/// probe is found; errors as of the source's own create(). The links must outlive the source. A USB probe
+/// uses `probe`, a recording `replay`; nullptr: nobody controls the recording.
 Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const SourceOptions& options,
-                                                 ProbeLink& link);
+                                                 ProbeLink& probe, ReplayLink* replay = nullptr);
 
 }  // namespace fanlight

@@ -2,6 +2,7 @@
 #include "acquisition/replay/igs_sequence.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -111,6 +112,10 @@ struct IgsPixels::Reading {
   std::optional<Inflater> inflater;    // absent: plain pixels
   std::vector<std::uint8_t> stored;    // a frame as in the file, where it is not grey levels
   std::vector<std::uint8_t> in_order;  // a frame of grey levels in the file's axis order
+  long first_pixel = 0;                // offset in the file
+  std::uint64_t compressed_bytes = 0;
+  bool gzip = false;
+  struct stat opened_as {};
 
   /// Of the file.
   std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows * format.bytes; }
@@ -118,6 +123,7 @@ struct IgsPixels::Reading {
   Result<void> read_stored(std::span<std::uint8_t> to) {
     return inflater ? read_compressed(to) : read_plain(to);
   }
+  Result<void> go_to(std::uint64_t frame);
   Result<void> read_plain(std::span<std::uint8_t> to);
   Result<void> read_compressed(std::span<std::uint8_t> to);
   void judge_layout(std::span<const std::uint8_t> frame);
@@ -137,6 +143,18 @@ void IgsPixels::Reading::judge_layout(std::span<const std::uint8_t> frame) {
   };
   constexpr double kMuchMoreAlike = 0.6;
   transposed = difference(other) < kMuchMoreAlike * difference(line);
+}
+
+/// Afterwards `next` is at most `frame`: compressed frames in between are read over.
+Result<void> IgsPixels::Reading::go_to(std::uint64_t frame) {
+  if (frame == next || (inflater && frame > next)) return {};
+  next = inflater ? 0 : frame;
+  if (std::fseek(from.file, first_pixel + static_cast<long>(next * frame_bytes()), SEEK_SET) != 0)
+    return from.bad("the file cannot be read from another place", "a file that can");
+  if (!inflater) return {};
+  inflater.emplace(from.file, compressed_bytes);
+  if (inflater->start(gzip)) return {};
+  return from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
 }
 
 Result<void> IgsPixels::Reading::read_plain(std::span<std::uint8_t> to) {
@@ -169,6 +187,7 @@ IgsPixels::~IgsPixels() = default;
 Result<void> IgsPixels::read(std::uint64_t frame, std::span<std::uint8_t> to) {
   Reading& reading = *reading_;
   const bool arranged = reading.orientation != ImageOrientation{};
+  if (auto there = reading.go_to(frame); !there) return there;
   while (reading.next <= frame) {
     // Frames before the one that is wanted are read over it.
     const std::span grey = arranged ? std::span(reading.in_order) : to;
@@ -217,6 +236,20 @@ bool IgsPixels::at_end() const {
   return reading_->next == reading_->frames;
 }
 
+bool IgsPixels::has_quick_access() const {
+  return !reading_->inflater;
+}
+
+FileChange IgsPixels::change() const {
+  struct stat now {};
+  if (fstat(fileno(reading_->from.file), &now) != 0) return FileChange::kChanged;
+  if (now.st_nlink == 0) return FileChange::kRemoved;
+  const struct stat& then = reading_->opened_as;
+  const bool same = now.st_size == then.st_size && now.st_mtim.tv_sec == then.st_mtim.tv_sec &&
+                    now.st_mtim.tv_nsec == then.st_mtim.tv_nsec;
+  return same ? FileChange::kNone : FileChange::kChanged;
+}
+
 Result<void> IgsPixels::finish() {
   Reading& reading = *reading_;
   if (!reading.inflater) return {};
@@ -251,9 +284,13 @@ Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std:
   reading->frames = sequence.frames.size();
   reading->format = sequence.format = header.format;
   reading->in_order.resize(header.orientation == ImageOrientation{} ? 0 : sequence.frame_bytes());
+  reading->first_pixel = std::ftell(opened->pixels.file.get());
+  if (reading->first_pixel < 0 || fstat(fileno(opened->pixels.file.get()), &reading->opened_as) != 0)
+    return reading->from.bad("the file cannot be read on", "a file that can");
   if (sequence.compressed) {
-    const std::uint64_t compressed_bytes = header.compressed_bytes.value_or(opened->pixel_bytes);
-    reading->inflater.emplace(opened->pixels.file.get(), compressed_bytes);
+    reading->compressed_bytes = header.compressed_bytes.value_or(opened->pixel_bytes);
+    reading->gzip = header.gzip;
+    reading->inflater.emplace(opened->pixels.file.get(), reading->compressed_bytes);
     if (!reading->inflater->start(header.gzip))
       return reading->from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
   }

@@ -75,7 +75,10 @@ struct IgsSequence {
   }
 };
 
-/// The pixels of a sequence file, read frame by frame from the first on. Memory of one frame.
+/// What became of a file that is open.
+enum class FileChange : std::uint8_t { kNone, kChanged, kRemoved };
+
+/// The pixels of a sequence file, read frame by frame. Memory of one frame.
 class IgsPixels {
  public:
   struct Reading;
@@ -84,8 +87,8 @@ class IgsPixels {
   IgsPixels& operator=(IgsPixels&&) noexcept;
   ~IgsPixels();
 
-  /// Reads a frame, in Fanlight's axis order: rows x columns bytes. Precondition: `frame` is above that of
-  /// the call before. Frames in between are skipped. kBadInput: the file is damaged or cut off.
+  /// Reads a frame, in Fanlight's axis order: rows x columns bytes. In order of the frames this is quick;
+  /// else compressed pixels are unpacked from the first frame on. kBadInput: the file is damaged or cut off.
   Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to);
 
   /// Sets the window by which stored values become grey levels; whole_window() before. Precondition: read()
@@ -101,6 +104,12 @@ class IgsPixels {
 
   /// Whether the last frame was read.
   bool at_end() const;
+
+  /// Whether each frame is found without reading those before it.
+  bool has_quick_access() const;
+
+  /// Whether the file was written to, or its name removed, since it was opened. A call of the system.
+  FileChange change() const;
 
   /// After the last frame: kBadInput where pixels follow it, or the checksum is wrong.
   Result<void> finish();

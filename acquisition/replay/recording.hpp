@@ -53,8 +53,8 @@ class Recording {
  public:
   /// How pixels are read.
   enum class Pixels : std::uint8_t {
-    kAll,      ///< open() reads all of them into memory
-    kForward,  ///< read_frame() reads the file once, from front to back: memory of one frame
+    kAll,       ///< open() reads all of them into memory
+    kFromFile,  ///< read_frame() reads the file: memory of one frame
   };
   struct Config {
     std::filesystem::path path;
@@ -92,10 +92,13 @@ class Recording {
   std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {
     return sequence_.frame_pixels(frame);
   }
-  /// Copies a frame's pixels. With Pixels::kForward: of a frame above that of the call before. Error: as of
-  /// IgsPixels::read().
+  /// Copies a frame's pixels. Error: as of IgsPixels::read().
   Result<void> read_frame(std::size_t frame, std::span<std::uint8_t> to);
-  /// After the last frame. With Pixels::kForward: kBadInput where the file's checksum is wrong, or pixels
+  /// Whether frames may be read in any order without delay.
+  bool has_quick_access() const { return !pixels_ || pixels_->has_quick_access(); }
+  /// With Pixels::kAll the file does not matter any more: kNone.
+  FileChange file_change() const { return pixels_ ? pixels_->change() : FileChange::kNone; }
+  /// After the last frame. With Pixels::kFromFile: kBadInput where the file's checksum is wrong, or pixels
   /// follow the last frame.
   Result<void> finish();
 
@@ -124,7 +127,7 @@ class Recording {
   Error bad(std::string_view wrong, std::string_view expected) const;
 
   IgsSequence sequence_;
-  std::optional<IgsPixels> pixels_;        // with Pixels::kForward
+  std::optional<IgsPixels> pixels_;        // with Pixels::kFromFile
   std::vector<std::uint8_t> first_frame_;  // then: its pixels
   bool transposed_ = false;                // the frames look like it
   bool measured_ = true;                   // the frames have angles

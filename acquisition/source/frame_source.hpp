@@ -48,9 +48,13 @@ class FrameSource {
   /// geometry_revision of a stamp.
   virtual const SourceDescription& description() const = 0;
 
-  /// Blocks until the next frame is due and returns its stamp. nullopt at the end of the source, or when
-  /// `stop` is requested. An Error means that the source cannot continue. Allocates nothing.
+  /// Blocks until the next frame is due and returns its stamp. nullopt at the end of the source, when `stop`
+  /// is requested, or where it rests(). An Error means that the source cannot continue. Allocates nothing.
   virtual Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) = 0;
+
+  /// After nullopt: the frames so far are whole sweeps, and others follow when somebody asks for them. The
+  /// next call of next_frame() waits for that.
+  virtual bool rests() const { return false; }
 
   /// Fault of that frame as far as it is known before its pixels; the pixels are then not read.
   virtual FrameFault known_fault() const { return FrameFault::kNone; }

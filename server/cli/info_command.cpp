@@ -108,7 +108,7 @@ Result<void> tell_of_gpus() {
 Result<void> tell_of_recording(const InfoOptions& options) {
   // The header and one frame: the pixels may be gigabytes.
   const auto recording = Recording::open(
-      {.path = options.file, .geometry_path = options.geometry_path, .pixels = Recording::Pixels::kForward});
+      {.path = options.file, .geometry_path = options.geometry_path, .pixels = Recording::Pixels::kFromFile});
   if (!recording) return recording.error();
   const RecordingSummary& summary = recording->summary();
   fmt::print("{}\n", summary.name);

@@ -177,6 +177,7 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
           .failures = pipeline.failures(),
           .pipeline = pipeline.counters(),
           .probe = link.probe,
+          .replay = link.replay,
           .counters = counters,
           .source_state = [&pipeline] { return pipeline.source_state(); },
           .private_views = &pipeline.private_views(),
@@ -214,7 +215,7 @@ Result<void> serve(const ServeOptions& options) {
   config.endpoint = *endpoint;
 
   SourceLink link;
-  const auto source = open_source(options.source, options.playing, link.probe);
+  const auto source = open_source(options.source, options.playing, link.probe, &link.replay);
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
   config.facts.source = printable(description.name);
@@ -322,6 +323,9 @@ void add_source_options(CLI::App& command, ServeOptions& options) {
       "After the recording's last frame: once, loop or to-and-fro (the default)");
   command.add_option("--speed", options.playing.speed, "Of the recording: 1 as recorded, 0.01 to 1000")
       ->type_name("FACTOR");
+  command.add_option("--from", options.playing.from_s, "Where the recording begins")->type_name("SECONDS");
+  command.add_flag("--paused", options.playing.paused,
+                   "Show the recording's first sweep, and wait for a display to play on");
   command.add_flag("--fast", options.playing.as_fast_as_taken,
                    "Play as fast as volumes are rendered, and render them all");
 }

@@ -20,8 +20,9 @@
 #include "proto/model/scene.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/named_option.hpp"
+#include "server/cli/watch_report.hpp"
 #include "server/client/stream_client.hpp"
-#include "server/state/picture_liveness.hpp"
+#include "server/state/replay_proxy.hpp"
 #include "server/state/scene_message.hpp"
 
 namespace fanlight {
@@ -32,6 +33,7 @@ struct WatchOptions {
   StreamClient::Config server;
   std::string token_file;
   std::vector<std::string> changes;
+  std::vector<std::string> replay;
   std::string save;
   std::uint64_t pictures = 0;
   double seconds = 0;
@@ -86,57 +88,6 @@ Result<v1::Scene> change_of(const std::vector<std::string>& items) {
   return change;
 }
 
-/// Pictures received in one second.
-struct Second {
-  int pictures = 0;
-  std::size_t bytes = 0;
-  std::vector<double> ages_ms;  ///< from the capture of a picture's last frame to its arrival here
-};
-
-/// "live", "delayed", "not live" or "waiting", as `fanlight watch` and /healthz say it.
-const char* state_name(const v1::Liveness& liveness) {
-  return PictureLiveness::name(static_cast<PictureLiveness::State>(liveness.state()));
-}
-
-/// "not live, 34.2 s old: The probe is lost."
-std::string state_text(const v1::Liveness& liveness) {
-  const std::string age = liveness.age_s() < 0 ? "" : fmt::format(", {:.1f} s old", liveness.age_s());
-  const bool explains = liveness.state() != v1::Liveness::LIVE;
-  return fmt::format("{}{}{}{}", state_name(liveness), age, explains ? ": " : "",
-                     explains ? printable(liveness.sentence()) : "");
-}
-
-void print_json(const Second& second, double age_ms, const v1::Liveness& liveness,
-                const v1::Statistics& statistics) {
-  const nlohmann::ordered_json report = {{"pictures", second.pictures},
-                                         {"bytes", second.bytes},
-                                         {"age_ms", age_ms},
-                                         {"offered", statistics.pictures_offered()},
-                                         {"sent", statistics.pictures_sent()},
-                                         {"skipped", statistics.pictures_skipped()},
-                                         {"volumes_assembled", statistics.volumes_assembled()},
-                                         {"volumes_dropped", statistics.volumes_dropped()},
-                                         {"frames_lost", statistics.frames_lost()},
-                                         {"sessions", statistics.sessions()},
-                                         {"source", printable(statistics.source_state())},
-                                         {"picture", state_name(liveness)},
-                                         {"picture_age_s", liveness.age_s()},
-                                         {"reason", printable(liveness.sentence())}};
-  fmt::print("{}\n", report.dump());
-}
-
-void print_text(const Second& second, double age_ms, const v1::Liveness& liveness,
-                const v1::Statistics& statistics) {
-  fmt::print(
-      "{}; {:4} pictures, {:7.1f} kB, last frame {:6.1f} ms ago (median); sent {}, skipped {} of {}; {} "
-      "volumes, {} "
-      "dropped; {} displays; source {}\n",
-      state_text(liveness), second.pictures, static_cast<double>(second.bytes) / 1e3, age_ms,
-      statistics.pictures_sent(), statistics.pictures_skipped(), statistics.pictures_offered(),
-      statistics.volumes_assembled(), statistics.volumes_dropped(), statistics.sessions(),
-      printable(statistics.source_state()));
-}
-
 /// Watches one stream until the options or a signal end it.
 class Watch {
  public:
@@ -170,6 +121,13 @@ class Watch {
       v1::ClientMessage control;
       control.mutable_control()->set_wish(v1::ControlRequest::TAKE_OVER);
       if (auto sent = client_.send(control); !sent) return sent;
+    }
+    for (const std::string& wish : options_.replay) {
+      auto request = replay_request(wish);
+      if (!request) return request.error();
+      v1::ClientMessage message;
+      *message.mutable_replay() = *std::move(request);
+      if (auto sent = client_.send(message); !sent) return sent;
     }
     if (options_.changes.empty()) return {};
     const auto change = change_of(options_.changes);
@@ -213,6 +171,9 @@ class Watch {
         return {};
       case v1::ServerMessage::kStreamReply:
         return message.stream_reply().has_refused() ? refused(message.stream_reply().refused())
+                                                    : Result<void>();
+      case v1::ServerMessage::kReplayReply:
+        return message.replay_reply().has_refused() ? refused(message.replay_reply().refused())
                                                     : Result<void>();
       case v1::ServerMessage::kControlReply:
         return message.control_reply().has_refused() ? refused(message.control_reply().refused())
@@ -288,7 +249,7 @@ class Watch {
   const WatchOptions& options_;
   StreamClient& client_;
   std::uint64_t pictures_ = 0;
-  Second second_;
+  WatchedSecond second_;
   v1::Liveness liveness_;                       // the last one told
   std::optional<std::int64_t> clock_ahead_ns_;  // the server's, by the message that was fastest on its way
   std::int64_t heard_ns_ = now_ns();            // when the last statistics came
@@ -335,6 +296,11 @@ void add_change_options(CLI::App& command, WatchOptions& options) {
   command
       .add_option("--set", options.changes, "A change of the scene: light.up_mm=20; may come several times")
       ->type_name("NAME=VALUE");
+  command
+      .add_option("--replay", options.replay,
+                  "Of a recording that is played: play, pause, step=SWEEPS, seek=SECONDS, speed=FACTOR or "
+                  "ending=once, loop, to-and-fro; may come several times")
+      ->type_name("WISH");
   command.add_flag("--own-view", options.own_view,
                    "The changes are this display's alone: a light, filters or a camera of its own");
   command.add_flag("--take-over", options.take_over, "Take the control from whoever has it (an admin's)");

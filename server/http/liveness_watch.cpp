@@ -13,11 +13,22 @@ namespace {
 
 constexpr auto kInterval = std::chrono::milliseconds(250);
 
-PictureLiveness::Source liveness_source(const std::string& source_state, bool probe_lost) {
+PictureLiveness::Source liveness_source(const std::string& source_state, bool probe_lost,
+                                        const ReplayStatus& replay) {
   using State = PictureLiveness::Source::State;
-  if (source_state == "running") return {.state = State::kRunning, .failure = "", .probe_lost = probe_lost};
-  if (source_state == "ended") return {.state = State::kEnded, .failure = "", .probe_lost = probe_lost};
-  return {.state = State::kFailed, .failure = source_state, .probe_lost = probe_lost};
+  PictureLiveness::Source source{.state = State::kRunning, .failure = "", .probe_lost = probe_lost};
+  source.is_replay = replay.state != ReplayStatus::State::kAbsent;
+  source.paused = replay.state == ReplayStatus::State::kPaused;
+  if (source_state == "ended") {
+    source.state = State::kEnded;
+  } else if (source_state != "running") {
+    source.state = State::kFailed;
+    source.failure = source_state;
+  } else if (replay.state == ReplayStatus::State::kFailed) {
+    source.state = State::kFailed;
+    source.failure = replay.trouble;
+  }
+  return source;
 }
 
 }  // namespace
@@ -40,15 +51,17 @@ void LivenessWatch::update() {
   if (dependencies_.health != nullptr) {
     if (const RenderHealth* const health = dependencies_.health->newest()) liveness.health_changed(*health);
   }
-  if (!liveness.update(liveness_source(dependencies_.source_state(), dependencies_.probe.lost()), now_ns()))
-    return;
+  const auto source = liveness_source(dependencies_.source_state(), dependencies_.probe.lost(),
+                                      dependencies_.replay.status());
+  if (!liveness.update(source, now_ns())) return;
   log();
   dependencies_.sessions.liveness_changed();
 }
 
 void LivenessWatch::log() const {
   const PictureLiveness::Report& report = dependencies_.liveness.report();
-  if (report.live() || report.state == PictureLiveness::State::kWaiting)
+  if (report.live() || report.state == PictureLiveness::State::kWaiting ||
+      report.state == PictureLiveness::State::kReplay)
     return spdlog::info("{}", report.sentence);
   spdlog::warn("the picture is {}, {:.1f} s old: {}", PictureLiveness::name(report.state), report.age_s,
                report.sentence);

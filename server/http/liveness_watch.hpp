@@ -11,6 +11,7 @@
 #include "server/net/loop_chain.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
+#include "server/state/replay_proxy.hpp"
 #include "server/stream/session_registry.hpp"
 
 namespace fanlight {
@@ -23,6 +24,7 @@ class LivenessWatch {
   struct Dependencies {
     PictureLiveness& liveness;
     const ProbeProxy& probe;
+    const ReplayProxy& replay;
     const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
     Mailbox<RenderHealth>* health;                     ///< null: the renderer is always well
     SessionRegistry& sessions;

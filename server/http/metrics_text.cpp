@@ -47,6 +47,8 @@ std::string metrics_text(const MetricsSources& sources) {
       family("fanlight_picture_age_seconds",
              "From the capture of the newest picture's volume to now; -1 before the first picture",
              prometheus::MetricType::Gauge, liveness.age_s));
+  families.push_back(family("fanlight_replay", "1 while the source is a recording, 0 while it is live",
+                            prometheus::MetricType::Gauge, sources.replay.is_replay() ? 1 : 0));
   const RecordingStatus& recording = sources.recording.status();
   families.push_back(
       family("fanlight_recording", "1 while frames are recorded, also to keep the last minutes; else 0",

@@ -7,6 +7,7 @@
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
+#include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/stream/picture_hub.hpp"
 
@@ -19,6 +20,7 @@ struct MetricsSources {
   const ProbeProxy& probe;
   const PictureLiveness& liveness;
   const RecordingProxy& recording;
+  const ReplayProxy& replay;
   const PictureHub& hub;
   const SceneStore& scene_store;
 };

@@ -69,6 +69,23 @@ ordered_json recording_json(const v1::RecordingStatus& status) {
           {"last_trouble", status.last_trouble()}};
 }
 
+ordered_json replay_json(const v1::ReplayStatus& status) {
+  constexpr std::array<std::string_view, 5> kStates = {"no_recording", "playing", "paused", "ended",
+                                                       "failed"};
+  constexpr std::array<std::string_view, 3> kEndings = {"once", "loop", "to-and-fro"};
+  ordered_json told = {{"state", kStates.at(status.state())}};
+  if (status.state() == v1::ReplayStatus::NO_RECORDING) return told;
+  told.update({{"time_s", status.time_s()},
+               {"duration_s", status.duration_s()},
+               {"sweep", status.sweep()},
+               {"sweeps", status.sweeps()},
+               {"speed", status.speed()},
+               {"ending", kEndings.at(status.ending())},
+               {"backward", status.backward()},
+               {"trouble", status.trouble()}});
+  return told;
+}
+
 ordered_json state_json(const NumberedScene& scene) {
   return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
 }
@@ -82,11 +99,16 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
   if (path == "/api/scene" && request.method() == http::verb::patch) return change_scene(request, principal);
   if (path == "/api/recording" && reads) return recording();
   if (path == "/api/recording" && request.method() == http::verb::post) return record(request, principal);
+  if (path == "/api/replay" && reads) return replay();
+  if (path == "/api/replay" && request.method() == http::verb::post)
+    return control_replay(request, principal);
   if (path == "/api/scene") return wrong_method("GET or PATCH", "GET, HEAD, PATCH");
   if (path == "/api/picture.png") return wrong_method("GET", "GET, HEAD");
-  if (path == "/api/recording") return wrong_method("GET or POST", "GET, HEAD, POST");
-  return refusal(http::status::not_found,
-                 "there is nothing here, expected /api/scene, /api/picture.png or /api/recording");
+  if (path == "/api/recording" || path == "/api/replay")
+    return wrong_method("GET or POST", "GET, HEAD, POST");
+  return refusal(
+      http::status::not_found,
+      "there is nothing here, expected /api/scene, /api/picture.png, /api/recording or /api/replay");
 }
 
 RestApi::Response RestApi::scene() const {
@@ -120,6 +142,33 @@ RestApi::Response RestApi::record(const Request& request, const Principal& princ
   details["file"] = *file;
   dependencies_.audit.note(principal, {.what = "recording", .result = "done"}, details);
   return json_response(http::status::ok, {{"file", *file}});
+}
+
+RestApi::Response RestApi::replay() const {
+  return json_response(http::status::ok, replay_json(dependencies_.replay.message()));
+}
+
+RestApi::Response RestApi::control_replay(const Request& request, const Principal& principal) {
+  if (!is_json(request)) return expected_json();
+  const auto parsed = json::parse(request.body(), nullptr, false);
+  const auto text = parsed.is_object() ? parsed.value("wish", json()) : json();
+  const auto wish = replay_request(text.is_string() ? text.get<std::string>() : "");
+  if (!wish) {
+    dependencies_.counters.replay_refusals.add();
+    return refusal(http::status::bad_request, wish.error().message);
+  }
+  const auto may = dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
+  const Result<void> done = may ? dependencies_.replay.request(*wish) : Result<void>(may.error());
+  dependencies_.audit.note(principal,
+                           {.what = "replay", .result = done ? "done" : "refused: " + done.error().message},
+                           {{"wish", replay_words(*wish)}});
+  if (done) return json_response(http::status::ok, {{"taken", replay_words(*wish)}});
+  dependencies_.counters.replay_refusals.add();
+  const bool bad = may && done.error().code == ErrorCode::kInvalidArgument;
+  return refusal(principal.role == Role::kViewer ? http::status::forbidden
+                 : bad                           ? http::status::bad_request
+                                                 : http::status::conflict,
+                 done.error().message);
 }
 
 void RestApi::audit_change(const Principal& principal, const std::string& result, const json& details) const {

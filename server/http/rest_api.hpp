@@ -10,6 +10,7 @@
 #include "server/access/role.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/state/recording_proxy.hpp"
+#include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/stream/picture_hub.hpp"
 #include "server/stream/session_registry.hpp"
@@ -23,6 +24,8 @@ namespace fanlight {
 ///   GET   /api/picture.png   the newest picture of the main view
 ///   GET   /api/recording     the state of the recorder, as JSON
 ///   POST  /api/recording     {"wish": "start"}, "stop" or "keep": the name of the file
+///   GET   /api/replay        the state of the player of a recording, as JSON
+///   POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see replay_request()
 ///
 /// Server thread only.
 class RestApi {
@@ -39,6 +42,7 @@ class RestApi {
     AuditLog& audit;
     SessionRegistry& sessions;
     RecordingProxy& recording;
+    ReplayProxy& replay;
   };
   explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
 
@@ -52,6 +56,8 @@ class RestApi {
   Response scene() const;
   Response recording() const;
   Response record(const Request& request, const Principal& principal);
+  Response replay() const;
+  Response control_replay(const Request& request, const Principal& principal);
   Response change_scene(const Request& request, const Principal& principal);
   void audit_change(const Principal& principal, const std::string& result,
                     const nlohmann::json& details) const;

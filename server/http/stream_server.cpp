@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <google/protobuf/stubs/logging.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,20 +21,8 @@ namespace asio = boost::asio;
 
 namespace {
 
-// Open files besides connections: the GPU's, the source's, the logs.
-constexpr rlim_t kOtherFiles = 64;
 // Fewer connections than this are too few for a ward: the administrator is told.
 constexpr std::size_t kFewConnections = 256;
-/// The number of connections, at most `connections`, for which the process has file descriptors. Raises the
-/// limit of the process as far as possible, and keeps some descriptors for files.
-std::size_t connections_within_limit(std::size_t connections) {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return connections;
-  limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, connections + kOtherFiles));
-  setrlimit(RLIMIT_NOFILE, &limit);
-  getrlimit(RLIMIT_NOFILE, &limit);
-  return limit.rlim_cur > kOtherFiles ? limit.rlim_cur - kOtherFiles : 1;
-}
 
 }  // namespace
 
@@ -55,6 +42,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
              config.most_private_views, config.facts.picture_width, config.facts.picture_height),
       surveys_(dependencies.survey_orders, dependencies.survey_results),
       recording_(config.recording, dependencies.recording, utc_now_s),
+      replay_(dependencies.replay),
       default_view_(config.finds_view, scene_store_, surveys_, config_.facts.notes),
       hub_(dependencies.counters, hub_config()),
       sessions_(views_),
@@ -68,6 +56,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .probe = probe_,
                  .liveness = liveness_,
                  .recording = recording_,
+                 .replay = replay_,
                  .views = views_,
                  .control = control_,
                  .hub = hub_}),
@@ -77,6 +66,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                             .views = views_,
                             .surveys = surveys_,
                             .recording = recording_,
+                            .replay = replay_,
                             .hub = hub_,
                             .access = access_,
                             .control = control_,
@@ -101,7 +91,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .control = control_,
                  .audit = audit_,
                  .sessions = sessions_,
-                 .recording = recording_}),
+                 .recording = recording_,
+                 .replay = replay_}),
       http_dependencies_{.counters = dependencies_.counters,
                          .audit = audit_,
                          .access = access_,
@@ -116,6 +107,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                                      .probe = probe_,
                                      .liveness = liveness_,
                                      .recording = recording_,
+                                     .replay = replay_,
                                      .hub = hub_,
                                      .scene_store = scene_store_},
                          .stream = stream_dependencies_},
@@ -127,6 +119,10 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                        .read_again = [this] { read_again(); },
                        .tell_state = [this] { tell_state(); }}) {
   access_.audit_to(audit_);
+  // A replay that is controlled does not end: it could be played again.
+  dependencies_.source_state = [this, of_thread = dependencies.source_state] {
+    return replay_.status().state == ReplayStatus::State::kEnded ? "ended" : of_thread();
+  };
   // The library would log a line for each malformed message; the sessions answer and count them.
   google::protobuf::SetLogHandler(nullptr);
 }
@@ -284,6 +280,7 @@ void StreamServer::bell_rang() {
   if (const Error* broken = dependencies_.failures.newest()) return fail(*broken);
   if (probe_.update()) probe_changed();
   recording_watch_.update();
+  if (replay_.update()) sessions_.replay_changed();
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());

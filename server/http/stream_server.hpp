@@ -27,6 +27,7 @@
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
+#include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/view_admission.hpp"
 #include "server/stream/picture_hub.hpp"
@@ -73,6 +74,7 @@ class StreamServer {
     Mailbox<Error>& failures;
     PipelineCounters pipeline;
     ProbeLink& probe;
+    ReplayLink& replay;
     ServerCounters& counters;
     std::function<std::string()> source_state;
     Mailbox<PrivateViews>* private_views = nullptr;         ///< null: private views are not available
@@ -140,6 +142,7 @@ class StreamServer {
   ViewAdmission views_;
   SurveyDesk surveys_;
   RecordingProxy recording_;
+  ReplayProxy replay_;
   DefaultView default_view_;
   PictureHub hub_;
   SessionRegistry sessions_;
@@ -165,6 +168,7 @@ class StreamServer {
   LivenessWatch liveness_watch_{loop_,
                                 {.liveness = liveness_,
                                  .probe = probe_,
+                                 .replay = replay_,
                                  .source_state = dependencies_.source_state,
                                  .health = dependencies_.render_health,
                                  .sessions = sessions_}};

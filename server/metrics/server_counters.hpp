@@ -38,6 +38,7 @@ struct ServerCounters {
   Counter private_view_refusals;
   Counter private_views_ended;  ///< because the main view had left them no time for five seconds
   Counter recording_refusals;   ///< wishes of the recorder that were not granted
+  Counter replay_refusals;      ///< wishes of the player of a recording that were not granted
   Counter probe_changes;
   Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not accept
 };
@@ -77,6 +78,8 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::private_views_ended},
     {"recording_refusals", "Wishes to record, to stop or to keep that were not granted",
      &ServerCounters::recording_refusals},
+    {"replay_refusals", "Wishes to the player of a recording that were not granted",
+     &ServerCounters::replay_refusals},
     {"probe_changes", "Changes of the probe that displays asked for and got", &ServerCounters::probe_changes},
     {"probe_refusals", "Changes of the probe that were refused", &ServerCounters::probe_refusals},
 });

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/net/connection_limit.hpp"
 
+#include <sys/resource.h>
+
+#include <algorithm>
+
 #include <algorithm>
 #include <utility>
 
@@ -66,6 +70,15 @@ void ConnectionLimit::give_back(ConnectionPermit::Position place) {
   const auto known = by_host_.find(place->host);
   if (--known->second == 0) by_host_.erase(known);
   places_.erase(place);
+}
+
+std::size_t connections_within_limit(std::size_t connections) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return connections;
+  limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, connections + kOtherFiles));
+  setrlimit(RLIMIT_NOFILE, &limit);
+  getrlimit(RLIMIT_NOFILE, &limit);
+  return limit.rlim_cur > kOtherFiles ? limit.rlim_cur - kOtherFiles : 1;
 }
 
 }  // namespace fanlight

@@ -75,4 +75,11 @@ class ConnectionLimit {
   std::size_t evicted_ = 0;
 };
 
+/// Open files besides connections: the GPU's, the source's, the logs.
+inline constexpr std::size_t kOtherFiles = 64;
+
+/// The number of connections, at most `connections`, for which the process has file descriptors. Raises the
+/// limit of the process as far as possible, and keeps some descriptors for files.
+std::size_t connections_within_limit(std::size_t connections);
+
 }  // namespace fanlight

@@ -19,6 +19,7 @@
 #include "proto/exchange/probe_link.hpp"
 #include "proto/exchange/recording_link.hpp"
 #include "proto/exchange/render_health.hpp"
+#include "proto/exchange/replay_link.hpp"
 #include "proto/exchange/survey.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
@@ -35,6 +36,7 @@ struct SourceLink {
   Doorbell acquisition_bell;  ///< wakes the acquisition thread
   Doorbell server_bell;       ///< wakes the server thread
   ProbeLink probe{acquisition_bell, server_bell};
+  ReplayLink replay{server_bell};
 };
 
 /// The acquisition thread and the render thread with everything that they exchange between them and with the

@@ -34,6 +34,8 @@ const char* PictureLiveness::name(State state) {
       return "live";
     case State::kDelayed:
       return "delayed";
+    case State::kReplay:
+      return "replay";
     case State::kNotLive:
       break;
   }
@@ -96,9 +98,10 @@ PictureLiveness::Cause PictureLiveness::cause_of_stillness(std::int64_t now_ns) 
   return dropped_.since(progressed_ns_) ? Cause::kSweepsDropped : Cause::kNoSweep;
 }
 
-PictureLiveness::State PictureLiveness::state(Cause cause, std::int64_t now_ns) const {
+PictureLiveness::State PictureLiveness::state(const Source& source, Cause cause, std::int64_t now_ns) const {
   if (!any_picture_) return State::kWaiting;
   if (cause != Cause::kNone) return State::kNotLive;
+  if (source.is_replay) return State::kReplay;
   return now_ns - captured_ns_ > limit_ns() ? State::kDelayed : State::kLive;
 }
 
@@ -110,11 +113,13 @@ double PictureLiveness::rate() const {
 
 bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
   count(now_ns);
+  // A pause that was asked for is no stillness, nor is the first moment after it.
+  if (source.paused) progressed_ns_ = frames_.grown_ns = now_ns;
   driver_.observe(pipeline_.render.turn_began_ns.value(), now_ns);
   const State before = report_.state;
   const Cause cause_before = report_.cause;
   report_.cause = cause(source, now_ns);
-  report_.state = state(report_.cause, now_ns);
+  report_.state = state(source, report_.cause, now_ns);
   report_.age_s = any_picture_ ? std::max(0.0, seconds(now_ns - captured_ns_)) : -1;
   const bool still = now_ns - progressed_ns_ > limit_ns();
   report_.pictures_per_second = still ? 0 : rate();
@@ -126,6 +131,8 @@ std::string PictureLiveness::sentence(const Source& source, std::int64_t now_ns)
   switch (report_.state) {
     case State::kLive:
       return "The picture is live.";
+    case State::kReplay:
+      return source.paused ? "The replay of a recording is paused." : "A recording is played.";
     case State::kDelayed:
       return fmt::format("The renderer is slower than the probe: {:.1f} pictures a second.",
                          report_.pictures_per_second);

@@ -22,6 +22,7 @@ class PictureLiveness {
     kLive,
     kDelayed,  ///< pictures of new volumes come, and each is too old
     kNotLive,
+    kReplay,  ///< the picture shows what a recording shows now, or where it is paused
   };
   /// What keeps new pictures away. In order of precedence, but for the last one.
   enum class Cause : std::uint8_t {
@@ -53,6 +54,8 @@ class PictureLiveness {
     State state = State::kRunning;
     std::string failure;  ///< a sentence, where it has failed
     bool probe_lost = false;
+    bool is_replay = false;  ///< of a recording: its pictures are never live
+    bool paused = false;     ///< a replay that sends no frame, as was asked for
   };
 
   /// `pipeline` must outlive this object. `start_ns`: fanlight::now_ns of the start.
@@ -69,7 +72,7 @@ class PictureLiveness {
 
   const Report& report() const { return report_; }
 
-  /// "waiting", "live", "delayed" or "not live".
+  /// "waiting", "live", "delayed", "not live" or "replay".
   static const char* name(State state);
 
   /// How long a call of the GPU's driver has not returned; 0 where it answers.
@@ -91,7 +94,7 @@ class PictureLiveness {
   void count(std::int64_t now_ns);
   Cause cause(const Source& source, std::int64_t now_ns) const;
   Cause cause_of_stillness(std::int64_t now_ns) const;
-  State state(Cause cause, std::int64_t now_ns) const;
+  State state(const Source& source, Cause cause, std::int64_t now_ns) const;
   bool frames_silent(std::int64_t now_ns) const;
   double rate() const;
   std::string sentence(const Source& source, std::int64_t now_ns) const;

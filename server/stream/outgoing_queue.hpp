@@ -17,7 +17,16 @@ namespace fanlight {
 class OutgoingQueue {
  public:
   /// States whose newest value is sent when the socket is free, in the order in which they are sent.
-  enum class Notice : std::uint8_t { kControl, kScene, kView, kProbe, kLiveness, kRecording, kStatistics };
+  enum class Notice : std::uint8_t {
+    kControl,
+    kScene,
+    kView,
+    kProbe,
+    kLiveness,
+    kRecording,
+    kReplay,
+    kStatistics
+  };
 
   /// A client wants to know which picture is the first to show its change.
   struct ShownRequest {

@@ -89,6 +89,12 @@ v1::ServerMessage ServerMessages::recording() const {
   return message;
 }
 
+v1::ServerMessage ServerMessages::replay() const {
+  v1::ServerMessage message;
+  *message.mutable_replay() = dependencies_.replay.message();
+  return message;
+}
+
 v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts& pictures) const {
   const PipelineCounters& pipeline = dependencies_.pipeline;
   v1::ServerMessage message;

@@ -13,6 +13,7 @@
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
+#include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/view_admission.hpp"
 #include "server/stream/outgoing_queue.hpp"
@@ -52,6 +53,7 @@ class ServerMessages {
     const ProbeProxy& probe;
     const PictureLiveness& liveness;
     const RecordingProxy& recording;
+    const ReplayProxy& replay;
     const ViewAdmission& views;
     const ControlLease& control;
     const PictureHub& hub;
@@ -70,6 +72,7 @@ class ServerMessages {
   v1::ServerMessage probe_status() const;
   v1::ServerMessage liveness() const;
   v1::ServerMessage recording() const;
+  v1::ServerMessage replay() const;
   v1::ServerMessage statistics(const OutgoingQueue::PictureCounts& pictures) const;
   static v1::ServerMessage scene_shown(const OutgoingQueue::ShownRequest& request, std::uint64_t picture_id);
 

@@ -38,6 +38,10 @@ void SessionRegistry::recording_changed() {
   for_each_open([](RegisteredSession& session) { session.recording_changed(); });
 }
 
+void SessionRegistry::replay_changed() {
+  for_each_open([](RegisteredSession& session) { session.replay_changed(); });
+}
+
 void SessionRegistry::survey_answered(std::uint64_t session, const v1::SurveyReply& reply) {
   const auto found = sessions_.find(session);
   if (found != sessions_.end() && found->second->is_open()) found->second->survey_answered(reply);

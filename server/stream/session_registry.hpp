@@ -37,6 +37,9 @@ class RegisteredSession {
   /// The state of the recorder has changed.
   virtual void recording_changed() = 0;
 
+  /// The state of the player of a recording has changed.
+  virtual void replay_changed() = 0;
+
   /// The render thread has looked for the surface, as this session wished.
   virtual void survey_answered(const v1::SurveyReply& reply) = 0;
 
@@ -80,6 +83,7 @@ class SessionRegistry {
   void probe_changed();
   void liveness_changed();
   void recording_changed();
+  void replay_changed();
 
   /// Passes the answer on to the session, where it is still there.
   void survey_answered(std::uint64_t session, const v1::SurveyReply& reply);

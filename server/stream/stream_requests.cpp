@@ -57,6 +57,8 @@ void StreamRequests::handle(const v1::ClientMessage& message) {
       return find_surface(message.survey());
     case v1::ClientMessage::kRecording:
       return record(message.recording());
+    case v1::ClientMessage::kReplay:
+      return control_replay(message.replay());
     case v1::ClientMessage::BODY_NOT_SET:
       return refuse("a message has no body that is known, expected one of fanlight.v1.ClientMessage");
   }
@@ -232,6 +234,23 @@ void StreamRequests::record(const v1::RecordingRequest& request) {
     reply.mutable_refused()->set_message(file.error().message);
     audit_.note("recording", "refused: " + file.error().message, {{"wish", word}});
   }
+  answer(message);
+}
+
+void StreamRequests::control_replay(const v1::ReplayRequest& request) {
+  v1::ServerMessage message;
+  v1::ReplayReply& reply = *message.mutable_replay_reply();
+  reply.set_request_id(request.request_id());
+  const auto may = dependencies_.control.may_change(party(), role());
+  const Result<void> done = may ? dependencies_.replay.request(request) : may;
+  if (done) {
+    reply.set_taken(true);
+  } else {
+    dependencies_.counters.replay_refusals.add();
+    reply.mutable_refused()->set_message(done.error().message);
+  }
+  audit_.note("replay", done ? "done" : "refused: " + done.error().message,
+              {{"wish", replay_words(request)}});
   answer(message);
 }
 

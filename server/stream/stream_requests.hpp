@@ -12,6 +12,7 @@
 #include "server/metrics/server_counters.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
+#include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/survey_desk.hpp"
 #include "server/state/view_admission.hpp"
@@ -36,6 +37,7 @@ class StreamRequests {
     ViewAdmission& views;
     SurveyDesk& surveys;
     RecordingProxy& recording;
+    ReplayProxy& replay;
     PictureHub& hub;
     Authenticator& access;
     ControlLease& control;
@@ -91,6 +93,7 @@ class StreamRequests {
   void answer_depth(const v1::DepthRequest& request);
   void find_surface(const v1::SurveyRequest& request);
   void record(const v1::RecordingRequest& request);
+  void control_replay(const v1::ReplayRequest& request);
   void answer(const v1::ServerMessage& message) { queue_.add_answer(serialised(message)); }
 
   const Dependencies& dependencies_;

@@ -118,6 +118,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
     queue_.add_notice(OutgoingQueue::Notice::kProbe);
   queue_.add_notice(OutgoingQueue::Notice::kLiveness);
   queue_.add_notice(OutgoingQueue::Notice::kRecording);
+  queue_.add_notice(OutgoingQueue::Notice::kReplay);
   dependencies_.hub.add(*this);
 }
 
@@ -353,6 +354,8 @@ v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
       return dependencies_.messages.liveness();
     case OutgoingQueue::Notice::kRecording:
       return dependencies_.messages.recording();
+    case OutgoingQueue::Notice::kReplay:
+      return dependencies_.messages.replay();
     case OutgoingQueue::Notice::kStatistics:
       break;
   }

@@ -4,6 +4,10 @@
 //   FANLIGHT_ARTIFACTS     a folder for screenshots
 //   CHROMIUM               the browser, if not /usr/bin/chromium
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { test } from "node:test";
 import { until } from "./viewer_page.mjs";
 import { withPage } from "./with_page.mjs";
@@ -74,4 +78,41 @@ test("the last volume of a source that has ended is marked, also when it is lit 
     assert.match(metrics, /^fanlight_picture_live 0$/m);
     assert.match(metrics, /^fanlight_picture_age_seconds \d/m);
   });
+});
+
+test("a replay says so on its picture, and is paused, stepped and moved by its bar", async () => {
+  const folder = mkdtempSync(join(tmpdir(), "fanlight-"));
+  const recording = join(folder, "sweeps.igs.mha");
+  execFileSync(process.env.FANLIGHT_BIN, [
+    ..."record phantom:columns=64,rows=64,volumes=8,rate=100 --fast --out".split(" "),
+    recording,
+  ]);
+  await withPage(
+    "replay",
+    recording,
+    async (viewer, server) => {
+      await viewer.firstPicture();
+      await waitForWord(viewer, "Replay");
+      assert.equal(await viewer.page.locator("#not-live").textContent(), "Replay");
+      const bar = viewer.page.locator("#replay");
+      const told = () => bar.locator("[data-replay=text]").textContent();
+      await bar.getByRole("button", { name: "Pause" }).click();
+      await bar.getByRole("button", { name: "Play", exact: true }).waitFor();
+      await bar.getByRole("slider").fill("0");
+      await until("the first sweep", told, (text) => text.includes("sweep 1 of "));
+      await bar.getByRole("button", { name: "Step forward" }).click();
+      await until("the second sweep", told, (text) => text.includes("sweep 2 of "));
+      await bar.getByRole("button", { name: "Step back" }).click();
+      await until("the first sweep again", told, (text) => text.includes("sweep 1 of "));
+      await bar.getByLabel("Speed").selectOption("2");
+      await bar.getByLabel("After the last frame").selectOption("Once");
+      await bar.getByRole("button", { name: "Play", exact: true }).click();
+      await until("the end", told, (text) => text.endsWith("ended"));
+      const state = await (await fetch(new URL("api/replay", server.url))).json();
+      assert.deepEqual([state.state, state.speed, state.ending], ["ended", 2, "once"]);
+      await waitForNotice(viewer, /The recording has ended/);
+    },
+    ["--ending", "loop"],
+  );
+  rmSync(folder, { recursive: true });
 });

@@ -76,7 +76,7 @@ class MutatedFilesTest : public testing::TestWithParam<const char*> {
     const auto path = folder_ / "x";
     write_file(path, bytes);
     auto recording =
-        Recording::open({.path = path, .geometry_path = {}, .pixels = Recording::Pixels::kForward});
+        Recording::open({.path = path, .geometry_path = {}, .pixels = Recording::Pixels::kFromFile});
     if (!recording) {
       EXPECT_NE(recording.error().message.find("expected"), std::string::npos) << recording.error().message;
       return 0;

@@ -14,7 +14,7 @@ void fuzz_recording(std::span<const std::uint8_t> input) {
   auto recording = Recording::open({.path = file.path(),
                                     .geometry_path = {},
                                     .max_bytes = kMostBytes,
-                                    .pixels = Recording::Pixels::kForward});
+                                    .pixels = Recording::Pixels::kFromFile});
   if (!recording) {
     require(!recording.error().message.empty(), "a refusal has a message");
     return;

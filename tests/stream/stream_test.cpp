@@ -433,6 +433,7 @@ TEST(Stream, ReportsWhyItCannotListen) {
   const QueueCounters feed;
   const RenderCounters render;
   ProbeLink probe(bell, bell);
+  ReplayLink replay(bell);
   ServerCounters counters;
   const auto second = StreamServer::create({.endpoint = fixture.endpoint(), .facts = {}, .initial_scene = {}},
                                            {.bell = bell,
@@ -441,6 +442,7 @@ TEST(Stream, ReportsWhyItCannotListen) {
                                             .failures = failures,
                                             .pipeline = {acquisition, ring, feed, render, probe.counters},
                                             .probe = probe,
+                                            .replay = replay,
                                             .counters = counters,
                                             .source_state = {}});
   ASSERT_FALSE(second);

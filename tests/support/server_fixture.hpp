@@ -43,6 +43,7 @@ class ServerFixture {
                                       .failures = failures_,
                                       .pipeline = {acquisition_, ring_, feed_, render_, probe_.counters},
                                       .probe = probe_,
+                                      .replay = replay_,
                                       .counters = counters_,
                                       .source_state = [this] { return source_state_; },
                                       .private_views = &private_views_,
@@ -61,6 +62,19 @@ class ServerFixture {
 
   boost::asio::ip::tcp::endpoint endpoint() const { return endpoint_; }
   const ServerCounters& counters() const { return counters_; }
+
+  void tell_replay(const ReplayStatus& status) {
+    replay_.status.draft() = status;
+    replay_.status.publish();
+  }
+  /// Waits for the next order to the player of a recording.
+  ReplayOrder next_replay_order() {
+    for (int i = 0; i < 2000; ++i) {
+      if (const auto order = replay_.orders.take()) return *order;
+      replay_.player_bell.wait(5'000'000);
+    }
+    throw std::runtime_error("no order for the replay has come");
+  }
 
   /// Shows a picture of kWidth x kHeight with one grey level.
   void show(std::uint64_t picture_id, std::uint8_t grey) { show({.picture_id = picture_id}, grey); }
@@ -222,6 +236,7 @@ class ServerFixture {
   RenderCounters render_;
   Doorbell acquisition_bell_;
   ProbeLink probe_{acquisition_bell_, bell_};
+  ReplayLink replay_{bell_};
   ServerCounters counters_;
   std::unique_ptr<StreamServer> server_;
   boost::asio::ip::tcp::endpoint endpoint_;

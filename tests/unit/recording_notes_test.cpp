@@ -165,7 +165,7 @@ TEST_F(RecordingTest, ReadsFramesFromFrontToBackAsItReadsThemAtOnce) {
       IgsFile::set(file.header, "UltrasoundImageOrientation", orientation);
       const Recording whole = open_whole(file);
       auto forward =
-          Recording::open({.path = path_, .geometry_path = {}, .pixels = Recording::Pixels::kForward});
+          Recording::open({.path = path_, .geometry_path = {}, .pixels = Recording::Pixels::kFromFile});
       ASSERT_TRUE(forward) << forward.error().message;
       std::vector<std::uint8_t> pixels(whole.frame_pixels(0).size());
       for (const std::size_t frame : {0U, 1U, 2U, 5U, 9U}) {
@@ -208,7 +208,8 @@ TEST_F(RecordingTest, FindsDamageWhenItComesToItWhereItReadsForward) {
   IgsFile::set(file.header, "CompressedDataSize", "100");
   bytes = file.bytes();
   write_file(path_, bytes);
-  auto forward = Recording::open({.path = path_, .geometry_path = {}, .pixels = Recording::Pixels::kForward});
+  auto forward =
+      Recording::open({.path = path_, .geometry_path = {}, .pixels = Recording::Pixels::kFromFile});
   ASSERT_TRUE(forward) << forward.error().message;
   std::vector<std::uint8_t> pixels(48);
   const auto read = forward->read_frame(9, pixels);

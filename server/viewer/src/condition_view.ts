@@ -32,7 +32,8 @@ export class ConditionView {
     write(word!, { connecting: "Connecting", open: stateWord(liveness.state), lost: "Connection lost" }[state]);
     write(age!, isOpen ? ageText(liveness.ageMs) : "");
     const isLive = isOpen && pictureShown && liveness.state === "live";
-    frame.classList.toggle("stale", !isLive);
+    const isReplay = isOpen && pictureShown && liveness.state === "replay";
+    frame.classList.toggle("stale", !isLive && !isReplay);
     notLive.hidden = isLive;
     write(notLive, markText(isOpen ? liveness : { ...liveness, state: "not-live" }));
     this.showNotice(condition);

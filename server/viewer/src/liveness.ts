@@ -6,7 +6,7 @@ const kSilenceMs = 2000; // the server sends a message once a second at least
 const kUsualLimitMs = 2000; // until the server has told its own
 
 export interface LivenessNews {
-  state: "waiting" | "live" | "delayed" | "not-live";
+  state: "waiting" | "live" | "delayed" | "not-live" | "replay";
   /** From the capture of the volume shown to now; undefined without a picture, or while the clock is unknown. */
   ageMs: number | undefined;
   /** What keeps new pictures away: a title and a sentence; both empty where the picture is live. */
@@ -76,6 +76,7 @@ export class LivenessWatch {
       return { ...still, title, detail: withoutTitle(sentence ?? "", title) };
     }
     if (!shown) return { ...still, title: "", detail: "" };
+    if (state === Liveness_State.REPLAY) return { state: "replay", ageMs: undefined, title: "", detail: "" };
     const late = ageMs !== undefined && ageMs > this.limitMs();
     if (state === Liveness_State.DELAYED) return { state: "delayed", ageMs, title: "Delayed", detail: sentence ?? "" };
     if (late) return { state: "delayed", ageMs, title: "Delayed", detail: "Pictures reach this display late." };
@@ -98,9 +99,9 @@ function withoutTitle(sentence: string, title: string): string {
   return sentence.startsWith(title) ? sentence.slice(title.length).replace(/^[.:] ?/, "") : sentence;
 }
 
-/** "Live", "Delayed", "Not live": the word beside the source's name. */
+/** "Live", "Delayed", "Not live", "Replay": the word beside the source's name. */
 export function stateWord(state: LivenessNews["state"]): string {
-  return { waiting: "Waiting", live: "Live", delayed: "Delayed", "not-live": "Not live" }[state];
+  return { waiting: "Waiting", live: "Live", delayed: "Delayed", "not-live": "Not live", replay: "Replay" }[state];
 }
 
 /** "0.4 s", "48 s", "2 min": the age of a picture. */
@@ -109,7 +110,7 @@ export function ageText(ageMs: number | undefined): string {
   return ageMs < 9_950 ? `${(ageMs / 1000).toFixed(1)} s` : duration(ageMs / 1000);
 }
 
-/** The mark on a picture: "Not live, 48 s old", "Delayed 3.1 s"; empty on a live one. */
+/** The mark on a picture: "Not live, 48 s old", "Delayed 3.1 s", "Replay"; empty on a live one. */
 export function markText({ state, ageMs }: LivenessNews): string {
   if (state === "live") return "";
   if (ageMs === undefined) return stateWord(state);

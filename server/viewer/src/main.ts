@@ -33,6 +33,7 @@ import { ProbeGroup } from "./probe_group";
 import { probeChange, probeValues } from "./probe_settings";
 import { ProbeWatch } from "./probe_watch";
 import { RecordingBar } from "./recording_bar";
+import { ReplayBar } from "./replay_bar";
 import { sceneOf, valuesOf, type Values } from "./scene";
 import { sameSettings } from "./same_settings";
 import { ServerClock } from "./server_clock";
@@ -145,6 +146,9 @@ const controlBar = new ControlBar(page.control, (wish, toSession) =>
 const recordingBar = new RecordingBar(find("#recording", HTMLElement), (requestId, wish) =>
   connection.send({ case: "recording", value: { requestId, wish } }),
 );
+const replayBar = new ReplayBar(find("#replay", HTMLElement), (requestId, wish) =>
+  connection.send({ case: "replay", value: { requestId, ...wish } }),
+);
 const ownView: OwnView = new OwnView(page.ownView, {
   chosen: () => ownViewChosen(),
   leave: () => connection.send({ case: "view", value: { leave: true } }),
@@ -202,8 +206,11 @@ function receive({ body }: ServerMessage): void {
       return hideRefusal();
     case "recording":
       return recordingBar.tell(body.value);
+    case "replay":
+      return replayBar.tell(body.value);
     case "streamReply":
     case "recordingReply":
+    case "replayReply":
       if (body.value.outcome.case === "refused") showRefusal(body.value.outcome.value.message);
       return;
     case "loginNeeded":
@@ -248,11 +255,7 @@ function begin(newHello: Hello): void {
     startEditor(hello.scene);
   }
   ownViewChosen();
-  showCondition({
-    connection: { state: "open" },
-    source: hello.source,
-    pictureShown: false,
-  });
+  showCondition({ connection: { state: "open" }, source: hello.source, pictureShown: false });
 }
 
 /** Logs in with the stored token. Without one, or after a refusal, asks the user and shows the reason. */
@@ -373,7 +376,7 @@ function showCondition(change: Partial<Condition>): void {
   Object.assign(condition, change, { probe: probe.news(nowMs), liveness: liveness.news(nowMs) });
   // After a probe's return only a volume from after it is live.
   if (condition.liveness.state === "live" && !probe.isLive()) condition.liveness.state = "not-live";
-  recordingBar.allow(condition.connection.state === "open" && mayChange);
+  for (const bar of [recordingBar, replayBar]) bar.allow(condition.connection.state === "open" && mayChange);
   page.findSurface.disabled = condition.connection.state !== "open" || !mayChange || ownView.wanted;
   page.form.inert = page.resetView.disabled = condition.connection.state !== "open" || !(mayChange || ownView.wanted);
   conditionView.show(condition);

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/state/replay_proxy.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace fanlight {
+
+namespace {
+
+using v1::ReplayRequest;
+
+constexpr std::array<std::pair<std::string_view, ReplayRequest::Wish>, 6> kWishes = {{
+    {"play", ReplayRequest::PLAY},
+    {"pause", ReplayRequest::PAUSE},
+    {"step", ReplayRequest::STEP},
+    {"seek", ReplayRequest::SEEK},
+    {"speed", ReplayRequest::SPEED},
+    {"ending", ReplayRequest::ENDING},
+}};
+constexpr std::array<std::string_view, 3> kEndings = {"once", "loop", "to-and-fro"};
+constexpr double kMostSweeps = 1e6;
+
+Error unknown(std::string_view text) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{} is no wish for the replay, expected play, pause, step=SWEEPS, seek=SECONDS, "
+                      "speed=FACTOR or ending=once|loop|to-and-fro",
+                      text.substr(0, 40))};
+}
+
+std::optional<double> number(std::string_view text) {
+  double value = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+Result<ReplayOrder> order_of(const ReplayRequest& request) {
+  const auto bad = [](std::string sentence) {
+    return Error{ErrorCode::kInvalidArgument, std::move(sentence)};
+  };
+  const double value = request.value();
+  switch (request.wish()) {
+    case ReplayRequest::PLAY:
+      return ReplayOrder{.wish = ReplayOrder::Wish::kPlay};
+    case ReplayRequest::PAUSE:
+      return ReplayOrder{.wish = ReplayOrder::Wish::kPause};
+    case ReplayRequest::STEP:
+      if (!(std::abs(value) >= 1 && std::abs(value) <= kMostSweeps && value == std::floor(value)))
+        return bad(fmt::format("the step is {} sweeps, expected a whole number other than 0", value));
+      return ReplayOrder{.wish = ReplayOrder::Wish::kStep, .sweeps = static_cast<std::int32_t>(value)};
+    case ReplayRequest::SEEK:
+      if (!(value >= 0 && std::isfinite(value)))
+        return bad(fmt::format("the place is {} s, expected 0 or more", value));
+      return ReplayOrder{.wish = ReplayOrder::Wish::kSeek, .time_s = value};
+    case ReplayRequest::SPEED:
+      if (!(value >= kLeastReplaySpeed && value <= kMostReplaySpeed)) {
+        return bad(
+            fmt::format("the speed is {}, expected {} to {}", value, kLeastReplaySpeed, kMostReplaySpeed));
+      }
+      return ReplayOrder{.wish = ReplayOrder::Wish::kSpeed, .speed = value};
+    case ReplayRequest::ENDING:
+      if (!v1::ReplayStatus::Ending_IsValid(request.ending()))
+        return bad("the ending is not known, expected ONCE, LOOP or TO_AND_FRO");
+      return ReplayOrder{.wish = ReplayOrder::Wish::kEnding,
+                         .ending = static_cast<ReplayEnding>(request.ending())};
+    default:
+      return bad("wish: expected PLAY, PAUSE, STEP, SEEK, SPEED or ENDING");
+  }
+}
+
+std::string trouble_of(const ReplayStatus& status) {
+  if (!status.trouble.empty()) return status.trouble;
+  switch (status.file) {
+    case ReplayStatus::File::kSame:
+      return "";
+    case ReplayStatus::File::kChanged:
+      return "The recording's file was changed while it is played.";
+    case ReplayStatus::File::kRemoved:
+      break;
+  }
+  return "The recording's file was removed; it is played from what was opened.";
+}
+
+}  // namespace
+
+Result<ReplayRequest> replay_request(std::string_view text) {
+  const std::size_t equals = text.find('=');
+  const std::string_view word = text.substr(0, equals);
+  const std::optional<std::string_view> argument =
+      equals == std::string_view::npos ? std::nullopt : std::optional(text.substr(equals + 1));
+  for (const auto& [known, wish] : kWishes) {
+    if (word != known) continue;
+    ReplayRequest request;
+    request.set_wish(wish);
+    if (wish == ReplayRequest::PLAY || wish == ReplayRequest::PAUSE) {
+      if (argument) return unknown(text);
+      return request;
+    }
+    if (wish == ReplayRequest::ENDING) {
+      for (std::size_t i = 0; i < kEndings.size(); ++i) {
+        if (argument != kEndings[i]) continue;
+        request.set_ending(static_cast<v1::ReplayStatus::Ending>(i));
+        return request;
+      }
+      return unknown(text);
+    }
+    const auto value = !argument && wish == ReplayRequest::STEP ? 1.0 : number(argument.value_or(""));
+    if (!value) return unknown(text);
+    request.set_value(*value);
+    return request;
+  }
+  return unknown(text);
+}
+
+std::string replay_words(const ReplayRequest& request) {
+  for (const auto& [word, wish] : kWishes) {
+    if (wish != request.wish()) continue;
+    if (wish == ReplayRequest::PLAY || wish == ReplayRequest::PAUSE) return std::string(word);
+    if (wish == ReplayRequest::ENDING) {
+      const bool known = v1::ReplayStatus::Ending_IsValid(request.ending());
+      return fmt::format("{}={}", word,
+                         known ? kEndings[static_cast<std::size_t>(request.ending())] : "unknown");
+    }
+    return fmt::format("{}={}", word, request.value());
+  }
+  return "unknown";
+}
+
+Result<void> ReplayProxy::request(const ReplayRequest& request) {
+  if (!is_replay())
+    return Error{ErrorCode::kUnavailable, "the source is no recording, expected one to be played"};
+  const auto order = order_of(request);
+  if (!order) return order.error();
+  if (order->wish == ReplayOrder::Wish::kEnding && order->ending == ReplayEnding::kToAndFro &&
+      !status_.can_play_backward) {
+    return Error{ErrorCode::kUnavailable,
+                 "the recording is compressed and read as it plays, which goes forward only; expected the "
+                 "server to be started with --ending to-and-fro, which reads it into memory"};
+  }
+  if (link_.send(*order)) return {};
+  return Error{ErrorCode::kUnavailable, "the player has many requests to carry out, expected some patience"};
+}
+
+bool ReplayProxy::update() {
+  const ReplayStatus* const newest = link_.status.newest();
+  if (newest == nullptr) return false;
+  status_ = *newest;
+  return true;
+}
+
+v1::ReplayStatus ReplayProxy::message() const {
+  v1::ReplayStatus message;
+  message.set_state(static_cast<v1::ReplayStatus::State>(status_.state));
+  if (!is_replay()) return message;
+  message.set_backward(status_.backward);
+  message.set_ending(static_cast<v1::ReplayStatus::Ending>(status_.ending));
+  message.set_sweep(status_.sweep);
+  message.set_sweeps(status_.sweeps);
+  message.set_time_s(status_.time_s);
+  message.set_duration_s(status_.duration_s);
+  message.set_speed(status_.speed);
+  message.set_trouble(trouble_of(status_));
+  return message;
+}
+
+}  // namespace fanlight
