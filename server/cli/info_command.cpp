@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include <ctime>
 #include <memory>
+#include <optional>
 
 #include "acquisition/offline_volumes.hpp"
 #include "acquisition/open_source.hpp"
+#include "acquisition/replay/file_facts.hpp"
 #include "acquisition/replay/recording.hpp"
 #include "acquisition/source/suggested_scene.hpp"
 #include "proto/base/printable.hpp"
@@ -17,6 +17,9 @@
 #include "renderer/vulkan/gpu.hpp"
 #include "server/cli/auto_view.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/frames_plot.hpp"
+#include "server/cli/picture_file.hpp"
+#include "server/cli/recording_report.hpp"
 
 namespace fanlight {
 
@@ -28,6 +31,9 @@ struct InfoOptions {
   bool fields = false;
   bool automatic = false;
   bool json = false;
+  bool writes_geometry = false;
+  std::string frames_path;
+  std::string plot_path;
 };
 
 const char* pass_name(FirstPass pass) {
@@ -105,30 +111,69 @@ Result<void> tell_of_gpus() {
   return {};
 }
 
+const std::uint64_t kMostBytes = Recording::Config{}.max_bytes;
+
+Result<void> write_pictures(const InfoOptions& options, const FileFacts* facts, Recording* recording) {
+  if (!options.frames_path.empty()) {
+    std::optional<FileFacts> looked;
+    if (facts == nullptr) {
+      auto found = look_into(options.file, kMostBytes);
+      if (!found) return found.error();
+      facts = &looked.emplace(*std::move(found));
+    }
+    if (auto written = write_picture(options.frames_path, frames_side_by_side(*facts), {}); !written)
+      return written;
+  }
+  if (options.plot_path.empty() || recording == nullptr) return {};
+  const auto picture = frames_in_space(*recording);
+  if (!picture) return picture.error();
+  return write_picture(options.plot_path, *picture, {});
+}
+
+/// The file cannot be played: tells what is there, what lacks and how to supply it. Returns the reason.
+Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
+  const auto facts = look_into(options.file, kMostBytes);
+  if (!facts) return why;
+  const std::string name = printable(options.file);
+  if (options.json) {
+    fmt::print("{}\n", facts_json(*facts, name, why.message).dump(1));
+  } else {
+    fmt::print("{}", facts_text(*facts, name));
+  }
+  if (auto written = write_pictures(options, &*facts, nullptr); !written) return written;
+  // A geometry helps nothing where the frames form no fan.
+  if (!facts->no_fan.empty() || facts->frames < 2) return why;
+  const std::string draft =
+      geometry_draft(*facts, printable(std::filesystem::path(options.file).filename().string()));
+  if (options.writes_geometry) {
+    const auto written = write_geometry_draft(options.file, draft);
+    if (!written) return written.error();
+    fmt::print(stderr, "wrote {}: edit it, and look at it with fanlight info {} --plot plot.png\n",
+               printable(written->string()), name);
+    return {};
+  }
+  if (!options.json)
+    fmt::print("\nA geometry to edit; --write-geometry writes it to {}.toml:\n\n{}\n", name, draft);
+  std::fflush(stdout);  // before the reason
+  return why;
+}
+
 Result<void> tell_of_recording(const InfoOptions& options) {
   // The header and one frame: the pixels may be gigabytes.
-  const auto recording = Recording::open(
+  auto recording = Recording::open(
       {.path = options.file, .geometry_path = options.geometry_path, .pixels = Recording::Pixels::kFromFile});
-  if (!recording) return recording.error();
-  const RecordingSummary& summary = recording->summary();
-  fmt::print("{}\n", summary.name);
-  fmt::print("  frames      {} of {} x {}, {}{}\n", summary.frames, summary.columns, summary.rows,
-             summary.format.name(), summary.compressed ? ", compressed" : "");
-  fmt::print("  invalid     {}, of them {} by their angle; lost while recording {}\n", summary.frames_invalid,
-             summary.angle_outliers, summary.frames_lost);
-  fmt::print("  sweeps      {}, the longest of {} frames\n", summary.sweeps, summary.frames_in_longest_sweep);
-  fmt::print("  angles      {:.2f} to {:.2f} deg\n", summary.smallest_angle_deg, summary.largest_angle_deg);
-  fmt::print("  time        {:.2f} s, {:.1f} frames a second\n", summary.duration_s, summary.frame_rate_hz);
-  if (const RecordedStream* const stream = recording->stream()) {
-    fmt::print("  recorded    {:%Y-%m-%d %H:%M:%S} UTC from {}\n",
-               fmt::gmtime(static_cast<std::time_t>(stream->facts.begun_utc_s)),
-               printable(stream->facts.source));
+  if (!recording) return tell_of_unplayable(options, recording.error());
+  if (options.writes_geometry) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}: it has its geometry already, expected a recording that lacks it",
+                             printable(options.file))};
   }
-  for (const RecordingGeometry::Value& value : summary.geometry_values) {
-    fmt::print("  {:<23} {} (from {})\n", value.key, value.value, value.origin);
+  if (options.json) {
+    fmt::print("{}\n", recording_json(*recording).dump(1));
+  } else {
+    fmt::print("{}", recording_text(*recording));
   }
-  for (const std::string& note : summary.notes) fmt::print("  note: {}\n", note);
-  return {};
+  return write_pictures(options, nullptr, &*recording);
 }
 
 /// Prints the command that shows the surface of the recording's first volume.
@@ -164,10 +209,27 @@ Command add_info_command(CLI::App& program) {
       ->add_flag("--auto", options->automatic,
                  "Find the surface in the first volume, and print the command that shows it")
       ->needs(file);
-  CLI::Option* const fields =
-      command->add_flag("--fields", options->fields, "The table of all scene fields")->excludes(file);
-  command->add_flag("--json", options->json, "The table of fields as JSON")->needs(fields);
+  command->add_flag("--fields", options->fields, "The table of all scene fields")->excludes(file);
+  command->add_flag("--json", options->json, "As JSON: of a recording, or with --fields");
+  command
+      ->add_flag("--write-geometry", options->writes_geometry,
+                 "Write a geometry to edit to FILE.toml, guessed from the frames")
+      ->needs(file);
+  command
+      ->add_option("--frames", options->frames_path,
+                   "Write the first and the middle frame as a picture, with the sector found in them")
+      ->needs(file)
+      ->type_name("PICTURE");
+  command
+      ->add_option("--plot", options->plot_path,
+                   "Write a picture of the frames where the geometry puts them in space")
+      ->needs(file)
+      ->type_name("PICTURE");
   return [options]() {
+    if (options->json && !options->fields && options->file.empty()) {
+      return Result<void>(
+          Error{ErrorCode::kInvalidArgument, "--json needs a recording or --fields, expected one of them"});
+    }
     if (options->fields) return show_fields(options->json);
     if (options->file.empty()) return tell_of_gpus();
     const auto told = tell_of_recording(*options);

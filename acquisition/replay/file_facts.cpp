@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/file_facts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "acquisition/replay/tracked_poses.hpp"
+#include "acquisition/source/printable.hpp"
+#include "proto/model/fan_geometry.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::size_t kMostFrames = 64;
+// Of the few probes whose figures are public: 27 of 40 mm, 28 of 51 mm.
+constexpr double kUsualMotorShare = 0.6;  // of the probe's radius
+constexpr double kUsualMotorRadiusMm = 30;
+constexpr double kUsualDepthMm = 150;
+constexpr double kUsualHalfSweepDeg = 20;
+
+template <typename T>
+std::uint32_t count_of(const IgsSequence& sequence, std::optional<T> IgsFrame::*field) {
+  return static_cast<std::uint32_t>(std::ranges::count_if(
+      sequence.frames, [field](const IgsFrame& frame) { return (frame.*field).has_value(); }));
+}
+
+void count_fields(const IgsSequence& sequence, FileFacts& facts) {
+  facts.columns = sequence.columns;
+  facts.rows = sequence.rows;
+  facts.frames = static_cast<std::uint32_t>(sequence.frames.size());
+  facts.format = sequence.format;
+  facts.compressed = sequence.compressed;
+  facts.pixel_size = sequence.pixel_size;
+  facts.with_time = count_of(sequence, &IgsFrame::timestamp_s);
+  facts.with_angle = count_of(sequence, &IgsFrame::motor_angle_deg);
+  facts.with_volume = count_of(sequence, &IgsFrame::volume_index);
+  facts.with_pose = count_of(sequence, &IgsFrame::pose);
+  std::set<std::uint64_t> sweeps;
+  for (const IgsFrame& frame : sequence.frames) {
+    if (frame.volume_index) sweeps.insert(*frame.volume_index);
+  }
+  facts.sweeps = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(sweeps.size()));
+}
+
+/// Width of a pixel divided by its height; square where nothing tells.
+double column_rows(const FileFacts& facts) {
+  return facts.pixel_size ? facts.pixel_size->width_mm / facts.pixel_size->height_mm : 1;
+}
+
+Result<void> look_at_frames(OpenedSequence& opened, FileFacts& facts) {
+  const std::size_t bytes = opened.sequence.frame_bytes();
+  const std::size_t step = std::max<std::size_t>(1, facts.frames / kMostFrames);
+  std::vector<std::uint8_t> brightest(bytes);
+  std::vector<std::vector<std::uint8_t>> seen;
+  for (std::size_t frame = 0; frame < facts.frames; frame += step) {
+    std::vector<std::uint8_t> pixels(bytes);
+    if (auto read = opened.pixels.read(frame, pixels); !read) return read;
+    for (std::size_t i = 0; i < bytes; ++i) brightest[i] = std::max(brightest[i], pixels[i]);
+    if (frame == 0) facts.first_frame = pixels;
+    if (facts.middle_frame.empty() && frame >= facts.frames / 2) facts.middle_frame = pixels;
+    seen.push_back(std::move(pixels));
+  }
+  if (facts.middle_frame.empty()) facts.middle_frame = facts.first_frame;
+  if (facts.scan_lines) return {};
+  facts.sector = guess_sector(brightest, facts.columns, facts.rows, column_rows(facts));
+  if (!facts.sector || facts.with_angle > 0) return {};
+  StepGuesser guesser(facts.columns, facts.rows, *facts.sector);
+  for (std::size_t i = 0; i + 1 < seen.size(); ++i) guesser.add(seen[i], seen[i + 1]);
+  facts.step = guesser.guess();
+  if (facts.step) facts.step->step_columns /= static_cast<double>(step);
+  return {};
+}
+
+/// Lines of a geometry file.
+class Draft {
+ public:
+  void line(std::string_view key, const std::string& value, std::string_view origin) {
+    text_ += origin.empty() ? fmt::format("{} = {}\n", key, value)
+                            : fmt::format("{:<30} # {}\n", fmt::format("{} = {}", key, value), origin);
+  }
+  void number(std::string_view key, double value, std::string_view origin) {
+    line(key, fmt::format("{:.6g}", value), origin);
+  }
+  void comment(std::string_view sentence) { text_ += fmt::format("# {}\n", sentence); }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+constexpr std::string_view kUnknownMotor =
+    "UNKNOWN, a usual value: no frame shows it; ask the maker of the probe";
+
+double draft_of_lines(const FileFacts& facts, Draft& draft) {
+  constexpr std::string_view kAsk = "UNKNOWN, a usual value: no frame shows it; see the scanner's settings";
+  constexpr double kProbeRadiusMm = 40;
+  draft.line("frame_kind", "\"convex-lines\"",
+             "or \"linear-lines\", with pixel_width_mm in place of the two below");
+  draft.number("line_pitch_deg", 70.0 / facts.columns, kAsk);
+  draft.number("probe_radius_mm", kProbeRadiusMm, kAsk);
+  draft.number("pixel_height_mm", kUsualDepthMm / facts.rows, kAsk);
+  draft.number("face_column", (facts.columns - 1) / 2.0, "the middle line");
+  draft.number("face_row", 0, "lines that begin at the probe's face");
+  draft.number("motor_radius_mm", kUsualMotorShare * kProbeRadiusMm, kUnknownMotor);
+  return kUsualMotorShare * kProbeRadiusMm;
+}
+
+/// The motor radius.
+double draft_of_images(const FileFacts& facts, Draft& draft) {
+  constexpr std::string_view kSeen = "GUESS, by the edges of what is bright in the frames";
+  const double height_mm = facts.pixel_size ? facts.pixel_size->height_mm : kUsualDepthMm / facts.rows;
+  const double width_mm = facts.pixel_size ? facts.pixel_size->width_mm : height_mm;
+  const std::string_view size_origin =
+      facts.pixel_size
+          ? "its ImageToReferenceTransform"
+          : "UNKNOWN, as if the frame were 150 mm deep: measure the depth scale beside the picture";
+  draft.line("frame_kind", "\"cartesian\"", "an image, scan converted by the scanner");
+  draft.number("pixel_width_mm", width_mm, size_origin);
+  draft.number("pixel_height_mm", height_mm, size_origin);
+  const auto& sector = facts.sector;
+  const std::string_view face_origin = sector ? kSeen : "UNKNOWN: no edge was found in the frames";
+  const double face_row = sector ? sector->face_row : 0;
+  draft.number("face_column", sector ? sector->face_column : (facts.columns - 1) / 2.0, face_origin);
+  draft.number("face_row", face_row, face_origin);
+  double motor_radius_mm = kUsualMotorRadiusMm;
+  if (sector && sector->diverges) {
+    const double probe_radius_mm = (sector->face_row - sector->apex_row) * height_mm;
+    draft.number("probe_radius_mm", probe_radius_mm, kSeen);
+    draft.number("sector_half_angle_deg", sector->half_angle_deg, kSeen);
+    draft.number("sector_reach_mm", (sector->last_row - sector->apex_row) * height_mm, kSeen);
+    motor_radius_mm = kUsualMotorShare * probe_radius_mm;
+  }
+  if (facts.fit) motor_radius_mm = face_row * height_mm - facts.fit->axis_mm;
+  draft.number("motor_radius_mm", motor_radius_mm,
+               facts.fit ? fmt::format("the poses of the frames, which miss the axis by {:.1f} mm",
+                                       facts.fit->residual_mm)
+                         : kUnknownMotor);
+  return motor_radius_mm;
+}
+
+void draft_angles(const FileFacts& facts, double motor_radius_mm, Draft& draft) {
+  if (facts.with_angle > 0 || facts.fit) return;
+  double half_deg = kUsualHalfSweepDeg;
+  std::string origin = "UNKNOWN, a usual value: the frames have no angles";
+  if (facts.step && facts.sector) {
+    const double height_mm = facts.pixel_size ? facts.pixel_size->height_mm : kUsualDepthMm / facts.rows;
+    const double width_mm = facts.pixel_size ? facts.pixel_size->width_mm : height_mm;
+    const double from_axis_mm = (facts.step->row - facts.sector->face_row) * height_mm + motor_radius_mm;
+    const double step_deg = degrees(facts.step->step_columns * width_mm / from_axis_mm);
+    const double steps = static_cast<double>(facts.frames) / facts.sweeps - 1;
+    half_deg = std::clamp(step_deg * steps / 2, 0.1, 89.0);
+    origin = fmt::format(
+        "GUESS, by the speckle of neighbouring frames: {:.2f} deg from frame to frame, good to a "
+        "factor of two",
+        step_deg);
+  }
+  draft.number("first_angle_deg", -half_deg, origin);
+  draft.number("last_angle_deg", half_deg, origin);
+}
+
+}  // namespace
+
+Result<FileFacts> look_into(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  auto opened = open_igs_sequence(path, max_bytes);
+  if (!opened) return opened.error();
+  FileFacts facts;
+  facts.scan_lines = opened->orientation.lines_in_rows;
+  count_fields(opened->sequence, facts);
+  // The poses also tell the axis where the frames have angles.
+  for (IgsFrame& frame : opened->sequence.frames) frame.motor_angle_deg.reset();
+  if (auto fit = fit_poses(path, opened->sequence, opened->orientation)) {
+    facts.fit = *std::move(fit);
+  } else if (facts.with_angle == 0) {
+    facts.no_fan = fit.error().message;
+  }
+  if (facts.with_angle == 0 && facts.no_fan.empty()) {
+    if (auto fan = refuse_tracked_by_hand(path, opened->sequence); !fan) facts.no_fan = fan.error().message;
+  }
+  if (!facts.format.is_grey()) {
+    const auto window = choose_window(path, max_bytes);
+    if (!window) return window.error();
+    opened->pixels.set_window(*window);
+  }
+  if (auto looked = look_at_frames(*opened, facts); !looked) return looked.error();
+  return facts;
+}
+
+std::string geometry_draft(const FileFacts& facts, const std::string& name) {
+  Draft draft;
+  draft.comment(fmt::format("Geometry of {}, for Fanlight. Check each GUESS and UNKNOWN, and look at", name));
+  draft.comment(
+      "them with `fanlight info FILE --plot plot.png`, which draws the frames in space.");
+  const double motor_radius_mm =
+      facts.scan_lines ? draft_of_lines(facts, draft) : draft_of_images(facts, draft);
+  draft_angles(facts, motor_radius_mm, draft);
+  draft.number("columns", facts.columns, "other recordings are refused");
+  draft.number("rows", facts.rows, "");
+  return draft.text();
+}
+
+Result<std::filesystem::path> write_geometry_draft(const std::filesystem::path& recording,
+                                                   const std::string& draft) {
+  std::filesystem::path path = recording;
+  path += ".toml";
+  std::FILE* const file = std::fopen(path.c_str(), "wxe");
+  if (file == nullptr) {
+    std::error_code failure;
+    const bool there = std::filesystem::exists(path, failure);
+    return Error{there ? ErrorCode::kInvalidArgument : ErrorCode::kUnavailable,
+                 fmt::format("{}: {}, expected {}", shown(path),
+                             there ? "there is a geometry already" : "the file cannot be written",
+                             there ? "none, or that you edit it" : "a folder where this user may write")};
+  }
+  const bool written = std::fwrite(draft.data(), 1, draft.size(), file) == draft.size();
+  if (std::fclose(file) == 0 && written) return path;
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("{}: not all of it was written, expected room", shown(path))};
+}
+
+}  // namespace fanlight
