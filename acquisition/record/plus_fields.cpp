@@ -10,6 +10,8 @@
 #include <ctime>
 #include <iterator>
 
+#include "proto/base/printable.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -75,6 +77,16 @@ std::array<double, 16> image_to_transducer(const FanGeometry& geometry, double a
 }
 
 }  // namespace
+
+RecordingFacts facts_of(const SourceDescription& source) {
+  return {.source = printable(source.name),
+          .geometry = source.geometry,
+          .counts_volumes = source.counts_volumes,
+          .frames_per_volume = source.frames_per_volume,
+          .usual_frames = source.usual_frames,
+          .first_angle_rad = source.first_angle_rad,
+          .last_angle_rad = source.last_angle_rad};
+}
 
 std::string_view fault_name(FrameFault fault) {
   return kFaultNames[static_cast<std::size_t>(fault)];

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "acquisition/record/recorded_frame.hpp"
+#include "acquisition/source/frame_source.hpp"
 
 namespace fanlight {
 
@@ -19,6 +20,9 @@ inline constexpr std::string_view kMotorAngleRad = "MotorAngleRad";  ///< every 
 inline constexpr std::string_view kFrameFault = "FrameFault";        ///< absent: none
 inline constexpr std::string_view kAfterInterruption = "AfterInterruption";  ///< "1"; absent: no
 }  // namespace plus_field
+
+/// What a recording of this source says of all its frames, but for the time of its begin.
+RecordingFacts facts_of(const SourceDescription& source);
 
 /// "invalid", "damaged", "cut" or "misfit"; empty for kNone.
 std::string_view fault_name(FrameFault fault);

@@ -11,8 +11,8 @@
 #include <limits>
 #include <utility>
 
+#include "acquisition/record/plus_fields.hpp"
 #include "acquisition/source/printable.hpp"
-#include "proto/base/printable.hpp"
 
 namespace fanlight {
 
@@ -25,16 +25,6 @@ constexpr double kLongestSegmentS = 60;
 // Less than this is no room to begin in again: it would be full at once.
 constexpr std::uint64_t kLeastRoomBytes = 64'000'000;
 constexpr std::string_view kSceneLine = R"({"scene_revision")";
-
-RecordingFacts facts_of(const SourceDescription& source) {
-  return {.source = printable(source.name),
-          .geometry = source.geometry,
-          .counts_volumes = source.counts_volumes,
-          .frames_per_volume = source.frames_per_volume,
-          .usual_frames = source.usual_frames,
-          .first_angle_rad = source.first_angle_rad,
-          .last_angle_rad = source.last_angle_rad};
-}
 
 std::uint64_t largest_frame(const SourceDescription& source) {
   return std::max<std::uint64_t>(source.geometry.frame_bytes(), source.largest_frame_bytes);

@@ -192,8 +192,7 @@ Result<FileFacts> look_into(const std::filesystem::path& path, std::uint64_t max
 std::string geometry_draft(const FileFacts& facts, const std::string& name) {
   Draft draft;
   draft.comment(fmt::format("Geometry of {}, for Fanlight. Check each GUESS and UNKNOWN, and look at", name));
-  draft.comment(
-      "them with `fanlight info FILE --plot plot.png`, which draws the frames in space.");
+  draft.comment("them with `fanlight info FILE --plot plot.png`, which draws the frames in space.");
   const double motor_radius_mm =
       facts.scan_lines ? draft_of_lines(facts, draft) : draft_of_images(facts, draft);
   draft_angles(facts, motor_radius_mm, draft);

@@ -58,6 +58,7 @@ class ReplaySource final : public FrameSource {
   std::uint64_t delays() const override { return delays_; }
 
   const RecordingSummary& summary() const { return recording_.summary(); }
+  const Recording& recording() const { return recording_; }
 
  private:
   using State = ReplayStatus::State;

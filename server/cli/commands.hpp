@@ -16,6 +16,7 @@ Command add_serve_command(CLI::App& program);
 Command add_render_command(CLI::App& program);
 Command add_record_command(CLI::App& program);
 Command add_recover_command(CLI::App& program);
+Command add_convert_command(CLI::App& program);
 Command add_info_command(CLI::App& program);
 Command add_bench_command(CLI::App& program);
 Command add_watch_command(CLI::App& program);

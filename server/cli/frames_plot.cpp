@@ -129,6 +129,7 @@ class SweepDrawing {
     const double right = geometry_.columns - 1.0;
     const double bottom = geometry_.rows - 1.0;
     std::vector<FramePlace> places;
+    places.reserve(4 * kSteps + 1);
     for (int i = 0; i < kSteps; ++i) places.push_back({right * i / kSteps, 0});
     for (int i = 0; i < kSteps; ++i) places.push_back({right, bottom * i / kSteps});
     for (int i = 0; i < kSteps; ++i) places.push_back({right - right * i / kSteps, bottom});

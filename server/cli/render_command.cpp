@@ -22,6 +22,7 @@
 #include "server/cli/probe_options.hpp"
 #include "server/cli/recorded_pictures.hpp"
 #include "server/cli/scene_options.hpp"
+#include "server/cli/surface_mesh.hpp"
 
 namespace fanlight {
 
@@ -34,6 +35,7 @@ struct RenderOptions {
   SourceOptions playing{.as_fast_as_taken = true};
   std::string out;
   std::string depth;
+  std::string surface;
   std::optional<std::uint64_t> volume;  // absent: the first that the source gives
   bool all = false;
   std::optional<std::int64_t> count;  // of volumes, with `all`; absent: to the end of the source
@@ -258,6 +260,9 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
       return written;
     }
   }
+  if (!options.surface.empty()) {
+    if (auto written = write_mesh(options.surface, mesh_of(*picture)); !written) return written;
+  }
   RenderReport report = report_of(options, *picture, depths->smooth_mm);
   report.dropped = volumes.dropped();
   report.notes = setup.notes;
@@ -307,8 +312,10 @@ Result<void> render(const RenderOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
   if (auto named = check_depth_path(options.depth); !named) return named;
-  if (options.all && !options.depth.empty()) {
-    return Error{ErrorCode::kInvalidArgument, "--depth goes with one volume, expected it without --all"};
+  if (auto named = check_mesh_path(options.surface); !named) return named;
+  if (options.all && !(options.depth.empty() && options.surface.empty())) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--depth and --surface go with one volume, expected them without --all"};
   }
   Doorbell bell;
   ProbeLink probe(bell, bell);
@@ -343,6 +350,10 @@ Command add_render_command(CLI::App& program) {
   command->add_option("--depth", options->depth, "The filtered depth map to write, mm, such as z.exr")
       ->type_name("FILE");
   command
+      ->add_option("--surface", options->surface,
+                   "The surface to write as triangles in mm: x.ply with colours, or x.stl")
+      ->type_name("FILE");
+  command
       ->add_option("--volume", options->volume,
                    "Which volume, as the source numbers them; without it the first that can be rendered")
       ->check(CLI::NonNegativeNumber)
@@ -354,7 +365,7 @@ Command add_render_command(CLI::App& program) {
           "--recorded", options->recorded,
           "Render the pictures that displays saw while a server recorded INPUT, pixel by pixel the same "
           "on the same GPU, to files with their numbers: x.000001.png, ...")
-      ->excludes("--all", "--volume", "--depth");
+      ->excludes("--all", "--volume", "--depth", "--surface");
   command->add_option("--count", options->count, "With --all: how many volumes, for a source that never ends")
       ->check(CLI::PositiveNumber)
       ->needs("--all")

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/convert/grid_volume.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <optional>
+
+#include "proto/model/fan_geometry.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr double kLeastSpacingMm = 0.01;
+constexpr double kMostSide = 4096;
+constexpr double kMostVoxels = 4294967296.0;
+
+struct Bounds {
+  std::array<double, 3> least{};
+  std::array<double, 3> most{};
+};
+
+double smallest_angle_rad(const Volume& volume) {
+  return volume.angles_rad()[volume.by_angle().front()];
+}
+double largest_angle_rad(const Volume& volume) {
+  return volume.angles_rad()[volume.by_angle().back()];
+}
+
+/// The box around the fan. Its extremes lie at the outermost angles, and where the fan looks straight ahead.
+Bounds bounds_of(const Volume& volume) {
+  const FanGeometry& geometry = volume.geometry();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Bounds box{.least = {geometry.left_mm(), kInfinity, kInfinity},
+             .most = {geometry.right_mm(), -kInfinity, -kInfinity}};
+  const double first_rad = smallest_angle_rad(volume);
+  const double last_rad = largest_angle_rad(volume);
+  for (const double angle_rad : {first_rad, last_rad, std::clamp(0.0, first_rad, last_rad)}) {
+    for (const double depth_mm :
+         {std::max(geometry.nearest_mm(), -geometry.motor_radius_mm), geometry.depth_mm()}) {
+      const Point point = geometry.point(0, {.angle_rad = angle_rad, .depth_mm = depth_mm});
+      box.least[1] = std::min(box.least[1], point.y_mm);
+      box.most[1] = std::max(box.most[1], point.y_mm);
+      box.least[2] = std::min(box.least[2], point.z_mm);
+      box.most[2] = std::max(box.most[2], point.z_mm);
+    }
+  }
+  return box;
+}
+
+/// Reads the volume between its frames.
+class FanSampler {
+ public:
+  explicit FanSampler(const Volume& volume) : volume_(volume), geometry_(volume.geometry()) {
+    for (const std::uint32_t frame : volume.by_angle()) angles_rad_.push_back(volume.angles_rad()[frame]);
+  }
+
+  /// The two frames around an angle, and the share of the second.
+  struct Between {
+    std::span<const std::uint8_t> first;
+    std::span<const std::uint8_t> second;
+    double share;
+  };
+  std::optional<Between> around(double angle_rad) const {
+    if (angle_rad < angles_rad_.front() || angle_rad > angles_rad_.back()) return std::nullopt;
+    const auto above = std::ranges::upper_bound(angles_rad_, angle_rad);
+    const std::size_t second =
+        std::clamp<std::ptrdiff_t>(above - angles_rad_.begin(), 1, std::ssize(angles_rad_) - 1);
+    const double step_rad = angles_rad_[second] - angles_rad_[second - 1];
+    return Between{.first = volume_.frame_pixels(volume_.by_angle()[second - 1]),
+                   .second = volume_.frame_pixels(volume_.by_angle()[second]),
+                   .share = step_rad > 0 ? (angle_rad - angles_rad_[second - 1]) / step_rad : 0};
+  }
+
+  std::uint8_t at(const Between& frames, const PlanePoint& point) const {
+    const FramePlace place = geometry_.frame_place(point);
+    if (!(place.column >= 0 && place.column <= geometry_.columns - 1.0 && place.row >= 0 &&
+          place.row <= geometry_.rows - 1.0) ||
+        !scanned(point))
+      return 0;
+    const auto column = std::min(static_cast<std::uint32_t>(place.column), geometry_.columns - 2);
+    const auto row = std::min(static_cast<std::uint32_t>(place.row), geometry_.rows - 2);
+    const double right = place.column - column;
+    const double down = place.row - row;
+    const std::size_t index = std::size_t{row} * geometry_.columns + column;
+    const auto bilinear = [&](std::span<const std::uint8_t> pixels) {
+      const double upper = std::lerp(double{1} * pixels[index], double{1} * pixels[index + 1], right);
+      const std::size_t below = index + geometry_.columns;
+      const double lower = std::lerp(double{1} * pixels[below], double{1} * pixels[below + 1], right);
+      return std::lerp(upper, lower, down);
+    };
+    return static_cast<std::uint8_t>(
+        std::lround(std::lerp(bilinear(frames.first), bilinear(frames.second), frames.share)));
+  }
+
+ private:
+  bool scanned(const PlanePoint& point) const {
+    const FanGeometry::Sector& sector = geometry_.sector;
+    if (geometry_.kind != FrameKind::kCartesian || sector.half_angle_deg == 0) return true;
+    const double down_mm = point.depth_mm + geometry_.probe_radius_mm;
+    const double from_apex_mm = std::hypot(point.x_mm, down_mm);
+    return std::abs(std::atan2(point.x_mm, down_mm)) <= radians(sector.half_angle_deg) &&
+           from_apex_mm >= geometry_.probe_radius_mm &&
+           (sector.reach_mm == 0 || from_apex_mm <= sector.reach_mm);
+  }
+
+  const Volume& volume_;
+  const FanGeometry& geometry_;
+  std::vector<double> angles_rad_;
+};
+
+}  // namespace
+
+double usual_spacing_mm(const Volume& volume) {
+  constexpr double kVoxels = 256;
+  constexpr double kStepMm = 0.05;
+  const Bounds box = bounds_of(volume);
+  double longest_mm = 0;
+  for (int axis = 0; axis < 3; ++axis) longest_mm = std::max(longest_mm, box.most[axis] - box.least[axis]);
+  return std::max(kStepMm, std::ceil(longest_mm / kVoxels / kStepMm) * kStepMm);
+}
+
+Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const Progress& progress) {
+  const Bounds box = bounds_of(volume);
+  GridVolume grid{.origin_mm = box.least, .spacing_mm = spacing_mm};
+  double voxels = 1;
+  double longest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double side = std::floor((box.most[axis] - box.least[axis]) / spacing_mm) + 1;
+    longest = std::max(longest, side);
+    voxels *= side;
+    if (side <= kMostSide) grid.size[axis] = static_cast<std::uint32_t>(side);
+  }
+  if (!(spacing_mm >= kLeastSpacingMm) || !(longest <= kMostSide) || !(voxels <= kMostVoxels)) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("a spacing of {} mm makes {:.0f} voxels on the longest side, expected at least {} mm "
+                    "and at most {:.0f} voxels a side, and 4 billion in all",
+                    spacing_mm, longest, kLeastSpacingMm, kMostSide)};
+  }
+  try {
+    grid.voxels.resize(grid.bytes());
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("a grid of {} bytes finds no memory, expected as much or a larger spacing",
+                             grid.bytes())};
+  }
+  const FanSampler sampler(volume);
+  std::uint8_t* voxel = grid.voxels.data();
+  for (std::uint32_t k = 0; k < grid.size[2]; ++k) {
+    for (std::uint32_t j = 0; j < grid.size[1]; ++j) {
+      const FanCoordinate at = volume.geometry().fan_coordinate(grid.origin_mm[1] + j * spacing_mm,
+                                                                grid.origin_mm[2] + k * spacing_mm);
+      const auto frames = sampler.around(at.angle_rad);
+      for (std::uint32_t i = 0; i < grid.size[0]; ++i, ++voxel) {
+        if (frames)
+          *voxel = sampler.at(*frames, {.x_mm = grid.origin_mm[0] + i * spacing_mm, .depth_mm = at.depth_mm});
+      }
+    }
+    if (!progress((k + 1.0) / grid.size[2])) return Error{ErrorCode::kStopped, "the conversion was stopped"};
+  }
+  return grid;
+}
+
+}  // namespace fanlight

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "acquisition/convert/converted_files.hpp"
+#include "acquisition/offline_volumes.hpp"
+#include "acquisition/open_source.hpp"
+#include "proto/base/clock.hpp"
+#include "proto/base/printable.hpp"
+#include "server/cli/commands.hpp"
+
+namespace fanlight {
+
+namespace {
+
+struct ConvertOptions {
+  std::string input;
+  std::string out;
+  std::string geometry_path;
+  std::optional<std::uint64_t> volume;
+  std::optional<double> spacing_mm;
+};
+
+/// A line on the terminal with the share that is done and the time that is left.
+class ProgressLine {
+ public:
+  ~ProgressLine() {
+    if (shown_) fmt::print(stderr, "\r\x1b[K");
+  }
+  bool tell(double share) {
+    if (isatty(STDERR_FILENO) == 0) return true;
+    const std::int64_t now = now_ns();
+    constexpr std::int64_t kIntervalNs = 200'000'000;
+    if (now - told_ns_ < kIntervalNs) return true;
+    told_ns_ = now;
+    const double took_s = static_cast<double>(now - begun_ns_) * 1e-9;
+    fmt::print(stderr, "\r{:.0f} %, {:.0f} s left\x1b[K", 100 * share, took_s / share - took_s);
+    std::fflush(stderr);
+    return shown_ = true;
+  }
+  Progress progress() {
+    return [this](double share) { return tell(share); };
+  }
+
+ private:
+  std::int64_t begun_ns_ = now_ns();
+  std::int64_t told_ns_ = begun_ns_;
+  bool shown_ = false;
+};
+
+/// Scan converts one volume. The file is written whole or not at all.
+Result<void> convert_to_grid(const ConvertOptions& options) {
+  Doorbell bell;
+  ProbeLink probe(bell, bell);
+  auto source =
+      open_source(options.input, {.geometry_path = options.geometry_path, .as_fast_as_taken = true}, probe);
+  if (!source) return source.error();
+  OfflineVolumes volumes(**source);
+  const auto volume = volumes.pick(options.volume);
+  if (!volume) return volume.error();
+  const double spacing_mm = options.spacing_mm.value_or(usual_spacing_mm(**volume));
+  Result<GridVolume> grid = Error{};
+  {
+    ProgressLine line;
+    grid = scan_converted(**volume, spacing_mm, line.progress());
+  }
+  if (!grid) return grid.error();
+  const bool nrrd = options.out.ends_with(".nrrd");
+  if (auto written = nrrd ? write_grid_nrrd(options.out, *grid) : write_grid_nifti(options.out, *grid);
+      !written)
+    return written;
+  fmt::print("{}: volume {} on a grid of {} x {} x {} voxels of {:.4g} mm\n", options.out,
+             (*volume)->stamp().source_volume_index, grid->size[0], grid->size[1], grid->size[2], spacing_mm);
+  for (const std::string& note : (*source)->description().notes) fmt::print("note: {}\n", printable(note));
+  return {};
+}
+
+Result<void> convert_to_sequence(const ConvertOptions& options) {
+  Result<void> written;
+  {
+    ProgressLine line;
+    written = write_sequence_nrrd(
+        options.out, {.path = options.input, .geometry_path = options.geometry_path}, line.progress());
+  }
+  if (!written) return written;
+  fmt::print("{}: all frames of {}, with their fields\n", options.out, printable(options.input));
+  return {};
+}
+
+Result<void> convert(const ConvertOptions& options) {
+  const auto ends = [&](std::string_view end) { return options.out.ends_with(end); };
+  if (ends(".seq.nrrd")) {
+    if (!options.volume && !options.spacing_mm) return convert_to_sequence(options);
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "--volume and --spacing are for a volume on a grid, expected .nrrd, .nii or .nii.gz with them"};
+  }
+  if (ends(".nrrd") || ends(".nii") || ends(".nii.gz")) return convert_to_grid(options);
+  if (ends(".mha") || ends(".mhd")) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("a PLUS sequence is what record writes, expected fanlight record {} --fast --out {}",
+                    printable(options.input), printable(options.out))};
+  }
+  if (ends(".ply") || ends(".stl")) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("a surface is what render finds, expected fanlight render {} --surface {} --out x.png",
+                    printable(options.input), printable(options.out))};
+  }
+  return Error{
+      ErrorCode::kInvalidArgument,
+      fmt::format(
+          "{} has no ending that is known, expected .seq.nrrd (all frames), .nrrd, .nii or .nii.gz (one "
+          "volume on a grid)",
+          printable(options.out))};
+}
+
+}  // namespace
+
+Command add_convert_command(CLI::App& program) {
+  CLI::App* command = program.add_subcommand(
+      "convert", "Writes a recording in another format, or one of its volumes on a Cartesian grid");
+  const auto options = std::make_shared<ConvertOptions>();
+  command->add_option("INPUT", options->input, "A recording; for a grid also another source")->required();
+  command
+      ->add_option("--out", options->out,
+                   "x.seq.nrrd: all frames; x.nrrd, x.nii, x.nii.gz: one volume on a grid")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
+      ->type_name("FILE");
+  command->add_option("--volume", options->volume, "Which volume; without it the first that is whole")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+  command
+      ->add_option("--spacing", options->spacing_mm,
+                   "Of the grid; without it about 256 voxels on the longest side")
+      ->check(CLI::PositiveNumber)
+      ->type_name("MM");
+  return [options] { return convert(*options); };
+}
+
+}  // namespace fanlight
