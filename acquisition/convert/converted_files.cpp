@@ -220,6 +220,8 @@ Result<void> write_sequence_nrrd(const std::filesystem::path& path, const Record
   for (std::uint64_t frame = 0; frame < frames; ++frame) {
     const auto stamp = (*source)->next_frame({});
     if (!stamp) return stamp.error();
+    if (!*stamp)
+      return Error{ErrorCode::kBadInput, "the recording has become shorter, expected one that stays"};
     if ((*source)->known_fault() != FrameFault::kNone) {
       std::ranges::fill(pixels, 0);
     } else if ((*source)->read_pixels(pixels, {}) != FrameFault::kNone) {
@@ -231,6 +233,8 @@ Result<void> write_sequence_nrrd(const std::filesystem::path& path, const Record
     if (!progress((static_cast<double>(frame) + 1) / static_cast<double>(frames)))
       return Error{ErrorCode::kStopped, "the conversion was stopped"};
   }
+  // Behind the last frame the source judges the checksum.
+  if (const auto end = (*source)->next_frame({}); !end) return end.error();
   return file.finish();
 }
 

@@ -16,6 +16,7 @@ namespace fanlight {
 namespace {
 
 constexpr double kLeastSpacingMm = 0.01;
+constexpr double kMostSpacingMm = 50;  // few voxels would be left of any body
 constexpr double kMostSide = 4096;
 constexpr double kMostVoxels = 4294967296.0;
 
@@ -135,7 +136,8 @@ Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const
     voxels *= side;
     if (side <= kMostSide) grid.size[axis] = static_cast<std::uint32_t>(side);
   }
-  if (!(spacing_mm >= kLeastSpacingMm) || !(longest <= kMostSide) || !(voxels <= kMostVoxels)) {
+  if (!(spacing_mm >= kLeastSpacingMm && spacing_mm <= kMostSpacingMm) || !(longest <= kMostSide) ||
+      !(voxels <= kMostVoxels)) {
     return Error{
         ErrorCode::kInvalidArgument,
         fmt::format("a spacing of {} mm makes {:.0f} voxels on the longest side, expected at least {} mm "

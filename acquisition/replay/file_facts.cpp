@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "acquisition/replay/recording_geometry.hpp"
 #include "acquisition/replay/tracked_poses.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
@@ -53,7 +54,7 @@ double column_rows(const FileFacts& facts) {
 
 Result<void> look_at_frames(OpenedSequence& opened, FileFacts& facts) {
   const std::size_t bytes = opened.sequence.frame_bytes();
-  const std::size_t step = std::max<std::size_t>(1, facts.frames / kMostFrames);
+  const std::size_t step = (facts.frames + kMostFrames - 1) / kMostFrames;
   std::vector<std::uint8_t> brightest(bytes);
   std::vector<std::vector<std::uint8_t>> seen;
   for (std::size_t frame = 0; frame < facts.frames; frame += step) {
@@ -127,12 +128,18 @@ double draft_of_images(const FileFacts& facts, Draft& draft) {
   draft.number("face_column", sector ? sector->face_column : (facts.columns - 1) / 2.0, face_origin);
   draft.number("face_row", face_row, face_origin);
   double motor_radius_mm = kUsualMotorRadiusMm;
-  if (sector && sector->diverges) {
-    const double probe_radius_mm = (sector->face_row - sector->apex_row) * height_mm;
-    draft.number("probe_radius_mm", probe_radius_mm, kSeen);
+  constexpr double kFlatMm = 1000;  // an array of a larger radius is flat
+  constexpr double kPointMm = 10;   // one of a smaller radius tells nothing of the motor
+  const double probe_radius_mm = sector ? (sector->face_row - sector->apex_row) * height_mm : 0;
+  if (sector && sector->diverges && probe_radius_mm < kFlatMm) {
+    const auto follows = [&](double rows) {
+      return fmt::format("GUESS, by the edges: {:.1f} rows; change it with pixel_height_mm", rows);
+    };
+    draft.number("probe_radius_mm", probe_radius_mm, follows(sector->face_row - sector->apex_row));
     draft.number("sector_half_angle_deg", sector->half_angle_deg, kSeen);
-    draft.number("sector_reach_mm", (sector->last_row - sector->apex_row) * height_mm, kSeen);
-    motor_radius_mm = kUsualMotorShare * probe_radius_mm;
+    draft.number("sector_reach_mm", (sector->last_row - sector->apex_row) * height_mm,
+                 follows(sector->last_row - sector->apex_row));
+    if (probe_radius_mm > kPointMm) motor_radius_mm = kUsualMotorShare * probe_radius_mm;
   }
   if (facts.fit) motor_radius_mm = face_row * height_mm - facts.fit->axis_mm;
   draft.number("motor_radius_mm", motor_radius_mm,
@@ -196,6 +203,13 @@ std::string geometry_draft(const FileFacts& facts, const std::string& name) {
   const double motor_radius_mm =
       facts.scan_lines ? draft_of_lines(facts, draft) : draft_of_images(facts, draft);
   draft_angles(facts, motor_radius_mm, draft);
+  if (facts.with_time == 0)
+    draft.number("frames_per_second", 20, "UNKNOWN, a usual value: the frames have no times");
+  if (facts.with_volume == 0 && facts.with_angle == 0) {
+    draft.comment("Where there are several sweeps (the angles above are then of one):");
+    draft.comment("frames_per_sweep = 40");
+    draft.comment("sweep_order = \"to-and-fro\"");
+  }
   draft.number("columns", facts.columns, "other recordings are refused");
   draft.number("rows", facts.rows, "");
   return draft.text();
@@ -203,8 +217,7 @@ std::string geometry_draft(const FileFacts& facts, const std::string& name) {
 
 Result<std::filesystem::path> write_geometry_draft(const std::filesystem::path& recording,
                                                    const std::string& draft) {
-  std::filesystem::path path = recording;
-  path += ".toml";
+  const std::filesystem::path path = sidecar(recording);
   std::FILE* const file = std::fopen(path.c_str(), "wxe");
   if (file == nullptr) {
     std::error_code failure;
@@ -216,6 +229,8 @@ Result<std::filesystem::path> write_geometry_draft(const std::filesystem::path& 
   }
   const bool written = std::fwrite(draft.data(), 1, draft.size(), file) == draft.size();
   if (std::fclose(file) == 0 && written) return path;
+  std::error_code failure;
+  std::filesystem::remove(path, failure);
   return Error{ErrorCode::kUnavailable,
                fmt::format("{}: not all of it was written, expected room", shown(path))};
 }

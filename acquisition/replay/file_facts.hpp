@@ -28,7 +28,7 @@ struct FileFacts {
   std::uint32_t with_pose = 0;
   std::uint32_t sweeps = 1;  ///< by VolumeIndex
   std::optional<IgsSequence::PixelSize> pixel_size;
-  std::optional<FanFit> fit;  ///< of the poses, where there are no angles
+  std::optional<FanFit> fit;  ///< of the poses
   std::string no_fan;         ///< why the poses form no fan; empty: they do, or there are none
   std::optional<SectorGuess> sector;
   std::optional<StepGuess> step;

@@ -15,9 +15,9 @@ constexpr std::string_view kCartesian =
     "the frames of the sweep that it was made from, as a PLUS sequence (.igs.mha); a volume on a grid has "
     "none";
 constexpr std::string_view kSingle =
-    "a PLUS sequence (.igs.mha) of all frames with their angles, not a single picture";
+    "a series of them, given as a pattern such as frame.%04d.png or as their folder";
 constexpr std::string_view kVideo =
-    "a PLUS sequence (.igs.mha) of 8 bit frames with their angles: a video has none";
+    "its frames as numbered pictures, such as ffmpeg -i FILE frame.%04d.png makes";
 
 struct Magic {
   std::size_t offset;

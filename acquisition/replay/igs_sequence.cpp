@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <new>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "acquisition/replay/file_kind.hpp"
 #include "acquisition/replay/igs_header.hpp"
 #include "acquisition/replay/image_orientation.hpp"
+#include "acquisition/replay/image_series.hpp"
 #include "acquisition/replay/inflater.hpp"
 #include "acquisition/replay/kretz_header.hpp"
 #include "acquisition/replay/nrrd_header.hpp"
@@ -99,6 +101,7 @@ Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_
 
 /// The file behind its header, and where the reading is.
 struct IgsPixels::Reading {
+  static constexpr std::uint64_t kNowhere = std::numeric_limits<std::uint64_t>::max();
   File file;
   IgsFile from;
   ImageOrientation orientation;
@@ -116,11 +119,13 @@ struct IgsPixels::Reading {
   std::uint64_t compressed_bytes = 0;
   bool gzip = false;
   struct stat opened_as {};
+  std::optional<ImageSeries> series;  // then there is no file
 
   /// Of the file.
   std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows * format.bytes; }
   std::uint64_t all_bytes() const { return frame_bytes() * frames; }
   Result<void> read_stored(std::span<std::uint8_t> to) {
+    if (series) return series->read(next, to);
     return inflater ? read_compressed(to) : read_plain(to);
   }
   Result<void> go_to(std::uint64_t frame);
@@ -148,6 +153,10 @@ void IgsPixels::Reading::judge_layout(std::span<const std::uint8_t> frame) {
 /// Afterwards `next` is at most `frame`: compressed frames in between are read over.
 Result<void> IgsPixels::Reading::go_to(std::uint64_t frame) {
   if (frame == next || (inflater && frame > next)) return {};
+  if (series) {
+    next = frame;
+    return {};
+  }
   next = inflater ? 0 : frame;
   if (std::fseek(from.file, first_pixel + static_cast<long>(next * frame_bytes()), SEEK_SET) != 0)
     return from.bad("the file cannot be read from another place", "a file that can");
@@ -192,7 +201,10 @@ Result<void> IgsPixels::read(std::uint64_t frame, std::span<std::uint8_t> to) {
     // Frames before the one that is wanted are read over it.
     const std::span grey = arranged ? std::span(reading.in_order) : to;
     auto read = reading.read_stored(reading.levels ? std::span(reading.stored) : grey);
-    if (!read) return read;
+    if (!read) {
+      reading.next = Reading::kNowhere;  // the place in the file is not known
+      return read;
+    }
     if (reading.levels) reading.levels->convert(reading.stored, grey);
     if (reading.next++ == 0) reading.judge_layout(grey);
   }
@@ -241,6 +253,7 @@ bool IgsPixels::has_quick_access() const {
 }
 
 FileChange IgsPixels::change() const {
+  if (reading_->series) return FileChange::kNone;  // a picture that has gone is told when it is read
   struct stat now {};
   if (fstat(fileno(reading_->from.file), &now) != 0) return FileChange::kChanged;
   if (now.st_nlink == 0) return FileChange::kRemoved;
@@ -267,7 +280,30 @@ Result<void> IgsPixels::finish() {
       fmt::format("{} bytes", reading.all_bytes()));
 }
 
+namespace {
+
+Result<OpenedSequence> open_series(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  auto series = ImageSeries::open(path);
+  if (!series) return series.error();
+  auto sequence = series_frames(path, *series, max_bytes);
+  if (!sequence) return sequence.error();
+  auto reading = std::make_unique<IgsPixels::Reading>();
+  reading->columns = sequence->columns;
+  reading->rows = sequence->rows;
+  reading->frames = sequence->frames.size();
+  reading->format = sequence->format;
+  reading->series = *std::move(series);
+  const PixelFormat format = sequence->format;
+  OpenedSequence opened{
+      .sequence = *std::move(sequence), .pixels = IgsPixels(std::move(reading)), .orientation = {}};
+  if (!format.is_grey()) opened.pixels.set_window(whole_window(format));
+  return opened;
+}
+
+}  // namespace
+
 Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  if (ImageSeries::is_series(path)) return open_series(path, max_bytes);
   auto opened = open_header(path, max_bytes);
   if (!opened) return opened.error();
   IgsHeader& header = opened->header;

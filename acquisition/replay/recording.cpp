@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquisition/record/recover_recording.hpp"
+#include "acquisition/replay/given_fields.hpp"
 #include "acquisition/replay/tracked_poses.hpp"
 #include "acquisition/source/angle_check.hpp"
 #include "acquisition/source/printable.hpp"
@@ -67,6 +68,8 @@ Result<Recording> Recording::open(const Config& config) {
   if (const auto fan = refuse_tracked_by_hand(config.path, opened->sequence); !fan) return fan.error();
   const auto geometry = find_geometry(config.path, opened->sequence, config.geometry_path, *fit);
   if (!geometry) return geometry.error();
+  const auto given = fill_from_geometry(config.path, *geometry, opened->sequence);
+  if (!given) return given.error();
   ValueWindow window;
   if (!opened->sequence.format.is_grey()) {
     const auto found = window_of(config, *geometry);
@@ -79,6 +82,7 @@ Result<Recording> Recording::open(const Config& config) {
   }
 
   Recording recording(config, *std::move(opened));
+  recording.angles_given_ = *given;
   if (const auto read = recording.read_first_frame(); !read) return read.error();
   if (const auto done = recording.find_times(); !done) return done.error();
   if (const auto done = recording.find_angles_and_sweeps(*geometry); !done) return done.error();
@@ -116,7 +120,9 @@ Result<void> Recording::find_times() {
   if (fields.size() < 2) return bad("there is a single frame", "a sweep of 2 at least");
   const auto [present, missing] = coverage(fields, &IgsFrame::timestamp_s);
   if (present < fields.size())
-    return bad(fmt::format("frame {} has no Timestamp", missing), "one for each frame");
+    return bad(
+        fmt::format("frame {} has no Timestamp", missing),
+        present == 0 ? "one for each frame, or frames_per_second in the geometry" : "one for each frame");
   const double start_s = *fields[0].timestamp_s;
   for (std::size_t i = 1; i < fields.size(); ++i) {
     const double since_start_s = *fields[i].timestamp_s - start_s;
@@ -164,7 +170,7 @@ Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry
     }
   } else if (!geometry.first_angle_deg || !geometry.last_angle_deg) {
     return bad("no frame has a MotorAngleDeg",
-               "one for each frame, or first_angle_deg and last_angle_deg in the geometry");
+               "one for each frame, or angles_deg, or first_angle_deg and last_angle_deg in the geometry");
   }
 
   if (coverage(fields, &IgsFrame::volume_index).present > 0) {

@@ -131,6 +131,7 @@ class Recording {
   std::vector<std::uint8_t> first_frame_;  // then: its pixels
   bool transposed_ = false;                // the frames look like it
   bool measured_ = true;                   // the frames have angles
+  bool angles_given_ = false;              // by lists of the geometry
   std::uint32_t contradictions_ = 0;       // sweeps whose SweepDirection contradicts their angles
   std::optional<RecordedStream> stream_;
   std::vector<Frame> frames_;

@@ -32,6 +32,7 @@ constexpr Uses kIfGiven = {Use::kOptional, Use::kOptional, Use::kOptional};
 constexpr Uses kParallelColumns = {Use::kRequired, Use::kUnread, Use::kRequired};
 constexpr Uses kCurvedArrays = {Use::kOptional, Use::kRequired, Use::kUnread};
 constexpr Uses kConvexLinesAlone = {Use::kRefused, Use::kRequired, Use::kRefused};
+constexpr std::string_view kSweepOrders[] = {"one-way", "to-and-fro"};
 constexpr Uses kSectors = {Use::kOptional, Use::kUnread, Use::kUnread};
 
 struct Key {
@@ -75,12 +76,28 @@ constexpr Key kKeys[] = {
      [](RecordingGeometry& into, double value) { into.window_black = value; }},
     {"window_white", "FanlightWindowWhite", kIfGiven,
      [](RecordingGeometry& into, double value) { into.window_white = value; }},
+    {"frames_per_second", "FanlightFramesPerSecond", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.frames_per_second = value; }},
+    {"frames_per_sweep", "FanlightFramesPerSweep", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.frames_per_sweep = value; }},
+    {"sweep_order", "FanlightSweepOrder", kIfGiven,
+     [](RecordingGeometry& into, double value) { into.to_and_fro = value != 0; }, kSweepOrders},
     {"first_angle_deg", "FanlightFirstAngleDeg", kIfGiven,
      [](RecordingGeometry& into, double value) { into.first_angle_deg = value; }},
     {"last_angle_deg", "FanlightLastAngleDeg", kIfGiven,
      [](RecordingGeometry& into, double value) { into.last_angle_deg = value; }},
 };
 constexpr std::size_t kKeyCount = std::size(kKeys);
+
+/// A list of angles, in a geometry file alone.
+struct ListKey {
+  std::string_view name;
+  std::vector<double> RecordingGeometry::*list;
+};
+constexpr ListKey kListKeys[] = {
+    {"angles_deg", &RecordingGeometry::angles_deg},
+    {"sweep_starts_deg", &RecordingGeometry::sweep_starts_deg},
+};
 
 constexpr std::size_t key_index(std::string_view name) {
   return std::ranges::find(kKeys, name, &Key::name) - kKeys;
@@ -116,6 +133,7 @@ std::string expected_value(const Key& key) {
 struct Layer {
   std::string origin;
   std::array<std::optional<double>, kKeyCount> values{};
+  std::array<std::vector<double>, std::size(kListKeys)> lists{};
 };
 
 /// The first layer that has a value for the key, or nullptr.
@@ -128,12 +146,8 @@ const Layer* first_with(std::span<const Layer> layers, std::size_t key) {
 std::string key_names() {
   std::string names;
   for (const Key& key : kKeys) names += fmt::format("{}{}", names.empty() ? "" : ", ", key.name);
+  for (const ListKey& key : kListKeys) names += fmt::format(", {}", key.name);
   return names;
-}
-
-std::filesystem::path sidecar(std::filesystem::path recording_path) {
-  recording_path += ".toml";
-  return recording_path;
 }
 
 Error bad(const std::filesystem::path& path, std::string_view wrong, std::string_view expected) {
@@ -156,8 +170,9 @@ Result<toml::value> parse(const std::filesystem::path& path) {
   constexpr std::string_view kExpected = "lines such as motor_radius_mm = 28.0";
   // Far above the size of any geometry. The parser recurses into each bracket and each dot of a key without a
   // limit: 16 000 dots overflow its stack.
-  constexpr std::size_t kMostBytes = 4096;
+  constexpr std::size_t kMostBytes = 65'536;
   constexpr std::ptrdiff_t kMostBrackets = 16;
+  constexpr std::ptrdiff_t kMostDotsInKeys = 64;
   std::string text(kMostBytes + 1, '\0');
   std::ifstream file(path, std::ios::binary);
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -166,6 +181,14 @@ Result<toml::value> parse(const std::filesystem::path& path) {
     return bad(path, fmt::format("the file is longer than {} bytes", kMostBytes), kExpected);
   const auto brackets = std::ranges::count_if(text, [](char c) { return c == '[' || c == '{'; });
   if (brackets > kMostBrackets) return bad(path, "the file is full of brackets", kExpected);
+  // Of one key: lists of numbers have commas between their dots.
+  std::ptrdiff_t in_a_row = 0;
+  std::ptrdiff_t most_in_a_row = 0;
+  for (const char c : text) {
+    if (c == '.') most_in_a_row = std::max(most_in_a_row, ++in_a_row);
+    if (c == ',' || c == '=' || c == '\n') in_a_row = 0;
+  }
+  if (most_in_a_row > kMostDotsInKeys) return bad(path, "the file is full of dots", kExpected);
   try {
     std::istringstream stream(text);
     return toml::parse(stream, shown(path));
@@ -186,11 +209,31 @@ std::optional<double> value_of(const Key& key, const toml::value& value) {
   return std::isfinite(number) ? std::optional(number) : std::nullopt;
 }
 
+std::optional<std::vector<double>> numbers_of(const toml::value& value) {
+  if (!value.is_array()) return std::nullopt;
+  std::vector<double> numbers;
+  for (const toml::value& each : value.as_array(std::nothrow)) {
+    const Key number{};
+    const auto read = value_of(number, each);
+    if (!read) return std::nullopt;
+    numbers.push_back(*read);
+  }
+  return numbers.empty() ? std::nullopt : std::optional(std::move(numbers));
+}
+
 Result<Layer> read_geometry_file(const std::filesystem::path& path) {
   const auto parsed = parse(path);
   if (!parsed) return parsed.error();
   Layer layer{.origin = shown(path)};
   for (const auto& [name, value] : parsed->as_table(std::nothrow)) {
+    const auto* const list = std::ranges::find(kListKeys, name, &ListKey::name);
+    if (list != std::end(kListKeys)) {
+      auto numbers = numbers_of(value);
+      if (!numbers)
+        return bad(path, fmt::format("{} is no list of numbers", name), "one such as [-20.0, 20.0]");
+      layer.lists[list - kListKeys] = *std::move(numbers);
+      continue;
+    }
     const auto* const key = std::ranges::find(kKeys, name, &Key::name);
     if (key == std::end(kKeys)) {
       return bad(path, fmt::format("there is a key {}", in_quotes(name)), key_names());
@@ -291,6 +334,12 @@ Result<void> check_size(const std::filesystem::path& path, const IgsSequence& se
 
 }  // namespace
 
+std::filesystem::path sidecar(std::filesystem::path recording_path) {
+  if (!recording_path.has_filename()) recording_path = recording_path.parent_path();  // "frames/"
+  recording_path += ".toml";
+  return recording_path;
+}
+
 Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_path,
                                         const IgsSequence& sequence,
                                         const std::filesystem::path& geometry_path,
@@ -320,6 +369,14 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
     } else if (key.uses[kind] != Use::kUnread) {
       key.set(found, *layer->values[i]);
       found.values.push_back({key.name, shown_value(key, *layer->values[i]), layer->origin});
+    }
+  }
+  for (std::size_t i = 0; i < std::size(kListKeys); ++i) {
+    for (const Layer& layer : *layers) {
+      const std::vector<double>& list = layer.lists[i];
+      if (list.empty()) continue;
+      found.*kListKeys[i].list = list;
+      found.values.push_back({kListKeys[i].name, fmt::format("{} numbers", list.size()), layer.origin});
     }
   }
   if (!missing.empty()) {

@@ -28,10 +28,13 @@ namespace fanlight {
 /// ("cartesian", "linear-lines") pixel_width_mm; for "convex-lines" probe_radius_mm and line_pitch_deg.
 /// Optional: for Cartesian frames probe_radius_mm, sector_half_angle_deg, sector_reach_mm
 /// (FanGeometry::Sector); first_angle_deg and last_angle_deg, the range over which the frames of a recording
-/// without motor angles are spread; window_black and window_white, the values of pixels of 16 bit, or of
-/// signed ones, that are shown black and white; columns, rows and frames, where the geometry is for frames of
-/// one size or number only. A value that a kind of frame does not have is ignored; but line_pitch_deg
-/// is refused for every kind except "convex-lines".
+/// without motor angles are spread; angles_deg, a list with the angle of each frame, or of the frames of one
+/// sweep; sweep_starts_deg, a list with the first angle of each sweep, where the motor begins elsewhere each
+/// time; frames_per_second, for frames without times; frames_per_sweep, for frames without VolumeIndex, with
+/// sweep_order "one-way" or "to-and-fro"; window_black and window_white, the values of pixels of 16 bit, or
+/// of signed ones, that are shown black and white; columns, rows and frames, where the geometry is for frames
+/// of one size or number only. A value that a kind of frame does not have is ignored; but line_pitch_deg is
+/// refused for every kind except "convex-lines".
 struct RecordingGeometry {
   /// One value and its origin, for display.
   struct Value {
@@ -46,11 +49,19 @@ struct RecordingGeometry {
   std::optional<double> for_frames;
   std::optional<double> first_angle_deg;
   std::optional<double> last_angle_deg;
-  std::optional<double> window_black;  ///< both or none: see ValueWindow
+  std::optional<double> frames_per_second;
+  std::optional<double> frames_per_sweep;
+  bool to_and_fro = false;         ///< every second sweep is backward
+  std::vector<double> angles_deg;  ///< of the frames of the recording, or of each sweep; empty: not given
+  std::vector<double> sweep_starts_deg;  ///< of each sweep; empty: not given
+  std::optional<double> window_black;    ///< both or none: see ValueWindow
   std::optional<double> window_white;
   std::optional<FanFit> fit;  ///< of tracked poses, from which the motor angles are
   std::vector<Value> values;
 };
+
+/// FILE.toml beside a recording FILE.
+std::filesystem::path sidecar(std::filesystem::path recording_path);
 
 /// `geometry_path` may be empty. `fit`: gives the motor radius where nothing else does. kBadInput names the
 /// missing keys and where they may be given, or the wrong value.

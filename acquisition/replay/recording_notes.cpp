@@ -28,6 +28,12 @@ void Recording::add_notes(const RecordingGeometry& geometry) {
         fmt::format("The motor angles are assumed: the frames have none, and are spread evenly from {} to {} "
                     "deg as the geometry says.",
                     *geometry.first_angle_deg, *geometry.last_angle_deg));
+  } else if (angles_given_) {
+    notes.emplace_back(
+        geometry.sweep_starts_deg.empty()
+            ? "The motor angles are the angles_deg of the geometry: the frames have none."
+            : "The motor angles are those of the geometry, each sweep from its sweep_starts_deg on: the "
+              "frames have none.");
   } else if (geometry.first_angle_deg || geometry.last_angle_deg) {
     notes.emplace_back(
         "first_angle_deg and last_angle_deg of the geometry are not used: the frames have a MotorAngleDeg.");

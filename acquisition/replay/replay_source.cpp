@@ -41,15 +41,8 @@ SourceDescription describe(const Recording& recording) {
 }
 
 ReplayStatus::File file_state(FileChange change) {
-  switch (change) {
-    case FileChange::kNone:
-      return ReplayStatus::File::kSame;
-    case FileChange::kChanged:
-      return ReplayStatus::File::kChanged;
-    case FileChange::kRemoved:
-      break;
-  }
-  return ReplayStatus::File::kRemoved;
+  if (change == FileChange::kNone) return ReplayStatus::File::kSame;
+  return change == FileChange::kChanged ? ReplayStatus::File::kChanged : ReplayStatus::File::kRemoved;
 }
 
 }  // namespace
@@ -81,6 +74,7 @@ ReplaySource::ReplaySource(const Config& config, Recording recording)
   const std::int64_t duration_ns = recording_.frames().back().time_ns;
   pass_ns_ = duration_ns + duration_ns / (frames() - 1);
   position_ = recording_.sweeps()[sweep_at(config.from_s)].first_frame;
+  jumped_ = position_ > 0;  // the frames before are not lost
   if (config.paused && link_ != nullptr) rest_after_sweep(recording_.frames()[position_].sweep);
   status_.sweeps = static_cast<std::uint32_t>(recording_.sweeps().size());
   status_.duration_s = static_cast<double>(duration_ns) / 1e9;
@@ -188,11 +182,14 @@ void ReplaySource::step(std::int32_t sweeps) {
       if (ending_ == Ending::kOnce) return;
       begin_pass(ending_ == Ending::kToAndFro && !backward_);
     }
-    const std::int64_t last = std::min(in_order(position_) + sweeps - 1, count - 1);
+    // A step that is under way is not shown yet: the next one counts from its end.
+    const std::int64_t before = rest_after_ ? in_order(*rest_after_) : in_order(position_) - 1;
+    const std::int64_t last = std::min(before + sweeps, count - 1);
     rest_after_sweep(static_cast<std::uint32_t>(backward_ ? count - 1 - last : last));
   } else if (sweeps < 0) {
     // The picture shows the last whole sweep: the one before the next frame's.
-    const std::int64_t shown = position_ == frames() ? count - 1 : in_order(position_) - 1;
+    const std::int64_t next = position_ == frames() ? count : in_order(position_);
+    const std::int64_t shown = rest_after_ ? in_order(*rest_after_) : next - 1;
     const std::int64_t target = std::max<std::int64_t>(0, shown + sweeps);
     const auto sweep = static_cast<std::uint32_t>(backward_ ? count - 1 - target : target);
     jump_to_sweep(sweep);
@@ -326,7 +323,7 @@ FrameStamp ReplaySource::next_stamp() {
   ++position_;
   const bool other_sweep = recording_.frames()[current_].sweep != status_.sweep;
   if (link_ != nullptr && (other_sweep || now_ns() - told_ns_ > kTellNs)) {
-    if (other_sweep) status_.file = file_state(recording_.file_change());
+    status_.file = file_state(recording_.file_change());
     tell();
   }
   return stamped;

@@ -11,8 +11,10 @@ namespace fanlight {
 
 namespace {
 
-// Grey levels up to this one are the background's noise, as JPEG leaves it.
-constexpr std::uint8_t kBackground = 8;
+// Grey levels above the background's up to this one are noise, as JPEG leaves it.
+constexpr int kNoise = 8;
+// A corner brighter than this is no background.
+constexpr int kBrightestBackground = 64;
 // A row with fewer bright pixels beside each other has a letter in it, or nothing.
 constexpr std::uint32_t kLeastRun = 6;
 constexpr int kTries = 400;
@@ -41,10 +43,19 @@ struct Borders {
   std::vector<Border> right;
 };
 
+/// The pixels that are brighter than the darkest corner: black of a video may be 16.
+std::vector<std::uint8_t> bright_pixels(std::span<const std::uint8_t> brightest, std::uint32_t columns) {
+  const int darkest_corner = std::min(
+      {brightest.front(), brightest[columns - 1], brightest[brightest.size() - columns], brightest.back()});
+  const int background = std::min(darkest_corner, kBrightestBackground) + kNoise;
+  std::vector<std::uint8_t> bright(brightest.size());
+  std::ranges::transform(brightest, bright.begin(), [=](int grey) { return grey > background ? 1 : 0; });
+  return bright;
+}
+
 bool bright_run(std::span<const std::uint8_t> row, std::size_t from) {
   if (from + kLeastRun > row.size()) return false;
-  return std::ranges::all_of(row.subspan(from, kLeastRun),
-                             [](std::uint8_t grey) { return grey > kBackground; });
+  return std::ranges::all_of(row.subspan(from, kLeastRun), [](std::uint8_t bright) { return bright != 0; });
 }
 
 /// Only borders within the frame: at its rim the sector is cut off.
@@ -129,9 +140,8 @@ std::optional<Along> bright_along(std::span<const std::uint8_t> brightest, std::
   double last = 0;
   for (std::uint32_t row = 0; row < rows; ++row) {
     const double column = std::round(column_at_row_0 + slope * row);
-    const bool bright =
-        column >= 0 && column < columns &&
-        brightest[std::size_t{row} * columns + static_cast<std::size_t>(column)] > kBackground;
+    const bool bright = column >= 0 && column < columns &&
+                        brightest[std::size_t{row} * columns + static_cast<std::size_t>(column)] != 0;
     run = bright ? run + 1 : 0;
     if (run < kLeastRun) continue;
     const double begin = row + 1.0 - run;
@@ -151,8 +161,9 @@ double median(std::vector<double>& values) {
 
 }  // namespace
 
-std::optional<SectorGuess> guess_sector(std::span<const std::uint8_t> brightest, std::uint32_t columns,
+std::optional<SectorGuess> guess_sector(std::span<const std::uint8_t> all_brightest, std::uint32_t columns,
                                         std::uint32_t rows, double column_rows) {
+  const std::vector<std::uint8_t> brightest = bright_pixels(all_brightest, columns);
   const Borders borders = borders_of(brightest, columns, rows);
   const auto left = straight_edge(borders.left, rows);
   const auto right = straight_edge(borders.right, rows);
@@ -201,7 +212,10 @@ std::optional<SectorGuess> guess_sector(std::span<const std::uint8_t> brightest,
     guess.face_row = median(firsts);
     guess.last_row = median(lasts);
   }
-  return guess;
+  // Edges of different things may meet anywhere.
+  const bool in_order =
+      guess.last_row > guess.face_row && (!guess.diverges || guess.face_row > guess.apex_row);
+  return in_order ? std::optional(guess) : std::nullopt;
 }
 
 StepGuesser::StepGuesser(std::uint32_t columns, std::uint32_t rows, const SectorGuess& sector)

@@ -20,7 +20,7 @@ enum class ReplayEnding : std::uint8_t {
 /// What the player of a recording is asked for.
 struct ReplayOrder {
   enum class Wish : std::uint8_t {
-    kPlay,    ///< goes on; after the last frame: from the first one
+    kPlay,    ///< goes on; after the last frame, or one that could not be read: from the first one
     kPause,   ///< at once, also within a sweep
     kStep,    ///< plays `sweeps` further, then pauses; negative: that many sweeps back
     kSeek,    ///< goes on with the sweep at `time_s`; where it is paused, plays that sweep and pauses

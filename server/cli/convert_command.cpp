@@ -142,8 +142,7 @@ Command add_convert_command(CLI::App& program) {
       ->type_name("N");
   command
       ->add_option("--spacing", options->spacing_mm,
-                   "Of the grid; without it about 256 voxels on the longest side")
-      ->check(CLI::PositiveNumber)
+                   "Of the grid, 0.01 to 50; without it about 256 voxels on the longest side")
       ->type_name("MM");
   return [options] { return convert(*options); };
 }

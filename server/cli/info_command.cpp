@@ -132,6 +132,7 @@ Result<void> write_pictures(const InfoOptions& options, const FileFacts* facts, 
 
 /// The file cannot be played: tells what is there, what lacks and how to supply it. Returns the reason.
 Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
+  if (why.code == ErrorCode::kNotFound) return why;  // the geometry file that was asked for, too
   const auto facts = look_into(options.file, kMostBytes);
   if (!facts) return why;
   const std::string name = printable(options.file);
@@ -150,7 +151,9 @@ Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
     if (!written) return written.error();
     fmt::print(stderr, "wrote {}: edit it, and look at it with fanlight info {} --plot plot.png\n",
                printable(written->string()), name);
-    return {};
+    if (options.plot_path.empty()) return {};
+    auto recording = Recording::open({.path = options.file, .pixels = Recording::Pixels::kFromFile});
+    return recording ? write_pictures(options, &*facts, &*recording) : Result<void>(recording.error());
   }
   if (!options.json)
     fmt::print("\nA geometry to edit; --write-geometry writes it to {}.toml:\n\n{}\n", name, draft);

@@ -186,7 +186,8 @@ Result<void> write_mesh(const std::string& path, const SurfaceMesh& mesh) {
   if (auto named = check_mesh_path(path); !named) return named;
   if (mesh.triangles.empty())
     return Error{ErrorCode::kNotFound, "the picture shows no surface, expected one to write"};
-  return replace_file(path, path.ends_with(".stl") ? stl(mesh) : ply(mesh));
+  constexpr mode_t kOwnerOnly = 0600;  // a face is a patient's
+  return replace_file(path, path.ends_with(".stl") ? stl(mesh) : ply(mesh), {.mode = kOwnerOnly});
 }
 
 }  // namespace fanlight

@@ -276,8 +276,8 @@ HttpSession::Response HttpSession::health() {
   const PictureLiveness::Report& report = dependencies_.liveness.report();
   // A supervisor that restarts the server on 503 must not do so because a probe was unplugged or a recording
   // ended.
-  const bool failing = report.cause == Cause::kSourceFailed || report.cause == Cause::kGpuHung ||
-                       report.cause == Cause::kGpuRemade ||
+  const bool source_over = report.cause == Cause::kSourceFailed && dependencies_.source_state() != "running";
+  const bool failing = source_over || report.cause == Cause::kGpuHung || report.cause == Cause::kGpuRemade ||
                        dependencies_.liveness.driver_silent_ns() > kLongestCompilationNs;
   const std::string source = dependencies_.probe.lost() ? "probe lost" : dependencies_.source_state();
   const std::string age = report.age_s < 0 ? "" : fmt::format(", {:.1f} s old", report.age_s);
@@ -294,7 +294,7 @@ HttpSession::Response HttpSession::respond_with_page(std::string_view path) {
   if (file == page_files().end()) {
     return refusal(
         http::status::not_found,
-        "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene, /api/picture.png or "
+        "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene, /api/picture.png, "
         "/api/recording or /api/replay");
   }
   return response_with(http::status::ok, content_type(name), std::string(file->bytes));

@@ -119,7 +119,6 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                        .read_again = [this] { read_again(); },
                        .tell_state = [this] { tell_state(); }}) {
   access_.audit_to(audit_);
-  // A replay that is controlled does not end: it could be played again.
   dependencies_.source_state = [this, of_thread = dependencies.source_state] {
     return replay_.status().state == ReplayStatus::State::kEnded ? "ended" : of_thread();
   };
@@ -280,7 +279,7 @@ void StreamServer::bell_rang() {
   if (const Error* broken = dependencies_.failures.newest()) return fail(*broken);
   if (probe_.update()) probe_changed();
   recording_watch_.update();
-  if (replay_.update()) sessions_.replay_changed();
+  if (replay_.update()) tell_of_replay();
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
@@ -322,6 +321,12 @@ void StreamServer::probe_changed() {
       has_geometry && default_view_.source_changed(scene_for(status.geometry, -half_rad, half_rad), now_ns());
   sessions_.probe_changed();
   if (scene_differs) sessions_.scene_changed(0);
+}
+
+void StreamServer::tell_of_replay() {
+  const std::string before = std::exchange(replay_trouble_, replay_.message().trouble());
+  if (!replay_trouble_.empty() && replay_trouble_ != before) spdlog::warn("{}", replay_trouble_);
+  sessions_.replay_changed();
 }
 
 void StreamServer::start_second() {

@@ -130,6 +130,7 @@ class StreamServer {
   void end_views(const std::vector<ViewAdmission::EndedView>& ended);
   void show_private_views();
   void probe_changed();
+  void tell_of_replay();
   void fail(const Error& error);
 
   Config config_;
@@ -143,6 +144,7 @@ class StreamServer {
   SurveyDesk surveys_;
   RecordingProxy recording_;
   ReplayProxy replay_;
+  std::string replay_trouble_;  // that was logged last
   DefaultView default_view_;
   PictureHub hub_;
   SessionRegistry sessions_;

@@ -86,8 +86,18 @@ PictureLiveness::Cause PictureLiveness::cause(const Source& source, std::int64_t
   if (health_.state == RenderHealth::State::kHung) return Cause::kGpuHung;
   const bool still = now_ns - progressed_ns_ > limit_ns();
   if (still && driver_.silent_ns() > kLeastLimitNs) return Cause::kDriverSilent;
+  if (source.is_replay) return still ? cause_of_replay(now_ns) : Cause::kNone;
   if (frames_silent(now_ns)) return Cause::kNoFrames;
   return still ? cause_of_stillness(now_ns) : Cause::kNone;
+}
+
+/// Frames and sweeps of a replay take as long as its speed says; only the renderer can be behind.
+PictureLiveness::Cause PictureLiveness::cause_of_replay(std::int64_t now_ns) const {
+  if (refused_.since(progressed_ns_) && now_ns - refused_.grown_ns <= limit_ns())
+    return Cause::kVolumesRefused;
+  constexpr std::uint64_t kUnseenVolumes = 2;
+  const bool behind = volumes_.count - volumes_.before_progress > kUnseenVolumes;
+  return behind ? Cause::kRendererBehind : Cause::kNone;
 }
 
 PictureLiveness::Cause PictureLiveness::cause_of_stillness(std::int64_t now_ns) const {
@@ -114,7 +124,8 @@ double PictureLiveness::rate() const {
 bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
   count(now_ns);
   // A pause that was asked for is no stillness, nor is the first moment after it.
-  if (source.paused) progressed_ns_ = frames_.grown_ns = now_ns;
+  if (source.paused || (source.is_replay && source.state != Source::State::kRunning))
+    progressed_ns_ = frames_.grown_ns = now_ns;
   driver_.observe(pipeline_.render.turn_began_ns.value(), now_ns);
   const State before = report_.state;
   const Cause cause_before = report_.cause;
@@ -153,7 +164,8 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
     case Cause::kNone:
       return "";
     case Cause::kSourceFailed:
-      return fmt::format("The source has failed: {}.", source.failure);
+      return fmt::format("{}: {}.", source.is_replay ? "The replay has stopped" : "The source has failed",
+                         source.failure);
     case Cause::kSourceEnded:
       return "The recording has ended.";
     case Cause::kProbeLost:

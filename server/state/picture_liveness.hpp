@@ -94,6 +94,7 @@ class PictureLiveness {
   void count(std::int64_t now_ns);
   Cause cause(const Source& source, std::int64_t now_ns) const;
   Cause cause_of_stillness(std::int64_t now_ns) const;
+  Cause cause_of_replay(std::int64_t now_ns) const;
   State state(const Source& source, Cause cause, std::int64_t now_ns) const;
   bool frames_silent(std::int64_t now_ns) const;
   double rate() const;

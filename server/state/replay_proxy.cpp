@@ -9,6 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "proto/base/printable.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -28,9 +30,10 @@ constexpr double kMostSweeps = 1e6;
 
 Error unknown(std::string_view text) {
   return {ErrorCode::kInvalidArgument,
-          fmt::format("{} is no wish for the replay, expected play, pause, step=SWEEPS, seek=SECONDS, "
+          fmt::format("{} for the replay, expected play, pause, step=SWEEPS, seek=SECONDS, "
                       "speed=FACTOR or ending=once|loop|to-and-fro",
-                      text.substr(0, 40))};
+                      text.empty() ? "there is no wish"
+                                   : fmt::format("\"{}\" is no wish", printable(text.substr(0, 40))))};
 }
 
 std::optional<double> number(std::string_view text) {
@@ -81,11 +84,11 @@ std::string trouble_of(const ReplayStatus& status) {
     case ReplayStatus::File::kSame:
       return "";
     case ReplayStatus::File::kChanged:
-      return "The recording's file was changed while it is played.";
+      return "The recording's file has been changed since it was opened.";
     case ReplayStatus::File::kRemoved:
       break;
   }
-  return "The recording's file was removed; it is played from what was opened.";
+  return "The recording's file has been removed; what was opened is played on.";
 }
 
 }  // namespace
@@ -145,7 +148,7 @@ Result<void> ReplayProxy::request(const ReplayRequest& request) {
                  "server to be started with --ending to-and-fro, which reads it into memory"};
   }
   if (link_.send(*order)) return {};
-  return Error{ErrorCode::kUnavailable, "the player has many requests to carry out, expected some patience"};
+  return Error{ErrorCode::kUnavailable, "the player has many requests to carry out, try again in a moment"};
 }
 
 bool ReplayProxy::update() {

@@ -104,10 +104,9 @@ TEST(ScanConversion, LeavesOutWhatASectorDidNotScan) {
 
 TEST(ScanConversion, RefusesSpacingsThatNoMachineHolds) {
   const Volume volume = ramps(convex(), 5);
-  for (const double spacing_mm : {0.0, -1.0, 0.001, 0.02, std::nan("")})
+  for (const double spacing_mm : {0.0, -1.0, 0.001, 0.02, 1000.0, std::nan("")})
     EXPECT_EQ(scan_converted(volume, spacing_mm, kGoOn).error().code, ErrorCode::kInvalidArgument)
         << spacing_mm;
-  EXPECT_TRUE(scan_converted(volume, 1000, kGoOn)) << "a single voxel";
   EXPECT_EQ(scan_converted(volume, 2, [](double) { return false; }).error().code, ErrorCode::kStopped);
   const double usual_mm = usual_spacing_mm(volume);
   EXPECT_GT(usual_mm, 0.1);

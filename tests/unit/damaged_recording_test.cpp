@@ -312,7 +312,7 @@ TEST_F(RecordingTest, RefusesWhatIsNoFile) {
             ErrorCode::kNotFound);
   const auto directory = Recording::open({.path = folder_.path(), .geometry_path = {}});
   ASSERT_FALSE(directory);
-  EXPECT_NE(directory.error().message.find("this is no regular file"), std::string::npos);
+  EXPECT_NE(directory.error().message.find("there are no such pictures"), std::string::npos);
   EXPECT_FALSE(Recording::open({.path = "/dev/zero", .geometry_path = {}}));
 }
 

@@ -39,6 +39,7 @@ export class ReplayBar {
   private lastId = 0n;
   private askedMs = 0;
   private dragging = false;
+  private asked = ""; // the last place asked for
 
   constructor(
     private readonly root: HTMLElement,
@@ -58,6 +59,7 @@ export class ReplayBar {
     this.ending.onchange = () => this.ask({ wish: Wish.ENDING, ending: Number(this.ending.value) as Ending });
     this.place.oninput = () => this.drag(performance.now());
     this.place.onchange = () => this.drop();
+    this.place.onpointerup = this.place.onpointercancel = this.place.onblur = () => (this.dragging = false);
   }
 
   tell(status: ReplayStatus): void {
@@ -79,6 +81,7 @@ export class ReplayBar {
   allow(may: boolean): void {
     for (const control of this.root.querySelectorAll<HTMLButtonElement>("button, input, select"))
       control.disabled = !may;
+    if (!may) this.dragging = false;
   }
 
   private drag(nowMs: number): void {
@@ -90,10 +93,11 @@ export class ReplayBar {
 
   private drop(): void {
     this.dragging = false;
-    this.seek();
+    if (this.place.value !== this.asked) this.seek(); // a key has asked already
   }
 
   private seek(): void {
+    this.asked = this.place.value;
     this.ask({ wish: Wish.SEEK, value: Number(this.place.value) });
   }
 

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+#include "acquisition/replay/igs_sequence.hpp"
+#include "acquisition/replay/pixel_values.hpp"
+#include "proto/base/result.hpp"
+
+namespace fanlight {
+
+/// Frames in numbered picture files, or in a video, read by OpenImageIO: every picture format and codec that
+/// it was built with. Colour is read as luminance (ITU-R BT.601). One thread.
+class ImageSeries {
+ public:
+  /// A folder, or a pattern such as "scan/frame.%04d.png".
+  static bool is_series(const std::filesystem::path& path);
+
+  /// In a folder, the pictures in the order of the last number in their names; all must have one ending. Of a
+  /// pattern, the files from the first to the last number that is there; a gap is an error. kNotFound,
+  /// kUnsupported, else kBadInput; the message names the file.
+  static Result<ImageSeries> open(const std::filesystem::path& path);
+
+  ImageSeries(ImageSeries&&) noexcept;
+  ImageSeries& operator=(ImageSeries&&) noexcept;
+  ~ImageSeries();
+
+  std::uint32_t columns() const;
+  std::uint32_t rows() const;
+  std::uint64_t frames() const;
+  PixelFormat format() const;  ///< 8 or 16 bit, of this machine's byte order
+
+  /// Reads a frame: rows x columns values of format().bytes each. kBadInput: it cannot be read, or has
+  /// another size.
+  Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to);
+
+ private:
+  struct State;
+  explicit ImageSeries(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// As open_igs_sequence(), of a series: frames without angles and times.
+Result<IgsSequence> series_frames(const std::filesystem::path& path, const ImageSeries& series,
+                                  std::uint64_t max_bytes);
+
+}  // namespace fanlight
