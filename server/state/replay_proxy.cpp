@@ -96,14 +96,14 @@ std::string trouble_of(const ReplayStatus& status) {
 Result<ReplayRequest> replay_request(std::string_view text) {
   const std::size_t equals = text.find('=');
   const std::string_view word = text.substr(0, equals);
-  const std::optional<std::string_view> argument =
-      equals == std::string_view::npos ? std::nullopt : std::optional(text.substr(equals + 1));
+  const bool has_argument = equals != std::string_view::npos;
+  const std::string_view argument = has_argument ? text.substr(equals + 1) : "";
   for (const auto& [known, wish] : kWishes) {
     if (word != known) continue;
     ReplayRequest request;
     request.set_wish(wish);
     if (wish == ReplayRequest::PLAY || wish == ReplayRequest::PAUSE) {
-      if (argument) return unknown(text);
+      if (has_argument) return unknown(text);
       return request;
     }
     if (wish == ReplayRequest::ENDING) {
@@ -114,7 +114,7 @@ Result<ReplayRequest> replay_request(std::string_view text) {
       }
       return unknown(text);
     }
-    const auto value = !argument && wish == ReplayRequest::STEP ? 1.0 : number(argument.value_or(""));
+    const auto value = !has_argument && wish == ReplayRequest::STEP ? 1.0 : number(argument);
     if (!value) return unknown(text);
     request.set_value(*value);
     return request;
