@@ -5,52 +5,16 @@
 #include <zlib.h>
 
 #include <bit>
-#include <cerrno>
 #include <cstring>
 #include <ctime>
 #include <memory>
-#include <system_error>
 
+#include "acquisition/convert/new_file.hpp"
 #include "acquisition/record/plus_fields.hpp"
-#include "acquisition/source/printable.hpp"
-#include "proto/base/file_replacement.hpp"
 
 namespace fanlight {
 
 namespace {
-
-constexpr mode_t kOwnerOnly = 0600;  // it shows a patient
-
-/// A file that gets its name when it is whole.
-class NewFile {
- public:
-  explicit NewFile(std::filesystem::path path) : path_(std::move(path)) {}
-
-  Result<void> create() { return told(file_.create_unnamed(path_, kOwnerOnly)); }
-  Result<void> write(std::string_view bytes) { return told(write_all(file_.descriptor(), bytes)); }
-  Result<void> write(std::span<const std::uint8_t> bytes) {
-    return write(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-  }
-  Result<void> finish() {
-    if (auto synced = told(file_.sync()); !synced) return synced;
-    return told(file_.take_the_free_name(path_));
-  }
-
- private:
-  Result<void> told(int failure) const {
-    if (failure == 0) return {};
-    if (failure == EEXIST) {
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("{} is there already, expected a name that is free", shown(path_))};
-    }
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} could not be written ({}), expected a folder that is there, with room",
-                             shown(path_), std::generic_category().message(failure))};
-  }
-
-  std::filesystem::path path_;
-  FileBeside file_;
-};
 
 Result<void> write_whole(const std::filesystem::path& path, std::string_view header,
                          std::span<const std::uint8_t> bytes) {

@@ -89,7 +89,7 @@ Result<void> FrameFields::set_orientation(const HeaderField& field) {
 Result<void> FrameFields::check() const {
   if (!has_size_) return bad("the header has no size of the frames", "columns, rows and frames");
   if (!last_frame_) {
-    return bad("this is a picture or a volume on a grid: it describes no frames of a sweep",
+    return bad("this is neither a volume on a grid, with a spacing, nor does it describe frames of a sweep",
                "lines such as Seq_Frame0000_Timestamp for each frame, as PLUS writes them",
                ErrorCode::kUnsupported);
   }

@@ -36,6 +36,9 @@ class FrameFields {
   /// After the last field: whether there is a size, an orientation, and a field of a frame.
   Result<void> check() const;
 
+  /// Whether a field of a frame, or an orientation of frames, was taken.
+  bool describe_frames() const { return last_frame_ || has_orientation_; }
+
  private:
   /// A field of one frame: Seq_Frame0000_Name.
   struct OfFrame {

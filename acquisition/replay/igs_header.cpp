@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "acquisition/replay/frame_fields.hpp"
 #include "acquisition/source/printable.hpp"
@@ -28,7 +29,6 @@ struct Requirement {
 };
 constexpr std::array kRequirements = {
     Requirement{"ObjectType", "Image", "Image"},
-    Requirement{"NDims", "3", "3 (columns, rows, frames): colour and 4D images are not taken"},
     Requirement{"BinaryData", "True", "True"},
     Requirement{"HeaderSize", "0", "0: pixels from the first byte of their file on"},
     Requirement{"ElementNumberOfChannels", "1", "1: grey pictures, such as the red channel alone"},
@@ -55,7 +55,9 @@ class MetaImageHeader {
   Result<IgsHeader> read() {
     if (const auto done = read_lines(); !done) return done.error();
     if (!has_element_type_) return from_.bad("the header has no ElementType", "MET_UCHAR");
-    if (const auto done = fields_.check(); !done) return done.error();
+    if (const auto done = check_axes(); !done) return done.error();
+    if (const auto done = header_.grid ? check(*header_.grid, from_.name) : fields_.check(); !done)
+      return done.error();
     header_.header_bytes = lines_.bytes();
     return std::move(header_);
   }
@@ -95,10 +97,17 @@ class MetaImageHeader {
       return field.refused(from_, required->expected, ErrorCode::kUnsupported);
     if (key == "ElementType") return take_element_type(field);
     if (key == "UltrasoundImageOrientation") return fields_.set_orientation(field);
-    if (key == "Kinds" && !value.ends_with("list") && !value.ends_with("time")) {
-      return field.refused(from_, "domain domain list: frames of a sweep, not a volume on a grid",
-                           ErrorCode::kUnsupported);
+    if (key == "NDims") {
+      dimensions_ = number_in<std::uint32_t>(value).value_or(0);
+      if (dimensions_ != 3 && dimensions_ != 4) {
+        return field.refused(from_, "3: columns, rows and frames, or a volume; or 4: volumes",
+                             ErrorCode::kUnsupported);
+      }
     }
+    // ElementSize is what the spacing was called in old files.
+    if (key == "ElementSpacing" || (key == "ElementSize" && spacing_mm_.empty())) take_spacing(value);
+    // Three names for one thing, in the order of their age.
+    if (key == "TransformMatrix" || key == "Rotation" || key == "Orientation") take_axes(value);
     if (key == "CompressedData") return take_flag(field, header_.sequence.compressed);
     // The second name is an older one.
     if (key == "BinaryDataByteOrderMSB" || key == "ElementByteOrderMSB")
@@ -131,10 +140,47 @@ class MetaImageHeader {
   }
 
   Result<void> take_size(const HeaderField& field) {
-    std::array<std::uint32_t, 3> size{};
-    const auto rest = take_numbers<std::uint32_t>(field.value, size);
-    if (!rest || !rest->empty()) size = {};
-    return fields_.set_size(field, size[0], size[1], size[2]);
+    std::vector<std::uint32_t> size(dimensions_);
+    const auto rest = take_numbers<std::uint32_t>(field.value, std::span(size));
+    if (!rest || !rest->empty()) size.assign(dimensions_, 0);
+    size_ = size;
+    volumes_ = dimensions_ == 4 ? size[3] : 1;
+    return fields_.set_size(field, size[0], size[1], std::uint64_t{size[2]} * volumes_);
+  }
+
+  void take_spacing(std::string_view value) {
+    spacing_mm_.assign(dimensions_, 0);
+    const auto rest = take_numbers<double>(value, std::span(spacing_mm_));
+    if (!rest || !rest->empty()) spacing_mm_.assign(dimensions_, 0);  // refused if this is a volume
+  }
+
+  /// The matrix's rows are the directions of the image's axes.
+  void take_axes(std::string_view value) {
+    std::vector<double> matrix(std::size_t{dimensions_} * dimensions_);
+    const auto rest = take_numbers<double>(value, std::span(matrix));
+    if (!rest || !rest->empty()) matrix.assign(matrix.size(), 0);  // refused if this is a volume
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < 3; ++i) axes_[axis][i] = matrix[axis * dimensions_ + i];
+    }
+  }
+
+  /// A file whose fields tell of no frame, but that has a spacing, is a volume; several, if it has four axes.
+  Result<void> check_axes() {
+    const bool is_volume = !fields_.describe_frames() && !size_.empty() && !spacing_mm_.empty();
+    if (!is_volume) {
+      if (dimensions_ == 3) return {};
+      return from_.bad("the image has 4 axes, and frames", "3 for frames; or volumes, with an ElementSpacing",
+                       ErrorCode::kUnsupported);
+    }
+    const auto axes = orthogonal(axes_);
+    if (!axes)
+      return from_.bad("the axes of the volume are oblique", "a grid with right angles",
+                       ErrorCode::kUnsupported);
+    header_.grid = VoxelGrid{.size = {size_[0], size_[1], size_[2]},
+                             .spacing_mm = {spacing_mm_[0], spacing_mm_[1], spacing_mm_[2]},
+                             .is_left_handed = axes->is_left_handed,
+                             .volumes = volumes_};
+    return {};
   }
 
   const IgsFile& from_;
@@ -142,6 +188,11 @@ class MetaImageHeader {
   IgsHeader header_;
   FrameFields fields_;
   bool has_element_type_ = false;
+  std::uint32_t dimensions_ = 3;
+  std::vector<std::uint32_t> size_;
+  std::uint32_t volumes_ = 1;
+  std::vector<double> spacing_mm_;
+  std::array<std::array<double, 3>, 3> axes_ = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::set<std::string, std::less<>> keys_;  // of the lines that belong to no frame
 };
 

@@ -11,6 +11,7 @@
 #include "acquisition/replay/igs_sequence.hpp"
 #include "acquisition/replay/image_orientation.hpp"
 #include "acquisition/replay/pixel_values.hpp"
+#include "acquisition/replay/voxel_grid.hpp"
 
 namespace fanlight {
 
@@ -24,6 +25,8 @@ struct IgsHeader {
   std::uint64_t header_bytes = 0;  ///< of the text
   std::string data_file;           ///< beside this one; empty: the pixels follow the text
   std::optional<std::uint64_t> compressed_bytes;  ///< CompressedDataSize
+  /// The file is no sequence: its `frames` are the slices of these volumes.
+  std::optional<VoxelGrid> grid;
 };
 
 /// Takes the name of a file with the pixels. Nothing outside of the header's own folder is opened:

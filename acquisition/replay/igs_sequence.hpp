@@ -67,6 +67,7 @@ struct IgsSequence {
   std::map<std::string, std::string, std::less<>> fanlight_fields;  ///< header fields named Fanlight...
   /// Transforms of the image or the probe (ProbeToTrackerTransform, ...), by name.
   std::map<std::string, Motion, std::less<>> motions;
+  std::vector<std::string> notes;          ///< what the reader assumed, a sentence each
   std::unique_ptr<std::uint8_t[]> pixels;  ///< frames x rows x columns
 
   std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }
@@ -97,6 +98,10 @@ class IgsPixels {
 
   /// As read(), but counts the stored values.
   Result<void> count(std::uint64_t frame, ValueHistogram& histogram);
+
+  /// The stored values of all frames, in the file's order. Precondition: read() was not called. Errors as of
+  /// read() and finish(); kUnavailable: no memory.
+  Result<std::vector<std::uint8_t>> stored_values();
 
   /// Whether the first frame looks like an image of `rows` columns and `columns` rows: DimSize may have its
   /// first two numbers in the wrong order. Precondition: read() was called.

@@ -179,8 +179,6 @@ Result<void> ImageSeries::State::look() {
 }
 
 ImageSeries::ImageSeries(std::unique_ptr<State> state) : state_(std::move(state)) {}
-ImageSeries::ImageSeries(ImageSeries&&) noexcept = default;
-ImageSeries& ImageSeries::operator=(ImageSeries&&) noexcept = default;
 ImageSeries::~ImageSeries() = default;
 
 bool ImageSeries::is_series(const std::filesystem::path& path) {
@@ -189,14 +187,14 @@ bool ImageSeries::is_series(const std::filesystem::path& path) {
   return has_ending(path, kPictureEndings) && pattern_in(path.filename().string());
 }
 
-Result<ImageSeries> ImageSeries::open(const std::filesystem::path& path) {
+Result<std::unique_ptr<ImageSeries>> ImageSeries::open(const std::filesystem::path& path) {
   auto state = std::make_unique<State>();
   state->name = path;
   auto files = files_of(path);
   if (!files) return files.error();
   state->files = *std::move(files);
   if (auto looked = state->look(); !looked) return looked.error();
-  return ImageSeries(std::move(state));
+  return std::unique_ptr<ImageSeries>(new ImageSeries(std::move(state)));
 }
 
 std::uint32_t ImageSeries::columns() const {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "acquisition/replay/frame_reader.hpp"
 #include "acquisition/replay/igs_sequence.hpp"
 #include "acquisition/replay/pixel_values.hpp"
 #include "proto/base/result.hpp"
@@ -14,7 +15,7 @@ namespace fanlight {
 
 /// Frames in numbered picture files, or in a video, read by OpenImageIO: every picture format and codec that
 /// it was built with. Colour is read as luminance (ITU-R BT.601). One thread.
-class ImageSeries {
+class ImageSeries : public FrameReader {
  public:
   /// A folder, or a pattern such as "scan/frame.%04d.png".
   static bool is_series(const std::filesystem::path& path);
@@ -22,11 +23,9 @@ class ImageSeries {
   /// In a folder, the pictures in the order of the last number in their names; all must have one ending. Of a
   /// pattern, the files from the first to the last number that is there; a gap is an error. kNotFound,
   /// kUnsupported, else kBadInput; the message names the file.
-  static Result<ImageSeries> open(const std::filesystem::path& path);
+  static Result<std::unique_ptr<ImageSeries>> open(const std::filesystem::path& path);
 
-  ImageSeries(ImageSeries&&) noexcept;
-  ImageSeries& operator=(ImageSeries&&) noexcept;
-  ~ImageSeries();
+  ~ImageSeries() override;
 
   std::uint32_t columns() const;
   std::uint32_t rows() const;
@@ -35,7 +34,7 @@ class ImageSeries {
 
   /// Reads a frame: rows x columns values of format().bytes each. kBadInput: it cannot be read, or has
   /// another size.
-  Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to);
+  Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to) override;
 
  private:
   struct State;

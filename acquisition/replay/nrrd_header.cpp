@@ -55,7 +55,8 @@ class NrrdHeader {
   Result<IgsHeader> read() {
     if (const auto done = read_lines(); !done) return done.error();
     if (const auto done = check_axes(); !done) return done.error();
-    if (const auto done = fields_.check(); !done) return done.error();
+    if (const auto done = header_.grid ? check(*header_.grid, from_.name) : fields_.check(); !done)
+      return done.error();
     if (!has_encoding_) return from_.bad("the header has no encoding", "raw or gzip");
     if (!has_endian_ && header_.format.bytes == 2)
       return from_.bad("the header has no endian, and its pixels are of 16 bit", "endian: little or big");
@@ -123,6 +124,9 @@ class NrrdHeader {
     }
     if (key == "sizes") return take_sizes(field);
     if (key == "kinds") take_kinds(value);
+    if (key == "spacings") take_spacings(value);
+    if (key == "space directions") take_directions(value);
+    if (key == "space") space_ = value;
     if (key == "encoding") return take_encoding(field);
     if (key == "endian") {
       if (value != "little" && value != "big") return field.refused(from_, "little or big");
@@ -183,6 +187,57 @@ class NrrdHeader {
     }
   }
 
+  /// A number for each axis; NaN for one that is no length.
+  void take_spacings(std::string_view value) {
+    for (std::size_t axis = 0; axis < 3 && !value.empty(); ++axis) {
+      const auto word = value.substr(0, value.find(' '));
+      axes_[axis] = {};
+      axes_[axis][axis] = number_in<double>(word).value_or(0);
+      value = trimmed(value.substr(word.size()));
+      has_spacing_ = true;
+    }
+  }
+
+  /// A vector (x,y,z) for each axis, or "none".
+  void take_directions(std::string_view value) {
+    for (std::size_t axis = 0; axis < 3 && !value.empty(); ++axis) {
+      const auto word = trimmed(value.substr(0, value.find(')') + 1));
+      axes_[axis] = {};
+      if (!value.starts_with('(') || word.empty()) return;  // refused if this is a volume
+      std::string numbers(word.substr(1, word.size() - 2));
+      std::ranges::replace(numbers, ',', ' ');
+      if (!take_numbers<double>(trimmed(numbers), axes_[axis])) axes_[axis] = {};
+      value = trimmed(value.substr(word.size()));
+      has_spacing_ = true;
+    }
+  }
+
+  /// A file whose fields tell of no frame, and that has a spacing, is a volume; several, if the last of four
+  /// axes is a list.
+  bool is_volume() const {
+    if (fields_.describe_frames() || !has_spacing_) return false;
+    const bool are_several = sizes_.size() == 4;
+    if (kinds_.empty()) return true;
+    return are_several ? is_list(kinds_.back()) : !is_list(kinds_.back());
+  }
+
+  Result<void> take_grid(const HeaderField& field) {
+    const auto axes = orthogonal(axes_);
+    if (!axes) {
+      return from_.bad("the axes of the volume are oblique, or have no length", "a grid with right angles",
+                       ErrorCode::kUnsupported);
+    }
+    const bool left_space = space_ == "left-anterior-superior" || space_ == "LAS" ||
+                            space_ == "left-anterior-superior-time" || space_ == "LAST" ||
+                            space_.starts_with("3D-left-handed");
+    const std::uint32_t volumes = sizes_.size() == 4 ? sizes_[3] : 1;
+    header_.grid = VoxelGrid{.size = {sizes_[0], sizes_[1], sizes_[2]},
+                             .spacing_mm = axes->lengths,
+                             .is_left_handed = axes->is_left_handed != left_space,
+                             .volumes = volumes};
+    return fields_.set_size(field, sizes_[0], sizes_[1], std::uint64_t{sizes_[2]} * volumes);
+  }
+
   static bool is_list(const std::string& kind) { return kind == "list" || kind == "time"; }
 
   Result<void> check_axes() {
@@ -193,12 +248,14 @@ class NrrdHeader {
       return field.refused(from_, fmt::format("as many numbers as its dimension {}", dimension_));
     if (!kinds_.empty() && kinds_.size() != sizes_.size())
       return from_.bad(fmt::format("the header has {} kinds", kinds_.size()), "one for each axis");
+    if (is_volume()) return take_grid(field);
     // Without kinds the last axis is taken for time, as PLUS does.
     if (!kinds_.empty() && !is_list(kinds_.back())) {
       return from_.bad(is_list(kinds_.front())
                            ? "the frames are on the first axis: the pixels of all frames are interleaved"
-                           : "this is a volume on a grid: no axis is a list of frames",
-                       "kinds: domain domain list, with a frame behind the other", ErrorCode::kUnsupported);
+                           : "no axis is a list of frames, and a volume on a grid needs a spacing",
+                       "kinds: domain domain list, with a frame behind the other; or space directions",
+                       ErrorCode::kUnsupported);
     }
     // A frame may be a volume of one plane.
     if (sizes_.size() == 4 && sizes_[2] != 1) {
@@ -215,6 +272,9 @@ class NrrdHeader {
   std::vector<std::uint32_t> sizes_;
   std::string sizes_text_;
   std::vector<std::string> kinds_;
+  std::array<std::array<double, 3>, 3> axes_{};
+  bool has_spacing_ = false;
+  std::string space_;
   bool has_type_ = false;
   bool has_encoding_ = false;
   bool has_endian_ = false;

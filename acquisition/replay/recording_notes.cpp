@@ -15,6 +15,7 @@ constexpr double kLeastFanDeg = 2.6;
 
 void Recording::add_notes(const RecordingGeometry& geometry) {
   std::vector<std::string>& notes = summary_.notes;
+  notes = sequence_.notes;
   const double span_deg = summary_.largest_angle_deg - summary_.smallest_angle_deg;
   if (const auto& fit = geometry.fit) {
     notes.push_back(

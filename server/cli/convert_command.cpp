@@ -10,6 +10,7 @@
 #include <string>
 
 #include "acquisition/convert/converted_files.hpp"
+#include "acquisition/convert/dicom_volume.hpp"
 #include "acquisition/offline_volumes.hpp"
 #include "acquisition/open_source.hpp"
 #include "proto/base/clock.hpp"
@@ -55,6 +56,12 @@ class ProgressLine {
   bool shown_ = false;
 };
 
+Result<void> write_grid(const std::string& out, const GridVolume& grid, const FanGeometry& geometry) {
+  if (out.ends_with(".nrrd")) return write_grid_nrrd(out, grid);
+  if (out.ends_with(".dcm")) return write_grid_dicom(out, grid, geometry);
+  return write_grid_nifti(out, grid);
+}
+
 /// Scan converts one volume. The file is written whole or not at all.
 Result<void> convert_to_grid(const ConvertOptions& options) {
   Doorbell bell;
@@ -72,10 +79,7 @@ Result<void> convert_to_grid(const ConvertOptions& options) {
     grid = scan_converted(**volume, spacing_mm, line.progress());
   }
   if (!grid) return grid.error();
-  const bool nrrd = options.out.ends_with(".nrrd");
-  if (auto written = nrrd ? write_grid_nrrd(options.out, *grid) : write_grid_nifti(options.out, *grid);
-      !written)
-    return written;
+  if (auto written = write_grid(options.out, *grid, (*volume)->geometry()); !written) return written;
   fmt::print("{}: volume {} on a grid of {} x {} x {} voxels of {:.4g} mm\n", options.out,
              (*volume)->stamp().source_volume_index, grid->size[0], grid->size[1], grid->size[2], spacing_mm);
   for (const std::string& note : (*source)->description().notes) fmt::print("note: {}\n", printable(note));
@@ -100,9 +104,9 @@ Result<void> convert(const ConvertOptions& options) {
     if (!options.volume && !options.spacing_mm) return convert_to_sequence(options);
     return Error{
         ErrorCode::kInvalidArgument,
-        "--volume and --spacing are for a volume on a grid, expected .nrrd, .nii or .nii.gz with them"};
+        "--volume and --spacing are for a volume on a grid, expected .nrrd, .nii, .nii.gz or .dcm with them"};
   }
-  if (ends(".nrrd") || ends(".nii") || ends(".nii.gz")) return convert_to_grid(options);
+  if (ends(".nrrd") || ends(".nii") || ends(".nii.gz") || ends(".dcm")) return convert_to_grid(options);
   if (ends(".mha") || ends(".mhd")) {
     return Error{
         ErrorCode::kInvalidArgument,
@@ -117,10 +121,9 @@ Result<void> convert(const ConvertOptions& options) {
   }
   return Error{
       ErrorCode::kInvalidArgument,
-      fmt::format(
-          "{} has no ending that is known, expected .seq.nrrd (all frames), .nrrd, .nii or .nii.gz (one "
-          "volume on a grid)",
-          printable(options.out))};
+      fmt::format("{} has no ending that is known, expected .seq.nrrd (all frames), .nrrd, .nii, .nii.gz or "
+                  ".dcm (one volume on a grid)",
+                  printable(options.out))};
 }
 
 }  // namespace
@@ -132,7 +135,7 @@ Command add_convert_command(CLI::App& program) {
   command->add_option("INPUT", options->input, "A recording; for a grid also another source")->required();
   command
       ->add_option("--out", options->out,
-                   "x.seq.nrrd: all frames; x.nrrd, x.nii, x.nii.gz: one volume on a grid")
+                   "x.seq.nrrd: all frames; x.nrrd, x.nii, x.nii.gz, x.dcm: one volume on a grid")
       ->required()
       ->type_name("FILE");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")

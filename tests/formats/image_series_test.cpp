@@ -152,14 +152,14 @@ TEST_F(ImageSeriesTest, ReadsColourAsLuminanceAndSixteenBits) {
   }
   auto wide = ImageSeries::open(folder_ / "w%d.pgm");
   ASSERT_TRUE(wide) << wide.error().message;
-  EXPECT_EQ(wide->format().bytes, 2U);
+  EXPECT_EQ((*wide)->format().bytes, 2U);
   std::vector<std::uint8_t> values(96);
-  ASSERT_TRUE(wide->read(2, values));
+  ASSERT_TRUE((*wide)->read(2, values));
   EXPECT_EQ(reinterpret_cast<const std::uint16_t*>(values.data())[5], 2 * 256 + 5);
   auto colour = ImageSeries::open(series_ / "c%d.ppm");
   ASSERT_TRUE(colour) << colour.error().message;
   values.resize(48);
-  ASSERT_TRUE(colour->read(0, values));
+  ASSERT_TRUE((*colour)->read(0, values));
   EXPECT_EQ(values[0], 60) << "0.299 of red";
 }
 

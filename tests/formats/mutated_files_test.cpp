@@ -8,6 +8,7 @@
 #include <fstream>
 #include <random>
 
+#include "acquisition/convert/dicom_volume.hpp"
 #include "acquisition/replay/recording.hpp"
 #include "tests/support/igs_file.hpp"
 #include "tests/support/kretz_file.hpp"
@@ -25,8 +26,26 @@ constexpr bool kSanitized = false;
 constexpr int kFiles = kSanitized ? 500 : 10'000;
 constexpr std::uint64_t kMostPeakBytes = 220'000'000;  // two copies of the zeros are this test's own
 
+#ifdef FANLIGHT_DICOM
+std::string dicom_volume() {
+  const TemporaryFolder folder;
+  GridVolume grid{.size = {8, 6, 8}};
+  grid.voxels.assign(grid.bytes(), 100);
+  EXPECT_TRUE(write_grid_dicom(folder / "x.dcm", grid, {}));
+  std::ifstream file(folder / "x.dcm", std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+#endif
+
 std::string bytes_of(const std::string& format) {
   if (format == "kretz") return KretzFile::small().bytes();
+#ifdef FANLIGHT_DICOM
+  if (format == "dicom") return dicom_volume();
+#endif
+  if (format == "grid") {
+    return "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 8 6 10\nspacings: 1 1 1\nencoding: raw\n\n" +
+           std::string(480, 'x');
+  }
   IgsFile file = fan_recording(5, 2, 20);
   for (std::size_t i = 0; i < file.pixels.size(); ++i) file.pixels[i] = static_cast<std::uint8_t>(i * 37);
   const std::string pixels(file.pixels.begin(), file.pixels.end());
@@ -107,8 +126,12 @@ TEST_P(MutatedFilesTest, AreNeverLongerThanWhatIsThere) {
     ASSERT_LT(frames_of(whole.substr(0, size)), 11U) << size;
 }
 
+#ifdef FANLIGHT_DICOM
+INSTANTIATE_TEST_SUITE_P(Dicom, MutatedFilesTest, testing::Values("dicom"),
+                         [](const auto& tested) { return std::string(tested.param); });
+#endif
 INSTANTIATE_TEST_SUITE_P(All, MutatedFilesTest,
-                         testing::Values("mha", "mha_zlib", "nrrd", "nrrd_gzip", "kretz"),
+                         testing::Values("mha", "mha_zlib", "nrrd", "nrrd_gzip", "kretz", "grid"),
                          [](const auto& tested) { return std::string(tested.param); });
 
 std::uint64_t peak_bytes() {

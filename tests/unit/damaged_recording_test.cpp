@@ -150,7 +150,7 @@ const std::vector<Damage>& damages() {
       header_damage("SizeNoNumber", kBadInput, "expected three numbers", "DimSize", "8 six 5"),
       header_damage("FewerFramesThanDescribed", kBadInput,
                     "the header describes frame 4, expected the 4 frames", "DimSize", "8 6 4"),
-      header_damage("FourDimensions", kUnsupported, "expected 3 (columns, rows, frames)", "NDims", "4"),
+      header_damage("FiveDimensions", kUnsupported, "expected 3: columns, rows and frames", "NDims", "5"),
       header_damage("Floats", kUnsupported, "expected MET_UCHAR", "ElementType", "MET_FLOAT"),
       header_damage("SixteenBit", kBadInput, "its compressed pixels are 240 bytes, expected 480",
                     "ElementType", "MET_USHORT"),

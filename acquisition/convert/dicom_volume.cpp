@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/convert/dicom_volume.hpp"
+
+#include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmdata/dcostrmb.h>
+#include <dcmtk/dcmdata/dctk.h>
+#include <dcmtk/dcmdata/dcuid.h>
+#include <dcmtk/dcmdata/dcwcache.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <ctime>
+#include <string>
+#include <vector>
+
+#include "acquisition/convert/new_file.hpp"
+#include "acquisition/source/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+
+/// Fills an item. The first failure stays in `failed`.
+class Fields {
+ public:
+  Fields(DcmItem& item, bool& failed) : item_(item), failed_(failed) {}
+
+  void text(const DcmTagKey& key, const std::string& value) {
+    put(item_.putAndInsertString(key, value.c_str()));
+  }
+  void empty(const DcmTagKey& key) { put(item_.insertEmptyElement(key)); }
+  void whole(const DcmTagKey& key, std::uint32_t value) {
+    put(item_.putAndInsertUint16(key, static_cast<Uint16>(value)));
+  }
+  void index(const DcmTagKey& key, Uint32 value) { put(item_.putAndInsertUint32Array(key, &value, 1)); }
+  void tag(const DcmTagKey& key, const DcmTagKey& value) { put(item_.putAndInsertTagKey(key, value)); }
+  template <std::size_t kCount>
+  void numbers(const DcmTagKey& key, const std::array<double, kCount>& values) {
+    put(item_.putAndInsertFloat64Array(key, values.data(), kCount));
+  }
+  void bytes(const DcmTagKey& key, const std::vector<std::uint8_t>& values) {
+    put(item_.putAndInsertUint8Array(key, values.data(), values.size()));
+  }
+  /// The item of a sequence, a new one.
+  Fields item(const DcmTagKey& key) {
+    constexpr signed long kNew = -2;
+    DcmItem* made = nullptr;
+    put(item_.findOrCreateSequenceItem(key, made, kNew));
+    return {made != nullptr ? *made : item_, failed_};
+  }
+  void code(const DcmTagKey& key, const char* value, const char* scheme, const char* meaning) {
+    Fields of = item(key);
+    of.text(DCM_CodeValue, value);
+    of.text(DCM_CodingSchemeDesignator, scheme);
+    of.text(DCM_CodeMeaning, meaning);
+  }
+
+ private:
+  void put(const OFCondition& done) { failed_ = failed_ || done.bad(); }
+
+  DcmItem& item_;
+  bool& failed_;
+};
+
+std::string new_uid(const char* root) {
+  std::array<char, 128> uid{};
+  return dcmGenerateUniqueIdentifier(uid.data(), root);
+}
+
+/// Numbers as DICOM's decimal strings, of 16 characters at most.
+std::string decimal(double value) {
+  return fmt::format("{:.9g}", value);
+}
+
+/// No patient is known. Type 2 fields must be there, and may be empty.
+void add_patient_and_study(Fields& fields, const std::string& date, const std::string& time) {
+  for (const DcmTagKey& key :
+       {DCM_PatientName, DCM_PatientID, DCM_PatientBirthDate, DCM_PatientSex, DCM_ReferringPhysicianName,
+        DCM_StudyID, DCM_AccessionNumber, DCM_PositionReferenceIndicator, DCM_AcquisitionContextSequence,
+        DCM_Laterality, DCM_PatientOrientation})
+    fields.empty(key);
+  fields.text(DCM_StudyInstanceUID, new_uid(SITE_STUDY_UID_ROOT));
+  fields.text(DCM_SeriesInstanceUID, new_uid(SITE_SERIES_UID_ROOT));
+  fields.text(DCM_SeriesNumber, "1");
+  fields.text(DCM_InstanceNumber, "1");
+  fields.text(DCM_Modality, "US");
+  for (const DcmTagKey& key : {DCM_StudyDate, DCM_ContentDate}) fields.text(key, date);
+  for (const DcmTagKey& key : {DCM_StudyTime, DCM_ContentTime}) fields.text(key, time);
+  fields.text(DCM_AcquisitionDateTime, date + time);
+  fields.text(DCM_Manufacturer, "Fanlight");
+  fields.text(DCM_ManufacturerModelName, "Fanlight");
+  fields.text(DCM_DeviceSerialNumber, "none");
+  fields.text(DCM_SoftwareVersions, "Fanlight");
+}
+
+void add_space(Fields& fields, const FanGeometry& geometry) {
+  fields.text(DCM_FrameOfReferenceUID, new_uid(SITE_INSTANCE_UID_ROOT));
+  fields.text(DCM_VolumeFrameOfReferenceUID, new_uid(SITE_INSTANCE_UID_ROOT));
+  fields.text(DCM_SynchronizationFrameOfReferenceUID, new_uid(SITE_INSTANCE_UID_ROOT));
+  fields.text(DCM_SynchronizationTrigger, "NO TRIGGER");
+  fields.text(DCM_AcquisitionTimeSynchronized, "N");
+  fields.text(DCM_UltrasoundAcquisitionGeometry, "APEX");
+  fields.numbers<3>(DCM_ApexPosition, {0, -geometry.probe_radius_mm, 0});
+  fields.numbers<16>(DCM_VolumeToTransducerMappingMatrix, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+}
+
+void add_image(Fields& fields, const GridVolume& grid, const FanGeometry& geometry) {
+  fields.text(DCM_ImageType, "ORIGINAL\\PRIMARY\\VOLUME\\NONE");
+  fields.whole(DCM_SamplesPerPixel, 1);
+  fields.text(DCM_PhotometricInterpretation, "MONOCHROME2");
+  fields.text(DCM_NumberOfFrames, fmt::format("{}", grid.size[2]));
+  fields.whole(DCM_Rows, grid.size[1]);
+  fields.whole(DCM_Columns, grid.size[0]);
+  fields.whole(DCM_BitsAllocated, 8);
+  fields.whole(DCM_BitsStored, 8);
+  fields.whole(DCM_HighBit, 7);
+  fields.whole(DCM_PixelRepresentation, 0);
+  fields.text(DCM_LossyImageCompression, "00");
+  fields.text(DCM_PresentationLUTShape, "IDENTITY");
+  fields.text(DCM_RescaleIntercept, "0");
+  fields.text(DCM_RescaleSlope, "1");
+  fields.text(DCM_BurnedInAnnotation, "NO");
+  fields.text(DCM_RecognizableVisualFeatures, "YES");  // a surface shows a face
+  fields.text(DCM_PositionMeasuringDeviceUsed, "FREEHAND");
+  fields.text(DCM_DepthOfScanField, fmt::format("{:.0f}", geometry.depth_mm()));
+  fields.code(DCM_TransducerGeometryCodeSequence, "125252", "DCM",
+              "Curved Linear ultrasound transducer geometry");
+  fields.code(DCM_TransducerBeamSteeringCodeSequence, "125256", "DCM", "Mechanical beam steering");
+  fields.code(DCM_TransducerApplicationCodeSequence, "125261", "DCM", "External Transducer");
+  for (const DcmTagKey& key : {DCM_AnatomicRegionSequence, DCM_ViewCodeSequence})
+    fields.code(key, "261665006", "SCT", "Unknown");
+  // The standard wants numbers here, and has none for unknown.
+  for (const DcmTagKey& key :
+       {DCM_MechanicalIndex, DCM_BoneThermalIndex, DCM_CranialThermalIndex, DCM_SoftTissueThermalIndex})
+    fields.text(key, "0");
+  for (const DcmTagKey& key : {DCM_AcquisitionDuration, DCM_DepthsOfFocus}) fields.numbers<1>(key, {0});
+  fields.text(
+      DCM_ImageComments,
+      "Mechanical and thermal indices, acquisition duration and depths of focus are not known; 0 stands in "
+      "their place.");
+  fields.code(DCM_TransducerScanPatternCodeSequence, "125240", "DCM", "3D mode");
+}
+
+void add_dimensions(Fields& fields) {
+  const std::string uid = new_uid(SITE_INSTANCE_UID_ROOT);
+  fields.text(DCM_DimensionOrganizationType, "3D");
+  fields.item(DCM_DimensionOrganizationSequence).text(DCM_DimensionOrganizationUID, uid);
+  Fields index = fields.item(DCM_DimensionIndexSequence);
+  index.tag(DCM_DimensionIndexPointer, DCM_ImagePositionVolume);
+  index.tag(DCM_FunctionalGroupPointer, DCM_PlanePositionVolumeSequence);
+  index.text(DCM_DimensionOrganizationUID, uid);
+  index.text(DCM_DimensionDescriptionLabel, "Elevation");
+}
+
+void add_groups(Fields& fields, const GridVolume& grid, const std::string& date_time) {
+  const std::string spacing = decimal(grid.spacing_mm);
+  Fields shared = fields.item(DCM_SharedFunctionalGroupsSequence);
+  Fields measures = shared.item(DCM_PixelMeasuresSequence);
+  measures.text(DCM_PixelSpacing, spacing + "\\" + spacing);
+  measures.text(DCM_SliceThickness, spacing);
+  measures.text(DCM_SpacingBetweenSlices, spacing);
+  shared.item(DCM_PlaneOrientationVolumeSequence).numbers<6>(DCM_ImageOrientationVolume, {1, 0, 0, 0, 1, 0});
+  Fields window = shared.item(DCM_FrameVOILUTSequence);
+  window.text(DCM_WindowCenter, "128");
+  window.text(DCM_WindowWidth, "256");
+  window.text(DCM_WindowCenterWidthExplanation, "All grey levels");
+  Fields type = shared.item(DCM_ImageDataTypeSequence);
+  type.text(DCM_DataType, "TISSUE_INTENSITY");
+  type.text(DCM_AliasedDataType, "NO");
+  Fields description = shared.item(DCM_USImageDescriptionSequence);
+  description.text(DCM_FrameType, "ORIGINAL\\PRIMARY\\VOLUME\\NONE");
+  description.text(DCM_VolumetricProperties, "VOLUME");
+  description.text(DCM_VolumeBasedCalculationTechnique, "NONE");
+  for (std::uint32_t k = 0; k < grid.size[2]; ++k) {
+    Fields frame = fields.item(DCM_PerFrameFunctionalGroupsSequence);
+    Fields content = frame.item(DCM_FrameContentSequence);
+    content.text(DCM_FrameReferenceDateTime, date_time);
+    content.text(DCM_FrameAcquisitionDateTime, date_time);
+    content.numbers<1>(DCM_FrameAcquisitionDuration, {0});
+    content.index(DCM_DimensionIndexValues, k + 1);
+    frame.item(DCM_PlanePositionVolumeSequence)
+        .numbers<3>(DCM_ImagePositionVolume,
+                    {grid.origin_mm[0], grid.origin_mm[1], grid.origin_mm[2] + k * grid.spacing_mm});
+    frame.item(DCM_TemporalPositionSequence).numbers<1>(DCM_TemporalPositionTimeOffset, {0});
+  }
+}
+
+/// The file's bytes, in parts.
+Result<void> write_dataset(DcmFileFormat& file, NewFile& to) {
+  constexpr std::size_t kPart = std::size_t{1} << 20;
+  std::vector<std::uint8_t> part(kPart);
+  DcmWriteCache cache;
+  file.transferInit();
+  for (;;) {
+    DcmOutputBufferStream stream(part.data(), static_cast<offile_off_t>(part.size()));
+    const OFCondition written =
+        file.write(stream, EXS_LittleEndianExplicit, EET_ExplicitLength, &cache, EGL_recalcGL, EPD_noChange);
+    if (written.bad() && written != EC_StreamNotifyClient)
+      return Error{
+          ErrorCode::kUnavailable,
+          fmt::format("the DICOM file cannot be made ({}), expected free memory", in_quotes(written.text()))};
+    void* bytes = nullptr;
+    offile_off_t size = 0;
+    stream.flushBuffer(bytes, size);
+    if (auto done = to.write({static_cast<const std::uint8_t*>(bytes), static_cast<std::size_t>(size)});
+        !done)
+      return done;
+    if (written.good()) break;
+  }
+  file.transferEnd();
+  return {};
+}
+
+}  // namespace
+
+bool can_write_dicom() {
+  return true;
+}
+
+Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolume& grid,
+                              const FanGeometry& geometry) {
+  constexpr std::uint64_t kMostBytes = 0xFFFF'FFFE;  // a value's length has 32 bits
+  if (grid.bytes() > kMostBytes) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the volume has {} bytes, expected at most {} in a DICOM file", grid.bytes(),
+                             kMostBytes)};
+  }
+  OFLog::configure(OFLogger::OFF_LOG_LEVEL);
+  const auto now = fmt::format("{:%Y%m%d%H%M%S}", fmt::gmtime(std::time(nullptr)));
+  DcmFileFormat file;
+  bool failed = false;
+  Fields fields(*file.getDataset(), failed);
+  fields.text(DCM_SOPClassUID, UID_EnhancedUSVolumeStorage);
+  fields.text(DCM_SOPInstanceUID, new_uid(SITE_INSTANCE_UID_ROOT));
+  fields.text(DCM_TimezoneOffsetFromUTC, "+0000");
+  add_patient_and_study(fields, now.substr(0, 8), now.substr(8));
+  add_space(fields, geometry);
+  add_image(fields, grid, geometry);
+  add_dimensions(fields);
+  add_groups(fields, grid, now);
+  fields.bytes(DCM_PixelData, grid.voxels);
+  if (failed)
+    return Error{ErrorCode::kUnavailable,
+                 "the DICOM file cannot be made, expected free memory and DICOM's dictionary"};
+  NewFile to(path);
+  if (auto done = to.create(); !done) return done;
+  if (auto done = write_dataset(file, to); !done) return done;
+  return to.finish();
+}
+
+}  // namespace fanlight

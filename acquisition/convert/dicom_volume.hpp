@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "acquisition/convert/grid_volume.hpp"
+#include "proto/base/result.hpp"
+#include "proto/model/fan_geometry.hpp"
+
+namespace fanlight {
+
+/// Whether this build writes DICOM (FANLIGHT_DICOM).
+bool can_write_dicom();
+
+/// Writes a volume as a DICOM Enhanced US Volume (PS3.3 A.59), explicit little endian, by DCMTK. Its axes are
+/// those of DICOM's Transducer Frame of Reference (PS3.3 C.8.24.2.1.2): x towards the marked side, y into the
+/// body, from the centre of the face; so the mapping matrix is the unit matrix. There is no patient: the
+/// fields that must be there are empty, and the study is new. Errors as of NewFile; kInvalidArgument: a voxel
+/// grid of over 4 GB.
+Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolume& grid,
+                              const FanGeometry& geometry);
+
+}  // namespace fanlight

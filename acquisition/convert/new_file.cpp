@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/convert/new_file.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <system_error>
+
+#include "acquisition/source/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+constexpr mode_t kOwnerOnly = 0600;
+}
+
+Result<void> NewFile::create() {
+  return told(file_.create_unnamed(path_, kOwnerOnly));
+}
+Result<void> NewFile::write(std::string_view bytes) {
+  return told(write_all(file_.descriptor(), bytes));
+}
+Result<void> NewFile::finish() {
+  if (auto synced = told(file_.sync()); !synced) return synced;
+  return told(file_.take_the_free_name(path_));
+}
+
+Result<void> NewFile::told(int failure) const {
+  if (failure == 0) return {};
+  if (failure == EEXIST) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} is there already, expected a name that is free", shown(path_))};
+  }
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("{} could not be written ({}), expected a folder that is there, with room",
+                           shown(path_), std::generic_category().message(failure))};
+}
+
+}  // namespace fanlight

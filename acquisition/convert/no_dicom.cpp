@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// In place of dicom_volume.cpp in a build without DCMTK.
+#include "acquisition/convert/dicom_volume.hpp"
+
+namespace fanlight {
+
+bool can_write_dicom() {
+  return false;
+}
+
+Result<void> write_grid_dicom(const std::filesystem::path&, const GridVolume&, const FanGeometry&) {
+  return Error{ErrorCode::kUnsupported,
+               "this program was built without DCMTK, expected one built with FANLIGHT_DICOM=ON"};
+}
+
+}  // namespace fanlight

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/voxel_grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "acquisition/replay/frame_fields.hpp"
+#include "proto/model/fan_geometry.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// The largest that a fan may have: planes that are almost parallel.
+constexpr double kAxisMm = 1000;
+constexpr double kMostSideMm = 1000;
+constexpr double kFrameS = 0.01;
+
+/// The fan around a grid: its frames cover the face of the grid that is nearest to the axis.
+struct Fan {
+  double half_angle_rad = 0;
+  std::uint32_t frames = 0;
+  double row_mm = 0;
+  std::uint32_t rows = 0;
+
+  explicit Fan(const VoxelGrid& grid) {
+    const double depth_mm = (grid.size[1] - 1) * grid.spacing_mm[1];
+    const double half_mm = (grid.size[2] - 1) * grid.spacing_mm[2] / 2;
+    half_angle_rad = std::atan(half_mm / kAxisMm);
+    // Furthest from the axis the frames stand as far apart as the slices.
+    const double steps = 2 * half_angle_rad * (kAxisMm + depth_mm) / grid.spacing_mm[2];
+    frames = static_cast<std::uint32_t>(std::ceil(steps)) + 1;
+    const double reach_mm = (kAxisMm + depth_mm) / std::cos(half_angle_rad) - kAxisMm;
+    row_mm = std::max(grid.spacing_mm[1], reach_mm / (FrameFields::kMostSide - 1));
+    rows = static_cast<std::uint32_t>(std::floor(reach_mm / row_mm)) + 1;
+  }
+
+  double angle_rad(std::uint64_t frame) const {
+    return half_angle_rad * (2 * static_cast<double>(frame) / (frames - 1) - 1);
+  }
+};
+
+/// A place between two neighbours along an axis.
+struct Between {
+  std::uint32_t first = 0;
+  double share = 0;  // of the second
+
+  Between(double at, std::uint32_t size) {
+    const double inside = std::clamp(at, 0.0, size - 1.0);
+    first = std::min(static_cast<std::uint32_t>(inside), size - 2);
+    share = inside - first;
+  }
+};
+
+template <typename T>
+class FanReader : public FrameReader {
+ public:
+  FanReader(const VoxelGrid& grid, bool swapped, std::vector<std::uint8_t> stored)
+      : grid_(grid),
+        fan_(grid),
+        swapped_(swapped),
+        stored_(std::move(stored)),
+        voxels_(reinterpret_cast<T*>(stored_.data()), stored_.size() / sizeof(T)),
+        line_(grid.size[0]) {
+    if (swapped_) {
+      for (T& voxel : voxels_) voxel = other_order(voxel);
+    }
+    outside_ = *std::ranges::min_element(voxels_);
+  }
+
+  Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to) override {
+    const double angle_rad = fan_.angle_rad(frame % fan_.frames);
+    const T* const volume = voxels_.data() + frame / fan_.frames * grid_.voxels();
+    for (std::uint32_t row = 0; row < fan_.rows; ++row) {
+      read_row(volume, kAxisMm + row * fan_.row_mm, angle_rad);
+      if (grid_.is_left_handed) std::ranges::reverse(line_);
+      if (swapped_) std::ranges::transform(line_, line_.begin(), other_order);
+      const std::size_t bytes = line_.size() * sizeof(T);
+      std::memcpy(to.data() + row * bytes, line_.data(), bytes);
+    }
+    return {};
+  }
+
+ private:
+  static T other_order(T value) {
+    const auto bits = static_cast<std::uint16_t>(value);
+    return sizeof(T) == 1 ? value : static_cast<T>(static_cast<std::uint16_t>(bits << 8 | bits >> 8));
+  }
+
+  void read_row(const T* volume, double from_axis_mm, double angle_rad) {
+    const double slice = from_axis_mm * std::sin(angle_rad) / grid_.spacing_mm[2] + (grid_.size[2] - 1) / 2.0;
+    if (slice < -0.5 || slice > grid_.size[2] - 0.5) {  // beside the grid
+      std::ranges::fill(line_, outside_);
+      return;
+    }
+    // Above and below it the voxels of its faces are repeated, so that no false step shows there.
+    const Between down((from_axis_mm * std::cos(angle_rad) - kAxisMm) / grid_.spacing_mm[1], grid_.size[1]);
+    const Between across(slice, grid_.size[2]);
+    const std::size_t columns = grid_.size[0];
+    const std::size_t to_slice = columns * grid_.size[1];
+    const T* const upper = volume + across.first * to_slice + down.first * columns;
+    const T* const lower = upper + columns;
+    for (std::size_t i = 0; i < columns; ++i) {
+      const double here = std::lerp(double{1} * upper[i], double{1} * lower[i], down.share);
+      const double next =
+          std::lerp(double{1} * upper[i + to_slice], double{1} * lower[i + to_slice], down.share);
+      line_[i] = static_cast<T>(std::lround(std::lerp(here, next, across.share)));
+    }
+  }
+
+  VoxelGrid grid_;
+  Fan fan_;
+  bool swapped_;
+  std::vector<std::uint8_t> stored_;
+  std::span<T> voxels_;  // in this machine's byte order
+  std::vector<T> line_;
+  T outside_{};
+};
+
+}  // namespace
+
+std::optional<AxisVectors> orthogonal(const std::array<std::array<double, 3>, 3>& axes) {
+  constexpr double kMostCosine = 0.02;  // about a degree
+  AxisVectors found;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    found.lengths[axis] = std::hypot(axes[axis][0], axes[axis][1], axes[axis][2]);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t other = (axis + 1) % 3;
+    double product = 0;
+    for (std::size_t i = 0; i < 3; ++i) product += axes[axis][i] * axes[other][i];
+    const double lengths = found.lengths[axis] * found.lengths[other];
+    // Negated, so that a NaN fails too.
+    if (!(lengths > 0 && std::abs(product) <= kMostCosine * lengths)) return std::nullopt;
+  }
+  double determinant = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const std::size_t k = (i + 2) % 3;
+    determinant += axes[0][i] * (axes[1][j] * axes[2][k] - axes[1][k] * axes[2][j]);
+  }
+  found.is_left_handed = determinant < 0;
+  return found;
+}
+
+Result<void> check(const VoxelGrid& grid, const std::string& name) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double side_mm = (grid.size[axis] - 1.0) * grid.spacing_mm[axis];
+    const bool fits = grid.size[axis] >= 2 && grid.size[axis] <= FrameFields::kMostSide &&
+                      grid.spacing_mm[axis] >= 0.001 && grid.spacing_mm[axis] <= 10 && side_mm <= kMostSideMm;
+    if (fits) continue;
+    return Error{
+        ErrorCode::kUnsupported,
+        fmt::format("{}: a side of the volume has {} voxels of {} mm, expected 2 to {} of 0.001 to "
+                    "10 mm, and at most {} mm in all",
+                    name, grid.size[axis], grid.spacing_mm[axis], FrameFields::kMostSide, kMostSideMm)};
+  }
+  return {};
+}
+
+IgsSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
+  const Fan fan(grid);
+  IgsSequence sequence;
+  sequence.columns = grid.size[0];
+  sequence.rows = fan.rows;
+  sequence.format = format;
+  const auto field = [&sequence](std::string_view name, const auto& value) {
+    sequence.fanlight_fields.emplace(name, fmt::format("{}", value));
+  };
+  field("FanlightFrameKind", kFrameKindNames[static_cast<std::size_t>(FrameKind::kCartesian)]);
+  field("FanlightPixelWidthMm", grid.spacing_mm[0]);
+  field("FanlightPixelHeightMm", fan.row_mm);
+  field("FanlightFaceColumn", (grid.size[0] - 1) / 2.0);
+  field("FanlightFaceRow", 0);
+  field("FanlightMotorRadiusMm", kAxisMm);
+  sequence.frames.resize(std::size_t{fan.frames} * grid.volumes);
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    const std::size_t volume = i / fan.frames;
+    const std::size_t frame = i % fan.frames;
+    double begun_s = kFrameS * static_cast<double>(volume * fan.frames);
+    double step_s = kFrameS;
+    if (!grid.volume_times_s.empty()) {
+      const auto& times_s = grid.volume_times_s;
+      begun_s = times_s[volume];
+      const double lasts_s =
+          volume + 1 < times_s.size() ? times_s[volume + 1] - begun_s : kFrameS * fan.frames;
+      step_s = std::min(kFrameS, lasts_s / fan.frames);
+    }
+    IgsFrame& of = sequence.frames[i];
+    of.motor_angle_deg = degrees(fan.angle_rad(frame));
+    of.timestamp_s = begun_s + step_s * static_cast<double>(frame);
+    of.volume_index = volume;
+    of.frame_index = static_cast<std::uint32_t>(frame);
+  }
+  sequence.notes.push_back(fmt::format(
+      "This is a volume on a grid of {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm. It is read as {} "
+      "planes of a fan, whose axis lies {} mm before it; its second axis leads into the body.",
+      grid.size[0], grid.size[1], grid.size[2], grid.spacing_mm[0], grid.spacing_mm[1], grid.spacing_mm[2],
+      fan.frames, kAxisMm));
+  if (grid.volume_times_s.empty()) {
+    sequence.notes.push_back(
+        fmt::format("Nothing tells when it was taken: a time of {} s for each plane is assumed.", kFrameS));
+  }
+  return sequence;
+}
+
+std::unique_ptr<FrameReader> fan_reader(const VoxelGrid& grid, PixelFormat format,
+                                        std::vector<std::uint8_t> voxels) {
+  const bool swapped = format.big_endian != (std::endian::native == std::endian::big);
+  if (format.bytes == 1) {
+    if (format.is_signed) return std::make_unique<FanReader<std::int8_t>>(grid, false, std::move(voxels));
+    return std::make_unique<FanReader<std::uint8_t>>(grid, false, std::move(voxels));
+  }
+  if (format.is_signed) return std::make_unique<FanReader<std::int16_t>>(grid, swapped, std::move(voxels));
+  return std::make_unique<FanReader<std::uint16_t>>(grid, swapped, std::move(voxels));
+}
+
+}  // namespace fanlight
