@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
 # fanlight_add_gtest(TARGET LABELS LABEL... [TIMEOUT SECONDS] [FILTER PATTERN] [LAUNCHER COMMAND...]
-#                    [PROCESSORS N] [NAME NAME] [SHARDS N])
+#                    [ALONE | WAITS] [NAME NAME] [SHARDS N])
 # Registers a GoogleTest program as one test of ctest, which runs all cases in one process: starting a process, a
 # sanitizer or a Vulkan driver for each case costs more than most cases. Nothing is asked of the program when it is
 # built, so a busy machine cannot fail there.
 # The program writes its results to test_results/NAME.xml of the build folder, which tests/summary reads.
 # SHARDS makes N tests, NAME_1 to NAME_N, of which each runs a part of the cases.
 # TIMEOUT ends a test that hangs; it is generous, because machines are shared.
+# PROCESSORS counts halves of a processor, of which tests/run gives ctest all: a test computes on one (2), WAITS for
+# its own time limits most of the time (1), or takes two and stands ALONE on a small machine (4).
 function(fanlight_add_gtest target)
-  cmake_parse_arguments(PARSE_ARGV 1 given "" "NAME;TIMEOUT;FILTER;PROCESSORS;SHARDS" "LABELS;LAUNCHER")
+  cmake_parse_arguments(PARSE_ARGV 1 given "ALONE;WAITS" "NAME;TIMEOUT;FILTER;SHARDS" "LABELS;LAUNCHER")
   if(NOT given_NAME)
     set(given_NAME ${target})
   endif()
   if(NOT given_TIMEOUT)
     set(given_TIMEOUT 900)
   endif()
-  if(NOT given_PROCESSORS)
-    set(given_PROCESSORS 1)
+  set(processors 2)
+  if(given_ALONE)
+    set(processors 4)
+  elseif(given_WAITS)
+    set(processors 1)
   endif()
   if(NOT given_FILTER)
     set(given_FILTER *)
@@ -39,6 +44,6 @@ macro(fanlight_add_gtest_part name environment)
   set_tests_properties(${name} PROPERTIES
     LABELS "${given_LABELS}"
     TIMEOUT ${given_TIMEOUT}
-    PROCESSORS ${given_PROCESSORS}
+    PROCESSORS ${processors}
     ENVIRONMENT "${part_environment}")
 endmacro()
