@@ -107,6 +107,7 @@ void Assembler::reject(const FrameStamp& frame, FrameFault fault) {
 
 void Assembler::end_of_source() {
   settle_below(window_.next());
+  if (sweep_.announced > 0) cut_off_below(sweep_.announced);
   finish_volume();
   sweep_.finished = true;
 }
@@ -169,14 +170,17 @@ void Assembler::follow_geometry(const FrameStamp& frame) {
   // A changed index ends the sweep in enter_sweep_of().
   if (config_.cut == SweepCut::kByIndex && frame.volume_index != sweep_.index) return;
   settle_below(std::min(frame.sequence, sweep_.end));
-  if (volume_ != nullptr) {
-    const std::uint64_t whole = sweep_.announced > 0 ? sweep_.announced : last_sweep_frames_;
-    sweep_.cut_off +=
-        saturating_difference(whole, volume_->stamp().frames + sweep_.gaps.without_frame + sweep_.cut_off);
-  }
+  cut_off_below(sweep_.announced > 0 ? sweep_.announced : last_sweep_frames_);
   finish_volume();
   sweep_ = {.index = sweep_.index + 1};
   reversal_.reset();
+}
+
+/// The open sweep ends before it has as many frames.
+void Assembler::cut_off_below(std::uint64_t frames) {
+  if (volume_ == nullptr) return;
+  sweep_.cut_off +=
+      saturating_difference(frames, volume_->stamp().frames + sweep_.gaps.without_frame + sweep_.cut_off);
 }
 
 void Assembler::enter_sweep_of(const FrameStamp& frame) {

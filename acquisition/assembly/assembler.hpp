@@ -101,7 +101,8 @@ class Assembler {
   /// Precondition: `fault` is not kNone.
   void reject(const FrameStamp& frame, FrameFault fault);
 
-  /// Publishes the open sweep with the frames so far: no other frame will follow.
+  /// Publishes the open sweep with the frames so far: no other frame will follow. Where the source announced
+  /// many more, it is dropped as cut off.
   void end_of_source();
 
   /// Drops the open sweep; its frames count as abandoned.
@@ -128,6 +129,7 @@ class Assembler {
   bool accepts(const FrameStamp& frame) const;
   void restart_sequence(std::uint64_t sequence);
   void follow_geometry(const FrameStamp& frame);
+  void cut_off_below(std::uint64_t frames);
   void enter_sweep_of(const FrameStamp& frame);
   void leave_sweep_after(const FrameStamp& frame);
   void follow_angle(const FrameStamp& frame, const std::stop_token& stop);

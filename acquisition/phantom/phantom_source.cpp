@@ -94,6 +94,7 @@ PhantomSource::PhantomSource(const Config& config)
           .geometry = geometry_of(config),
           .counts_volumes = config.index == Index::kOn,
           .frames_per_volume = motor_.most_frames() + (config.index == Index::kOn ? 0 : kTurnSeenLate),
+          .volumes = config.volumes,
           .first_angle_rad = -motor_.furthest_rad(),
           .last_angle_rad = motor_.furthest_rad(),
           .simulated = true,

@@ -48,6 +48,7 @@ std::string facts_lines(const RecordingFacts& facts) {
   fmt::format_to(std::back_inserter(text), "FanlightUsualFrames = {}\n", facts.usual_frames);
   fmt::format_to(std::back_inserter(text), "FanlightSmallestAngleRad = {}\n", facts.first_angle_rad);
   fmt::format_to(std::back_inserter(text), "FanlightLargestAngleRad = {}\n", facts.last_angle_rad);
+  if (facts.simulated) text += "FanlightSimulated = True\n";
   return text;
 }
 
@@ -84,6 +85,7 @@ RecordingFacts facts_of(const SourceDescription& source) {
           .counts_volumes = source.counts_volumes,
           .frames_per_volume = source.frames_per_volume,
           .usual_frames = source.usual_frames,
+          .simulated = source.simulated,
           .first_angle_rad = source.first_angle_rad,
           .last_angle_rad = source.last_angle_rad};
 }

@@ -24,6 +24,7 @@ struct RecordingFacts {
   bool counts_volumes = true;  ///< the rest as in SourceDescription
   std::uint32_t frames_per_volume = 0;
   std::uint32_t usual_frames = 0;
+  bool simulated = false;
   double first_angle_rad = 0;
   double last_angle_rad = 0;
   std::int64_t begun_utc_s = 0;  ///< when the first frame was recorded, seconds since 1970

@@ -104,6 +104,7 @@ class MetaImageHeader {
                              ErrorCode::kUnsupported);
       }
     }
+    if (key == "Kinds") has_time_axis_ = value.ends_with("list") || value.ends_with("time");
     // ElementSize is what the spacing was called in old files.
     if (key == "ElementSpacing" || (key == "ElementSize" && spacing_mm_.empty())) take_spacing(value);
     // Three names for one thing, in the order of their age.
@@ -168,6 +169,11 @@ class MetaImageHeader {
   Result<void> check_axes() {
     const bool is_volume = !fields_.describe_frames() && !size_.empty() && !spacing_mm_.empty();
     if (!is_volume) {
+      if (!has_time_axis_) {
+        return from_.bad("its Kinds name no axis of time, and its lines tell of frames",
+                         "Kinds = domain domain list, or a volume with a spacing and no frames",
+                         ErrorCode::kUnsupported);
+      }
       if (dimensions_ == 3) return {};
       return from_.bad("the image has 4 axes, and frames", "3 for frames; or volumes, with an ElementSpacing",
                        ErrorCode::kUnsupported);
@@ -188,6 +194,7 @@ class MetaImageHeader {
   IgsHeader header_;
   FrameFields fields_;
   bool has_element_type_ = false;
+  bool has_time_axis_ = true;  // unless Kinds says otherwise
   std::uint32_t dimensions_ = 3;
   std::vector<std::uint32_t> size_;
   std::uint32_t volumes_ = 1;

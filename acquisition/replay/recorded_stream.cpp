@@ -55,6 +55,7 @@ std::optional<RecordingFacts> facts_of(const IgsSequence& sequence) {
                        .counts_volumes = fields.text("FanlightSweepsNumbered") == "True",
                        .frames_per_volume = fields.number<std::uint32_t>("FanlightFramesPerVolume"),
                        .usual_frames = fields.number<std::uint32_t>("FanlightUsualFrames"),
+                       .simulated = sequence.fanlight_fields.contains("FanlightSimulated"),
                        .first_angle_rad = fields.number<double>("FanlightSmallestAngleRad"),
                        .last_angle_rad = fields.number<double>("FanlightLargestAngleRad"),
                        .begun_utc_s = utc_of(fields.text("FanlightBegun"))};

@@ -22,11 +22,12 @@ constexpr std::int64_t kTellNs = 200'000'000;
 constexpr std::uint64_t kReordered = 64;
 constexpr double kLongestBeginS = 1e6;
 
-SourceDescription describe(const Recording& recording) {
+SourceDescription describe(const Recording& recording, ReplaySource::Ending ending) {
   const RecordingSummary& summary = recording.summary();
   SourceDescription source{.name = fmt::format("replay:{}", summary.name),
                            .geometry = summary.geometry,
                            .frames_per_volume = summary.frames_in_longest_sweep,
+                           .volumes = ending == ReplaySource::Ending::kOnce ? summary.sweeps : 0,
                            .first_angle_rad = radians(summary.smallest_angle_deg),
                            .last_angle_rad = radians(summary.largest_angle_deg),
                            .notes = summary.notes};
@@ -34,6 +35,7 @@ SourceDescription describe(const Recording& recording) {
     source.counts_volumes = stream->facts.counts_volumes;
     source.frames_per_volume = std::max(source.frames_per_volume, stream->facts.frames_per_volume);
     source.usual_frames = stream->facts.usual_frames;
+    source.simulated = stream->facts.simulated;
     source.first_angle_rad = stream->facts.first_angle_rad;
     source.last_angle_rad = stream->facts.last_angle_rad;
   }
@@ -67,7 +69,7 @@ ReplaySource::ReplaySource(const Config& config, Recording recording)
     : recording_(std::move(recording)),
       pace_(config.pace),
       link_(config.link),
-      description_(describe(recording_)),
+      description_(describe(recording_, config.ending)),
       bell_(link_ != nullptr ? link_->player_bell : own_bell_),
       speed_(config.speed),
       ending_(config.ending) {

@@ -23,9 +23,10 @@ struct SourceDescription {
   bool counts_volumes = true;  ///< stamps name their sweep; otherwise a sweep ends where the angle reverses
   std::uint32_t frames_per_volume = 0;  ///< largest number of frames in a sweep
   std::uint32_t usual_frames = 0;       ///< frames in a sweep at first; 0: frames_per_volume
+  std::uint64_t volumes = 0;            ///< that it gives before it ends; 0: not known, or without end
   double first_angle_rad = 0;           ///< smallest and largest motor angle of a sweep
   double last_angle_rad = 0;
-  bool simulated = false;  ///< it shows what suggested_scene() looks at
+  bool simulated = false;  ///< it shows, or a recording of it, what suggested_scene() looks at
   /// What the source knows to be worth looking at, from the probe.
   struct Subject {
     Point middle;

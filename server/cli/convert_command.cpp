@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,9 +10,9 @@
 #include "acquisition/convert/dicom_volume.hpp"
 #include "acquisition/offline_volumes.hpp"
 #include "acquisition/open_source.hpp"
-#include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/progress_line.hpp"
 
 namespace fanlight {
 
@@ -27,33 +24,6 @@ struct ConvertOptions {
   std::string geometry_path;
   std::optional<std::uint64_t> volume;
   std::optional<double> spacing_mm;
-};
-
-/// A line on the terminal with the share that is done and the time that is left.
-class ProgressLine {
- public:
-  ~ProgressLine() {
-    if (shown_) fmt::print(stderr, "\r\x1b[K");
-  }
-  bool tell(double share) {
-    if (isatty(STDERR_FILENO) == 0) return true;
-    const std::int64_t now = now_ns();
-    constexpr std::int64_t kIntervalNs = 200'000'000;
-    if (now - told_ns_ < kIntervalNs) return true;
-    told_ns_ = now;
-    const double took_s = static_cast<double>(now - begun_ns_) * 1e-9;
-    fmt::print(stderr, "\r{:.0f} %, {:.0f} s left\x1b[K", 100 * share, took_s / share - took_s);
-    std::fflush(stderr);
-    return shown_ = true;
-  }
-  Progress progress() {
-    return [this](double share) { return tell(share); };
-  }
-
- private:
-  std::int64_t begun_ns_ = now_ns();
-  std::int64_t told_ns_ = begun_ns_;
-  bool shown_ = false;
 };
 
 Result<void> write_grid(const std::string& out, const GridVolume& grid, const FanGeometry& geometry) {
@@ -76,7 +46,7 @@ Result<void> convert_to_grid(const ConvertOptions& options) {
   Result<GridVolume> grid = Error{};
   {
     ProgressLine line;
-    grid = scan_converted(**volume, spacing_mm, line.progress());
+    grid = scan_converted(**volume, spacing_mm, line.shares());
   }
   if (!grid) return grid.error();
   if (auto written = write_grid(options.out, *grid, (*volume)->geometry()); !written) return written;
@@ -91,7 +61,7 @@ Result<void> convert_to_sequence(const ConvertOptions& options) {
   {
     ProgressLine line;
     written = write_sequence_nrrd(
-        options.out, {.path = options.input, .geometry_path = options.geometry_path}, line.progress());
+        options.out, {.path = options.input, .geometry_path = options.geometry_path}, line.shares());
   }
   if (!written) return written;
   fmt::print("{}: all frames of {}, with their fields\n", options.out, printable(options.input));

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,6 +15,7 @@
 #include "renderer/schedule/rate_governor.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/picture_file.hpp"
+#include "server/cli/picture_series.hpp"
 #include "server/state/picture_note.hpp"
 
 namespace fanlight {
@@ -150,12 +150,6 @@ class RecordedPictures {
 };
 
 }  // namespace
-
-std::string numbered_file(const std::string& path, std::uint64_t number, int digits) {
-  const std::filesystem::path whole(path);
-  return (whole.parent_path() / whole.stem()).string() + fmt::format(".{:0{}}", number, digits) +
-         whole.extension().string();
-}
 
 Result<void> render_recorded_pictures(const RecordedPicturesOptions& options) {
   auto notes = read_picture_notes(pictures_beside(options.input));

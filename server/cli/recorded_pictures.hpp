@@ -23,7 +23,4 @@ struct RecordedPicturesOptions {
 /// recording and the GPU.
 Result<void> render_recorded_pictures(const RecordedPicturesOptions& options);
 
-/// x.png, 17 -> x.000017.png
-std::string numbered_file(const std::string& path, std::uint64_t number, int digits);
-
 }  // namespace fanlight

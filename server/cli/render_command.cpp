@@ -19,10 +19,11 @@
 #include "server/cli/auto_view.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/picture_file.hpp"
+#include "server/cli/picture_series.hpp"
 #include "server/cli/probe_options.hpp"
+#include "server/cli/progress_line.hpp"
 #include "server/cli/recorded_pictures.hpp"
 #include "server/cli/scene_options.hpp"
-#include "server/cli/surface_mesh.hpp"
 
 namespace fanlight {
 
@@ -33,9 +34,7 @@ constexpr std::uint64_t kMostSimulated = 9999;
 struct RenderOptions {
   std::string input;
   SourceOptions playing{.as_fast_as_taken = true};
-  std::string out;
-  std::string depth;
-  std::string surface;
+  RenderFiles files;
   std::optional<std::uint64_t> volume;  // absent: the first that the source gives
   bool all = false;
   std::optional<std::int64_t> count;  // of volumes, with `all`; absent: to the end of the source
@@ -171,7 +170,6 @@ void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
     unused = counters.frames_unused();
     missing = counters.frames_missing.value();
   });
-  const std::uint64_t sweeps_dropped = counters.volumes_incomplete.value() + counters.volumes_short.value();
   if (options.json) {
     const nlohmann::ordered_json report = {{"input", options.input},
                                            {"pictures", rendered.pictures},
@@ -179,7 +177,7 @@ void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
                                            {"frames_received", received},
                                            {"frames_unused", unused},
                                            {"frames_missing", missing},
-                                           {"sweeps_dropped", sweeps_dropped},
+                                           {"sweeps_dropped", dropped.size()},
                                            {"dropped", dropped_json(dropped)},
                                            {"notes", notes}};
     fmt::print("{}\n", report.dump());
@@ -188,7 +186,7 @@ void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
   fmt::print("{} pictures of {}, {} of them of volumes with frames interpolated\n", rendered.pictures,
              options.input, rendered.interpolated);
   fmt::print("frames: {} received, {} of them in no volume, and {} that never came; sweeps dropped: {}\n",
-             received, unused, missing, sweeps_dropped);
+             received, unused, missing, dropped.size());
   print_dropped(dropped);
   for (const std::string& note : notes) fmt::print("note: {}\n", note);
 }
@@ -203,6 +201,9 @@ struct RenderSetup {
   bool finds_view = false;  // by the first volume
   std::unique_ptr<Renderer> renderer;
   std::vector<std::string> notes;  // about the source, and what was chosen
+  std::int64_t volumes = 0;        // that the source gives; 0: not known
+
+  double pixel_mm() const { return viewport(scene, size).pixel_mm; }
 };
 
 /// Chooses the scene by this volume, where the user did not choose it.
@@ -220,10 +221,13 @@ Result<void> look_at(const RenderOptions& options, const Volume& volume, RenderS
 /// Renders every volume of the source to numbered files, and prints what happened to its frames.
 Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, RenderSetup& setup) {
   RenderedVolumes rendered;
+  PictureSeries series(options.files);
+  ProgressLine progress;
   for (; !options.count || rendered.pictures < *options.count; ++rendered.pictures) {
     const auto volume = volumes.next();
     if (!volume) return volume.error();
     if (!*volume) break;
+    (void)volumes.dropped();  // before its queue is full
     const std::uint64_t number = (*volume)->stamp().source_volume_index;
     if ((*volume)->stamp().frames_missing > 0) ++rendered.interpolated;
     if (rendered.pictures == 0) {
@@ -231,11 +235,17 @@ Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, R
     }
     const auto picture = render_once(*setup.renderer, **volume);
     if (!picture) return picture.error();
-    if (auto written = write_picture(numbered_file(options.out, number, 4), *picture, setup.notes);
-        !written) {
-      return written;
+    if (auto written = series.add(*picture, number, setup.notes); !written) return written;
+    const RenderFiles files = series.numbered(number);
+    if (!files.depth.empty() || !files.surface.empty()) {
+      const auto depths = setup.renderer->read_depth();
+      if (!depths) return depths.error();
+      if (auto written = write_depth_and_surface(files, *picture, *depths, setup.pixel_mm()); !written)
+        return written;
     }
+    progress.tell_count(rendered.pictures + 1, options.count.value_or(setup.volumes), "pictures");
   }
+  if (auto finished = series.finish(); !finished) return finished;
   print_frames(options, rendered, volumes.counters(), volumes.dropped(), setup.notes);
   if (rendered.pictures > 0) return {};
   return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
@@ -251,18 +261,9 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
   const auto depths = setup.renderer->read_depth();
   if (!depths) return depths.error();
 
-  if (auto written = write_picture(options.out, *picture, setup.notes); !written) return written;
-  if (!options.depth.empty()) {
-    const double mm_per_pixel = viewport(setup.scene, setup.size).pixel_mm;
-    if (auto written =
-            write_depth(options.depth, depths->smooth_mm, setup.size.width, setup.size.height, mm_per_pixel);
-        !written) {
-      return written;
-    }
-  }
-  if (!options.surface.empty()) {
-    if (auto written = write_mesh(options.surface, mesh_of(*picture)); !written) return written;
-  }
+  if (auto written = write_picture(options.files.picture, *picture, setup.notes); !written) return written;
+  if (auto written = write_depth_and_surface(options.files, *picture, *depths, setup.pixel_mm()); !written)
+    return written;
   RenderReport report = report_of(options, *picture, depths->smooth_mm);
   report.dropped = volumes.dropped();
   report.notes = setup.notes;
@@ -279,6 +280,7 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
 Result<void> set_up(const RenderOptions& options, const PictureSize& size, const SourceDescription& source,
                     RenderSetup& setup) {
   setup.size = size;
+  setup.volumes = static_cast<std::int64_t>(source.volumes);
   setup.suggested = suggested_scene(source, size.height);
   const auto scene = options.scene.applied_to(setup.suggested);
   if (!scene) return scene.error();
@@ -305,18 +307,15 @@ Result<void> render(const RenderOptions& options) {
   if (options.recorded) {
     return render_recorded_pictures({.input = options.input,
                                      .playing = options.playing,
-                                     .out = options.out,
+                                     .out = options.files.picture,
                                      .gpu = options.gpu,
                                      .json = options.json});
   }
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
-  if (auto named = check_depth_path(options.depth); !named) return named;
-  if (auto named = check_mesh_path(options.surface); !named) return named;
-  if (options.all && !(options.depth.empty() && options.surface.empty())) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "--depth and --surface go with one volume, expected them without --all"};
-  }
+  if (auto named = check_files(options.files, *size); !named) return named;
+  if (options.files.is_video() && !options.all)
+    return Error{ErrorCode::kInvalidArgument, "a video shows many volumes, expected --all with it"};
   Doorbell bell;
   ProbeLink probe(bell, bell);
   auto source = open_source(options.input, options.playing, probe);
@@ -344,13 +343,15 @@ Command add_render_command(CLI::App& program) {
                    "usb:VENDOR:PRODUCT[:SERIAL] "
                    "for a probe")
       ->required();
-  command->add_option("--out", options->out, "The picture to write, such as x.png")
+  command
+      ->add_option("--out", options->files.picture,
+                   "The picture to write, such as x.png or x.exr; with --all also a video, x.mp4")
       ->required()
       ->type_name("FILE");
-  command->add_option("--depth", options->depth, "The filtered depth map to write, mm, such as z.exr")
+  command->add_option("--depth", options->files.depth, "The filtered depth map to write, mm, such as z.exr")
       ->type_name("FILE");
   command
-      ->add_option("--surface", options->surface,
+      ->add_option("--surface", options->files.surface,
                    "The surface to write as triangles in mm: x.ply with colours, or x.stl")
       ->type_name("FILE");
   command
@@ -358,8 +359,9 @@ Command add_render_command(CLI::App& program) {
                    "Which volume, as the source numbers them; without it the first that can be rendered")
       ->check(CLI::NonNegativeNumber)
       ->type_name("N");
-  command->add_flag("--all", options->all,
-                    "Render every volume, to files with its number: x.0000.png, x.0001.png, ...");
+  command->add_flag(
+      "--all", options->all,
+      "Render every volume, to files with its number: x.0000.png, x.0001.png, ...; or to one video");
   command
       ->add_flag(
           "--recorded", options->recorded,

@@ -37,8 +37,17 @@ TEST_F(AssemblerTest, PublishesWhenAnotherSweepBegins) {
   expect_identity();
 }
 
+TEST_F(AssemblerTest, DropsASweepThatTheEndOfTheSourceCutsOff) {
+  add_sweep(0, 12, 12);
+  add_sweep(1, 6, 12);
+  assembler_.end_of_source();
+  EXPECT_EQ(published(), 1U);
+  EXPECT_EQ(counters_.frames_abandoned.value(), 6U);
+  expect_identity();
+}
+
 TEST_F(AssemblerTest, PublishesTheRestAtTheEndOfTheSource) {
-  add_sweep(0, 3, 5);
+  add_sweep(0, 3, 0);
   assembler_.end_of_source();
   EXPECT_EQ(published(), 1U);
   EXPECT_EQ(ring_.take()->stamp().frames, 3U);

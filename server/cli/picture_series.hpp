@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "proto/base/result.hpp"
+#include "proto/model/picture.hpp"
+#include "renderer/view/view_renderer.hpp"
+#include "server/codec/h264_coder.hpp"
+#include "server/codec/mp4_file.hpp"
+
+namespace fanlight {
+
+/// Names of what is written of one volume; empty: not wanted.
+struct RenderFiles {
+  std::string picture;  ///< or a video (.mp4) of all
+  std::string depth;
+  std::string surface;
+
+  bool is_video() const { return picture.ends_with(".mp4"); }
+};
+
+/// kInvalidArgument: an ending that is not known, or a video of odd sides.
+Result<void> check_files(const RenderFiles& files, const PictureSize& size);
+
+/// Writes the depth map and the surface, where they are wanted.
+Result<void> write_depth_and_surface(const RenderFiles& files, const Picture& picture,
+                                     const DepthMaps& depths, double mm_per_pixel);
+
+/// x.png, 17 -> x.000017.png
+std::string numbered_file(const std::string& path, std::uint64_t number, int digits);
+
+/// Writes the pictures of many volumes: files with their numbers, or one video in which each is shown as long
+/// as its volume was the newest.
+class PictureSeries {
+ public:
+  explicit PictureSeries(const RenderFiles& files) : files_(files) {}
+
+  /// `number`: of the volume.
+  Result<void> add(const Picture& picture, std::uint64_t number, std::span<const std::string> notes);
+  /// The names of the depth map and the surface of that volume.
+  RenderFiles numbered(std::uint64_t number) const;
+  /// After the last one.
+  Result<void> finish();
+
+ private:
+  Result<void> add_to_video(const Picture& picture);
+
+  const RenderFiles& files_;
+  std::unique_ptr<H264Coder> coder_;
+  std::optional<Mp4File> video_;
+  std::uint64_t pictures_ = 0;
+};
+
+}  // namespace fanlight

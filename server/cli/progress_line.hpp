@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "proto/base/clock.hpp"
+
+namespace fanlight {
+
+/// A line on the terminal that tells how far a work is, and goes away with this object. Nothing is shown
+/// where standard error is no terminal. One thread.
+class ProgressLine {
+ public:
+  ProgressLine() = default;
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+  ~ProgressLine();
+
+  /// "37 %, 12 s left". `share`: above 0 to 1. Always true, for a callback that may end the work.
+  bool tell_share(double share);
+  /// "17 of 40 pictures, 3.4 a second, 7 s left". `of`: 0 where the end is not known.
+  void tell_count(std::uint64_t done, std::uint64_t of, const char* what);
+
+  std::function<bool(double share)> shares() {
+    return [this](double share) { return tell_share(share); };
+  }
+
+ private:
+  /// Whether it is time for another line.
+  bool is_due();
+  double took_s() const;
+
+  std::int64_t begun_ns_ = now_ns();
+  std::int64_t told_ns_ = begun_ns_;
+  bool shown_ = false;
+};
+
+}  // namespace fanlight
