@@ -100,16 +100,19 @@ Result<OpenedHeader> open_header(const std::filesystem::path& path, std::uint64_
   return opened;
 }
 
-OpenedSequence with_reader(IgsSequence sequence, std::unique_ptr<FrameReader> reader) {
+OpenedSequence with_reader(IgsSequence sequence, std::unique_ptr<FrameReader> reader,
+                           const ImageOrientation& orientation = {}) {
   auto reading = std::make_unique<IgsPixels::Reading>();
   reading->columns = sequence.columns;
   reading->rows = sequence.rows;
   reading->frames = sequence.frames.size();
   reading->format = sequence.format;
   reading->reader = std::move(reader);
+  reading->orientation = orientation;
+  reading->in_order.resize(orientation == ImageOrientation{} ? 0 : sequence.frame_bytes());
   const PixelFormat format = sequence.format;
   OpenedSequence opened{
-      .sequence = std::move(sequence), .pixels = IgsPixels(std::move(reading)), .orientation = {}};
+      .sequence = std::move(sequence), .pixels = IgsPixels(std::move(reading)), .orientation = orientation};
   if (!format.is_grey()) opened.pixels.set_window(whole_window(format));
   return opened;
 }
@@ -127,6 +130,45 @@ Result<OpenedSequence> open_grid(IgsPixels slices, PixelFormat format, const Vox
   auto voxels = slices.stored_values();
   if (!voxels) return voxels.error();
   return with_reader(fan_through(grid, format), fan_reader(grid, format, *std::move(voxels)));
+}
+
+/// Frames in memory, one behind the other.
+class FramesInMemory : public FrameReader {
+ public:
+  explicit FramesInMemory(std::vector<std::uint8_t> frames) : frames_(std::move(frames)) {}
+  Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to) override {
+    std::ranges::copy(std::span(frames_).subspan(frame * to.size(), to.size()), to.begin());
+    return {};
+  }
+
+ private:
+  std::vector<std::uint8_t> frames_;
+};
+
+/// Puts the values of each item of a list behind each other.
+std::vector<std::uint8_t> not_interleaved(const std::vector<std::uint8_t>& values, std::size_t items,
+                                          std::size_t value_bytes) {
+  std::vector<std::uint8_t> ordered(values.size());
+  const std::size_t in_item = values.size() / value_bytes / items;
+  for (std::size_t value = 0; value < in_item; ++value) {
+    for (std::size_t item = 0; item < items; ++item) {
+      const std::uint8_t* const from = values.data() + (value * items + item) * value_bytes;
+      std::copy_n(from, value_bytes, ordered.data() + (item * in_item + value) * value_bytes);
+    }
+  }
+  return ordered;
+}
+
+Result<OpenedSequence> open_frames_first(IgsPixels pixels, IgsHeader header) {
+  const auto values = pixels.stored_values();
+  if (!values) return values.error();
+  const std::size_t items = header.grid ? header.grid->volumes : header.sequence.frames.size();
+  auto ordered = not_interleaved(*values, items, header.format.bytes);
+  if (header.grid)
+    return with_reader(fan_through(*header.grid, header.format),
+                       fan_reader(*header.grid, header.format, std::move(ordered)));
+  return with_reader(std::move(header.sequence), std::make_unique<FramesInMemory>(std::move(ordered)),
+                     header.orientation);
 }
 
 #ifdef FANLIGHT_DICOM
@@ -181,6 +223,7 @@ Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std:
       return reading->from.bad("zlib cannot start", "free memory", ErrorCode::kUnavailable);
   }
   reading->file = std::move(opened->pixels.file);
+  if (header.frames_first) return open_frames_first(IgsPixels(std::move(reading)), std::move(header));
   if (header.grid) return open_grid(IgsPixels(std::move(reading)), header.format, *header.grid);
   OpenedSequence result{.sequence = std::move(sequence),
                         .pixels = IgsPixels(std::move(reading)),

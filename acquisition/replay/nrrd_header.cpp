@@ -55,8 +55,7 @@ class NrrdHeader {
   Result<IgsHeader> read() {
     if (const auto done = read_lines(); !done) return done.error();
     if (const auto done = check_axes(); !done) return done.error();
-    if (const auto done = header_.grid ? check(*header_.grid, from_.name) : fields_.check(); !done)
-      return done.error();
+    if (const auto done = check_content(); !done) return done.error();
     if (!has_encoding_) return from_.bad("the header has no encoding", "raw or gzip");
     if (!has_endian_ && header_.format.bytes == 2)
       return from_.bad("the header has no endian, and its pixels are of 16 bit", "endian: little or big");
@@ -65,6 +64,11 @@ class NrrdHeader {
   }
 
  private:
+  Result<void> check_content() const {
+    if (header_.grid) return check(*header_.grid, from_.name);
+    return is_slicer_sequence_ ? Result<void>() : fields_.check();
+  }
+
   Result<void> read_lines() {
     const auto magic = lines_.next();
     if (!magic) return magic.error();
@@ -110,8 +114,22 @@ class NrrdHeader {
       return field.refused(from_, "BRIGHTNESS: pictures made of radio frequency lines, not the lines",
                            ErrorCode::kUnsupported);
     }
+    if (field.key.starts_with("axis ") && field.key.ends_with(" index values"))
+      take_index_values(field.value);
     const auto taken = fields_.take(field);
     return taken ? Result<void>() : taken.error();
+  }
+
+  /// 3D Slicer's times of the items of a list: "0 0.05 0.1". Texts are no times.
+  void take_index_values(std::string_view text) {
+    index_values_.clear();
+    while (!text.empty() && index_values_.size() <= FrameFields::kMostFrames) {
+      const auto word = text.substr(0, text.find(' '));
+      const auto value = number_in<double>(word);
+      if (!value || (!index_values_.empty() && *value < index_values_.back())) return index_values_.clear();
+      index_values_.push_back(*value);
+      text = trimmed(text.substr(word.size()));
+    }
   }
 
   Result<void> take_field(const HeaderField& field) {
@@ -198,15 +216,21 @@ class NrrdHeader {
     }
   }
 
-  /// A vector (x,y,z) for each axis, or "none".
+  /// A vector (x,y,z) for each axis in space; "none" for a list.
   void take_directions(std::string_view value) {
-    for (std::size_t axis = 0; axis < 3 && !value.empty(); ++axis) {
+    constexpr std::string_view kNone = "none";
+    for (std::size_t axis = 0; axis < 3 && !value.empty();) {
+      if (value.starts_with(kNone)) {
+        value = trimmed(value.substr(kNone.size()));
+        continue;
+      }
       const auto word = trimmed(value.substr(0, value.find(')') + 1));
       axes_[axis] = {};
       if (!value.starts_with('(') || word.empty()) return;  // refused if this is a volume
       std::string numbers(word.substr(1, word.size() - 2));
       std::ranges::replace(numbers, ',', ' ');
       if (!take_numbers<double>(trimmed(numbers), axes_[axis])) axes_[axis] = {};
+      ++axis;
       value = trimmed(value.substr(word.size()));
       has_spacing_ = true;
     }
@@ -231,11 +255,37 @@ class NrrdHeader {
                             space_ == "left-anterior-superior-time" || space_ == "LAST" ||
                             space_.starts_with("3D-left-handed");
     const std::uint32_t volumes = sizes_.size() == 4 ? sizes_[3] : 1;
+    if (volumes > 1 && sizes_[2] == 1) return take_slicer_frames(field, axes->lengths);
     header_.grid = VoxelGrid{.size = {sizes_[0], sizes_[1], sizes_[2]},
                              .spacing_mm = axes->lengths,
                              .is_left_handed = axes->is_left_handed != left_space,
                              .volumes = volumes};
+    if (index_values_.size() == volumes && volumes > 1) header_.grid->volume_times_s = index_values_;
     return fields_.set_size(field, sizes_[0], sizes_[1], std::uint64_t{sizes_[2]} * volumes);
+  }
+
+  /// A sequence of single planes, as 3D Slicer saves one: it has a spacing, times, and no orientation.
+  Result<void> take_slicer_frames(const HeaderField& field, const std::array<double, 3>& spacing_mm) {
+    if (auto sized = fields_.set_size(field, sizes_[0], sizes_[1], sizes_[3]); !sized) return sized;
+    is_slicer_sequence_ = true;
+    IgsSequence& sequence = header_.sequence;
+    sequence.pixel_size = {.width_mm = spacing_mm[0], .height_mm = spacing_mm[1]};
+    sequence.notes.emplace_back(
+        "The frames tell no orientation: columns are taken to ascend towards the marked side, and rows away "
+        "from "
+        "the probe.");
+    if (index_values_.size() != sizes_[3]) return {};
+    sequence.frames.resize(sizes_[3]);
+    for (std::size_t i = 0; i < sequence.frames.size(); ++i)
+      sequence.frames[i].timestamp_s = index_values_[i];
+    return {};
+  }
+
+  /// The list comes first: the pixels of all frames are interleaved.
+  void put_list_last() {
+    header_.frames_first = true;
+    std::ranges::rotate(sizes_, sizes_.begin() + 1);
+    std::ranges::rotate(kinds_, kinds_.begin() + 1);
   }
 
   static bool is_list(const std::string& kind) { return kind == "list" || kind == "time"; }
@@ -248,12 +298,11 @@ class NrrdHeader {
       return field.refused(from_, fmt::format("as many numbers as its dimension {}", dimension_));
     if (!kinds_.empty() && kinds_.size() != sizes_.size())
       return from_.bad(fmt::format("the header has {} kinds", kinds_.size()), "one for each axis");
+    if (!kinds_.empty() && is_list(kinds_.front()) && !is_list(kinds_.back())) put_list_last();
     if (is_volume()) return take_grid(field);
     // Without kinds the last axis is taken for time, as PLUS does.
     if (!kinds_.empty() && !is_list(kinds_.back())) {
-      return from_.bad(is_list(kinds_.front())
-                           ? "the frames are on the first axis: the pixels of all frames are interleaved"
-                           : "no axis is a list of frames, and a volume on a grid needs a spacing",
+      return from_.bad("no axis is a list of frames, and a volume on a grid needs a spacing",
                        "kinds: domain domain list, with a frame behind the other; or space directions",
                        ErrorCode::kUnsupported);
     }
@@ -274,6 +323,8 @@ class NrrdHeader {
   std::vector<std::string> kinds_;
   std::array<std::array<double, 3>, 3> axes_{};
   bool has_spacing_ = false;
+  bool is_slicer_sequence_ = false;
+  std::vector<double> index_values_;
   std::string space_;
   bool has_type_ = false;
   bool has_encoding_ = false;

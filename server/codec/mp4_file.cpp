@@ -15,13 +15,7 @@
 
 namespace fanlight {
 
-namespace {
-
-constexpr std::uint32_t kTicksPerS = 90'000;
-constexpr std::int64_t kNsPerS = 1'000'000'000;
-constexpr std::int64_t kShortestNs = 1'000'000;
-constexpr std::int64_t kLongestNs = 10 * kNsPerS;
-constexpr std::int64_t kUsualNs = 100'000'000;  // of a single picture
+namespace mp4 {
 
 /// Bytes of boxes, big endian. A box is written with its size once it is closed.
 class Boxes {
@@ -73,6 +67,18 @@ class Boxes {
  private:
   std::string bytes_;
 };
+
+}  // namespace mp4
+
+using mp4::Boxes;
+
+namespace {
+
+constexpr std::uint32_t kTicksPerS = 90'000;
+constexpr std::int64_t kNsPerS = 1'000'000'000;
+constexpr std::int64_t kShortestNs = 1'000'000;
+constexpr std::int64_t kLongestNs = 10 * kNsPerS;
+constexpr std::int64_t kUsualNs = 100'000'000;  // of a single picture
 
 std::string file_type() {
   Boxes boxes;

@@ -146,8 +146,6 @@ TEST_F(NrrdTest, IsRefusedInOneSentence) {
            Change{"uint8", "uint16", kBadInput, "the header has no endian"},
            Change{"domain domain list", "domain domain domain", kUnsupported,
                   "a volume on a grid needs a spacing"},
-           Change{"domain domain list", "list domain domain", kUnsupported,
-                  "the frames are on the first axis"},
            Change{"domain domain list", "domain list", kBadInput, "2 kinds, expected one for each axis"},
            Change{"dimension: 3", "dimension: 2", kUnsupported, "expected 3 or 4"},
            Change{"sizes: 8 6 10", "sizes: 8 6 10 1", kBadInput, "as many numbers as its dimension 3"},
@@ -176,6 +174,61 @@ TEST_F(NrrdTest, TakesAPlaneAFrameAndTimeWithoutKinds) {
                            "dimension: 4\nsizes: 8 6 1 10\nkinds: domain domain domain list")));
   EXPECT_TRUE(open(changed("kinds: domain domain list\n", "# made by hand\n")));
   EXPECT_TRUE(open(changed("domain domain list", "domain domain time")));
+}
+
+TEST_F(NrrdTest, TakesFramesOnTheFirstAxis) {
+  const IgsFile file = fan_recording(5, 2, 20);
+  std::string text = nrrd_header(file, "type: uint8\nencoding: raw\n");
+  text.replace(text.find("8 6 10"), 6, "10 8 6");
+  text.replace(text.find("domain domain list"), 18, "list domain domain");
+  text += "\n";
+  for (std::size_t pixel = 0; pixel < 48; ++pixel) {
+    for (std::size_t frame = 0; frame < 10; ++frame) text += static_cast<char>(frame * 20 + pixel % 17);
+  }
+  const auto recording = open(text);
+  ASSERT_TRUE(recording) << recording.error().message;
+  ASSERT_EQ(recording->summary().frames, 10U);
+  for (std::size_t pixel = 0; pixel < 480; ++pixel)
+    ASSERT_EQ(recording->frame_pixels(pixel / 48)[pixel % 48], pixel / 48 * 20 + pixel % 48 % 17) << pixel;
+}
+
+/// As Slicer's documentation describes its volume sequences (Docs/developer_guide/modules/sequences.md).
+TEST_F(NrrdTest, TakesWhatSlicerSaves) {
+  const std::string fields =
+      "NRRD0005\ntype: uint8\ndimension: 4\nspace: left-posterior-superior\nencoding: raw\nspace origin: "
+      "(0,0,0)\n"
+      "sizes: 8 6 1 4\nspace directions: (0.5,0,0) (0,0.25,0) (0,0,1) none\nkinds: domain domain domain "
+      "list\n"
+      "labels: \"\" \"\" \"\" \"time\"\naxis 3 index type:=numeric\naxis 3 index values:=1 1.5 2 2.75\n"
+      "DataNodeClassName:=vtkMRMLScalarVolumeNode\n\n";
+  write_file(folder_ / "x.nrrd.toml",
+             "face_column = 3.5\nface_row = 0\nmotor_radius_mm = 28\nangles_deg = [-9, -3, 3, 9]\n");
+  const auto planes = open(fields + std::string(192, 'x'));
+  ASSERT_TRUE(planes) << planes.error().message;
+  EXPECT_EQ(planes->summary().frames, 4U);
+  EXPECT_NEAR(planes->summary().duration_s, 1.75, 1e-9);
+  EXPECT_EQ(planes->summary().geometry.pixel_height_mm, 0.25);
+  EXPECT_NE(planes->summary().notes.at(0).find("no orientation"), std::string::npos);
+
+  std::filesystem::remove(folder_ / "x.nrrd.toml");
+  std::string volumes = fields;
+  volumes.replace(volumes.find("8 6 1 4"), 7, "8 6 5 4");
+  const auto grid = open(volumes + std::string(960, 'x'));
+  ASSERT_TRUE(grid) << grid.error().message;
+  EXPECT_EQ(grid->summary().sweeps, 4U);
+  EXPECT_NEAR(static_cast<double>(grid->frames()[grid->sweeps()[3].first_frame].time_ns) * 1e-9, 1.75, 1e-9);
+
+  // The order of older versions.
+  std::string first = volumes;
+  first.replace(first.find("8 6 5 4"), 7, "4 8 6 5");
+  first.replace(first.find("domain domain domain list"), 25, "list domain domain domain");
+  first.replace(first.find("(0.5,0,0) (0,0.25,0) (0,0,1) none"), 33, "none (0.5,0,0) (0,0.25,0) (0,0,1)");
+  std::string interleaved;
+  for (int voxel = 0; voxel < 240; ++voxel) interleaved += "abcd";
+  const auto older = open(first + interleaved);
+  ASSERT_TRUE(older) << older.error().message;
+  ASSERT_EQ(older->summary().sweeps, 4U);
+  EXPECT_EQ(older->frame_pixels(older->sweeps()[2].first_frame)[5], 'c');
 }
 
 TEST_F(NrrdTest, ChoosesAWindowAndTellsIt) {
