@@ -172,7 +172,9 @@ Result<SampleLayout> dicom_layout(DcmDataset& dataset, const std::string& name) 
                "8 or 16 bit", ErrorCode::kUnsupported);
   }
   layout.lowest_bit = high_bit + 1 - layout.stored_bits;
-  layout.is_compressed = DcmXfer(dataset.getOriginalXfer()).isEncapsulated();
+  const E_TransferSyntax syntax = dataset.getOriginalXfer();
+  layout.is_compressed = syntax != EXS_LittleEndianImplicit && syntax != EXS_LittleEndianExplicit &&
+                         syntax != EXS_BigEndianExplicit;
   return layout;
 }
 
