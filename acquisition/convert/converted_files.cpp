@@ -135,7 +135,8 @@ Result<void> write_grid_nrrd(const std::filesystem::path& path, const GridVolume
       "kinds: domain domain domain\n"
       "space units: \"mm\" \"mm\" \"mm\"\n"
       "space origin: ({},{},{})\n"
-      "encoding: raw\n\n",
+      "encoding: raw\n"
+      "FanlightAxes:=transducer\n\n",
       grid.size[0], grid.size[1], grid.size[2], step, step, step, grid.origin_mm[0], grid.origin_mm[1],
       grid.origin_mm[2]);
   return write_whole(path, header, grid.voxels);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "acquisition/convert/new_file.hpp"
+#include "acquisition/replay/dicom_file.hpp"
 #include "acquisition/source/printable.hpp"
 
 namespace fanlight {
@@ -68,13 +69,17 @@ std::string new_uid(const char* root) {
   return dcmGenerateUniqueIdentifier(uid.data(), root);
 }
 
+std::string date_time(std::int64_t utc_s) {
+  return fmt::format("{:%Y%m%d%H%M%S}", fmt::gmtime(static_cast<std::time_t>(utc_s)));
+}
+
 /// Numbers as DICOM's decimal strings, of 16 characters at most.
 std::string decimal(double value) {
   return fmt::format("{:.9g}", value);
 }
 
 /// No patient is known. Type 2 fields must be there, and may be empty.
-void add_patient_and_study(Fields& fields, const std::string& date, const std::string& time) {
+void add_patient_and_study(Fields& fields, const std::string& now, const std::string& acquired) {
   for (const DcmTagKey& key :
        {DCM_PatientName, DCM_PatientID, DCM_PatientBirthDate, DCM_PatientSex, DCM_ReferringPhysicianName,
         DCM_StudyID, DCM_AccessionNumber, DCM_PositionReferenceIndicator, DCM_AcquisitionContextSequence,
@@ -85,9 +90,12 @@ void add_patient_and_study(Fields& fields, const std::string& date, const std::s
   fields.text(DCM_SeriesNumber, "1");
   fields.text(DCM_InstanceNumber, "1");
   fields.text(DCM_Modality, "US");
-  for (const DcmTagKey& key : {DCM_StudyDate, DCM_ContentDate}) fields.text(key, date);
-  for (const DcmTagKey& key : {DCM_StudyTime, DCM_ContentTime}) fields.text(key, time);
-  fields.text(DCM_AcquisitionDateTime, date + time);
+  constexpr std::size_t kDateDigits = 8;
+  fields.text(DCM_StudyDate, acquired.substr(0, kDateDigits));
+  fields.text(DCM_StudyTime, acquired.substr(kDateDigits));
+  fields.text(DCM_ContentDate, now.substr(0, kDateDigits));
+  fields.text(DCM_ContentTime, now.substr(kDateDigits));
+  fields.text(DCM_AcquisitionDateTime, acquired);
   fields.text(DCM_Manufacturer, "Fanlight");
   fields.text(DCM_ManufacturerModelName, "Fanlight");
   fields.text(DCM_DeviceSerialNumber, "none");
@@ -101,11 +109,14 @@ void add_space(Fields& fields, const FanGeometry& geometry) {
   fields.text(DCM_SynchronizationTrigger, "NO TRIGGER");
   fields.text(DCM_AcquisitionTimeSynchronized, "N");
   fields.text(DCM_UltrasoundAcquisitionGeometry, "APEX");
-  fields.numbers<3>(DCM_ApexPosition, {0, -geometry.probe_radius_mm, 0});
+  // Where the lines of a frame meet; of a flat array, where the frames do.
+  const double apex_mm = geometry.probe_radius_mm > 0 ? geometry.probe_radius_mm : geometry.motor_radius_mm;
+  fields.numbers<3>(DCM_ApexPosition, {0, -apex_mm, 0});
   fields.numbers<16>(DCM_VolumeToTransducerMappingMatrix, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
 }
 
-void add_image(Fields& fields, const GridVolume& grid, const FanGeometry& geometry) {
+void add_image(Fields& fields, const GridVolume& grid, const DicomSource& source) {
+  const FanGeometry& geometry = source.geometry;
   fields.text(DCM_ImageType, "ORIGINAL\\PRIMARY\\VOLUME\\NONE");
   fields.whole(DCM_SamplesPerPixel, 1);
   fields.text(DCM_PhotometricInterpretation, "MONOCHROME2");
@@ -124,9 +135,14 @@ void add_image(Fields& fields, const GridVolume& grid, const FanGeometry& geomet
   fields.text(DCM_RecognizableVisualFeatures, "YES");  // a surface shows a face
   fields.text(DCM_PositionMeasuringDeviceUsed, "FREEHAND");
   fields.text(DCM_DepthOfScanField, fmt::format("{:.0f}", geometry.depth_mm()));
-  fields.code(DCM_TransducerGeometryCodeSequence, "125252", "DCM",
-              "Curved Linear ultrasound transducer geometry");
-  fields.code(DCM_TransducerBeamSteeringCodeSequence, "125256", "DCM", "Mechanical beam steering");
+  // The codes of PS3.16, CID 12033, 12032 and 12030.
+  if (geometry.probe_radius_mm > 0) {
+    fields.code(DCM_TransducerGeometryCodeSequence, "125253", "DCM",
+                "Curved linear ultrasound transducer geometry");
+  } else {
+    fields.code(DCM_TransducerGeometryCodeSequence, "125252", "DCM", "Linear ultrasound transducer geometry");
+  }
+  fields.code(DCM_TransducerBeamSteeringCodeSequence, "125258", "DCM", "Mechanical beam steering");
   fields.code(DCM_TransducerApplicationCodeSequence, "125261", "DCM", "External Transducer");
   for (const DcmTagKey& key : {DCM_AnatomicRegionSequence, DCM_ViewCodeSequence})
     fields.code(key, "261665006", "SCT", "Unknown");
@@ -137,9 +153,12 @@ void add_image(Fields& fields, const GridVolume& grid, const FanGeometry& geomet
   for (const DcmTagKey& key : {DCM_AcquisitionDuration, DCM_DepthsOfFocus}) fields.numbers<1>(key, {0});
   fields.text(
       DCM_ImageComments,
-      "Mechanical and thermal indices, acquisition duration and depths of focus are not known; 0 stands in "
-      "their place.");
-  fields.code(DCM_TransducerScanPatternCodeSequence, "125240", "DCM", "3D mode");
+      fmt::format("Mechanical and thermal indices, durations and depths of focus are not known; 0 stands in "
+                  "their place.{}",
+                  source.acquired_utc_s > 0 ? ""
+                                            : " Nor is the time of acquisition: that of the conversion "
+                                              "stands there."));
+  fields.code(DCM_TransducerScanPatternCodeSequence, "125242", "DCM", "Volume scan pattern");
 }
 
 void add_dimensions(Fields& fields) {
@@ -214,31 +233,28 @@ Result<void> write_dataset(DcmFileFormat& file, NewFile& to) {
 
 }  // namespace
 
-bool can_write_dicom() {
-  return true;
-}
-
 Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolume& grid,
-                              const FanGeometry& geometry) {
+                              const DicomSource& source) {
   constexpr std::uint64_t kMostBytes = 0xFFFF'FFFE;  // a value's length has 32 bits
   if (grid.bytes() > kMostBytes) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the volume has {} bytes, expected at most {} in a DICOM file", grid.bytes(),
                              kMostBytes)};
   }
-  OFLog::configure(OFLogger::OFF_LOG_LEVEL);
-  const auto now = fmt::format("{:%Y%m%d%H%M%S}", fmt::gmtime(std::time(nullptr)));
+  prepare_dicom_library();
+  const std::string now = date_time(std::time(nullptr));
+  const std::string acquired = source.acquired_utc_s > 0 ? date_time(source.acquired_utc_s) : now;
   DcmFileFormat file;
   bool failed = false;
   Fields fields(*file.getDataset(), failed);
   fields.text(DCM_SOPClassUID, UID_EnhancedUSVolumeStorage);
   fields.text(DCM_SOPInstanceUID, new_uid(SITE_INSTANCE_UID_ROOT));
   fields.text(DCM_TimezoneOffsetFromUTC, "+0000");
-  add_patient_and_study(fields, now.substr(0, 8), now.substr(8));
-  add_space(fields, geometry);
-  add_image(fields, grid, geometry);
+  add_patient_and_study(fields, now, acquired);
+  add_space(fields, source.geometry);
+  add_image(fields, grid, source);
   add_dimensions(fields);
-  add_groups(fields, grid, now);
+  add_groups(fields, grid, acquired);
   fields.bytes(DCM_PixelData, grid.voxels);
   if (failed)
     return Error{ErrorCode::kUnavailable,

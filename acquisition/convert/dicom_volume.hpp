@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "acquisition/convert/grid_volume.hpp"
@@ -9,8 +10,11 @@
 
 namespace fanlight {
 
-/// Whether this build writes DICOM (FANLIGHT_DICOM).
-bool can_write_dicom();
+/// What a file says of where its volume is from.
+struct DicomSource {
+  FanGeometry geometry;
+  std::int64_t acquired_utc_s = 0;  ///< seconds since 1970; 0: not known
+};
 
 /// Writes a volume as a DICOM Enhanced US Volume (PS3.3 A.59), explicit little endian, by DCMTK. Its axes are
 /// those of DICOM's Transducer Frame of Reference (PS3.3 C.8.24.2.1.2): x towards the marked side, y into the
@@ -18,6 +22,6 @@ bool can_write_dicom();
 /// fields that must be there are empty, and the study is new. Errors as of NewFile; kInvalidArgument: a voxel
 /// grid of over 4 GB.
 Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolume& grid,
-                              const FanGeometry& geometry);
+                              const DicomSource& source);
 
 }  // namespace fanlight

@@ -4,11 +4,7 @@
 
 namespace fanlight {
 
-bool can_write_dicom() {
-  return false;
-}
-
-Result<void> write_grid_dicom(const std::filesystem::path&, const GridVolume&, const FanGeometry&) {
+Result<void> write_grid_dicom(const std::filesystem::path&, const GridVolume&, const DicomSource&) {
   return Error{ErrorCode::kUnsupported,
                "this program was built without DCMTK, expected one built with FANLIGHT_DICOM=ON"};
 }

@@ -22,6 +22,7 @@
 #include "acquisition/replay/dicom_pixels.hpp"
 #include "acquisition/replay/dicom_planes.hpp"
 #include "acquisition/replay/frame_fields.hpp"
+#include "acquisition/replay/inflater.hpp"
 #include "acquisition/source/printable.hpp"
 
 namespace fanlight {
@@ -35,8 +36,9 @@ namespace {
 constexpr std::size_t kMagicOffset = 128;
 constexpr std::string_view kMagic = "DICM";
 
-/// The library's decoders and its log are global.
-void prepare_library() {
+}  // namespace
+
+void prepare_dicom_library() {
   static const bool prepared = [] {
     OFLog::configure(OFLogger::OFF_LOG_LEVEL);  // what matters is in our own messages
     DcmRLEDecoderRegistration::registerCodecs();
@@ -46,6 +48,8 @@ void prepare_library() {
   }();
   (void)prepared;
 }
+
+namespace {
 
 /// The calibrated part of the picture (PS3.3 C.8.5.5, US Region Calibration).
 struct Region {
@@ -74,7 +78,10 @@ std::optional<Region> region_in(DcmItem& item, const SampleLayout& layout) {
                      item.findAndGetUint32(DCM_RegionLocationMinY0, top).good() &&
                      item.findAndGetUint32(DCM_RegionLocationMaxX1, right).good() &&
                      item.findAndGetUint32(DCM_RegionLocationMaxY1, bottom).good();
-  const bool inside = whole && right < layout.columns && bottom < layout.rows && right > left && bottom > top;
+  // Some scanners give the first column and row behind it.
+  right = std::min<Uint32>(right, layout.columns - 1);
+  bottom = std::min<Uint32>(bottom, layout.rows - 1);
+  const bool inside = whole && right > left && bottom > top;
   if (!is_tissue || !inside || !(std::abs(across_cm) > 0) || !(std::abs(down_cm) > 0)) return std::nullopt;
   return Region{
       .crop = {.left = left, .top = top, .columns = right - left + 1, .rows = bottom - top + 1},
@@ -125,18 +132,39 @@ Result<OpenedFile> open_file(const std::filesystem::path& path, const std::strin
 
 /// Whether the file can hold as many frames, before memory is taken for them.
 Result<void> check_presence(const std::filesystem::path& path, DcmDataset& dataset,
-                            const SampleLayout& layout, std::uint64_t frames, const std::string& name) {
+                            const SampleLayout& layout, std::uint64_t frames, bool is_volume,
+                            const std::string& name) {
   DcmElement* pixels = nullptr;
   if (dataset.findAndGetElement(DCM_PixelData, pixels).bad() || pixels == nullptr)
     return bad(name, "the DICOM file has no pixels", "Pixel Data");
   const std::uint64_t wanted = frames * layout.frame_bytes();
-  constexpr std::uint64_t kMostInflation = 1032;  // as of a MetaImage
   std::error_code failure;
-  const std::uint64_t present =
-      layout.is_compressed ? kMostInflation * std::filesystem::file_size(path, failure) : pixels->getLength();
-  if (wanted <= present) return {};
+  const std::uint64_t bytes = std::filesystem::file_size(path, failure);
+  // A compressed frame is an item of 8 bytes at least; what it unfolds to is read frame by frame. A grid is
+  // read whole.
+  constexpr std::uint64_t kItemBytes = 8;
+  const bool fits = layout.is_compressed
+                        ? frames * kItemBytes <= bytes && (!is_volume || wanted <= kMostInflation * bytes)
+                        : wanted <= pixels->getLength();
+  if (fits) return {};
   return bad(name, fmt::format("its pixels cannot be the {} frames that it tells of", frames),
              fmt::format("{} bytes of them", wanted));
+}
+
+/// "0\\50\\49": milliseconds since the frame before, of as many frames. False: it is another text.
+bool take_times(std::string_view text, std::vector<IgsFrame>& frames) {
+  constexpr double kMsInS = 1000;
+  double time_s = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::string_view word = text.substr(0, text.find('\\'));
+    const auto step_ms = number_in<double>(trimmed(word));
+    if (!step_ms || *step_ms < 0) return false;
+    if (i > 0) time_s += *step_ms / kMsInS;
+    frames[i].timestamp_s = time_s;
+    if (word.size() == text.size()) return i + 1 == frames.size();
+    text.remove_prefix(word.size() + 1);
+  }
+  return false;
 }
 
 /// Frame Time Vector, Frame Time or a rate; none where the file has none.
@@ -147,15 +175,12 @@ void add_times(DcmItem& dataset, std::vector<IgsFrame>& frames) {
     for (std::size_t i = 0; i < frames.size(); ++i) frames[i].timestamp_s = step_s * static_cast<double>(i);
     return true;
   };
-  Float64 value = 0;
-  if (dataset.findAndGetFloat64(DCM_FrameTimeVector, value, frames.size() - 1).good()) {
-    double time_s = 0;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-      if (dataset.findAndGetFloat64(DCM_FrameTimeVector, value, i).good() && i > 0) time_s += value / kMsInS;
-      frames[i].timestamp_s = time_s;
-    }
+  // As it stands: the library reads the text from its beginning for each value.
+  const char* vector = nullptr;
+  if (dataset.findAndGetString(DCM_FrameTimeVector, vector).good() && vector != nullptr &&
+      take_times(vector, frames))
     return;
-  }
+  Float64 value = 0;
   if (dataset.findAndGetFloat64(DCM_FrameTime, value).good() && even(value / kMsInS)) return;
   Sint32 rate_hz = 0;
   for (const DcmTagKey& key : {DCM_CineRate, DCM_RecommendedDisplayFrameRate}) {
@@ -179,6 +204,9 @@ void add_planes(const std::vector<DicomPlane>& planes, IgsSequence& sequence) {
   const ImagePose& pose = planes.front().pose;
   sequence.pixel_size = {.width_mm = std::hypot(pose[0], pose[4], pose[8]),
                          .height_mm = std::hypot(pose[1], pose[5], pose[9])};
+  sequence.pixel_size_origin = "its Pixel Spacing";
+  sequence.notes.push_back(
+      fmt::format("Nothing tells when each plane was taken: a time of {} s for each is assumed.", kFrameS));
 }
 
 }  // namespace
@@ -189,7 +217,7 @@ bool is_dicom(std::span<const unsigned char> first_bytes) {
 }
 
 Result<DicomFile> open_dicom(const std::filesystem::path& path, std::uint64_t max_bytes) {
-  prepare_library();
+  prepare_dicom_library();
   const std::string name = shown(path);
   auto opened = open_file(path, name);
   if (!opened) return opened.error();
@@ -205,7 +233,9 @@ Result<DicomFile> open_dicom(const std::filesystem::path& path, std::uint64_t ma
         name, fmt::format("it has {} frames of {} bytes", count, frame_bytes),
         fmt::format("1 to {} frames, of at most {} bytes in all", FrameFields::kMostFrames, max_bytes));
   }
-  if (auto there = check_presence(path, dataset, *layout, static_cast<std::uint64_t>(count), name); !there)
+  if (auto there =
+          check_presence(path, dataset, *layout, static_cast<std::uint64_t>(count), opened->is_volume, name);
+      !there)
     return there.error();
   std::vector<std::uint32_t> frames(static_cast<std::size_t>(count));
   std::iota(frames.begin(), frames.end(), 0);
@@ -217,7 +247,8 @@ Result<DicomFile> open_dicom(const std::filesystem::path& path, std::uint64_t ma
   if (opened->is_volume) {
     const auto planes = dicom_planes(dataset, static_cast<std::uint32_t>(count), name);
     if (!planes) return planes.error();
-    auto grid = grid_of(*planes, layout->columns, layout->rows, name);
+    const ImagePose transducer = volume_to_transducer(dataset).value_or(ImagePose{});
+    auto grid = grid_of(*planes, layout->columns, layout->rows, transducer, name);
     if (!grid) return grid.error();
     result.grid = *std::move(grid);
     frames.clear();
@@ -230,6 +261,7 @@ Result<DicomFile> open_dicom(const std::filesystem::path& path, std::uint64_t ma
     if (const auto region = region_of(dataset, *layout)) {
       crop = region->crop;
       sequence.pixel_size = region->pixel_size;
+      sequence.pixel_size_origin = "its calibrated region";
       sequence.notes.push_back(fmt::format(
           "The frames are the region of the DICOM picture that is calibrated as tissue: {} x {} pixels from "
           "column {} and row {} on.",

@@ -24,6 +24,9 @@ struct DicomFile {
   std::optional<VoxelGrid> grid;
 };
 
+/// Registers DCMTK's decoders and silences its log, which are global: what matters is in our own messages.
+void prepare_dicom_library();
+
 /// Whether a file that begins with these bytes is DICOM: "DICM" behind 128 bytes.
 bool is_dicom(std::span<const unsigned char> first_bytes);
 

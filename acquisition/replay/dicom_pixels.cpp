@@ -68,9 +68,14 @@ class DicomReader : public FrameReader {
  private:
   OFCondition read_stored(std::uint32_t frame, OFString& colours) {
     if (layout_.is_compressed) {
-      Uint32 fragment = 0;
-      return pixels_.getUncompressedFrame(file_->getDataset(), frame, fragment, stored_.data(),
-                                          static_cast<Uint32>(stored_.size()), colours, &cache_);
+      // In order the library goes on at the fragment behind the last one; 0 makes it look for it.
+      if (frame != next_frame_) next_fragment_ = 0;
+      next_frame_ = frame + 1;
+      const OFCondition read =
+          pixels_.getUncompressedFrame(file_->getDataset(), frame, next_fragment_, stored_.data(),
+                                       static_cast<Uint32>(stored_.size()), colours, &cache_);
+      if (read.bad()) next_fragment_ = 0;
+      return read;
     }
     const std::uint64_t place = layout_.frame_bytes() * frame;
     if (place > std::numeric_limits<Uint32>::max()) return EC_IllegalCall;
@@ -122,6 +127,8 @@ class DicomReader : public FrameReader {
   std::vector<std::uint32_t> frames_;  // numbers in the file
   std::vector<std::uint8_t> stored_;   // a frame
   DcmFileCache cache_;
+  std::uint32_t next_frame_ = 0;
+  Uint32 next_fragment_ = 0;
 };
 
 }  // namespace

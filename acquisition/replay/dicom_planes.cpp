@@ -108,7 +108,11 @@ std::optional<ImagePose> pose_of(const Groups& groups) {
   const std::array<double, 3> x = {(*orientation)[0], (*orientation)[1], (*orientation)[2]};
   const std::array<double, 3> y = {(*orientation)[3], (*orientation)[4], (*orientation)[5]};
   const auto z = cross(x, y);
-  if (!(dot(z, z) > 0.25 && row_mm > 0 && column_mm > 0)) return std::nullopt;
+  // Unit vectors at right angles, up to how they are rounded.
+  constexpr double kOff = 0.01;
+  const bool upright =
+      std::abs(dot(x, x) - 1) < kOff && std::abs(dot(y, y) - 1) < kOff && std::abs(dot(x, y)) < kOff;
+  if (!upright || !(row_mm > 0 && column_mm > 0)) return std::nullopt;
   ImagePose pose{};
   for (std::size_t i = 0; i < 3; ++i) {
     pose[4 * i] = x[i] * column_mm;
@@ -138,7 +142,39 @@ void put_in_order(std::vector<DicomPlane>& planes) {
   });
 }
 
+/// Where pixel (0, 0) of the first plane lies, if the rows of the grid lead along the transducer's x axis and
+/// its columns away from the face.
+std::optional<std::array<double, 3>> origin_in_transducer(const ImagePose& first,
+                                                          const ImagePose& transducer) {
+  constexpr double kLeastCosine = 0.9999;
+  std::array<double, 3> origin{};
+  std::array<double, 2> cosine{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    origin[row] = transducer[4 * row + 3];
+    for (std::size_t k = 0; k < 3; ++k) origin[row] += transducer[4 * row + k] * first[4 * k + 3];
+  }
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto vector = column_of(first, axis);
+    for (std::size_t k = 0; k < 3; ++k) cosine[axis] += transducer[4 * axis + k] * vector[k];
+    cosine[axis] /= std::sqrt(dot(vector, vector));
+  }
+  if (cosine[0] < kLeastCosine || cosine[1] < kLeastCosine) return std::nullopt;
+  return origin;
+}
+
 }  // namespace
+
+std::optional<ImagePose> volume_to_transducer(DcmItem& dataset) {
+  ImagePose matrix{};
+  for (std::size_t i = 0; i < matrix.size(); ++i) {
+    Float64 value = 0;
+    if (dataset.findAndGetFloat64(DCM_VolumeToTransducerMappingMatrix, value, i).bad() ||
+        !std::isfinite(value))
+      return std::nullopt;
+    matrix[i] = value;
+  }
+  return matrix;
+}
 
 Result<std::vector<DicomPlane>> dicom_planes(DcmItem& dataset, std::uint32_t frames,
                                              const std::string& name) {
@@ -149,8 +185,10 @@ Result<std::vector<DicomPlane>> dicom_planes(DcmItem& dataset, std::uint32_t fra
     if (!groups.is_tissue()) continue;
     const auto pose = pose_of(groups);
     if (!pose) {
-      return bad(name, fmt::format("frame {} of the volume has no place in it", frame),
-                 "Image Position (Volume), Image Orientation (Volume) and Pixel Spacing of each frame");
+      return bad(
+          name, fmt::format("frame {} of the volume has no place in it", frame),
+          "Image Position (Volume), Image Orientation (Volume) of unit vectors at right angles, and Pixel "
+          "Spacing of each frame");
     }
     const auto time_s = groups.numbers<1>(DCM_TemporalPositionSequence, DCM_TemporalPositionTimeOffset);
     planes.push_back(
@@ -158,12 +196,18 @@ Result<std::vector<DicomPlane>> dicom_planes(DcmItem& dataset, std::uint32_t fra
   }
   if (planes.size() < 2)
     return bad(name, fmt::format("the volume has {} planes of tissue", planes.size()), "2 at least");
+  const bool all_have_times =
+      std::ranges::all_of(planes, [](const DicomPlane& plane) { return plane.time_s.has_value(); });
+  if (!all_have_times) {
+    for (DicomPlane& plane : planes) plane.time_s.reset();
+  }
   put_in_order(planes);
   return planes;
 }
 
 Result<std::optional<VoxelGrid>> grid_of(const std::vector<DicomPlane>& planes, std::uint32_t columns,
-                                         std::uint32_t rows, const std::string& name) {
+                                         std::uint32_t rows, const ImagePose& transducer,
+                                         const std::string& name) {
   const ImagePose& first = planes.front().pose;
   const auto normal = normal_of(first);
   constexpr double kLeastCosine = 0.9999;  // 0.8 deg
@@ -205,6 +249,7 @@ Result<std::optional<VoxelGrid>> grid_of(const std::vector<DicomPlane>& planes, 
   VoxelGrid grid{.size = {columns, rows, static_cast<std::uint32_t>(in_each)},
                  .spacing_mm = {length(0), length(1), step_mm},
                  .volumes = volumes};
+  grid.origin_mm = origin_in_transducer(first, transducer);
   for (std::size_t i = 0; i < planes.size() && planes[i].time_s; i += in_each)
     grid.volume_times_s.push_back(*planes[i].time_s);
   if (grid.volume_times_s.size() != volumes) grid.volume_times_s.clear();

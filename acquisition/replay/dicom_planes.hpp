@@ -26,9 +26,13 @@ struct DicomPlane {
 /// kBadInput names the field that is missing.
 Result<std::vector<DicomPlane>> dicom_planes(DcmItem& dataset, std::uint32_t frames, const std::string& name);
 
-/// The grid of parallel planes that stand at one distance; nullopt: they turn. kUnsupported: they are
-/// parallel, but form no grid.
+/// The Volume to Transducer Mapping Matrix (PS3.3 C.8.24.2.2.1), row order; nullopt: there is none.
+std::optional<ImagePose> volume_to_transducer(DcmItem& dataset);
+
+/// The grid of parallel planes that stand at one distance; nullopt: they turn. `transducer`: the mapping
+/// matrix, or zeros. kUnsupported: they are parallel, but form no grid.
 Result<std::optional<VoxelGrid>> grid_of(const std::vector<DicomPlane>& planes, std::uint32_t columns,
-                                         std::uint32_t rows, const std::string& name);
+                                         std::uint32_t rows, const ImagePose& transducer,
+                                         const std::string& name);
 
 }  // namespace fanlight

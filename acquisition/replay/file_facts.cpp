@@ -36,6 +36,7 @@ void count_fields(const IgsSequence& sequence, FileFacts& facts) {
   facts.format = sequence.format;
   facts.compressed = sequence.compressed;
   facts.pixel_size = sequence.pixel_size;
+  facts.pixel_size_origin = sequence.pixel_size_origin;
   facts.with_time = count_of(sequence, &IgsFrame::timestamp_s);
   facts.with_angle = count_of(sequence, &IgsFrame::motor_angle_deg);
   facts.with_volume = count_of(sequence, &IgsFrame::volume_index);
@@ -117,7 +118,7 @@ double draft_of_images(const FileFacts& facts, Draft& draft) {
   const double width_mm = facts.pixel_size ? facts.pixel_size->width_mm : height_mm;
   const std::string_view size_origin =
       facts.pixel_size
-          ? "its ImageToReferenceTransform"
+          ? facts.pixel_size_origin
           : "UNKNOWN, as if the frame were 150 mm deep: measure the depth scale beside the picture";
   draft.line("frame_kind", "\"cartesian\"", "an image, scan converted by the scanner");
   draft.number("pixel_width_mm", width_mm, size_origin);

@@ -28,6 +28,7 @@ struct FileFacts {
   std::uint32_t with_pose = 0;
   std::uint32_t sweeps = 1;  ///< by VolumeIndex
   std::optional<IgsSequence::PixelSize> pixel_size;
+  std::string_view pixel_size_origin;
   std::optional<FanFit> fit;  ///< of the poses
   std::string no_fan;         ///< why the poses form no fan; empty: they do, or there are none
   std::optional<SectorGuess> sector;

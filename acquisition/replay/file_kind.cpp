@@ -12,8 +12,9 @@ namespace {
 constexpr std::string_view kConvertSequence =
     "a PLUS sequence (.igs.mha) of 8 bit frames with their angles; Fanlight does not convert it";
 constexpr std::string_view kCartesian =
-    "the frames of the sweep that it was made from, as a PLUS sequence (.igs.mha); a volume on a grid has "
-    "none";
+    "the volume as NRRD (.nrrd), MetaImage (.mha) or DICOM (.dcm), or the frames that it was made from as a "
+    "PLUS "
+    "sequence (.igs.mha)";
 constexpr std::string_view kSingle =
     "a series of them, given as a pattern such as frame.%04d.png or as their folder";
 constexpr std::string_view kVideo =
@@ -39,7 +40,7 @@ constexpr Magic kMagics[] = {
     {0, "\x89PNG"sv, {"a PNG picture", kSingle}},
     {0, "\xFF\xD8\xFF"sv, {"a JPEG picture", kSingle}},
     {0, "BM"sv, {"a BMP picture", kSingle}},
-    {128, "DICM"sv, {"a DICOM file", kConvertSequence}},
+    {128, "DICM"sv, {"a DICOM file", "a program that was built with DCMTK (FANLIGHT_DICOM=ON)"}},
     {4, "ftyp"sv, {"an MP4 video", kVideo}},
     {0, "RIFF"sv, {"an AVI video", kVideo}},
     {0, "\x1A\x45\xDF\xA3"sv, {"a Matroska video", kVideo}},
@@ -68,6 +69,8 @@ constexpr Extension kExtensions[] = {
 std::optional<ForeignFormat> foreign_format(std::span<const unsigned char> first_bytes,
                                             const std::filesystem::path& path) {
   const std::string_view bytes(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
+  const std::string ending = path.filename().string();
+  if (ending.ends_with(".nii.gz")) return ForeignFormat{"a NIfTI volume", kCartesian};
   for (const Magic& magic : kMagics) {
     if (bytes.size() >= magic.offset + magic.bytes.size() &&
         bytes.substr(magic.offset, magic.bytes.size()) == magic.bytes)

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "acquisition/replay/frame_fields.hpp"
+#include "acquisition/replay/inflater.hpp"
 #include "acquisition/source/printable.hpp"
 
 namespace fanlight {
@@ -18,8 +20,6 @@ namespace fanlight {
 namespace {
 
 constexpr std::size_t kMostKeys = 10'000;
-// Best ratio of Deflate: one byte of input yields at most this many bytes of output.
-constexpr std::uint64_t kMostInflation = 1032;
 
 /// A field that must have one value where it is present.
 struct Requirement {
@@ -105,6 +105,8 @@ class MetaImageHeader {
       }
     }
     if (key == "Kinds") has_time_axis_ = value.ends_with("list") || value.ends_with("time");
+    if (key == "DistanceUnits" && value != "mm" && value != "?" && value != "none" && value != "unknown")
+      return field.refused(from_, "mm", ErrorCode::kUnsupported);
     // ElementSize is what the spacing was called in old files.
     if (key == "ElementSpacing" || (key == "ElementSize" && spacing_mm_.empty())) take_spacing(value);
     // Three names for one thing, in the order of their age.
@@ -169,7 +171,7 @@ class MetaImageHeader {
   Result<void> check_axes() {
     const bool is_volume = !fields_.describe_frames() && !size_.empty() && !spacing_mm_.empty();
     if (!is_volume) {
-      if (!has_time_axis_) {
+      if (!has_time_axis_.value_or(true)) {
         return from_.bad("its Kinds name no axis of time, and its lines tell of frames",
                          "Kinds = domain domain list, or a volume with a spacing and no frames",
                          ErrorCode::kUnsupported);
@@ -186,6 +188,11 @@ class MetaImageHeader {
                              .spacing_mm = {spacing_mm_[0], spacing_mm_[1], spacing_mm_[2]},
                              .is_left_handed = axes->is_left_handed,
                              .volumes = volumes_};
+    // PLUS writes so of its reconstructed volumes.
+    if (dimensions_ == 3 && has_time_axis_.value_or(false)) {
+      header_.sequence.notes.emplace_back(
+          "Its Kinds call the third axis a list, and no line tells of a frame: it is taken for elevation.");
+    }
     return {};
   }
 
@@ -194,7 +201,7 @@ class MetaImageHeader {
   IgsHeader header_;
   FrameFields fields_;
   bool has_element_type_ = false;
-  bool has_time_axis_ = true;  // unless Kinds says otherwise
+  std::optional<bool> has_time_axis_;  // by Kinds
   std::uint32_t dimensions_ = 3;
   std::vector<std::uint32_t> size_;
   std::uint32_t volumes_ = 1;

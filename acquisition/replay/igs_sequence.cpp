@@ -45,12 +45,12 @@ Result<OpenedFile> open_file(const std::filesystem::path& path) {
   const auto status = std::filesystem::status(path, failure);
   if (!std::filesystem::exists(status)) {
     return Error{ErrorCode::kNotFound,
-                 fmt::format("{}: there is no such file, expected an .igs.mha sequence", shown(path))};
+                 fmt::format("{}: there is no such file, expected a recording", shown(path))};
   }
   // Opening a pipe would block until its other end is opened.
   if (!std::filesystem::is_regular_file(status)) {
     return Error{ErrorCode::kBadInput,
-                 fmt::format("{}: this is no regular file, expected an .igs.mha sequence", shown(path))};
+                 fmt::format("{}: this is no regular file, expected a recording", shown(path))};
   }
   const std::uint64_t bytes = std::filesystem::file_size(path, failure);
   File file(failure ? nullptr : std::fopen(path.c_str(), "rbe"));
@@ -60,7 +60,7 @@ Result<OpenedFile> open_file(const std::filesystem::path& path) {
         fmt::format("{}: the file cannot be opened, expected one that this user may read", shown(path))};
   }
   IgsFile from{.name = shown(path), .file = file.get(), .bytes = bytes};
-  if (bytes == 0) return from.bad("the file is empty", "a MetaImage sequence");
+  if (bytes == 0) return from.bad("the file is empty", "a recording");
   return OpenedFile{.file = std::move(file), .from = std::move(from)};
 }
 
@@ -125,11 +125,19 @@ Result<OpenedSequence> open_series(const std::filesystem::path& path, std::uint6
   return with_reader(*std::move(sequence), *std::move(series));
 }
 
+/// `voxels` of all volumes; `notes` go before those on the grid.
+OpenedSequence grid_sequence(const VoxelGrid& grid, PixelFormat format, std::vector<std::uint8_t> voxels,
+                             const std::vector<std::string>& notes) {
+  IgsSequence sequence = fan_through(grid, format);
+  sequence.notes.insert(sequence.notes.end(), notes.begin(), notes.end());
+  return with_reader(std::move(sequence), fan_reader(grid, format, std::move(voxels)));
+}
+
 /// Volumes on a grid, whose slices are read.
-Result<OpenedSequence> open_grid(IgsPixels slices, PixelFormat format, const VoxelGrid& grid) {
+Result<OpenedSequence> open_grid(IgsPixels slices, const IgsSequence& sequence, const VoxelGrid& grid) {
   auto voxels = slices.stored_values();
   if (!voxels) return voxels.error();
-  return with_reader(fan_through(grid, format), fan_reader(grid, format, *std::move(voxels)));
+  return grid_sequence(grid, sequence.format, *std::move(voxels), sequence.notes);
 }
 
 /// Frames in memory, one behind the other.
@@ -146,7 +154,7 @@ class FramesInMemory : public FrameReader {
 };
 
 /// Puts the values of each item of a list behind each other.
-std::vector<std::uint8_t> not_interleaved(const std::vector<std::uint8_t>& values, std::size_t items,
+std::vector<std::uint8_t> not_interleaved(std::vector<std::uint8_t> values, std::size_t items,
                                           std::size_t value_bytes) {
   std::vector<std::uint8_t> ordered(values.size());
   const std::size_t in_item = values.size() / value_bytes / items;
@@ -160,13 +168,12 @@ std::vector<std::uint8_t> not_interleaved(const std::vector<std::uint8_t>& value
 }
 
 Result<OpenedSequence> open_frames_first(IgsPixels pixels, IgsHeader header) {
-  const auto values = pixels.stored_values();
+  auto values = pixels.stored_values();
   if (!values) return values.error();
   const std::size_t items = header.grid ? header.grid->volumes : header.sequence.frames.size();
-  auto ordered = not_interleaved(*values, items, header.format.bytes);
+  auto ordered = not_interleaved(*std::move(values), items, header.format.bytes);
   if (header.grid)
-    return with_reader(fan_through(*header.grid, header.format),
-                       fan_reader(*header.grid, header.format, std::move(ordered)));
+    return grid_sequence(*header.grid, header.format, std::move(ordered), header.sequence.notes);
   return with_reader(std::move(header.sequence), std::make_unique<FramesInMemory>(std::move(ordered)),
                      header.orientation);
 }
@@ -185,7 +192,7 @@ Result<OpenedSequence> open_dicom_sequence(const std::filesystem::path& path, st
   OpenedSequence opened = with_reader(std::move(dicom->sequence), std::move(dicom->reader));
   if (!dicom->grid) return opened;
   if (auto fits = check(*dicom->grid, shown(path)); !fits) return fits.error();
-  return open_grid(std::move(opened.pixels), opened.sequence.format, *dicom->grid);
+  return open_grid(std::move(opened.pixels), opened.sequence, *dicom->grid);
 }
 #endif
 
@@ -224,7 +231,7 @@ Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std:
   }
   reading->file = std::move(opened->pixels.file);
   if (header.frames_first) return open_frames_first(IgsPixels(std::move(reading)), std::move(header));
-  if (header.grid) return open_grid(IgsPixels(std::move(reading)), header.format, *header.grid);
+  if (header.grid) return open_grid(IgsPixels(std::move(reading)), sequence, *header.grid);
   OpenedSequence result{.sequence = std::move(sequence),
                         .pixels = IgsPixels(std::move(reading)),
                         .orientation = header.orientation};

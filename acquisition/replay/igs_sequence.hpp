@@ -63,7 +63,9 @@ struct IgsSequence {
   bool compressed = false;
   PixelFormat format;  ///< in the file; `pixels` are grey levels
   std::vector<IgsFrame> frames;
-  std::optional<PixelSize> pixel_size;  ///< from the first ImageToReferenceTransform
+  std::optional<PixelSize> pixel_size;
+  std::string_view pixel_size_origin = "its ImageToReferenceTransform";  ///< of the first frame that has one
+  bool is_grid = false;  ///< the frames are planes of a volume on a grid; `fanlight_fields` is their geometry
   std::map<std::string, std::string, std::less<>> fanlight_fields;  ///< header fields named Fanlight...
   /// Transforms of the image or the probe (ProbeToTrackerTransform, ...), by name.
   std::map<std::string, Motion, std::less<>> motions;

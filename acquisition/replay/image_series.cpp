@@ -90,7 +90,8 @@ Error bad(const std::filesystem::path& path, std::string_view wrong, std::string
 Result<std::vector<std::filesystem::path>> in_order(const std::filesystem::path& series,
                                                     std::vector<NumberedFile> files) {
   if (files.empty())
-    return bad(series, "there are no such pictures", "files such as frame.0001.png", ErrorCode::kNotFound);
+    return bad(series, "there are no such pictures",
+               "files such as frame.0001.png; a DICOM file is given by its own name", ErrorCode::kNotFound);
   std::ranges::sort(files, {}, &NumberedFile::number);
   for (std::size_t i = 1; i < files.size(); ++i) {
     if (files[i].number == files[i - 1].number + 1) continue;

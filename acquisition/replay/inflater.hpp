@@ -15,6 +15,9 @@ namespace fanlight {
 struct FileCloser {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
+/// Best ratio of Deflate: one byte of input yields at most this many bytes of output.
+inline constexpr std::uint64_t kMostInflation = 1032;
+
 using File = std::unique_ptr<std::FILE, FileCloser>;
 
 /// zlib's state, and the chunk of the file that it reads.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -142,7 +143,9 @@ class NrrdHeader {
     }
     if (key == "sizes") return take_sizes(field);
     if (key == "kinds") take_kinds(value);
-    if (key == "spacings") take_spacings(value);
+    if (key == "spacings") spacings_ = values_of(value);
+    if (key == "space origin") take_origin(value);
+    if (key == "units" || key == "space units") return check_units(field);
     if (key == "space directions") take_directions(value);
     if (key == "space") space_ = value;
     if (key == "encoding") return take_encoding(field);
@@ -205,15 +208,47 @@ class NrrdHeader {
     }
   }
 
-  /// A number for each axis; NaN for one that is no length.
-  void take_spacings(std::string_view value) {
-    for (std::size_t axis = 0; axis < 3 && !value.empty(); ++axis) {
+  /// A number for each axis; 0 for "nan", which stands at one that is no length.
+  static std::vector<double> values_of(std::string_view value) {
+    std::vector<double> values;
+    while (!value.empty() && values.size() < kMostAxes) {
       const auto word = value.substr(0, value.find(' '));
-      axes_[axis] = {};
-      axes_[axis][axis] = number_in<double>(word).value_or(0);
+      values.push_back(number_in<double>(word).value_or(0));
       value = trimmed(value.substr(word.size()));
+    }
+    return values;
+  }
+
+  void use_spacings() {
+    for (std::size_t axis = 0; axis < 3 && axis < spacings_.size(); ++axis) {
+      axes_[axis] = {};
+      axes_[axis][axis] = spacings_[axis];
       has_spacing_ = true;
     }
+  }
+
+  /// (x,y,z)
+  void take_origin(std::string_view value) {
+    std::string numbers(value.substr(0, value.find(')')));
+    std::ranges::replace(numbers, ',', ' ');
+    std::ranges::replace(numbers, '(', ' ');
+    std::array<double, 3> origin{};
+    if (take_numbers<double>(trimmed(numbers), std::span(origin))) origin_ = origin;
+  }
+
+  /// Lengths in mm and times in s, each in quotes; or nothing said.
+  Result<void> check_units(const HeaderField& field) const {
+    constexpr std::string_view kKnown[] = {"", "mm", "s", "sec", "?"};
+    std::string_view rest = field.value;
+    for (std::size_t begin = rest.find('"'); begin != std::string_view::npos; begin = rest.find('"')) {
+      const std::string_view unit = rest.substr(begin + 1, rest.find('"', begin + 1) - begin - 1);
+      if (std::ranges::find(kKnown, unit) == std::end(kKnown))
+        return field.refused(from_, "lengths in \"mm\" and times in \"s\"", ErrorCode::kUnsupported);
+      const std::size_t end = rest.find('"', begin + 1);
+      if (end == std::string_view::npos) break;
+      rest = rest.substr(end + 1);
+    }
+    return {};
   }
 
   /// A vector (x,y,z) for each axis in space; "none" for a list.
@@ -261,19 +296,26 @@ class NrrdHeader {
                              .is_left_handed = axes->is_left_handed != left_space,
                              .volumes = volumes};
     if (index_values_.size() == volumes && volumes > 1) header_.grid->volume_times_s = index_values_;
+    // Of our own: its axes are the transducer's, written as left, posterior and superior.
+    if (header_.sequence.fanlight_fields.contains("FanlightAxes")) header_.grid->origin_mm = origin_;
     return fields_.set_size(field, sizes_[0], sizes_[1], std::uint64_t{sizes_[2]} * volumes);
   }
 
   /// A sequence of single planes, as 3D Slicer saves one: it has a spacing, times, and no orientation.
   Result<void> take_slicer_frames(const HeaderField& field, const std::array<double, 3>& spacing_mm) {
     if (auto sized = fields_.set_size(field, sizes_[0], sizes_[1], sizes_[3]); !sized) return sized;
+    for (const double each : {spacing_mm[0], spacing_mm[1]}) {
+      if (!(each >= 0.001 && each <= 10))
+        return from_.bad(fmt::format("its pixels have {} mm", each), "0.001 to 10 mm");
+    }
     is_slicer_sequence_ = true;
     IgsSequence& sequence = header_.sequence;
     sequence.pixel_size = {.width_mm = spacing_mm[0], .height_mm = spacing_mm[1]};
+    sequence.pixel_size_origin = "its spacing";
     sequence.notes.emplace_back(
-        "The frames tell no orientation: columns are taken to ascend towards the marked side, and rows away "
-        "from "
-        "the probe.");
+        "The frames tell no orientation: columns are taken to ascend towards the marked side, rows away from "
+        "the "
+        "probe.");
     if (index_values_.size() != sizes_[3]) return {};
     sequence.frames.resize(sizes_[3]);
     for (std::size_t i = 0; i < sequence.frames.size(); ++i)
@@ -286,6 +328,7 @@ class NrrdHeader {
     header_.frames_first = true;
     std::ranges::rotate(sizes_, sizes_.begin() + 1);
     std::ranges::rotate(kinds_, kinds_.begin() + 1);
+    if (spacings_.size() == sizes_.size()) std::ranges::rotate(spacings_, spacings_.begin() + 1);
   }
 
   static bool is_list(const std::string& kind) { return kind == "list" || kind == "time"; }
@@ -299,6 +342,7 @@ class NrrdHeader {
     if (!kinds_.empty() && kinds_.size() != sizes_.size())
       return from_.bad(fmt::format("the header has {} kinds", kinds_.size()), "one for each axis");
     if (!kinds_.empty() && is_list(kinds_.front()) && !is_list(kinds_.back())) put_list_last();
+    use_spacings();
     if (is_volume()) return take_grid(field);
     // Without kinds the last axis is taken for time, as PLUS does.
     if (!kinds_.empty() && !is_list(kinds_.back())) {
@@ -325,6 +369,8 @@ class NrrdHeader {
   bool has_spacing_ = false;
   bool is_slicer_sequence_ = false;
   std::vector<double> index_values_;
+  std::vector<double> spacings_;
+  std::optional<std::array<double, 3>> origin_;
   std::string space_;
   bool has_type_ = false;
   bool has_encoding_ = false;

@@ -48,6 +48,11 @@ std::int64_t utc_of(std::string_view text) {
   return seconds > 0 && time.tm_year < 8100 ? seconds : 0;
 }
 
+bool is_true(const IgsSequence& sequence, std::string_view field) {
+  const auto found = sequence.fanlight_fields.find(field);
+  return found != sequence.fanlight_fields.end() && found->second == "True";
+}
+
 std::optional<RecordingFacts> facts_of(const IgsSequence& sequence) {
   Fields fields(sequence);
   RecordingFacts facts{.source = std::string(fields.text("FanlightSource")),
@@ -55,7 +60,7 @@ std::optional<RecordingFacts> facts_of(const IgsSequence& sequence) {
                        .counts_volumes = fields.text("FanlightSweepsNumbered") == "True",
                        .frames_per_volume = fields.number<std::uint32_t>("FanlightFramesPerVolume"),
                        .usual_frames = fields.number<std::uint32_t>("FanlightUsualFrames"),
-                       .simulated = sequence.fanlight_fields.contains("FanlightSimulated"),
+                       .simulated = is_true(sequence, "FanlightSimulated"),
                        .first_angle_rad = fields.number<double>("FanlightSmallestAngleRad"),
                        .last_angle_rad = fields.number<double>("FanlightLargestAngleRad"),
                        .begun_utc_s = utc_of(fields.text("FanlightBegun"))};

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <toml.hpp>
 
+#include "acquisition/replay/geometry_toml.hpp"
 #include "acquisition/source/printable.hpp"
 
 namespace fanlight {
@@ -154,51 +155,6 @@ Error bad(const std::filesystem::path& path, std::string_view wrong, std::string
   return {ErrorCode::kBadInput, fmt::format("{}: {}, expected {}", shown(path), wrong, expected)};
 }
 
-/// Where the text is no TOML, from 1 on. `Failure` is toml::syntax_error, another class in toml11 4.
-template <typename Failure>
-std::size_t line_of(const Failure& failure) {
-  if constexpr (requires { failure.location(); }) {
-    return failure.location().line();
-  } else {
-    const auto& errors = failure.errors();
-    const bool has_place = !errors.empty() && !errors.front().locations().empty();
-    return has_place ? errors.front().locations().front().first.first_line_number() : 1;
-  }
-}
-
-Result<toml::value> parse(const std::filesystem::path& path) {
-  constexpr std::string_view kExpected = "lines such as motor_radius_mm = 28.0";
-  // Far above the size of any geometry. The parser recurses into each bracket and each dot of a key without a
-  // limit: 16 000 dots overflow its stack.
-  constexpr std::size_t kMostBytes = 65'536;
-  constexpr std::ptrdiff_t kMostBrackets = 16;
-  constexpr std::ptrdiff_t kMostDotsInKeys = 64;
-  std::string text(kMostBytes + 1, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kMostBytes)
-    return bad(path, fmt::format("the file is longer than {} bytes", kMostBytes), kExpected);
-  const auto brackets = std::ranges::count_if(text, [](char c) { return c == '[' || c == '{'; });
-  if (brackets > kMostBrackets) return bad(path, "the file is full of brackets", kExpected);
-  // Of one key: lists of numbers have commas between their dots.
-  std::ptrdiff_t in_a_row = 0;
-  std::ptrdiff_t most_in_a_row = 0;
-  for (const char c : text) {
-    if (c == '.') most_in_a_row = std::max(most_in_a_row, ++in_a_row);
-    if (c == ',' || c == '=' || c == '\n') in_a_row = 0;
-  }
-  if (most_in_a_row > kMostDotsInKeys) return bad(path, "the file is full of dots", kExpected);
-  try {
-    std::istringstream stream(text);
-    return toml::parse(stream, shown(path));
-  } catch (const toml::syntax_error& failure) {
-    return bad(path, fmt::format("line {} is not TOML", line_of(failure)), kExpected);
-  } catch (const std::exception&) {
-    return bad(path, "the file is not TOML", kExpected);
-  }
-}
-
 std::optional<double> value_of(const Key& key, const toml::value& value) {
   if (!key.choices.empty()) {
     return value.is_string() ? value_in(key, toml::get<std::string>(value)) : std::nullopt;
@@ -222,7 +178,7 @@ std::optional<std::vector<double>> numbers_of(const toml::value& value) {
 }
 
 Result<Layer> read_geometry_file(const std::filesystem::path& path) {
-  const auto parsed = parse(path);
+  const auto parsed = parse_geometry_toml(path);
   if (!parsed) return parsed.error();
   Layer layer{.origin = shown(path)};
   for (const auto& [name, value] : parsed->as_table(std::nothrow)) {
@@ -263,7 +219,7 @@ Result<Layer> read_header(const std::filesystem::path& path, const IgsSequence& 
 }
 
 Layer read_transform(const IgsSequence& sequence) {
-  Layer layer{.origin = "its ImageToReferenceTransform"};
+  Layer layer{.origin = std::string(sequence.pixel_size_origin)};
   if (sequence.pixel_size) {
     layer.values[kPixelWidth] = sequence.pixel_size->width_mm;
     layer.values[kPixelHeight] = sequence.pixel_size->height_mm;
@@ -277,6 +233,19 @@ Layer defaults() {
   return layer;
 }
 
+/// The geometry of a grid is made, and nothing else fits it.
+Result<void> check_beside_grid(const std::filesystem::path& file, const Layer& layer,
+                               const IgsSequence& sequence) {
+  if (!sequence.is_grid) return {};
+  for (std::size_t i = 0; i < kKeyCount; ++i) {
+    if (!layer.values[i] || kKeys[i].name.starts_with("window_")) continue;
+    return bad(file, fmt::format("it gives {} for a volume on a grid", kKeys[i].name),
+               "window_black and window_white alone");
+  }
+  if (std::ranges::all_of(layer.lists, &std::vector<double>::empty)) return {};
+  return bad(file, "it gives angles for a volume on a grid", "window_black and window_white alone");
+}
+
 /// All origins of values for the recording, in order of precedence.
 Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_path,
                                        const IgsSequence& sequence,
@@ -287,6 +256,7 @@ Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_pa
   if (std::filesystem::is_regular_file(file, failure)) {
     auto layer = read_geometry_file(file);
     if (!layer) return layer.error();
+    if (auto fits = check_beside_grid(file, *layer, sequence); !fits) return fits.error();
     layers.push_back(*std::move(layer));
   } else if (!geometry_path.empty()) {
     return Error{

@@ -55,7 +55,7 @@ void Recording::add_notes(const RecordingGeometry& geometry) {
         fmt::format("{} of {} frames are left out: their angle lies apart from their neighbours'.",
                     summary_.angle_outliers, summary_.frames));
   }
-  if (measured_ && !stream_ && span_deg < kLeastFanDeg) {
+  if (measured_ && !stream_ && !sequence_.is_grid && span_deg < kLeastFanDeg) {
     notes.push_back(fmt::format(
         "All angles lie within {:.2f} deg. MotorAngleDeg is in degrees: are these radians?", span_deg));
   }

@@ -35,6 +35,7 @@ SourceDescription describe(const Recording& recording, ReplaySource::Ending endi
     source.counts_volumes = stream->facts.counts_volumes;
     source.frames_per_volume = std::max(source.frames_per_volume, stream->facts.frames_per_volume);
     source.usual_frames = stream->facts.usual_frames;
+    source.begun_utc_s = stream->facts.begun_utc_s;
     source.simulated = stream->facts.simulated;
     source.first_angle_rad = stream->facts.first_angle_rad;
     source.last_angle_rad = stream->facts.last_angle_rad;

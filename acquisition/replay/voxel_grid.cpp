@@ -16,31 +16,45 @@ namespace fanlight {
 namespace {
 
 // The largest that a fan may have: planes that are almost parallel.
-constexpr double kAxisMm = 1000;
-constexpr double kMostSideMm = 1000;
+constexpr double kAxisMm = 1000;  // above the probe's face
+constexpr double kMostSideMm = 500;
 constexpr double kFrameS = 0.01;
+
+/// The centre of the first voxel in the transducer frame.
+std::array<double, 3> origin_of(const VoxelGrid& grid) {
+  if (grid.origin_mm) return *grid.origin_mm;
+  const auto half_mm = [&grid](std::size_t axis) {
+    return (grid.size[axis] - 1.0) * grid.spacing_mm[axis] / 2;
+  };
+  return {-half_mm(0), 0, -half_mm(2)};
+}
 
 /// The fan around a grid: its frames cover the face of the grid that is nearest to the axis.
 struct Fan {
-  double half_angle_rad = 0;
+  std::array<double, 3> origin_mm;
+  double first_mm = 0;  // from the axis to the first rows of the grid
+  double first_rad = 0;
+  double last_rad = 0;
   std::uint32_t frames = 0;
   double row_mm = 0;
   std::uint32_t rows = 0;
 
-  explicit Fan(const VoxelGrid& grid) {
+  explicit Fan(const VoxelGrid& grid) : origin_mm(origin_of(grid)), first_mm(kAxisMm + origin_mm[1]) {
     const double depth_mm = (grid.size[1] - 1) * grid.spacing_mm[1];
-    const double half_mm = (grid.size[2] - 1) * grid.spacing_mm[2] / 2;
-    half_angle_rad = std::atan(half_mm / kAxisMm);
+    const double width_mm = (grid.size[2] - 1) * grid.spacing_mm[2];
+    first_rad = std::atan(origin_mm[2] / first_mm);
+    last_rad = std::atan((origin_mm[2] + width_mm) / first_mm);
     // Furthest from the axis the frames stand as far apart as the slices.
-    const double steps = 2 * half_angle_rad * (kAxisMm + depth_mm) / grid.spacing_mm[2];
+    const double steps = (last_rad - first_rad) * (first_mm + depth_mm) / grid.spacing_mm[2];
     frames = static_cast<std::uint32_t>(std::ceil(steps)) + 1;
-    const double reach_mm = (kAxisMm + depth_mm) / std::cos(half_angle_rad) - kAxisMm;
+    const double widest_rad = std::max(std::abs(first_rad), std::abs(last_rad));
+    const double reach_mm = (first_mm + depth_mm) / std::cos(widest_rad) - first_mm;
     row_mm = std::max(grid.spacing_mm[1], reach_mm / (FrameFields::kMostSide - 1));
     rows = static_cast<std::uint32_t>(std::floor(reach_mm / row_mm)) + 1;
   }
 
   double angle_rad(std::uint64_t frame) const {
-    return half_angle_rad * (2 * static_cast<double>(frame) / (frames - 1) - 1);
+    return std::lerp(first_rad, last_rad, static_cast<double>(frame) / (frames - 1));
   }
 };
 
@@ -76,7 +90,7 @@ class FanReader : public FrameReader {
     const double angle_rad = fan_.angle_rad(frame % fan_.frames);
     const T* const volume = voxels_.data() + frame / fan_.frames * grid_.voxels();
     for (std::uint32_t row = 0; row < fan_.rows; ++row) {
-      read_row(volume, kAxisMm + row * fan_.row_mm, angle_rad);
+      read_row(volume, fan_.first_mm + row * fan_.row_mm, angle_rad);
       if (grid_.is_left_handed) std::ranges::reverse(line_);
       if (swapped_) std::ranges::transform(line_, line_.begin(), other_order);
       const std::size_t bytes = line_.size() * sizeof(T);
@@ -92,13 +106,14 @@ class FanReader : public FrameReader {
   }
 
   void read_row(const T* volume, double from_axis_mm, double angle_rad) {
-    const double slice = from_axis_mm * std::sin(angle_rad) / grid_.spacing_mm[2] + (grid_.size[2] - 1) / 2.0;
+    const double slice = (from_axis_mm * std::sin(angle_rad) - fan_.origin_mm[2]) / grid_.spacing_mm[2];
     if (slice < -0.5 || slice > grid_.size[2] - 0.5) {  // beside the grid
       std::ranges::fill(line_, outside_);
       return;
     }
     // Above and below it the voxels of its faces are repeated, so that no false step shows there.
-    const Between down((from_axis_mm * std::cos(angle_rad) - kAxisMm) / grid_.spacing_mm[1], grid_.size[1]);
+    const Between down((from_axis_mm * std::cos(angle_rad) - fan_.first_mm) / grid_.spacing_mm[1],
+                       grid_.size[1]);
     const Between across(slice, grid_.size[2]);
     const std::size_t columns = grid_.size[0];
     const std::size_t to_slice = columns * grid_.size[1];
@@ -147,16 +162,40 @@ std::optional<AxisVectors> orthogonal(const std::array<std::array<double, 3>, 3>
 }
 
 Result<void> check(const VoxelGrid& grid, const std::string& name) {
+  const auto bad = [&name](const std::string& wrong, const std::string& expected) {
+    return Error{ErrorCode::kUnsupported, fmt::format("{}: {}, expected {}", name, wrong, expected)};
+  };
+  const std::array<double, 3> origin_mm = origin_of(grid);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double side_mm = (grid.size[axis] - 1.0) * grid.spacing_mm[axis];
     const bool fits = grid.size[axis] >= 2 && grid.size[axis] <= FrameFields::kMostSide &&
                       grid.spacing_mm[axis] >= 0.001 && grid.spacing_mm[axis] <= 10 && side_mm <= kMostSideMm;
-    if (fits) continue;
-    return Error{
-        ErrorCode::kUnsupported,
-        fmt::format("{}: a side of the volume has {} voxels of {} mm, expected 2 to {} of 0.001 to "
-                    "10 mm, and at most {} mm in all",
-                    name, grid.size[axis], grid.spacing_mm[axis], FrameFields::kMostSide, kMostSideMm)};
+    if (!fits) {
+      return bad(
+          fmt::format("a side of the volume has {} voxels of {} mm", grid.size[axis], grid.spacing_mm[axis]),
+          fmt::format("2 to {} of 0.001 to 10 mm, and at most {} mm in all", FrameFields::kMostSide,
+                      kMostSideMm));
+    }
+    if (!(std::abs(origin_mm[axis]) <= kMostSideMm)) {
+      return bad(fmt::format("the volume lies {} mm away from the probe", origin_mm[axis]),
+                 fmt::format("at most {} mm", kMostSideMm));
+    }
+  }
+  if (grid.volumes < 1) return bad("there is no volume", "one at least");
+  constexpr double kMostGrowth = 8;
+  constexpr double kSmall = 1e6;  // voxels
+  const Fan fan(grid);
+  const double wanted = 1.0 * grid.size[0] * fan.rows * fan.frames;
+  if (std::uint64_t{fan.frames} * grid.volumes > FrameFields::kMostFrames) {
+    return bad(fmt::format("{} volumes of {} planes", grid.volumes, fan.frames),
+               fmt::format("at most {} planes", FrameFields::kMostFrames));
+  }
+  if (fan.rows > FrameFields::kMostSide ||
+      (wanted > kMostGrowth * static_cast<double>(grid.voxels()) && wanted > kSmall)) {
+    return bad(fmt::format("a volume of {:.3g} x {:.3g} x {:.3g} mm would be {} planes of {} rows",
+                           (grid.size[0] - 1) * grid.spacing_mm[0], (grid.size[1] - 1) * grid.spacing_mm[1],
+                           (grid.size[2] - 1) * grid.spacing_mm[2], fan.frames, fan.rows),
+               "a volume that is deeper, or less wide in elevation");
   }
   return {};
 }
@@ -167,14 +206,15 @@ IgsSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
   sequence.columns = grid.size[0];
   sequence.rows = fan.rows;
   sequence.format = format;
+  sequence.is_grid = true;
   const auto field = [&sequence](std::string_view name, const auto& value) {
     sequence.fanlight_fields.emplace(name, fmt::format("{}", value));
   };
   field("FanlightFrameKind", kFrameKindNames[static_cast<std::size_t>(FrameKind::kCartesian)]);
   field("FanlightPixelWidthMm", grid.spacing_mm[0]);
   field("FanlightPixelHeightMm", fan.row_mm);
-  field("FanlightFaceColumn", (grid.size[0] - 1) / 2.0);
-  field("FanlightFaceRow", 0);
+  field("FanlightFaceColumn", -fan.origin_mm[0] / grid.spacing_mm[0]);
+  field("FanlightFaceRow", -fan.origin_mm[1] / fan.row_mm);
   field("FanlightMotorRadiusMm", kAxisMm);
   sequence.frames.resize(std::size_t{fan.frames} * grid.volumes);
   for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
@@ -195,12 +235,21 @@ IgsSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
     of.volume_index = volume;
     of.frame_index = static_cast<std::uint32_t>(frame);
   }
-  sequence.notes.push_back(fmt::format(
-      "This is a volume on a grid of {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm. It is read as {} "
-      "planes of a fan, whose axis lies {} mm before it; its second axis leads into the body.",
-      grid.size[0], grid.size[1], grid.size[2], grid.spacing_mm[0], grid.spacing_mm[1], grid.spacing_mm[2],
-      fan.frames, kAxisMm));
-  if (grid.volume_times_s.empty()) {
+  sequence.notes.push_back(
+      fmt::format("This is a volume on a grid of {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm, read as "
+                  "{} planes of a "
+                  "fan whose axis lies {} mm above the probe's face.",
+                  grid.size[0], grid.size[1], grid.size[2], grid.spacing_mm[0], grid.spacing_mm[1],
+                  grid.spacing_mm[2], fan.frames, kAxisMm));
+  if (!grid.origin_mm) {
+    sequence.notes.emplace_back(
+        "Nothing tells how it lies to a probe: its second axis is taken to lead into the body, and its first "
+        "rows "
+        "to lie at the face.");
+  }
+  if (grid.is_left_handed)
+    sequence.notes.emplace_back("Its axes are left-handed: the first one is turned round.");
+  if (grid.volume_times_s.size() < 2) {
     sequence.notes.push_back(
         fmt::format("Nothing tells when it was taken: a time of {} s for each plane is assumed.", kFrameS));
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct VoxelGrid {
   bool is_left_handed = false;  ///< its axes: the first is turned round then
   std::uint32_t volumes = 1;
   std::vector<double> volume_times_s;  ///< of each volume, rising; empty: not known
+  /// Centre of the first voxel in the transducer frame, where the file tells it.
+  std::optional<std::array<double, 3>> origin_mm;
 
   std::uint64_t voxels() const { return std::uint64_t{size[0]} * size[1] * size[2]; }  ///< of one volume
 };
@@ -34,13 +37,14 @@ struct AxisVectors {
 };
 std::optional<AxisVectors> orthogonal(const std::array<std::array<double, 3>, 3>& axes);
 
-/// kUnsupported for a grid that makes no fan: sides of over 1000 mm, or sizes out of range. `name`: of the
-/// file, for the message.
+/// kUnsupported for a grid that makes no fan: sides or sizes out of range, or so flat and wide that the fan
+/// would have over eight times its voxels. `name`: of the file, for the message.
 Result<void> check(const VoxelGrid& grid, const std::string& name);
 
-/// The renderer knows fans alone, so a grid is read as one: planes through an axis 1000 mm in front of it,
+/// The renderer knows fans alone, so a grid is read as one: planes through an axis 1000 mm above the face,
 /// which are almost parallel. Columns are the grid's own; rows and frames are interpolated linearly between
-/// its rows and slices, and stand nowhere further apart than those. Frames have times, angles, and the
+/// its rows and slices, and stand nowhere further apart than those. Without an origin the middle of its first
+/// rows is taken for the centre of the probe's face. Frames have times, angles, and the
 /// geometry as Fanlight's fields; a volume is a sweep. Precondition: check().
 IgsSequence fan_through(const VoxelGrid& grid, PixelFormat format);
 

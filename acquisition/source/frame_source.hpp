@@ -26,7 +26,8 @@ struct SourceDescription {
   std::uint64_t volumes = 0;            ///< that it gives before it ends; 0: not known, or without end
   double first_angle_rad = 0;           ///< smallest and largest motor angle of a sweep
   double last_angle_rad = 0;
-  bool simulated = false;  ///< it shows, or a recording of it, what suggested_scene() looks at
+  std::int64_t begun_utc_s = 0;  ///< when a recording was begun, seconds since 1970; 0: not known
+  bool simulated = false;        ///< it shows, or a recording of it, what suggested_scene() looks at
   /// What the source knows to be worth looking at, from the probe.
   struct Subject {
     Point middle;

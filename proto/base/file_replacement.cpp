@@ -55,6 +55,13 @@ int replace(const std::filesystem::path& path, std::string_view bytes, const Fil
   return 0;
 }
 
+constexpr int kMostTries = 1000;  // an ended process with our number may have left files
+
+std::filesystem::path own_name(const std::filesystem::path& target) {
+  static std::atomic<unsigned> made = 0;
+  return folder_of(target) / fmt::format(".fanlight-{}-{}", ::getpid(), made.fetch_add(1));
+}
+
 }  // namespace
 
 FileBeside::~FileBeside() {
@@ -63,16 +70,27 @@ FileBeside::~FileBeside() {
 }
 
 int FileBeside::create(const std::filesystem::path& target, mode_t mode) {
-  static std::atomic<unsigned> made = 0;
-  constexpr int kMostTries = 1000;  // an ended process with our number may have left files
   for (int tries = 0; tries < kMostTries; ++tries) {
-    const std::filesystem::path name =
-        folder_of(target) / fmt::format(".fanlight-{}-{}", ::getpid(), made.fetch_add(1));
+    const std::filesystem::path name = own_name(target);
     file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     if (file_ >= 0) name_ = name;
     if (file_ >= 0 || errno != EEXIST) break;
   }
   return file_ >= 0 ? 0 : errno;
+}
+
+/// Links the unnamed file to a name of our own.
+int FileBeside::take_a_name(const std::filesystem::path& target) {
+  const std::string itself = fmt::format("/proc/self/fd/{}", file_);
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    const std::filesystem::path name = own_name(target);
+    if (::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+      name_ = name;
+      return 0;
+    }
+    if (errno != EEXIST) return errno;
+  }
+  return EEXIST;
 }
 
 int FileBeside::create_unnamed(const std::filesystem::path& target, mode_t mode) {
@@ -90,6 +108,9 @@ int FileBeside::sync() const {
 }
 
 int FileBeside::take_the_name_of(const std::filesystem::path& target) {
+  if (name_.empty()) {
+    if (const int failure = take_a_name(target)) return failure;
+  }
   if (::close(std::exchange(file_, -1)) != 0) return errno;
   if (::rename(name_.c_str(), target.c_str()) != 0) return errno;
   name_.clear();

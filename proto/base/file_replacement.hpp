@@ -30,8 +30,7 @@ class FileBeside {
 
   /// Makes the file, for writing. `mode`: less the process's umask.
   int create(const std::filesystem::path& target, mode_t mode);
-  /// The same without a name where the file system can: a kill then leaves nothing behind. Only for
-  /// take_the_free_name().
+  /// The same without a name where the file system can: a kill then leaves nothing behind.
   int create_unnamed(const std::filesystem::path& target, mode_t mode);
   /// Gives it the mode of the old file, and its owner as far as this process may.
   int belong_like(const struct stat& old, bool must_keep_owner) const;
@@ -44,6 +43,8 @@ class FileBeside {
   int descriptor() const { return file_; }
 
  private:
+  int take_a_name(const std::filesystem::path& target);
+
   int file_ = -1;
   std::filesystem::path name_;
 };

@@ -39,7 +39,8 @@ void AutoOptions::add_to(CLI::App& command) {
   auto* const find = command.add_flag(
       "--auto", on,
       "Find the surface in the first volume, and choose camera, rays, detector and light for "
-      "it: the default for recordings and probes where no --mode, --camera or --rays is given");
+      "it: the default for probes, and for recordings but those of the simulated probe, where no --mode, "
+      "--camera or --rays is given");
   command.add_flag("--no-auto", off, "Look along the depth axis instead, into all of the fan")
       ->excludes(find);
 }

@@ -26,9 +26,9 @@ struct ConvertOptions {
   std::optional<double> spacing_mm;
 };
 
-Result<void> write_grid(const std::string& out, const GridVolume& grid, const FanGeometry& geometry) {
+Result<void> write_grid(const std::string& out, const GridVolume& grid, const DicomSource& source) {
   if (out.ends_with(".nrrd")) return write_grid_nrrd(out, grid);
-  if (out.ends_with(".dcm")) return write_grid_dicom(out, grid, geometry);
+  if (out.ends_with(".dcm")) return write_grid_dicom(out, grid, source);
   return write_grid_nifti(out, grid);
 }
 
@@ -49,7 +49,11 @@ Result<void> convert_to_grid(const ConvertOptions& options) {
     grid = scan_converted(**volume, spacing_mm, line.shares());
   }
   if (!grid) return grid.error();
-  if (auto written = write_grid(options.out, *grid, (*volume)->geometry()); !written) return written;
+  if (auto written = write_grid(
+          options.out, *grid,
+          {.geometry = (*volume)->geometry(), .acquired_utc_s = (*source)->description().begun_utc_s});
+      !written)
+    return written;
   fmt::print("{}: volume {} on a grid of {} x {} x {} voxels of {:.4g} mm\n", options.out,
              (*volume)->stamp().source_volume_index, grid->size[0], grid->size[1], grid->size[2], spacing_mm);
   for (const std::string& note : (*source)->description().notes) fmt::print("note: {}\n", printable(note));

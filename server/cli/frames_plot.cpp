@@ -113,7 +113,7 @@ class SweepDrawing {
       if (auto read = recording_.read_frame(frame, pixels); !read) return read.error();
       draw_frame(recording_.frames()[frame].angle_rad, pixels);
     }
-    draw_axis();
+    if (shows_axis()) draw_axis();
     return canvas_.take();
   }
 
@@ -142,8 +142,10 @@ class SweepDrawing {
     for (const std::uint32_t frame : chosen) {
       for (const FramePlace& at : border()) places.push_back(place(at, recording_.frames()[frame].angle_rad));
     }
-    for (const double x_mm : {geometry_.left_mm(), geometry_.right_mm()})
-      places.push_back(seen({x_mm, -geometry_.motor_radius_mm, 0}));
+    if (shows_axis()) {
+      for (const double x_mm : {geometry_.left_mm(), geometry_.right_mm()})
+        places.push_back(seen({x_mm, -geometry_.motor_radius_mm, 0}));
+    }
     canvas_.fit(places);
   }
 
@@ -187,6 +189,12 @@ class SweepDrawing {
       face.push_back(seen(geometry_.point(at.x_mm, {.angle_rad = angle_rad, .depth_mm = at.depth_mm})));
     }
     for (std::size_t i = 0; i + 1 < face.size(); ++i) canvas_.line(face[i], face[i + 1], kGreen, 3000);
+  }
+
+  /// That of a volume on a grid lies so far away that nothing else would be seen.
+  bool shows_axis() const {
+    constexpr double kFarMm = 500;
+    return geometry_.motor_radius_mm < kFarMm;
   }
 
   void draw_axis() {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
 
 #include "proto/base/printable.hpp"
 #include "server/cli/picture_file.hpp"
@@ -19,6 +20,11 @@ constexpr int kDigits = 4;
 }  // namespace
 
 Result<void> check_files(const RenderFiles& files, const PictureSize& size) {
+  for (const std::string_view video : {".avi", ".webm", ".mov", ".mkv", ".mpg", ".mpeg", ".m4v", ".MP4"}) {
+    if (!files.picture.ends_with(video)) continue;
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} is a video that is not written, expected .mp4", printable(files.picture))};
+  }
   if (auto named = check_depth_path(files.depth); !named) return named;
   if (auto named = check_mesh_path(files.surface); !named) return named;
   if (!files.is_video() || (size.width % 2 == 0 && size.height % 2 == 0)) return {};

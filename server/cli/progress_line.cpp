@@ -39,7 +39,7 @@ void ProgressLine::tell_count(std::uint64_t done, std::uint64_t of, const char* 
   const double rate_hz = static_cast<double>(done) / took_s();
   std::string line = of > 0 ? fmt::format("{} of {} {}", done, of, what) : fmt::format("{} {}", done, what);
   line += fmt::format(", {:.1f} a second", rate_hz);
-  if (of > 0 && done > 0) line += fmt::format(", {:.0f} s left", static_cast<double>(of - done) / rate_hz);
+  if (of > done && done > 0) line += fmt::format(", {:.0f} s left", static_cast<double>(of - done) / rate_hz);
   fmt::print(stderr, "\r{}\x1b[K", line);
   std::fflush(stderr);
 }

@@ -220,9 +220,13 @@ Result<void> look_at(const RenderOptions& options, const Volume& volume, RenderS
 
 /// Renders every volume of the source to numbered files, and prints what happened to its frames.
 Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, RenderSetup& setup) {
+  if (!options.count && setup.volumes == 0) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} has no end, expected --count with --all", options.input)};
+  }
   RenderedVolumes rendered;
   PictureSeries series(options.files);
-  ProgressLine progress;
+  auto progress = std::make_optional<ProgressLine>();
   for (; !options.count || rendered.pictures < *options.count; ++rendered.pictures) {
     const auto volume = volumes.next();
     if (!volume) return volume.error();
@@ -243,9 +247,10 @@ Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, R
       if (auto written = write_depth_and_surface(files, *picture, *depths, setup.pixel_mm()); !written)
         return written;
     }
-    progress.tell_count(rendered.pictures + 1, options.count.value_or(setup.volumes), "pictures");
+    progress->tell_count(rendered.pictures + 1, options.count.value_or(setup.volumes), "pictures");
   }
   if (auto finished = series.finish(); !finished) return finished;
+  progress.reset();
   print_frames(options, rendered, volumes.counters(), volumes.dropped(), setup.notes);
   if (rendered.pictures > 0) return {};
   return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
@@ -338,10 +343,10 @@ Command add_render_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("render", "Renders one volume to a picture file");
   const auto options = std::make_shared<RenderOptions>();
   command
-      ->add_option("INPUT", options->input,
-                   "A recording (.igs.mha, .seq.nrrd, .vol), phantom: for the simulated probe, or "
-                   "usb:VENDOR:PRODUCT[:SERIAL] "
-                   "for a probe")
+      ->add_option(
+          "INPUT", options->input,
+          "A recording (.igs.mha, .seq.nrrd, .vol, .dcm, a folder of pictures), a volume on a grid (.mha, "
+          ".nrrd, .dcm), phantom: for the simulated probe, or usb:VENDOR:PRODUCT[:SERIAL] for a probe")
       ->required();
   command
       ->add_option("--out", options->files.picture,
@@ -359,9 +364,11 @@ Command add_render_command(CLI::App& program) {
                    "Which volume, as the source numbers them; without it the first that can be rendered")
       ->check(CLI::NonNegativeNumber)
       ->type_name("N");
-  command->add_flag(
-      "--all", options->all,
-      "Render every volume, to files with its number: x.0000.png, x.0001.png, ...; or to one video");
+  command
+      ->add_flag(
+          "--all", options->all,
+          "Render every volume, to files with its number: x.0000.png, x.0001.png, ...; or to one video")
+      ->excludes("--volume");
   command
       ->add_flag(
           "--recorded", options->recorded,

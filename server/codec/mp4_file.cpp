@@ -127,7 +127,7 @@ Result<void> Mp4File::told(int failure) const {
 
 Result<void> Mp4File::begin() {
   constexpr mode_t kOwnerOnly = 0600;  // it shows a patient
-  if (auto made = told(file_.create(path_, kOwnerOnly)); !made) return made;
+  if (auto made = told(file_.create_unnamed(path_, kOwnerOnly)); !made) return made;
   return told(write_all(file_.descriptor(), file_type() + data_header(0)));
 }
 
@@ -177,22 +177,24 @@ std::vector<std::uint32_t> Mp4File::durations() const {
 class Mp4File::Index {
  public:
   explicit Index(const Mp4File& file) : file_(file), ticks_(file.durations()) {
-    for (const std::uint32_t each : ticks_) duration_ += each;  // enough for 13 hours
+    for (const std::uint32_t each : ticks_) duration_ += each;
     movie();
   }
   const std::string& bytes() const { return out_.all(); }
 
  private:
+  static constexpr std::uint32_t kLong = 1U << 24;  // version 1: times of 64 bits
+
   void movie() {
     out_.box("moov", [this] {
-      out_.full_box("mvhd", 0, [this] {
-        out_.zeros(8).u32(kTicksPerS).u32(duration_).u32(0x10000).u16(0x100).zeros(10).unit_matrix();
+      out_.full_box("mvhd", kLong, [this] {
+        out_.zeros(16).u32(kTicksPerS).u64(duration_).u32(0x10000).u16(0x100).zeros(10).unit_matrix();
         out_.zeros(24).u32(2);
       });
       out_.box("trak", [this] {
         constexpr std::uint32_t kShown = 3;
-        out_.full_box("tkhd", kShown, [this] {
-          out_.zeros(8).u32(1).u32(0).u32(duration_).zeros(16).unit_matrix();
+        out_.full_box("tkhd", kLong | kShown, [this] {
+          out_.zeros(16).u32(1).u32(0).u64(duration_).zeros(16).unit_matrix();
           out_.u32(file_.width_ << 16).u32(file_.height_ << 16);
         });
         out_.box("mdia", [this] { media(); });
@@ -202,8 +204,8 @@ class Mp4File::Index {
 
   void media() {
     constexpr std::uint32_t kNoLanguage = 0x55C4;
-    out_.full_box("mdhd", 0,
-                  [this] { out_.zeros(8).u32(kTicksPerS).u32(duration_).u16(kNoLanguage).u16(0); });
+    out_.full_box("mdhd", kLong,
+                  [this] { out_.zeros(16).u32(kTicksPerS).u64(duration_).u16(kNoLanguage).u16(0); });
     out_.full_box("hdlr", 0, [this] { out_.u32(0).text("vide").zeros(12).text("Fanlight").u8(0); });
     out_.box("minf", [this] {
       out_.full_box("vmhd", 1, [this] { out_.zeros(8); });
@@ -257,7 +259,7 @@ class Mp4File::Index {
 
   const Mp4File& file_;
   std::vector<std::uint32_t> ticks_;
-  std::uint32_t duration_ = 0;
+  std::uint64_t duration_ = 0;
   Boxes out_;
 };
 

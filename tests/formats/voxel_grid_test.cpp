@@ -124,6 +124,52 @@ TEST_F(VoxelGridTest, TurnsLeftHandedAxesRound) {
   expect_grid(*meta_image, true);
 }
 
+/// What `fanlight convert` writes comes back where it was.
+TEST_F(VoxelGridTest, OfOurOwnLiesWhereItLay) {
+  const auto recording =
+      open("x.nrrd", nrrd("space: left-posterior-superior\nspace origin: (3,-10.5,7)\n"
+                          "space directions: (0.5,0,0) (0,1.5,0) (0,0,2)\nFanlightAxes:=transducer\n") +
+                         voxels(1, false));
+  ASSERT_TRUE(recording) << recording.error().message;
+  const FanGeometry& geometry = recording->summary().geometry;
+  EXPECT_NEAR(geometry.plane_point({0, 0}).x_mm, 3, 1e-9);
+  int compared = 0;
+  for (std::size_t frame = 0; frame < recording->frames().size(); ++frame) {
+    for (std::uint32_t row = 0; row < geometry.rows; ++row) {
+      const Point at = geometry.point(0, {.angle_rad = recording->frames()[frame].angle_rad,
+                                          .depth_mm = geometry.plane_point({0, 1.0 * row}).depth_mm});
+      const double j = (at.y_mm + 10.5) / 1.5;
+      const double k = (at.z_mm - 7) / 2;
+      if (j < 0 || j > kRows - 1 || k < 0 || k > kSlices - 1) continue;
+      ASSERT_NEAR(recording->frame_pixels(frame)[row * kColumns], 20 + 5 * j + 3 * k, 0.6);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 300);
+  for (const std::string& note : recording->summary().notes)
+    EXPECT_EQ(note.find("radians"), std::string::npos);
+}
+
+TEST_F(VoxelGridTest, HasItsListOnEitherSide) {
+  const auto recording =
+      open("x.nrrd",
+           "NRRD0005\ntype: uint8\ndimension: 4\nsizes: 1 12 20 30\nencoding: raw\nspacings: nan 0.5 1.5 2\n"
+           "kinds: list domain domain domain\n\n" +
+               voxels(1, false));
+  ASSERT_TRUE(recording) << recording.error().message;
+  expect_grid(*recording);
+}
+
+TEST_F(VoxelGridTest, TakesAWindowAloneFromAFileBesideIt) {
+  write_file(folder_ / "x.mha.toml", "motor_radius_mm = 30\n");
+  const auto refused = open("x.mha", mha("") + voxels(1, false));
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("motor_radius_mm for a volume on a grid"), std::string::npos)
+      << refused.error().message;
+  write_file(folder_ / "x.mha.toml", "angles_deg = [1, 2]\n");
+  EXPECT_FALSE(open("x.mha", mha("") + voxels(1, false)));
+}
+
 TEST_F(VoxelGridTest, MayHaveSixteenBitsInBothByteOrders) {
   for (const bool big : {false, true}) {
     const std::string header = fmt::format(
@@ -165,11 +211,24 @@ TEST_F(VoxelGridTest, IsRefusedInOneSentence) {
   has(refusal("x.mha", mha("TransformMatrix = 1 0 0 0.5 1 0 0 0 1\n")), "oblique");
   has(refusal("x.mha", mha("TransformMatrix = 1 0\n")), "oblique");
   has(refusal("x.mha", mha("", "12 20 60")), "expected 14400");  // there are half of them
-  has(refusal("x.mha", mha("", "12 600 1")), "a side of the volume has 1 voxels");
+  has(refusal("x.mha", mha("", "12 300 1")), "a side of the volume has 1 voxels");
   has(refusal("x.nrrd", nrrd("spacings: 0.5 1.5 200\n")), "30 voxels of 200 mm");
   has(refusal("x.nrrd", nrrd("spacings: 0.5 x 2\n")), "oblique, or have no length");
+  has(refusal("x.mha", mha("DistanceUnits = cm\n")), "expected mm");
+  has(refusal("x.nrrd", nrrd("spacings: 0.5 1.5 2\nunits: \"cm\" \"cm\" \"cm\"\n")), "lengths in");
   has(refusal("x.nrrd", nrrd("")), "describe frames");
   has(refusal("x.nrrd", nrrd("space directions: (1,0,0) none (0,0,1)\n")), "expected");
+}
+
+/// A flat and wide grid of a few kilobytes would be a fan of many gigabytes.
+TEST_F(VoxelGridTest, MayNotGrowMuch) {
+  const VoxelGrid flat{.size = {4096, 2, 4096}, .spacing_mm = {0.1, 0.03, 0.12}};
+  const auto refused = check(flat, "x");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("planes of"), std::string::npos) << refused.error().message;
+  EXPECT_FALSE(check({.size = {2, 2, 2}, .spacing_mm = {1, 1, 1}, .volumes = 600'000}, "x"));
+  EXPECT_FALSE(check({.size = {2, 2, 2}, .spacing_mm = {1, 1, 1}, .origin_mm = {{0, 1e9, 0}}}, "x"));
+  EXPECT_TRUE(check({.size = {256, 256, 256}, .spacing_mm = {0.5, 0.5, 0.5}, .volumes = 20}, "x"));
 }
 
 TEST(AxisVectorsTest, TellHandednessAndLengths) {
