@@ -201,9 +201,9 @@ TEST_F(SequenceTest, AProbeThatBeganAnewByItselfIsFollowed) {
 }
 
 TEST_F(SequenceTest, TheEndOfTheSourceSettlesWhatIsOpen) {
-  add_sweep(0, 10, 13);
+  add_sweep(0, 10, 0);
   ++sequence_;
-  add(frame(0, 11, 13));
+  add(frame(0, 11, 0));
   EXPECT_EQ(counters_.frames_missing.value(), 0U);
   assembler_.end_of_source();
   EXPECT_EQ(counters_.frames_missing.value(), 1U);
