@@ -169,7 +169,10 @@ TEST(HotPathTest, IsQuietWhileFramesAreRecorded) {
   auto source = PhantomSource::create(kLive);
   ASSERT_TRUE(source) << source.error().message;
   expect_quiet_hot_path(**source, RingPolicy::kNewestWins, folder.path());
-  EXPECT_GT(std::filesystem::file_size(folder / "frames.igs.mha"), 16U * 64 * 64 * kVolumes);
+  // One file, or on a busy machine what `fanlight recover` makes one of.
+  std::uint64_t bytes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) bytes += entry.file_size();
+  EXPECT_GT(bytes, 16U * 64 * 64 * kVolumes);
 }
 
 TEST(HotPathTest, IsQuietWhereEveryVolumeIsRendered) {
