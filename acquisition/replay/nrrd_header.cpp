@@ -326,9 +326,10 @@ class NrrdHeader {
   /// The list comes first: the pixels of all frames are interleaved.
   void put_list_last() {
     header_.frames_first = true;
-    std::ranges::rotate(sizes_, sizes_.begin() + 1);
-    std::ranges::rotate(kinds_, kinds_.begin() + 1);
-    if (spacings_.size() == sizes_.size()) std::ranges::rotate(spacings_, spacings_.begin() + 1);
+    std::rotate(sizes_.begin(), sizes_.begin() + 1, sizes_.end());
+    std::rotate(kinds_.begin(), kinds_.begin() + 1, kinds_.end());
+    if (spacings_.size() == sizes_.size())
+      std::rotate(spacings_.begin(), spacings_.begin() + 1, spacings_.end());
   }
 
   static bool is_list(const std::string& kind) { return kind == "list" || kind == "time"; }

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "acquisition/replay/frame_fields.hpp"
 #include "proto/model/fan_geometry.hpp"
@@ -101,7 +102,7 @@ class FanReader : public FrameReader {
 
  private:
   static T other_order(T value) {
-    const auto bits = static_cast<std::uint16_t>(value);
+    const std::uint16_t bits = static_cast<std::make_unsigned_t<T>>(value);
     return sizeof(T) == 1 ? value : static_cast<T>(static_cast<std::uint16_t>(bits << 8 | bits >> 8));
   }
 
