@@ -176,7 +176,7 @@ void Assembler::follow_geometry(const FrameStamp& frame) {
   reversal_.reset();
 }
 
-/// The open sweep ends before it has as many frames.
+/// Counts the frames that the open sweep lacks of `frames`, because it ends in its middle.
 void Assembler::cut_off_below(std::uint64_t frames) {
   if (volume_ == nullptr) return;
   sweep_.cut_off +=

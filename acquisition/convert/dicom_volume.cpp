@@ -135,7 +135,7 @@ void add_image(Fields& fields, const GridVolume& grid, const DicomSource& source
   fields.text(DCM_RecognizableVisualFeatures, "YES");  // a surface shows a face
   fields.text(DCM_PositionMeasuringDeviceUsed, "FREEHAND");
   fields.text(DCM_DepthOfScanField, fmt::format("{:.0f}", geometry.depth_mm()));
-  // The codes of PS3.16, CID 12033, 12032 and 12030.
+  // As DCMTK lists them: dcmtk/dcmsr/codes/dcm.h.
   if (geometry.probe_radius_mm > 0) {
     fields.code(DCM_TransducerGeometryCodeSequence, "125253", "DCM",
                 "Curved linear ultrasound transducer geometry");

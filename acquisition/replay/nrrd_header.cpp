@@ -297,7 +297,8 @@ class NrrdHeader {
                              .volumes = volumes};
     if (index_values_.size() == volumes && volumes > 1) header_.grid->volume_times_s = index_values_;
     // Of our own: its axes are the transducer's, written as left, posterior and superior.
-    if (header_.sequence.fanlight_fields.contains("FanlightAxes")) header_.grid->origin_mm = origin_;
+    if (header_.sequence.fanlight_fields.contains("FanlightAxes") && !header_.grid->is_left_handed)
+      header_.grid->origin_mm = origin_;
     return fields_.set_size(field, sizes_[0], sizes_[1], std::uint64_t{sizes_[2]} * volumes);
   }
 

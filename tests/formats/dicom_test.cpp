@@ -37,6 +37,15 @@ class DicomTest : public testing::Test {
     return opened->pixels.read(number, pixels) ? pixels : std::vector<std::uint8_t>();
   }
 
+  /// The functional groups of each frame of the file, read into `file`.
+  DcmSequenceOfItems* frames_of(DcmFileFormat& file) const {
+    EXPECT_TRUE(file.loadFile(path_.c_str()).good());
+    file.loadAllDataIntoMemory();  // it is saved in the place of itself
+    DcmSequenceOfItems* frames = nullptr;
+    EXPECT_TRUE(file.getDataset()->findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, frames).good());
+    return frames;
+  }
+
   static std::vector<std::uint8_t> ramp(std::size_t values) {
     std::vector<std::uint8_t> pixels(values);
     for (std::size_t i = 0; i < values; ++i) pixels[i] = static_cast<std::uint8_t>(i * 7);
@@ -361,11 +370,8 @@ TEST_F(DicomTest, TakesTimesFromAVector) {
 TEST_F(DicomTest, FitsAFanToPlanesThatTurn) {
   ASSERT_TRUE(write_grid_dicom(path_, ramps(21), {.geometry = {.probe_radius_mm = 40}}));
   DcmFileFormat file;
-  ASSERT_TRUE(file.loadFile(path_.c_str()).good());
-  file.loadAllDataIntoMemory();
-  file.loadAllDataIntoMemory();
-  DcmSequenceOfItems* frames = nullptr;
-  ASSERT_TRUE(file.getDataset()->findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, frames).good());
+  DcmSequenceOfItems* const frames = frames_of(file);
+  ASSERT_NE(frames, nullptr);
   constexpr double kRadiusMm = 28;
   for (unsigned long i = 0; i < 21; ++i) {
     const double angle_rad = radians(2.0 * static_cast<double>(i) - 20);
@@ -392,11 +398,8 @@ TEST_F(DicomTest, FitsAFanToPlanesThatTurn) {
 TEST_F(DicomTest, GivesAllVolumesWithTheirTimes) {
   ASSERT_TRUE(write_grid_dicom(path_, ramps(20), {}));
   DcmFileFormat file;
-  ASSERT_TRUE(file.loadFile(path_.c_str()).good());
-  file.loadAllDataIntoMemory();
-  file.loadAllDataIntoMemory();
-  DcmSequenceOfItems* frames = nullptr;
-  ASSERT_TRUE(file.getDataset()->findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, frames).good());
+  DcmSequenceOfItems* const frames = frames_of(file);
+  ASSERT_NE(frames, nullptr);
   for (unsigned long i = 0; i < 20; ++i) {
     // The slices of two volumes, in turn: the order in the file is free.
     DcmItem* item = nullptr;
