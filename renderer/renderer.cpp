@@ -270,11 +270,20 @@ Result<void> Renderer::prepare_ahead() {
 }
 
 bool Renderer::collect(Picture& picture) {
+  // Asked of the newer volume first: the older one's light is submitted before it, so that it is done too
+  // where the newer one's is. Asked the other way round, both may end in between, and the older picture be
+  // skipped.
+  const auto is_lit = [this](std::size_t index) {
+    const SlotState& state = *slots_[index];
+    return state.phase == WorkPhase::kLighting && state.slot.light_submitted() &&
+           state.slot.light_outstanding(gpu_) == 0;
+  };
+  const bool newest_is_lit = is_lit(newest_);
+  const bool older_is_lit = is_lit(1 - newest_);
   // The older volume first, so that its picture is shown where both are done.
   for (const std::size_t index : {1 - newest_, newest_}) {
+    if (!(index == newest_ ? newest_is_lit : older_is_lit)) continue;
     SlotState& state = *slots_[index];
-    if (state.phase != WorkPhase::kLighting || !state.slot.light_submitted()) continue;
-    if (state.slot.light_outstanding(gpu_) > 0) continue;
     const auto stage_ms = state.slot.stage_ms(gpu_);
     if (fault() != nullptr) return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;

@@ -77,7 +77,11 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
     return slot.phase == WorkPhase::kLighting && !slot.light_submitted && !slot.light_outstanding;
   };
   if (piece_is_due(now.slots[now.other()])) due.add(MainStep::kLightPieceOfOther);
-  if (piece_is_due(newest)) due.add(MainStep::kLightPiece);
+  // Its pictures are shown in the order of their volumes: no piece of the newer one goes before the last
+  // piece of the older one.
+  const SlotStatus& older = now.slots[now.other()];
+  const bool older_is_submitted = older.phase != WorkPhase::kLighting || older.light_submitted;
+  if (older_is_submitted && piece_is_due(newest)) due.add(MainStep::kLightPiece);
 
   const bool replaces = replaces_frames(status, scene);
   if (replaces && idle_and_settled(newest) && newest.frames_changed) {
@@ -85,7 +89,8 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
   } else if (newest.phase == WorkPhase::kCasting) {
     // A band waits until the band before it is done, and the light waits for the last band: work that is
     // submitted early delays a changed light, or shows an old one.
-    if (!newest.outstanding) due.add(newest.cast_submitted ? MainStep::kLightCast : MainStep::kCastBand);
+    const MainStep next = newest.cast_submitted ? MainStep::kLightCast : MainStep::kCastBand;
+    if (!newest.outstanding && (next == MainStep::kCastBand || older_is_submitted)) due.add(next);
   } else if (!replaces && accepts_frame(now, scene)) {
     due.add(MainStep::kPrepareAhead);
   }

@@ -145,6 +145,8 @@ const MainCase kMainCases[] = {
      0,
      &kBase,
      {kLightPieceOfOther, kCastBand}},
+    {"no piece goes before the older volume's", filtering(false), filtering(true), 1, &kBase, {}},
+    {"nor does a finished cast", with(casting(), kAllBands), filtering(true), 1, &kBase, {}},
     {"a changed light although a private view reads the slot",
      with(at_rest(), kReadPrivately),
      at_rest(),
