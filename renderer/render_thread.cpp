@@ -32,6 +32,7 @@ RenderThread::RenderThread(DeviceRenderer renderer, const Dependencies& dependen
       to_(dependencies),
       requested_(device_.renderer->scene()),
       finest_mm_(device_.renderer->config().geometry.finest_mm()),
+      cine_(dependencies.ring, dependencies.cine),
       health_(dependencies.health),
       settle_ns_(kMostSettleNs),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
@@ -69,6 +70,8 @@ void RenderThread::rest() {
   auto change_ns = governor_.next_change_ns(now);
   if (const auto try_ns = renderer().next_scene_try_ns())
     change_ns = std::min(change_ns.value_or(*try_ns), *try_ns);
+  if (const auto cine_ns = cine_.next_change_ns())
+    change_ns = std::min(change_ns.value_or(*cine_ns), *cine_ns);
   to_.counters.turn_began_ns.set(0);
   to_.bell.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
 }
@@ -94,6 +97,7 @@ bool RenderThread::recover_within_memory(const Error& cause, const std::stop_tok
 
 Result<void> RenderThread::step() {
   take_scene();
+  take_cine_orders();
   if (auto taken = take_volume(); !taken) return taken;
   take_frames();
   if (auto taken = take_private_views(); !taken) return taken;
@@ -112,10 +116,10 @@ Result<void> RenderThread::step() {
   // two observations would stay uncollected until the next ring of the bell.
   if (renderer().busy()) {
     // advance() may have made room for the next volume, whose pass 1 runs beside what it submitted.
-    const bool more = to_.ring.has_published() && renderer().wants_volume();
+    const bool more = volume_waits() && renderer().wants_volume();
     return more ? Result<void>{} : renderer().wait(kPollNs);
   }
-  if (!to_.ring.has_published()) {
+  if (!volume_waits()) {
     const auto advanced = renderer().advance_private();
     if (!advanced) return advanced.error();
     if (*advanced) return {};
@@ -138,8 +142,22 @@ void RenderThread::measure_busy() {
   busy_ns_ = 0;
 }
 
+void RenderThread::take_cine_orders() {
+  if (cine_.take_orders(volume_ ? &*volume_ : nullptr, now_ns())) volume_due_ = true;
+}
+
+/// Whether take_volume() has one to load as soon as the renderer wants one.
+bool RenderThread::volume_waits() const {
+  return cine_.is_frozen() ? cine_.due() != nullptr : to_.ring.has_published();
+}
+
 Result<void> RenderThread::take_volume() {
   if (!renderer().wants_volume()) return {};
+  if (cine_.is_frozen()) {
+    // New volumes wait in the ring, where they are replaced by newer ones.
+    const Volume* const due = cine_.due();
+    return due != nullptr ? load_kept(*due) : Result<void>{};
+  }
   if (to_.ring.has_published()) {
     volume_ = {};  // a reader holds one at a time
     volume_ = to_.ring.take();
@@ -150,12 +168,29 @@ Result<void> RenderThread::take_volume() {
   return {};
 }
 
+void RenderThread::follow_geometry(const Volume& volume) {
+  if (finest_mm_ == volume.geometry().finest_mm()) return;
+  finest_mm_ = volume.geometry().finest_mm();
+  show_degraded();
+}
+
+Result<void> RenderThread::load_kept(const Volume& volume) {
+  follow_geometry(volume);
+  const auto loaded = renderer().load(volume, Renderer::Loading::kKept);
+  cine_.note_loaded();
+  if (loaded) {
+    health_.set_volume_refusal("");
+    return {};
+  }
+  const Error& error = loaded.error();
+  if (error.code != ErrorCode::kUnavailable && error.code != ErrorCode::kUnsupported) return error;
+  health_.set_volume_refusal(error.message);  // the picture before it stays
+  return {};
+}
+
 Result<void> RenderThread::load(Renderer::Loading loading) {
   volume_due_ = false;
-  if (finest_mm_ != volume_->geometry().finest_mm()) {
-    finest_mm_ = volume_->geometry().finest_mm();
-    show_degraded();
-  }
+  follow_geometry(*volume_);
   const auto loaded = renderer().load(*volume_, loading);
   if (loaded) {
     health_.set_volume_refusal("");
@@ -197,9 +232,11 @@ void RenderThread::take_survey_order() {
   result.number = order->number;
   result.choices.clear();
   result.outcome = Outcome::kNoVolume;
-  if (volume_) {
+  const Volume* const live = volume_ ? &*volume_ : nullptr;
+  const Volume* const shown = cine_.is_frozen() ? cine_.on_show() : live;
+  if (shown != nullptr) {
     try {
-      const auto found = auto_scene(*volume_, order->scene, renderer().config().size);
+      const auto found = auto_scene(*shown, order->scene, renderer().config().size);
       result.outcome = found ? Outcome::kFound : Outcome::kNoSurface;
       if (found) {
         result.scene = found->scene;
@@ -226,6 +263,10 @@ void RenderThread::report() {
 
 void RenderThread::take_frames() {
   if (to_.feed == nullptr) return;
+  if (cine_.is_frozen()) {  // nothing of a volume to come is prepared
+    while (to_.feed->front() != nullptr) to_.feed->pop();
+    return;
+  }
   // A published volume goes first: the queued frames belong to a volume after it.
   while (!to_.ring.has_published() && renderer().wants_frame()) {
     const QueuedFrame* const frame = to_.feed->front();

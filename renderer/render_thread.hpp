@@ -12,6 +12,7 @@
 #include "proto/exchange/survey.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
+#include "renderer/cine.hpp"
 #include "renderer/device_disposal.hpp"
 #include "renderer/health_reporter.hpp"
 #include "renderer/renderer.hpp"
@@ -51,6 +52,8 @@ class RenderThread {
     /// Orders to look for the surface of the last volume, and what was found; both null, or neither.
     Mailbox<SurveyOrder>* survey_orders = nullptr;
     Mailbox<SurveyResult>* survey_results = nullptr;
+    /// Orders to freeze and to show the last volumes; may be null.
+    CineLink* cine = nullptr;
     /// Receives the health whenever it changes; may be null. Its slots are roomy_health().
     Mailbox<RenderHealth>* health = nullptr;
     /// Empty: a lost GPU ends the thread.
@@ -74,6 +77,10 @@ class RenderThread {
   bool recover_within_memory(const Error& cause, const std::stop_token& stop);
   Result<void> take_volume();
   Result<void> load(Renderer::Loading loading);
+  Result<void> load_kept(const Volume& volume);
+  void follow_geometry(const Volume& volume);
+  bool volume_waits() const;
+  void take_cine_orders();
   void take_frames();
   Result<void> take_private_views();
   void take_survey_order();
@@ -104,6 +111,7 @@ class RenderThread {
 
   // For the time after a loss. The volume that was loaded last keeps its slot of the ring.
   VolumeRing::Lease volume_;
+  Cine cine_;
   PrivateViews views_;
   LossRecord losses_;
   std::size_t short_in_a_row_ = 0;  // volumes for which there was no memory

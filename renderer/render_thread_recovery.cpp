@@ -46,6 +46,7 @@ bool RenderThread::recover(const Error& cause, const std::stop_token& stop) {
   renderer().resume(progress);
   show_degraded();
   volume_due_ = views_due_ = true;
+  cine_.forget_loaded();
   was_busy_ = false;
   return true;
 }
@@ -92,6 +93,7 @@ void RenderThread::fail(const Error& error) {
 void RenderThread::retire() {
   to_.counters.turn_began_ns.set(0);
   volume_ = {};
+  cine_.end();
   if (device_.renderer == nullptr) return;
   if (renderer().settle(settle_ns_)) {
     device_.reset();

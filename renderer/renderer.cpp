@@ -134,15 +134,15 @@ MainStatus Renderer::status() const {
 Result<void> Renderer::load(const Volume& volume, Loading loading) {
   const auto commit_numbers = volume.commit_numbers();
   newest_commit_number_ = commit_numbers.empty() ? 0 : *std::ranges::max_element(commit_numbers);
-  const EchoLevels measured = measured_levels(volume);
-  const bool other = levels_.is_other(measured);
+  const EchoLevels measured = loading == Loading::kKept ? EchoLevels{} : measured_levels(volume);
+  const bool other = loading != Loading::kKept && levels_.is_other(measured);
   if (other) levels_.add(measured);
   // A volume that does not fit takes the other slot, so that a refusal leaves the shown picture.
   const bool completes = replaces_frames() && slots_[newest_]->slot.suits(volume);
   auto loaded = completes ? complete_newest(volume, loading) : load_into_other(volume, loading);
   if (loaded) largest_volume_bytes_ = std::max(largest_volume_bytes_, bytes_of(volume));
   // For the next volume, whose first frames pass 0 prepares before the last ones come.
-  if (!other) levels_.add(measured);
+  if (!other && loading != Loading::kKept) levels_.add(measured);
   return loaded;
 }
 
@@ -156,6 +156,7 @@ Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
     return loaded;
   }
   newest_ = 1 - newest_;
+  next.load_number = ++loads_;
   return as_breakage(begin_cast(next));
 }
 
@@ -168,6 +169,7 @@ Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
     if (loading == Loading::kNew) counters_.volumes_refused.add();
     return completed;
   }
+  state.load_number = ++loads_;
   if (!state.slot.changed()) return as_breakage(light(state));
   return as_breakage(state.slot.can_recast() ? recast(state) : begin_cast(state));
 }
@@ -288,13 +290,13 @@ bool Renderer::collect(Picture& picture) {
     if (fault() != nullptr) return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
     const bool first = std::exchange(state.awaits_picture, false);
-    if (state.stamp.volume.volume_id < shown_volume_id_) {
+    if (state.load_number < shown_load_) {
       counters_.pictures_outdated.add();
       if (first) counters_.volumes_skipped.add();
       continue;
     }
     shown_ = index;
-    shown_volume_id_ = state.stamp.volume.volume_id;
+    shown_load_ = state.load_number;
     state.stamp.picture_id = ++pictures_;
     state.stamp.stage_ms = stage_ms;
     state.stamp.passes_overlap = !on_one_device();

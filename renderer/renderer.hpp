@@ -92,8 +92,9 @@ class Renderer {
   /// Whether load() accepts a volume: no pass 1 is under way and a slot is free.
   bool wants_volume() const { return accepts_volume(status(), scene_); }
 
-  /// Whether a volume is counted: kAgain for one that a renderer before this one has loaded.
-  enum class Loading : std::uint8_t { kNew, kAgain };
+  /// Only a kNew volume is counted. kAgain: a renderer before this one has loaded it. kKept: one of the last
+  /// volumes, of the cine; the grey levels in force stay.
+  enum class Loading : std::uint8_t { kNew, kAgain, kKept };
 
   /// Copies the volume; the next advance() casts it. Allocates where its columns or rows differ from those of
   /// the volume that it replaces, or where it has more frames than any volume before. Precondition:
@@ -205,8 +206,9 @@ class Renderer {
     NumberedScene lit_scene;        // of the picture in the slot
     std::uint64_t cast_number = 0;  // of the depth map, from 1
     PictureStamp stamp;
-    bool awaits_picture = false;  // its volume has had no picture yet
-    bool gave_up_cast = false;    // the cast under way replaced one whose view was outdated
+    std::uint64_t load_number = 0;  // of its volume, from 1
+    bool awaits_picture = false;    // its volume has had no picture yet
+    bool gave_up_cast = false;      // the cast under way replaced one whose view was outdated
     // Volume and view of the filtered depth map, which is the temporal filter's input for the next volume.
     std::uint64_t filtered_volume_id = 0;
     Scene filtered_view;
@@ -267,7 +269,8 @@ class Renderer {
   mutable bool either_lost_ = false;  // of note_fault()
   std::size_t newest_ = 0;            // slot loaded last; the other one takes the next volume
   std::size_t shown_ = 0;             // slot whose picture was collected last
-  std::uint64_t shown_volume_id_ = 0;
+  std::uint64_t loads_ = 0;
+  std::uint64_t shown_load_ = 0;            // number of the load whose picture was collected last
   std::uint64_t newest_commit_number_ = 0;  // largest of the frames of the last volume
   std::uint64_t largest_volume_bytes_ = 0;
   const EchoLevels& levels() const { return fixed_levels_ ? *fixed_levels_ : levels_.in_force(); }

@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/exchange/volume_ring.hpp"
 
+#include <algorithm>
+
 namespace fanlight {
 
 VolumeRing::VolumeRing(const Config& config, const Dependencies& dependencies)
-    : policy_(config.policy), dependencies_(dependencies), slots_(config.slots) {
+    : policy_(config.policy),
+      most_kept_(config.kept),
+      dependencies_(dependencies),
+      slots_(config.slots + config.kept) {
+  kept_.reserve(config.kept);
+  kept_slots_.reserve(config.kept);
   for (Slot& slot : slots_) {
     slot.volume =
         std::make_unique<Volume>(config.geometry, config.frame_capacity, config.largest_frame_bytes);
@@ -14,22 +21,30 @@ VolumeRing::VolumeRing(const Config& config, const Dependencies& dependencies)
 Volume* VolumeRing::begin() {
   if (writing_ != kNone) return slots_[writing_].volume.get();
   for (;;) {
-    for (std::uint32_t index = 0; index < slots_.size(); ++index) {
-      // Only the writer takes a free slot, so a plain store is sufficient once it is seen free.
-      if (state_of(slots_[index].state.load(std::memory_order_acquire)) != kFree) continue;
-      slots_[index].state.store(word(kWriting, 0), std::memory_order_relaxed);
-      writing_ = index;
-      slots_[index].volume->clear();
-      return slots_[index].volume.get();
-    }
+    if (take_free()) return slots_[writing_].volume.get();
     if (policy_ == RingPolicy::kProcessAll) return nullptr;
 
     std::uint64_t seen = 0;
     const std::uint32_t oldest = oldest_published(seen);
     if (oldest == kNone) continue;  // the reader took or freed it between the load and the exchange
-    if (slots_[oldest].state.compare_exchange_strong(seen, word(kFree, 0), std::memory_order_acq_rel)) {
+    if (slots_[oldest].state.compare_exchange_strong(seen, seen - kPublished + kFree,
+                                                     std::memory_order_acq_rel)) {
       counters_.volumes_dropped.add();
     }
+  }
+}
+
+bool VolumeRing::take_free() {
+  for (;;) {
+    std::uint64_t seen = 0;
+    const std::uint32_t oldest_free = oldest(kFree, seen);
+    if (oldest_free == kNone) return false;
+    Slot& slot = slots_[oldest_free];
+    // Fails where the reader keeps the volume meanwhile.
+    if (!slot.state.compare_exchange_strong(seen, word(kWriting, 0), std::memory_order_acq_rel)) continue;
+    writing_ = oldest_free;
+    slot.volume->clear();
+    return true;
   }
 }
 
@@ -47,17 +62,54 @@ void VolumeRing::abandon() {
   writing_ = kNone;
 }
 
-std::uint32_t VolumeRing::oldest_published(std::uint64_t& seen) const {
+std::uint32_t VolumeRing::oldest(State state, std::uint64_t& seen) const {
   std::uint32_t oldest = kNone;
   for (std::uint32_t index = 0; index < slots_.size(); ++index) {
     const std::uint64_t now = slots_[index].state.load(std::memory_order_acquire);
-    // The state bits of published words are equal, so the comparison orders them by id.
-    if (state_of(now) == kPublished && (oldest == kNone || now < seen)) {
+    // The state bits of these words are equal, so the comparison orders them by id.
+    if (state_of(now) == state && (oldest == kNone || now < seen)) {
       oldest = index;
       seen = now;
     }
   }
   return oldest;
+}
+
+/// Of the volumes in free slots whose word is less than `below`.
+std::uint32_t VolumeRing::newest_free(std::uint64_t below, std::uint64_t& seen) const {
+  std::uint32_t newest = kNone;
+  for (std::uint32_t index = 0; index < slots_.size(); ++index) {
+    const std::uint64_t now = slots_[index].state.load(std::memory_order_acquire);
+    if (state_of(now) != kFree || now == word(kFree, 0) || now >= below) continue;
+    if (newest == kNone || now > seen) {
+      newest = index;
+      seen = now;
+    }
+  }
+  return newest;
+}
+
+std::span<const Volume* const> VolumeRing::keep() {
+  release_kept();
+  std::uint64_t below = ~std::uint64_t{0};
+  while (kept_.size() < most_kept_) {
+    std::uint64_t seen = 0;
+    const std::uint32_t newest = newest_free(below, seen);
+    if (newest == kNone) break;
+    below = seen;
+    if (!slots_[newest].state.compare_exchange_strong(seen, seen - kFree + kKept, std::memory_order_acq_rel))
+      continue;  // the writer has just taken it
+    kept_.push_back(slots_[newest].volume.get());
+    kept_slots_.push_back(newest);
+  }
+  std::ranges::reverse(kept_);
+  return kept_;
+}
+
+void VolumeRing::release_kept() {
+  for (const std::uint32_t slot : kept_slots_) release(slot);
+  kept_slots_.clear();
+  kept_.clear();
 }
 
 VolumeRing::Lease VolumeRing::take() {
@@ -86,7 +138,9 @@ bool VolumeRing::has_published() const {
 }
 
 void VolumeRing::release(std::uint32_t slot) {
-  slots_[slot].state.store(word(kFree, 0), std::memory_order_release);
+  // Only the reader changes a slot that it reads or keeps.
+  const std::uint64_t id = slots_[slot].state.load(std::memory_order_relaxed) >> kStateBits;
+  slots_[slot].state.store(word(kFree, id), std::memory_order_release);
   dependencies_.writer_bell.ring();
 }
 

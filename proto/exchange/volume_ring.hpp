@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -23,13 +24,16 @@ enum class RingPolicy : std::uint8_t {
 /// allocates all memory; afterwards no call locks, allocates or blocks.
 ///
 /// Life of a slot: free -> writing -> published -> reading -> free. Under kNewestWins also published -> free,
-/// when the writer needs the slot of the oldest unread volume, or the reader skips it.
+/// when the writer needs the slot of the oldest unread volume, or the reader skips it. A free slot still
+/// holds its volume until the writer takes it, the oldest first; keep() saves such volumes: free -> kept ->
+/// free.
 class VolumeRing {
  public:
   struct Config {
     FanGeometry geometry;
     std::uint32_t frame_capacity = 0;  ///< largest number of frames in a volume
     std::uint32_t slots = 4;           ///< at least 3: one written, one waiting, one read
+    std::uint32_t kept = 0;            ///< further slots, for keep()
     RingPolicy policy = RingPolicy::kNewestWins;
     /// Frame size of the largest geometry that the source may change to; 0: no larger one.
     std::uint64_t largest_frame_bytes = 0;
@@ -79,6 +83,13 @@ class VolumeRing {
   /// reader may hold one lease at a time.
   Lease take();
 
+  /// Reader: saves the newest volumes that were read or skipped, at most most_kept(), until release_kept().
+  /// What the reader holds in a lease is not among them. Returns them oldest first, as kept() does.
+  std::span<const Volume* const> keep();
+  std::span<const Volume* const> kept() const { return kept_; }
+  void release_kept();
+  std::uint32_t most_kept() const { return most_kept_; }
+
   /// Reader: whether take() would return a volume.
   bool has_published() const;
 
@@ -89,8 +100,8 @@ class VolumeRing {
  private:
   // The state of a slot and the id of its volume are one atomic word, so that neither side can mistake a
   // reused slot for the one that it read before.
-  enum State : std::uint64_t { kFree, kWriting, kPublished, kReading };
-  static constexpr std::uint64_t kStateBits = 2;
+  enum State : std::uint64_t { kFree, kWriting, kPublished, kReading, kKept };
+  static constexpr std::uint64_t kStateBits = 3;
   static constexpr std::uint64_t word(State state, std::uint64_t id) { return id << kStateBits | state; }
   static constexpr State state_of(std::uint64_t word) {
     return static_cast<State>(word & ((1U << kStateBits) - 1));
@@ -101,15 +112,21 @@ class VolumeRing {
     std::atomic<std::uint64_t> state{kFree};
   };
 
-  std::uint32_t oldest_published(std::uint64_t& seen) const;
+  std::uint32_t oldest_published(std::uint64_t& seen) const { return oldest(kPublished, seen); }
+  std::uint32_t oldest(State state, std::uint64_t& seen) const;
+  std::uint32_t newest_free(std::uint64_t below, std::uint64_t& seen) const;
+  bool take_free();
   void release(std::uint32_t slot);
 
   static constexpr std::uint32_t kNone = ~0U;
 
   RingPolicy policy_;
+  std::uint32_t most_kept_;
   Dependencies dependencies_;
   std::vector<Slot> slots_;
   RingCounters counters_;
+  std::vector<const Volume*> kept_;  // reader only
+  std::vector<std::uint32_t> kept_slots_;
   std::uint32_t writing_ = kNone;  // writer only
   std::uint64_t last_id_ = 0;      // writer only
 };

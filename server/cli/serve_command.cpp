@@ -25,6 +25,7 @@
 #include "server/cli/probe_options.hpp"
 #include "server/cli/recording_options.hpp"
 #include "server/cli/scene_options.hpp"
+#include "server/cli/serve_report.hpp"
 #include "server/http/stream_server.hpp"
 #include "server/net/listen_address.hpp"
 #include "server/pipeline/pipeline.hpp"
@@ -32,6 +33,8 @@
 namespace fanlight {
 
 namespace {
+
+constexpr std::uint64_t kMostCineBytes = 512'000'000;
 
 struct ServeOptions {
   std::string source = "phantom:scene=face,probe=r2";
@@ -51,6 +54,7 @@ struct ServeOptions {
   std::string gpu;
   int jpeg_quality = 85;
   std::uint32_t ring_slots = 4;
+  std::uint32_t cine_volumes = 32;
   RecordingOptions recording;
   AutoOptions automatic;
   SceneOptions scene;
@@ -75,65 +79,21 @@ Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& optio
   return endpoint;
 }
 
-void log_device(const Pipeline& pipeline) {
-  for (const GpuCandidate& candidate : pipeline.gpus()) {
-    if (!candidate.refusals.empty())
-      spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
-  }
-  const GpuCandidate& used = pipeline.gpu();
-  spdlog::info("renders on {} ({}, {})", used.name, used.kind, used.driver);
+/// As many of the wanted volumes as kMostCineBytes holds.
+std::uint32_t affordable_cine(std::uint32_t wanted, const SourceDescription& source) {
+  const std::uint64_t volume_bytes =
+      std::max(source.geometry.frame_bytes(), source.largest_frame_bytes) * source.frames_per_volume;
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, kMostCineBytes / volume_bytes));
 }
 
-std::string frame_words(const FanGeometry& geometry) {
-  if (geometry.kind == FrameKind::kCartesian) {
-    return fmt::format("{} x {} pixels of {:.4g} x {:.4g} mm", geometry.columns, geometry.rows,
-                       geometry.pixel_width_mm, geometry.pixel_height_mm);
-  }
-  const std::string pitch = geometry.kind == FrameKind::kConvexLines
-                                ? fmt::format("{:.3g} deg", geometry.line_pitch_deg)
-                                : fmt::format("{:.4g} mm", geometry.pixel_width_mm);
-  return fmt::format("{} scan lines, {} apart, of {} samples, {:.4g} mm apart", geometry.columns, pitch,
-                     geometry.rows, geometry.pixel_height_mm);
-}
-
-void log_source(const SourceDescription& source) {
-  const FanGeometry& geometry = source.geometry;
-  spdlog::info(
-      "source {} delivers {} frames a volume, each of {}; {:.1f} to {:.1f} deg about an axis {:.1f} mm "
-      "behind the probe face",
-      source.name, source.usual_frames > 0 ? source.usual_frames : source.frames_per_volume,
-      frame_words(geometry), degrees(source.first_angle_rad), degrees(source.last_angle_rad),
-      geometry.motor_radius_mm);
-  for (const std::string& note : source.notes) spdlog::warn("{}", note);
-}
-
-void log_end(const PipelineCounters& pipeline, const ServerCounters& server) {
-  std::string counts;
-  for (const NamedCount& count : named_counts(pipeline, server)) {
-    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count.name, count.value);
-  }
-  spdlog::info("ended: {}", counts);
-}
-
-/// What became of a recording that ended with the server.
-void log_recording(Pipeline& pipeline) {
-  const auto link = pipeline.recording();
-  const RecordingStatus* const status = link ? link->status.newest() : nullptr;
-  if (status == nullptr) return;
-  if (status->state == RecordingStatus::State::kFinishing) {
-    spdlog::warn("{} is not finished; the next start does so, or fanlight recover", status->file);
-  } else if (status->last_trouble.empty() && status->finished > 0) {
-    spdlog::info("{} has {} frames in {:.1f} s", status->last_file, status->last_frames,
-                 status->last_duration_s);
-  }
-}
-
-Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize& size, const Scene& scene) {
+Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize& size, const Scene& scene,
+                                 std::uint32_t cine_volumes) {
   const RingPolicy suitable =
       options.playing.as_fast_as_taken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins;
   return {.size = size,
           .scene = scene,
           .ring_slots = options.ring_slots,
+          .cine_volumes = cine_volumes,
           .policy = options.policy.value_or(suitable),
           .mismatch = options.mismatch,
           // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread runs yet
@@ -185,7 +145,8 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
           .render_health = &pipeline.render_health(),
           .survey_orders = &pipeline.survey_orders(),
           .survey_results = &pipeline.survey_results(),
-          .recording = pipeline.recording()};
+          .recording = pipeline.recording(),
+          .cine = &pipeline.cine()};
 }
 
 /// Before the server answers its signals, and after: a file that may be read again is read at the start
@@ -237,7 +198,8 @@ Result<void> serve(const ServeOptions& options) {
                    opened->light_refusal);
     return opened;
   };
-  const auto pipeline = Pipeline::create(pipeline_config(options, *size, *scene),
+  const std::uint32_t cine_volumes = affordable_cine(options.cine_volumes, description);
+  const auto pipeline = Pipeline::create(pipeline_config(options, *size, *scene, cine_volumes),
                                          {.open_device = open, .source = **source, .link = link});
   if (!pipeline) return pipeline.error();
   config.facts.device = (*pipeline)->gpu().name;
@@ -250,8 +212,8 @@ Result<void> serve(const ServeOptions& options) {
   log_source(description);
   if (!options.recording.folder.empty())
     spdlog::info("recordings go to {}", std::filesystem::absolute(options.recording.folder).string());
-  spdlog::info("the ring of volumes takes up to {:.0f} MB",
-               static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6);
+  spdlog::info("the ring of volumes takes up to {:.0f} MB, with the last {} volumes for a frozen display",
+               static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6, cine_volumes);
   (*pipeline)->start();
   print_address(description.name, page_url((*server)->endpoint(), !options.tls.empty()));
   Result<void> served = (*server)->run();
@@ -345,6 +307,14 @@ void add_volume_options(CLI::App& command, ServeOptions& options) {
   command.add_option("--ring", options.ring_slots, "Volumes that the ring holds, 3 to 64")
       ->capture_default_str()
       ->check(CLI::Range(3, 64))
+      ->type_name("N");
+  command
+      .add_option(
+          "--cine-volumes", options.cine_volumes,
+          "Last volumes that are kept for a frozen display, 0 to 1000; fewer where they would take over "
+          "512 MB")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000))
       ->type_name("N");
   add_named_option<std::optional<RingPolicy>, RingPolicy>(
       command, "--policy", options.policy,

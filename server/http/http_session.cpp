@@ -295,7 +295,7 @@ HttpSession::Response HttpSession::respond_with_page(std::string_view path) {
     return refusal(
         http::status::not_found,
         "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene, /api/picture.png, "
-        "/api/recording or /api/replay");
+        "/api/recording, /api/replay or /api/cine");
   }
   return response_with(http::status::ok, content_type(name), std::string(file->bytes));
 }

@@ -9,6 +9,7 @@
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/render_health.hpp"
 #include "server/net/loop_chain.hpp"
+#include "server/state/cine_proxy.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/replay_proxy.hpp"
@@ -25,6 +26,7 @@ class LivenessWatch {
     PictureLiveness& liveness;
     const ProbeProxy& probe;
     const ReplayProxy& replay;
+    const CineProxy& cine;
     const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
     Mailbox<RenderHealth>* health;                     ///< null: the renderer is always well
     SessionRegistry& sessions;

@@ -86,6 +86,24 @@ ordered_json replay_json(const v1::ReplayStatus& status) {
   return told;
 }
 
+ordered_json cine_json(const v1::CineStatus& status) {
+  constexpr std::array<std::string_view, 3> kStates = {"live", "frozen", "playing"};
+  return {{"state", kStates.at(status.state())},
+          {"capacity", status.capacity()},
+          {"volumes", status.volumes()},
+          {"volume", status.volume()},
+          {"time_s", status.time_s()},
+          {"duration_s", status.duration_s()},
+          {"speed", status.speed()}};
+}
+
+/// Of {"wish": "..."}; empty where the body is something else.
+std::string wish_text(const RestApi::Request& request) {
+  const auto parsed = json::parse(request.body(), nullptr, false);
+  const auto text = parsed.is_object() ? parsed.value("wish", json()) : json();
+  return text.is_string() ? text.get<std::string>() : "";
+}
+
 ordered_json state_json(const NumberedScene& scene) {
   return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
 }
@@ -102,13 +120,15 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
   if (path == "/api/replay" && reads) return replay();
   if (path == "/api/replay" && request.method() == http::verb::post)
     return control_replay(request, principal);
+  if (path == "/api/cine" && reads) return cine();
+  if (path == "/api/cine" && request.method() == http::verb::post) return control_cine(request, principal);
   if (path == "/api/scene") return wrong_method("GET or PATCH", "GET, HEAD, PATCH");
   if (path == "/api/picture.png") return wrong_method("GET", "GET, HEAD");
-  if (path == "/api/recording" || path == "/api/replay")
+  if (path == "/api/recording" || path == "/api/replay" || path == "/api/cine")
     return wrong_method("GET or POST", "GET, HEAD, POST");
-  return refusal(
-      http::status::not_found,
-      "there is nothing here, expected /api/scene, /api/picture.png, /api/recording or /api/replay");
+  return refusal(http::status::not_found,
+                 "there is nothing here, expected /api/scene, /api/picture.png, /api/recording, /api/replay "
+                 "or /api/cine");
 }
 
 RestApi::Response RestApi::scene() const {
@@ -148,27 +168,43 @@ RestApi::Response RestApi::replay() const {
   return json_response(http::status::ok, replay_json(dependencies_.replay.message()));
 }
 
-RestApi::Response RestApi::control_replay(const Request& request, const Principal& principal) {
-  if (!is_json(request)) return expected_json();
-  const auto parsed = json::parse(request.body(), nullptr, false);
-  const auto text = parsed.is_object() ? parsed.value("wish", json()) : json();
-  const auto wish = replay_request(text.is_string() ? text.get<std::string>() : "");
+template <typename Proxy, typename Wish>
+RestApi::Response RestApi::carry_out(const WishKind& kind, const Result<Wish>& wish, Proxy& proxy,
+                                     const std::string& words, const Principal& principal) {
   if (!wish) {
-    dependencies_.counters.replay_refusals.add();
+    kind.refusals.add();
     return refusal(http::status::bad_request, wish.error().message);
   }
   const auto may = dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
-  const Result<void> done = may ? dependencies_.replay.request(*wish) : Result<void>(may.error());
+  const Result<void> done = may ? proxy.request(*wish) : Result<void>(may.error());
   dependencies_.audit.note(principal,
-                           {.what = "replay", .result = done ? "done" : "refused: " + done.error().message},
-                           {{"wish", replay_words(*wish)}});
-  if (done) return json_response(http::status::ok, {{"taken", replay_words(*wish)}});
-  dependencies_.counters.replay_refusals.add();
+                           {.what = kind.name, .result = done ? "done" : "refused: " + done.error().message},
+                           {{"wish", words}});
+  if (done) return json_response(http::status::ok, {{"taken", words}});
+  kind.refusals.add();
   const bool bad = may && done.error().code == ErrorCode::kInvalidArgument;
   return refusal(principal.role == Role::kViewer ? http::status::forbidden
                  : bad                           ? http::status::bad_request
                                                  : http::status::conflict,
                  done.error().message);
+}
+
+RestApi::Response RestApi::control_replay(const Request& request, const Principal& principal) {
+  if (!is_json(request)) return expected_json();
+  const auto wish = replay_request(wish_text(request));
+  return carry_out({.name = "replay", .refusals = dependencies_.counters.replay_refusals}, wish,
+                   dependencies_.replay, wish ? replay_words(*wish) : "", principal);
+}
+
+RestApi::Response RestApi::cine() const {
+  return json_response(http::status::ok, cine_json(dependencies_.cine.message()));
+}
+
+RestApi::Response RestApi::control_cine(const Request& request, const Principal& principal) {
+  if (!is_json(request)) return expected_json();
+  const auto wish = cine_request(wish_text(request));
+  return carry_out({.name = "cine", .refusals = dependencies_.counters.cine_refusals}, wish,
+                   dependencies_.cine, wish ? cine_words(*wish) : "", principal);
 }
 
 void RestApi::audit_change(const Principal& principal, const std::string& result, const json& details) const {

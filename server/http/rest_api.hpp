@@ -9,6 +9,7 @@
 #include "server/access/control_lease.hpp"
 #include "server/access/role.hpp"
 #include "server/metrics/server_counters.hpp"
+#include "server/state/cine_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
 #include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
@@ -26,6 +27,8 @@ namespace fanlight {
 ///   POST  /api/recording     {"wish": "start"}, "stop" or "keep": the name of the file
 ///   GET   /api/replay        the state of the player of a recording, as JSON
 ///   POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see replay_request()
+///   GET   /api/cine          which of the last volumes is on show, as JSON
+///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
 ///
 /// Server thread only.
 class RestApi {
@@ -43,6 +46,7 @@ class RestApi {
     SessionRegistry& sessions;
     RecordingProxy& recording;
     ReplayProxy& replay;
+    CineProxy& cine;
   };
   explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
 
@@ -58,6 +62,16 @@ class RestApi {
   Response record(const Request& request, const Principal& principal);
   Response replay() const;
   Response control_replay(const Request& request, const Principal& principal);
+  Response cine() const;
+  Response control_cine(const Request& request, const Principal& principal);
+  /// Whom a wish is for, in the audit log, and where its refusals are counted.
+  struct WishKind {
+    const char* name;
+    Counter& refusals;
+  };
+  template <typename Proxy, typename Wish>
+  Response carry_out(const WishKind& kind, const Result<Wish>& wish, Proxy& proxy, const std::string& words,
+                     const Principal& principal);
   Response change_scene(const Request& request, const Principal& principal);
   void audit_change(const Principal& principal, const std::string& result,
                     const nlohmann::json& details) const;

@@ -43,6 +43,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       surveys_(dependencies.survey_orders, dependencies.survey_results),
       recording_(config.recording, dependencies.recording, utc_now_s),
       replay_(dependencies.replay),
+      cine_(dependencies.cine),
       default_view_(config.finds_view, scene_store_, surveys_, config_.facts.notes),
       hub_(dependencies.counters, hub_config()),
       sessions_(views_),
@@ -57,6 +58,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .liveness = liveness_,
                  .recording = recording_,
                  .replay = replay_,
+                 .cine = cine_,
                  .views = views_,
                  .control = control_,
                  .hub = hub_}),
@@ -67,6 +69,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                             .surveys = surveys_,
                             .recording = recording_,
                             .replay = replay_,
+                            .cine = cine_,
                             .hub = hub_,
                             .access = access_,
                             .control = control_,
@@ -92,7 +95,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .audit = audit_,
                  .sessions = sessions_,
                  .recording = recording_,
-                 .replay = replay_}),
+                 .replay = replay_,
+                 .cine = cine_}),
       http_dependencies_{.counters = dependencies_.counters,
                          .audit = audit_,
                          .access = access_,
@@ -280,6 +284,7 @@ void StreamServer::bell_rang() {
   if (probe_.update()) probe_changed();
   recording_watch_.update();
   if (replay_.update()) tell_of_replay();
+  if (cine_.update()) sessions_.cine_changed();
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
@@ -327,70 +332,6 @@ void StreamServer::tell_of_replay() {
   const std::string before = std::exchange(replay_trouble_, replay_.message().trouble());
   if (!replay_trouble_.empty() && replay_trouble_ != before) spdlog::warn("{}", replay_trouble_);
   sessions_.replay_changed();
-}
-
-void StreamServer::start_second() {
-  second_.expires_after(std::chrono::seconds(1));
-  second_.async_wait([this, link = second_chain_.link()](boost::system::error_code failure) {
-    if (failure) return;
-    second_passed();
-    start_second();
-  });
-}
-
-void StreamServer::second_passed() {
-  if (liveness_.driver_silent_ns() > config_.most_driver_ms * 1'000'000) {
-    fail({ErrorCode::kLost,
-          fmt::format("a call of the GPU's driver has not returned for {} s; expected a driver "
-                      "that answers",
-                      config_.most_driver_ms / 1000)});
-  }
-  notify_sessions_of_second();  // first: it frees the memory of sessions that leave
-  listener_.second_passed();
-  reload_credentials(false);
-  reload_certificates(false);
-  lapse_control();
-  audit_.second_passed();
-  if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
-  dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
-}
-
-void StreamServer::reload_credentials(bool in_any_case) {
-  std::string trouble;
-  if (!access_.reload(trouble, in_any_case)) return;
-  audit_.note({.name = "fanlight"},
-              {.what = "credentials_read", .result = trouble.empty() ? "done" : trouble});
-  if (trouble.empty()) {
-    spdlog::info("read the credentials again");
-  } else {
-    spdlog::error("the credentials stay as they were: {}", trouble);
-  }
-}
-
-void StreamServer::reload_certificates(bool in_any_case) {
-  const auto result = listener_.reload_certificates(in_any_case);
-  if (!result) return;
-  audit_.note({.name = "fanlight"}, {.what = "certificates_read", .result = *result});
-  spdlog::info("the certificates were read again: {}", *result);
-}
-
-void StreamServer::lapse_control() {
-  if (!control_.expire(now_ns() / 1'000'000)) return;
-  audit_.note({.name = "fanlight"}, {.what = "control", .result = "lapsed"},
-              {{"in_control", control_.state().holder.session}});
-  sessions_.control_changed();
-}
-
-void StreamServer::notify_sessions_of_second() {
-  end_views(views_.second_passed(now_ns()));
-  for (const auto& session : sessions_.all()) session->second_passed();
-}
-
-void StreamServer::end_views(const std::vector<ViewAdmission::EndedView>& ended) {
-  for (const ViewAdmission::EndedView& view : ended) {
-    dependencies_.counters.private_views_ended.add();
-    sessions_.view_ended(view.session, view.reason);
-  }
 }
 
 StreamServer::~StreamServer() {

@@ -83,6 +83,7 @@ class StreamServer {
     Mailbox<SurveyOrder>* survey_orders = nullptr;          ///< null: nobody looks for surfaces
     Mailbox<SurveyResult>* survey_results = nullptr;
     std::optional<RecordingLink> recording{};  ///< absent: nothing is recorded
+    CineLink* cine = nullptr;                  ///< null: nothing is ever frozen
   };
 
   /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
@@ -145,6 +146,7 @@ class StreamServer {
   RecordingProxy recording_;
   ReplayProxy replay_;
   std::string replay_trouble_;  // that was logged last
+  CineProxy cine_;
   DefaultView default_view_;
   PictureHub hub_;
   SessionRegistry sessions_;
@@ -171,6 +173,7 @@ class StreamServer {
                                 {.liveness = liveness_,
                                  .probe = probe_,
                                  .replay = replay_,
+                                 .cine = cine_,
                                  .source_state = dependencies_.source_state,
                                  .health = dependencies_.render_health,
                                  .sessions = sessions_}};

@@ -15,6 +15,7 @@ VolumeRing::Config ring_config(const SourceDescription& source, const Pipeline::
   return {.geometry = source.geometry,
           .frame_capacity = source.frames_per_volume,
           .slots = config.ring_slots,
+          .kept = config.cine_volumes,
           .policy = config.policy,
           .largest_frame_bytes = source.largest_frame_bytes};
 }
@@ -47,6 +48,7 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
       ring_(ring_config(source_.description(), config),
             {.reader_bell = render_bell_, .writer_bell = link_.acquisition_bell}),
       queue_(queue_config(source_.description()), {.reader_bell = render_bell_}),
+      cine_(render_bell_, link_.server_bell),
       pictures_(link_.server_bell, blank_picture(config.size.width, config.size.height)),
       failures_(link_.server_bell),
       private_view_ends_(link_.server_bell),
@@ -103,6 +105,7 @@ void Pipeline::start() {
                                  .private_view_ends = &private_view_ends_,
                                  .survey_orders = &survey_orders_,
                                  .survey_results = &survey_results_,
+                                 .cine = &cine_,
                                  .health = &render_health_,
                                  .remake = [this](const NumberedScene& scene) { return remake(scene); }});
   acquisition_thread_.emplace(AcquisitionThread::Dependencies{.source = source_,

@@ -12,6 +12,7 @@
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/record/recorder.hpp"
 #include "proto/base/result.hpp"
+#include "proto/exchange/cine_link.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/mailbox.hpp"
@@ -48,6 +49,7 @@ class Pipeline {
     PictureSize size;
     Scene scene;  ///< the first one; it gets revision 1
     std::uint32_t ring_slots = 4;
+    std::uint32_t cine_volumes = 0;  ///< further slots of the ring, for the last volumes
     RingPolicy policy = RingPolicy::kNewestWins;
     MismatchCorrection mismatch = MismatchCorrection::kOn;
     PipelineCache::Config pipeline_cache{};      ///< see Renderer::Config; by default there is no file
@@ -98,6 +100,7 @@ class Pipeline {
   Mailbox<PrivateViews>& private_views() { return private_views_; }
   Mailbox<PrivateViewEnds>& private_view_ends() { return private_view_ends_; }
   Mailbox<RenderHealth>& render_health() { return render_health_; }
+  CineLink& cine() { return cine_; }
   Mailbox<SurveyOrder>& survey_orders() { return survey_orders_; }
   Mailbox<SurveyResult>& survey_results() { return survey_results_; }
 
@@ -134,6 +137,7 @@ class Pipeline {
   Mailbox<NumberedScene> scenes_{render_bell_};
   Mailbox<PrivateViews> private_views_{render_bell_};
   Mailbox<SurveyOrder> survey_orders_{render_bell_};
+  CineLink cine_;
   Mailbox<Picture> pictures_;
   Mailbox<Error> failures_;
   Mailbox<PrivateViewEnds> private_view_ends_;

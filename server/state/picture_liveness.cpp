@@ -36,6 +36,8 @@ const char* PictureLiveness::name(State state) {
       return "delayed";
     case State::kReplay:
       return "replay";
+    case State::kFrozen:
+      return "frozen";
     case State::kNotLive:
       break;
   }
@@ -50,7 +52,10 @@ void PictureLiveness::Growth::see(std::uint64_t value, std::int64_t now_ns) {
 
 void PictureLiveness::shown(const PictureStamp& stamp, std::int64_t now_ns) {
   const VolumeStamp& volume = stamp.volume;
-  if (any_picture_ && volume.last_capture_time_ns <= captured_ns_) return;
+  if (any_picture_ && volume.last_capture_time_ns <= captured_ns_) {
+    captured_ns_ = volume.last_capture_time_ns;  // an older one, of the cine
+    return;
+  }
   count(now_ns);
   any_picture_ = true;
   captured_ns_ = volume.last_capture_time_ns;
@@ -110,6 +115,7 @@ PictureLiveness::Cause PictureLiveness::cause_of_stillness(std::int64_t now_ns) 
 
 PictureLiveness::State PictureLiveness::state(const Source& source, Cause cause, std::int64_t now_ns) const {
   if (!any_picture_) return State::kWaiting;
+  if (source.frozen) return State::kFrozen;
   if (cause != Cause::kNone) return State::kNotLive;
   if (source.is_replay) return State::kReplay;
   return now_ns - captured_ns_ > limit_ns() ? State::kDelayed : State::kLive;
@@ -124,7 +130,7 @@ double PictureLiveness::rate() const {
 bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
   count(now_ns);
   // A pause that was asked for is no stillness, nor is the first moment after it.
-  if (source.paused || (source.is_replay && source.state != Source::State::kRunning))
+  if (source.frozen || source.paused || (source.is_replay && source.state != Source::State::kRunning))
     progressed_ns_ = frames_.grown_ns = now_ns;
   driver_.observe(pipeline_.render.turn_began_ns.value(), now_ns);
   const State before = report_.state;
@@ -142,6 +148,8 @@ std::string PictureLiveness::sentence(const Source& source, std::int64_t now_ns)
   switch (report_.state) {
     case State::kLive:
       return "The picture is live.";
+    case State::kFrozen:
+      return frozen_sentence(source, now_ns);
     case State::kReplay:
       return source.paused ? "The replay of a recording is paused." : "A recording is played.";
     case State::kDelayed:
@@ -154,6 +162,12 @@ std::string PictureLiveness::sentence(const Source& source, std::int64_t now_ns)
       break;
   }
   return reason(source, now_ns);
+}
+
+/// A frozen picture stays frozen whatever becomes of the source, but that is said.
+std::string PictureLiveness::frozen_sentence(const Source& source, std::int64_t now_ns) const {
+  const std::string cause = reason(source, now_ns);
+  return "The picture is frozen." + (cause.empty() ? "" : " " + cause);
 }
 
 std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) const {

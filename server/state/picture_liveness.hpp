@@ -23,6 +23,7 @@ class PictureLiveness {
     kDelayed,  ///< pictures of new volumes come, and each is too old
     kNotLive,
     kReplay,  ///< the picture shows what a recording shows now, or where it is paused
+    kFrozen,  ///< the picture shows one of the last volumes, as was asked for
   };
   /// What keeps new pictures away. In order of precedence, but for the last one.
   enum class Cause : std::uint8_t {
@@ -56,6 +57,7 @@ class PictureLiveness {
     bool probe_lost = false;
     bool is_replay = false;  ///< of a recording: its pictures are never live
     bool paused = false;     ///< a replay that sends no frame, as was asked for
+    bool frozen = false;     ///< one of the last volumes is shown, as was asked for
   };
 
   /// `pipeline` must outlive this object. `start_ns`: fanlight::now_ns of the start.
@@ -72,7 +74,7 @@ class PictureLiveness {
 
   const Report& report() const { return report_; }
 
-  /// "waiting", "live", "delayed", "not live" or "replay".
+  /// "waiting", "live", "delayed", "not live", "replay" or "frozen".
   static const char* name(State state);
 
   /// How long a call of the GPU's driver has not returned; 0 where it answers.
@@ -99,6 +101,7 @@ class PictureLiveness {
   bool frames_silent(std::int64_t now_ns) const;
   double rate() const;
   std::string sentence(const Source& source, std::int64_t now_ns) const;
+  std::string frozen_sentence(const Source& source, std::int64_t now_ns) const;
   std::string reason(const Source& source, std::int64_t now_ns) const;
 
   const PipelineCounters& pipeline_;

@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "proto/base/printable.hpp"
+#include "server/state/wish_text.hpp"
 
 namespace fanlight {
 
@@ -34,14 +33,6 @@ Error unknown(std::string_view text) {
                       "speed=FACTOR or ending=once|loop|to-and-fro",
                       text.empty() ? "there is no wish"
                                    : fmt::format("\"{}\" is no wish", printable(text.substr(0, 40))))};
-}
-
-std::optional<double> number(std::string_view text) {
-  double value = 0;
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    return std::nullopt;
-  return value;
 }
 
 Result<ReplayOrder> order_of(const ReplayRequest& request) {
@@ -94,27 +85,24 @@ std::string trouble_of(const ReplayStatus& status) {
 }  // namespace
 
 Result<ReplayRequest> replay_request(std::string_view text) {
-  const std::size_t equals = text.find('=');
-  const std::string_view word = text.substr(0, equals);
-  const bool has_argument = equals != std::string_view::npos;
-  const std::string_view argument = has_argument ? text.substr(equals + 1) : "";
+  const WishText written(text);
   for (const auto& [known, wish] : kWishes) {
-    if (word != known) continue;
+    if (written.word != known) continue;
     ReplayRequest request;
     request.set_wish(wish);
     if (wish == ReplayRequest::PLAY || wish == ReplayRequest::PAUSE) {
-      if (has_argument) return unknown(text);
+      if (written.has_argument) return unknown(text);
       return request;
     }
     if (wish == ReplayRequest::ENDING) {
       for (std::size_t i = 0; i < kEndings.size(); ++i) {
-        if (argument != kEndings[i]) continue;
+        if (written.argument != kEndings[i]) continue;
         request.set_ending(static_cast<v1::ReplayStatus::Ending>(i));
         return request;
       }
       return unknown(text);
     }
-    const auto value = !has_argument && wish == ReplayRequest::STEP ? 1.0 : number(argument);
+    const auto value = !written.has_argument && wish == ReplayRequest::STEP ? 1.0 : written.number();
     if (!value) return unknown(text);
     request.set_value(*value);
     return request;

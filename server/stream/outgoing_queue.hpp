@@ -25,6 +25,7 @@ class OutgoingQueue {
     kLiveness,
     kRecording,
     kReplay,
+    kCine,
     kStatistics
   };
 

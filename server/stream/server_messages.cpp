@@ -95,6 +95,12 @@ v1::ServerMessage ServerMessages::replay() const {
   return message;
 }
 
+v1::ServerMessage ServerMessages::cine() const {
+  v1::ServerMessage message;
+  *message.mutable_cine() = dependencies_.cine.message();
+  return message;
+}
+
 v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts& pictures) const {
   const PipelineCounters& pipeline = dependencies_.pipeline;
   v1::ServerMessage message;

@@ -10,6 +10,7 @@
 #include "server/access/control_lease.hpp"
 #include "server/access/role.hpp"
 #include "server/metrics/server_counters.hpp"
+#include "server/state/cine_proxy.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
@@ -54,6 +55,7 @@ class ServerMessages {
     const PictureLiveness& liveness;
     const RecordingProxy& recording;
     const ReplayProxy& replay;
+    const CineProxy& cine;
     const ViewAdmission& views;
     const ControlLease& control;
     const PictureHub& hub;
@@ -73,6 +75,7 @@ class ServerMessages {
   v1::ServerMessage liveness() const;
   v1::ServerMessage recording() const;
   v1::ServerMessage replay() const;
+  v1::ServerMessage cine() const;
   v1::ServerMessage statistics(const OutgoingQueue::PictureCounts& pictures) const;
   static v1::ServerMessage scene_shown(const OutgoingQueue::ShownRequest& request, std::uint64_t picture_id);
 

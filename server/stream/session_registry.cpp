@@ -42,6 +42,10 @@ void SessionRegistry::replay_changed() {
   for_each_open([](RegisteredSession& session) { session.replay_changed(); });
 }
 
+void SessionRegistry::cine_changed() {
+  for_each_open([](RegisteredSession& session) { session.cine_changed(); });
+}
+
 void SessionRegistry::survey_answered(std::uint64_t session, const v1::SurveyReply& reply) {
   const auto found = sessions_.find(session);
   if (found != sessions_.end() && found->second->is_open()) found->second->survey_answered(reply);

@@ -40,6 +40,9 @@ class RegisteredSession {
   /// The state of the player of a recording has changed.
   virtual void replay_changed() = 0;
 
+  /// Another of the last volumes is shown, or new ones are again.
+  virtual void cine_changed() = 0;
+
   /// The render thread has looked for the surface, as this session wished.
   virtual void survey_answered(const v1::SurveyReply& reply) = 0;
 
@@ -84,6 +87,7 @@ class SessionRegistry {
   void liveness_changed();
   void recording_changed();
   void replay_changed();
+  void cine_changed();
 
   /// Passes the answer on to the session, where it is still there.
   void survey_answered(std::uint64_t session, const v1::SurveyReply& reply);

@@ -59,6 +59,8 @@ void StreamRequests::handle(const v1::ClientMessage& message) {
       return record(message.recording());
     case v1::ClientMessage::kReplay:
       return control_replay(message.replay());
+    case v1::ClientMessage::kCine:
+      return control_cine(message.cine());
     case v1::ClientMessage::BODY_NOT_SET:
       return refuse("a message has no body that is known, expected one of fanlight.v1.ClientMessage");
   }
@@ -237,20 +239,34 @@ void StreamRequests::record(const v1::RecordingRequest& request) {
   answer(message);
 }
 
-void StreamRequests::control_replay(const v1::ReplayRequest& request) {
-  v1::ServerMessage message;
-  v1::ReplayReply& reply = *message.mutable_replay_reply();
+template <typename Proxy, typename Request, typename Reply>
+void StreamRequests::carry_out(Proxy& proxy, const Request& request, Reply& reply, Counter& refusals) {
   reply.set_request_id(request.request_id());
   const auto may = dependencies_.control.may_change(party(), role());
-  const Result<void> done = may ? dependencies_.replay.request(request) : may;
+  const Result<void> done = may ? proxy.request(request) : may;
   if (done) {
     reply.set_taken(true);
   } else {
-    dependencies_.counters.replay_refusals.add();
+    refusals.add();
     reply.mutable_refused()->set_message(done.error().message);
   }
-  audit_.note("replay", done ? "done" : "refused: " + done.error().message,
+}
+
+void StreamRequests::control_replay(const v1::ReplayRequest& request) {
+  v1::ServerMessage message;
+  v1::ReplayReply& reply = *message.mutable_replay_reply();
+  carry_out(dependencies_.replay, request, reply, dependencies_.counters.replay_refusals);
+  audit_.note("replay", reply.has_refused() ? "refused: " + reply.refused().message() : "done",
               {{"wish", replay_words(request)}});
+  answer(message);
+}
+
+void StreamRequests::control_cine(const v1::CineRequest& request) {
+  v1::ServerMessage message;
+  v1::CineReply& reply = *message.mutable_cine_reply();
+  carry_out(dependencies_.cine, request, reply, dependencies_.counters.cine_refusals);
+  audit_.note("cine", reply.has_refused() ? "refused: " + reply.refused().message() : "done",
+              {{"wish", cine_words(request)}});
   answer(message);
 }
 

@@ -10,6 +10,7 @@
 #include "server/access/authenticator.hpp"
 #include "server/access/control_lease.hpp"
 #include "server/metrics/server_counters.hpp"
+#include "server/state/cine_proxy.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
 #include "server/state/replay_proxy.hpp"
@@ -38,6 +39,7 @@ class StreamRequests {
     SurveyDesk& surveys;
     RecordingProxy& recording;
     ReplayProxy& replay;
+    CineProxy& cine;
     PictureHub& hub;
     Authenticator& access;
     ControlLease& control;
@@ -94,6 +96,9 @@ class StreamRequests {
   void find_surface(const v1::SurveyRequest& request);
   void record(const v1::RecordingRequest& request);
   void control_replay(const v1::ReplayRequest& request);
+  void control_cine(const v1::CineRequest& request);
+  template <typename Proxy, typename Request, typename Reply>
+  void carry_out(Proxy& proxy, const Request& request, Reply& reply, Counter& refusals);
   void answer(const v1::ServerMessage& message) { queue_.add_answer(serialised(message)); }
 
   const Dependencies& dependencies_;

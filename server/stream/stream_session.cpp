@@ -119,6 +119,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   queue_.add_notice(OutgoingQueue::Notice::kLiveness);
   queue_.add_notice(OutgoingQueue::Notice::kRecording);
   queue_.add_notice(OutgoingQueue::Notice::kReplay);
+  queue_.add_notice(OutgoingQueue::Notice::kCine);
   dependencies_.hub.add(*this);
 }
 
@@ -356,6 +357,8 @@ v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
       return dependencies_.messages.recording();
     case OutgoingQueue::Notice::kReplay:
       return dependencies_.messages.replay();
+    case OutgoingQueue::Notice::kCine:
+      return dependencies_.messages.cine();
     case OutgoingQueue::Notice::kStatistics:
       break;
   }

@@ -41,7 +41,8 @@ class RenderThreadTest : public GpuTest {
                                                                         .pictures = pictures_,
                                                                         .counters = counters_,
                                                                         .bell = render_bell_,
-                                                                        .failures = failures_});
+                                                                        .failures = failures_,
+                                                                        .cine = &cine_});
   }
 
   /// A volume of a plate at this depth, with that geometry.
@@ -54,7 +55,8 @@ class RenderThreadTest : public GpuTest {
     volume->set_geometry(copied.geometry());
     for (std::uint32_t frame = 0; frame < angles_rad_.size(); ++frame) {
       std::ranges::copy(copied.frame_pixels(frame), volume->next_frame_pixels().begin());
-      volume->add_frame({.sequence = frame, .angle_rad = angles_rad_[frame]});
+      volume->add_frame(
+          {.sequence = frame, .angle_rad = angles_rad_[frame], .capture_time_ns = captured_ns_ += 1'000'000});
     }
     volume->sort_by_angle();
     ring_.publish();
@@ -112,12 +114,15 @@ class RenderThreadTest : public GpuTest {
   Doorbell writer_bell_;
   VolumeRing ring_{{.geometry = kGeometry,
                     .frame_capacity = 9,
+                    .kept = 3,
                     .largest_frame_bytes = std::max(kDeeper.frame_bytes(), too_wide().frame_bytes())},
                    {.reader_bell = render_bell_, .writer_bell = writer_bell_}};
   Mailbox<NumberedScene> scenes_{render_bell_};
   Mailbox<Picture> pictures_{server_bell_};
   Mailbox<Error> failures_{server_bell_};
+  CineLink cine_{render_bell_, server_bell_};
   RenderCounters counters_;
+  std::int64_t captured_ns_ = 0;
   std::unique_ptr<RenderThread> thread_;  // last: it uses the others
 };
 
@@ -138,6 +143,69 @@ TEST_F(RenderThreadTest, MakesAPictureOfAVolumeAndAnotherOfAMovedLight) {
   EXPECT_EQ(second.stamp.volume.volume_id, 1U);
   EXPECT_EQ(second.stamp.pass1_runs, first.stamp.pass1_runs);
   EXPECT_NE(second.rgba, first.rgba);
+}
+
+TEST_F(RenderThreadTest, ShowsTheLastVolumesAgainWhileFrozen) {
+  using Wish = CineOrder::Wish;
+  std::vector<Picture> live;
+  for (int volume = 0; volume < 6; ++volume) {
+    publish(plate(35 + 3 * volume));
+    live.push_back(next_picture());
+  }
+  const std::uint64_t rendered = counters_.volumes_rendered.value();
+  cine_.send({.wish = Wish::kFreeze});
+  cine_.send({.wish = Wish::kStep, .volumes = -2});
+  const Picture older = next_picture();
+  EXPECT_EQ(older.stamp.volume.volume_id, 4U);
+  EXPECT_EQ(older.rgba, live[3].rgba);
+  const CineStatus* const told = cine_.status.newest();
+  ASSERT_NE(told, nullptr);
+  EXPECT_EQ(*told, (CineStatus{.state = CineStatus::State::kFrozen,
+                               .capacity = 3,
+                               .volumes = 4,
+                               .volume = 1,
+                               .time_s = 0.009,
+                               .duration_s = 0.027}));
+
+  publish(plate(60));  // comes to no picture now
+  Scene moved = scene_;
+  moved.light.right_mm = 60;
+  request(2, moved);
+  const Picture lit = next_picture_of(2);
+  EXPECT_EQ(lit.stamp.volume.volume_id, 4U) << "the light moves on a frozen volume";
+  EXPECT_EQ(lit.stamp.pass1_runs, older.stamp.pass1_runs);
+  moved.camera.yaw_deg = 20;
+  request(3, moved);
+  EXPECT_EQ(next_picture_of(3).stamp.volume.volume_id, 4U) << "so does the camera";
+  EXPECT_EQ(counters_.volumes_rendered.value(), rendered) << "no volume is counted twice";
+
+  cine_.send({.wish = Wish::kLive});
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 7U);
+}
+
+TEST_F(RenderThreadTest, ReturnsToTheNewestVolumeWhereNoOtherComes) {
+  for (int volume = 0; volume < 3; ++volume) {
+    publish(plate(35 + 3 * volume));
+    next_picture();
+  }
+  cine_.send({.wish = CineOrder::Wish::kFreeze});
+  cine_.send({.wish = CineOrder::Wish::kSeek, .volume = 0});
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U);
+  cine_.send({.wish = CineOrder::Wish::kLive});
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 3U);
+}
+
+TEST_F(RenderThreadTest, PlaysTheLastVolumesInALoop) {
+  for (int volume = 0; volume < 3; ++volume) {
+    publish(plate(35 + 3 * volume));
+    next_picture();
+  }
+  cine_.send({.wish = CineOrder::Wish::kSpeed, .speed = 0.1});
+  cine_.send({.wish = CineOrder::Wish::kFreeze});
+  cine_.send({.wish = CineOrder::Wish::kPlay});
+  std::vector<std::uint64_t> shown;
+  while (shown.size() < 4) shown.push_back(next_picture().stamp.volume.volume_id);
+  EXPECT_EQ(shown, (std::vector<std::uint64_t>{1, 2, 3, 1}));
 }
 
 TEST_F(RenderThreadTest, EndsUpAtTheNewestVolumeAndScene) {

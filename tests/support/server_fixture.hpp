@@ -49,7 +49,8 @@ class ServerFixture {
                                       .private_views = &private_views_,
                                       .survey_orders = &survey_orders_,
                                       .survey_results = &survey_results_,
-                                      .recording = recording});
+                                      .recording = recording,
+                                      .cine = &cine_});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
     endpoint_ = server_->endpoint();
@@ -68,6 +69,11 @@ class ServerFixture {
     replay_.status.publish();
   }
   /// Waits for the next order to the player of a recording.
+  void tell_cine(const CineStatus& status) {
+    cine_.status.draft() = status;
+    cine_.status.publish();
+  }
+  CineLink& cine() { return cine_; }
   ReplayOrder next_replay_order() {
     for (int i = 0; i < 2000; ++i) {
       if (const auto order = replay_.orders.take()) return *order;
@@ -237,6 +243,8 @@ class ServerFixture {
   Doorbell acquisition_bell_;
   ProbeLink probe_{acquisition_bell_, bell_};
   ReplayLink replay_{bell_};
+  Doorbell render_bell_;
+  CineLink cine_{render_bell_, bell_};
   ServerCounters counters_;
   std::unique_ptr<StreamServer> server_;
   boost::asio::ip::tcp::endpoint endpoint_;

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <span>
 #include <thread>
+#include <vector>
 
 namespace fanlight {
 namespace {
@@ -129,6 +131,68 @@ TEST_F(VolumeRingTest, AMovedLeaseReleasesItsSlotOnce) {
   EXPECT_EQ(kept->stamp().source_volume_index, 1U);
   kept = {};
   EXPECT_TRUE(writer_bell_.wait(0));
+}
+
+std::vector<std::uint64_t> marks(std::span<const Volume* const> volumes) {
+  std::vector<std::uint64_t> marks;
+  for (const Volume* const volume : volumes) marks.push_back(volume->stamp().source_volume_index);
+  return marks;
+}
+
+TEST_F(VolumeRingTest, KeepsTheLastVolumesWhileFurtherOnesCome) {
+  VolumeRing ring({.geometry = small_geometry(), .frame_capacity = 3, .slots = kSlots, .kept = 5},
+                  {.reader_bell = reader_bell_, .writer_bell = writer_bell_});
+  EXPECT_TRUE(ring.keep().empty()) << "a slot that never held a volume";
+  VolumeRing::Lease shown;
+  for (std::uint64_t mark = 1; mark <= 20; ++mark) {
+    publish(ring, mark);
+    if (mark % 2 == 1) continue;  // skipped by the reader
+    shown = {};
+    shown = ring.take();
+  }
+  const std::vector<std::uint64_t> expected = {15, 16, 17, 18, 19};
+  EXPECT_EQ(marks(ring.keep()), expected);
+  const std::uint64_t dropped = ring.counters().volumes_dropped.value();
+  for (std::uint64_t mark = 21; mark <= 40; ++mark) publish(ring, mark);
+  EXPECT_EQ(marks(ring.kept()), expected);
+  for (const Volume* const volume : ring.kept()) expect_whole(*volume);
+  EXPECT_EQ(shown->stamp().source_volume_index, 20U);
+  EXPECT_EQ(ring.counters().volumes_dropped.value() - dropped, 20U - (kSlots - 1));
+  ring.release_kept();
+  shown = {};
+  EXPECT_EQ(ring.take()->stamp().source_volume_index, 40U);
+  for (std::uint64_t mark = 41; mark <= 60; ++mark) publish(ring, mark);
+  EXPECT_EQ(ring.take()->stamp().source_volume_index, 60U);
+}
+
+TEST_F(VolumeRingTest, KeepsNoVolumeThatWasGivenUp) {
+  VolumeRing ring({.geometry = small_geometry(), .frame_capacity = 3, .slots = 3, .kept = 2},
+                  {.reader_bell = reader_bell_, .writer_bell = writer_bell_});
+  publish(ring, 1);
+  ring.begin();
+  ring.abandon();
+  ring.take();
+  EXPECT_EQ(marks(ring.keep()), std::vector<std::uint64_t>{1});
+}
+
+// Run with the thread sanitizer: the reader keeps and lets go while the writer takes free slots.
+TEST_F(VolumeRingTest, TwoThreadsWhileVolumesAreKept) {
+  VolumeRing ring({.geometry = small_geometry(), .frame_capacity = 3, .slots = kSlots, .kept = 4},
+                  {.reader_bell = reader_bell_, .writer_bell = writer_bell_});
+  constexpr std::uint64_t kVolumes = 20'000;
+  std::jthread writer([&ring] {
+    for (std::uint64_t mark = 1; mark <= kVolumes; ++mark) publish(ring, mark);
+  });
+  for (std::uint64_t last = 0; last < kVolumes;) {
+    if (const auto lease = ring.take()) last = lease->stamp().source_volume_index;
+    std::uint64_t before = 0;
+    for (const Volume* const volume : ring.keep()) {
+      expect_whole(*volume);
+      EXPECT_GT(volume->stamp().volume_id, before);
+      before = volume->stamp().volume_id;
+    }
+    ring.release_kept();
+  }
 }
 
 // Run with the thread sanitizer. The reader ends with the last volume, which neither policy may drop.

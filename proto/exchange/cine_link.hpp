@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "proto/exchange/doorbell.hpp"
+#include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/small_queue.hpp"
+
+namespace fanlight {
+
+/// What the display of the last volumes (the cine) is asked for.
+struct CineOrder {
+  enum class Wish : std::uint8_t {
+    kFreeze,  ///< keeps the last volumes, and shows the newest of them
+    kLive,    ///< lets them go, and shows new volumes again
+    kPlay,    ///< shows the kept volumes one after the other, in a loop
+    kPause,
+    kStep,   ///< pauses, `volumes` further; negative: back; beyond an end: from the other end
+    kSeek,   ///< pauses at `volume`
+    kSpeed,  ///< plays with `speed`
+  };
+  Wish wish = Wish::kFreeze;
+  std::int32_t volumes = 1;
+  std::uint32_t volume = 0;  ///< from 0, the oldest; beyond the newest: the newest
+  double speed = 1;          ///< kLeastCineSpeed to kMostCineSpeed; 1 as captured
+};
+
+inline constexpr double kLeastCineSpeed = 0.1;
+inline constexpr double kMostCineSpeed = 4;
+
+struct CineStatus {
+  enum class State : std::uint8_t {
+    kLive,    ///< new volumes are shown as they come
+    kFrozen,  ///< one of the kept volumes is shown
+    kPlaying  ///< the kept volumes are shown one after the other
+  };
+  State state = State::kLive;
+  std::uint32_t capacity = 0;  ///< most volumes that can be kept, besides the one on show
+  std::uint32_t volumes = 0;   ///< kept now, with the one on show at the freeze
+  std::uint32_t volume = 0;    ///< on show, from 0, the oldest
+  double time_s = 0;           ///< of the volume on show, since the oldest one
+  double duration_s = 0;       ///< from the oldest to the newest
+  double speed = 1;
+
+  bool operator==(const CineStatus&) const = default;
+};
+
+/// Orders on their way from the server thread to the render thread, and the cine's state on its way back.
+struct CineLink {
+  /// Both must outlive the link. The renderer's bell rings with each order, the server's with each state.
+  CineLink(Doorbell& for_renderer, Doorbell& for_server) : renderer_bell(for_renderer), status(for_server) {}
+
+  /// Server thread. False where too many orders wait.
+  bool send(const CineOrder& order) {
+    const bool put = orders.put(order);
+    renderer_bell.ring();
+    return put;
+  }
+
+  Doorbell& renderer_bell;
+  SmallQueue<CineOrder, 16> orders;
+  Mailbox<CineStatus> status;
+};
+
+}  // namespace fanlight

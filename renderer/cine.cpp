@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/cine.hpp"
+
+namespace fanlight {
+
+Cine::Cine(VolumeRing& ring, CineLink* link) : ring_(ring), link_(link), player_(ring.most_kept() + 1) {
+  tell();
+}
+
+bool Cine::take_orders(const Volume* shown, std::int64_t now_ns) {
+  if (link_ == nullptr) return false;
+  player_.advance(now_ns);
+  bool reload = false;
+  while (const auto order = link_->orders.take()) reload |= obey(*order, shown, now_ns);
+  tell();
+  return reload && !is_frozen();
+}
+
+bool Cine::obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns) {
+  if (order.wish == CineOrder::Wish::kLive) return go_live();
+  if (order.wish == CineOrder::Wish::kFreeze) {
+    if (!is_frozen() && shown != nullptr) freeze(*shown);
+    return false;
+  }
+  player_.obey(order, now_ns);
+  return false;
+}
+
+void Cine::freeze(const Volume& shown) {
+  newest_ = &shown;
+  auto& times_ns = player_.capture_times_ns();
+  times_ns.clear();
+  for (const Volume* const kept : ring_.keep()) times_ns.push_back(kept->stamp().last_capture_time_ns);
+  times_ns.push_back(shown.stamp().last_capture_time_ns);
+  player_.freeze();
+  loaded_ = player_.volume();
+}
+
+bool Cine::go_live() {
+  const bool older_is_shown = is_frozen() && loaded_ && volume(*loaded_) != newest_;
+  player_.go_live();
+  ring_.release_kept();
+  newest_ = nullptr;
+  loaded_.reset();
+  return older_is_shown;
+}
+
+const Volume* Cine::volume(std::uint32_t index) const {
+  const auto kept = ring_.kept();
+  return index < kept.size() ? kept[index] : newest_;
+}
+
+const Volume* Cine::due() const {
+  return is_frozen() && loaded_ != player_.volume() ? volume(player_.volume()) : nullptr;
+}
+
+void Cine::tell() {
+  if (link_ == nullptr) return;
+  CineStatus status = player_.status();
+  status.capacity = ring_.most_kept();
+  if (status == told_) return;
+  told_ = link_->status.draft() = status;
+  link_->status.publish();
+}
+
+}  // namespace fanlight

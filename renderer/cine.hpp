@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "proto/exchange/cine_link.hpp"
+#include "proto/exchange/volume_ring.hpp"
+#include "renderer/schedule/cine_player.hpp"
+
+namespace fanlight {
+
+/// The cine on the render thread: keeps the ring's last volumes while the display is frozen, and says which
+/// of them is due. Nothing is copied: the ring does not overwrite what is kept. Allocates in the constructor
+/// only.
+class Cine {
+ public:
+  /// Both must outlive this object; `link` may be null: nothing is ever frozen then.
+  Cine(VolumeRing& ring, CineLink* link);
+
+  /// Carries out the orders. `shown`: the volume on show, which its lease keeps; null before the first one.
+  /// True where the newest volume must be loaded again, because an older one is on show.
+  bool take_orders(const Volume* shown, std::int64_t now_ns);
+
+  bool is_frozen() const { return player_.is_frozen(); }
+
+  /// The kept volume to load: another one than was loaded last. Null where there is none, or while live.
+  const Volume* due() const;
+  /// The kept volume that was loaded last; null while live.
+  const Volume* on_show() const { return is_frozen() && loaded_ ? volume(*loaded_) : nullptr; }
+  /// due() was loaded, or was refused and is not tried again.
+  void note_loaded() { loaded_ = player_.volume(); }
+  /// The renderer is new: what is on show must be loaded again.
+  void forget_loaded() { loaded_.reset(); }
+
+  /// Lets the kept volumes go. Call it before the ring ends.
+  void end() { go_live(); }
+
+  std::optional<std::int64_t> next_change_ns() const { return player_.next_change_ns(); }
+
+ private:
+  bool obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns);
+  void freeze(const Volume& shown);
+  bool go_live();
+  void tell();
+  const Volume* volume(std::uint32_t index) const;
+
+  VolumeRing& ring_;
+  CineLink* link_;
+  CinePlayer player_;
+  const Volume* newest_ = nullptr;  // while frozen: the one on show at the freeze
+  std::optional<std::uint32_t> loaded_;
+  CineStatus told_;
+};
+
+}  // namespace fanlight

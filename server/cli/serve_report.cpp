@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/cli/serve_report.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <string>
+
+namespace fanlight {
+
+void log_device(const Pipeline& pipeline) {
+  for (const GpuCandidate& candidate : pipeline.gpus()) {
+    if (!candidate.refusals.empty())
+      spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
+  }
+  const GpuCandidate& used = pipeline.gpu();
+  spdlog::info("renders on {} ({}, {})", used.name, used.kind, used.driver);
+}
+
+namespace {
+
+std::string frame_words(const FanGeometry& geometry) {
+  if (geometry.kind == FrameKind::kCartesian) {
+    return fmt::format("{} x {} pixels of {:.4g} x {:.4g} mm", geometry.columns, geometry.rows,
+                       geometry.pixel_width_mm, geometry.pixel_height_mm);
+  }
+  const std::string pitch = geometry.kind == FrameKind::kConvexLines
+                                ? fmt::format("{:.3g} deg", geometry.line_pitch_deg)
+                                : fmt::format("{:.4g} mm", geometry.pixel_width_mm);
+  return fmt::format("{} scan lines, {} apart, of {} samples, {:.4g} mm apart", geometry.columns, pitch,
+                     geometry.rows, geometry.pixel_height_mm);
+}
+
+}  // namespace
+
+void log_source(const SourceDescription& source) {
+  const FanGeometry& geometry = source.geometry;
+  spdlog::info(
+      "source {} delivers {} frames a volume, each of {}; {:.1f} to {:.1f} deg about an axis {:.1f} mm "
+      "behind the probe face",
+      source.name, source.usual_frames > 0 ? source.usual_frames : source.frames_per_volume,
+      frame_words(geometry), degrees(source.first_angle_rad), degrees(source.last_angle_rad),
+      geometry.motor_radius_mm);
+  for (const std::string& note : source.notes) spdlog::warn("{}", note);
+}
+
+void log_end(const PipelineCounters& pipeline, const ServerCounters& server) {
+  std::string counts;
+  for (const NamedCount& count : named_counts(pipeline, server)) {
+    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count.name, count.value);
+  }
+  spdlog::info("ended: {}", counts);
+}
+
+/// What became of a recording that ended with the server.
+void log_recording(Pipeline& pipeline) {
+  const auto link = pipeline.recording();
+  const RecordingStatus* const status = link ? link->status.newest() : nullptr;
+  if (status == nullptr) return;
+  if (status->state == RecordingStatus::State::kFinishing) {
+    spdlog::warn("{} is not finished; the next start does so, or fanlight recover", status->file);
+  } else if (status->last_trouble.empty() && status->finished > 0) {
+    spdlog::info("{} has {} frames in {:.1f} s", status->last_file, status->last_frames,
+                 status->last_duration_s);
+  }
+}
+
+}  // namespace fanlight

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/source/frame_source.hpp"
+#include "server/metrics/server_counters.hpp"
+#include "server/pipeline/pipeline.hpp"
+
+namespace fanlight {
+
+// What `fanlight serve` logs at its start and at its end.
+
+void log_device(const Pipeline& pipeline);
+void log_source(const SourceDescription& source);
+
+void log_end(const PipelineCounters& pipeline, const ServerCounters& server);
+
+/// What became of a recording that ended with the server.
+void log_recording(Pipeline& pipeline);
+
+}  // namespace fanlight

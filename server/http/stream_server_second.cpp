@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// StreamServer: what it does once a second.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+
+#include "proto/base/clock.hpp"
+#include "server/http/stream_server.hpp"
+
+namespace fanlight {
+
+void StreamServer::start_second() {
+  second_.expires_after(std::chrono::seconds(1));
+  second_.async_wait([this, link = second_chain_.link()](boost::system::error_code failure) {
+    if (failure) return;
+    second_passed();
+    start_second();
+  });
+}
+
+void StreamServer::second_passed() {
+  if (liveness_.driver_silent_ns() > config_.most_driver_ms * 1'000'000) {
+    fail({ErrorCode::kLost,
+          fmt::format("a call of the GPU's driver has not returned for {} s; expected a driver "
+                      "that answers",
+                      config_.most_driver_ms / 1000)});
+  }
+  notify_sessions_of_second();  // first: it frees the memory of sessions that leave
+  listener_.second_passed();
+  reload_credentials(false);
+  reload_certificates(false);
+  lapse_control();
+  audit_.second_passed();
+  if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
+  dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
+}
+
+void StreamServer::reload_credentials(bool in_any_case) {
+  std::string trouble;
+  if (!access_.reload(trouble, in_any_case)) return;
+  audit_.note({.name = "fanlight"},
+              {.what = "credentials_read", .result = trouble.empty() ? "done" : trouble});
+  if (trouble.empty()) {
+    spdlog::info("read the credentials again");
+  } else {
+    spdlog::error("the credentials stay as they were: {}", trouble);
+  }
+}
+
+void StreamServer::reload_certificates(bool in_any_case) {
+  const auto result = listener_.reload_certificates(in_any_case);
+  if (!result) return;
+  audit_.note({.name = "fanlight"}, {.what = "certificates_read", .result = *result});
+  spdlog::info("the certificates were read again: {}", *result);
+}
+
+void StreamServer::lapse_control() {
+  if (!control_.expire(now_ns() / 1'000'000)) return;
+  audit_.note({.name = "fanlight"}, {.what = "control", .result = "lapsed"},
+              {{"in_control", control_.state().holder.session}});
+  sessions_.control_changed();
+}
+
+void StreamServer::notify_sessions_of_second() {
+  end_views(views_.second_passed(now_ns()));
+  for (const auto& session : sessions_.all()) session->second_passed();
+}
+
+void StreamServer::end_views(const std::vector<ViewAdmission::EndedView>& ended) {
+  for (const ViewAdmission::EndedView& view : ended) {
+    dependencies_.counters.private_views_ended.add();
+    sessions_.view_ended(view.session, view.reason);
+  }
+}
+
+}  // namespace fanlight
