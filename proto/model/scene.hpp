@@ -61,7 +61,11 @@ enum class Smoothing : std::uint8_t { kNone, kMean, kDiffusion };
 enum class Tone : std::uint8_t { kLinear, kFilm };
 enum class ColourMap : std::uint8_t { kNone, kGrey, kSepia, kGold, kIce, kHeat };
 /// Reaction when the machine is too slow for the requested rate.
-enum class DeadlinePlan : std::uint8_t { kOff, kHoldRate };
+enum class DeadlinePlan : std::uint8_t {
+  kOff,
+  kHoldRate,
+  kSmoothWhileMoving,  ///< coarse while the view moves, whatever the rate
+};
 
 /// All parameters of a picture that a user may change, as plain numbers. Ranges, units and meanings are in
 /// scene_fields(), the one table that the command line, the network and the page read.

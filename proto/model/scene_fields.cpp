@@ -28,7 +28,7 @@ constexpr std::string_view kLightKinds[] = {"point", "directional"};
 constexpr std::string_view kSmoothings[] = {"none", "mean", "diffusion"};
 constexpr std::string_view kTones[] = {"linear", "film"};
 constexpr std::string_view kColourMaps[] = {"none", "grey", "sepia", "gold", "ice", "heat"};
-constexpr std::string_view kDeadlinePlans[] = {"off", "hold-rate"};
+constexpr std::string_view kDeadlinePlans[] = {"off", "hold-rate", "smooth-while-moving"};
 
 using Choices = std::span<const std::string_view>;
 
@@ -322,11 +322,12 @@ const SceneField kFields[] = {
     choice<MEMBER(refresh)>("refresh",
                             "when the picture follows the probe: when a sweep is whole, or with every frame",
                             FirstPass::kLight, kRefreshes),
-    choice<MEMBER(deadline.plan)>(
-        "deadline.plan",
-        "where the machine cannot keep up: nothing, or hold the rate with a coarser picture while the view "
-        "moves, then always, then a wider step, then cheaper filters",
-        FirstPass::kLight, kDeadlinePlans),
+    choice<MEMBER(deadline.plan)>("deadline.plan",
+                                  "where the machine cannot keep up: nothing; hold the rate with a coarser "
+                                  "picture while the view moves, "
+                                  "then always, then a wider step, then cheaper filters; or only the coarser "
+                                  "picture while the view moves",
+                                  FirstPass::kLight, kDeadlinePlans),
     row<MEMBER(deadline.rate_hz)>("deadline.rate_hz", "Hz", "pictures a second that the plan holds", 1, 60, 0,
                                   FirstPass::kLight),
 };

@@ -33,8 +33,10 @@ double work_ms(const PictureStamp& stamp) {
 }  // namespace
 
 void RateGovernor::scene_came(const Scene& scene, std::int64_t now_ns) {
-  if (scene.deadline.plan == DeadlinePlan::kOff) {
+  const DeadlinePlan plan = scene.deadline.plan;
+  if (plan == DeadlinePlan::kOff || plan != scene_.deadline.plan) {
     *this = RateGovernor();
+    level_ = plan == DeadlinePlan::kSmoothWhileMoving ? 1 : 0;
   } else if (has_scene_ && first_pass_changed(scene_, scene) <= FirstPass::kCast) {
     last_moved_ns_ = now_ns;
   }
@@ -73,7 +75,7 @@ std::optional<std::int64_t> RateGovernor::next_change_ns(std::int64_t now_ns) co
 }
 
 void RateGovernor::picture_finished(const PictureStamp& stamp) {
-  if (scene_.deadline.plan == DeadlinePlan::kOff) return;
+  if (scene_.deadline.plan != DeadlinePlan::kHoldRate) return;
   const std::int64_t now_ns = stamp.finished_time_ns;
   // A replaced frame makes no new volume, but a new picture that counts.
   const bool new_volume =

@@ -18,6 +18,8 @@ namespace fanlight {
 /// The cost of a level is learned when the level is entered and left. A level that was left too early is kept
 /// longer the next time.
 ///
+/// With DeadlinePlan::kSmoothWhileMoving the level is 1 and stays.
+///
 /// The work per picture counts, not the time between pictures: pictures that are rare because nothing moves
 /// are not late. A picture that casts no rays does not count, because no level would make it cheaper.
 ///

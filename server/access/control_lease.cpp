@@ -24,7 +24,7 @@ Result<void> check_role(Role role) {
 }  // namespace
 
 Error ControlLease::held() const {
-  return refusal(fmt::format("{} (session {}) is in control, expected to be asked for it", state_.holder.name,
+  return refusal(fmt::format("{} (display {}) is in control, expected to be asked for it", state_.holder.name,
                              state_.holder.session));
 }
 
@@ -81,7 +81,7 @@ Result<bool> ControlLease::grant(std::uint64_t from, std::uint64_t to, std::int6
   if (!holds(from)) return refusal("this session is not in control, expected it to be before it hands it on");
   const auto asking = std::ranges::find(state_.asking, to, &Party::session);
   if (asking == state_.asking.end()) {
-    return refusal(fmt::format("session {} does not ask for the control, expected one that does", to));
+    return refusal(fmt::format("display {} does not ask for the control, expected one that does", to));
   }
   give(Party(*asking), now_ms);
   return false;

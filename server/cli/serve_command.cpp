@@ -38,6 +38,7 @@ constexpr std::uint64_t kMostCineBytes = 512'000'000;
 
 struct ServeOptions {
   std::string source = "phantom:scene=face,probe=r2";
+  std::string title;
   SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
   std::string listen = "127.0.0.1:8080";
   TlsFiles tls;
@@ -155,6 +156,18 @@ void ignore_harmless_signals() {
   for (const int signal : {SIGPIPE, SIGHUP, SIGUSR1}) std::signal(signal, SIG_IGN);
 }
 
+/// Says what is shown without the path of a file, whose name may be a patient's.
+std::string usual_title(const std::string& source) {
+  if (source.starts_with("phantom:")) return "Phantom (simulated)";
+  return source.starts_with("usb:") ? "Probe" : "Recording";
+}
+
+/// A processor casts a full picture too slowly to follow a hand.
+bool moves_smoothly(const ServeOptions& options, const GpuCandidate& gpu) {
+  const auto given = options.scene.given();
+  return gpu.kind == kProcessorKind && std::ranges::find(given, "deadline.plan", &SceneField::name) == given.end();
+}
+
 /// Scripts read the address from stdout.
 void print_address(const std::string& source, const std::string& url) {
   fmt::print("Fanlight shows {} on {}\n", printable(source), url);
@@ -180,6 +193,7 @@ Result<void> serve(const ServeOptions& options) {
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
   config.facts.source = printable(description.name);
+  config.facts.title = options.title.empty() ? usual_title(options.source) : printable(options.title);
   for (const std::string& note : description.notes) config.facts.notes.push_back(printable(note));
   config.suggested_scene = suggested_scene(description);
   const auto scene = options.scene.applied_to(config.suggested_scene);
@@ -203,6 +217,12 @@ Result<void> serve(const ServeOptions& options) {
                                          {.open_device = open, .source = **source, .link = link});
   if (!pipeline) return pipeline.error();
   config.facts.device = (*pipeline)->gpu().name;
+  if (moves_smoothly(options, (*pipeline)->gpu())) {
+    config.suggested_scene.deadline.plan = config.initial_scene.scene.deadline.plan =
+        DeadlinePlan::kSmoothWhileMoving;
+    (*pipeline)->scenes().draft() = config.initial_scene;
+    (*pipeline)->scenes().publish();
+  }
   ServerCounters counters;
   auto server = StreamServer::create(config, server_dependencies(**pipeline, link, counters));
   if (!server) return server.error();
@@ -339,6 +359,8 @@ Command add_serve_command(CLI::App& program) {
                    "(a probe)")
       ->capture_default_str()
       ->type_name("SOURCE");
+  command->add_option("--title", options->title, "What displays call it; only an admin is told the source")
+      ->type_name("TEXT");
   add_network_options(*command, *options);
   add_source_options(*command, *options);
   options->recording.add_to(*command);

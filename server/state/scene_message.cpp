@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "proto/model/look.hpp"
+#include "proto/model/preset.hpp"
 
 namespace fanlight {
 
@@ -107,6 +108,20 @@ void describe(v1::Error& message, const Error& error, const SceneField* field) {
   if (field->is_text() || !field->choices.empty()) return;
   message.set_minimum(field->minimum);
   message.set_maximum(field->maximum);
+}
+
+void add_presets(v1::Hello& hello) {
+  for (const Preset& preset : presets()) {
+    v1::Look& row = *hello.add_presets();
+    row.set_name(std::string(preset.name));
+    row.set_help(std::string(preset.help));
+    Scene scene;
+    apply_preset(scene, preset);
+    for (const std::string_view name : preset_fields(preset)) {
+      const SceneField& field = *find_scene_field(name);
+      put_change(*row.mutable_scene(), field, field.get(scene));
+    }
+  }
 }
 
 void add_looks(v1::Hello& hello) {

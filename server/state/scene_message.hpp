@@ -36,4 +36,7 @@ void add_scene_fields(v1::Hello& hello);
 /// Adds the looks, with the fields that each sets.
 void add_looks(v1::Hello& hello);
 
+/// The built-in presets.
+void add_presets(v1::Hello& hello);
+
 }  // namespace fanlight

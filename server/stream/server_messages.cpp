@@ -12,7 +12,10 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   v1::Hello& hello = *message.mutable_hello();
   hello.set_protocol_version(kProtocolVersion);
   hello.set_server_version(FANLIGHT_VERSION);
-  hello.set_source(dependencies_.description.source);
+  const ServerDescription& description = dependencies_.description;
+  const bool may_know = session.principal->role == Role::kAdmin;
+  hello.set_title(description.title);
+  hello.set_source(may_know ? description.source : description.title);
   hello.set_device(dependencies_.description.device);
   hello.set_picture_width(dependencies_.description.picture_width);
   hello.set_picture_height(dependencies_.description.picture_height);
@@ -23,6 +26,7 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   *hello.mutable_control() = control_state(session.id);
   add_scene_fields(hello);
   add_looks(hello);
+  add_presets(hello);
   *hello.mutable_scene() = scene_state(dependencies_.scene_store.in_force());
   *hello.mutable_default_scene() = scene_message(dependencies_.scene_store.default_scene());
   return message;

@@ -24,7 +24,8 @@ namespace fanlight {
 
 /// Description of the server that a client receives when its session opens.
 struct ServerDescription {
-  std::string source;
+  std::string source;  ///< as on the command line; may be the path of a file, which only an admin is told
+  std::string title;   ///< for everyone
   std::string device;
   std::uint32_t picture_width = 0;
   std::uint32_t picture_height = 0;

@@ -107,7 +107,7 @@ test("one display at a time holds control", async () => {
       await until(
         "the first display to show that it is in control",
         () => controlText(first),
-        (text) => text === "In control",
+        (text) => text === "You control",
       );
       await until(
         "the second display to name the display in control",
@@ -120,7 +120,7 @@ test("one display at a time holds control", async () => {
       await until(
         "the second display to show that it is in control",
         () => controlText(second),
-        (text) => text === "In control",
+        (text) => text === "You control",
       );
       await until(
         "the controls of the first display to be inert",

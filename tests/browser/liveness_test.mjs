@@ -39,7 +39,7 @@ test("a server that is stopped with its socket open is seen, and a change says t
     server.send("SIGSTOP");
     await viewer.drag([0.3, 0.3], [0.7, 0.6]);
     await waitForNotice(viewer, /The server does not answer/);
-    assert.match(await viewer.page.locator("#not-live").textContent(), /^Not live, \d+ s old$/);
+    assert.match(await viewer.page.locator("#not-live").textContent(), /^Lost, \d+ s old$/);
     assert.match(await viewer.page.locator("#frame").getAttribute("class"), /stale/);
     assert.equal(
       await viewer.page.locator("#rendering").isVisible(),
@@ -60,7 +60,7 @@ test("a server that is stopped with its socket open is seen, and a change says t
 test("the last volume of a source that has ended is marked, also when it is lit again", async () => {
   await withPage("source-ended", "phantom:volumes=1,rate=20", async (viewer, server) => {
     await viewer.firstPicture();
-    await waitForWord(viewer, "Not live");
+    await waitForWord(viewer, "Lost");
     await waitForNotice(viewer, /The recording has ended.*The last volume stays on display\./);
     const pass2 = await viewer.number("pass2-runs");
     await viewer.drag([0.3, 0.3], [0.7, 0.6]);
@@ -70,8 +70,8 @@ test("the last volume of a source that has ended is marked, also when it is lit 
       (runs) => runs > pass2,
     );
     await viewer.settled();
-    assert.equal(await viewer.page.locator("#connection [role=status]").textContent(), "Not live");
-    assert.match(await viewer.page.locator("#not-live").textContent(), /^Not live, \d+ s old$/);
+    assert.equal(await viewer.page.locator("#connection [role=status]").textContent(), "Lost");
+    assert.match(await viewer.page.locator("#not-live").textContent(), /^Lost, \d+ s old$/);
     const health = await (await fetch(new URL("healthz", server.url))).text();
     assert.match(health, /^ok; source ended; picture not live, [\d.]+ s old; The recording has ended\.$/m);
     const metrics = await (await fetch(new URL("metrics", server.url))).text();

@@ -121,7 +121,7 @@ test("the page reports a lost probe, also after a reload, marks its last picture
     await sendProbeCommand(server, "unplug");
     await waitForNotice(viewer, /Probe lost.*Since \d\d:\d\d:\d\d\./);
     assert.ok(await isStale(viewer), "the last picture is not marked as stale");
-    assert.match(await viewer.page.locator("#not-live").textContent(), /^Not live, \d+ s old$/);
+    assert.match(await viewer.page.locator("#not-live").textContent(), /^Lost, \d+ s old$/);
     assert.ok(await isReadOnly(viewer), "the settings of a lost probe can be changed");
 
     // The light of the last picture can still be moved.

@@ -54,6 +54,8 @@ export class ViewerPage {
     viewer.page.on("request", (request) => viewer.requestedUrls.push(request.url()));
     viewer.page.on("websocket", (socket) => viewer.requestedUrls.push(socket.url()));
     await viewer.page.goto(url);
+    // Nearly all fields lie there.
+    await viewer.page.locator("#advanced > summary").click();
     return viewer;
   }
 

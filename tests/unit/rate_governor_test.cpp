@@ -293,5 +293,30 @@ TEST(RateGovernor, DoublesTheStepAndKeepsTheWindowsLength) {
   EXPECT_TRUE(check(wide()));
 }
 
+TEST(RateGovernorTest, IsCoarseOnlyWhileTheViewMovesWhereThatIsThePlan) {
+  RateGovernor governor;
+  Scene scene;
+  scene.deadline.plan = DeadlinePlan::kSmoothWhileMoving;
+  constexpr std::int64_t kSecondNs = 1'000'000'000;
+  governor.scene_came(scene, 0);
+  EXPECT_FALSE(governor.in_force(0).measures.coarse);
+  scene.light.right_mm = 5;
+  governor.scene_came(scene, kSecondNs);
+  EXPECT_FALSE(governor.in_force(kSecondNs).measures.coarse) << "a moved light casts no ray";
+  scene.camera.yaw_deg = 5;
+  governor.scene_came(scene, 2 * kSecondNs);
+  EXPECT_TRUE(governor.in_force(2 * kSecondNs).measures.coarse);
+  EXPECT_EQ(governor.next_change_ns(2 * kSecondNs), 2 * kSecondNs + RateGovernor::kMovingNs);
+  EXPECT_FALSE(governor.in_force(2 * kSecondNs + RateGovernor::kMovingNs).measures.coarse);
+  PictureStamp slow;
+  slow.stage_ms[static_cast<std::size_t>(Stage::kCast)] = 5000;
+  for (std::uint64_t volume = 1; volume < 20; ++volume) {
+    slow.volume.volume_id = volume;
+    slow.finished_time_ns = static_cast<std::int64_t>(volume) * 5 * kSecondNs;
+    governor.picture_finished(slow);
+  }
+  EXPECT_FALSE(governor.in_force(100 * kSecondNs).measures.coarse) << "slow pictures change nothing";
+}
+
 }  // namespace
 }  // namespace fanlight

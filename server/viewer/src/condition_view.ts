@@ -29,11 +29,11 @@ export class ConditionView {
     root.dataset.connection = state;
     root.dataset.picture = isOpen ? liveness.state : "not-live";
     const [word, age] = connection.children;
-    write(word!, { connecting: "Connecting", open: stateWord(liveness.state), lost: "Connection lost" }[state]);
+    write(word!, { connecting: "Connecting", open: stateWord(liveness.state), lost: "Lost" }[state]);
     write(age!, isOpen ? ageText(liveness.ageMs) : "");
     const isLive = isOpen && pictureShown && liveness.state === "live";
-    const isReplay = isOpen && pictureShown && liveness.state === "replay";
-    frame.classList.toggle("stale", !isLive && !isReplay);
+    const isWanted = isOpen && pictureShown && ["replay", "frozen"].includes(liveness.state);
+    frame.classList.toggle("stale", !isLive && !isWanted);
     notLive.hidden = isLive;
     write(notLive, markText(isOpen ? liveness : { ...liveness, state: "not-live" }));
     this.showNotice(condition);

@@ -5,7 +5,7 @@ import { ClientMessageSchema, ServerMessageSchema, type ServerMessage } from "..
 
 const kProtocol = "fanlight.v2";
 const kFirstRetryMs = 500;
-const kLongestRetryMs = 4000;
+const kLongestRetryMs = 2000;
 // The server sends statistics once a second. A session silent for so long is dead, even if TCP has not noticed.
 const kSilenceMs = 5000;
 
@@ -19,12 +19,18 @@ export class Connection {
   private socket: WebSocket | undefined;
   private retryMs = kFirstRetryMs;
   private heardMs = 0;
+  private retryTimer = 0; // 0: no try is due
 
   constructor(
     private readonly url: string,
     private readonly events: ConnectionEvents,
   ) {
     window.setInterval(() => this.closeWhenSilent(), 1000);
+    // The network is back, or the user is: nobody should wait for a timer then.
+    window.addEventListener("online", () => this.retryNow());
+    document.addEventListener("visibilitychange", () => {
+      if (document.visibilityState === "visible") this.retryNow();
+    });
   }
 
   open(): void {
@@ -69,10 +75,17 @@ export class Connection {
     socket.close();
   }
 
+  private retryNow(): void {
+    if (this.retryTimer === 0) return;
+    window.clearTimeout(this.retryTimer);
+    this.retryTimer = 0;
+    this.open();
+  }
+
   private retry(sentence: string): void {
     this.socket = undefined;
     this.events.lost(sentence);
-    window.setTimeout(() => this.open(), this.retryMs);
+    this.retryTimer = window.setTimeout(() => this.retryNow(), this.retryMs);
     this.retryMs = Math.min(kLongestRetryMs, this.retryMs * 2);
   }
 }

@@ -25,7 +25,7 @@ export function controlText(state: ControlState, role: Role, session: bigint): C
           offer: { label: "Hand over", wish: Wish.GRANT, toSession: first.session },
           mayChange: true,
         }
-      : { text: "In control", offer: { label: "Release", wish: Wish.RELEASE }, mayChange: true };
+      : { text: "You control", offer: { label: "Release", wish: Wish.RELEASE }, mayChange: true };
   }
   const text = `${holder} is in control`;
   if (role === Role.ADMIN) return { text, offer: { label: "Take over", wish: Wish.TAKE_OVER }, mayChange: false };

@@ -6,7 +6,7 @@ const kSilenceMs = 2000; // the server sends a message once a second at least
 const kUsualLimitMs = 2000; // until the server has told its own
 
 export interface LivenessNews {
-  state: "waiting" | "live" | "delayed" | "not-live" | "replay";
+  state: "waiting" | "live" | "delayed" | "not-live" | "replay" | "frozen";
   /** From the capture of the volume shown to now; undefined without a picture, or while the clock is unknown. */
   ageMs: number | undefined;
   /** What keeps new pictures away: a title and a sentence; both empty where the picture is live. */
@@ -71,6 +71,10 @@ export class LivenessWatch {
       return { ...still, title: "The server does not answer", detail };
     }
     const { cause, sentence, state } = this.told ?? {};
+    if (state === Liveness_State.FROZEN && shown) {
+      const title = cause ? kTitles[cause] : "";
+      return { state: "frozen", ageMs, title, detail: (sentence ?? "").replace(/^The picture is frozen\. ?/, "") };
+    }
     if (cause) {
       const title = kTitles[cause] || "No new pictures";
       return { ...still, title, detail: withoutTitle(sentence ?? "", title) };
@@ -99,9 +103,18 @@ function withoutTitle(sentence: string, title: string): string {
   return sentence.startsWith(title) ? sentence.slice(title.length).replace(/^[.:] ?/, "") : sentence;
 }
 
-/** "Live", "Delayed", "Not live", "Replay": the word beside the source's name. */
+const kWords: Record<LivenessNews["state"], string> = {
+  waiting: "Waiting",
+  live: "Live",
+  delayed: "Delayed",
+  "not-live": "Lost",
+  replay: "Replay",
+  frozen: "Frozen",
+};
+
+/** The word for the state, always at the same place. */
 export function stateWord(state: LivenessNews["state"]): string {
-  return { waiting: "Waiting", live: "Live", delayed: "Delayed", "not-live": "Not live", replay: "Replay" }[state];
+  return kWords[state];
 }
 
 /** "0.4 s", "48 s", "2 min": the age of a picture. */
@@ -110,7 +123,7 @@ export function ageText(ageMs: number | undefined): string {
   return ageMs < 9_950 ? `${(ageMs / 1000).toFixed(1)} s` : duration(ageMs / 1000);
 }
 
-/** The mark on a picture: "Not live, 48 s old", "Delayed 3.1 s", "Replay"; empty on a live one. */
+/** The mark on a picture: "Lost, 48 s old", "Delayed 3.1 s", "Replay"; empty on a live one. */
 export function markText({ state, ageMs }: LivenessNews): string {
   if (state === "live") return "";
   if (ageMs === undefined) return stateWord(state);

@@ -12,13 +12,14 @@ import {
   type ViewReply,
   type ViewState,
 } from "../generated/fanlight_pb.js";
+import { CodecChoice } from "./codec_choice";
 import { ConditionView } from "./condition_view";
 import { Connection, streamUrl } from "./connection";
 import { ControlBar, controlText } from "./control_bar";
 import { Controls } from "./controls";
+import { CineBar } from "./cine_bar";
 import { find } from "./element";
 import { FieldEffects, unknownNames } from "./field_effects";
-import { canDecodeFilm } from "./film_decoder";
 import { LightHandle } from "./light_handle";
 import { LoginForm } from "./login_form";
 import { LivenessWatch } from "./liveness";
@@ -27,43 +28,34 @@ import { listNotes } from "./notes";
 import type { Condition } from "./notice";
 import { Orbit } from "./orbit";
 import { kOwnGroups, OwnView } from "./own_view";
+import { page } from "./page";
+import { PageShell } from "./page_shell";
 import { PictureInput } from "./picture_input";
+import { PictureOverlay } from "./picture_overlay";
 import { PictureView } from "./picture_view";
 import { ProbeGroup } from "./probe_group";
 import { probeChange, probeValues } from "./probe_settings";
 import { ProbeWatch } from "./probe_watch";
+import { QuickPanel } from "./quick_panel";
 import { RecordingBar } from "./recording_bar";
 import { ReplayBar } from "./replay_bar";
 import { sceneOf, valuesOf, type Values } from "./scene";
 import { sameSettings } from "./same_settings";
 import { ServerClock } from "./server_clock";
 import { SettingsEditor } from "./settings_editor";
+import { connectShortcuts } from "./shortcuts";
+import { guardSliders } from "./slider_guard";
 import { SliceClick } from "./slice_click";
 import { StatisticsView } from "./statistics";
 import { SurfaceFinder } from "./surface_finder";
 import { Tools } from "./tools";
+import type { PagePoint } from "./view_geometry";
 
 const kProtocolVersion = 2;
 const kClockMs = 500;
 const kConditionMs = 250;
 
-const page = {
-  canvas: find("#picture", HTMLCanvasElement),
-  frame: find("#frame", HTMLElement),
-  light: find("#light", SVGSVGElement),
-  tools: find("#tools", HTMLFieldSetElement),
-  resetView: find("#reset-view", HTMLButtonElement),
-  findSurface: find("#find-surface", HTMLButtonElement),
-  source: find("#source", HTMLElement),
-  notes: find("#notes", HTMLElement),
-  refusal: find("#refusal", HTMLElement),
-  form: find("#controls", HTMLFormElement),
-  control: find("#control", HTMLElement),
-  ownView: find("#own-view", HTMLElement),
-  login: find("#login", HTMLFormElement),
-  codec: find("#codec", HTMLSelectElement),
-};
-
+guardSliders(document.body);
 const clock = new ServerClock();
 const liveness = new LivenessWatch((pageMs) => clock.at(pageMs));
 const condition: Condition = {
@@ -79,7 +71,6 @@ let defaults: Values = new Map();
 let controls: Controls | undefined;
 let shown: Picture | undefined;
 let mayChange = true;
-let loggingIn = false;
 
 const probe = new ProbeWatch(
   (pageMs) => clock.at(pageMs),
@@ -107,20 +98,21 @@ const connection = new Connection(streamUrl(), {
     });
   },
 });
-const editor = new SettingsEditor({
+const editor: SettingsEditor = new SettingsEditor({
+  edited: (before, after) => quickPanel.edited(before, after),
   send: (requestId, values) => {
     const value = { requestId, scene: sceneOf(values) };
     connection.send(ownView.wanted ? { case: "view", value } : { case: "sceneChange", value });
   },
   changed: showScene,
   refused: showRefusal,
-  accepted: hideRefusal,
+  accepted: () => shell.hideRefusal(),
 });
 const probeEditor: SettingsEditor = new SettingsEditor({
   send: (requestId, values) => connection.send(probeChange(requestId, values)),
   changed: () => probeGroup.refresh(),
   refused: showRefusal,
-  accepted: hideRefusal,
+  accepted: () => shell.hideRefusal(),
 });
 const probeGroup: ProbeGroup = new ProbeGroup(probeEditor);
 const effects = new FieldEffects(editor);
@@ -134,12 +126,10 @@ const view = new PictureView(
   page.frame,
   pictureShown,
   (sentence) => showCondition({ serverError: sentence }),
-  () => {
-    page.codec.value = "0"; // JPEG: every browser decodes it
-    askForStream();
-  },
+  () => codec.fallBack(),
 );
-const login = new LoginForm(page.login, () => connection.open());
+const codec = new CodecChoice(page.codec, connection);
+const login = new LoginForm(page.login, connection);
 const controlBar = new ControlBar(page.control, (wish, toSession) =>
   connection.send({ case: "control", value: { wish, toSession } }),
 );
@@ -157,15 +147,28 @@ const ownView: OwnView = new OwnView(page.ownView, {
     ownViewChosen();
   },
 });
-const tools = new Tools(page.tools, page.canvas);
+const cineBar = new CineBar(page.cine, (requestId, wish, value) =>
+  connection.send({ case: "cine", value: { requestId, wish, value } }),
+);
+const overlay: PictureOverlay = new PictureOverlay(editor, {
+  hello: () => hello,
+  shown: () => shown,
+  isFrozen: () => cineBar.isFrozen,
+  askDepth: (requestId, pixels) =>
+    connection.send({ case: "depth", value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })) } }),
+  failed: showRefusal,
+});
+const tools = new Tools(page.tools, page.canvas, (tool) => overlay.measurement.choose(tool === "measure"));
 const sliceClick = new SliceClick(editor, page.canvas, movesRays);
-new PictureInput(page.canvas, () => tools.chosen(), light, orbit, sliceClick.clicked);
+new PictureInput(page.canvas, () => tools.chosen(), light, orbit, clicked, doubleClicked);
+const quickPanel = new QuickPanel(editor, effects);
+page.still.onclick = () => overlay.still();
+const shell = new PageShell(showRefusal);
+connectShortcuts({ cineBar, quickPanel, tools, overlay, shell });
 page.resetView.onclick = () => orbit.reset();
 const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, find("#found", HTMLElement), editor, (requestId) =>
   connection.send({ case: "survey", value: { requestId } }),
 );
-page.codec.onchange = askForStream;
-page.codec.querySelector<HTMLOptionElement>('[value="2"]')!.disabled = !canDecodeFilm();
 window.setInterval(askClock, kClockMs);
 window.setInterval(() => showCondition({}), kConditionMs);
 connection.open();
@@ -203,20 +206,25 @@ function receive({ body }: ServerMessage): void {
     case "controlReply":
       if (body.value.outcome.case === "refused") return showRefusal(body.value.outcome.value.message);
       if (body.value.outcome.case === "state") controlTold(body.value.outcome.value);
-      return hideRefusal();
+      return shell.hideRefusal();
     case "recording":
       return recordingBar.tell(body.value);
     case "replay":
       return replayBar.tell(body.value);
+    case "cine":
+      return cineBar.tell(body.value);
+    case "depthReply":
+      return overlay.measurement.answered(body.value);
     case "streamReply":
     case "recordingReply":
+    case "cineReply":
     case "replayReply":
       if (body.value.outcome.case === "refused") showRefusal(body.value.outcome.value.message);
       return;
     case "loginNeeded":
-      return logIn("");
+      return login.needed("");
     case "error":
-      if (loggingIn) return logIn(body.value.message);
+      if (login.isUnderWay) return login.needed(body.value.message);
       return showCondition({ serverError: body.value.message });
   }
 }
@@ -224,12 +232,10 @@ function receive({ body }: ServerMessage): void {
 function begin(newHello: Hello): void {
   if (newHello.protocolVersion !== kProtocolVersion) {
     connection.end();
-    const versions = `The server speaks protocol ${newHello.protocolVersion}, this page ${kProtocolVersion}`;
-    const sentence = `${versions}: reload the page.`;
-    showCondition({ connection: { state: "lost", sentence, retrying: false } });
-    return;
+    const sentence = `The server speaks protocol ${newHello.protocolVersion}, this page ${kProtocolVersion}: reload it.`;
+    return showCondition({ connection: { state: "lost", sentence, retrying: false } });
   }
-  loggingIn = false;
+  login.isUnderWay = false;
   clock.reset();
   liveness.reset(performance.now());
   probe.reset();
@@ -245,9 +251,11 @@ function begin(newHello: Hello): void {
     controls = new Controls(page.form, editor, effects, newHello, defaults, probeGroup.root, measured);
   }
   hello = newHello;
+  quickPanel.start(hello.presets);
   if (hello.control) controlTold(hello.control);
-  if (page.codec.value !== "0") askForStream();
-  page.source.textContent = hello.source;
+  codec.askAgain();
+  page.source.textContent = hello.title || hello.source;
+  page.source.title = `Where the frames come from: ${hello.source}`;
   listNotes(page.notes, hello.notes);
   ownView.forget();
   if (hello.scene) {
@@ -255,19 +263,7 @@ function begin(newHello: Hello): void {
     startEditor(hello.scene);
   }
   ownViewChosen();
-  showCondition({ connection: { state: "open" }, source: hello.source, pictureShown: false });
-}
-
-/** Logs in with the stored token. Without one, or after a refusal, asks the user and shows the reason. */
-function logIn(refusal: string): void {
-  if (login.token && !refusal) {
-    loggingIn = true;
-    connection.send({ case: "login", value: { token: login.token } });
-    return;
-  }
-  loggingIn = false;
-  connection.end(); // the server waits ten seconds for a login, a user may need longer
-  login.ask(refusal);
+  showCondition({ connection: { state: "open" }, source: hello.title || hello.source, pictureShown: false });
 }
 
 function controlTold(state: ControlState): void {
@@ -303,10 +299,6 @@ function viewTold(state: ViewState): void {
   const ended = ownView.tell(state);
   if (ended) return showRefusal(ended);
   if (ownView.isOpen && state.scene) editor.adopt(state.revision, valuesOf(state.scene));
-}
-
-function askForStream(): void {
-  connection.send({ case: "stream", value: { codec: Number(page.codec.value) } });
 }
 
 function sceneTold(state: SceneState): void {
@@ -352,12 +344,15 @@ function pictureShown(picture: Picture): void {
   statistics.picture(picture);
   if (measured.take(picture.levels)) controls?.refresh();
   light.placeMarker(); // the size of the picture may have changed
+  quickPanel.take(picture.levels);
+  overlay.show(picture);
   showBusy();
   if (news) showCondition({ pictureShown: true, serverError: undefined });
 }
 
 function showScene(): void {
   controls?.refresh();
+  quickPanel.refresh();
   tools.offerLight(isLit());
   light.placeMarker();
   showBusy();
@@ -367,6 +362,7 @@ function showScene(): void {
 function showBusy(): void {
   const busy = !shown || shown.privateView !== ownView.isOpen || !editor.isShownBy(shown.sceneRevision);
   page.canvas.ariaBusy = String(busy);
+  quickPanel.setBusy(busy);
   conditionView.setBusy(busy, performance.now());
   conditionView.showRendering(condition, performance.now());
 }
@@ -376,20 +372,27 @@ function showCondition(change: Partial<Condition>): void {
   Object.assign(condition, change, { probe: probe.news(nowMs), liveness: liveness.news(nowMs) });
   // After a probe's return only a volume from after it is live.
   if (condition.liveness.state === "live" && !probe.isLive()) condition.liveness.state = "not-live";
-  for (const bar of [recordingBar, replayBar]) bar.allow(condition.connection.state === "open" && mayChange);
+  for (const bar of [recordingBar, replayBar, cineBar]) bar.allow(condition.connection.state === "open" && mayChange);
   page.findSurface.disabled = condition.connection.state !== "open" || !mayChange || ownView.wanted;
-  page.form.inert = page.resetView.disabled = condition.connection.state !== "open" || !(mayChange || ownView.wanted);
+  const closed = condition.connection.state !== "open" || !(mayChange || ownView.wanted);
+  page.form.inert = page.resetView.disabled = closed;
+  quickPanel.allow(!closed, ownView.wanted);
   conditionView.show(condition);
   conditionView.showRendering(condition, nowMs);
 }
 
 function showRefusal(sentence: string): void {
-  page.refusal.textContent = sentence;
-  page.refusal.hidden = false;
+  shell.showRefusal(sentence);
 }
 
-function hideRefusal(): void {
-  page.refusal.hidden = true;
+function clicked(pointer: PagePoint): void {
+  if (tools.chosen() === "measure") overlay.measurement.clicked(pointer);
+  else sliceClick.clicked(pointer);
+}
+
+function doubleClicked(pointer: PagePoint): void {
+  if (quickPanel.enlarges(pointer, page.canvas)) return;
+  if (tools.chosen() === "orbit") orbit.reset();
 }
 
 function askClock(): void {

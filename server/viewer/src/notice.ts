@@ -36,7 +36,7 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
     return { kind: "probe-back", title: "Probe is back", detail };
   }
   if (liveness.title) {
-    const still = pictureShown && liveness.state !== "delayed" ? " The last volume stays on display." : "";
+    const still = pictureShown && liveness.state === "not-live" ? " The last volume stays on display." : "";
     return { kind: "not-live", title: liveness.title, detail: (liveness.detail + still).trim() };
   }
   if (!pictureShown)

@@ -3,7 +3,7 @@
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { allowed, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
-import { orbited, surfacePart, tidy, type PagePoint } from "./view_geometry";
+import { bodyWay, orbited, surfacePart, tidy, type PagePoint } from "./view_geometry";
 
 // A click on a slice, and what finds the surface, set these together with the camera.
 const kRays = ["rays.start_mm", "rays.end_mm", "slice.depth_mm"];
@@ -32,6 +32,25 @@ export class Orbit {
     this.editor.set([
       ["camera.yaw_deg", yawDeg],
       ["camera.pitch_deg", pitchDeg],
+    ]);
+  }
+
+  /** Shifts the view: the body follows the pointer. `moved` is in pixels of the page. */
+  pan(moved: PagePoint): void {
+    const number = (name: string) => this.editor.number(name);
+    const part = surfacePart(this.editor.choice("mode"), this.canvas);
+    const fieldPixels = part?.fieldPixels ?? part?.height ?? this.canvas.height;
+    const mmPerPixel = (number("camera.field_mm") * this.canvas.height) / (fieldPixels * this.canvas.clientHeight);
+    const turn = {
+      yawDeg: number("camera.yaw_deg"),
+      pitchDeg: number("camera.pitch_deg"),
+      rollDeg: number("camera.roll_deg"),
+    };
+    const way = bodyWay(turn, -moved.x * mmPerPixel, moved.y * mmPerPixel, 0);
+    this.editor.set([
+      ["camera.target_x_mm", tidy(number("camera.target_x_mm") + way.x)],
+      ["camera.target_y_mm", tidy(number("camera.target_y_mm") + way.y)],
+      ["camera.target_z_mm", tidy(number("camera.target_z_mm") + way.z)],
     ]);
   }
 

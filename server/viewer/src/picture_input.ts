@@ -9,10 +9,12 @@ const kDragStartPixels = 3; // a shorter movement is a click, or half of a doubl
 const kZoomPerNotch = 1.1;
 const kNotchPixels = 100;
 const kKeyOrbitPixels = 12;
+const kLongPressMs = 500;
 
 export class PictureInput {
   private readonly pointers = new Map<number, PagePoint>();
   private dragged: { tool: Tool; from: PagePoint; begun: boolean } | undefined;
+  private longPress = 0;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -20,13 +22,14 @@ export class PictureInput {
     private readonly light: LightHandle,
     private readonly orbit: Orbit,
     private readonly clicked: (pointer: PagePoint) => void,
+    private readonly doubleClicked: (pointer: PagePoint) => void,
   ) {
     canvas.addEventListener("pointerdown", (event) => this.pressed(event));
     canvas.addEventListener("pointermove", (event) => this.moved(event));
     canvas.addEventListener("pointerup", (event) => this.released(event));
     canvas.addEventListener("pointercancel", (event) => this.released(event));
     canvas.addEventListener("wheel", (event) => this.rolled(event), { passive: false });
-    canvas.addEventListener("dblclick", () => this.orbit.reset());
+    canvas.addEventListener("dblclick", (event) => this.doubleClicked(pointOf(event)));
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("keydown", (event) => this.typed(event));
   }
@@ -35,10 +38,25 @@ export class PictureInput {
     this.canvas.focus({ preventScroll: true });
     this.canvas.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, pointOf(event));
-    const turns = event.button === 2 || event.altKey || this.tool() === "orbit";
     this.dragged =
-      this.pointers.size > 1 ? undefined : { tool: turns ? "orbit" : "light", from: pointOf(event), begun: false };
+      this.pointers.size > 1 ? undefined : { tool: this.toolOf(event), from: pointOf(event), begun: false };
+    window.clearTimeout(this.longPress);
+    if (event.pointerType === "touch" && this.dragged)
+      this.longPress = window.setTimeout(() => this.grab(), kLongPressMs);
     event.preventDefault();
+  }
+
+  private toolOf(event: PointerEvent): Tool {
+    if (event.button === 1) return "pan";
+    return event.button === 2 || event.altKey ? "orbit" : this.tool();
+  }
+
+  /** A long press takes the light, whatever tool is chosen. */
+  private grab(): void {
+    if (!this.dragged || this.dragged.begun) return;
+    this.dragged = { ...this.dragged, tool: "light", begun: true };
+    this.light.moveTo(this.dragged.from);
+    navigator.vibrate?.(20);
   }
 
   private moved(event: PointerEvent): void {
@@ -50,13 +68,19 @@ export class PictureInput {
     } else if (this.dragged) {
       this.dragged.begun ||= distance(this.dragged.from, now) >= kDragStartPixels;
       if (!this.dragged.begun) return;
-      if (this.dragged.tool === "light") this.light.moveTo(now);
-      else this.orbit.drag(difference(now, before));
+      this.dragBy(this.dragged.tool, before, now);
     }
     this.pointers.set(event.pointerId, now);
   }
 
+  private dragBy(tool: Tool, before: PagePoint, now: PagePoint): void {
+    if (tool === "light") this.light.moveTo(now);
+    if (tool === "orbit") this.orbit.drag(difference(now, before));
+    if (tool === "pan") this.orbit.pan(difference(now, before));
+  }
+
   private released(event: PointerEvent): void {
+    window.clearTimeout(this.longPress);
     this.pointers.delete(event.pointerId);
     if (event.type === "pointerup" && event.button === 0 && this.dragged?.begun === false) this.clicked(pointOf(event));
     if (this.pointers.size === 0) this.dragged = undefined;
@@ -89,10 +113,12 @@ export class PictureInput {
   }
 
   private keys(): Record<string, () => void> {
-    const step = (right: number, up: number) => () =>
-      this.tool() === "light"
-        ? this.light.nudge(right, up)
-        : this.orbit.drag({ x: right * kKeyOrbitPixels, y: -up * kKeyOrbitPixels });
+    const step = (right: number, up: number) => () => {
+      const moved = { x: right * kKeyOrbitPixels, y: -up * kKeyOrbitPixels };
+      if (this.tool() === "light") this.light.nudge(right, up);
+      else if (this.tool() === "pan") this.orbit.pan(moved);
+      else this.orbit.drag(moved);
+    };
     return {
       ArrowLeft: step(-1, 0),
       ArrowRight: step(1, 0),
@@ -107,7 +133,7 @@ export class PictureInput {
   }
 }
 
-function pointOf(event: PointerEvent): PagePoint {
+function pointOf(event: MouseEvent): PagePoint {
   return { x: event.clientX, y: event.clientY };
 }
 

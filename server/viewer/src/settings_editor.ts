@@ -10,6 +10,8 @@ export interface SettingsEditorEvents {
   changed(): void;
   refused(sentence: string): void;
   accepted(): void;
+  /** The user has changed values: those before, and those set. */
+  edited?(before: Values, after: Values): void;
 }
 
 /**
@@ -64,6 +66,11 @@ export class SettingsEditor {
     return this.choices.get(name)?.[this.number(name)] ?? "";
   }
 
+  /** The names of the field's choices; empty if it has none. */
+  choicesOf(name: string): readonly string[] {
+    return this.choices.get(name) ?? [];
+  }
+
   /** Whether any change is waiting or unanswered. */
   isChanging(): boolean {
     return this.sent !== undefined || this.waiting.size > 0;
@@ -77,6 +84,13 @@ export class SettingsEditor {
   set(values: Iterable<readonly [string, Value]>): void {
     if (!this.running) return;
     const wanted = new Map(values);
+    this.noteEdit(wanted);
+    this.restore(wanted);
+  }
+
+  /** The same, for values that were in force before: edited() is not called. */
+  restore(wanted: Values): void {
+    if (!this.running) return;
     const differs = (name: string) => wanted.has(name) && this.get(name) !== wanted.get(name);
     const changed = [...wanted.keys()].filter((name) => differs(name) || differs(name.replace(/_mm$/, "")));
     // A window in samples or pixels sets the one in mm to 0 at the server, unless that is sent as well.
@@ -110,6 +124,18 @@ export class SettingsEditor {
     this.events.refused(sentence);
     this.sendWaiting();
     this.events.changed();
+  }
+
+  private noteEdit(wanted: Values): void {
+    const changed = [...wanted].filter(([name, value]) => this.get(name) !== value && this.get(name) !== undefined);
+    if (changed.length === 0) return;
+    // With a size in samples the one in mm changes at the server, and the other way round.
+    const names = changed.flatMap(([name]) => [name, `${name}_mm`, name.replace(/_mm$/, "")]);
+    const before = [...new Set(names)].flatMap((name) => {
+      const value = this.get(name);
+      return value === undefined ? [] : [[name, value] as const];
+    });
+    this.events.edited?.(new Map(before), new Map(changed));
   }
 
   private answered(requestId: bigint): boolean {

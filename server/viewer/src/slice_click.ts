@@ -1,7 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // A click on a slice: the clicked point becomes the target, and the search for the surface begins just before it.
 import type { SettingsEditor } from "./settings_editor";
-import { picturePixel, scaleAt, tidy, viewPoint, type Lens, type PagePoint, type Size } from "./view_geometry";
+import {
+  bodyWay,
+  picturePixel,
+  scaleAt,
+  tidy,
+  viewPoint,
+  type Lens,
+  type PagePoint,
+  type Size,
+  type Turn,
+} from "./view_geometry";
 
 /** In the transducer frame, mm. */
 export interface BodyPoint {
@@ -10,11 +20,8 @@ export interface BodyPoint {
   z: number;
 }
 
-export interface SliceCamera extends Lens {
+export interface SliceCamera extends Lens, Turn {
   target: BodyPoint;
-  yawDeg: number;
-  pitchDeg: number;
-  rollDeg: number;
   sliceDepthMm: number;
 }
 
@@ -50,21 +57,13 @@ function isBehindEye({ perspective, fieldMm, openingDeg, distanceMm, sliceDepthM
   return perspective && sliceDepthMm + eyeToTargetMm - distanceMm <= 0;
 }
 
-/** A point of the plane at right angles to the view; the directions are those of view_frame() in renderer/parameters. */
+/** A point of the plane at right angles to the view. */
 function obliquePoint(pixel: PagePoint, size: Size, camera: SliceCamera): BodyPoint {
   const whole = { left: 0, top: 0, ...size };
   const { rightMm, upMm } = viewPoint(pixel, whole, camera.fieldMm * scaleAt(camera.sliceDepthMm, camera));
-  const [yaw, pitch, roll] = [camera.yawDeg, camera.pitchDeg, camera.rollDeg].map((deg) => (deg * Math.PI) / 180);
-  const along = camera.sliceDepthMm - camera.distanceMm;
-  const level = Math.cos(roll!) * rightMm + Math.sin(roll!) * upMm;
-  const upright = Math.cos(roll!) * upMm - Math.sin(roll!) * rightMm;
-  const forward = Math.cos(pitch!) * along + Math.sin(pitch!) * upright; // in the plane of x and y
+  const way = bodyWay(camera, rightMm, upMm, camera.sliceDepthMm - camera.distanceMm);
   const { x, y, z } = camera.target;
-  return {
-    x: tidy(x + Math.cos(yaw!) * level - Math.sin(yaw!) * forward),
-    y: tidy(y + Math.sin(yaw!) * level + Math.cos(yaw!) * forward),
-    z: tidy(z - Math.sin(pitch!) * along + Math.cos(pitch!) * upright),
-  };
+  return { x: tidy(x + way.x), y: tidy(y + way.y), z: tidy(z + way.z) };
 }
 
 export class SliceClick {

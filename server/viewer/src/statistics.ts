@@ -4,18 +4,26 @@ import type { Hello, Picture, Statistics } from "../generated/fanlight_pb.js";
 import { deadlineText } from "./deadline_text";
 import { interpolatedText, mismatchText } from "./loss_text";
 import { PicturePace } from "./picture_pace";
+import { Plot } from "./plots";
 import type { ServerClock } from "./server_clock";
 
 const kRefreshMs = 250; // numbers that change faster are unreadable
 
 export class StatisticsView {
   private readonly pace: PicturePace;
+  private readonly plots = {
+    age: new Plot("Age of the picture", "ms"),
+    rate: new Plot("Pictures a second", "/s"),
+    stages: new Plot("All stages of a picture", "ms"),
+  };
+  private stagesMs: number | undefined;
 
   constructor(
     private readonly page: ParentNode,
     clock: ServerClock,
   ) {
     this.pace = new PicturePace((pageMs) => clock.at(pageMs));
+    page.querySelector("#plots")?.append(...Object.values(this.plots).map(({ root }) => root));
     window.setInterval(() => this.refreshPace(), kRefreshMs);
   }
 
@@ -50,9 +58,15 @@ export class StatisticsView {
     const ageMs = this.pace.ageMs(nowMs);
     this.write("pictures-per-second", this.pace.perSecond(nowMs).toFixed(1));
     this.write("picture-age-ms", ageMs === undefined ? "–" : Math.round(ageMs));
+    this.plots.age.add(ageMs);
+    this.plots.rate.add(this.pace.perSecond(nowMs));
+    this.plots.stages.add(this.stagesMs);
+    const isShown = this.find("stages").closest("[hidden]") === null;
+    if (isShown) for (const plot of Object.values(this.plots)) plot.draw();
   }
 
   private writeStages(picture: Picture): void {
+    this.stagesMs = picture.stages.reduce((sum, stage) => sum + stage.milliseconds, 0);
     const list = this.find("stages");
     while (list.childElementCount > picture.stages.length) list.lastElementChild?.remove();
     picture.stages.forEach((stage, index) => {

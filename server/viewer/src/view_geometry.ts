@@ -103,6 +103,29 @@ export function orbited(
   };
 }
 
+/** How the camera is turned, degrees. */
+export interface Turn {
+  yawDeg: number;
+  pitchDeg: number;
+  rollDeg: number;
+}
+
+/**
+ * The way in the transducer frame, mm, of a way to the right, up and forward in the view; the directions are those of
+ * view_frame() in renderer/parameters.
+ */
+export function bodyWay(turn: Turn, right: number, up: number, forward: number): { x: number; y: number; z: number } {
+  const [yaw, pitch, roll] = [turn.yawDeg, turn.pitchDeg, turn.rollDeg].map((deg) => (deg * Math.PI) / 180);
+  const level = Math.cos(roll!) * right + Math.sin(roll!) * up;
+  const upright = Math.cos(roll!) * up - Math.sin(roll!) * right;
+  const deep = Math.cos(pitch!) * forward + Math.sin(pitch!) * upright; // in the plane of x and y
+  return {
+    x: Math.cos(yaw!) * level - Math.sin(yaw!) * deep,
+    y: Math.sin(yaw!) * level + Math.cos(yaw!) * deep,
+    z: -Math.sin(pitch!) * forward + Math.cos(pitch!) * upright,
+  };
+}
+
 /** Two decimals: finer than a hand can aim, and readable in a number box. */
 export function tidy(value: number): number {
   return Math.round(value * 100) / 100;

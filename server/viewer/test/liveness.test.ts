@@ -113,7 +113,16 @@ test("ages are short, and marks say what is wrong", () => {
     markText({ state, ageMs, title: "", detail: "" });
   assert.equal(mark("live", 10), "");
   assert.equal(mark("delayed", 3100), "Delayed 3.1 s");
-  assert.equal(mark("not-live", 48_900), "Not live, 48 s old");
-  assert.equal(mark("not-live", 3 * 3_600_000), "Not live, 3 h old");
-  assert.equal(mark("not-live"), "Not live");
+  assert.equal(mark("not-live", 48_900), "Lost, 48 s old");
+  assert.equal(mark("not-live", 3 * 3_600_000), "Lost, 3 h old");
+  assert.equal(mark("not-live"), "Lost");
+});
+
+test("a frozen picture is frozen, with its age, whatever becomes of the source", () => {
+  const watch = watchAt(1000);
+  watch.show(serverMs(400));
+  watch.tell(told(Liveness_State.FROZEN, Liveness_Cause.PROBE_LOST, "The picture is frozen. The probe is lost."));
+  const news = watch.news(1000);
+  assert.deepEqual([news.state, news.ageMs, news.title], ["frozen", 600, "Probe lost"]);
+  assert.equal(markText(news), "Frozen, 0 s old");
 });

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/model/preset.hpp"
+
+#include <algorithm>
+
+namespace fanlight {
+
+namespace {
+
+constexpr Look::Value kFace[] = {{"mode", "surface"},
+                                 {"filter.size_mm", "6"},
+                                 {"detector.threshold", "0"},
+                                 {"detector.least_tissue", "0"},
+                                 {"finish.colours", "none"}};
+
+// A small window keeps folds and creases; less light goes under the skin, and shadows are open.
+constexpr Look::Value kSkin[] = {{"mode", "surface"},         {"filter.size_mm", "3"},
+                                 {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
+                                 {"finish.colours", "none"},  {"material.scatter_mm", "0.6"},
+                                 {"light.specular", "0.3"},   {"shadow.coefficient", "0.35"},
+                                 {"finish.exposure", "1.6"}};
+
+// The brightest echo along each ray: how the field looks at the skeleton.
+constexpr Look::Value kBone[] = {{"mode", "maximum"},
+                                 {"filter.size_mm", "6"},
+                                 {"detector.threshold", "0"},
+                                 {"detector.least_tissue", "0"},
+                                 {"finish.colours", "grey"}};
+
+constexpr Look::Value kDepth[] = {{"mode", "depth"},
+                                  {"filter.size_mm", "6"},
+                                  {"detector.threshold", "0"},
+                                  {"detector.least_tissue", "0"},
+                                  {"finish.colours", "gold"}};
+
+constexpr Preset kPresets[] = {
+    {"face", "the surface, smooth, in warm light", "skin", kFace},
+    {"skin", "the surface with its folds and creases", "skin", kSkin},
+    {"bone", "the brightest echoes, as a picture through the body", "clinical", kBone},
+    {"depth", "how far the surface is: near is bright", "clinical", kDepth},
+};
+
+void set(Scene& scene, const Look::Value& value) {
+  // A unit test sets every value of every preset.
+  static_cast<void>(set_field(scene, *find_scene_field(value.field), value.value));
+}
+
+}  // namespace
+
+std::span<const Preset> presets() {
+  return kPresets;
+}
+
+std::vector<std::string_view> preset_fields(const Preset& preset) {
+  std::vector<std::string_view> names;
+  for (const Look::Value& value : std::ranges::find(looks(), preset.look, &Look::name)->values)
+    names.push_back(value.field);
+  for (const Look::Value& value : preset.values) {
+    if (std::ranges::find(names, value.field) == names.end()) names.push_back(value.field);
+  }
+  return names;
+}
+
+void apply_preset(Scene& scene, const Preset& preset) {
+  static_cast<void>(apply_look(scene, preset.look));
+  for (const Look::Value& value : preset.values) set(scene, value);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "proto/model/look.hpp"
+#include "proto/model/scene.hpp"
+
+namespace fanlight {
+
+/// A named choice of what the picture shows and how: the fields of a look, of the surface and of the mode.
+/// The view, the light's place and the crop box stay.
+struct Preset {
+  std::string_view name;
+  std::string_view help;  ///< one clause for users
+  std::string_view look;  ///< its name; `values` change it
+  std::span<const Look::Value> values;
+};
+
+/// The default first. All presets set the same fields.
+std::span<const Preset> presets();
+
+/// Names of the fields that a preset sets, in the order in which they are set.
+std::vector<std::string_view> preset_fields(const Preset& preset);
+
+/// Sets the fields of the preset.
+void apply_preset(Scene& scene, const Preset& preset);
+
+}  // namespace fanlight

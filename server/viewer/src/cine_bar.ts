@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Freezes the display, and shows the last volumes that the server keeps.
+import { CineRequest_Wish as Wish, CineStatus_State as State, type CineStatus } from "../generated/fanlight_pb.js";
+
+/** "volume 3 of 20, 1.4 s before the newest" */
+export function cineText({ volume, volumes, timeS, durationS }: CineStatus): string {
+  const before = durationS - timeS;
+  const place = volumes > 1 && volume + 1 < volumes ? `, ${before.toFixed(1)} s before the newest` : "";
+  return `volume ${volume + 1} of ${volumes}${place}`;
+}
+
+export class CineBar {
+  private readonly freeze: HTMLButtonElement;
+  private readonly bar: HTMLElement;
+  private readonly main: HTMLButtonElement;
+  private readonly place: HTMLInputElement;
+  private readonly text: Element;
+  private readonly speed: HTMLSelectElement;
+  private status: CineStatus | undefined;
+  private dragging = false;
+  private lastId = 0n;
+
+  constructor(
+    private readonly root: HTMLElement,
+    private readonly send: (requestId: bigint, wish: Wish, value: number) => void,
+  ) {
+    const part = <T extends Element>(name: string): T => root.querySelector<T>(`[data-cine="${name}"]`)!;
+    this.freeze = part("freeze");
+    this.bar = part("bar");
+    this.main = part("main");
+    this.place = part("place");
+    this.text = part("text");
+    this.speed = part("speed");
+    this.freeze.onclick = () => this.toggle();
+    this.main.onclick = () => this.playOrPause();
+    part<HTMLButtonElement>("back").onclick = () => this.step(-1);
+    part<HTMLButtonElement>("forward").onclick = () => this.step(1);
+    this.place.oninput = () => {
+      this.dragging = true;
+      this.ask(Wish.SEEK, this.place.valueAsNumber);
+    };
+    this.place.onchange = this.place.onblur = () => (this.dragging = false);
+    this.speed.onchange = () => this.ask(Wish.SPEED, Number(this.speed.value));
+  }
+
+  get isFrozen(): boolean {
+    return this.status !== undefined && this.status.state !== State.LIVE;
+  }
+
+  /** Freezes, or goes live again. */
+  toggle(): void {
+    if (!this.freeze.disabled) this.ask(this.isFrozen ? Wish.LIVE : Wish.FREEZE);
+  }
+
+  step(volumes: number): void {
+    if (this.isFrozen) this.ask(Wish.STEP, volumes);
+  }
+
+  playOrPause(): void {
+    if (this.isFrozen) this.ask(this.status?.state === State.PLAYING ? Wish.PAUSE : Wish.PLAY);
+  }
+
+  tell(status: CineStatus): void {
+    this.status = status;
+    this.freeze.ariaPressed = String(this.isFrozen);
+    write(this.freeze, this.isFrozen ? "Live again" : "Freeze");
+    this.bar.hidden = !this.isFrozen;
+    if (!this.isFrozen) return;
+    write(this.main, status.state === State.PLAYING ? "Pause" : "Play");
+    write(this.text, cineText(status));
+    this.place.max = String(status.volumes - 1);
+    if (!this.dragging) this.place.value = String(status.volume);
+    this.place.ariaValueText = cineText(status);
+    if (document.activeElement !== this.speed) this.speed.value = String(status.speed);
+  }
+
+  /** Whether this display may freeze now. */
+  allow(may: boolean): void {
+    for (const control of this.root.querySelectorAll<HTMLButtonElement>("[data-cine]")) control.disabled = !may;
+  }
+
+  private ask(wish: Wish, value = 0): void {
+    this.send((this.lastId += 1n), wish, value);
+  }
+}
+
+/** Writes only changed text, because a screen reader announces every write. */
+function write(place: Element, text: string): void {
+  if (place.textContent !== text) place.textContent = text;
+}

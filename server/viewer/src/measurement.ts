@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Measures distances on the frozen surface: two clicks, the straight distance, and the one along the surface.
+import type { DepthReply, DepthReply_Point as Point, Picture, View } from "../generated/fanlight_pb.js";
+import { drawing } from "./element";
+import { picturePixel, type PagePoint } from "./view_geometry";
+
+const kPixelsApart = 3; // nearer samples add the depth map's noise to the path
+const kMostPoints = 1024; // of a request
+export const kNotForDiagnosis = "Not for diagnosis.";
+
+type Mm = readonly [number, number, number];
+
+export interface Distance {
+  straightMm: number;
+  /** Along the surface between the points; absent where the path leaves the surface. */
+  alongMm: number | undefined;
+}
+
+/** Pixels from one to the other, both included, about kPixelsApart apart. */
+export function pathPixels(from: PagePoint, to: PagePoint): PagePoint[] {
+  const steps = Math.hypot(to.x - from.x, to.y - from.y) / kPixelsApart;
+  const count = Math.min(kMostPoints - 1, Math.max(1, Math.round(steps)));
+  return Array.from({ length: count + 1 }, (_, index) => {
+    const share = index / count;
+    return { x: Math.round(from.x + share * (to.x - from.x)), y: Math.round(from.y + share * (to.y - from.y)) };
+  });
+}
+
+/** undefined where an end is not on the surface. */
+export function distanceOf(points: readonly Pick<Point, "surface" | "xMm" | "yMm" | "zMm">[]): Distance | undefined {
+  const [first, last] = [points[0], points.at(-1)];
+  if (!first?.surface || !last?.surface) return undefined;
+  const apart = (a: typeof first, b: typeof first) => Math.hypot(a.xMm - b.xMm, a.yMm - b.yMm, a.zMm - b.zMm);
+  const whole = points.every((point) => point.surface);
+  const along = points.slice(1).reduce((sum, point, index) => sum + apart(points[index]!, point), 0);
+  return { straightMm: apart(first, last), alongMm: whole ? along : undefined };
+}
+
+export function distanceText({ straightMm, alongMm }: Distance): string {
+  const along = alongMm === undefined ? "the path leaves the surface" : `${alongMm.toFixed(1)} mm along the surface`;
+  return `${straightMm.toFixed(1)} mm straight, ${along}. ${kNotForDiagnosis}`;
+}
+
+/** The pixel, in the full size, of a point in the transducer frame. */
+export function pixelOfPoint([x, y, z]: Mm, view: View): PagePoint | undefined {
+  const m = view.matrix;
+  if (m.length !== 16) return undefined;
+  const from = [x - m[3]!, y - m[7]!, z - m[11]!] as const;
+  const along = (column: number) => from[0] * m[column]! + from[1] * m[4 + column]! + from[2] * m[8 + column]!;
+  const scale = view.mmPerPixel + along(2) * view.mmPerPixelPerMm;
+  if (!(scale > 0)) return undefined;
+  return { x: view.middleColumn + along(0) / scale, y: view.middleRow + along(1) / scale };
+}
+
+interface Measured {
+  volumeId: bigint;
+  path: Mm[];
+  distance: Distance;
+}
+
+export class Measurement {
+  private start: PagePoint | undefined; // the first click, in pixels of the full size
+  private measured: Measured | undefined;
+  private pending: bigint | undefined;
+  private lastId = 0n;
+  private picture: Picture | undefined;
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly overlay: SVGSVGElement,
+    private readonly events: {
+      isFrozen(): boolean;
+      fullSize(): { width: number; height: number };
+      ask(requestId: bigint, pixels: PagePoint[]): void;
+      /** Empty: nothing to say. */
+      say(sentence: string): void;
+    },
+  ) {}
+
+  /** The tool was chosen, or left. */
+  choose(chosen: boolean): void {
+    this.start = undefined;
+    if (!chosen) this.measured = undefined;
+    this.events.say(chosen ? this.hint() : "");
+    this.draw();
+  }
+
+  clicked(pointer: PagePoint): void {
+    if (!this.events.isFrozen()) return this.events.say(this.hint());
+    const { x, y } = picturePixel(pointer, this.canvas);
+    const full = this.events.fullSize();
+    const pixel = {
+      x: Math.round((x * full.width) / this.canvas.width),
+      y: Math.round((y * full.height) / this.canvas.height),
+    };
+    if (!this.start) {
+      this.start = pixel;
+      this.measured = undefined;
+      this.events.say("Now the second point.");
+    } else {
+      this.events.ask((this.pending = this.lastId += 1n), pathPixels(this.start, pixel));
+      this.start = undefined;
+    }
+    this.draw();
+  }
+
+  answered({ requestId, points, refused }: DepthReply): void {
+    if (requestId !== this.pending) return;
+    this.pending = undefined;
+    const distance = distanceOf(points);
+    if (refused || !distance || !this.picture) {
+      return this.events.say(refused?.message ?? "A point is not on the surface. Click two points of the surface.");
+    }
+    const path = points.filter((point) => point.surface).map(({ xMm, yMm, zMm }) => [xMm, yMm, zMm] as const);
+    this.measured = { volumeId: this.picture.volumeId, path, distance };
+    this.events.say(distanceText(distance));
+    this.draw();
+  }
+
+  /** The picture on show; a measurement belongs to its volume. */
+  show(picture: Picture): void {
+    const turned = this.start !== undefined && this.picture?.sceneRevision !== picture.sceneRevision;
+    this.picture = picture;
+    if (turned) this.start = undefined;
+    this.draw();
+  }
+
+  /** For a still: the text beside the measurement that is drawn. */
+  text(): string {
+    return this.isShown() ? distanceText(this.measured!.distance) : "";
+  }
+
+  private isShown(): boolean {
+    return this.measured !== undefined && this.measured.volumeId === this.picture?.volumeId;
+  }
+
+  private hint(): string {
+    return this.events.isFrozen()
+      ? "Click two points of the surface."
+      : "Freeze the picture first (Space): a moving surface cannot be measured.";
+  }
+
+  private draw(): void {
+    const full = this.events.fullSize();
+    this.overlay.setAttribute("viewBox", `0 0 ${full.width || 1} ${full.height || 1}`);
+    const parts: SVGElement[] = [];
+    const cross = ({ x, y }: PagePoint) => drawing("path", { d: `M${x - 6} ${y}h12M${x} ${y - 6}v12` });
+    if (this.start) parts.push(cross(this.start));
+    const view = this.picture?.view;
+    if (this.isShown() && view) {
+      const pixels = this.measured!.path.map((point) => pixelOfPoint(point, view));
+      if (pixels.every((pixel) => pixel !== undefined)) {
+        const all = pixels as PagePoint[];
+        const [from, to] = [all[0]!, all.at(-1)!];
+        const path = all.map(({ x, y }) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L");
+        const label = drawing("text", { x: (from.x + to.x) / 2 + 8, y: (from.y + to.y) / 2 - 8 });
+        label.textContent = `${this.measured!.distance.straightMm.toFixed(1)} mm`;
+        parts.push(drawing("path", { d: `M${from.x} ${from.y}L${to.x} ${to.y}` }));
+        parts.push(drawing("path", { d: `M${path}`, class: "path" }), cross(from), cross(to), label);
+      }
+    }
+    this.overlay.replaceChildren(...parts);
+  }
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The elements of the page that several parts share.
+import { find } from "./element";
+
+export const page = {
+  canvas: find("#picture", HTMLCanvasElement),
+  frame: find("#frame", HTMLElement),
+  light: find("#light", SVGSVGElement),
+  tools: find("#tools", HTMLFieldSetElement),
+  layout: find("#layout", HTMLFieldSetElement),
+  resetView: find("#reset-view", HTMLButtonElement),
+  findSurface: find("#find-surface", HTMLButtonElement),
+  source: find("#source", HTMLElement),
+  notes: find("#notes", HTMLElement),
+  refusal: find("#refusal", HTMLElement),
+  measured: find("#measured", HTMLElement),
+  presets: find("#presets", HTMLFieldSetElement),
+  quick: find("#quick", HTMLFormElement),
+  views: find("#views", HTMLFieldSetElement),
+  panel: find("#panel", HTMLElement),
+  showPanel: find("#show-panel", HTMLButtonElement),
+  advanced: find("#advanced", HTMLDetailsElement),
+  findSetting: find("#find-setting", HTMLInputElement),
+  form: find("#controls", HTMLFormElement),
+  control: find("#control", HTMLElement),
+  ownView: find("#own-view", HTMLElement),
+  login: find("#login", HTMLFormElement),
+  codec: find("#codec", HTMLSelectElement),
+  cine: find("#cine", HTMLElement),
+  still: find("#still", HTMLButtonElement),
+  undo: find("#undo", HTMLButtonElement),
+  redo: find("#redo", HTMLButtonElement),
+  fullScreen: find("#full-screen", HTMLButtonElement),
+  statistics: find("#statistics", HTMLElement),
+  showStatistics: find("#show-statistics", HTMLButtonElement),
+};

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The presets, the number of panes, and the views from each side: buttons that set several fields at once.
+import type { Look } from "../generated/fanlight_pb.js";
+import { element } from "./element";
+import { lookOf } from "./look_menu";
+import { valuesOf } from "./scene";
+import type { SettingsEditor } from "./settings_editor";
+
+export class PresetBar {
+  private presets: readonly Look[] = [];
+
+  constructor(
+    private readonly root: HTMLFieldSetElement,
+    private readonly editor: SettingsEditor,
+  ) {}
+
+  start(presets: readonly Look[]): void {
+    this.presets = presets;
+    this.root.replaceChildren(...presets.map((preset) => this.button(preset)));
+    this.refresh();
+  }
+
+  refresh(): void {
+    const name = lookOf(this.presets, this.editor);
+    for (const button of this.root.querySelectorAll("button")) button.ariaPressed = String(button.value === name);
+  }
+
+  private button(preset: Look): HTMLButtonElement {
+    const { name, help, scene } = preset;
+    const button = element("button", { type: "button", value: name, textContent: name, title: help });
+    button.dataset.preset = name;
+    button.onclick = () => scene && this.editor.set(valuesOf(scene));
+    return button;
+  }
+}
+
+/** One, two or four panes: the field "mode". In other modes none is chosen. */
+export class LayoutBar {
+  private readonly inputs: HTMLInputElement[];
+
+  constructor(
+    root: HTMLFieldSetElement,
+    private readonly editor: SettingsEditor,
+  ) {
+    this.inputs = [...root.querySelectorAll("input")];
+    for (const input of this.inputs) input.onchange = () => this.choose(input.value);
+  }
+
+  choose(mode: string): void {
+    const index = this.editor.choicesOf("mode").indexOf(mode);
+    if (index >= 0) this.editor.set([["mode", index]]);
+    this.refresh();
+  }
+
+  refresh(): void {
+    for (const input of this.inputs) input.checked = input.value === this.editor.choice("mode");
+  }
+}
+
+/** Buttons whose data-view is "YAW PITCH", in degrees. */
+export function connectViews(root: HTMLElement, editor: Pick<SettingsEditor, "set">): void {
+  for (const button of root.querySelectorAll("button")) {
+    button.onclick = () => {
+      const [yaw = 0, pitch = 0] = (button.dataset.view ?? "").split(" ").map(Number);
+      editor.set([
+        ["camera.yaw_deg", yaw],
+        ["camera.pitch_deg", pitch],
+        ["camera.roll_deg", 0],
+      ]);
+    };
+  }
+}

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The settings in reach: presets, panes, four sliders, views, the search among the others; undo and redo.
+import type { EchoLevels, Look } from "../generated/fanlight_pb.js";
+import { find } from "./element";
+import type { FieldEffects } from "./field_effects";
+import { page } from "./page";
+import { connectViews, LayoutBar, PresetBar } from "./preset_bar";
+import { QuickSettings } from "./quick_settings";
+import type { Values } from "./scene";
+import { connectSearch } from "./setting_search";
+import type { SettingsEditor } from "./settings_editor";
+import { UndoHistory } from "./undo_history";
+import { picturePixel, surfacePart, type PagePoint } from "./view_geometry";
+
+export class QuickPanel {
+  private readonly history = new UndoHistory();
+  private readonly sliders: QuickSettings;
+  private readonly presets: PresetBar;
+  private readonly layout: LayoutBar;
+  private allowed = false;
+
+  constructor(
+    private readonly editor: SettingsEditor,
+    effects: FieldEffects,
+  ) {
+    this.sliders = new QuickSettings(page.quick, editor, effects);
+    this.presets = new PresetBar(page.presets, editor);
+    this.layout = new LayoutBar(page.layout, editor);
+    connectViews(page.views, editor);
+    connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
+    page.undo.onclick = () => this.undo();
+    page.redo.onclick = () => this.redo();
+  }
+
+  /** Call at the start of a session. */
+  start(presets: readonly Look[]): void {
+    this.presets.start(presets);
+    this.history.clear();
+  }
+
+  /** The scene has changed. */
+  refresh(): void {
+    this.sliders.refresh();
+    this.presets.refresh();
+    this.layout.refresh();
+    page.undo.disabled = !this.allowed || !this.history.canUndo;
+    page.redo.disabled = !this.allowed || !this.history.canRedo;
+  }
+
+  /** The levels of the picture shown. */
+  take(levels: EchoLevels | undefined): void {
+    this.sliders.take(levels);
+  }
+
+  /** Whether the picture lacks a change of this display. */
+  setBusy(busy: boolean): void {
+    this.sliders.setBusy(busy);
+  }
+
+  /** Whether this display may change settings. In a view of its own a preset or the panes cannot change. */
+  allow(may: boolean, ownView: boolean): void {
+    const changed = this.allowed !== may;
+    this.allowed = may;
+    for (const part of [page.quick, page.views]) part.inert = !may;
+    for (const part of [page.presets, page.layout]) part.inert = !may || ownView;
+    if (changed) this.refresh();
+  }
+
+  edited(before: Values, after: Values): void {
+    this.history.add(before, after, performance.now());
+  }
+
+  undo(): void {
+    const values = this.allowed ? this.history.undo() : undefined;
+    if (values) this.editor.restore(values);
+  }
+
+  redo(): void {
+    const values = this.allowed ? this.history.redo() : undefined;
+    if (values) this.editor.restore(values);
+  }
+
+  choosePanes(mode: string): void {
+    if (!page.layout.inert) this.layout.choose(mode);
+  }
+
+  /** A double click on the 3D pane of four shows it alone. */
+  enlarges(pointer: PagePoint, canvas: HTMLCanvasElement): boolean {
+    const mode = this.editor.choice("mode");
+    const { x, y } = picturePixel(pointer, canvas);
+    const part = surfacePart(mode, canvas);
+    if (mode !== "slices" || !part || x < part.left || y < part.top) return false;
+    this.choosePanes("surface");
+    return true;
+  }
+}

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Saves the picture as PNG, with its scale, its source and its state below it.
+
+export interface StillFacts {
+  source: string;
+  /** "Live", "Frozen, 12 s old", ... */
+  state: string;
+  measurement: string;
+  bar: { mm: number; pixels: number } | undefined;
+  fullWidth: number;
+}
+
+const kFootPixels = 44;
+
+export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElement, facts: StillFacts): Promise<void> {
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [canvas.width, canvas.height + kFootPixels];
+  const context = copy.getContext("2d")!;
+  context.drawImage(canvas, 0, 0);
+  if (overlay.childElementCount > 0) context.drawImage(await imageOf(overlay, canvas), 0, 0);
+  drawFoot(context, canvas, facts);
+  const blob = await new Promise<Blob | null>((resolve) => copy.toBlob(resolve, "image/png"));
+  if (!blob) throw new Error("The browser cannot write this picture.");
+  save(blob, `fanlight-${new Date().toISOString().slice(0, 19).replace(/[:T]/g, "-")}.png`);
+}
+
+function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, facts: StillFacts): void {
+  context.fillStyle = "#fff";
+  context.font = "13px sans-serif";
+  const time = new Date().toLocaleString();
+  const line = [facts.source, facts.state, time].filter(Boolean).join("   ");
+  context.fillText(line, 8, canvas.height + 16, canvas.width - 16);
+  context.fillText(facts.measurement || "Not for diagnosis.", 8, canvas.height + 36, canvas.width - 140);
+  if (!facts.bar) return;
+  const length = (facts.bar.pixels * canvas.width) / facts.fullWidth;
+  const [right, y] = [canvas.width - 8, canvas.height + 34];
+  context.fillRect(right - length, y, length, 2);
+  context.fillRect(right - length, y - 4, 1, 6);
+  context.fillRect(right - 1, y - 4, 1, 6);
+  context.textAlign = "right";
+  context.fillText(`${facts.bar.mm} mm`, right - length - 6, canvas.height + 36);
+}
+
+async function imageOf(overlay: SVGSVGElement, canvas: HTMLCanvasElement): Promise<HTMLCanvasElement> {
+  const drawn = document.createElement("canvas");
+  [drawn.width, drawn.height] = [canvas.width, canvas.height];
+  const context = drawn.getContext("2d")!;
+  const { width, height } = overlay.viewBox.baseVal;
+  context.scale(canvas.width / width, canvas.height / height);
+  [context.strokeStyle, context.fillStyle, context.lineWidth] = ["#ffe14d", "#ffe14d", 2];
+  context.font = "600 14px sans-serif";
+  for (const part of overlay.children) {
+    if (part instanceof SVGPathElement) {
+      context.setLineDash(part.classList.contains("path") ? [3, 3] : []);
+      context.stroke(new Path2D(part.getAttribute("d") ?? ""));
+    } else if (part instanceof SVGTextElement) {
+      context.fillText(part.textContent ?? "", Number(part.getAttribute("x")), Number(part.getAttribute("y")));
+    }
+  }
+  return drawn;
+}
+
+function save(blob: Blob, name: string): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

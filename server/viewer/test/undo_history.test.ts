@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { UndoHistory } from "../src/undo_history";
+
+const values = (threshold: number) => new Map([["detector.threshold", threshold]]);
+
+test("changes are taken back and made again, in their order", () => {
+  const history = new UndoHistory();
+  history.add(values(1), values(2), 0);
+  history.add(values(2), values(3), 5000);
+  assert.deepEqual(history.undo(), values(2));
+  assert.deepEqual(history.undo(), values(1));
+  assert.equal(history.undo(), undefined);
+  assert.deepEqual(history.redo(), values(2));
+  assert.deepEqual(history.redo(), values(3));
+  assert.equal(history.canRedo, false);
+});
+
+test("the changes of one drag are one", () => {
+  const history = new UndoHistory();
+  for (let step = 0; step < 50; ++step) history.add(values(step), values(step + 1), 100 * step);
+  assert.deepEqual(history.undo(), values(0));
+  assert.deepEqual(history.redo(), values(50));
+});
+
+test("changes of other fields, or later ones, are their own", () => {
+  const history = new UndoHistory();
+  history.add(values(1), values(2), 0);
+  history.add(new Map([["mode", 0]]), new Map([["mode", 4]]), 100);
+  history.add(new Map([["mode", 4]]), new Map([["mode", 1]]), 2000);
+  assert.deepEqual(history.undo(), new Map([["mode", 4]]));
+  assert.deepEqual(history.undo(), new Map([["mode", 0]]));
+});
+
+test("a new change forgets what could be made again, and 20 are kept", () => {
+  const history = new UndoHistory();
+  for (let step = 0; step < 30; ++step) history.add(values(step), values(step + 1), 10_000 * step);
+  history.undo();
+  history.add(values(29), values(99), 1e6);
+  assert.equal(history.canRedo, false);
+  let undone = 0;
+  while (history.undo()) ++undone;
+  assert.equal(undone, 20);
+});
