@@ -79,7 +79,7 @@ test("the page sets the probe and shows rounded values, refused values and loss 
     await enterNumber(viewer, "probe.sweep_deg", "500");
     const sentence = await until(
       "the text of the refusal",
-      () => viewer.page.locator("#refusal").textContent(),
+      () => viewer.page.locator("#refusal > span").textContent(),
       (text) => text !== "",
     );
     assert.match(sentence, /sweep was to be 500 deg, expected 10 to 85 deg/);

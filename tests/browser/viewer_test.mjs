@@ -126,7 +126,7 @@ test("the page shows a refusal and restores the value in force", async () => {
     await box.press("Enter");
     const sentence = await until(
       "the text of the refusal",
-      () => viewer.page.locator("#refusal").textContent(),
+      () => viewer.page.locator("#refusal > span").textContent(),
       (text) => text !== "",
     );
     assert.match(sentence, /threshold/);
@@ -284,7 +284,7 @@ test("the transfer function is edited by mouse, keys and text, and an invalid te
     await text.press("Enter");
     const sentence = await until(
       "the text of the refusal",
-      () => viewer.page.locator("#refusal").textContent(),
+      () => viewer.page.locator("#refusal > span").textContent(),
       (shown) => shown !== "",
     );
     assert.match(sentence, /transfer\.points.*expected/);

@@ -102,6 +102,7 @@ function answer(socket, { case: kind, value }) {
     if (outcome.case === "inForce") tellProbe();
     return;
   }
+  if (kind !== "sceneChange") return; // what this stand-in does not have
   const changed = changesOf(value.scene);
   const refusal = refusalOf({ ...scene, ...changed });
   if (refusal) {

@@ -15,9 +15,26 @@ export function connectKeys(root: HTMLElement, actions: KeyActions): void {
   });
 }
 
+/** A control that was clicked lets the focus go, so that Space means the page's Freeze and not the control again. */
+export function releaseClicked(root: HTMLElement): void {
+  let byPointer = false;
+  root.addEventListener("pointerdown", () => (byPointer = true), true);
+  root.addEventListener("keydown", () => (byPointer = false), true);
+  root.addEventListener("click", () => {
+    const focused = document.activeElement;
+    if (
+      byPointer &&
+      focused instanceof HTMLElement &&
+      focused.matches("button, summary, [type=radio], [type=checkbox]")
+    )
+      focused.blur();
+  });
+}
+
 function isTyping(target: EventTarget | null, key: string): boolean {
   if (!(target instanceof HTMLElement)) return false;
-  if (target instanceof HTMLInputElement && ["range", "radio", "checkbox"].includes(target.type)) return key === " ";
+  if (target instanceof HTMLInputElement && target.type === "range") return false;
+  if (target instanceof HTMLInputElement && ["radio", "checkbox"].includes(target.type)) return key === " ";
   const usesSpace = target instanceof HTMLButtonElement || target.tagName === "SUMMARY";
   if (usesSpace) return key === " " || key === "Enter";
   return target instanceof HTMLInputElement || target instanceof HTMLSelectElement;

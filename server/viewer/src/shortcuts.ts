@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The keys of the page, as its buttons' tooltips name them.
 import type { CineBar } from "./cine_bar";
-import { connectKeys } from "./keys";
+import { connectKeys, releaseClicked } from "./keys";
 import type { PageShell } from "./page_shell";
 import type { PictureOverlay } from "./picture_overlay";
 import type { QuickPanel } from "./quick_panel";
@@ -16,6 +16,7 @@ export interface ShortcutTargets {
 }
 
 export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }: ShortcutTargets): void {
+  releaseClicked(document.body);
   connectKeys(document.body, {
     " ": () => cineBar.toggle(),
     ",": () => cineBar.step(-1),
