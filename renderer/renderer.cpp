@@ -156,7 +156,7 @@ Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
     return loaded;
   }
   newest_ = 1 - newest_;
-  next.load_number = ++loads_;
+  next.is_kept = loading == Loading::kKept;
   return as_breakage(begin_cast(next));
 }
 
@@ -169,7 +169,7 @@ Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
     if (loading == Loading::kNew) counters_.volumes_refused.add();
     return completed;
   }
-  state.load_number = ++loads_;
+  state.is_kept = loading == Loading::kKept;
   if (!state.slot.changed()) return as_breakage(light(state));
   return as_breakage(state.slot.can_recast() ? recast(state) : begin_cast(state));
 }
@@ -290,13 +290,13 @@ bool Renderer::collect(Picture& picture) {
     if (fault() != nullptr) return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
     const bool first = std::exchange(state.awaits_picture, false);
-    if (state.load_number < shown_load_) {
+    if (state.stamp.volume.volume_id < shown_volume_id_ && !state.is_kept) {
       counters_.pictures_outdated.add();
       if (first) counters_.volumes_skipped.add();
       continue;
     }
     shown_ = index;
-    shown_load_ = state.load_number;
+    shown_volume_id_ = state.stamp.volume.volume_id;
     state.stamp.picture_id = ++pictures_;
     state.stamp.stage_ms = stage_ms;
     state.stamp.passes_overlap = !on_one_device();

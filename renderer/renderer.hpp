@@ -206,9 +206,9 @@ class Renderer {
     NumberedScene lit_scene;        // of the picture in the slot
     std::uint64_t cast_number = 0;  // of the depth map, from 1
     PictureStamp stamp;
-    std::uint64_t load_number = 0;  // of its volume, from 1
-    bool awaits_picture = false;    // its volume has had no picture yet
-    bool gave_up_cast = false;      // the cast under way replaced one whose view was outdated
+    bool is_kept = false;         // its volume is one of the cine's, which may be older than the one on show
+    bool awaits_picture = false;  // its volume has had no picture yet
+    bool gave_up_cast = false;    // the cast under way replaced one whose view was outdated
     // Volume and view of the filtered depth map, which is the temporal filter's input for the next volume.
     std::uint64_t filtered_volume_id = 0;
     Scene filtered_view;
@@ -269,8 +269,7 @@ class Renderer {
   mutable bool either_lost_ = false;  // of note_fault()
   std::size_t newest_ = 0;            // slot loaded last; the other one takes the next volume
   std::size_t shown_ = 0;             // slot whose picture was collected last
-  std::uint64_t loads_ = 0;
-  std::uint64_t shown_load_ = 0;            // number of the load whose picture was collected last
+  std::uint64_t shown_volume_id_ = 0;
   std::uint64_t newest_commit_number_ = 0;  // largest of the frames of the last volume
   std::uint64_t largest_volume_bytes_ = 0;
   const EchoLevels& levels() const { return fixed_levels_ ? *fixed_levels_ : levels_.in_force(); }

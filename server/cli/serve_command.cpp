@@ -165,7 +165,8 @@ std::string usual_title(const std::string& source) {
 /// A processor casts a full picture too slowly to follow a hand.
 bool moves_smoothly(const ServeOptions& options, const GpuCandidate& gpu) {
   const auto given = options.scene.given();
-  return gpu.kind == kProcessorKind && std::ranges::find(given, "deadline.plan", &SceneField::name) == given.end();
+  return gpu.kind == kProcessorKind &&
+         std::ranges::find(given, "deadline.plan", &SceneField::name) == given.end();
 }
 
 /// Scripts read the address from stdout.
