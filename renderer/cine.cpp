@@ -11,14 +11,16 @@ bool Cine::take_orders(const Volume* shown, std::int64_t now_ns) {
   if (link_ == nullptr) return false;
   player_.advance(now_ns);
   bool reload = false;
+  if (freeze_waits_ && shown != nullptr) freeze(*shown);
   while (const auto order = link_->orders.take()) reload |= obey(*order, shown, now_ns);
   tell();
-  return reload && !is_frozen();
+  return reload;
 }
 
 bool Cine::obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns) {
   if (order.wish == CineOrder::Wish::kLive) return go_live();
   if (order.wish == CineOrder::Wish::kFreeze) {
+    freeze_waits_ = shown == nullptr;
     if (!is_frozen() && shown != nullptr) freeze(*shown);
     return false;
   }
@@ -27,6 +29,7 @@ bool Cine::obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns
 }
 
 void Cine::freeze(const Volume& shown) {
+  freeze_waits_ = false;
   newest_ = &shown;
   auto& times_ns = player_.capture_times_ns();
   times_ns.clear();
@@ -37,7 +40,8 @@ void Cine::freeze(const Volume& shown) {
 }
 
 bool Cine::go_live() {
-  const bool older_is_shown = is_frozen() && loaded_ && volume(*loaded_) != newest_;
+  const bool older_is_shown = is_frozen() && (!loaded_ || volume(*loaded_) != newest_);
+  freeze_waits_ = false;
   player_.go_live();
   ring_.release_kept();
   newest_ = nullptr;

@@ -50,6 +50,7 @@ class Cine {
   CinePlayer player_;
   const Volume* newest_ = nullptr;  // while frozen: the one on show at the freeze
   std::optional<std::uint32_t> loaded_;
+  bool freeze_waits_ = false;  // for the first volume
   CineStatus told_;
 };
 

@@ -144,6 +144,8 @@ void RenderThread::measure_busy() {
 
 void RenderThread::take_cine_orders() {
   if (cine_.take_orders(volume_ ? &*volume_ : nullptr, now_ns())) volume_due_ = true;
+  // The newest volume was to be loaded again: as a kept one now.
+  if (cine_.is_frozen() && std::exchange(volume_due_, false)) cine_.forget_loaded();
 }
 
 /// Whether take_volume() has one to load as soon as the renderer wants one.

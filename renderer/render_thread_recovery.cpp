@@ -46,7 +46,6 @@ bool RenderThread::recover(const Error& cause, const std::stop_token& stop) {
   renderer().resume(progress);
   show_degraded();
   volume_due_ = views_due_ = true;
-  cine_.forget_loaded();
   was_busy_ = false;
   return true;
 }

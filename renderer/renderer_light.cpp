@@ -8,6 +8,8 @@ VolumeInFlight::History Renderer::history_of(const SlotState& state) const {
   using History = VolumeInFlight::History;
   if (replaces_frames()) return History::kNone;  // a single slot is used, and it keeps no last volume
   const SlotState& other = &state == slots_[0].get() ? *slots_[1] : *slots_[0];
+  // The cine goes in any direction, and each of its volumes has one picture whatever was shown before.
+  if (state.is_kept || other.is_kept) return History::kNone;
   const bool before =
       other.filtered_volume_id > 0 && other.filtered_volume_id < state.slot.volume().volume_id;
   const bool same_view =

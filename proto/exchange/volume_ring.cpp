@@ -2,6 +2,7 @@
 #include "proto/exchange/volume_ring.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace fanlight {
 
@@ -20,6 +21,7 @@ VolumeRing::VolumeRing(const Config& config, const Dependencies& dependencies)
 
 Volume* VolumeRing::begin() {
   if (writing_ != kNone) return slots_[writing_].volume.get();
+  if (policy_ == RingPolicy::kProcessAll && too_many_wait()) return nullptr;
   for (;;) {
     if (take_free()) return slots_[writing_].volume.get();
     if (policy_ == RingPolicy::kProcessAll) return nullptr;
@@ -32,6 +34,15 @@ Volume* VolumeRing::begin() {
       counters_.volumes_dropped.add();
     }
   }
+}
+
+/// Whether as many volumes as without keep() are read or wait to be.
+bool VolumeRing::too_many_wait() const {
+  const auto in_use = std::ranges::count_if(slots_, [](const Slot& slot) {
+    const State state = state_of(slot.state.load(std::memory_order_acquire));
+    return state == kPublished || state == kReading;
+  });
+  return in_use >= std::ssize(slots_) - std::ptrdiff_t{most_kept_};
 }
 
 bool VolumeRing::take_free() {

@@ -33,7 +33,7 @@ class VolumeRing {
     FanGeometry geometry;
     std::uint32_t frame_capacity = 0;  ///< largest number of frames in a volume
     std::uint32_t slots = 4;           ///< at least 3: one written, one waiting, one read
-    std::uint32_t kept = 0;            ///< further slots, for keep()
+    std::uint32_t kept = 0;            ///< further slots, for keep(); none of them waits to be read
     RingPolicy policy = RingPolicy::kNewestWins;
     /// Frame size of the largest geometry that the source may change to; 0: no larger one.
     std::uint64_t largest_frame_bytes = 0;
@@ -116,6 +116,7 @@ class VolumeRing {
   std::uint32_t oldest(State state, std::uint64_t& seen) const;
   std::uint32_t newest_free(std::uint64_t below, std::uint64_t& seen) const;
   bool take_free();
+  bool too_many_wait() const;
   void release(std::uint32_t slot);
 
   static constexpr std::uint32_t kNone = ~0U;

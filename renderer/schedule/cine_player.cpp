@@ -9,6 +9,8 @@ namespace {
 
 // Volumes of a source that is as fast as it can be may have one capture time.
 constexpr std::int64_t kLeastNs = 10'000'000;
+// A gap between two volumes, such as a pause of the source, is not waited for.
+constexpr std::int64_t kMostNs = 1'000'000'000;
 // So long the only volume is on show, or the last one of two with equal times.
 constexpr std::int64_t kUsualNs = 100'000'000;
 
@@ -71,7 +73,8 @@ std::int64_t CinePlayer::shown_for_ns() const {
   // The newest volume stays as long as the others do on average.
   const std::int64_t captured_ns = last ? (whole_ns > 0 ? whole_ns / (count() - 1) : kUsualNs)
                                         : capture_times_ns_[volume_ + 1] - capture_times_ns_[volume_];
-  return std::max(kLeastNs, static_cast<std::int64_t>(static_cast<double>(captured_ns) / speed_));
+  const auto shown_ns = static_cast<double>(std::min(kMostNs, captured_ns)) / speed_;
+  return std::max(kLeastNs, static_cast<std::int64_t>(shown_ns));
 }
 
 void CinePlayer::advance(std::int64_t now_ns) {

@@ -29,6 +29,7 @@
 #include "server/http/stream_server.hpp"
 #include "server/net/listen_address.hpp"
 #include "server/pipeline/pipeline.hpp"
+#include "server/state/path_privacy.hpp"
 
 namespace fanlight {
 
@@ -162,6 +163,12 @@ std::string usual_title(const std::string& source) {
   return source.starts_with("usb:") ? "Probe" : "Recording";
 }
 
+/// As sentences about it name the file; empty where the source is no recording.
+std::string recording_path(const SourceDescription& source) {
+  constexpr std::string_view kReplay = "replay:";
+  return source.name.starts_with(kReplay) ? source.name.substr(kReplay.size()) : "";
+}
+
 /// A processor casts a full picture too slowly to follow a hand.
 bool moves_smoothly(const ServeOptions& options, const GpuCandidate& gpu) {
   const auto given = options.scene.given();
@@ -195,7 +202,9 @@ Result<void> serve(const ServeOptions& options) {
   const SourceDescription& description = (*source)->description();
   config.facts.source = printable(description.name);
   config.facts.title = options.title.empty() ? usual_title(options.source) : printable(options.title);
-  for (const std::string& note : description.notes) config.facts.notes.push_back(printable(note));
+  config.facts.path = recording_path(description);
+  for (const std::string& note : description.notes)
+    config.facts.notes.push_back(without_path(printable(note), config.facts.path, "the recording"));
   config.suggested_scene = suggested_scene(description);
   const auto scene = options.scene.applied_to(config.suggested_scene);
   if (!scene) return scene.error();

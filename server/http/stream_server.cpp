@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "proto/base/clock.hpp"
+#include "server/state/path_privacy.hpp"
 
 namespace fanlight {
 
@@ -42,7 +43,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
              config.most_private_views, config.facts.picture_width, config.facts.picture_height),
       surveys_(dependencies.survey_orders, dependencies.survey_results),
       recording_(config.recording, dependencies.recording, utc_now_s),
-      replay_(dependencies.replay),
+      replay_(dependencies.replay, config.facts.path),
       cine_(dependencies.cine),
       default_view_(config.finds_view, scene_store_, surveys_, config_.facts.notes),
       hub_(dependencies.counters, hub_config()),
@@ -124,7 +125,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                        .tell_state = [this] { tell_state(); }}) {
   access_.audit_to(audit_);
   dependencies_.source_state = [this, of_thread = dependencies.source_state] {
-    return replay_.status().state == ReplayStatus::State::kEnded ? "ended" : of_thread();
+    if (replay_.status().state == ReplayStatus::State::kEnded) return std::string("ended");
+    return without_path(of_thread(), config_.facts.path, "the recording");
   };
   // The library would log a line for each malformed message; the sessions answer and count them.
   google::protobuf::SetLogHandler(nullptr);
@@ -322,8 +324,9 @@ void StreamServer::probe_changed() {
   }
   const double half_rad = radians(status.settings.sweep_deg / 2);
   const bool has_geometry = status.geometry.columns > 0;
-  const bool scene_differs =
-      has_geometry && default_view_.source_changed(scene_for(status.geometry, -half_rad, half_rad), now_ns());
+  Scene suggested = scene_for(status.geometry, -half_rad, half_rad);
+  suggested.deadline = scene_store_.default_scene().deadline;  // by the device, not by the probe
+  const bool scene_differs = has_geometry && default_view_.source_changed(suggested, now_ns());
   sessions_.probe_changed();
   if (scene_differs) sessions_.scene_changed(0);
 }

@@ -90,7 +90,7 @@ PictureLiveness::Cause PictureLiveness::cause(const Source& source, std::int64_t
   if (health_.state == RenderHealth::State::kRemaking) return Cause::kGpuRemade;
   if (health_.state == RenderHealth::State::kHung) return Cause::kGpuHung;
   const bool still = now_ns - progressed_ns_ > limit_ns();
-  if (still && driver_.silent_ns() > kLeastLimitNs) return Cause::kDriverSilent;
+  if ((still || source.frozen) && driver_.silent_ns() > kLeastLimitNs) return Cause::kDriverSilent;
   if (source.is_replay) return still ? cause_of_replay(now_ns) : Cause::kNone;
   if (frames_silent(now_ns)) return Cause::kNoFrames;
   return still ? cause_of_stillness(now_ns) : Cause::kNone;
@@ -167,7 +167,9 @@ std::string PictureLiveness::sentence(const Source& source, std::int64_t now_ns)
 /// A frozen picture stays frozen whatever becomes of the source, but that is said.
 std::string PictureLiveness::frozen_sentence(const Source& source, std::int64_t now_ns) const {
   const std::string cause = reason(source, now_ns);
-  return "The picture is frozen." + (cause.empty() ? "" : " " + cause);
+  const std::string frozen =
+      source.is_replay ? "The replay of a recording is frozen." : "The picture is frozen.";
+  return frozen + (cause.empty() ? "" : " " + cause);
 }
 
 std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) const {

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "server/state/path_privacy.hpp"
 #include "server/state/picture_note.hpp"
 
 namespace fanlight {
@@ -87,7 +88,8 @@ Result<std::string> RecordingProxy::request(RecordingWish wish) {
     return unavailable(
         "this server has no folder for recordings, expected it to be started with --recordings");
   }
-  if (status_.over) return unavailable(status_.trouble);
+  if (status_.over)
+    return unavailable(without_path(status_.trouble, config_.folder.string(), "the folder for recordings"));
   const Error busy = unavailable("the recorder has many orders to carry out, expected some patience");
   switch (wish) {
     case RecordingWish::kStart: {
@@ -173,11 +175,12 @@ v1::RecordingStatus RecordingProxy::message() const {
     message.set_frames_missed(status_.frames_missed);
   }
   message.set_finish_share(status_.finish_share);
-  message.set_trouble(status_.trouble);
+  message.set_trouble(without_path(status_.trouble, config_.folder.string(), "the folder for recordings"));
   message.set_last_file(name_of(status_.last_file));
   message.set_last_frames(status_.last_frames);
   message.set_last_duration_s(status_.last_duration_s);
-  message.set_last_trouble(status_.last_trouble);
+  message.set_last_trouble(
+      without_path(status_.last_trouble, config_.folder.string(), "the folder for recordings"));
   return message;
 }
 

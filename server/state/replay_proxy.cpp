@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "proto/base/printable.hpp"
+#include "server/state/path_privacy.hpp"
 #include "server/state/wish_text.hpp"
 
 namespace fanlight {
@@ -143,6 +144,7 @@ bool ReplayProxy::update() {
   const ReplayStatus* const newest = link_.status.newest();
   if (newest == nullptr) return false;
   status_ = *newest;
+  status_.trouble = without_path(std::move(status_.trouble), path_, "the recording");
   return true;
 }
 

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "proto/base/result.hpp"
 #include "proto/exchange/replay_link.hpp"
@@ -21,8 +22,8 @@ std::string replay_words(const v1::ReplayRequest& request);
 /// and scripts to the acquisition thread. Server thread only.
 class ReplayProxy {
  public:
-  /// `link` must outlive this object.
-  explicit ReplayProxy(ReplayLink& link) : link_(link) {}
+  /// `link` must outlive this object. `path`: of the recording; told to nobody, see without_path().
+  explicit ReplayProxy(ReplayLink& link, std::string path = "") : link_(link), path_(std::move(path)) {}
 
   /// Passes a request on. Errors: kUnavailable where the source is no recording, or cannot do it;
   /// kInvalidArgument for a value out of its range.
@@ -37,6 +38,7 @@ class ReplayProxy {
 
  private:
   ReplayLink& link_;
+  std::string path_;
   ReplayStatus status_;
 };
 

@@ -26,6 +26,7 @@ namespace fanlight {
 struct ServerDescription {
   std::string source;  ///< as on the command line; may be the path of a file, which only an admin is told
   std::string title;   ///< for everyone
+  std::string path;    ///< of the recording that is played; told to nobody
   std::string device;
   std::uint32_t picture_width = 0;
   std::uint32_t picture_height = 0;

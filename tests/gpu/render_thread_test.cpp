@@ -195,6 +195,31 @@ TEST_F(RenderThreadTest, ReturnsToTheNewestVolumeWhereNoOtherComes) {
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 3U);
 }
 
+TEST_F(RenderThreadTest, FreezesTheFirstVolumeWhereThereWasNone) {
+  cine_.send({.wish = CineOrder::Wish::kFreeze});
+  publish(plate(40));
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U);
+  publish(plate(45));
+  Scene moved = scene_;
+  moved.camera.yaw_deg = 10;
+  request(2, moved);
+  EXPECT_EQ(next_picture_of(2).stamp.volume.volume_id, 1U);
+}
+
+TEST_F(RenderThreadTest, ShowsTheNewestAgainWhereFrozenBeforeItCameBack) {
+  for (int volume = 0; volume < 3; ++volume) {
+    publish(plate(35 + 3 * volume));
+    next_picture();
+  }
+  using Wish = CineOrder::Wish;
+  cine_.send({.wish = Wish::kFreeze});
+  cine_.send({.wish = Wish::kSeek, .volume = 0});
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U);
+  cine_.send({.wish = Wish::kLive});
+  cine_.send({.wish = Wish::kFreeze});
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 3U);
+}
+
 TEST_F(RenderThreadTest, PlaysTheLastVolumesInALoop) {
   for (int volume = 0; volume < 3; ++volume) {
     publish(plate(35 + 3 * volume));

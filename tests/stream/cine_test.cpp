@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/state/cine_proxy.hpp"
+#include "server/state/path_privacy.hpp"
 #include "tests/support/http_talk.hpp"
 #include "tests/support/server_fixture.hpp"
 #include "tests/support/test_display.hpp"
@@ -88,6 +89,13 @@ TEST(CineOverTheNetwork, IsControlledByDisplaysAndToldToAll) {
   one.send(wish);
   EXPECT_TRUE(one.next(Body::kCineReply).cine_reply().has_refused());
   EXPECT_EQ(fixture.counters().cine_refusals.value(), 1U);
+}
+
+TEST(PathPrivacy, PutsANameInPlaceOfEachMention) {
+  EXPECT_EQ(without_path("/data/DOE.mha: damaged (/data/DOE.mha, frame 3)", "/data/DOE.mha", "the recording"),
+            "the recording: damaged (the recording, frame 3)");
+  EXPECT_EQ(without_path("running", "", "the recording"), "running");
+  EXPECT_EQ(without_path("a a", "a", "aa"), "aa aa");
 }
 
 TEST(CineOverTheNetwork, IsAnsweredToScripts) {

@@ -78,6 +78,15 @@ TEST_F(CinePlayerTest, GoesOnFromWhereItIsAfterALongStop) {
   EXPECT_GT(player_.next_change_ns(), 3'600'000 * kMs);
 }
 
+TEST_F(CinePlayerTest, DoesNotWaitForAGap) {
+  CinePlayer player(2);
+  player.capture_times_ns() = {0, 300'000 * kMs};
+  player.freeze();
+  player.obey({.wish = Wish::kSeek, .volume = 0}, 0);
+  player.obey({.wish = Wish::kPlay}, 0);
+  EXPECT_EQ(player.next_change_ns(), 1000 * kMs);
+}
+
 TEST_F(CinePlayerTest, StaysAtTheOnlyVolume) {
   CinePlayer player(1);
   player.capture_times_ns() = {5};

@@ -165,6 +165,23 @@ TEST_F(VolumeRingTest, KeepsTheLastVolumesWhileFurtherOnesCome) {
   EXPECT_EQ(ring.take()->stamp().source_volume_index, 60U);
 }
 
+TEST_F(VolumeRingTest, LetsNoMoreVolumesWaitBecauseOfThoseItMayKeep) {
+  VolumeRing ring({.geometry = small_geometry(),
+                   .frame_capacity = 3,
+                   .slots = kSlots,
+                   .kept = 5,
+                   .policy = RingPolicy::kProcessAll},
+                  {.reader_bell = reader_bell_, .writer_bell = writer_bell_});
+  for (std::uint64_t mark = 1; mark <= kSlots; ++mark) publish(ring, mark);
+  EXPECT_EQ(ring.begin(), nullptr);
+  for (std::uint64_t mark = 5; mark <= 12; ++mark) {
+    EXPECT_EQ(ring.take()->stamp().source_volume_index, mark - 4);
+    publish(ring, mark);
+  }
+  EXPECT_EQ(marks(ring.keep()), (std::vector<std::uint64_t>{4, 5, 6, 7, 8}));
+  EXPECT_EQ(ring.begin(), nullptr);
+}
+
 TEST_F(VolumeRingTest, KeepsNoVolumeThatWasGivenUp) {
   VolumeRing ring({.geometry = small_geometry(), .frame_capacity = 3, .slots = 3, .kept = 2},
                   {.reader_bell = reader_bell_, .writer_bell = writer_bell_});

@@ -2,6 +2,8 @@
 // Freezes the display, and shows the last volumes that the server keeps.
 import { CineRequest_Wish as Wish, CineStatus_State as State, type CineStatus } from "../generated/fanlight_pb.js";
 
+const kDragMs = 100; // a dragged slider asks no more often
+
 /** "volume 3 of 20, 1.4 s before the newest" */
 export function cineText({ volume, volumes, timeS, durationS }: CineStatus): string {
   const before = durationS - timeS;
@@ -18,6 +20,7 @@ export class CineBar {
   private readonly speed: HTMLSelectElement;
   private status: CineStatus | undefined;
   private dragging = false;
+  private askedMs = 0;
   private lastId = 0n;
 
   constructor(
@@ -35,12 +38,15 @@ export class CineBar {
     this.main.onclick = () => this.playOrPause();
     part<HTMLButtonElement>("back").onclick = () => this.step(-1);
     part<HTMLButtonElement>("forward").onclick = () => this.step(1);
-    this.place.oninput = () => {
-      this.dragging = true;
-      this.ask(Wish.SEEK, this.place.valueAsNumber);
-    };
-    this.place.onchange = this.place.onblur = () => (this.dragging = false);
+    this.place.oninput = () => this.drag(performance.now());
+    this.place.onchange = () => this.ask(Wish.SEEK, this.place.valueAsNumber);
+    this.place.onpointerup = this.place.onpointercancel = this.place.onblur = () => (this.dragging = false);
     this.speed.onchange = () => this.ask(Wish.SPEED, Number(this.speed.value));
+  }
+
+  /** Frozen on one volume: it can be measured. */
+  get isStill(): boolean {
+    return this.status?.state === State.FROZEN;
   }
 
   get isFrozen(): boolean {
@@ -77,6 +83,13 @@ export class CineBar {
   /** Whether this display may freeze now. */
   allow(may: boolean): void {
     for (const control of this.root.querySelectorAll<HTMLButtonElement>("[data-cine]")) control.disabled = !may;
+  }
+
+  private drag(nowMs: number): void {
+    this.dragging = true;
+    if (nowMs - this.askedMs < kDragMs) return;
+    this.askedMs = nowMs;
+    this.ask(Wish.SEEK, this.place.valueAsNumber);
   }
 
   private ask(wish: Wish, value = 0): void {

@@ -3,13 +3,17 @@
 
 export type KeyActions = Readonly<Record<string, () => void>>;
 
+/** A held key repeats these; the others switch something. */
+const kRepeating = [",", ".", "z", "y", "ctrl+z", "ctrl+y", "ctrl+shift+z"];
+
 /** Names as in KeyboardEvent.key, in lower case; "ctrl+z" also stands for the Command key of a Mac. */
 export function connectKeys(root: HTMLElement, actions: KeyActions): void {
   root.addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.altKey || isTyping(event.target, event.key)) return;
-    const held = event.ctrlKey || event.metaKey ? "ctrl+" : "";
-    const act = actions[held + event.key.toLowerCase()];
-    if (!act) return;
+    const held = event.ctrlKey || event.metaKey ? (event.shiftKey ? "ctrl+shift+" : "ctrl+") : "";
+    const key = held + event.key.toLowerCase();
+    const act = actions[key];
+    if (!act || (event.repeat && !kRepeating.includes(key))) return;
     act();
     event.preventDefault();
   });

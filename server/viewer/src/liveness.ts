@@ -12,6 +12,8 @@ export interface LivenessNews {
   /** What keeps new pictures away: a title and a sentence; both empty where the picture is live. */
   title: string;
   detail: string;
+  /** Of a frozen picture: it is one of a recording. */
+  isReplay?: boolean;
 }
 
 const kTitles: Record<Liveness_Cause, string> = {
@@ -73,7 +75,9 @@ export class LivenessWatch {
     const { cause, sentence, state } = this.told ?? {};
     if (state === Liveness_State.FROZEN && shown) {
       const title = cause ? kTitles[cause] : "";
-      return { state: "frozen", ageMs, title, detail: (sentence ?? "").replace(/^The picture is frozen\. ?/, "") };
+      const isReplay = /^The replay/.test(sentence ?? "");
+      const detail = (sentence ?? "").replace(/^The (picture|replay of a recording) is frozen\. ?/, "");
+      return { state: "frozen", ageMs: isReplay ? undefined : ageMs, title, detail, ...(isReplay && { isReplay }) };
     }
     if (cause) {
       const title = kTitles[cause] || "No new pictures";
@@ -124,8 +128,9 @@ export function ageText(ageMs: number | undefined): string {
 }
 
 /** The mark on a picture: "Lost, 48 s old", "Delayed 3.1 s", "Replay"; empty on a live one. */
-export function markText({ state, ageMs }: LivenessNews): string {
+export function markText({ state, ageMs, isReplay }: LivenessNews): string {
   if (state === "live") return "";
+  if (isReplay) return `${stateWord(state)}, replay`;
   if (ageMs === undefined) return stateWord(state);
   return state === "delayed" ? `Delayed ${ageText(ageMs)}` : `${stateWord(state)}, ${duration(ageMs / 1000)} old`;
 }

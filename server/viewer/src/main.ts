@@ -56,6 +56,7 @@ const kClockMs = 500;
 const kConditionMs = 250;
 
 guardSliders(document.body);
+const showRefusal = (sentence: string) => shell.showRefusal(sentence);
 const clock = new ServerClock();
 const liveness = new LivenessWatch((pageMs) => clock.at(pageMs));
 const condition: Condition = {
@@ -105,7 +106,10 @@ const editor: SettingsEditor = new SettingsEditor({
     connection.send(ownView.wanted ? { case: "view", value } : { case: "sceneChange", value });
   },
   changed: showScene,
-  refused: showRefusal,
+  refused: (sentence) => {
+    quickPanel.refused();
+    showRefusal(sentence);
+  },
   accepted: () => shell.hideRefusal(),
 });
 const probeEditor: SettingsEditor = new SettingsEditor({
@@ -153,13 +157,15 @@ const cineBar = new CineBar(page.cine, (requestId, wish, value) =>
 const overlay: PictureOverlay = new PictureOverlay(editor, {
   hello: () => hello,
   shown: () => shown,
-  isFrozen: () => cineBar.isFrozen,
+  isFrozen: () => cineBar.isStill,
   askDepth: (requestId, pixels) =>
     connection.send({ case: "depth", value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })) } }),
   failed: showRefusal,
 });
 const tools = new Tools(page.tools, page.canvas, (tool) => overlay.measurement.choose(tool === "measure"));
 const sliceClick = new SliceClick(editor, page.canvas, movesRays);
+const clicked = (pointer: PagePoint) =>
+  (tools.chosen() === "measure" ? overlay.measurement : sliceClick).clicked(pointer);
 new PictureInput(page.canvas, () => tools.chosen(), light, orbit, clicked, doubleClicked);
 const quickPanel = new QuickPanel(editor, effects);
 page.still.onclick = () => overlay.still();
@@ -212,7 +218,8 @@ function receive({ body }: ServerMessage): void {
     case "replay":
       return replayBar.tell(body.value);
     case "cine":
-      return cineBar.tell(body.value);
+      cineBar.tell(body.value);
+      return overlay.measurement.frozenChanged();
     case "depthReply":
       return overlay.measurement.answered(body.value);
     case "streamReply":
@@ -251,6 +258,7 @@ function begin(newHello: Hello): void {
     controls = new Controls(page.form, editor, effects, newHello, defaults, probeGroup.root, measured);
   }
   hello = newHello;
+  overlay.measurement.forget();
   quickPanel.start(hello.presets);
   if (hello.control) controlTold(hello.control);
   codec.askAgain();
@@ -280,6 +288,7 @@ function startEditor({ revision, scene }: SceneState): void {
 
 /** Switches the target of later changes between this display's own view and the main view. */
 function ownViewChosen(): void {
+  quickPanel.forgetChanges(); // those of the other view
   controls?.limitTo(ownView.wanted ? kOwnGroups : undefined);
   probeGroup.root.inert = ownView.wanted;
   showCondition({});
@@ -381,17 +390,8 @@ function showCondition(change: Partial<Condition>): void {
   conditionView.showRendering(condition, nowMs);
 }
 
-function showRefusal(sentence: string): void {
-  shell.showRefusal(sentence);
-}
-
-function clicked(pointer: PagePoint): void {
-  if (tools.chosen() === "measure") overlay.measurement.clicked(pointer);
-  else sliceClick.clicked(pointer);
-}
-
 function doubleClicked(pointer: PagePoint): void {
-  if (quickPanel.enlarges(pointer, page.canvas)) return;
+  if (tools.chosen() === "measure" || quickPanel.enlarges(pointer, page.canvas)) return;
   if (tools.chosen() === "orbit") orbit.reset();
 }
 

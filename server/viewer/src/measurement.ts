@@ -6,6 +6,7 @@ import { picturePixel, type PagePoint } from "./view_geometry";
 
 const kPixelsApart = 3; // nearer samples add the depth map's noise to the path
 const kMostPoints = 1024; // of a request
+const kSecondPoint = "Now the second point.";
 export const kNotForDiagnosis = "Not for diagnosis.";
 
 type Mm = readonly [number, number, number];
@@ -61,9 +62,10 @@ interface Measured {
 export class Measurement {
   private start: PagePoint | undefined; // the first click, in pixels of the full size
   private measured: Measured | undefined;
-  private pending: bigint | undefined;
+  private pending: { id: bigint; pictureId: bigint } | undefined;
   private lastId = 0n;
   private picture: Picture | undefined;
+  private chosen = false;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -79,34 +81,53 @@ export class Measurement {
 
   /** The tool was chosen, or left. */
   choose(chosen: boolean): void {
+    this.chosen = chosen;
     this.start = undefined;
     if (!chosen) this.measured = undefined;
     this.events.say(chosen ? this.hint() : "");
     this.draw();
   }
 
+  /** Begins a session: what was measured before is of another one. */
+  forget(): void {
+    this.start = this.measured = this.pending = this.picture = undefined;
+    this.draw();
+  }
+
+  /** The picture was frozen, or goes on. */
+  frozenChanged(): void {
+    if (!this.chosen || this.isShown()) return;
+    if (!this.events.isFrozen()) this.start = undefined;
+    this.events.say(this.start ? kSecondPoint : this.hint());
+    this.draw();
+  }
+
   clicked(pointer: PagePoint): void {
-    if (!this.events.isFrozen()) return this.events.say(this.hint());
+    if (!this.events.isFrozen() || !this.picture) return this.events.say(this.hint());
     const { x, y } = picturePixel(pointer, this.canvas);
     const full = this.events.fullSize();
+    const within = (at: number, size: number) => Math.min(size - 1, Math.max(0, Math.floor(at)));
     const pixel = {
-      x: Math.round((x * full.width) / this.canvas.width),
-      y: Math.round((y * full.height) / this.canvas.height),
+      x: within((x * full.width) / this.canvas.width, full.width),
+      y: within((y * full.height) / this.canvas.height, full.height),
     };
     if (!this.start) {
       this.start = pixel;
       this.measured = undefined;
-      this.events.say("Now the second point.");
+      this.events.say(kSecondPoint);
     } else {
-      this.events.ask((this.pending = this.lastId += 1n), pathPixels(this.start, pixel));
+      this.pending = { id: (this.lastId += 1n), pictureId: this.picture.pictureId };
+      this.events.ask(this.lastId, pathPixels(this.start, pixel));
       this.start = undefined;
     }
     this.draw();
   }
 
-  answered({ requestId, points, refused }: DepthReply): void {
-    if (requestId !== this.pending) return;
+  answered({ requestId, pictureId, points, refused }: DepthReply): void {
+    const asked = this.pending;
+    if (!asked || requestId !== asked.id) return;
     this.pending = undefined;
+    if (!refused && pictureId !== asked.pictureId) return this.events.say("The picture has changed. Measure again.");
     const distance = distanceOf(points);
     if (refused || !distance || !this.picture) {
       return this.events.say(refused?.message ?? "A point is not on the surface. Click two points of the surface.");
@@ -119,9 +140,14 @@ export class Measurement {
 
   /** The picture on show; a measurement belongs to its volume. */
   show(picture: Picture): void {
-    const turned = this.start !== undefined && this.picture?.sceneRevision !== picture.sceneRevision;
+    const isSame = (["volumeId", "sceneRevision", "privateView"] as const).every(
+      (name) => this.picture?.[name] === picture[name],
+    );
     this.picture = picture;
-    if (turned) this.start = undefined;
+    if (!isSame && this.start) {
+      this.start = undefined;
+      this.events.say(this.hint());
+    }
     this.draw();
   }
 
@@ -144,7 +170,8 @@ export class Measurement {
     const full = this.events.fullSize();
     this.overlay.setAttribute("viewBox", `0 0 ${full.width || 1} ${full.height || 1}`);
     const parts: SVGElement[] = [];
-    const cross = ({ x, y }: PagePoint) => drawing("path", { d: `M${x - 6} ${y}h12M${x} ${y - 6}v12` });
+    // A pixel is drawn at its middle.
+    const cross = ({ x, y }: PagePoint) => drawing("path", { d: `M${x - 5.5} ${y + 0.5}h12M${x + 0.5} ${y - 5.5}v12` });
     if (this.start) parts.push(cross(this.start));
     const view = this.picture?.view;
     if (this.isShown() && view) {

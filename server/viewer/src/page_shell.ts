@@ -8,6 +8,7 @@ export class PageShell {
   private refusalTimer = 0;
 
   constructor(private readonly failed: (sentence: string) => void) {
+    page.fullScreen.hidden = !document.fullscreenEnabled; // an iPhone has none
     page.fullScreen.onclick = () => this.toggleFullScreen();
     document.addEventListener("fullscreenchange", () => {
       page.fullScreen.ariaPressed = String(document.fullscreenElement !== null);
@@ -20,6 +21,7 @@ export class PageShell {
   }
 
   toggleFullScreen(): void {
+    if (!document.fullscreenEnabled) return;
     const done = document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen();
     done.catch((error: Error) => this.failed(`The browser allows no full screen: ${error.message}`));
   }

@@ -35,7 +35,18 @@ export class QuickPanel {
   /** Call at the start of a session. */
   start(presets: readonly Look[]): void {
     this.presets.start(presets);
+  }
+
+  /** What was changed in another view cannot be taken back in this one. */
+  forgetChanges(): void {
     this.history.clear();
+    this.refresh();
+  }
+
+  /** The server has refused the last change. */
+  refused(): void {
+    this.history.drop();
+    this.refresh();
   }
 
   /** The scene has changed. */

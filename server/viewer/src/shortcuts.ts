@@ -33,6 +33,7 @@ export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }:
     z: () => quickPanel.undo(),
     "ctrl+z": () => quickPanel.undo(),
     y: () => quickPanel.redo(),
+    "ctrl+shift+z": () => quickPanel.redo(),
     "ctrl+y": () => quickPanel.redo(),
     f: () => shell.toggleFullScreen(),
     i: () => shell.toggleStatistics(),

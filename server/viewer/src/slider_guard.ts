@@ -5,7 +5,8 @@ const kDragPixels = 8;
 
 interface Touch {
   slider: HTMLInputElement;
-  value: string;
+  value: string; // before the touch
+  wanted: string | undefined; // that the touch has set; what follows the server may overwrite it meanwhile
   x: number;
   y: number;
 }
@@ -16,16 +17,20 @@ export function guardSliders(root: HTMLElement): void {
   const isSlider = (target: EventTarget | null): target is HTMLInputElement =>
     target instanceof HTMLInputElement && target.type === "range";
   const begins = (): void => {
-    const slider = undecided?.slider;
+    const touch = undecided;
     undecided = undefined;
-    slider?.dispatchEvent(new Event("input", { bubbles: true }));
+    if (!touch || touch.wanted === undefined) return;
+    touch.slider.value = touch.wanted;
+    touch.slider.dispatchEvent(new Event("input", { bubbles: true }));
   };
 
   root.addEventListener(
     "pointerdown",
     ({ target, pointerType, clientX: x, clientY: y }) => {
       undecided =
-        pointerType === "touch" && isSlider(target) ? { slider: target, value: target.value, x, y } : undefined;
+        pointerType === "touch" && isSlider(target)
+          ? { slider: target, value: target.value, wanted: undefined, x, y }
+          : undefined;
     },
     true,
   );
@@ -51,7 +56,9 @@ export function guardSliders(root: HTMLElement): void {
     root.addEventListener(
       type,
       (event) => {
-        if (undecided && event.target === undecided.slider) event.stopImmediatePropagation();
+        if (!undecided || event.target !== undecided.slider) return;
+        undecided.wanted = undecided.slider.value;
+        event.stopImmediatePropagation();
       },
       true,
     );

@@ -28,6 +28,11 @@ export class UndoHistory {
     if (this.done.length > kMost) this.done.shift();
   }
 
+  /** The last change did not come about. */
+  drop(): void {
+    this.done.pop();
+  }
+
   clear(): void {
     this.done.length = this.undone.length = 0;
   }

@@ -43,3 +43,11 @@ test("a new change forgets what could be made again, and 20 are kept", () => {
   while (history.undo()) ++undone;
   assert.equal(undone, 20);
 });
+
+test("a change that was refused is no change", () => {
+  const history = new UndoHistory();
+  history.add(values(1), values(2), 0);
+  history.add(values(2), values(999), 5000);
+  history.drop();
+  assert.deepEqual(history.undo(), values(1));
+});
