@@ -7,37 +7,37 @@ namespace fanlight {
 
 namespace {
 
-constexpr Look::Value kFace[] = {{"mode", "surface"},
-                                 {"filter.size_mm", "6"},
-                                 {"detector.threshold", "0"},
-                                 {"detector.least_tissue", "0"},
-                                 {"finish.colours", "none"}};
+constexpr Look::Value kFacePreset[] = {{"mode", "surface"},
+                                       {"filter.size_mm", "6"},
+                                       {"detector.threshold", "0"},
+                                       {"detector.least_tissue", "0"},
+                                       {"finish.colours", "none"}};
 
 // A small window keeps folds and creases; less light goes under the skin, and shadows are open.
-constexpr Look::Value kSkin[] = {{"mode", "surface"},         {"filter.size_mm", "3"},
-                                 {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
-                                 {"finish.colours", "none"},  {"material.scatter_mm", "0.6"},
-                                 {"light.specular", "0.3"},   {"shadow.coefficient", "0.35"},
-                                 {"finish.exposure", "1.6"}};
+constexpr Look::Value kSkinPreset[] = {{"mode", "surface"},         {"filter.size_mm", "3"},
+                                       {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
+                                       {"finish.colours", "none"},  {"material.scatter_mm", "0.6"},
+                                       {"light.specular", "0.3"},   {"shadow.coefficient", "0.35"},
+                                       {"finish.exposure", "1.6"}};
 
 // The brightest echo along each ray: how the field looks at the skeleton.
-constexpr Look::Value kBone[] = {{"mode", "maximum"},
-                                 {"filter.size_mm", "6"},
-                                 {"detector.threshold", "0"},
-                                 {"detector.least_tissue", "0"},
-                                 {"finish.colours", "grey"}};
+constexpr Look::Value kBonePreset[] = {{"mode", "maximum"},
+                                       {"filter.size_mm", "6"},
+                                       {"detector.threshold", "0"},
+                                       {"detector.least_tissue", "0"},
+                                       {"finish.colours", "grey"}};
 
-constexpr Look::Value kDepth[] = {{"mode", "depth"},
-                                  {"filter.size_mm", "6"},
-                                  {"detector.threshold", "0"},
-                                  {"detector.least_tissue", "0"},
-                                  {"finish.colours", "gold"}};
+constexpr Look::Value kDepthPreset[] = {{"mode", "depth"},
+                                        {"filter.size_mm", "6"},
+                                        {"detector.threshold", "0"},
+                                        {"detector.least_tissue", "0"},
+                                        {"finish.colours", "gold"}};
 
 constexpr Preset kPresets[] = {
-    {"face", "the surface, smooth, in warm light", "skin", kFace},
-    {"skin", "the surface with its folds and creases", "skin", kSkin},
-    {"bone", "the brightest echoes, as a picture through the body", "clinical", kBone},
-    {"depth", "how far the surface is: near is bright", "clinical", kDepth},
+    {"face", "the surface, smooth, in warm light", "skin", kFacePreset},
+    {"skin", "the surface with its folds and creases", "skin", kSkinPreset},
+    {"bone", "the brightest echoes, as a picture through the body", "clinical", kBonePreset},
+    {"depth", "how far the surface is: near is bright", "clinical", kDepthPreset},
 };
 
 void set(Scene& scene, const Look::Value& value) {

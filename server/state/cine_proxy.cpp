@@ -16,7 +16,7 @@ namespace {
 
 using v1::CineRequest;
 
-constexpr std::array<std::pair<std::string_view, CineRequest::Wish>, 7> kWishes = {{
+constexpr std::array<std::pair<std::string_view, CineRequest::Wish>, 7> kCineWishes = {{
     {"freeze", CineRequest::FREEZE},
     {"live", CineRequest::LIVE},
     {"play", CineRequest::PLAY},
@@ -31,7 +31,7 @@ bool has_value(CineRequest::Wish wish) {
   return wish == CineRequest::STEP || wish == CineRequest::SEEK || wish == CineRequest::SPEED;
 }
 
-Error unknown(std::string_view text) {
+Error unknown_cine_wish(std::string_view text) {
   return {ErrorCode::kInvalidArgument,
           fmt::format("{} for the cine, expected freeze, live, play, pause, step=VOLUMES, seek=VOLUME or "
                       "speed=FACTOR",
@@ -57,11 +57,14 @@ Result<CineOrder> order_of(const CineRequest& request) {
       return CineOrder{.wish = Wish::kPause};
     case CineRequest::STEP:
       if (!whole || value == 0)
-        return bad(fmt::format("the step is {} volumes, expected a whole number other than 0", value));
+        return bad(fmt::format(
+            "the step is {} volumes, expected a whole number other than 0, up to {:.0f} either way", value,
+            kMostVolumes));
       return CineOrder{.wish = Wish::kStep, .volumes = static_cast<std::int32_t>(value)};
     case CineRequest::SEEK:
       if (!whole || value < 0)
-        return bad(fmt::format("the volume is {}, expected a whole number from 0", value));
+        return bad(
+            fmt::format("the volume is {}, expected a whole number from 0 to {:.0f}", value, kMostVolumes));
       return CineOrder{.wish = Wish::kSeek, .volume = static_cast<std::uint32_t>(value)};
     case CineRequest::SPEED:
       if (!(value >= kLeastCineSpeed && value <= kMostCineSpeed))
@@ -76,22 +79,23 @@ Result<CineOrder> order_of(const CineRequest& request) {
 
 Result<CineRequest> cine_request(std::string_view text) {
   const WishText written(text);
-  for (const auto& [known, wish] : kWishes) {
+  for (const auto& [known, wish] : kCineWishes) {
     if (written.word != known) continue;
     CineRequest request;
     request.set_wish(wish);
-    if (!has_value(wish)) return written.has_argument ? Result<CineRequest>(unknown(text)) : request;
+    if (!has_value(wish))
+      return written.has_argument ? Result<CineRequest>(unknown_cine_wish(text)) : request;
     const bool usual_step = wish == CineRequest::STEP && !written.has_argument;
     const auto value = usual_step ? 1.0 : written.number();
-    if (!value) return unknown(text);
+    if (!value) return unknown_cine_wish(text);
     request.set_value(*value);
     return request;
   }
-  return unknown(text);
+  return unknown_cine_wish(text);
 }
 
 std::string cine_words(const CineRequest& request) {
-  for (const auto& [word, wish] : kWishes) {
+  for (const auto& [word, wish] : kCineWishes) {
     if (wish != request.wish()) continue;
     return has_value(wish) ? fmt::format("{}={}", word, request.value()) : std::string(word);
   }

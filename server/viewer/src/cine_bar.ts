@@ -24,7 +24,7 @@ export class CineBar {
   private lastId = 0n;
 
   constructor(
-    private readonly root: HTMLElement,
+    root: HTMLElement,
     private readonly send: (requestId: bigint, wish: Wish, value: number) => void,
   ) {
     const part = <T extends Element>(name: string): T => root.querySelector<T>(`[data-cine="${name}"]`)!;
@@ -42,6 +42,10 @@ export class CineBar {
     this.place.onchange = () => this.ask(Wish.SEEK, this.place.valueAsNumber);
     this.place.onpointerup = this.place.onpointercancel = this.place.onblur = () => (this.dragging = false);
     this.speed.onchange = () => this.ask(Wish.SPEED, Number(this.speed.value));
+  }
+
+  get mayFreeze(): boolean {
+    return !this.freeze.disabled;
   }
 
   /** Frozen on one volume: it can be measured. */
@@ -77,12 +81,16 @@ export class CineBar {
     this.place.max = String(status.volumes - 1);
     if (!this.dragging) this.place.value = String(status.volume);
     this.place.ariaValueText = cineText(status);
+    this.allow(this.mayFreeze);
     if (document.activeElement !== this.speed) this.speed.value = String(status.speed);
   }
 
   /** Whether this display may freeze now. */
   allow(may: boolean): void {
-    for (const control of this.root.querySelectorAll<HTMLButtonElement>("[data-cine]")) control.disabled = !may;
+    this.freeze.disabled = !may;
+    const single = (this.status?.volumes ?? 0) < 2; // there is nothing to step to
+    for (const control of this.bar.querySelectorAll<HTMLButtonElement>("[data-cine]"))
+      control.disabled = !may || single;
   }
 
   private drag(nowMs: number): void {

@@ -52,8 +52,7 @@ import { Tools } from "./tools";
 import type { PagePoint } from "./view_geometry";
 
 const kProtocolVersion = 2;
-const kClockMs = 500;
-const kConditionMs = 250;
+const [kClockMs, kConditionMs] = [500, 250];
 
 guardSliders(document.body);
 const showRefusal = (sentence: string) => shell.showRefusal(sentence);
@@ -158,6 +157,7 @@ const overlay: PictureOverlay = new PictureOverlay(editor, {
   hello: () => hello,
   shown: () => shown,
   isFrozen: () => cineBar.isStill,
+  mayFreeze: () => cineBar.mayFreeze,
   askDepth: (requestId, pixels) =>
     connection.send({ case: "depth", value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })) } }),
   failed: showRefusal,
@@ -288,7 +288,7 @@ function startEditor({ revision, scene }: SceneState): void {
 
 /** Switches the target of later changes between this display's own view and the main view. */
 function ownViewChosen(): void {
-  quickPanel.forgetChanges(); // those of the other view
+  quickPanel.forgetChanges();
   controls?.limitTo(ownView.wanted ? kOwnGroups : undefined);
   probeGroup.root.inert = ownView.wanted;
   showCondition({});

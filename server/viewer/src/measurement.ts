@@ -72,6 +72,8 @@ export class Measurement {
     private readonly overlay: SVGSVGElement,
     private readonly events: {
       isFrozen(): boolean;
+      mayFreeze(): boolean;
+      showsSurface(): boolean;
       fullSize(): { width: number; height: number };
       ask(requestId: bigint, pixels: PagePoint[]): void;
       /** Empty: nothing to say. */
@@ -96,14 +98,15 @@ export class Measurement {
 
   /** The picture was frozen, or goes on. */
   frozenChanged(): void {
-    if (!this.chosen || this.isShown()) return;
+    if (!this.chosen || (this.isShown() && this.events.isFrozen())) return;
+    this.measured = undefined;
     if (!this.events.isFrozen()) this.start = undefined;
     this.events.say(this.start ? kSecondPoint : this.hint());
     this.draw();
   }
 
   clicked(pointer: PagePoint): void {
-    if (!this.events.isFrozen() || !this.picture) return this.events.say(this.hint());
+    if (!this.canMeasure() || !this.picture) return this.events.say(this.hint());
     const { x, y } = picturePixel(pointer, this.canvas);
     const full = this.events.fullSize();
     const within = (at: number, size: number) => Math.min(size - 1, Math.max(0, Math.floor(at)));
@@ -144,9 +147,11 @@ export class Measurement {
       (name) => this.picture?.[name] === picture[name],
     );
     this.picture = picture;
-    if (!isSame && this.start) {
+    const isOver = this.measured !== undefined && !this.isShown();
+    if ((!isSame && this.start) || isOver) {
       this.start = undefined;
-      this.events.say(this.hint());
+      if (isOver) this.measured = undefined;
+      this.events.say(this.chosen ? this.hint() : "");
     }
     this.draw();
   }
@@ -160,10 +165,16 @@ export class Measurement {
     return this.measured !== undefined && this.measured.volumeId === this.picture?.volumeId;
   }
 
+  private canMeasure(): boolean {
+    return this.events.isFrozen() && this.events.showsSurface();
+  }
+
   private hint(): string {
-    return this.events.isFrozen()
-      ? "Click two points of the surface."
-      : "Freeze the picture first (Space): a moving surface cannot be measured.";
+    if (!this.events.showsSurface()) return "This picture shows no surface to measure on. Choose Face, or one pane.";
+    if (this.events.isFrozen()) return "Click two points of the surface.";
+    return this.events.mayFreeze()
+      ? "Freeze the picture first (Space): a moving surface cannot be measured."
+      : "Only a frozen picture can be measured, and the display in control freezes it.";
   }
 
   private draw(): void {

@@ -9,6 +9,8 @@ import type { SettingsEditor } from "./settings_editor";
 import { saveStill } from "./still";
 import type { PagePoint } from "./view_geometry";
 
+const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
+
 export class PictureOverlay {
   readonly measurement: Measurement;
   private readonly lines = find("#measurement", SVGSVGElement);
@@ -27,12 +29,15 @@ export class PictureOverlay {
       hello(): Hello | undefined;
       shown(): Picture | undefined;
       isFrozen(): boolean;
+      mayFreeze(): boolean;
       askDepth(requestId: bigint, pixels: PagePoint[]): void;
       failed(sentence: string): void;
     },
   ) {
     this.measurement = new Measurement(page.canvas, this.lines, {
       isFrozen: () => from.isFrozen(),
+      mayFreeze: () => from.mayFreeze(),
+      showsSurface: () => kSurfaceModes.includes(this.editor.choice("mode")),
       fullSize: () => this.fullSize(),
       ask: (requestId, pixels) => from.askDepth(requestId, pixels),
       say: (sentence) => {
@@ -71,6 +76,7 @@ export class PictureOverlay {
   }
 
   private showMarks(): void {
+    page.frame.dataset.mode = this.editor.choice("mode");
     this.marks.show(this.from.shown()?.view, this.bar(), this.fullSize().width, this.editor.choice("mode"));
   }
 }

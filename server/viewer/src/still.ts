@@ -27,7 +27,7 @@ export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElemen
 function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, facts: StillFacts): void {
   context.fillStyle = "#fff";
   context.font = "13px sans-serif";
-  const time = new Date().toLocaleString();
+  const time = `${new Date().toISOString().slice(0, 19).replace("T", " ")} UTC`;
   const line = [facts.source, facts.state, time].filter(Boolean).join("   ");
   context.fillText(line, 8, canvas.height + 16, canvas.width - 16);
   context.fillText(facts.measurement || "Not for diagnosis.", 8, canvas.height + 36, canvas.width - 140);
