@@ -29,6 +29,7 @@ struct CineOrder {
 inline constexpr double kLeastCineSpeed = 0.1;
 inline constexpr double kMostCineSpeed = 4;
 
+/// What is on show: new volumes, or which of the kept ones.
 struct CineStatus {
   enum class State : std::uint8_t {
     kLive,    ///< new volumes are shown as they come

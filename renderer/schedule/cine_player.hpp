@@ -21,6 +21,7 @@ class CinePlayer {
 
   /// Shows the newest volume, paused. Precondition: there is one.
   void freeze();
+  /// Forgets the volumes; the speed stays.
   void go_live();
 
   /// Carries out the orders but for kFreeze and kLive. Without an effect while live.

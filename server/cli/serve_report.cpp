@@ -53,7 +53,6 @@ void log_end(const PipelineCounters& pipeline, const ServerCounters& server) {
   spdlog::info("ended: {}", counts);
 }
 
-/// What became of a recording that ended with the server.
 void log_recording(Pipeline& pipeline) {
   const auto link = pipeline.recording();
   const RecordingStatus* const status = link ? link->status.newest() : nullptr;

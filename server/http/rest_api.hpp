@@ -64,7 +64,7 @@ class RestApi {
   Response control_replay(const Request& request, const Principal& principal);
   Response cine() const;
   Response control_cine(const Request& request, const Principal& principal);
-  /// Whom a wish is for, in the audit log, and where its refusals are counted.
+  /// The name of a kind of wishes in the audit log, and where refused ones are counted.
   struct WishKind {
     const char* name;
     Counter& refusals;
