@@ -122,12 +122,20 @@ std::array<PrivateStatus, kMostPrivateViews> PrivateRenderer::status(const Shown
   return all;
 }
 
+std::optional<PrivateAction> PrivateRenderer::next_action(const Shown& shown) const {
+  return decide(status(shown), next_,
+                {.frames_ready = shown.slot.frames_ready(),
+                 .volume_id = shown.slot.volume().volume_id,
+                 .frames_version = shown.slot.frames_version(),
+                 .cast_number = shown.cast_number});
+}
+
+bool PrivateRenderer::due(const Shown& shown) const {
+  return busy() || next_action(shown).has_value();
+}
+
 Result<bool> PrivateRenderer::advance(const Shown& shown) {
-  const auto action = decide(status(shown), next_,
-                             {.frames_ready = shown.slot.frames_ready(),
-                              .volume_id = shown.slot.volume().volume_id,
-                              .frames_version = shown.slot.frames_version(),
-                              .cast_number = shown.cast_number});
+  const auto action = next_action(shown);
   if (!action) return false;
   ViewState& state = states_[action->view];
   next_ = action->next_view;

@@ -79,6 +79,9 @@ class PrivateRenderer {
   /// Whether work is outstanding on the GPU, or a picture waits for collect().
   bool busy() const;
 
+  /// Whether a view has work to do, or has some under way.
+  bool due(const Shown& shown) const;
+
   /// Whether outstanding work reads the slot.
   bool reads(const VolumeInFlight& slot) const;
 
@@ -105,6 +108,7 @@ class PrivateRenderer {
   };
   static bool inputs_lost(const ViewState& state);
   std::array<PrivateStatus, kMostPrivateViews> status(const Shown& shown) const;
+  std::optional<PrivateAction> next_action(const Shown& shown) const;
   Result<void> execute(PrivateStep step, ViewState& state, const Shown& shown);
   void end(ViewState& state, const Error& error);
   void take_request(ViewState& state, const Shown& shown);

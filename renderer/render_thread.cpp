@@ -98,28 +98,36 @@ bool RenderThread::recover_within_memory(const Error& cause, const std::stop_tok
 Result<void> RenderThread::step() {
   take_scene();
   take_cine_orders();
-  if (auto taken = take_volume(); !taken) return taken;
-  take_frames();
   if (auto taken = take_private_views(); !taken) return taken;
+  const bool private_turn =
+      private_share_.is_turn(renderer().private_due(), renderer().main_busy(), now_ns());
+  if (!private_turn) {
+    if (auto taken = take_volume(); !taken) return taken;
+    take_frames();
+  }
   take_survey_order();
   report();
-  if (auto advanced = renderer().advance(); !advanced) return advanced;
+  const auto new_work = private_turn ? Renderer::NewWork::kWaits : Renderer::NewWork::kBegins;
+  if (auto advanced = renderer().advance(new_work); !advanced) return advanced;
   if (renderer().collect(to_.pictures.draft())) {
     losses_.picture_finished();
     governor_.picture_finished(to_.pictures.draft().stamp);
     if (to_.pictures.publish()) to_.counters.pictures_replaced.add();
     return {};  // its slot is free now: look for work before waiting
   }
-  if (renderer().collect_private()) return {};
+  if (renderer().collect_private()) {
+    private_share_.picture_finished(now_ns());
+    return {};
+  }
   measure_busy();
   // One observation decides between waiting for the GPU, more private work, and rest: work that ends between
   // two observations would stay uncollected until the next ring of the bell.
   if (renderer().busy()) {
     // advance() may have made room for the next volume, whose pass 1 runs beside what it submitted.
-    const bool more = volume_waits() && renderer().wants_volume();
+    const bool more = !private_turn && volume_waits() && renderer().wants_volume();
     return more ? Result<void>{} : renderer().wait(kPollNs);
   }
-  if (!volume_waits()) {
+  if (private_turn || !volume_waits()) {
     const auto advanced = renderer().advance_private();
     if (!advanced) return advanced.error();
     if (*advanced) return {};
@@ -163,8 +171,11 @@ Result<void> RenderThread::take_volume() {
   if (to_.ring.has_published()) {
     volume_ = {};  // a reader holds one at a time
     volume_ = to_.ring.take();
-    if (volume_) return load(Renderer::Loading::kNew);
-  } else if (volume_due_ && volume_) {
+    if (volume_ && is_watched()) return load(Renderer::Loading::kNew);
+    if (!volume_) return {};
+    to_.counters.volumes_unwatched.add();
+    volume_due_ = true;  // whoever comes sees it at once
+  } else if (volume_due_ && volume_ && is_watched()) {
     return load(Renderer::Loading::kAgain);
   }
   return {};
@@ -265,7 +276,7 @@ void RenderThread::report() {
 
 void RenderThread::take_frames() {
   if (to_.feed == nullptr) return;
-  if (cine_.is_frozen()) {  // nothing of a volume to come is prepared
+  if (cine_.is_frozen() || !is_watched()) {  // nothing of a volume to come is prepared
     while (to_.feed->front() != nullptr) to_.feed->pop();
     return;
   }

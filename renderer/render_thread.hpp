@@ -5,6 +5,7 @@
 #include <functional>
 #include <thread>
 
+#include "proto/exchange/audience.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/mailbox.hpp"
@@ -17,6 +18,7 @@
 #include "renderer/health_reporter.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/schedule/loss_record.hpp"
+#include "renderer/schedule/private_share.hpp"
 #include "renderer/schedule/rate_governor.hpp"
 
 namespace fanlight {
@@ -54,6 +56,8 @@ class RenderThread {
     Mailbox<SurveyResult>* survey_results = nullptr;
     /// Orders to freeze and to show the last volumes; may be null.
     CineLink* cine = nullptr;
+    /// While nobody is present, new volumes are taken and counted, but not rendered; null: they always are.
+    const Audience* audience = nullptr;
     /// Receives the health whenever it changes; may be null. Its slots are roomy_health().
     Mailbox<RenderHealth>* health = nullptr;
     /// Empty: a lost GPU ends the thread.
@@ -80,6 +84,7 @@ class RenderThread {
   Result<void> load_kept(const Volume& volume);
   void follow_geometry(const Volume& volume);
   bool volume_waits() const;
+  bool is_watched() const { return to_.audience == nullptr || to_.audience->present(); }
   void take_cine_orders();
   void take_frames();
   Result<void> take_private_views();
@@ -103,6 +108,7 @@ class RenderThread {
   DeviceRenderer device_;
   Dependencies to_;
   RateGovernor governor_;
+  PrivateShare private_share_;
   NumberedScene requested_;       // the renderer shows it as degraded() by the plan
   std::int64_t measured_ns_ = 0;  // time of the last measure_busy()
   std::int64_t window_ns_ = 0;    // start of the window of the busy share

@@ -225,8 +225,12 @@ Result<void> Renderer::recast(SlotState& state) {
   return {};
 }
 
-Result<void> Renderer::advance() {
+Result<void> Renderer::advance(NewWork new_work) {
   if (auto retried = retry_held(); !retried) return retried;
+  if (new_work == NewWork::kWaits && !main_busy()) {
+    const Error* const known = fault();
+    return known == nullptr ? Result<void>{} : *known;
+  }
   try_refused_scene();
   const MainSteps due = decide(status(), scene_);
   if (const Error* const known = fault()) return *known;
@@ -317,15 +321,25 @@ bool Renderer::collect(Picture& picture) {
 }
 
 Result<bool> Renderer::advance_private() {
+  return !busy() && private_views_have_input() ? private_.advance(shown_for_private_views()) : false;
+}
+
+bool Renderer::private_due() const {
+  return private_views_have_input() && private_.due(shown_for_private_views());
+}
+
+bool Renderer::private_views_have_input() const {
+  const SlotState& shown = *slots_[shown_];
+  return shown.slot.loaded() && shown.cast_number != 0 && !view_changed(shown.cast_scene, scene_);
+}
+
+PrivateRenderer::Shown Renderer::shown_for_private_views() const {
   SlotState& shown = *slots_[shown_];
-  if (busy() || !shown.slot.loaded() || shown.cast_number == 0 || view_changed(shown.cast_scene, scene_)) {
-    return false;
-  }
-  return private_.advance({.slot = shown.slot,
-                           .previous = slots_[1 - shown_]->slot,
-                           .cast_scene = shown.cast_scene.scene,
-                           .cast_number = shown.cast_number,
-                           .history = history_of(shown)});
+  return {.slot = shown.slot,
+          .previous = slots_[1 - shown_]->slot,
+          .cast_scene = shown.cast_scene.scene,
+          .cast_number = shown.cast_number,
+          .history = history_of(shown)};
 }
 
 bool Renderer::main_busy() const {

@@ -117,8 +117,10 @@ class Renderer {
   /// Precondition: wants_frame().
   void take_frame(const QueuedFrame& frame);
 
+  /// Whether the main view begins something where it has nothing under way.
+  enum class NewWork : std::uint8_t { kBegins, kWaits };
   /// Submits the work that is due and that the GPU can take now. Never waits for the GPU.
-  Result<void> advance();
+  Result<void> advance(NewWork new_work = NewWork::kBegins);
 
   /// True where a picture was finished; it was copied to `picture`, whose buffers are reused.
   bool collect(Picture& picture);
@@ -138,6 +140,8 @@ class Renderer {
   /// Submits one piece of a private view's work where some is due and nothing is busy(); true where it did.
   /// The next work of the main view waits for that piece.
   Result<bool> advance_private();
+  /// Whether a private view has work to do as soon as the main view lets it, or has some under way.
+  bool private_due() const;
 
   /// Copies finished private pictures to their mailboxes; whether there was one.
   bool collect_private() { return private_.collect(); }
@@ -254,6 +258,8 @@ class Renderer {
     return fanlight::replaces_frames(newest.slot.loaded(), newest.cast_scene, scene_);
   }
   VolumeInFlight::History history_of(const SlotState& state) const;
+  bool private_views_have_input() const;
+  PrivateRenderer::Shown shown_for_private_views() const;
 
   Config config_;
   const Gpu& gpu_;

@@ -24,6 +24,9 @@ struct PrivateView {
   Mailbox<Picture>* pictures = nullptr;
 };
 
+/// Where the main view would take all the time, it takes so many times as long as the private views.
+inline constexpr std::int64_t kMainTimes = 4;
+
 inline constexpr std::size_t kMostPrivateViews = 4;
 using PrivateViews = std::array<PrivateView, kMostPrivateViews>;
 

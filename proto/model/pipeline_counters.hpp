@@ -185,15 +185,17 @@ inline constexpr auto kRingTable = std::to_array<CountRow<RingCounters>>({
 });
 
 /// Written by the render thread. For the volumes that it took from its ring
-///   RingCounters::volumes_taken = volumes_rendered + volumes_skipped + volumes_refused + those in flight.
+///   RingCounters::volumes_taken = volumes_rendered + volumes_skipped + volumes_refused + volumes_unwatched +
+///                                 those in flight.
 /// At most two volumes are in flight: none at rest, and none after the renderer was destroyed. A thread that
 /// reads volumes_taken last never finds it smaller than the sum of the others.
 ///   pass2_runs = pictures_finished + pictures_outdated + pictures_lost + those in flight
 ///   pictures_finished = read + pictures_replaced + the one still unread
 struct RenderCounters {
-  Counter volumes_rendered;  ///< with at least one picture
-  Counter volumes_skipped;   ///< given up at the end, or outdated, before their first picture
-  Counter volumes_refused;   ///< with a geometry that this GPU has no room for
+  Counter volumes_rendered;   ///< with at least one picture
+  Counter volumes_skipped;    ///< given up at the end, or outdated, before their first picture
+  Counter volumes_refused;    ///< with a geometry that this GPU has no room for
+  Counter volumes_unwatched;  ///< not rendered, since nobody looked
   /// Cast without the requested speckle filter: too large for this GPU's buffers.
   Counter volumes_unfiltered;
   Counter pass1_runs;  ///< ray casts: a moved light never increments this
@@ -225,6 +227,7 @@ inline constexpr auto kRenderTable = std::to_array<CountRow<RenderCounters>>({
     {"volumes_skipped", "Volumes given up for a newer one before they had a picture",
      &RenderCounters::volumes_skipped},
     {"volumes_refused", "Volumes too large for this GPU", &RenderCounters::volumes_refused},
+    {"volumes_unwatched", "Volumes not rendered, since nobody looked", &RenderCounters::volumes_unwatched},
     {"volumes_unfiltered", "Volumes too large for the speckle filter on this GPU, cast without it",
      &RenderCounters::volumes_unfiltered},
     {"pass1_runs", "Ray casts", &RenderCounters::pass1_runs},

@@ -57,6 +57,7 @@ struct ServeOptions {
   int jpeg_quality = 85;
   std::uint32_t ring_slots = 4;
   std::uint32_t cine_volumes = 32;
+  bool render_unwatched = false;
   RecordingOptions recording;
   AutoOptions automatic;
   SceneOptions scene;
@@ -88,15 +89,24 @@ std::uint32_t affordable_cine(std::uint32_t wanted, const SourceDescription& sou
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, kMostCineBytes / volume_bytes));
 }
 
-Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize& size, const Scene& scene,
-                                 std::uint32_t cine_volumes) {
+RingPolicy policy_of(const ServeOptions& options) {
   const RingPolicy suitable =
       options.playing.as_fast_as_taken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins;
+  return options.policy.value_or(suitable);
+}
+
+/// Where every volume is to be rendered, nobody has to look.
+bool may_rest(const ServeOptions& options) {
+  return !options.render_unwatched && policy_of(options) == RingPolicy::kNewestWins;
+}
+
+Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize& size, const Scene& scene,
+                                 std::uint32_t cine_volumes) {
   return {.size = size,
           .scene = scene,
           .ring_slots = options.ring_slots,
           .cine_volumes = cine_volumes,
-          .policy = options.policy.value_or(suitable),
+          .policy = policy_of(options),
           .mismatch = options.mismatch,
           // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread runs yet
           .pipeline_cache = {.folder = user_cache_folder(std::getenv("XDG_CACHE_HOME"), std::getenv("HOME")),
@@ -155,12 +165,6 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
 /// anyway. A log whose reader has gone does not end the service.
 void ignore_harmless_signals() {
   for (const int signal : {SIGPIPE, SIGHUP, SIGUSR1}) std::signal(signal, SIG_IGN);
-}
-
-/// Says what is shown without the path of a file, whose name may be a patient's.
-std::string usual_title(const std::string& source) {
-  if (source.starts_with("phantom:")) return "Phantom (simulated)";
-  return source.starts_with("usb:") ? "Probe" : "Recording";
 }
 
 /// As sentences about it name the file; empty where the source is no recording.
@@ -234,7 +238,9 @@ Result<void> serve(const ServeOptions& options) {
     (*pipeline)->scenes().publish();
   }
   ServerCounters counters;
-  auto server = StreamServer::create(config, server_dependencies(**pipeline, link, counters));
+  StreamServer::Dependencies dependencies = server_dependencies(**pipeline, link, counters);
+  if (may_rest(options)) dependencies.audience = &(*pipeline)->audience();
+  auto server = StreamServer::create(config, dependencies);
   if (!server) return server.error();
 
   spdlog::info("fanlight {}", FANLIGHT_VERSION);
@@ -351,6 +357,8 @@ void add_volume_options(CLI::App& command, ServeOptions& options) {
       {{"newest-wins", RingPolicy::kNewestWins}, {"process-all", RingPolicy::kProcessAll}},
       "Where volumes come faster than they are rendered: newest-wins drops older ones, process-all makes the "
       "source wait (the default with --fast)");
+  command.add_flag("--render-unwatched", options.render_unwatched,
+                   "Render every volume, also while no display, script or recording needs a picture");
   add_named_option<MismatchCorrection, MismatchCorrection>(
       command, "--mismatch", options.mismatch,
       {{"corrected", MismatchCorrection::kOn}, {"as-measured", MismatchCorrection::kOff}},

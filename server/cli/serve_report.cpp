@@ -9,6 +9,11 @@
 
 namespace fanlight {
 
+std::string usual_title(const std::string& source) {
+  if (source.starts_with("phantom:")) return "Phantom (simulated)";
+  return source.starts_with("usb:") ? "Probe" : "Recording";
+}
+
 void log_device(const Pipeline& pipeline) {
   for (const GpuCandidate& candidate : pipeline.gpus()) {
     if (!candidate.refusals.empty())

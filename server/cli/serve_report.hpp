@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "acquisition/source/frame_source.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/pipeline/pipeline.hpp"
 
 namespace fanlight {
 
-// What `fanlight serve` logs at its start and at its end.
+// What `fanlight serve` calls its source, and what it logs at its start and at its end.
+
+/// Says what is shown without the path of a file, whose name may be a patient's. `source`: as given.
+std::string usual_title(const std::string& source);
 
 void log_device(const Pipeline& pipeline);
 void log_source(const SourceDescription& source);

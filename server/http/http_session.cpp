@@ -172,10 +172,12 @@ void HttpSession::serve(const Request& request) {
     return upgrade(request, std::move(*principal));
   }
   if (*principal && is_read(request) && path_of(request) == "/api/picture.png") {
-    return dependencies_.rest_api.picture(**principal,
-                                          [self = shared_from_this(), request](Response response) {
-                                            self->reply(request, std::move(response));
-                                          });
+    return dependencies_.rest_api.picture(
+        **principal,
+        [self = shared_from_this(), request](Response response) {
+          self->reply(request, std::move(response));
+        },
+        now_ns());
   }
   reply(request, respond(request, *principal));
 }

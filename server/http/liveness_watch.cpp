@@ -14,12 +14,13 @@ namespace {
 constexpr auto kInterval = std::chrono::milliseconds(250);
 
 PictureLiveness::Source liveness_source(const std::string& source_state, bool probe_lost,
-                                        const ReplayStatus& replay, bool frozen) {
+                                        const ReplayStatus& replay, bool frozen, bool resting) {
   using State = PictureLiveness::Source::State;
   PictureLiveness::Source source{.state = State::kRunning, .failure = "", .probe_lost = probe_lost};
   source.is_replay = replay.state != ReplayStatus::State::kAbsent;
   source.paused = replay.state == ReplayStatus::State::kPaused;
   source.frozen = frozen;
+  source.resting = resting;
   if (source_state == "ended") {
     source.state = State::kEnded;
   } else if (source_state != "running") {
@@ -49,11 +50,15 @@ void LivenessWatch::wait() {
 
 void LivenessWatch::update() {
   PictureLiveness& liveness = dependencies_.liveness;
+  const bool demand_changed = dependencies_.demand.update(dependencies_.sessions.all().size(),
+                                                          dependencies_.recording.is_active(), now_ns());
+  if (demand_changed && dependencies_.demand.resting()) dependencies_.hub.forget_main_view();
   if (dependencies_.health != nullptr) {
     if (const RenderHealth* const health = dependencies_.health->newest()) liveness.health_changed(*health);
   }
-  const auto source = liveness_source(dependencies_.source_state(), dependencies_.probe.lost(),
-                                      dependencies_.replay.status(), dependencies_.cine.is_frozen());
+  const auto source =
+      liveness_source(dependencies_.source_state(), dependencies_.probe.lost(), dependencies_.replay.status(),
+                      dependencies_.cine.is_frozen(), dependencies_.demand.resting());
   if (!liveness.update(source, now_ns())) return;
   log();
   dependencies_.sessions.liveness_changed();
@@ -62,7 +67,8 @@ void LivenessWatch::update() {
 void LivenessWatch::log() const {
   const PictureLiveness::Report& report = dependencies_.liveness.report();
   if (report.live() || report.state == PictureLiveness::State::kWaiting ||
-      report.state == PictureLiveness::State::kReplay || report.state == PictureLiveness::State::kFrozen)
+      report.state == PictureLiveness::State::kReplay || report.state == PictureLiveness::State::kResting ||
+      report.state == PictureLiveness::State::kFrozen)
     return spdlog::info("{}", report.sentence);
   spdlog::warn("the picture is {}, {:.1f} s old: {}", PictureLiveness::name(report.state), report.age_s,
                report.sentence);

@@ -10,14 +10,18 @@
 #include "proto/exchange/render_health.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/state/cine_proxy.hpp"
+#include "server/state/picture_demand.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
+#include "server/state/recording_proxy.hpp"
 #include "server/state/replay_proxy.hpp"
+#include "server/stream/picture_hub.hpp"
 #include "server/stream/session_registry.hpp"
 
 namespace fanlight {
 
-/// Brings PictureLiveness up to date several times a second; tells sessions and the log what has changed.
+/// Brings PictureDemand and PictureLiveness up to date several times a second; tells sessions and the log
+/// what has changed.
 /// Server thread only.
 class LivenessWatch {
  public:
@@ -27,6 +31,9 @@ class LivenessWatch {
     const ProbeProxy& probe;
     const ReplayProxy& replay;
     const CineProxy& cine;
+    const RecordingProxy& recording;
+    PictureDemand& demand;
+    PictureHub& hub;
     const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
     Mailbox<RenderHealth>* health;                     ///< null: the renderer is always well
     SessionRegistry& sessions;

@@ -39,6 +39,13 @@ RestApi::Response wrong_method(std::string_view expected, std::string_view allow
   return response;
 }
 
+RestApi::Response no_picture() {
+  RestApi::Response response =
+      refusal(http::status::service_unavailable, "there is no picture yet, expected some patience");
+  response.set(http::field::retry_after, "1");
+  return response;
+}
+
 /// A browser sends JSON to another site only after a preflight request, which this server does not grant.
 bool is_json(const RestApi::Request& request) {
   const std::string_view type = request[http::field::content_type];
@@ -242,13 +249,34 @@ RestApi::Response RestApi::change_scene(const Request& request, const Principal&
   return scene();
 }
 
-void RestApi::picture(const Principal& principal, const std::function<void(Response)>& answer) const {
-  if (dependencies_.hub.newest_picture() == nullptr) {
-    Response response =
-        refusal(http::status::service_unavailable, "there is no picture yet, expected some patience");
-    response.set(http::field::retry_after, "1");
-    return answer(std::move(response));
+void RestApi::picture(const Principal& principal, const std::function<void(Response)>& answer,
+                      std::int64_t now_ns) {
+  dependencies_.demand.asked(now_ns);
+  if (dependencies_.hub.newest_picture() != nullptr) return encode_picture(principal, answer);
+  const bool was_resting = dependencies_.demand.resting();
+  if (!was_resting || waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
+  waiting_.push_back({principal, answer, now_ns + kMostWaitNs});
+}
+
+void RestApi::answer_waiting(std::int64_t now_ns) {
+  if (waiting_.empty()) return;
+  const bool there_is_one = dependencies_.hub.newest_picture() != nullptr;
+  const auto is_due = [&](const Waiting& each) { return there_is_one || now_ns >= each.until_ns; };
+  std::vector<Waiting> due;
+  for (Waiting& each : waiting_) {
+    if (is_due(each)) due.push_back(each);
   }
+  std::erase_if(waiting_, is_due);
+  for (const Waiting& each : due) {
+    if (there_is_one) {
+      encode_picture(each.principal, each.answer);
+    } else {
+      each.answer(no_picture());
+    }
+  }
+}
+
+void RestApi::encode_picture(const Principal& principal, const std::function<void(Response)>& answer) {
   dependencies_.hub.png([answer, principal, this](const Result<PictureHub::PictureFile>& file) {
     if (!file) {
       const bool busy = file.error().code == ErrorCode::kUnavailable;

@@ -3,13 +3,16 @@
 
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/string_body.hpp>
+#include <functional>
 #include <string_view>
+#include <vector>
 
 #include "server/access/audit_log.hpp"
 #include "server/access/control_lease.hpp"
 #include "server/access/role.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/state/cine_proxy.hpp"
+#include "server/state/picture_demand.hpp"
 #include "server/state/recording_proxy.hpp"
 #include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
@@ -47,14 +50,21 @@ class RestApi {
     RecordingProxy& recording;
     ReplayProxy& replay;
     CineProxy& cine;
+    PictureDemand& demand;
   };
   explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
 
   /// `path`: of the request, from "/api/" on, without the query.
   Response respond(const Request& request, std::string_view path, const Principal& principal);
 
-  /// The answer to a GET of /api/picture.png, once the picture is encoded.
-  void picture(const Principal& principal, const std::function<void(Response)>& answer) const;
+  /// The answer to a GET of /api/picture.png, once the picture is encoded. Where nothing was rendered, since
+  /// nobody looked, a picture is rendered first: within kMostWaitNs, or the answer is a refusal.
+  void picture(const Principal& principal, const std::function<void(Response)>& answer, std::int64_t now_ns);
+  static constexpr std::int64_t kMostWaitNs = 5'000'000'000;
+
+  /// Answers those who wait for a picture, where there is one now, or where they have waited long enough.
+  /// Call it after every picture, and several times a second.
+  void answer_waiting(std::int64_t now_ns);
 
  private:
   Response scene() const;
@@ -76,7 +86,15 @@ class RestApi {
   void audit_change(const Principal& principal, const std::string& result,
                     const nlohmann::json& details) const;
 
+  struct Waiting {
+    Principal principal;
+    std::function<void(Response)> answer;
+    std::int64_t until_ns = 0;
+  };
+  void encode_picture(const Principal& principal, const std::function<void(Response)>& answer);
+
   Dependencies dependencies_;
+  std::vector<Waiting> waiting_;
 };
 
 }  // namespace fanlight

@@ -45,6 +45,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       recording_(config.recording, dependencies.recording, utc_now_s),
       replay_(dependencies.replay, config.facts.path),
       cine_(dependencies.cine),
+      demand_(dependencies.audience),
       default_view_(config.finds_view, scene_store_, surveys_, config_.facts.notes),
       hub_(dependencies.counters, hub_config()),
       sessions_(views_),
@@ -97,7 +98,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .sessions = sessions_,
                  .recording = recording_,
                  .replay = replay_,
-                 .cine = cine_}),
+                 .cine = cine_,
+                 .demand = demand_}),
       http_dependencies_{.counters = dependencies_.counters,
                          .audit = audit_,
                          .access = access_,
@@ -124,6 +126,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                        .read_again = [this] { read_again(); },
                        .tell_state = [this] { tell_state(); }}) {
   access_.audit_to(audit_);
+  sessions_.when_added([this] { liveness_watch_.update(); });
   dependencies_.source_state = [this, of_thread = dependencies.source_state] {
     if (replay_.status().state == ReplayStatus::State::kEnded) return std::string("ended");
     return without_path(of_thread(), config_.facts.path, "the recording");
@@ -291,10 +294,12 @@ void StreamServer::bell_rang() {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
     recording_.picture_shown(picture->stamp, picture->width, picture->height, scene_store_);
-    hub_.show(*picture);
+    demand_.picture_shown(now_ns());
+    if (!demand_.resting()) hub_.show(*picture);
     default_view_.picture_shown(picture->stamp, now_ns());
   }
   liveness_watch_.update();
+  rest_api_.answer_waiting(now_ns());
   for (const SurveyDesk::Answer& answer : surveys_.answers(scene_store_.in_force().scene)) {
     if (answer.session == SurveyDesk::kServer) {
       if (default_view_.answered(answer)) sessions_.scene_changed(0);

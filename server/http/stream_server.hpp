@@ -24,6 +24,7 @@
 #include "server/net/loop_chain.hpp"
 #include "server/net/tls_context.hpp"
 #include "server/state/default_view.hpp"
+#include "server/state/picture_demand.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
@@ -84,6 +85,7 @@ class StreamServer {
     Mailbox<SurveyResult>* survey_results = nullptr;
     std::optional<RecordingLink> recording{};  ///< absent: nothing is recorded
     CineLink* cine = nullptr;                  ///< null: nothing is ever frozen
+    Audience* audience = nullptr;              ///< null: every volume is rendered, whoever looks
   };
 
   /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
@@ -147,6 +149,7 @@ class StreamServer {
   ReplayProxy replay_;
   std::string replay_trouble_;  // that was logged last
   CineProxy cine_;
+  PictureDemand demand_;
   DefaultView default_view_;
   PictureHub hub_;
   SessionRegistry sessions_;
@@ -174,6 +177,9 @@ class StreamServer {
                                  .probe = probe_,
                                  .replay = replay_,
                                  .cine = cine_,
+                                 .recording = recording_,
+                                 .demand = demand_,
+                                 .hub = hub_,
                                  .source_state = dependencies_.source_state,
                                  .health = dependencies_.render_health,
                                  .sessions = sessions_}};

@@ -106,6 +106,7 @@ void Pipeline::start() {
                                  .survey_orders = &survey_orders_,
                                  .survey_results = &survey_results_,
                                  .cine = &cine_,
+                                 .audience = &audience_,
                                  .health = &render_health_,
                                  .remake = [this](const NumberedScene& scene) { return remake(scene); }});
   acquisition_thread_.emplace(AcquisitionThread::Dependencies{.source = source_,

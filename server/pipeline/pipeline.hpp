@@ -101,6 +101,7 @@ class Pipeline {
   Mailbox<PrivateViewEnds>& private_view_ends() { return private_view_ends_; }
   Mailbox<RenderHealth>& render_health() { return render_health_; }
   CineLink& cine() { return cine_; }
+  Audience& audience() { return audience_; }
   Mailbox<SurveyOrder>& survey_orders() { return survey_orders_; }
   Mailbox<SurveyResult>& survey_results() { return survey_results_; }
 
@@ -138,6 +139,7 @@ class Pipeline {
   Mailbox<PrivateViews> private_views_{render_bell_};
   Mailbox<SurveyOrder> survey_orders_{render_bell_};
   CineLink cine_;
+  Audience audience_{render_bell_};
   Mailbox<Picture> pictures_;
   Mailbox<Error> failures_;
   Mailbox<PrivateViewEnds> private_view_ends_;

@@ -38,6 +38,8 @@ const char* PictureLiveness::name(State state) {
       return "replay";
     case State::kFrozen:
       return "frozen";
+    case State::kResting:
+      return "resting";
     case State::kNotLive:
       break;
   }
@@ -114,6 +116,7 @@ PictureLiveness::Cause PictureLiveness::cause_of_stillness(std::int64_t now_ns) 
 }
 
 PictureLiveness::State PictureLiveness::state(const Source& source, Cause cause, std::int64_t now_ns) const {
+  if (source.resting) return cause == Cause::kNone ? State::kResting : State::kNotLive;
   if (!any_picture_) return State::kWaiting;
   if (source.frozen) return State::kFrozen;
   if (cause != Cause::kNone) return State::kNotLive;
@@ -132,6 +135,12 @@ bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
   // A pause that was asked for is no stillness, nor is the first moment after it.
   if (source.frozen || source.paused || (source.is_replay && source.state != Source::State::kRunning))
     progressed_ns_ = frames_.grown_ns = now_ns;
+  if (source.resting) {
+    progressed_ns_ = now_ns;
+    any_picture_ = false;  // the next one is of a volume that is captured now
+    has_rested_ = true;
+    progress_.clear();
+  }
   driver_.observe(pipeline_.render.turn_began_ns.value(), now_ns);
   const State before = report_.state;
   const Cause cause_before = report_.cause;
@@ -150,13 +159,16 @@ std::string PictureLiveness::sentence(const Source& source, std::int64_t now_ns)
       return "The picture is live.";
     case State::kFrozen:
       return frozen_sentence(source, now_ns);
+    case State::kResting:
+      return "Nobody looks, so no picture is rendered.";
     case State::kReplay:
       return source.paused ? "The replay of a recording is paused." : "A recording is played.";
     case State::kDelayed:
       return fmt::format("The renderer is slower than the probe: {:.1f} pictures a second.",
                          report_.pictures_per_second);
     case State::kWaiting:
-      if (report_.cause == Cause::kNone) return "The first volume is not complete yet.";
+      if (report_.cause == Cause::kNone)
+        return has_rested_ ? "The picture is being rendered." : "The first volume is not complete yet.";
       break;
     case State::kNotLive:
       break;

@@ -22,8 +22,9 @@ class PictureLiveness {
     kLive,
     kDelayed,  ///< pictures of new volumes come, and each is too old
     kNotLive,
-    kReplay,  ///< the picture shows what a recording shows now, or where it is paused
-    kFrozen,  ///< the picture shows one of the last volumes, as was asked for
+    kReplay,   ///< the picture shows what a recording shows now, or where it is paused
+    kFrozen,   ///< the picture shows one of the last volumes, as was asked for
+    kResting,  ///< nobody looks, so that no picture is rendered
   };
   /// What keeps new pictures away. In order of precedence, but for the last one.
   enum class Cause : std::uint8_t {
@@ -57,6 +58,7 @@ class PictureLiveness {
     bool probe_lost = false;
     bool is_replay = false;  ///< of a recording: its pictures are never live
     bool paused = false;     ///< a replay that sends no frame, as was asked for
+    bool resting = false;    ///< nothing is rendered, since nobody looks
     bool frozen = false;     ///< one of the last volumes is shown, as was asked for
   };
 
@@ -74,7 +76,7 @@ class PictureLiveness {
 
   const Report& report() const { return report_; }
 
-  /// "waiting", "live", "delayed", "not live", "replay" or "frozen".
+  /// "waiting", "live", "delayed", "not live", "replay", "frozen" or "resting".
   static const char* name(State state);
 
   /// How long a call of the GPU's driver has not returned; 0 where it answers.
@@ -107,7 +109,8 @@ class PictureLiveness {
   const PipelineCounters& pipeline_;
   RenderHealth health_;
   DriverWatch driver_;
-  bool any_picture_ = false;
+  bool any_picture_ = false;  // since the last rest
+  bool has_rested_ = false;
   std::int64_t captured_ns_ = 0;       // of the newest picture's volume
   std::int64_t sweep_ns_ = 0;          // its duration
   std::int64_t frame_ns_ = 0;          // from frame to frame

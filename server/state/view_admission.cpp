@@ -15,7 +15,8 @@ namespace {
 
 using Groups = std::set<std::string, std::less<>>;
 
-constexpr double kLeastHz = 2;
+constexpr double kLeastLightHz = 1;
+constexpr double kLeastCameraHz = 0.5;
 constexpr int kMostSecondsBehind = 5;
 // The busy share of the main view covers one second: after this time without a picture, the view is idle.
 constexpr double kAtRestMs = 1500;
@@ -80,35 +81,36 @@ bool ViewAdmission::main_at_rest(std::int64_t now_ns) const {
   return static_cast<double>(now_ns - main_shown_ns_) / 1e6 > std::max(kAtRestMs, 2 * picture_ms);
 }
 
+double ViewAdmission::left_ms(std::int64_t now_ns) const {
+  constexpr double kShare = 1.0 / (1 + kMainTimes);
+  const double left_share = main_at_rest(now_ns) ? 1 : 1 - dependencies_.render.main_busy_share.value();
+  return 1000 * std::max(left_share, kShare);
+}
+
+double ViewAdmission::taken_ms(const View* view, bool own_camera) const {
+  return (own_camera ? kLeastCameraHz : kLeastLightHz) * cost_ms(view, own_camera);
+}
+
 Result<void> ViewAdmission::check_budget(const View* wanted, bool own_camera, std::int64_t now_ns) const {
-  const bool at_rest = main_at_rest(now_ns);
-  const double left_share = at_rest ? 1 : 1 - dependencies_.render.main_busy_share.value();
-  double taken_ms = 0;
+  double others_ms = 0;
   for (const View& view : views_) {
-    if (view.wanted.view_id != 0 && &view != wanted)
-      taken_ms += kLeastHz * cost_ms(&view, view.wanted.own_camera);
+    if (view.wanted.view_id != 0 && &view != wanted) others_ms += taken_ms(&view, view.wanted.own_camera);
   }
-  const char* const what = own_camera ? "a private camera" : "a private light";
-  const double once_ms = cost_ms(wanted, own_camera);
-  if (kLeastHz * once_ms + taken_ms > 1000 * left_share) {
-    return Error{
-        ErrorCode::kUnavailable,
-        fmt::format("{} would take {:.0f} ms of each second; the main view leaves {:.0f}, of which other "
-                    "private views take {:.0f}, expected {}",
-                    what, kLeastHz * once_ms, 1000 * left_share, taken_ms,
-                    own_camera ? "the main view's camera, or a main view that does less"
-                               : "fewer private views, or a main view that does less")};
-  }
-  // The volume after the next one overwrites the frames that the cast reads.
-  const double gap_ms = left_share * main_period_ms_;
-  if (own_camera && !at_rest && main_period_ms_ > 0 && once_ms > gap_ms) {
-    return Error{
-        ErrorCode::kUnavailable,
-        fmt::format("{} would take {:.0f} ms; the main view leaves {:.0f} between two volumes, expected "
-                    "the main view's camera, or a main view that does less",
-                    what, once_ms, gap_ms)};
-  }
-  return {};
+  const double left_ms = this->left_ms(now_ns);
+  const double wanted_ms = taken_ms(wanted, own_camera);
+  if (wanted_ms + others_ms <= left_ms) return {};
+  return Error{
+      ErrorCode::kUnavailable,
+      fmt::format("this machine is too busy for {} of your own: it would take {:.0f} ms of each second, and "
+                  "{:.0f} are free{}; expected {}",
+                  own_camera ? "a camera" : "a light", wanted_ms, std::max(left_ms - others_ms, 0.0),
+                  others_ms > 0
+                      ? fmt::format(", since other displays with views of their own take {:.0f}", others_ms)
+                      : "",
+                  own_camera ? "the camera that all share (a light of your own takes less), a smaller "
+                               "picture, or a faster machine"
+                             : "fewer displays with views of their own, a smaller picture, or a faster "
+                               "machine")};
 }
 
 Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
@@ -117,7 +119,7 @@ Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
   const auto free = std::ranges::find(views_, 0U, [](const View& each) { return each.wanted.view_id; });
   if (taken >= most_views_ || free == views_.end()) {
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("there are {} private views already, expected some patience", taken)};
+                 fmt::format("{} displays have views of their own already, expected some patience", taken)};
   }
   View& view = *free;
   if (view.pictures == nullptr)
@@ -205,14 +207,6 @@ std::vector<std::uint64_t> ViewAdmission::main_changed() {
 }
 
 void ViewAdmission::main_shown(const PictureStamp& stamp, std::int64_t now_ns) {
-  if (stamp.volume.volume_id != main_volume_) {
-    const double period_ms = main_volume_ns_ == 0 ? 0 : static_cast<double>(now_ns - main_volume_ns_) / 1e6;
-    // Smoothed, so that one late volume has little weight. After a rest the measurement starts again.
-    main_period_ms_ = main_period_ms_ == 0 || period_ms > 1000
-                          ? period_ms
-                          : main_period_ms_ + (period_ms - main_period_ms_) / 4;
-    main_volume_ns_ = now_ns;
-  }
   main_shown_ns_ = now_ns;
   main_volume_ = stamp.volume.volume_id;
   main_times_.note(stamp.stage_ms);
@@ -241,14 +235,13 @@ std::vector<const Picture*> ViewAdmission::newest(std::int64_t now_ns) {
 
 bool ViewAdmission::over_budget(std::int64_t now_ns) const {
   if (main_at_rest(now_ns)) return false;
-  // At two pictures a second each; by what a picture costs now, which is more than at the admission where the
-  // main view's filters, or the view's own, have become dearer.
-  double taken_ms = 0;
+  // By what a picture costs now, which is more than at the admission where the main view's filters, or the
+  // view's own, have become dearer.
+  double all_ms = 0;
   for (const View& view : views_) {
-    if (view.wanted.view_id != 0) taken_ms += kLeastHz * cost_ms(&view, view.wanted.own_camera);
+    if (view.wanted.view_id != 0) all_ms += taken_ms(&view, view.wanted.own_camera);
   }
-  const double left_ms = 1000 * (1 - dependencies_.render.main_busy_share.value());
-  return taken_ms > left_ms;
+  return all_ms > left_ms(now_ns);
 }
 
 std::vector<ViewAdmission::EndedView> ViewAdmission::ended_by_renderer() {
@@ -273,7 +266,7 @@ std::vector<ViewAdmission::EndedView> ViewAdmission::second_passed(std::int64_t 
         view.volume_shown != main_volume_ || view.revision_shown != view.wanted.scene.revision;
     view.seconds_behind = behind ? view.seconds_behind + 1 : 0;
     if (view.seconds_behind >= kMostSecondsBehind)
-      ended.push_back({.session = view.wanted.view_id, .reason = "the main view left it no time for 5 s"});
+      ended.push_back({.session = view.wanted.view_id, .reason = "this machine had no time for it for 5 s"});
   }
   seconds_over_budget_ = ended.empty() && over_budget(now_ns) ? seconds_over_budget_ + 1 : 0;
   if (seconds_over_budget_ >= kMostSecondsBehind) {
@@ -281,9 +274,10 @@ std::vector<ViewAdmission::EndedView> ViewAdmission::second_passed(std::int64_t 
     const auto dearest = std::ranges::max_element(views_, {}, [this](const View& view) {
       return view.wanted.view_id == 0 ? -1 : cost_ms(&view, view.wanted.own_camera);
     });
-    ended.push_back({.session = dearest->wanted.view_id,
-                     .reason = fmt::format("it has become too dear: {:.0f} ms a picture, for 5 s",
-                                           cost_ms(&*dearest, dearest->wanted.own_camera))});
+    ended.push_back(
+        {.session = dearest->wanted.view_id,
+         .reason = fmt::format("this machine has become too busy for it: a picture takes {:.0f} ms",
+                               cost_ms(&*dearest, dearest->wanted.own_camera))});
   }
   for (const EndedView& view : ended) leave(view.session);
   return ended;

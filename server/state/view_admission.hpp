@@ -22,11 +22,11 @@ namespace fanlight {
 /// of scene fields of its own (camera, light, ...); all other groups follow the scene in force. Pure logic:
 /// time is a parameter. Server thread only.
 ///
-/// The budget: at two pictures a second each, all views must fit into the time that the main view leaves. A
-/// view with its own camera must also fit one ray cast into the gap between two volumes. The cost of a pass
-/// is its time in the main view or in the view itself, whichever is longer; the time left follows from the
-/// busy share of the main view in the last second. The renderer draws private views in that time only, and a
-/// view that is behind for five seconds ends.
+/// The budget: at one picture a second each, or one in two seconds with a camera of its own, all views must
+/// fit into the time that the main view leaves, or into the share that is theirs in any case (kMainTimes).
+/// The cost of a pass is its time in the main view or in the view itself, whichever is longer; the time left
+/// follows from the busy share of the main view in the last second. A view that is behind for five seconds
+/// ends.
 class ViewAdmission {
  public:
   /// All must outlive this object. `views` null: private views are not available. `bell`: of the server
@@ -105,6 +105,10 @@ class ViewAdmission {
     int seconds_behind = 0;
   };
   bool main_at_rest(std::int64_t now_ns) const;
+  /// Time of each second that private views may take.
+  double left_ms(std::int64_t now_ns) const;
+  /// Time of each second that the view takes. `view` null: a new one.
+  double taken_ms(const View* view, bool own_camera) const;
   bool over_budget(std::int64_t now_ns) const;
   View* find(std::uint64_t session);
   const View* find(std::uint64_t session) const { return const_cast<ViewAdmission*>(this)->find(session); }
@@ -122,8 +126,6 @@ class ViewAdmission {
   std::array<View, kMostPrivateViews> views_;
   StageTimes main_times_;
   std::int64_t main_shown_ns_ = 0;
-  std::int64_t main_volume_ns_ = 0;
-  double main_period_ms_ = 0;  // smoothed time between volumes of the main view; 0: unknown
   bool has_more_ = false;
   int seconds_over_budget_ = 0;
   std::uint64_t main_volume_ = 0;

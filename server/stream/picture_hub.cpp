@@ -261,7 +261,7 @@ void PictureHub::add(PictureSubscriber& subscriber) {
 
 void PictureHub::remove(PictureSubscriber& subscriber) {
   subscribers_.erase(&subscriber);
-  // The main view stays: its number is 0, which no subscriber has.
+  // Not the main view: its number is 0, which no subscriber has.
   shown_.erase(subscriber.id());
 }
 
@@ -270,6 +270,14 @@ void PictureHub::forget_view(PictureSubscriber& subscriber) {
   if (subscriber.view_id() == 0) return;
   subscriber.set_view(0);
   resync(subscriber);
+}
+
+void PictureHub::forget_main_view() {
+  for (auto& [encoding_key, encoding] : encodings_) {
+    if (encoding_key.first == 0) encoding.offer.message = nullptr;
+  }
+  png_->newest = false;
+  shown_.erase(0);
 }
 
 Result<void> PictureHub::has_room(const PictureSubscriber& subscriber, const StreamSettings& settings) {

@@ -69,6 +69,9 @@ class PictureHub {
   /// The private view of the subscriber has ended: it receives the main view again.
   void forget_view(PictureSubscriber& subscriber);
 
+  /// The newest picture of the main view is too old to be offered to anybody.
+  void forget_main_view();
+
   /// Subscribes, and offers the newest picture of the view if there is one.
   void add(PictureSubscriber& subscriber);
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/state/view_admission.hpp"
@@ -73,7 +75,12 @@ class SessionRegistry {
   std::uint64_t next_id() { return ++last_id_; }
 
   /// Keeps the session alive until remove().
-  void add(const std::shared_ptr<RegisteredSession>& session) { sessions_[session->id()] = session; }
+  void add(const std::shared_ptr<RegisteredSession>& session) {
+    sessions_[session->id()] = session;
+    if (added_) added_();
+  }
+  /// `added`: called after each add().
+  void when_added(std::function<void()> added) { added_ = std::move(added); }
   void remove(std::uint64_t id) { sessions_.erase(id); }
 
   /// All sessions, in the order of their numbers, also those that are not open.
@@ -104,6 +111,7 @@ class SessionRegistry {
   }
 
   ViewAdmission& views_;
+  std::function<void()> added_;
   std::map<std::uint64_t, std::shared_ptr<RegisteredSession>> sessions_;
   std::uint64_t last_id_ = 0;
 };

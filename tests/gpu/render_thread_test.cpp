@@ -42,7 +42,8 @@ class RenderThreadTest : public GpuTest {
                                                                         .counters = counters_,
                                                                         .bell = render_bell_,
                                                                         .failures = failures_,
-                                                                        .cine = &cine_});
+                                                                        .cine = &cine_,
+                                                                        .audience = &audience_});
   }
 
   /// A volume of a plate at this depth, with that geometry.
@@ -91,7 +92,7 @@ class RenderThreadTest : public GpuTest {
 
   std::uint64_t volumes_accounted_for() const {
     return counters_.volumes_rendered.value() + counters_.volumes_skipped.value() +
-           counters_.volumes_refused.value();
+           counters_.volumes_refused.value() + counters_.volumes_unwatched.value();
   }
   /// Waits until the ring is empty and no volume is in flight; 30 s at most.
   void rest() const {
@@ -121,10 +122,28 @@ class RenderThreadTest : public GpuTest {
   Mailbox<Picture> pictures_{server_bell_};
   Mailbox<Error> failures_{server_bell_};
   CineLink cine_{render_bell_, server_bell_};
+  Audience audience_{render_bell_};
   RenderCounters counters_;
   std::int64_t captured_ns_ = 0;
   std::unique_ptr<RenderThread> thread_;  // last: it uses the others
 };
+
+TEST_F(RenderThreadTest, RendersNothingWhileNobodyLooksAndTheNewestVolumeForWhoeverComes) {
+  audience_.set_present(false);
+  for (int volume = 1; volume <= 3; ++volume) {
+    publish(plate(40));
+    rest();
+  }
+  EXPECT_EQ(counters_.volumes_unwatched.value() + ring_.counters().volumes_dropped.value(), 3U);
+  EXPECT_EQ(counters_.pass1_runs.value(), 0U);
+  EXPECT_EQ(pictures_.newest(), nullptr);
+  audience_.set_present(true);
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 3U);
+  publish(plate(41));
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 4U);
+  rest();
+  EXPECT_EQ(volumes_accounted_for(), ring_.counters().volumes_taken.value());
+}
 
 TEST_F(RenderThreadTest, MakesAPictureOfAVolumeAndAnotherOfAMovedLight) {
   publish(plate(40));

@@ -88,6 +88,24 @@ TEST_F(LivenessTest, HasTheRateOfItsLastPictures) {
   EXPECT_NEAR(liveness_.report().pictures_per_second, 5, 0.01);
 }
 
+TEST_F(LivenessTest, ARestIsNoFaultUnlessTheSourceHasOne) {
+  sweep();
+  source_.resting = true;
+  for (int sweeps = 0; sweeps < 50; ++sweeps) sweep(true, false);
+  EXPECT_EQ(state(), State::kResting);
+  EXPECT_EQ(sentence(), "Nobody looks, so no picture is rendered.");
+  pass(2500);
+  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(cause(), Cause::kNoFrames);
+  sweep(true, false);
+  source_.resting = false;
+  update();
+  EXPECT_EQ(state(), State::kWaiting) << "the picture of before the rest is not on show";
+  EXPECT_EQ(sentence(), "The picture is being rendered.");
+  sweep();
+  EXPECT_EQ(state(), State::kLive);
+}
+
 TEST_F(LivenessTest, ARelitVolumeStaysOld) {
   sweep();
   const std::int64_t captured_ns = now_ns_;

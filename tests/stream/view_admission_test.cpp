@@ -94,38 +94,42 @@ class ViewAdmissionTest : public testing::Test {
 };
 
 TEST_F(ViewAdmissionTest, ViewsFitIntoTheTimeThatTheMainViewLeaves) {
-  show_main(0.5, 300, 20, 1000);
+  show_main(0.5, 1300, 20, 1000);
   EXPECT_EQ(refusal_of(1, yaw(5)),
-            "a private camera would take 640 ms of each second; the main view leaves 500, of which other "
-            "private views take 0, expected the main view's camera, or a main view that does less");
+            "this machine is too busy for a camera of your own: it would take 660 ms of each second, and 500 "
+            "are free; expected the camera that all share (a light of your own takes less), a smaller "
+            "picture, or a faster machine");
   EXPECT_EQ(refusal_of(1, light(5)), "");
-  show_main(0.93, 300, 20, 1000);
-  EXPECT_NE(refusal_of(2, light(5)).find("leaves 70, of which other private views take 40"),
-            std::string::npos);
+  show_main(0.5, 1300, 300, 1000);
+  EXPECT_EQ(refusal_of(2, light(5)),
+            "this machine is too busy for a light of your own: it would take 300 ms of each second, and 200 "
+            "are free, since other displays with views of their own take 300; expected fewer displays with "
+            "views of their own, a smaller picture, or a faster machine");
   EXPECT_EQ(refusal_of(1, light(6)), "") << "an open view may change its light";
   EXPECT_NE(refusal_of(1, yaw(5)), "") << "but not acquire a camera of its own";
   EXPECT_TRUE(admission_.leave(1));
   EXPECT_EQ(refusal_of(2, light(5)), "") << "the time of the view that ended is free";
 }
 
+TEST_F(ViewAdmissionTest, ABusyMainViewLeavesOnePartInFive) {
+  show_main(1, 380, 20, 400);
+  EXPECT_EQ(refusal_of(1, light(5)), "") << "20 ms of 200";
+  EXPECT_EQ(refusal_of(2, yaw(5)),
+            "this machine is too busy for a camera of your own: it would take 200 ms "
+            "of each second, and 180 are free, since other displays with views of "
+            "their own take 20; expected the camera that all share (a light of your "
+            "own takes less), a smaller picture, or a faster machine");
+  EXPECT_TRUE(admission_.leave(1));
+  EXPECT_EQ(refusal_of(2, yaw(5)), "") << "one picture in two seconds";
+}
+
 TEST_F(ViewAdmissionTest, AMainViewWithoutNewPicturesLeavesAllTime) {
-  show_main(0.93, 300, 20, 1000);
+  show_main(0.93, 900, 20, 1000);
   EXPECT_NE(refusal_of(1, yaw(5)), "");
   now_ns_ += 1490 * kMs;
   EXPECT_NE(refusal_of(1, yaw(5)), "");
-  now_ns_ += 20 * kMs;
+  now_ns_ += 400 * kMs;
   EXPECT_EQ(refusal_of(1, yaw(5)), "");
-}
-
-TEST_F(ViewAdmissionTest, ACameraFitsBetweenTwoVolumes) {
-  show_main(0.5, 230, 10, 1000);
-  show_main(0.5, 230, 10, 100);
-  // 480 ms of each second would fit, but 240 ms do not fit into the gap of 50 ms.
-  EXPECT_EQ(
-      refusal_of(1, yaw(5)),
-      "a private camera would take 240 ms; the main view leaves 50 between two volumes, expected the main "
-      "view's camera, or a main view that does less");
-  EXPECT_EQ(refusal_of(1, light(5)), "");
 }
 
 TEST(ViewAdmissionAtTheStart, TheFirstPictureDoesNotCount) {
@@ -146,7 +150,7 @@ TEST(ViewAdmissionAtTheStart, TheFirstPictureDoesNotCount) {
                           kMostPrivateViews, 4, 4);
   PictureStamp slow;
   slow.volume.volume_id = 1;
-  slow.stage_ms[static_cast<std::size_t>(Stage::kCast)] = 700;
+  slow.stage_ms[static_cast<std::size_t>(Stage::kCast)] = 2500;
   v1::Scene turned;
   turned.mutable_camera()->set_yaw_deg(5);
   const SceneField* refused = nullptr;
@@ -160,18 +164,18 @@ TEST(ViewAdmissionAtTheStart, TheFirstPictureDoesNotCount) {
 TEST_F(ViewAdmissionTest, TheCostOfAViewIsThatOfItsOwnPictures) {
   ASSERT_TRUE(change(1, light(5)));
   for (int picture = 0; picture < 2; ++picture) {  // the first one does not count
-    render(1, 400);
+    render(1, 600);
     now_ns_ += 100 * kMs;
     EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
   }
   show_main(0.5, 80, 10, 1000);
-  EXPECT_NE(refusal_of(1, light(6)).find("would take 820 ms"), std::string::npos);
+  EXPECT_NE(refusal_of(1, light(6)).find("would take 610 ms"), std::string::npos);
 }
 
 TEST_F(ViewAdmissionTest, LimitsTheNumberOfViews) {
   for (std::uint64_t session = 1; session <= kMostPrivateViews; ++session)
     EXPECT_EQ(refusal_of(session, light(5)), "");
-  EXPECT_EQ(refusal_of(100, light(5)), "there are 4 private views already, expected some patience");
+  EXPECT_EQ(refusal_of(100, light(5)), "4 displays have views of their own already, expected some patience");
   EXPECT_EQ(counters_.private_views.value(), kMostPrivateViews);
   EXPECT_TRUE(admission_.leave(1));
   EXPECT_FALSE(admission_.leave(1));
@@ -216,7 +220,7 @@ TEST_F(ViewAdmissionTest, AViewThatIsBehindForFiveSecondsEnds) {
   const auto ended = admission_.second_passed(now_ns_);
   ASSERT_EQ(ended.size(), 1U);
   EXPECT_EQ(ended[0].session, 1U);
-  EXPECT_EQ(ended[0].reason, "the main view left it no time for 5 s");
+  EXPECT_EQ(ended[0].reason, "this machine had no time for it for 5 s");
   EXPECT_FALSE(admission_.has(1));
   EXPECT_EQ(counters_.private_views.value(), 0U);
 }
@@ -234,13 +238,12 @@ TEST_F(ViewAdmissionTest, EndsTheDearestViewWhereAllHaveBecomeTooDear) {
     return admission_.second_passed(now_ns_);
   };
   for (int seconds = 0; seconds < 10; ++seconds) EXPECT_TRUE(second(20).empty()) << "it fits";
-  // 30 steps of diffusion take 400 ms: twice a second they do not fit into the half that the main view
-  // leaves.
-  for (int seconds = 0; seconds < 4; ++seconds) EXPECT_TRUE(second(400).empty()) << "not for long enough";
-  const auto ended = second(400);
+  // 40 steps of diffusion take 600 ms, which do not fit into the half that the main view leaves.
+  for (int seconds = 0; seconds < 4; ++seconds) EXPECT_TRUE(second(600).empty()) << "not for long enough";
+  const auto ended = second(600);
   ASSERT_EQ(ended.size(), 1U);
   EXPECT_EQ(ended[0].session, 2U);
-  EXPECT_NE(ended[0].reason.find("too dear"), std::string::npos) << ended[0].reason;
+  EXPECT_NE(ended[0].reason.find("too busy for it"), std::string::npos) << ended[0].reason;
   EXPECT_TRUE(admission_.has(1));
   EXPECT_FALSE(admission_.has(2));
 }

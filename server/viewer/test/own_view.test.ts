@@ -53,8 +53,8 @@ test("one that the server ends says why", () => {
   choose(true);
   view.tell(create(ViewStateSchema, { isPrivate: true }));
   assert.equal(
-    view.tell(create(ViewStateSchema, { ended: "the main view left it no time for 5 s" })),
-    "Your own view has ended: the main view left it no time for 5 s.",
+    view.tell(create(ViewStateSchema, { ended: "this machine had no time for it for 5 s" })),
+    "Your own view has ended: this machine had no time for it for 5 s.",
   );
   assert.equal(view.wanted || view.isOpen, false);
   assert.deepEqual(told, ["chosen", "back to 4"]);
