@@ -36,15 +36,11 @@ int run(int argc, char** argv) {
   program.set_version_flag("--version", FANLIGHT_VERSION);
   program.require_subcommand(1);
   const std::vector<std::pair<std::string, fanlight::Command>> commands = {
-      {"serve", fanlight::add_serve_command(program)},
-      {"render", fanlight::add_render_command(program)},
-      {"watch", fanlight::add_watch_command(program)},
-      {"token", fanlight::add_token_command(program)},
-      {"audit", fanlight::add_audit_command(program)},
-      {"bench", fanlight::add_bench_command(program)},
-      {"info", fanlight::add_info_command(program)},
-      {"record", fanlight::add_record_command(program)},
-      {"recover", fanlight::add_recover_command(program)},
+      {"serve", fanlight::add_serve_command(program)},    {"render", fanlight::add_render_command(program)},
+      {"watch", fanlight::add_watch_command(program)},    {"view", fanlight::add_view_command(program)},
+      {"token", fanlight::add_token_command(program)},    {"audit", fanlight::add_audit_command(program)},
+      {"bench", fanlight::add_bench_command(program)},    {"info", fanlight::add_info_command(program)},
+      {"record", fanlight::add_record_command(program)},  {"recover", fanlight::add_recover_command(program)},
       {"convert", fanlight::add_convert_command(program)}};
   try {
     program.parse(argc, argv);

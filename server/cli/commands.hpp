@@ -20,6 +20,7 @@ Command add_convert_command(CLI::App& program);
 Command add_info_command(CLI::App& program);
 Command add_bench_command(CLI::App& program);
 Command add_watch_command(CLI::App& program);
+Command add_view_command(CLI::App& program);
 Command add_token_command(CLI::App& program);
 Command add_audit_command(CLI::App& program);
 

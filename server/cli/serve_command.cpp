@@ -45,6 +45,7 @@ struct ServeOptions {
   TlsFiles tls;
   bool hsts = false;
   std::string tokens;
+  std::string presets;
   std::string audit_log;
   std::uint64_t audit_log_mb = 0;
   double control_lapse_s = 60;
@@ -133,6 +134,7 @@ StreamServer::Config server_config(const ServeOptions& options, const PictureSiz
           .tls = options.tls,
           .hsts = options.hsts,
           .credentials = options.tokens,
+          .presets = options.presets.empty() ? usual_presets_file() : std::filesystem::path(options.presets),
           .audit_log = options.audit_log,
           .audit_rotate_bytes = options.audit_log_mb * 1'000'000,
           .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
@@ -165,12 +167,6 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
 /// anyway. A log whose reader has gone does not end the service.
 void ignore_harmless_signals() {
   for (const int signal : {SIGPIPE, SIGHUP, SIGUSR1}) std::signal(signal, SIG_IGN);
-}
-
-/// As sentences about it name the file; empty where the source is no recording.
-std::string recording_path(const SourceDescription& source) {
-  constexpr std::string_view kReplay = "replay:";
-  return source.name.starts_with(kReplay) ? source.name.substr(kReplay.size()) : "";
 }
 
 /// A processor casts a full picture too slowly to follow a hand.
@@ -287,6 +283,10 @@ void add_network_options(CLI::App& command, ServeOptions& options) {
   command
       .add_option("--tokens", options.tokens,
                   "Who may come in, as `fanlight token` writes it; read again where it changes")
+      ->type_name("FILE");
+  command
+      .add_option("--presets", options.presets,
+                  "Keeps the presets that people save; else presets.json in the user's folder of states")
       ->type_name("FILE");
   command.add_option("--audit-log", options.audit_log, "Appends who changed what, a line of JSON each")
       ->type_name("FILE");

@@ -5,9 +5,25 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <cstdlib>
 #include <string>
 
 namespace fanlight {
+
+std::filesystem::path usual_presets_file() {
+  // NOLINTBEGIN(concurrency-mt-unsafe): no other thread runs yet
+  const char* const state = std::getenv("XDG_STATE_HOME");
+  const char* const home = std::getenv("HOME");
+  // NOLINTEND(concurrency-mt-unsafe)
+  constexpr const char* kFile = "fanlight/presets.json";
+  if (state != nullptr && *state == '/') return std::filesystem::path(state) / kFile;
+  return home != nullptr && *home == '/' ? std::filesystem::path(home) / ".local/state" / kFile : "";
+}
+
+std::string recording_path(const SourceDescription& source) {
+  constexpr std::string_view kReplay = "replay:";
+  return source.name.starts_with(kReplay) ? source.name.substr(kReplay.size()) : "";
+}
 
 std::string usual_title(const std::string& source) {
   if (source.starts_with("phantom:")) return "Phantom (simulated)";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "acquisition/source/frame_source.hpp"
@@ -9,11 +10,16 @@
 
 namespace fanlight {
 
+/// $XDG_STATE_HOME/fanlight/presets.json, or the same in the user's home; empty where there is none.
+std::filesystem::path usual_presets_file();
+
 // What `fanlight serve` calls its source, and what it logs at its start and at its end.
 
 /// Says what is shown without the path of a file, whose name may be a patient's. `source`: as given.
 std::string usual_title(const std::string& source);
 
+/// As sentences about a recording name its file; empty where the source is no recording.
+std::string recording_path(const SourceDescription& source);
 void log_device(const Pipeline& pipeline);
 void log_source(const SourceDescription& source);
 

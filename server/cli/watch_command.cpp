@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -21,6 +20,7 @@
 #include "server/cli/commands.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/watch_report.hpp"
+#include "server/client/client_options.hpp"
 #include "server/client/stream_client.hpp"
 #include "server/state/replay_proxy.hpp"
 #include "server/state/scene_message.hpp"
@@ -30,8 +30,7 @@ namespace fanlight {
 namespace {
 
 struct WatchOptions {
-  StreamClient::Config server;
-  std::string token_file;
+  ClientOptions client;
   std::vector<std::string> changes;
   std::vector<std::string> replay;
   std::string save;
@@ -48,21 +47,6 @@ struct WatchOptions {
 constexpr std::chrono::milliseconds kSilence{2000};
 
 std::atomic<bool> interrupted = false;
-
-Result<std::string> token_of(const WatchOptions& options) {
-  if (options.token_file.empty()) {
-    // Not an option: other users of the machine can see a command line.
-    const char* const token = std::getenv("FANLIGHT_TOKEN");  // NOLINT(concurrency-mt-unsafe): one thread yet
-    return std::string(token != nullptr ? token : "");
-  }
-  std::ifstream file(options.token_file);
-  std::string token;
-  if (!(file >> token)) {
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("{} has no token in it, expected one", options.token_file)};
-  }
-  return token;
-}
 
 Result<v1::Scene> change_of(const std::vector<std::string>& items) {
   v1::Scene change;
@@ -255,14 +239,13 @@ class Watch {
   std::int64_t heard_ns_ = now_ns();            // when the last statistics came
 };
 
-Result<void> watch(WatchOptions options) {
-  auto token = token_of(options);
-  if (!token) return token.error();
-  options.server.token = std::move(*token);
-  const auto client = StreamClient::connect(options.server);
+Result<void> watch(const WatchOptions& options) {
+  const auto server = options.client.config();
+  if (!server) return server.error();
+  const auto client = StreamClient::connect(*server);
   if (!client) return client.error();
   const v1::Hello& hello = (*client)->hello();
-  fmt::print(stderr, "{} {}: {} on {}, {} x {}; session {} as {}\n", options.server.url,
+  fmt::print(stderr, "{} {}: {} on {}, {} x {}; session {} as {}\n", server->url,
              printable(hello.server_version()), printable(hello.source()), printable(hello.device()),
              hello.picture_width(), hello.picture_height(), hello.session_id(), v1::Role_Name(hello.role()));
   for (const std::string& note : hello.notes()) fmt::print(stderr, "note: {}\n", printable(note));
@@ -273,24 +256,6 @@ Result<void> watch(WatchOptions options) {
 }
 
 // The order of the options is that of --help.
-
-void add_connection_options(CLI::App& command, WatchOptions& options) {
-  command.add_option("url", options.server.url, "The server")->capture_default_str()->type_name("URL");
-  command
-      .add_option("--token-file", options.token_file, "Holds the token; else it is read from FANLIGHT_TOKEN")
-      ->type_name("FILE");
-  command
-      .add_option("--server-ca", options.server.server_ca,
-                  "Who signs the server's certificate; else whom the system trusts")
-      ->type_name("FILE");
-  auto* const certificate =
-      command.add_option("--certificate", options.server.certificate, "In place of a token")
-          ->type_name("FILE");
-  command.add_option("--key", options.server.key, "Of the certificate")
-      ->needs(certificate)
-      ->type_name("FILE");
-  command.add_option("--name", options.server.name, "As others are to see this display")->type_name("TEXT");
-}
 
 void add_change_options(CLI::App& command, WatchOptions& options) {
   command
@@ -355,7 +320,7 @@ Command add_watch_command(CLI::App& program) {
   CLI::App* const command =
       program.add_subcommand("watch", "Looks on as a display: statistics, pictures to files, changes");
   const auto options = std::make_shared<WatchOptions>();
-  add_connection_options(*command, *options);
+  options->client.add_to(*command);
   add_change_options(*command, *options);
   add_output_options(*command, *options);
   add_stream_options(*command, *options);

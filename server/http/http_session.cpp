@@ -263,7 +263,7 @@ HttpSession::Response HttpSession::respond(const Request& request,
     return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
                          metrics_text(dependencies_.metrics));
   }
-  return respond_with_page(path);
+  return respond_with_page(request);
 }
 
 namespace {
@@ -289,7 +289,8 @@ HttpSession::Response HttpSession::health() {
                                    PictureLiveness::name(report.state), age, report.sentence));
 }
 
-HttpSession::Response HttpSession::respond_with_page(std::string_view path) {
+HttpSession::Response HttpSession::respond_with_page(const Request& request) {
+  const std::string_view path = path_of(request);
   const std::string_view name =
       path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   const auto file = std::ranges::find(page_files(), name, &PageFile::name);
@@ -297,9 +298,14 @@ HttpSession::Response HttpSession::respond_with_page(std::string_view path) {
     return refusal(
         http::status::not_found,
         "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene, /api/picture.png, "
-        "/api/recording, /api/replay or /api/cine");
+        "/api/presets, /api/recording, /api/replay or /api/cine");
   }
-  return response_with(http::status::ok, content_type(name), std::string(file->bytes));
+  const bool compressed = accepts_gzip(request);
+  Response response =
+      response_with(http::status::ok, content_type(name), std::string(compressed ? file->gzip : file->bytes));
+  response.set(http::field::vary, "Accept-Encoding");
+  if (compressed) response.set(http::field::content_encoding, "gzip");
+  return response;
 }
 
 HttpSession::Response HttpSession::refusal(http::status status, const std::string& sentence) {

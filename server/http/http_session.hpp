@@ -64,7 +64,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   /// The principal of the request; empty if it shows no credentials. Error: they are not valid.
   Result<std::optional<Principal>> authenticate(const Request& request);
   Response respond(const Request& request, const std::optional<Principal>& principal);
-  Response respond_with_page(std::string_view path);
+  Response respond_with_page(const Request& request);
   Response health();
   void reply(const Request& request, Response response);
   Response refusal(boost::beast::http::status status, const std::string& sentence);

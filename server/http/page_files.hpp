@@ -10,6 +10,7 @@ namespace fanlight {
 struct PageFile {
   std::string_view name;  ///< "index.html", "viewer.js", ...
   std::string_view bytes;
+  std::string_view gzip;  ///< the same, compressed
 };
 
 /// All files of the page.

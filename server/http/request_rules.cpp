@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/beast/core/string.hpp>
+#include <boost/beast/http/rfc7230.hpp>
 #include <boost/url/parse.hpp>
 #include <boost/url/url_view.hpp>
 #include <string_view>
@@ -72,6 +74,17 @@ bool to_origin_form(RequestHeader& header) {
 
 bool waits_for_continue(const RequestHeader& header) {
   return header.version() > kHttp10 && beast::iequals(header[http::field::expect], "100-continue");
+}
+
+bool accepts_gzip(const RequestHeader& header) {
+  for (const auto& [coding, parameters] : http::ext_list(header[http::field::accept_encoding])) {
+    if (!beast::iequals(coding, "gzip")) continue;
+    const auto weight = std::ranges::find_if(
+        parameters, [](const auto& parameter) { return beast::iequals(parameter.first, "q"); });
+    // "0", "0." and "0.000" refuse it.
+    return weight == parameters.end() || weight->second.find_first_not_of("0.") != std::string_view::npos;
+  }
+  return false;
 }
 
 }  // namespace fanlight

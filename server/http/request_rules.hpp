@@ -30,4 +30,7 @@ bool to_origin_form(RequestHeader& header);
 /// Whether the client waits for "100 Continue" before it sends the body.
 bool waits_for_continue(const RequestHeader& header);
 
+/// Whether the client takes an answer that is compressed with gzip (RFC 9110, section 12.5.3).
+bool accepts_gzip(const RequestHeader& header);
+
 }  // namespace fanlight

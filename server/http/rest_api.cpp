@@ -6,8 +6,10 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "proto/base/printable.hpp"
 #include "server/state/scene_json.hpp"
 #include "server/state/scene_message.hpp"
+#include "server/stream/preset_author.hpp"
 
 namespace fanlight {
 
@@ -129,13 +131,17 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
     return control_replay(request, principal);
   if (path == "/api/cine" && reads) return cine();
   if (path == "/api/cine" && request.method() == http::verb::post) return control_cine(request, principal);
+  if (path == "/api/presets" && reads) return presets();
+  if (path == "/api/presets" && request.method() == http::verb::post)
+    return change_presets(request, principal);
   if (path == "/api/scene") return wrong_method("GET or PATCH", "GET, HEAD, PATCH");
   if (path == "/api/picture.png") return wrong_method("GET", "GET, HEAD");
-  if (path == "/api/recording" || path == "/api/replay" || path == "/api/cine")
+  if (path == "/api/recording" || path == "/api/replay" || path == "/api/cine" || path == "/api/presets")
     return wrong_method("GET or POST", "GET, HEAD, POST");
-  return refusal(http::status::not_found,
-                 "there is nothing here, expected /api/scene, /api/picture.png, /api/recording, /api/replay "
-                 "or /api/cine");
+  return refusal(
+      http::status::not_found,
+      "there is nothing here, expected /api/scene, /api/picture.png, /api/presets, /api/recording, "
+      "/api/replay or /api/cine");
 }
 
 RestApi::Response RestApi::scene() const {
@@ -201,6 +207,55 @@ RestApi::Response RestApi::control_replay(const Request& request, const Principa
   const auto wish = replay_request(wish_text(request));
   return carry_out({.name = "replay", .refusals = dependencies_.counters.replay_refusals}, wish,
                    dependencies_.replay, wish ? replay_words(*wish) : "", principal);
+}
+
+RestApi::Response RestApi::presets() const {
+  RestApi::Response response(http::status::ok, 11);
+  response.set(http::field::content_type, "application/json");
+  response.body() = dependencies_.presets.json();
+  return response;
+}
+
+RestApi::Response RestApi::change_presets(const Request& request, const Principal& principal) {
+  if (!is_json(request)) return expected_json();
+  const auto refused = [&](http::status status, const std::string& sentence, const json& details) {
+    dependencies_.counters.preset_refusals.add();
+    dependencies_.audit.note(principal, {.what = "preset", .result = "refused: " + sentence}, details);
+    return refusal(status, sentence);
+  };
+  if (principal.role == Role::kViewer)
+    return refused(http::status::forbidden, "a viewer saves no presets, expected the role of an operator",
+                   {});
+  const auto parsed = json::parse(request.body(), nullptr, false);
+  const auto text_of = [&](const char* key) {
+    const auto value = parsed.is_object() ? parsed.value(key, json()) : json();
+    return value.is_string() ? value.get<std::string>() : std::string();
+  };
+  v1::PresetRequest wish;
+  const bool removes = !text_of("remove").empty();
+  if (removes) {
+    wish.set_remove(text_of("remove"));
+  } else {
+    wish.mutable_save()->set_name(text_of("save"));
+  }
+  const std::string name = printable(removes ? wish.remove() : wish.save().name());
+  const json details = {{removes ? "remove" : "save", name}};
+  if (!removes && parsed.is_object() && parsed.contains("scene")) {
+    auto scene = scene_change_from_json(parsed["scene"]);
+    if (!scene) return refused(http::status::bad_request, scene.error().message, details);
+    *wish.mutable_save()->mutable_scene() = *std::move(scene);
+  }
+  const auto done = dependencies_.presets.request(
+      wish, scene_message(dependencies_.scene_store.in_force().scene), preset_author(principal));
+  if (!done) {
+    const ErrorCode code = done.error().code;
+    return refused(code == ErrorCode::kNotFound          ? http::status::not_found
+                   : code == ErrorCode::kInvalidArgument ? http::status::bad_request
+                                                         : http::status::conflict,
+                   done.error().message, details);
+  }
+  dependencies_.audit.note(principal, {.what = "preset", .result = "done"}, details);
+  return presets();
 }
 
 RestApi::Response RestApi::cine() const {

@@ -13,6 +13,7 @@
 #include "server/metrics/server_counters.hpp"
 #include "server/state/cine_proxy.hpp"
 #include "server/state/picture_demand.hpp"
+#include "server/state/preset_store.hpp"
 #include "server/state/recording_proxy.hpp"
 #include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
@@ -26,12 +27,13 @@ namespace fanlight {
 ///   GET   /api/scene         the scene in force, as JSON
 ///   PATCH /api/scene         changes some of its fields: {"light": {"up_mm": 20}}
 ///   GET   /api/picture.png   the newest picture of the main view
-///   GET   /api/recording     the state of the recorder, as JSON
-///   POST  /api/recording     {"wish": "start"}, "stop" or "keep": the name of the file
-///   GET   /api/replay        the state of the player of a recording, as JSON
-///   POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see replay_request()
-///   GET   /api/cine          which of the last volumes is on show, as JSON
-///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
+///   GET   /api/presets       the presets that were saved, as JSON
+///   POST  /api/presets       {"save": "my face"}, also with "scene": {...} as of /api/scene; or {"remove":
+///   ...} GET   /api/recording     the state of the recorder, as JSON POST  /api/recording     {"wish":
+///   "start"}, "stop" or "keep": the name of the file GET   /api/replay        the state of the player of a
+///   recording, as JSON POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see
+///   replay_request() GET   /api/cine          which of the last volumes is on show, as JSON POST  /api/cine
+///   {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
 ///
 /// Server thread only.
 class RestApi {
@@ -50,6 +52,7 @@ class RestApi {
     RecordingProxy& recording;
     ReplayProxy& replay;
     CineProxy& cine;
+    PresetStore& presets;
     PictureDemand& demand;
   };
   explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
@@ -72,6 +75,8 @@ class RestApi {
   Response record(const Request& request, const Principal& principal);
   Response replay() const;
   Response control_replay(const Request& request, const Principal& principal);
+  Response presets() const;
+  Response change_presets(const Request& request, const Principal& principal);
   Response cine() const;
   Response control_cine(const Request& request, const Principal& principal);
   /// The name of a kind of wishes in the audit log, and where refused ones are counted.

@@ -61,6 +61,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .recording = recording_,
                  .replay = replay_,
                  .cine = cine_,
+                 .presets = presets_,
                  .views = views_,
                  .control = control_,
                  .hub = hub_}),
@@ -72,6 +73,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                             .recording = recording_,
                             .replay = replay_,
                             .cine = cine_,
+                            .presets = presets_,
                             .hub = hub_,
                             .access = access_,
                             .control = control_,
@@ -99,6 +101,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .recording = recording_,
                  .replay = replay_,
                  .cine = cine_,
+                 .presets = presets_,
                  .demand = demand_}),
       http_dependencies_{.counters = dependencies_.counters,
                          .audit = audit_,
@@ -185,6 +188,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
   if (!access) return access.error();
   std::unique_ptr<StreamServer> server(
       new StreamServer(config, dependencies, std::move(audit), std::move(*access)));
+  if (auto loaded = server->presets_.load(config.presets); !loaded) return loaded.error();
   if (auto listening = server->listener_.open(); !listening) return listening.error();
   // The stream descriptor closes its file descriptor, which belongs to the bell: so it gets a duplicate.
   server->bell_.assign(dup(dependencies.bell.file_descriptor()));

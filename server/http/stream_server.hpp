@@ -52,6 +52,7 @@ class StreamServer {
     TlsFiles tls;                                  ///< empty: no TLS
     bool hsts = false;                     ///< with TLS: browsers come to this host over TLS only, for a year
     std::filesystem::path credentials;     ///< empty: every client is an admin
+    std::filesystem::path presets;         ///< keeps what people save; empty: until the end only
     std::filesystem::path audit_log;       ///< empty: no audit log
     std::uint64_t audit_rotate_bytes = 0;  ///< see AuditFile::open()
     std::int64_t control_lapse_ms = 60'000;
@@ -134,6 +135,8 @@ class StreamServer {
   void show_private_views();
   void probe_changed();
   void tell_of_replay();
+  void presets_changed();
+  void write_presets();
   void fail(const Error& error);
 
   Config config_;
@@ -150,6 +153,9 @@ class StreamServer {
   std::string replay_trouble_;  // that was logged last
   CineProxy cine_;
   PictureDemand demand_;
+  PresetStore presets_{[this] { presets_changed(); }};
+  bool writing_presets_ = false;
+  bool presets_outdated_ = false;  // they have changed since the writing began
   DefaultView default_view_;
   PictureHub hub_;
   SessionRegistry sessions_;

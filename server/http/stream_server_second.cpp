@@ -1,14 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-// StreamServer: what it does once a second.
+// StreamServer: what it does once a second, and its file of presets.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
 
 #include "proto/base/clock.hpp"
+#include "proto/base/file_replacement.hpp"
 #include "server/http/stream_server.hpp"
 
 namespace fanlight {
+
+void StreamServer::presets_changed() {
+  sessions_.presets_changed();
+  if (config_.presets.empty()) return;
+  presets_outdated_ = true;
+  if (!writing_presets_) write_presets();
+}
+
+void StreamServer::write_presets() {
+  writing_presets_ = true;
+  presets_outdated_ = false;
+  const auto done = std::make_shared<std::function<void()>>([this] {
+    writing_presets_ = false;
+    if (presets_outdated_) write_presets();
+  });
+  encoders_.submit(EncoderLane::kHeavy, [this, done, text = presets_.json(), path = config_.presets] {
+    std::error_code none;
+    std::filesystem::create_directories(path.parent_path(), none);  // where it fails, so does the file
+    if (const auto written = replace_file(path, text); !written)
+      spdlog::error("the presets could not be saved: {}", written.error().message);
+    post(done);
+  });
+}
 
 void StreamServer::start_second() {
   second_.expires_after(std::chrono::seconds(1));

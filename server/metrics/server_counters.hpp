@@ -39,6 +39,7 @@ struct ServerCounters {
   Counter private_views_ended;  ///< because the main view had left them no time for five seconds
   Counter recording_refusals;   ///< wishes of the recorder that were not granted
   Counter replay_refusals;      ///< wishes of the player of a recording that were not granted
+  Counter preset_refusals;      ///< presets that were not saved or removed as was asked for
   Counter cine_refusals;        ///< wishes to freeze, or about the last volumes, that were not granted
   Counter probe_changes;
   Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not accept
@@ -81,6 +82,8 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::recording_refusals},
     {"replay_refusals", "Wishes to the player of a recording that were not granted",
      &ServerCounters::replay_refusals},
+    {"preset_refusals", "Presets that were not saved or removed as was asked for",
+     &ServerCounters::preset_refusals},
     {"cine_refusals", "Wishes to freeze, or about the last volumes, that were not granted",
      &ServerCounters::cine_refusals},
     {"probe_changes", "Changes of the probe that displays asked for and got", &ServerCounters::probe_changes},

@@ -26,6 +26,7 @@ class OutgoingQueue {
     kRecording,
     kReplay,
     kCine,
+    kPresets,
     kStatistics
   };
 

@@ -99,6 +99,12 @@ v1::ServerMessage ServerMessages::replay() const {
   return message;
 }
 
+v1::ServerMessage ServerMessages::presets() const {
+  v1::ServerMessage message;
+  *message.mutable_presets() = dependencies_.presets.message();
+  return message;
+}
+
 v1::ServerMessage ServerMessages::cine() const {
   v1::ServerMessage message;
   *message.mutable_cine() = dependencies_.cine.message();

@@ -12,6 +12,7 @@
 #include "server/metrics/server_counters.hpp"
 #include "server/state/cine_proxy.hpp"
 #include "server/state/picture_liveness.hpp"
+#include "server/state/preset_store.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
 #include "server/state/replay_proxy.hpp"
@@ -58,6 +59,7 @@ class ServerMessages {
     const RecordingProxy& recording;
     const ReplayProxy& replay;
     const CineProxy& cine;
+    const PresetStore& presets;
     const ViewAdmission& views;
     const ControlLease& control;
     const PictureHub& hub;
@@ -78,6 +80,7 @@ class ServerMessages {
   v1::ServerMessage recording() const;
   v1::ServerMessage replay() const;
   v1::ServerMessage cine() const;
+  v1::ServerMessage presets() const;
   v1::ServerMessage statistics(const OutgoingQueue::PictureCounts& pictures) const;
   static v1::ServerMessage scene_shown(const OutgoingQueue::ShownRequest& request, std::uint64_t picture_id);
 

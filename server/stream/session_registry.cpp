@@ -46,6 +46,10 @@ void SessionRegistry::cine_changed() {
   for_each_open([](RegisteredSession& session) { session.cine_changed(); });
 }
 
+void SessionRegistry::presets_changed() {
+  for_each_open([](RegisteredSession& session) { session.presets_changed(); });
+}
+
 void SessionRegistry::survey_answered(std::uint64_t session, const v1::SurveyReply& reply) {
   const auto found = sessions_.find(session);
   if (found != sessions_.end() && found->second->is_open()) found->second->survey_answered(reply);

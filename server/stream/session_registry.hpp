@@ -45,6 +45,9 @@ class RegisteredSession {
   /// Another of the last volumes is shown, or new ones are again.
   virtual void cine_changed() = 0;
 
+  /// A preset was saved or removed.
+  virtual void presets_changed() = 0;
+
   /// The render thread has looked for the surface, as this session wished.
   virtual void survey_answered(const v1::SurveyReply& reply) = 0;
 
@@ -95,6 +98,7 @@ class SessionRegistry {
   void recording_changed();
   void replay_changed();
   void cine_changed();
+  void presets_changed();
 
   /// Passes the answer on to the session, where it is still there.
   void survey_answered(std::uint64_t session, const v1::SurveyReply& reply);

@@ -9,6 +9,7 @@
 #include "proto/base/printable.hpp"
 #include "server/state/scene_message.hpp"
 #include "server/stream/picture_message.hpp"
+#include "server/stream/preset_author.hpp"
 
 namespace fanlight {
 
@@ -61,6 +62,8 @@ void StreamRequests::handle(const v1::ClientMessage& message) {
       return control_replay(message.replay());
     case v1::ClientMessage::kCine:
       return control_cine(message.cine());
+    case v1::ClientMessage::kPreset:
+      return change_presets(message.preset());
     case v1::ClientMessage::BODY_NOT_SET:
       return refuse("a message has no body that is known, expected one of fanlight.v1.ClientMessage");
   }
@@ -267,6 +270,27 @@ void StreamRequests::control_cine(const v1::CineRequest& request) {
   carry_out(dependencies_.cine, request, reply, dependencies_.counters.cine_refusals);
   audit_.note("cine", reply.has_refused() ? "refused: " + reply.refused().message() : "done",
               {{"wish", cine_words(request)}});
+  answer(message);
+}
+
+void StreamRequests::change_presets(const v1::PresetRequest& request) {
+  v1::ServerMessage message;
+  v1::PresetReply& reply = *message.mutable_preset_reply();
+  reply.set_request_id(request.request_id());
+  const Result<void> done =
+      role() == Role::kViewer
+          ? Error{ErrorCode::kUnavailable, "a viewer saves no presets, expected the role of an operator"}
+          : dependencies_.presets.request(request, scene_message(dependencies_.scene_store.in_force().scene),
+                                          preset_author(*identity().principal));
+  if (done) {
+    reply.set_done(true);
+  } else {
+    dependencies_.counters.preset_refusals.add();
+    reply.mutable_refused()->set_message(done.error().message);
+  }
+  audit_.note("preset", done ? "done" : "refused: " + done.error().message,
+              {{request.has_remove() ? "remove" : "save",
+                printable(request.has_remove() ? request.remove() : request.save().name())}});
   answer(message);
 }
 

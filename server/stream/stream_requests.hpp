@@ -11,6 +11,7 @@
 #include "server/access/control_lease.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/state/cine_proxy.hpp"
+#include "server/state/preset_store.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
 #include "server/state/replay_proxy.hpp"
@@ -40,6 +41,7 @@ class StreamRequests {
     RecordingProxy& recording;
     ReplayProxy& replay;
     CineProxy& cine;
+    PresetStore& presets;
     PictureHub& hub;
     Authenticator& access;
     ControlLease& control;
@@ -97,6 +99,7 @@ class StreamRequests {
   void record(const v1::RecordingRequest& request);
   void control_replay(const v1::ReplayRequest& request);
   void control_cine(const v1::CineRequest& request);
+  void change_presets(const v1::PresetRequest& request);
   template <typename Proxy, typename Request, typename Reply>
   void carry_out(Proxy& proxy, const Request& request, Reply& reply, Counter& refusals);
   void answer(const v1::ServerMessage& message) { queue_.add_answer(serialised(message)); }

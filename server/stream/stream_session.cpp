@@ -120,6 +120,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   queue_.add_notice(OutgoingQueue::Notice::kRecording);
   queue_.add_notice(OutgoingQueue::Notice::kReplay);
   queue_.add_notice(OutgoingQueue::Notice::kCine);
+  queue_.add_notice(OutgoingQueue::Notice::kPresets);
   dependencies_.hub.add(*this);
 }
 
@@ -359,6 +360,8 @@ v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
       return dependencies_.messages.replay();
     case OutgoingQueue::Notice::kCine:
       return dependencies_.messages.cine();
+    case OutgoingQueue::Notice::kPresets:
+      return dependencies_.messages.presets();
     case OutgoingQueue::Notice::kStatistics:
       break;
   }

@@ -51,6 +51,7 @@ if (values.tests) {
   await build({
     stdin: { contents: tests, resolveDir: join(home, "test") },
     outfile: join(home, "generated/tests.mjs"),
+    external: ["./clip.js"],
     bundle: true,
     platform: "node",
     format: "esm",
@@ -66,6 +67,16 @@ if (values.outdir) {
     bundle: true,
     minify: true,
     format: "iife",
+    external: ["./clip.js"], // loaded when a clip ends
+    target: ["chrome100", "firefox100", "safari15.4"],
+    logLevel: "warning",
+  });
+  await build({
+    entryPoints: { clip: join(home, "src/clip.ts") },
+    outdir: resolve(values.outdir),
+    bundle: true,
+    minify: true,
+    format: "esm",
     target: ["chrome100", "firefox100", "safari15.4"],
     logLevel: "warning",
   });

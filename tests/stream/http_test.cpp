@@ -42,8 +42,28 @@ TEST(Http, ServesThePage) {
   EXPECT_NE(page.find("Content-Security-Policy: default-src 'none'"), std::string::npos);
   EXPECT_NE(page.find("id=\"picture\""), std::string::npos);
   EXPECT_NE(get(fixture, "/viewer.js").find("text/javascript"), std::string::npos);
+  EXPECT_EQ(get(fixture, "/viewer.js").find("Content-Encoding"), std::string::npos) << "it did not ask";
   EXPECT_NE(get(fixture, "/viewer.css?version=1").find("text/css"), std::string::npos);
   EXPECT_NE(get(fixture, "/favicon.svg").find("image/svg+xml"), std::string::npos);
+}
+
+TEST(Http, CompressesThePageForThoseWhoTakeIt) {
+  ServerFixture fixture;
+  const auto asks = [&](const std::string& codings) {
+    return talk(fixture, "GET /viewer.js HTTP/1.1\r\nHost: localhost\r\nAccept-Encoding: " + codings +
+                             "\r\nConnection: close\r\n\r\n");
+  };
+  const std::size_t whole = get(fixture, "/viewer.js").size();
+  for (const char* const taken : {"gzip", "gzip, deflate, br, zstd", "br;q=1.0, GZIP;q=0.5"}) {
+    const std::string answer = asks(taken);
+    EXPECT_NE(answer.find("Content-Encoding: gzip"), std::string::npos) << taken;
+    EXPECT_NE(answer.find("Vary: Accept-Encoding"), std::string::npos);
+    EXPECT_LT(answer.size(), whole / 2);
+    EXPECT_LT(answer.size(), 250'000U);
+    EXPECT_NE(answer.find("\r\n\r\n\x1f\x8b"), std::string::npos) << "the magic bytes of gzip";
+  }
+  for (const char* const refused : {"", "br", "gzip;q=0", "gzip; q=0.000", "xgzip"})
+    EXPECT_EQ(asks(refused).find("Content-Encoding"), std::string::npos) << refused;
 }
 
 TEST(Http, ServesHealthAndMetrics) {

@@ -43,6 +43,24 @@ TEST(RestApi, ReadsAndChangesTheScene) {
   EXPECT_EQ(display.next(v1::ServerMessage::kScene).scene().revision(), 2U) << "the displays are notified";
 }
 
+TEST(RestApi, SavesGivesAndRemovesPresets) {
+  ServerFixture fixture;
+  EXPECT_EQ(json::parse(talk(fixture, "GET", "/api/presets").body)["presets"].size(), 0U);
+  const Answer saved =
+      talk(fixture, "POST", "/api/presets",
+           R"({"save": "mine", "scene": {"light": {"up_mm": 3}, "camera": {"yaw_deg": 9}}})");
+  ASSERT_EQ(saved.status, 200) << saved.body;
+  EXPECT_EQ(json::parse(saved.body)["presets"][0]["scene"], json::parse(R"({"light": {"up_mm": 3}})"));
+  EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"save": "whole"})").status, 200) << "what is in force";
+  EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"remove": "mine"})").status, 200);
+  EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"remove": "mine"})").status, 404);
+  EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"save": "bone"})").status, 400);
+  EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"save": "x", "scene": {"no": 1}})").status, 400);
+  EXPECT_EQ(talk(fixture, "POST", "/api/presets", "[]").status, 400);
+  EXPECT_EQ(talk(fixture, "PUT", "/api/presets", "{}").status, 405);
+  EXPECT_EQ(json::parse(talk(fixture, "GET", "/api/presets").body)["presets"][0]["name"], "whole");
+}
+
 TEST(RestApi, NamesTheRefusedFieldAndItsRange) {
   ServerFixture fixture;
   const Answer range = talk(fixture, "PATCH", "/api/scene", R"({"light": {"up_mm": 1e9}})");

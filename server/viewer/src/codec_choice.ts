@@ -7,6 +7,8 @@ const kJpeg = "0"; // without a request; every browser decodes it
 const kH264 = "2";
 
 export class CodecChoice {
+  private filmWanted = false;
+
   constructor(
     private readonly select: HTMLSelectElement,
     private readonly connection: Pick<Connection, "send">,
@@ -17,16 +19,28 @@ export class CodecChoice {
 
   /** A new session begins with JPEG. */
   askAgain(): void {
-    if (this.select.value !== kJpeg) this.ask();
+    if (this.filmWanted || this.select.value !== kJpeg) this.ask();
+  }
+
+  get canFilm(): boolean {
+    return canDecodeFilm();
+  }
+
+  /** H.264 whatever is chosen, as long as it is wanted. */
+  wantFilm(wanted: boolean): void {
+    this.filmWanted = wanted;
+    if (this.select.value !== kH264) this.ask();
   }
 
   /** The browser cannot decode what was chosen. */
   fallBack(): void {
+    this.filmWanted = false;
     this.select.value = kJpeg;
     this.ask();
   }
 
   private ask(): void {
-    this.connection.send({ case: "stream", value: { codec: Number(this.select.value) } });
+    const codec = Number(this.filmWanted ? kH264 : this.select.value);
+    this.connection.send({ case: "stream", value: { codec } });
   }
 }

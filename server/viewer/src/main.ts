@@ -4,7 +4,6 @@ import {
   type ControlState,
   type Hello,
   type Picture,
-  type ProbeReply,
   type ProbeStatus,
   type SceneReply,
   type SceneState,
@@ -33,11 +32,11 @@ import { PageShell } from "./page_shell";
 import { PictureInput } from "./picture_input";
 import { PictureOverlay } from "./picture_overlay";
 import { PictureView } from "./picture_view";
-import { ProbeGroup } from "./probe_group";
-import { probeChange, probeValues } from "./probe_settings";
+import { ProbePanel } from "./probe_panel";
 import { ProbeWatch } from "./probe_watch";
 import { QuickPanel } from "./quick_panel";
 import { RecordingBar } from "./recording_bar";
+import { inPlainWords, titlesOf } from "./refusal_text";
 import { ReplayBar } from "./replay_bar";
 import { sceneOf, valuesOf, type Values } from "./scene";
 import { sameSettings } from "./same_settings";
@@ -55,7 +54,7 @@ const kProtocolVersion = 2;
 const [kClockMs, kConditionMs] = [500, 250];
 
 guardSliders(document.body);
-const showRefusal = (sentence: string) => shell.showRefusal(sentence);
+const showRefusal = (sentence: string) => shell.showRefusal(inPlainWords(sentence, titlesOf(hello?.fields ?? [])));
 const clock = new ServerClock();
 const liveness = new LivenessWatch((pageMs) => clock.at(pageMs));
 const condition: Condition = {
@@ -90,7 +89,8 @@ const connection = new Connection(streamUrl(), {
   message: receive,
   lost: (sentence) => {
     editor.stop();
-    probeEditor.stop();
+    probePanel.stop();
+    overlay.clip.sessionEnded();
     page.refusal.hidden = true;
     showCondition({
       connection: { state: "lost", sentence, retrying: true },
@@ -111,13 +111,7 @@ const editor: SettingsEditor = new SettingsEditor({
   },
   accepted: () => shell.hideRefusal(),
 });
-const probeEditor: SettingsEditor = new SettingsEditor({
-  send: (requestId, values) => connection.send(probeChange(requestId, values)),
-  changed: () => probeGroup.refresh(),
-  refused: showRefusal,
-  accepted: () => shell.hideRefusal(),
-});
-const probeGroup: ProbeGroup = new ProbeGroup(probeEditor);
+const probePanel = new ProbePanel(connection, { refused: showRefusal, accepted: () => shell.hideRefusal() });
 const effects = new FieldEffects(editor);
 const measured = new MeasuredValues(editor);
 const isLit = () => effects.missing("light") === undefined;
@@ -153,7 +147,7 @@ const ownView: OwnView = new OwnView(page.ownView, {
 const cineBar = new CineBar(page.cine, (requestId, wish, value) =>
   connection.send({ case: "cine", value: { requestId, wish, value } }),
 );
-const overlay: PictureOverlay = new PictureOverlay(editor, {
+const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   hello: () => hello,
   shown: () => shown,
   isFrozen: () => cineBar.isStill,
@@ -162,13 +156,15 @@ const overlay: PictureOverlay = new PictureOverlay(editor, {
     connection.send({ case: "depth", value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })) } }),
   failed: showRefusal,
 });
-const tools = new Tools(page.tools, page.canvas, (tool) => overlay.measurement.choose(tool === "measure"));
+const tools = new Tools(page.tools, page.canvas, (tool) => overlay.choose(tool));
 const sliceClick = new SliceClick(editor, page.canvas, movesRays);
-const clicked = (pointer: PagePoint) =>
-  (tools.chosen() === "measure" ? overlay.measurement : sliceClick).clicked(pointer);
+const clicked = (pointer: PagePoint) => void (overlay.clicked(pointer) || sliceClick.clicked(pointer));
 new PictureInput(page.canvas, () => tools.chosen(), light, orbit, clicked, doubleClicked);
-const quickPanel = new QuickPanel(editor, effects);
-page.still.onclick = () => overlay.still();
+const quickPanel: QuickPanel = new QuickPanel(editor, effects, {
+  fields: () => hello?.fields ?? [],
+  ask: (wish) => connection.send({ case: "preset", value: { requestId: 0n, wish } }),
+  failed: showRefusal,
+});
 const shell = new PageShell(showRefusal);
 connectShortcuts({ cineBar, quickPanel, tools, overlay, shell });
 page.resetView.onclick = () => orbit.reset();
@@ -185,7 +181,10 @@ function receive({ body }: ServerMessage): void {
     case "hello":
       return begin(body.value);
     case "picture":
+      overlay.clip.take(body.value);
       return view.show(body.value);
+    case "presets":
+      return quickPanel.takePresets(body.value);
     case "statistics":
       return statistics.counters(body.value);
     case "liveness":
@@ -204,7 +203,7 @@ function receive({ body }: ServerMessage): void {
     case "probeStatus":
       return probeTold(body.value);
     case "probeReply":
-      return settleProbe(body.value);
+      return probePanel.settle(body.value);
     case "clockReply":
       return clock.add(body.value.clientTimeMs, body.value.serverTimeNs, performance.now());
     case "control":
@@ -222,6 +221,7 @@ function receive({ body }: ServerMessage): void {
       return overlay.measurement.frozenChanged();
     case "depthReply":
       return overlay.measurement.answered(body.value);
+    case "presetReply":
     case "streamReply":
     case "recordingReply":
     case "cineReply":
@@ -246,7 +246,7 @@ function begin(newHello: Hello): void {
   clock.reset();
   liveness.reset(performance.now());
   probe.reset();
-  probeGroup.forget();
+  probePanel.group.forget();
   askClock();
   statistics.start(newHello);
   // A new session usually offers the same settings. Then they stay as they are, with their scroll position.
@@ -255,11 +255,11 @@ function begin(newHello: Hello): void {
     orbit.start(newHello.fields, defaults);
     const unknown = unknownNames(newHello.fields);
     if (unknown.length > 0) console.warn(`The page knows settings that the server lacks: ${unknown.join(", ")}`);
-    controls = new Controls(page.form, editor, effects, newHello, defaults, probeGroup.root, measured);
+    controls = new Controls(page.form, editor, effects, newHello, defaults, probePanel.group.root, measured);
   }
   hello = newHello;
   overlay.measurement.forget();
-  quickPanel.start(hello.presets);
+  quickPanel.start(hello);
   if (hello.control) controlTold(hello.control);
   codec.askAgain();
   page.source.textContent = hello.title || hello.source;
@@ -290,7 +290,7 @@ function startEditor({ revision, scene }: SceneState): void {
 function ownViewChosen(): void {
   quickPanel.forgetChanges();
   controls?.limitTo(ownView.wanted ? kOwnGroups : undefined);
-  probeGroup.root.inert = ownView.wanted;
+  probePanel.group.root.inert = ownView.wanted;
   showCondition({});
 }
 
@@ -331,17 +331,9 @@ function settle({ requestId, outcome }: SceneReply): void {
   }
 }
 
-function settleProbe({ requestId, outcome }: ProbeReply): void {
-  if (outcome.case === "inForce") {
-    probeEditor.acceptedReply(requestId, 0n, probeValues(outcome.value));
-  } else if (outcome.case === "refused") {
-    probeEditor.refusedReply(requestId, outcome.value.message);
-  }
-}
-
 function probeTold(status: ProbeStatus): void {
   probe.tell(status.state, performance.now());
-  probeGroup.tell(status);
+  probePanel.tell(status);
   showCondition({ probeTrouble: status.trouble });
 }
 
@@ -362,6 +354,7 @@ function pictureShown(picture: Picture): void {
 function showScene(): void {
   controls?.refresh();
   quickPanel.refresh();
+  overlay.refresh();
   tools.offerLight(isLit());
   light.placeMarker();
   showBusy();
@@ -386,12 +379,13 @@ function showCondition(change: Partial<Condition>): void {
   const closed = condition.connection.state !== "open" || !(mayChange || ownView.wanted);
   page.form.inert = page.resetView.disabled = closed;
   quickPanel.allow(!closed, ownView.wanted);
+  overlay.allow(!closed, ownView.wanted);
   conditionView.show(condition);
   conditionView.showRendering(condition, nowMs);
 }
 
 function doubleClicked(pointer: PagePoint): void {
-  if (tools.chosen() === "measure" || quickPanel.enlarges(pointer, page.canvas)) return;
+  if (["measure", "note"].includes(tools.chosen()) || quickPanel.enlarges(pointer, page.canvas)) return;
   if (tools.chosen() === "orbit") orbit.reset();
 }
 

@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that the page draws over the picture but the light, and the still that is saved with it.
 import type { Hello, Picture } from "../generated/fanlight_pb.js";
+import { ClipButton } from "./clip_button";
+import type { CodecChoice } from "./codec_choice";
 import { find } from "./element";
 import { Measurement } from "./measurement";
 import { page } from "./page";
+import { PictureNotes } from "./picture_notes";
+import { PlaneOverlay } from "./plane_overlay";
 import { PictureMarks, scaleBar, type ScaleBar } from "./picture_marks";
 import type { SettingsEditor } from "./settings_editor";
 import { saveStill } from "./still";
+import type { Tool } from "./tools";
 import type { PagePoint } from "./view_geometry";
 
 const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
 
 export class PictureOverlay {
   readonly measurement: Measurement;
+  readonly clip: ClipButton;
+  private readonly notes: PictureNotes;
+  private readonly planes: PlaneOverlay;
+  private tool: Tool = "light";
+  private allowed = false;
   private readonly lines = find("#measurement", SVGSVGElement);
   private readonly marks = new PictureMarks(
     {
@@ -24,7 +34,8 @@ export class PictureOverlay {
   );
 
   constructor(
-    private readonly editor: Pick<SettingsEditor, "number" | "choice">,
+    private readonly editor: SettingsEditor,
+    codec: CodecChoice,
     private readonly from: {
       hello(): Hello | undefined;
       shown(): Picture | undefined;
@@ -45,6 +56,15 @@ export class PictureOverlay {
         page.measured.hidden = sentence === "";
       },
     });
+    this.notes = new PictureNotes(find("#picture-notes", HTMLElement), page.frame, from.failed);
+    this.planes = new PlaneOverlay(find("#planes", SVGSVGElement), page.canvas, editor);
+    this.clip = new ClipButton(page.clip, {
+      canFilm: () => codec.canFilm,
+      wantFilm: (wanted) => codec.wantFilm(wanted),
+      failed: from.failed,
+    });
+    page.still.onclick = () => this.still();
+    page.openBox.onclick = () => this.planes.openBox();
     new ResizeObserver(() => this.showMarks()).observe(page.frame);
   }
 
@@ -53,7 +73,34 @@ export class PictureOverlay {
     this.showMarks();
   }
 
-  /** Saves the picture with its scale. */
+  choose(tool: Tool): void {
+    this.tool = tool;
+    this.measurement.choose(tool === "measure");
+    this.notes.choose(tool === "note");
+    this.planes.chooseCrop(tool === "crop");
+    page.openBox.hidden = tool !== "crop";
+  }
+
+  /** A click on the picture; whether the tool in hand takes it. */
+  clicked(pointer: PagePoint): boolean {
+    if (this.tool === "measure") this.measurement.clicked(pointer);
+    if (this.tool === "note") this.notes.clicked(pointer);
+    return this.tool === "measure" || this.tool === "note";
+  }
+
+  /** Whether this display may move the planes and the crop box. In a view of its own the box is the shared one. */
+  allow(may: boolean, ownView: boolean): void {
+    this.allowed = may && !ownView;
+    this.planes.allow(this.allowed);
+    page.openBox.disabled = !this.allowed;
+  }
+
+  /** The scene has changed. */
+  refresh(): void {
+    this.planes.draw();
+  }
+
+  /** Saves the picture, with its scale if that is wanted. */
   still(): void {
     if (page.frame.hidden) return this.from.failed("There is no picture to save yet.");
     const facts = {
@@ -62,6 +109,8 @@ export class PictureOverlay {
       measurement: this.measurement.text(),
       bar: this.bar(),
       fullWidth: this.fullSize().width,
+      notes: this.notes.all(),
+      withFoot: page.stillFacts.checked,
     };
     saveStill(page.canvas, this.lines, facts).catch((error: Error) => this.from.failed(error.message));
   }
@@ -77,6 +126,7 @@ export class PictureOverlay {
 
   private showMarks(): void {
     page.frame.dataset.mode = this.editor.choice("mode");
+    this.planes.show(this.from.shown()?.view, this.fullSize().width);
     this.marks.show(this.from.shown()?.view, this.bar(), this.fullSize().width, this.editor.choice("mode"));
   }
 }

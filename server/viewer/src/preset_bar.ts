@@ -7,6 +7,7 @@ import { valuesOf } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
 
 export class PresetBar {
+  private builtIn: readonly Look[] = [];
   private presets: readonly Look[] = [];
 
   constructor(
@@ -15,8 +16,14 @@ export class PresetBar {
   ) {}
 
   start(presets: readonly Look[]): void {
-    this.presets = presets;
-    this.root.replaceChildren(...presets.map((preset) => this.button(preset)));
+    this.builtIn = presets;
+    this.show([]);
+  }
+
+  /** `saved`: those that people have saved on the server. */
+  show(saved: readonly Look[]): void {
+    this.presets = [...this.builtIn, ...saved];
+    this.root.replaceChildren(...this.presets.map((preset) => this.button(preset)));
     this.refresh();
   }
 
@@ -28,7 +35,7 @@ export class PresetBar {
   private button(preset: Look): HTMLButtonElement {
     const { name, help, scene } = preset;
     const button = element("button", { type: "button", value: name, textContent: name, title: help });
-    button.dataset.preset = name;
+    if (this.builtIn.includes(preset)) button.dataset.preset = name;
     button.onclick = () => scene && this.editor.set(valuesOf(scene));
     return button;
   }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The settings in reach: presets, panes, four sliders, views, the search among the others; undo and redo.
-import type { EchoLevels, Look } from "../generated/fanlight_pb.js";
+import { Role, type EchoLevels, type Hello, type PresetList } from "../generated/fanlight_pb.js";
 import { find } from "./element";
 import type { FieldEffects } from "./field_effects";
+import { OwnPresets, type OwnPresetEvents } from "./own_presets";
 import { page } from "./page";
 import { connectViews, LayoutBar, PresetBar } from "./preset_bar";
 import { QuickSettings } from "./quick_settings";
@@ -16,13 +17,16 @@ export class QuickPanel {
   private readonly history = new UndoHistory();
   private readonly sliders: QuickSettings;
   private readonly presets: PresetBar;
+  private readonly ownPresets: OwnPresets;
   private readonly layout: LayoutBar;
   private allowed = false;
 
   constructor(
     private readonly editor: SettingsEditor,
     effects: FieldEffects,
+    presetEvents: OwnPresetEvents,
   ) {
+    this.ownPresets = new OwnPresets(page.ownPresets, editor, presetEvents);
     this.sliders = new QuickSettings(page.quick, editor, effects);
     this.presets = new PresetBar(page.presets, editor);
     this.layout = new LayoutBar(page.layout, editor);
@@ -33,8 +37,14 @@ export class QuickPanel {
   }
 
   /** Call at the start of a session. */
-  start(presets: readonly Look[]): void {
+  start({ presets, role }: Hello): void {
     this.presets.start(presets);
+    this.ownPresets.allow(role !== Role.VIEWER);
+  }
+
+  /** The presets that people have saved. */
+  takePresets(list: PresetList): void {
+    this.presets.show(this.ownPresets.tell(list));
   }
 
   /** What was changed in another view cannot be taken back in this one. */

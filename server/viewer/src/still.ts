@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Saves the picture as PNG, with its scale, its source and its state below it.
+// Saves the picture as PNG, with its measurement and notes; and, if wanted, its scale, source and state below it.
+
+import type { PictureNote } from "./picture_notes";
+import { saveFile, timeInName } from "./save_file";
 
 export interface StillFacts {
   source: string;
@@ -8,20 +11,35 @@ export interface StillFacts {
   measurement: string;
   bar: { mm: number; pixels: number } | undefined;
   fullWidth: number;
+  notes: readonly PictureNote[];
+  /** Whether scale, source, state and time stand below the picture. */
+  withFoot: boolean;
 }
 
 const kFootPixels = 44;
 
 export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElement, facts: StillFacts): Promise<void> {
   const copy = document.createElement("canvas");
-  [copy.width, copy.height] = [canvas.width, canvas.height + kFootPixels];
+  [copy.width, copy.height] = [canvas.width, canvas.height + (facts.withFoot ? kFootPixels : 0)];
   const context = copy.getContext("2d")!;
   context.drawImage(canvas, 0, 0);
   if (overlay.childElementCount > 0) context.drawImage(await imageOf(overlay, canvas), 0, 0);
-  drawFoot(context, canvas, facts);
+  drawNotes(context, canvas, facts.notes);
+  if (facts.withFoot) drawFoot(context, canvas, facts);
   const blob = await new Promise<Blob | null>((resolve) => copy.toBlob(resolve, "image/png"));
   if (!blob) throw new Error("The browser cannot write this picture.");
-  save(blob, `fanlight-${new Date().toISOString().slice(0, 19).replace(/[:T]/g, "-")}.png`);
+  saveFile(blob, `fanlight-${timeInName()}.png`);
+}
+
+function drawNotes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, notes: readonly PictureNote[]): void {
+  context.font = "600 14px sans-serif";
+  context.lineWidth = 3;
+  context.strokeStyle = "#000";
+  context.fillStyle = "#fff";
+  for (const { text, x, y } of notes) {
+    context.strokeText(text, x * canvas.width, y * canvas.height);
+    context.fillText(text, x * canvas.width, y * canvas.height);
+  }
 }
 
 function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, facts: StillFacts): void {
@@ -58,12 +76,4 @@ async function imageOf(overlay: SVGSVGElement, canvas: HTMLCanvasElement): Promi
     }
   }
   return drawn;
-}
-
-function save(blob: Blob, name: string): void {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(blob);
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }

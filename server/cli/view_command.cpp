@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/cli/commands.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr const char* kProgram = "fanlight-view";
+
+/// Replaces this process by the program of the native display. It is one of its own, so that a server needs
+/// no libraries of a desktop.
+Result<void> view(const std::vector<std::string>& given) {
+  std::vector<std::string> words = {kProgram};
+  words.insert(words.end(), given.begin(), given.end());
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  std::error_code failure;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", failure);
+  // The one beside this program belongs to the same version.
+  if (!failure) execv((self.parent_path() / kProgram).c_str(), arguments.data());
+  execvp(kProgram, arguments.data());
+  return Error{ErrorCode::kNotFound,
+               fmt::format("{} is not installed, expected it beside fanlight or in the PATH", kProgram)};
+}
+
+}  // namespace
+
+Command add_view_command(CLI::App& program) {
+  CLI::App* const command = program.add_subcommand(
+      "view", "A native display: the picture in a window or full screen (--help: more)");
+  command->set_help_flag();  // --help is the other program's
+  command->prefix_command();
+  return [command] { return view(command->remaining()); };
+}
+
+}  // namespace fanlight

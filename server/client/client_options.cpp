@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/client/client_options.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <fstream>
+
+namespace fanlight {
+
+Result<StreamClient::Config> ClientOptions::config() const {
+  StreamClient::Config config = server;
+  if (token_file.empty()) {
+    // Not an option: other users of the machine can see a command line.
+    const char* const token = std::getenv("FANLIGHT_TOKEN");  // NOLINT(concurrency-mt-unsafe): one thread yet
+    config.token = token != nullptr ? token : "";
+    return config;
+  }
+  std::ifstream file(token_file);
+  if (file >> config.token) return config;
+  return Error{ErrorCode::kNotFound, fmt::format("{} has no token in it, expected one", token_file)};
+}
+
+void ClientOptions::add_to(CLI::App& command) {
+  command.add_option("url", server.url, "The server")->capture_default_str()->type_name("URL");
+  command.add_option("--token-file", token_file, "Holds the token; else it is read from FANLIGHT_TOKEN")
+      ->type_name("FILE");
+  command
+      .add_option("--server-ca", server.server_ca,
+                  "Who signs the server's certificate; else whom the system trusts")
+      ->type_name("FILE");
+  auto* const certificate =
+      command.add_option("--certificate", server.certificate, "In place of a token")->type_name("FILE");
+  command.add_option("--key", server.key, "Of the certificate")->needs(certificate)->type_name("FILE");
+  command.add_option("--name", server.name, "As others are to see this display")->type_name("TEXT");
+}
+
+}  // namespace fanlight

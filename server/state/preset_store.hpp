@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "proto/base/result.hpp"
+#include "proto/fanlight.pb.h"
+
+namespace fanlight {
+
+/// The presets that people have saved. Each holds what the picture shows and how: all fields of the scene but
+/// those of view and place (camera, rays, crop, slice) and of the deadline. No input or output but load():
+/// whoever changes something writes json() to the file. Server thread only.
+class PresetStore {
+ public:
+  static constexpr std::size_t kMost = 100;
+  static constexpr std::size_t kLongestName = 40;  ///< bytes
+
+  /// Who saves or removes.
+  struct Author {
+    std::string name;
+    bool is_admin = false;
+  };
+  struct Preset {
+    std::string name;
+    Author author;    ///< of the last change
+    v1::Scene scene;  ///< the fields that it sets
+  };
+
+  /// `changed`: called after each save() and remove().
+  explicit PresetStore(std::function<void()> changed = [] {}) : changed_(std::move(changed)) {}
+
+  /// Reads the presets of an earlier run; a file that is not there has none. Error, kInvalidArgument: the
+  /// file is none of ours; nothing was read.
+  Result<void> load(const std::filesystem::path& file);
+
+  /// Saves the fields of `scene` that belong to a preset, in place of a preset of that name. Errors:
+  /// kInvalidArgument for the name, or where no field belongs to a preset; kUnavailable for what an admin has
+  /// saved and another wants to replace, and beyond kMost.
+  Result<void> save(const std::string& name, const v1::Scene& scene, const Author& author);
+
+  /// Errors as of save(); kNotFound: there is none of that name.
+  Result<void> remove(std::string_view name, const Author& author);
+
+  /// In the order of their names.
+  const std::vector<Preset>& all() const { return presets_; }
+
+  /// Carries out a request of a client. `in_force`: what is saved where the request has no scene. Errors:
+  /// those of save() and remove(), and kInvalidArgument for an unknown wish.
+  Result<void> request(const v1::PresetRequest& request, const v1::Scene& in_force, const Author& author);
+
+  v1::PresetList message() const;
+
+  /// The file: {"presets": [{"name": ..., "saved_by": ..., "admin": ..., "scene": {...}}]}, with scenes as
+  /// /api/scene has them.
+  std::string json() const;
+
+ private:
+  Result<void> check_author(std::string_view name, const Author& author) const;
+
+  std::function<void()> changed_;
+  std::vector<Preset> presets_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+// fanlight-view: a native display. `fanlight view` runs it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "proto/base/clock.hpp"
+#include "proto/base/printable.hpp"
+#include "server/client/client_options.hpp"
+#include "server/client/stream_client.hpp"
+#include "server/view/display_state.hpp"
+#include "server/view/picture_window.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr int kUsageError = 2;
+constexpr std::chrono::milliseconds kTurn{8};  // a hand's input waits so long at most
+constexpr std::int64_t kBetweenTriesNs = 2'000'000'000;
+constexpr std::int64_t kBetweenDrawingsNs = 100'000'000;  // for the age in the bar
+constexpr double kZoomPerNotch = 1.1;
+constexpr double kThresholdPerKey = 2;
+constexpr std::uint32_t kJpegQuality = 92;
+
+constexpr const char* kKeys =
+    "Space freeze · , . step · 1 2 4 panes · F1-F4 presets · drag turn · right drag light · wheel zoom · "
+    "+ - threshold · R reset · F full screen · Q quit";
+
+volatile std::sig_atomic_t interrupted = 0;
+
+struct ViewOptions {
+  ClientOptions client;
+  bool full_screen = false;
+};
+
+/// One window and its connection to the server, which is made again where it is lost.
+class View {
+ public:
+  View(const StreamClient::Config& server, PictureWindow& window) : server_(server), window_(window) {}
+
+  Result<void> run() {
+    if (auto connected = connect(); !connected) return connected;
+    while (!ended_ && interrupted == 0) {
+      take_inputs();
+      if (client_) {
+        take_messages();
+      } else {
+        wait_and_try();
+      }
+      if (const std::int64_t now = now_ns(); dirty_ || now - drawn_ns_ > kBetweenDrawingsNs) draw(now);
+    }
+    return {};
+  }
+
+ private:
+  Result<void> connect() {
+    auto client = StreamClient::connect(server_);
+    if (!client) return client.error();
+    client_ = std::move(*client);
+    state_.emplace(client_->hello());
+    picture_width_ = client_->hello().picture_width();
+    picture_height_ = client_->hello().picture_height();
+    v1::ClientMessage stream;
+    stream.mutable_stream()->set_codec(v1::StreamRequest::JPEG);
+    stream.mutable_stream()->set_quality(kJpegQuality);
+    return client_->send(stream);
+  }
+
+  void take_messages() {
+    auto message = client_->next_within(kTurn);
+    // Several may have come: the newest picture alone is worth drawing.
+    std::optional<std::string> jpeg;
+    while (message && *message) {
+      state_->take(**message, now_ns());
+      if (!(*message)->picture().jpeg().empty()) jpeg = (*message)->picture().jpeg();
+      message = client_->next_within(std::chrono::milliseconds(0));
+    }
+    if (jpeg) {
+      if (auto taken = window_.take_jpeg(*jpeg); !taken)
+        std::fprintf(stderr, "%s\n", taken.error().message.c_str());
+      dirty_ = true;
+    }
+    if (!message) lose(message.error().message);
+  }
+
+  void lose(const std::string& reason) {
+    client_.reset();
+    lost_reason_ = reason;
+    tried_ns_ = now_ns();
+    dirty_ = true;
+  }
+
+  void wait_and_try() {
+    SDL_Delay(static_cast<Uint32>(kTurn.count()));
+    if (now_ns() - tried_ns_ < kBetweenTriesNs) return;
+    if (auto connected = connect(); !connected) lose(connected.error().message);
+  }
+
+  void send(const v1::ClientMessage& message) {
+    if (!client_) return;
+    if (auto sent = client_->send(message); !sent) lose(sent.error().message);
+  }
+  void send(const std::optional<v1::ClientMessage>& message) {
+    if (message) send(*message);
+  }
+
+  void take_inputs() {
+    SDL_Event event;
+    double right_px = 0;
+    double down_px = 0;
+    std::optional<SDL_FPoint> light;
+    while (SDL_PollEvent(&event) != 0) {
+      if (event.type == SDL_MOUSEMOTION && (event.motion.state & SDL_BUTTON_LMASK) != 0) {
+        right_px += event.motion.xrel;
+        down_px += event.motion.yrel;
+      } else if (event.type == SDL_MOUSEMOTION && (event.motion.state & SDL_BUTTON_RMASK) != 0) {
+        light = at(event.motion.x, event.motion.y);
+      } else if (event.type == SDL_MOUSEBUTTONDOWN && event.button.button == SDL_BUTTON_RIGHT) {
+        light = at(event.button.x, event.button.y);
+      } else {
+        take(event);
+      }
+    }
+    if (!client_) return;
+    // Several movements come to one request: the server would render the last one alone anyway.
+    const double scale = window_.pixels_per_point(picture_height_);
+    if (right_px != 0 || down_px != 0) send(state_->turn(right_px * scale, down_px * scale));
+    if (light) send(state_->light_to(light->x, light->y));
+  }
+
+  SDL_FPoint at(int x, int y) const { return window_.picture_point(x, y, picture_width_, picture_height_); }
+
+  void take(const SDL_Event& event) {
+    switch (event.type) {
+      case SDL_QUIT:
+        ended_ = true;
+        return;
+      case SDL_WINDOWEVENT:
+        dirty_ = true;
+        return;
+      case SDL_MOUSEWHEEL:
+        if (client_) send(state_->zoom(event.wheel.y > 0 ? 1 / kZoomPerNotch : kZoomPerNotch));
+        return;
+      case SDL_KEYDOWN:
+        return press(event.key.keysym.sym, event.key.repeat != 0);
+      default:
+        return;
+    }
+  }
+
+  void press(SDL_Keycode key, bool repeated) {
+    if (key == SDLK_q || key == SDLK_ESCAPE) {
+      ended_ = true;
+    } else if ((key == SDLK_f || key == SDLK_F11) && !repeated) {
+      window_.toggle_full_screen();
+    } else if (client_ && (!repeated || repeats(key))) {
+      send(request_of(key));
+    }
+  }
+
+  static bool repeats(SDL_Keycode key) {
+    return key != SDLK_SPACE && key != SDLK_r && (key < SDLK_F1 || key > SDLK_F12);
+  }
+
+  std::optional<v1::ClientMessage> request_of(SDL_Keycode key) {
+    constexpr double kStepPx = 8;
+    switch (key) {
+      case SDLK_SPACE:
+        return state_->freeze_or_live();
+      case SDLK_COMMA:
+        return state_->step(-1);
+      case SDLK_PERIOD:
+        return state_->step(1);
+      case SDLK_1:
+        return state_->mode("surface");
+      case SDLK_2:
+        return state_->mode("surface-and-volume");
+      case SDLK_4:
+        return state_->mode("slices");
+      case SDLK_F1:
+      case SDLK_F2:
+      case SDLK_F3:
+      case SDLK_F4:
+        return state_->preset(key - SDLK_F1);
+      case SDLK_PLUS:
+      case SDLK_KP_PLUS:
+      case SDLK_EQUALS:
+        return state_->threshold_by(kThresholdPerKey);
+      case SDLK_MINUS:
+      case SDLK_KP_MINUS:
+        return state_->threshold_by(-kThresholdPerKey);
+      case SDLK_LEFT:
+        return state_->turn(-kStepPx, 0);
+      case SDLK_RIGHT:
+        return state_->turn(kStepPx, 0);
+      case SDLK_UP:
+        return state_->turn(0, -kStepPx);
+      case SDLK_DOWN:
+        return state_->turn(0, kStepPx);
+      case SDLK_r:
+        return state_->reset();
+      default:
+        return std::nullopt;
+    }
+  }
+
+  void draw(std::int64_t now) {
+    PictureWindow::Texts texts{.condition = state_->condition(now), .title = state_->title(), .hint = kKeys};
+    if (!client_) {
+      texts.condition.word = DisplayState::Word::kLost;
+      texts.condition.text = "LOST";
+      texts.condition.reason = lost_reason_ + "; trying again";
+    }
+    const v1::CineStatus& cine = state_->cine();
+    if (cine.state() != v1::CineStatus::LIVE)
+      texts.on_bar = fmt::format("volume {} of {}, for all displays", cine.volume() + 1, cine.volumes());
+    if (const std::string refusal = state_->refusal(now); !refusal.empty()) {
+      texts.hint = refusal;
+      texts.hint_is_refusal = true;
+    }
+    window_.draw(texts);
+    drawn_ns_ = now;
+    dirty_ = false;
+  }
+
+  StreamClient::Config server_;
+  PictureWindow& window_;
+  std::unique_ptr<StreamClient> client_;  // null while the connection is lost
+  std::optional<DisplayState> state_;
+  double picture_width_ = 0;
+  double picture_height_ = 0;
+  std::string lost_reason_;
+  std::int64_t tried_ns_ = 0;
+  std::int64_t drawn_ns_ = 0;
+  bool dirty_ = true;
+  bool ended_ = false;
+};
+
+Result<void> view(const ViewOptions& options) {
+  auto server = options.client.config();
+  if (!server) return server.error();
+  if (server->name.empty()) server->name = "native display";
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  const auto window = PictureWindow::open("Fanlight", options.full_screen);
+  if (!window) return window.error();
+  return View(*server, **window).run();
+}
+
+int run(int argc, char** argv) {
+  CLI::App program(std::string("A native display of Fanlight: the picture in a window.\n\nKeys: ") + kKeys,
+                   "fanlight view");
+  ViewOptions options;
+  options.client.add_to(program);
+  program.add_flag("--full-screen", options.full_screen, "Take the whole screen");
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return program.exit(error) == 0 ? 0 : kUsageError;
+  }
+  if (const auto done = view(options); !done) {
+    std::fprintf(stderr, "fanlight view: %s\n", printable(done.error().message).c_str());
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace
+
+}  // namespace fanlight
+
+int main(int argc, char** argv) {
+  try {
+    return fanlight::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "fanlight view: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines over the four panes that move the planes, the depth scales, and the crop box with handles in all panes.
+import type { View } from "../generated/fanlight_pb.js";
+import { drawing } from "./element";
+import { pixelOfPoint } from "./measurement";
+import {
+  alongAxisMm,
+  boxNear,
+  depthTicks,
+  kCropFields,
+  kPlaneOf,
+  panesOf,
+  pixelAlong,
+  valueAlong,
+  withinPane,
+  type Axis,
+  type Pane,
+  type Place,
+} from "./plane_geometry";
+import type { SettingsEditor } from "./settings_editor";
+import { picturePixel, tidy, type PagePoint } from "./view_geometry";
+
+const kAxes: readonly Axis[] = ["x", "y", "z"];
+const kLeastBoxMm = 2;
+const kLeastPixelsPerMm = 0.3; // a face that looks at the viewer cannot be dragged in the 3D pane
+const kOpenMm = 1000;
+
+interface Drag {
+  moved(pixel: PagePoint): void;
+  ended?(pixel: PagePoint): void;
+}
+
+export class PlaneOverlay {
+  private view: View | undefined;
+  private fullWidth = 0;
+  private cropping = false;
+  private allowed = false;
+  private dragging = false;
+
+  constructor(
+    private readonly svg: SVGSVGElement,
+    private readonly canvas: HTMLCanvasElement,
+    private readonly editor: Pick<SettingsEditor, "number" | "choice" | "set">,
+  ) {}
+
+  /** The tool "Crop" was chosen, or left. */
+  chooseCrop(chosen: boolean): void {
+    this.cropping = chosen;
+    this.draw();
+  }
+
+  /** Whether this display may change the planes and the box. */
+  allow(may: boolean): void {
+    if (may === this.allowed) return;
+    this.allowed = may;
+    this.draw();
+  }
+
+  /** `fullWidth`: of the picture in its full size, which the view is of. */
+  show(view: View | undefined, fullWidth: number): void {
+    this.view = view;
+    this.fullWidth = fullWidth;
+    this.draw();
+  }
+
+  /** Opens all sides of the crop box. */
+  openBox(): void {
+    this.editor.set(
+      kAxes.flatMap((axis) => kCropFields[axis].map((name, high) => [name, high ? kOpenMm : -kOpenMm] as const)),
+    );
+  }
+
+  /** Draws the lines and handles for the values of the editor. */
+  draw(): void {
+    if (this.dragging) return; // the handle under the pointer stays the same element
+    this.svg.setAttribute("viewBox", `0 0 ${this.canvas.width} ${this.canvas.height}`);
+    const panes = panesOf(this.editor.choice("mode"), this.canvas);
+    const parts = panes.flatMap((pane) => [...this.scaleOf(pane), ...this.linesOf(pane)]);
+    if (this.cropping) parts.push(...panes.flatMap((pane) => this.boxIn(pane)), ...this.boxInSpace());
+    this.svg.replaceChildren(...parts);
+  }
+
+  private target(): Place {
+    const at = (axis: Axis) => this.editor.number(`camera.target_${axis}_mm`);
+    return { x: at("x"), y: at("y"), z: at("z") };
+  }
+
+  private fieldMm(): number {
+    return this.editor.number("camera.field_mm");
+  }
+
+  private scaleOf(pane: Pane): SVGElement[] {
+    const right = pane.part.left + pane.part.width;
+    return depthTicks(pane, this.target(), this.fieldMm()).flatMap(({ row, depthMm }, index) => {
+      const text = drawing("text", { class: "depth", x: right - 12, y: row + 4 });
+      text.textContent = index === 0 ? `${depthMm} mm` : String(depthMm);
+      return [drawing("path", { class: "depth", d: `M${right - 9} ${row}H${right - 2}` }), text];
+    });
+  }
+
+  /** In each pane, where the other two planes cut it. The plane follows when the line is let go. */
+  private linesOf(pane: Pane): SVGElement[] {
+    return [pane.right, pane.up.axis].flatMap((axis) => {
+      const isColumn = axis === pane.right;
+      const at = pixelAlong(pane, axis, this.target()[axis], this.target(), this.fieldMm());
+      const line = `plane plane-${kPlaneOf[axis]}`;
+      return this.draggable(line, lineIn(pane, isColumn, at), isColumn, (element) => ({
+        moved: (pixel) =>
+          element.setAttribute("d", lineIn(pane, isColumn, withinPane(pane, isColumn, along(isColumn, pixel)))),
+        ended: (pixel) => {
+          const place = withinPane(pane, isColumn, along(isColumn, pixel));
+          const value = valueAlong(pane, axis, place, this.target(), this.fieldMm());
+          this.editor.set([[`camera.target_${axis}_mm`, value]]);
+        },
+      }));
+    });
+  }
+
+  private boxIn(pane: Pane): SVGElement[] {
+    return [pane.right, pane.up.axis].flatMap((axis) =>
+      kCropFields[axis].flatMap((name) => {
+        const isColumn = axis === pane.right;
+        const raw = pixelAlong(pane, axis, this.editor.number(name), this.target(), this.fieldMm());
+        return this.draggable("crop", lineIn(pane, isColumn, withinPane(pane, isColumn, raw)), isColumn, (element) => ({
+          moved: (pixel) => {
+            const at = withinPane(pane, isColumn, along(isColumn, pixel));
+            element.setAttribute("d", lineIn(pane, isColumn, at));
+            this.crop(name, axis, valueAlong(pane, axis, at, this.target(), this.fieldMm()));
+          },
+        }));
+      }),
+    );
+  }
+
+  /** Sets one side; the box keeps a thickness. */
+  private crop(name: string, axis: Axis, value: number): void {
+    const [low, high] = kCropFields[axis];
+    const limit = this.editor.number(name === low ? high : low);
+    const allowed = name === low ? Math.min(value, limit - kLeastBoxMm) : Math.max(value, limit + kLeastBoxMm);
+    this.editor.set([[name, tidy(allowed)]]);
+  }
+
+  /** The edges of the box in the 3D picture, and a handle in the middle of each side that can be dragged there. */
+  private boxInSpace(): SVGElement[] {
+    if (this.editor.choice("mode") === "slice") return [];
+    const box = boxNear(this.target(), this.fieldMm(), (name) => this.editor.number(name));
+    const edges = kAxes.flatMap((axis) => {
+      const [first, second] = kAxes.filter((other) => other !== axis) as [Axis, Axis];
+      return [0, 1].flatMap((i) =>
+        [0, 1].map((j) => {
+          const corner = (side: 0 | 1): Place => {
+            const place = { x: 0, y: 0, z: 0 };
+            place[axis] = box[axis][side];
+            place[first] = box[first][i]!;
+            place[second] = box[second][j]!;
+            return place;
+          };
+          return [this.pixelOf(corner(0)), this.pixelOf(corner(1))] as const;
+        }),
+      );
+    });
+    const d = edges.map(([from, to]) => (from && to ? `M${from.x} ${from.y}L${to.x} ${to.y}` : "")).join("");
+    return [drawing("path", { class: "box", d }), ...kAxes.flatMap((axis) => this.facesAlong(axis, box))];
+  }
+
+  private facesAlong(axis: Axis, box: Record<Axis, [number, number]>): SVGElement[] {
+    return kCropFields[axis].flatMap((name, side) => {
+      const middle = { x: 0, y: 0, z: 0 };
+      for (const each of kAxes) middle[each] = each === axis ? box[each][side]! : (box[each][0] + box[each][1]) / 2;
+      const at = this.pixelOf(middle);
+      const further = this.pixelOf({ ...middle, [axis]: middle[axis] + 1 });
+      if (!at || !further) return [];
+      const perMm = { x: further.x - at.x, y: further.y - at.y };
+      if (Math.hypot(perMm.x, perMm.y) < kLeastPixelsPerMm) return [];
+      const handle = drawing("circle", { class: "face", cx: at.x, cy: at.y, r: 7 });
+      let from = { x: at.x, y: at.y };
+      this.connect(handle, {
+        began: (pixel) => (from = pixel),
+        moved: (pixel) => {
+          const mm = alongAxisMm({ x: pixel.x - from.x, y: pixel.y - from.y }, perMm);
+          handle.setAttribute("cx", String(at.x + mm * perMm.x));
+          handle.setAttribute("cy", String(at.y + mm * perMm.y));
+          this.crop(name, axis, middle[axis] + mm);
+        },
+      });
+      return [handle];
+    });
+  }
+
+  /** In pixels of the canvas, which may be smaller than the full size that the view is of. */
+  private pixelOf({ x, y, z }: Place): PagePoint | undefined {
+    const full = this.view && pixelOfPoint([x, y, z], this.view);
+    const share = this.canvas.width / (this.fullWidth || this.canvas.width);
+    return full && { x: full.x * share, y: full.y * share };
+  }
+
+  /** A thin line, and a wide invisible one that is easy to take. */
+  private draggable(name: string, d: string, isColumn: boolean, drag: (line: SVGElement) => Drag): SVGElement[] {
+    const line = drawing("path", { class: name, d });
+    const grip = drawing("path", { class: `grip ${isColumn ? "column" : "row"}`, d });
+    grip.dataset.line = name;
+    this.connect(grip, drag(line));
+    return [line, grip];
+  }
+
+  private connect(grip: SVGElement, drag: Drag & { began?(pixel: PagePoint): void }): void {
+    if (!this.allowed) return grip.classList.add("idle");
+    const at = (event: PointerEvent) => picturePixel({ x: event.clientX, y: event.clientY }, this.canvas);
+    grip.onpointerdown = (event) => {
+      if (event.button !== 0) return;
+      grip.setPointerCapture(event.pointerId);
+      this.dragging = true;
+      drag.began?.(at(event));
+      event.preventDefault();
+    };
+    grip.onpointermove = (event) => {
+      if (this.dragging && grip.hasPointerCapture(event.pointerId)) drag.moved(at(event));
+    };
+    grip.onpointerup = grip.onpointercancel = (event) => {
+      if (!this.dragging) return;
+      this.dragging = false;
+      if (event.type === "pointerup") drag.ended?.(at(event));
+      this.draw();
+    };
+  }
+}
+
+function along(isColumn: boolean, pixel: PagePoint): number {
+  return isColumn ? pixel.x : pixel.y;
+}
+
+function lineIn({ part }: Pane, isColumn: boolean, at: number): string {
+  return isColumn ? `M${at} ${part.top}v${part.height}` : `M${part.left} ${at}h${part.width}`;
+}
