@@ -293,7 +293,12 @@ test("nothing violates the accessibility rules A and AA, at rest, with all group
       for (const group of form.querySelectorAll("details")) group.open = true;
     });
     await press(viewer, "i");
-    await check("with all groups open");
+    await viewer.page.locator("#own-presets").evaluate((details) => (details.open = true));
+    await press(viewer, "4");
+    await press(viewer, "c");
+    await check("with all groups open, four panes and the crop box");
+    await press(viewer, "1");
+    await press(viewer, "l");
     await press(viewer, " ");
     await waitForWord(viewer, "Frozen");
     await check("frozen");

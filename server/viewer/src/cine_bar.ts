@@ -22,10 +22,14 @@ export class CineBar {
   private dragging = false;
   private askedMs = 0;
   private lastId = 0n;
+  private mayAsk = false;
+  private held = false;
 
+  /** `hold`: keeps the picture of this display alone, for those who may not freeze that of all. */
   constructor(
     root: HTMLElement,
     private readonly send: (requestId: bigint, wish: Wish, value: number) => void,
+    private readonly hold: (held: boolean) => void,
   ) {
     const part = <T extends Element>(name: string): T => root.querySelector<T>(`[data-cine="${name}"]`)!;
     this.freeze = part("freeze");
@@ -45,7 +49,7 @@ export class CineBar {
   }
 
   get mayFreeze(): boolean {
-    return !this.freeze.disabled;
+    return this.mayAsk;
   }
 
   /** Frozen on one volume: it can be measured. */
@@ -57,9 +61,16 @@ export class CineBar {
     return this.status !== undefined && this.status.state !== State.LIVE;
   }
 
-  /** Freezes, or goes live again. */
+  /** Freezes all displays, or shows new volumes on them; where that is not allowed, this display alone. */
   toggle(): void {
-    if (!this.freeze.disabled) this.ask(this.isFrozen ? Wish.LIVE : Wish.FREEZE);
+    if (this.freeze.disabled) return;
+    if (this.held || !this.mayAsk) return this.holdHere(!this.held);
+    this.ask(this.isFrozen ? Wish.LIVE : Wish.FREEZE);
+  }
+
+  /** Call at the start of a session. */
+  start(): void {
+    this.holdHere(false);
   }
 
   step(volumes: number): void {
@@ -72,8 +83,7 @@ export class CineBar {
 
   tell(status: CineStatus): void {
     this.status = status;
-    this.freeze.ariaPressed = String(this.isFrozen);
-    write(this.freeze, this.isFrozen ? "Live again" : "Freeze");
+    this.showFreeze();
     this.bar.hidden = !this.isFrozen;
     if (!this.isFrozen) return;
     write(this.main, status.state === State.PLAYING ? "Pause" : "Play");
@@ -81,16 +91,33 @@ export class CineBar {
     this.place.max = String(status.volumes - 1);
     if (!this.dragging) this.place.value = String(status.volume);
     this.place.ariaValueText = cineText(status);
-    this.allow(this.mayFreeze);
+    this.allow(this.mayAsk);
     if (document.activeElement !== this.speed) this.speed.value = String(status.speed);
   }
 
-  /** Whether this display may freeze now. */
-  allow(may: boolean): void {
-    this.freeze.disabled = !may;
+  /** Whether this display may freeze all displays now; `open`: there is a session. */
+  allow(may: boolean, open = may): void {
+    this.mayAsk = may;
+    // What is frozen for all cannot be frozen once more here.
+    this.freeze.disabled = !(may || (open && (this.held || !this.isFrozen)));
+    this.showFreeze();
     const single = (this.status?.volumes ?? 0) < 2; // there is nothing to step to
     for (const control of this.bar.querySelectorAll<HTMLButtonElement>("[data-cine]"))
       control.disabled = !may || single;
+  }
+
+  private holdHere(held: boolean): void {
+    this.held = held;
+    this.hold(held);
+    this.showFreeze(); // the page shows the state several times a second anyway
+  }
+
+  private showFreeze(): void {
+    const frozen = this.held || this.isFrozen;
+    this.freeze.ariaPressed = String(frozen);
+    write(this.freeze, frozen ? "Live again" : this.mayAsk ? "Freeze" : "Freeze here");
+    const whose = this.mayAsk && !this.held ? "for all displays" : "on this display only: others go on";
+    this.freeze.title = frozen ? "Shows new pictures again (Space)" : `Holds the picture ${whose} (Space)`;
   }
 
   private drag(nowMs: number): void {

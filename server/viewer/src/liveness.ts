@@ -14,6 +14,8 @@ export interface LivenessNews {
   detail: string;
   /** Of a frozen picture: it is one of a recording. */
   isReplay?: boolean;
+  /** Of a frozen picture: it is frozen on this display alone. */
+  isOwn?: boolean;
 }
 
 const kTitles: Record<Liveness_Cause, string> = {
@@ -39,6 +41,7 @@ export class LivenessWatch {
   private told: Liveness | undefined;
   private heardMs = 0;
   private capturedServerMs: number | undefined;
+  private held = false;
 
   /** `serverMs` converts a time of the page to the server's clock; undefined while that is unknown. */
   constructor(private readonly serverMs: (pageMs: number) => number | undefined) {}
@@ -52,6 +55,11 @@ export class LivenessWatch {
   /** Call for each message of the server. */
   heard(nowMs: number): void {
     this.heardMs = nowMs;
+  }
+
+  /** This display keeps its picture, whatever the server shows. */
+  hold(held: boolean): void {
+    this.held = held;
   }
 
   tell(liveness: Liveness): void {
@@ -72,6 +80,7 @@ export class LivenessWatch {
       const detail = `Nothing has come from it for ${duration(silentMs / 1000)}.`;
       return { ...still, title: "The server does not answer", detail };
     }
+    if (this.held && shown) return { state: "frozen", ageMs, title: "", detail: "", isOwn: true };
     const { cause, sentence, state } = this.told ?? {};
     if (state === Liveness_State.FROZEN && shown) {
       const title = cause ? kTitles[cause] : "";
@@ -128,8 +137,9 @@ export function ageText(ageMs: number | undefined): string {
 }
 
 /** The mark on a picture: "Lost, 48 s old", "Delayed 3.1 s", "Replay"; empty on a live one. */
-export function markText({ state, ageMs, isReplay }: LivenessNews): string {
+export function markText({ state, ageMs, isReplay, isOwn }: LivenessNews): string {
   if (state === "live") return "";
+  if (isOwn) return `Frozen on this display only${ageMs === undefined ? "" : `, ${duration(ageMs / 1000)} old`}`;
   if (isReplay) return `${stateWord(state)}, replay`;
   if (ageMs === undefined) return stateWord(state);
   return state === "delayed" ? `Delayed ${ageText(ageMs)}` : `${stateWord(state)}, ${duration(ageMs / 1000)} old`;

@@ -144,8 +144,10 @@ const ownView: OwnView = new OwnView(page.ownView, {
     ownViewChosen();
   },
 });
-const cineBar = new CineBar(page.cine, (requestId, wish, value) =>
-  connection.send({ case: "cine", value: { requestId, wish, value } }),
+const cineBar = new CineBar(
+  page.cine,
+  (requestId, wish, value) => connection.send({ case: "cine", value: { requestId, wish, value } }),
+  (held) => [view, liveness].forEach((part) => part.hold(held)),
 );
 const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   hello: () => hello,
@@ -258,6 +260,7 @@ function begin(newHello: Hello): void {
     controls = new Controls(page.form, editor, effects, newHello, defaults, probePanel.group.root, measured);
   }
   hello = newHello;
+  cineBar.start();
   overlay.measurement.forget();
   quickPanel.start(hello);
   if (hello.control) controlTold(hello.control);
@@ -374,9 +377,11 @@ function showCondition(change: Partial<Condition>): void {
   Object.assign(condition, change, { probe: probe.news(nowMs), liveness: liveness.news(nowMs) });
   // After a probe's return only a volume from after it is live.
   if (condition.liveness.state === "live" && !probe.isLive()) condition.liveness.state = "not-live";
-  for (const bar of [recordingBar, replayBar, cineBar]) bar.allow(condition.connection.state === "open" && mayChange);
-  page.findSurface.disabled = condition.connection.state !== "open" || !mayChange || ownView.wanted;
-  const closed = condition.connection.state !== "open" || !(mayChange || ownView.wanted);
+  const open = condition.connection.state === "open";
+  for (const bar of [recordingBar, replayBar]) bar.allow(open && mayChange);
+  cineBar.allow(open && mayChange && !ownView.wanted, open);
+  page.findSurface.disabled = !open || !mayChange || ownView.wanted;
+  const closed = !open || !(mayChange || ownView.wanted);
   page.form.inert = page.resetView.disabled = closed;
   quickPanel.allow(!closed, ownView.wanted);
   overlay.allow(!closed, ownView.wanted);

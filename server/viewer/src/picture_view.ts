@@ -6,6 +6,7 @@ import { FilmDecoder } from "./film_decoder";
 export class PictureView {
   private decoding = false;
   private waiting: Picture | undefined;
+  private held = false;
   private readonly context: CanvasRenderingContext2D;
   private readonly film: FilmDecoder;
 
@@ -20,14 +21,22 @@ export class PictureView {
     if (!context) throw new Error("This browser has no 2D canvas.");
     this.context = context;
     this.film = new FilmDecoder((frame, picture) => {
+      if (this.held) return;
       this.draw(frame, frame.displayWidth, frame.displayHeight);
       this.shown(picture);
     }, filmFailed);
   }
 
+  /** Keeps the picture on this display as it is; a film is decoded on, since its next pictures depend on these. */
+  hold(held: boolean): void {
+    this.held = held;
+    if (held) this.waiting = undefined;
+  }
+
   show(picture: Picture): void {
     if (picture.h264.length > 0) return this.film.decode(picture);
     this.film.end();
+    if (this.held) return;
     this.waiting = picture;
     if (!this.decoding) void this.decode();
   }
@@ -39,6 +48,7 @@ export class PictureView {
       this.waiting = undefined;
       try {
         const bitmap = await createImageBitmap(blobOf(picture));
+        if (this.held) continue;
         this.draw(bitmap, bitmap.width, bitmap.height);
         bitmap.close();
         this.shown(picture);

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tests the tools of the page in Chromium against the real server: planes and crop box, notes, saved presets, clips,
+// and what a display may do that is not in control. Variables: see viewer_test.mjs.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+import { setTimeout as pause } from "node:timers/promises";
+import { until } from "./viewer_page.mjs";
+import { withPage } from "./with_page.mjs";
+
+const kMovingSource = "phantom:rate=20,speckle=off";
+const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:volumes=1,rate=20";
+
+const press = (viewer, key) => viewer.page.keyboard.press(key);
+const click = (viewer, selector) => viewer.page.locator(selector).click();
+const grip = (viewer, line, nth) => viewer.page.locator(`#planes [data-line="${line}"]`).nth(nth);
+
+/** Drags from a point of the page by a way; `expected` waits for what that changes. */
+async function dragFrom(viewer, { x, y }, right, down) {
+  const { mouse } = viewer.page;
+  await mouse.move(x, y);
+  await mouse.down();
+  await mouse.move(x + right / 2, y + down / 2, { steps: 4 });
+  await mouse.move(x + right, y + down, { steps: 4 });
+  await mouse.up();
+}
+
+/** A point of a line's grip, a share of its length from its start. */
+async function pointOf(locator, share) {
+  const { x, y, width, height } = await locator.boundingBox();
+  return width > height ? { x: x + share * width, y: y + height / 2 } : { x: x + width / 2, y: y + share * height };
+}
+
+function reaches(viewer, field, value, least = 1) {
+  return until(
+    `${field} near ${value}`,
+    () => viewer.field(field),
+    (now) => Math.abs(now - value) < least,
+  );
+}
+
+test("the lines of four panes move the planes, and the panes have depth scales", async () => {
+  await withPage("planes", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    await press(viewer, "4");
+    await viewer.settled();
+    const { height } = await viewer.page.locator("#picture").boundingBox();
+    const mmPerPixel = (await viewer.field("camera.field_mm")) / (height / 2);
+    const x = await viewer.field("camera.target_x_mm");
+    const y = await viewer.field("camera.target_y_mm");
+    // Pane A: the first line is plane B, across; the second one C, in depth.
+    await dragFrom(viewer, await pointOf(grip(viewer, "plane plane-B", 0), 0.2), 30, 0);
+    await reaches(viewer, "camera.target_x_mm", x + 30 * mmPerPixel);
+    await dragFrom(viewer, await pointOf(grip(viewer, "plane plane-C", 0), 0.2), 0, -20);
+    await reaches(viewer, "camera.target_y_mm", y - 20 * mmPerPixel);
+    const ticks = await viewer.page.locator("#planes text.depth").allTextContents();
+    assert.ok(ticks.length >= 6 && ticks.some((text) => / mm$/.test(text)), ticks.join());
+    await press(viewer, "1");
+    await viewer.settled();
+    assert.equal(await viewer.page.locator("#planes .grip").count(), 0);
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
+test("the crop box has handles in all four panes, and opens again", async () => {
+  await withPage("crop", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    await press(viewer, "4");
+    await press(viewer, "c");
+    await viewer.settled();
+    assert.equal(await viewer.page.locator('#planes [data-line="crop"]').count(), 12, "four sides in three panes");
+    const { width } = await viewer.page.locator("#picture").boundingBox();
+    const mmPerPixel = (await viewer.field("camera.field_mm")) / (width / 2);
+    const left = (await viewer.field("camera.target_x_mm")) - (width / 4) * mmPerPixel;
+    await dragFrom(viewer, await pointOf(grip(viewer, "crop", 0), 0.3), 60, 0);
+    await reaches(viewer, "crop.left_mm", left + 60 * mmPerPixel, 3);
+    const [before, number] = [await viewer.field("crop.right_mm"), await viewer.page.locator("#planes .face").count()];
+    assert.ok(number >= 4, `${number} handles in the 3D pane`);
+    const { x, y } = await viewer.page.locator("#planes .face").nth(1).boundingBox();
+    await dragFrom(viewer, { x: x + 6, y: y + 6 }, -40, 0);
+    await until(
+      "the right side",
+      () => viewer.field("crop.right_mm"),
+      (now) => now < before,
+    );
+    await viewer.settled();
+    await viewer.screenshot("crop-box");
+    await click(viewer, "#open-box");
+    await reaches(viewer, "crop.left_mm", -1000);
+    await reaches(viewer, "crop.right_mm", 1000);
+    await press(viewer, "z");
+    await reaches(viewer, "crop.left_mm", left + 60 * mmPerPixel, 3);
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
+test("notes stand on the picture and its still, which needs no scale", async () => {
+  await withPage("notes", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    const note = async (text) => {
+      const input = viewer.page.locator("#picture-notes input");
+      await input.waitFor();
+      await input.fill(text);
+      await input.press("Enter");
+    };
+    await press(viewer, "n");
+    const { x, y, width, height } = await viewer.page.locator("#picture").boundingBox();
+    await viewer.page.mouse.click(x + 0.3 * width, y + 0.2 * height);
+    await note("left hand"); // its letters are no keys of the page
+    assert.equal(await viewer.page.locator("#picture-notes button").textContent(), "left hand");
+    assert.equal(await viewer.page.locator('#tools input[value="note"]').isChecked(), true);
+    const stillHeight = async () => {
+      const saved = viewer.page.waitForEvent("download");
+      await click(viewer, "#still");
+      return readFileSync(await (await saved).path()).readUInt32BE(20);
+    };
+    const withScale = await stillHeight();
+    await click(viewer, "#still-facts");
+    const without = await stillHeight();
+    assert.equal(without, await viewer.page.locator("#picture").evaluate((canvas) => canvas.height));
+    assert.ok(withScale > without);
+    await click(viewer, "#picture-notes button");
+    await note("");
+    assert.equal(await viewer.page.locator("#picture-notes > *").count(), 0, "an empty text removes the note");
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
+test("a preset is saved for all displays, survives the server, and goes to a file and back", async () => {
+  const folder = mkdtempSync(join(tmpdir(), "presets_"));
+  const file = join(folder, "saved", "presets.json");
+  const steps = async (viewer, server) => {
+    const buttons = (of = viewer) => of.page.locator("#presets button").allTextContents();
+    const hasButton = (name, of = viewer) =>
+      until(
+        name,
+        () => buttons(of),
+        (texts) => texts.includes(name),
+      );
+    await viewer.firstPicture();
+    await viewer.page.locator('[data-quick="detector.threshold"]').fill("33");
+    await viewer.settled();
+    await click(viewer, "#own-presets summary");
+    await viewer.page.locator("#own-presets [type=text]").fill("bright skin");
+    await viewer.page.locator("#own-presets [type=text]").press("Enter");
+    await hasButton("bright skin");
+    const other = await server.openPage();
+    await hasButton("bright skin", other);
+    await other.page.close();
+    await click(viewer, '[data-preset="bone"]');
+    await viewer.settled();
+    await click(viewer, '#presets button[value="bright skin"]');
+    await viewer.settled();
+    assert.equal(await viewer.field("detector.threshold"), 33);
+
+    const saved = viewer.page.waitForEvent("download");
+    await click(viewer, '[data-preset-wish="export"]');
+    const path = await (await saved).path();
+    const json = JSON.parse(readFileSync(path, "utf8"));
+    assert.equal(json.detector.threshold, 33);
+    assert.equal(json.mode, "surface", "a choice by its name");
+    assert.equal(json.camera, undefined, "the view is no part of a preset");
+    await viewer.page.locator("#own-presets [type=text]").fill("from a file");
+    await viewer.page.locator("#own-presets [type=file]").setInputFiles(path);
+    await hasButton("from a file");
+    await viewer.page
+      .locator("#own-presets [type=file]")
+      .setInputFiles({ name: "x.json", mimeType: "application/json", buffer: Buffer.from('{"no": 1}') });
+    await until(
+      "a refusal",
+      () => viewer.page.locator("#refusal > span").textContent(),
+      (text) => /no field no/.test(text),
+    );
+
+    await viewer.page.locator("#own-presets [type=text]").fill("bright skin");
+    await click(viewer, '[data-preset-wish="remove"]');
+    await until("one preset less", buttons, (texts) => !texts.includes("bright skin"));
+    await until(
+      "the file",
+      () => existsSync(file) && readFileSync(file, "utf8"),
+      (text) => text && !text.includes("bright skin"),
+    );
+    await server.end();
+    await server.restart();
+    await until(
+      "the connection",
+      () => viewer.connection(),
+      (state) => state === "open",
+    );
+    await hasButton("from a file");
+    await viewer.page.locator("#own-presets [type=text]").fill("bone");
+    await viewer.page.locator("#own-presets [type=text]").press("Enter");
+    await until(
+      "a refusal",
+      () => viewer.page.locator("#refusal > span").textContent(),
+      (text) => /Bone is a built-in preset/.test(text),
+    );
+  };
+  try {
+    await withPage("own-presets", kStillSource, steps, ["--presets", file]);
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+});
+
+test("a clip is an MP4 file of the pictures as they came", async () => {
+  await withPage("clip", kMovingSource, async (viewer) => {
+    await viewer.firstPicture();
+    await press(viewer, "v");
+    await until(
+      "some seconds",
+      () => viewer.page.locator("#clip").textContent(),
+      (text) => /Stop clip [3-9] s/.test(text),
+    );
+    const saved = viewer.page.waitForEvent("download");
+    await click(viewer, "#clip");
+    const download = await saved;
+    assert.match(download.suggestedFilename(), /^fanlight-.*\.mp4$/);
+    const probe = JSON.parse(
+      execFileSync("ffprobe", ["-v", "error", "-count_frames", "-show_streams", "-of", "json", await download.path()]),
+    ).streams[0];
+    assert.equal(probe.codec_name, "h264");
+    assert.ok(Number(probe.duration) > 1.5, probe.duration);
+    assert.ok(Number(probe.nb_read_frames) >= 3, probe.nb_read_frames);
+    assert.equal(probe.width, await viewer.page.locator("#picture").evaluate((canvas) => canvas.width));
+    assert.equal(await viewer.page.locator("#codec").inputValue(), "0", "the stream is as it was chosen");
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
+test("a display without control freezes its own picture only, and says so", async () => {
+  await withPage("own-freeze", kMovingSource, async (viewer, server) => {
+    await viewer.firstPicture();
+    await viewer.page.locator('[data-quick="finish.exposure"]').fill("60"); // takes control
+    await viewer.settled();
+    const other = await server.openPage();
+    await other.firstPicture();
+    const freeze = other.page.locator('[data-cine="freeze"]');
+    await until(
+      "the other's button",
+      () => freeze.textContent(),
+      (text) => text.trim() === "Freeze here",
+    );
+    await other.page.keyboard.press(" ");
+    await until(
+      "its mark",
+      () => other.page.locator("#not-live").textContent(),
+      (text) => /^Frozen on this display only/.test(text),
+    );
+    const kept = await other.number("volume-id");
+    const others = await viewer.number("volume-id");
+    await until(
+      "the first goes on",
+      () => viewer.number("volume-id"),
+      (id) => id > others + 3,
+    );
+    assert.equal(await other.number("volume-id"), kept);
+    await other.screenshot("frozen-here");
+    await freeze.click();
+    await until(
+      "new volumes",
+      () => other.number("volume-id"),
+      (id) => id > kept + 3,
+    );
+    assert.deepEqual(other.consoleProblems, []);
+    await other.page.close();
+  });
+});
+
+test("an own light works on the default source, and a refusal names fields as the page does", async () => {
+  await withPage("own-light", "phantom:", async (viewer) => {
+    await viewer.firstPicture();
+    await click(viewer, "#own-view input");
+    await viewer.drag([0.2, 0.2], [0.6, 0.3]);
+    await viewer.settled();
+    assert.equal(await viewer.page.locator("#refusal").isVisible(), false);
+    const volume = await viewer.number("volume-id");
+    await until(
+      "own pictures of new volumes",
+      () => viewer.number("volume-id"),
+      (id) => id > volume + 2,
+    );
+  });
+});
+
+test("with forced colours what is chosen stays visible", async () => {
+  await withPage("forced-colours", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    await viewer.page.emulateMedia({ forcedColors: "active" });
+    await press(viewer, "4");
+    await press(viewer, "c");
+    await viewer.settled();
+    await pause(200);
+    const colourOf = (selector) =>
+      viewer.page
+        .locator(selector)
+        .first()
+        .evaluate((part) => getComputedStyle(part).backgroundColor);
+    const chosen = await colourOf("#tools label:has(input:checked) span");
+    const other = await colourOf("#tools label:not(:has(input:checked)) span");
+    assert.notEqual(chosen, other, "the chosen tool looks like the others");
+    await viewer.screenshot("forced-colours-crop");
+    await viewer.page.emulateMedia({ forcedColors: "none" });
+  });
+});
