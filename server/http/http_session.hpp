@@ -38,6 +38,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     bool hsts;           ///< tell browsers to come over TLS only
     bool loopback_only;  ///< the server listens on loopback, and requests must name a loopback host
     RestApi& rest_api;
+    PictureDemand& demand;
     MetricsSources metrics;
     const StreamSession::Dependencies& stream;
   };

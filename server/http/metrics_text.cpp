@@ -47,6 +47,10 @@ std::string metrics_text(const MetricsSources& sources) {
       family("fanlight_picture_age_seconds",
              "From the capture of the newest picture's volume to now; -1 before the first picture",
              prometheus::MetricType::Gauge, liveness.age_s));
+  families.push_back(family("fanlight_picture_resting",
+                            "1 while nothing is rendered since nobody looks: the picture is then not live",
+                            prometheus::MetricType::Gauge,
+                            liveness.state == PictureLiveness::State::kResting ? 1 : 0));
   families.push_back(family("fanlight_replay", "1 while the source is a recording, 0 while it is live",
                             prometheus::MetricType::Gauge, sources.replay.is_replay() ? 1 : 0));
   const RecordingStatus& recording = sources.recording.status();

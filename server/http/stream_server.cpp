@@ -112,6 +112,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                          .hsts = config.hsts,
                          .loopback_only = config.endpoint.address().is_loopback(),
                          .rest_api = rest_api_,
+                         .demand = demand_,
                          .metrics = {.pipeline = dependencies_.pipeline,
                                      .counters = dependencies_.counters,
                                      .probe = probe_,

@@ -61,6 +61,10 @@ export class ServerProcess {
     return this.#output;
   }
 
+  get pid() {
+    return this.#process.pid;
+  }
+
   /** Sends the signal, such as SIGSTOP, and does not wait. */
   send(signal) {
     this.#process.kill(signal);

@@ -80,12 +80,12 @@ TEST_F(PresetStoreTest, RefusesNamesAndValues) {
 }
 
 TEST_F(PresetStoreTest, AnAdminsPresetIsTheAdmins) {
-  ASSERT_TRUE(store_.save("house", threshold(50), kAdmin));
+  ASSERT_TRUE(store_.save("ward", threshold(50), kAdmin));
   const std::string refused =
-      "an admin has saved the preset house, expected an admin to change it, or another name";
-  EXPECT_EQ(refusal(store_.save("house", threshold(51), kOperator)), refused);
-  EXPECT_EQ(refusal(store_.remove("house", kOperator)), refused);
-  EXPECT_EQ(refusal(store_.remove("house", kAdmin)), "");
+      "an admin has saved the preset ward, expected an admin to change it, or another name";
+  EXPECT_EQ(refusal(store_.save("ward", threshold(51), kOperator)), refused);
+  EXPECT_EQ(refusal(store_.remove("ward", kOperator)), refused);
+  EXPECT_EQ(refusal(store_.remove("ward", kAdmin)), "");
 }
 
 TEST_F(PresetStoreTest, HoldsAHundred) {
@@ -97,7 +97,7 @@ TEST_F(PresetStoreTest, HoldsAHundred) {
 }
 
 TEST_F(PresetStoreTest, ReadsWhatItHasWritten) {
-  ASSERT_TRUE(store_.save("house \"quoted\"", threshold(50), kAdmin));
+  ASSERT_TRUE(store_.save("ward \"quoted\"", threshold(50), kAdmin));
   ASSERT_TRUE(store_.save("Gesicht für Ärzte", scene_message(Scene{}), kOperator));
   std::ofstream(file_) << store_.json();
   PresetStore other;
