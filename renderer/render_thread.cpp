@@ -97,6 +97,7 @@ bool RenderThread::recover_within_memory(const Error& cause, const std::stop_tok
 
 Result<void> RenderThread::step() {
   take_scene();
+  look_for_audience();
   take_cine_orders();
   if (auto taken = take_private_views(); !taken) return taken;
   const bool private_turn =
@@ -150,6 +151,18 @@ void RenderThread::measure_busy() {
   busy_ns_ = 0;
 }
 
+/// Whoever comes after a rest has no picture yet, whether or not a newer volume has come meanwhile.
+void RenderThread::look_for_audience() {
+  if (to_.audience == nullptr) return;
+  const std::uint64_t arrivals = to_.audience->arrivals();
+  if (std::exchange(arrivals_seen_, arrivals) == arrivals) return;
+  if (cine_.is_frozen()) {
+    cine_.forget_loaded();
+  } else {
+    volume_due_ = static_cast<bool>(volume_);
+  }
+}
+
 void RenderThread::take_cine_orders() {
   if (cine_.take_orders(volume_ ? &*volume_ : nullptr, now_ns())) volume_due_ = true;
   // The newest volume was to be loaded again: as a kept one now.
@@ -158,7 +171,7 @@ void RenderThread::take_cine_orders() {
 
 /// Whether take_volume() has one to load as soon as the renderer wants one.
 bool RenderThread::volume_waits() const {
-  return cine_.is_frozen() ? cine_.due() != nullptr : to_.ring.has_published();
+  return cine_.is_frozen() ? cine_.due() != nullptr && is_watched() : to_.ring.has_published();
 }
 
 Result<void> RenderThread::take_volume() {
@@ -166,7 +179,7 @@ Result<void> RenderThread::take_volume() {
   if (cine_.is_frozen()) {
     // New volumes wait in the ring, where they are replaced by newer ones.
     const Volume* const due = cine_.due();
-    return due != nullptr ? load_kept(*due) : Result<void>{};
+    return due != nullptr && is_watched() ? load_kept(*due) : Result<void>{};
   }
   if (to_.ring.has_published()) {
     volume_ = {};  // a reader holds one at a time
@@ -174,7 +187,6 @@ Result<void> RenderThread::take_volume() {
     if (volume_ && is_watched()) return load(Renderer::Loading::kNew);
     if (!volume_) return {};
     to_.counters.volumes_unwatched.add();
-    volume_due_ = true;  // whoever comes sees it at once
   } else if (volume_due_ && volume_ && is_watched()) {
     return load(Renderer::Loading::kAgain);
   }

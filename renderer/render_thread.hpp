@@ -85,6 +85,7 @@ class RenderThread {
   void follow_geometry(const Volume& volume);
   bool volume_waits() const;
   bool is_watched() const { return to_.audience == nullptr || to_.audience->present(); }
+  void look_for_audience();
   void take_cine_orders();
   void take_frames();
   Result<void> take_private_views();
@@ -120,11 +121,12 @@ class RenderThread {
   Cine cine_;
   PrivateViews views_;
   LossRecord losses_;
-  std::size_t short_in_a_row_ = 0;  // volumes for which there was no memory
-  bool remade_for_memory_ = false;  // and no volume was loaded since
-  bool volume_due_ = false;         // the renderer is new, and has no volume yet
-  bool views_due_ = false;          // nor its private views
-  bool was_busy_ = false;           // at the last measure_busy()
+  std::size_t short_in_a_row_ = 0;   // volumes for which there was no memory
+  bool remade_for_memory_ = false;   // and no volume was loaded since
+  bool volume_due_ = false;          // the renderer is new, and has no volume yet
+  bool views_due_ = false;           // nor its private views
+  bool was_busy_ = false;            // at the last measure_busy()
+  std::uint64_t arrivals_seen_ = 0;  // Audience::arrivals() at the last look_for_audience()
   DeviceDisposal disposal_;
   HealthReporter health_;
 

@@ -5,8 +5,8 @@
 
 namespace fanlight {
 
-/// Gives the private views a share of the time where the main view would take all of it. They have turns: in
-/// a turn the main view finishes what is under way and begins nothing, until one private picture is finished.
+/// Gives the private views a share of the time where the main view would take all of it. They have turns:in a
+/// turn the main view finishes what is under way and takes no volume, until one private picture is finished.
 /// After a turn the main view has the device to itself for kMainTimes as long. Outside of turns private views
 /// draw while the main view has nothing to do. Pure logic: time is a parameter. Render thread only.
 class PrivateShare {

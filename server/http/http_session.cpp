@@ -301,7 +301,7 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
         "/api/presets, /api/recording, /api/replay or /api/cine");
   }
   // Whoever loads the page connects as a display next: its first picture is rendered meanwhile.
-  if (path == "/") dependencies_.demand.asked(now_ns());
+  if (path == "/" && !dependencies_.access.asks()) dependencies_.demand.asked(now_ns());
   const bool compressed = accepts_gzip(request);
   Response response =
       response_with(http::status::ok, content_type(name), std::string(compressed ? file->gzip : file->bytes));

@@ -50,7 +50,7 @@ void LivenessWatch::wait() {
 
 void LivenessWatch::update() {
   PictureLiveness& liveness = dependencies_.liveness;
-  const bool demand_changed = dependencies_.demand.update(dependencies_.sessions.all().size(),
+  const bool demand_changed = dependencies_.demand.update(dependencies_.sessions.open_count(),
                                                           dependencies_.recording.is_active(), now_ns());
   if (demand_changed && dependencies_.demand.resting()) dependencies_.hub.forget_main_view();
   if (dependencies_.health != nullptr) {

@@ -232,7 +232,9 @@ RestApi::Response RestApi::change_presets(const Request& request, const Principa
     return value.is_string() ? value.get<std::string>() : std::string();
   };
   v1::PresetRequest wish;
-  const bool removes = !text_of("remove").empty();
+  const bool removes = parsed.is_object() && parsed.contains("remove");
+  if (!parsed.is_object() || parsed.contains("save") == removes)
+    return refused(http::status::bad_request, R"(expected {"save": NAME} or {"remove": NAME})", {});
   if (removes) {
     wish.set_remove(text_of("remove"));
   } else {
@@ -240,7 +242,7 @@ RestApi::Response RestApi::change_presets(const Request& request, const Principa
   }
   const std::string name = printable(removes ? wish.remove() : wish.save().name());
   const json details = {{removes ? "remove" : "save", name}};
-  if (!removes && parsed.is_object() && parsed.contains("scene")) {
+  if (!removes && parsed.contains("scene")) {
     auto scene = scene_change_from_json(parsed["scene"]);
     if (!scene) return refused(http::status::bad_request, scene.error().message, details);
     *wish.mutable_save()->mutable_scene() = *std::move(scene);
@@ -308,8 +310,8 @@ void RestApi::picture(const Principal& principal, const std::function<void(Respo
                       std::int64_t now_ns) {
   dependencies_.demand.asked(now_ns);
   if (dependencies_.hub.newest_picture() != nullptr) return encode_picture(principal, answer);
-  const bool was_resting = dependencies_.demand.resting();
-  if (!was_resting || waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
+  const bool is_coming = dependencies_.demand.resting() || !waiting_.empty();
+  if (!is_coming || waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
   waiting_.push_back({principal, answer, now_ns + kMostWaitNs});
 }
 

@@ -28,12 +28,13 @@ namespace fanlight {
 ///   PATCH /api/scene         changes some of its fields: {"light": {"up_mm": 20}}
 ///   GET   /api/picture.png   the newest picture of the main view
 ///   GET   /api/presets       the presets that were saved, as JSON
-///   POST  /api/presets       {"save": "my face"}, also with "scene": {...} as of /api/scene; or {"remove":
-///   ...} GET   /api/recording     the state of the recorder, as JSON POST  /api/recording     {"wish":
-///   "start"}, "stop" or "keep": the name of the file GET   /api/replay        the state of the player of a
-///   recording, as JSON POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see
-///   replay_request() GET   /api/cine          which of the last volumes is on show, as JSON POST  /api/cine
-///   {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
+///   POST  /api/presets       {"save": "my face"}, with or without "scene": {...}; or {"remove": "my face"}
+///   GET   /api/recording     the state of the recorder, as JSON
+///   POST  /api/recording     {"wish": "start"}, "stop" or "keep": the name of the file
+///   GET   /api/replay        the state of the player of a recording, as JSON
+///   POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see replay_request()
+///   GET   /api/cine          which of the last volumes is on show, as JSON
+///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
 ///
 /// Server thread only.
 class RestApi {
@@ -66,8 +67,10 @@ class RestApi {
   static constexpr std::int64_t kMostWaitNs = 5'000'000'000;
 
   /// Answers those who wait for a picture, where there is one now, or where they have waited long enough.
-  /// Call it after every picture, and several times a second.
+  /// Call it after every picture, and once a second.
   void answer_waiting(std::int64_t now_ns);
+  /// Lets those who wait go without an answer: the server ends.
+  void abandon() { waiting_.clear(); }
 
  private:
   Response scene() const;

@@ -130,7 +130,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                        .read_again = [this] { read_again(); },
                        .tell_state = [this] { tell_state(); }}) {
   access_.audit_to(audit_);
-  sessions_.when_added([this] { liveness_watch_.update(); });
+  sessions_.when_opened([this] { liveness_watch_.update(); });
   dependencies_.source_state = [this, of_thread = dependencies.source_state] {
     if (replay_.status().state == ReplayStatus::State::kEnded) return std::string("ended");
     return without_path(of_thread(), config_.facts.path, "the recording");
@@ -189,7 +189,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
   if (!access) return access.error();
   std::unique_ptr<StreamServer> server(
       new StreamServer(config, dependencies, std::move(audit), std::move(*access)));
-  if (auto loaded = server->presets_.load(config.presets); !loaded) return loaded.error();
+  server->load_presets();
   if (auto listening = server->listener_.open(); !listening) return listening.error();
   // The stream descriptor closes its file descriptor, which belongs to the bell: so it gets a duplicate.
   server->bell_.assign(dup(dependencies.bell.file_descriptor()));
@@ -201,6 +201,7 @@ Result<void> StreamServer::run() {
   bell_rang();  // values may have come before
   run_loop();
   signals_.release_ends();
+  if (presets_unwritten_) save_presets(presets_.json());
   close_audit();
   if (failure_) return *failure_;
   return {};
@@ -348,6 +349,7 @@ void StreamServer::tell_of_replay() {
 }
 
 StreamServer::~StreamServer() {
+  rest_api_.abandon();  // its requests hold connections, which must end before the loop
   for (const auto& session : sessions_.all()) session->abandon();
 }
 

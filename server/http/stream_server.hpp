@@ -137,6 +137,9 @@ class StreamServer {
   void tell_of_replay();
   void presets_changed();
   void write_presets();
+  /// A file that cannot be read, or not whole, is copied aside before anything replaces it.
+  void load_presets();
+  bool save_presets(const std::string& text) const;
   void fail(const Error& error);
 
   Config config_;
@@ -154,8 +157,8 @@ class StreamServer {
   CineProxy cine_;
   PictureDemand demand_;
   PresetStore presets_{[this] { presets_changed(); }};
-  bool writing_presets_ = false;
-  bool presets_outdated_ = false;  // they have changed since the writing began
+  bool writing_presets_ = false;    // on a thread of the encoders
+  bool presets_unwritten_ = false;  // they have changed since the last writing began, or it has failed
   DefaultView default_view_;
   PictureHub hub_;
   SessionRegistry sessions_;

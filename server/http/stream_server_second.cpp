@@ -7,6 +7,10 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <new>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "proto/base/clock.hpp"
 #include "proto/base/file_replacement.hpp"
@@ -14,27 +18,53 @@
 
 namespace fanlight {
 
+void StreamServer::load_presets() {
+  std::vector<std::string> troubles = presets_.load(config_.presets);
+  if (troubles.empty()) return;
+  const std::string aside = config_.presets.string() + ".unread";
+  std::error_code failure;
+  std::filesystem::copy_file(config_.presets, aside, std::filesystem::copy_options::overwrite_existing,
+                             failure);
+  for (const std::string& trouble : troubles)
+    spdlog::warn("{}{}", trouble, failure ? "" : "; the file as it was is " + aside);
+}
+
 void StreamServer::presets_changed() {
   sessions_.presets_changed();
   if (config_.presets.empty()) return;
-  presets_outdated_ = true;
+  presets_unwritten_ = true;
   if (!writing_presets_) write_presets();
 }
 
-void StreamServer::write_presets() {
-  writing_presets_ = true;
-  presets_outdated_ = false;
-  const auto done = std::make_shared<std::function<void()>>([this] {
-    writing_presets_ = false;
-    if (presets_outdated_) write_presets();
-  });
-  encoders_.submit(EncoderLane::kHeavy, [this, done, text = presets_.json(), path = config_.presets] {
+bool StreamServer::save_presets(const std::string& text) const {
+  try {
     std::error_code none;
-    std::filesystem::create_directories(path.parent_path(), none);  // where it fails, so does the file
-    if (const auto written = replace_file(path, text); !written)
-      spdlog::error("the presets could not be saved: {}", written.error().message);
+    std::filesystem::create_directories(config_.presets.parent_path(),
+                                        none);  // where it fails, so does the file
+    const auto written = replace_file(config_.presets, text);
+    if (!written) spdlog::error("the presets could not be saved: {}", written.error().message);
+    return static_cast<bool>(written);
+  } catch (const std::bad_alloc&) {
+    return false;  // the next change, or the end, tries again
+  }
+}
+
+void StreamServer::write_presets() {
+  const auto saved = std::make_shared<bool>(false);
+  const auto done = std::make_shared<std::function<void()>>([this, saved] {
+    writing_presets_ = false;
+    if (!*saved) {
+      presets_unwritten_ = true;
+    } else if (presets_unwritten_) {
+      write_presets();
+    }
+  });
+  encoders_.submit(EncoderLane::kHeavy, [this, done, saved, text = presets_.json()] {
+    *saved = save_presets(text);
     post(done);
   });
+  writing_presets_ = true;
+  presets_unwritten_ = false;
 }
 
 void StreamServer::start_second() {
@@ -55,6 +85,7 @@ void StreamServer::second_passed() {
   }
   notify_sessions_of_second();  // first: it frees the memory of sessions that leave
   listener_.second_passed();
+  rest_api_.answer_waiting(now_ns());
   reload_credentials(false);
   reload_certificates(false);
   lapse_control();

@@ -130,40 +130,47 @@ std::string PresetStore::json() const {
   return whole.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-Result<void> PresetStore::load(const std::filesystem::path& file) {
+std::vector<std::string> PresetStore::load(const std::filesystem::path& file) {
   constexpr std::uintmax_t kMostBytes = 10'000'000;
   std::error_code failure;
-  const auto bytes = std::filesystem::file_size(file, failure);
-  if (failure == std::errc::no_such_file_or_directory) return {};
+  if (file.empty() || !std::filesystem::exists(file, failure)) {
+    if (!failure) return {};
+    return {fmt::format("{}: the presets cannot be read ({})", file.string(), failure.message())};
+  }
   const auto foreign = [&](const std::string& why) {
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{}: {}, expected presets as this server saves them", file.string(), why)};
+    return fmt::format("{}: {}, expected presets as this server saves them", file.string(), why);
   };
   std::ifstream in(file, std::ios::binary);
-  if (failure || !in) return foreign("it cannot be read");
-  if (bytes > kMostBytes) return foreign("it is too large");
+  if (!in) return {foreign("it cannot be read")};
+  if (std::filesystem::file_size(file, failure) > kMostBytes) return {foreign("it is too large")};
   const std::string text(std::istreambuf_iterator<char>(in), {});
   const auto whole = nlohmann::json::parse(text, nullptr, false);
   if (!whole.is_object() || !whole.contains("presets") || !whole["presets"].is_array())
-    return foreign("it has no list of presets");
+    return {foreign("it has no list of presets")};
+  std::vector<std::string> troubles;
   PresetStore read;
   for (const auto& each : whole["presets"]) {
-    if (!each.is_object() || !each.contains("scene")) return foreign("an entry is no preset");
-    const auto text_of = [&](const char* key) {
-      const auto found = each.find(key);
-      return found != each.end() && found->is_string() ? found->get<std::string>() : std::string();
-    };
-    const auto admin = each.find("admin");
-    const auto scene = scene_change_from_json(each["scene"]);
-    if (!scene)
-      return foreign(fmt::format("the preset {}: {}", printable(text_of("name")), scene.error().message));
-    const Author author{.name = printable(text_of("saved_by")),
-                        .is_admin = admin != each.end() && admin->is_boolean() && admin->get<bool>()};
-    if (auto saved = read.save(text_of("name"), *scene, author); !saved)
-      return foreign(saved.error().message);
+    if (const auto taken = read.take_entry(each); !taken) troubles.push_back(foreign(taken.error().message));
   }
   presets_ = std::move(read.presets_);
-  return {};
+  return troubles;
+}
+
+Result<void> PresetStore::take_entry(const nlohmann::json& entry) {
+  if (!entry.is_object() || !entry.contains("scene"))
+    return Error{ErrorCode::kInvalidArgument, "an entry is no preset"};
+  const auto text_of = [&](const char* key) {
+    const auto found = entry.find(key);
+    return found != entry.end() && found->is_string() ? found->get<std::string>() : std::string();
+  };
+  const auto admin = entry.find("admin");
+  const auto scene = scene_change_from_json(entry["scene"]);
+  const Author author{.name = printable(text_of("saved_by")),
+                      .is_admin = admin != entry.end() && admin->is_boolean() && admin->get<bool>()};
+  const auto saved = scene ? save(text_of("name"), *scene, author) : Result<void>(scene.error());
+  if (saved) return {};
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("the preset {}: {}", printable(text_of("name")), saved.error().message)};
 }
 
 }  // namespace fanlight

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,9 +36,9 @@ class PresetStore {
   /// `changed`: called after each save() and remove().
   explicit PresetStore(std::function<void()> changed = [] {}) : changed_(std::move(changed)) {}
 
-  /// Reads the presets of an earlier run; a file that is not there has none. Error, kInvalidArgument: the
-  /// file is none of ours; nothing was read.
-  Result<void> load(const std::filesystem::path& file);
+  /// Reads the presets of an earlier run; a file that is not there has none. Leaves out what it cannot use,
+  /// and returns a sentence for each; a file that is none of ours is one sentence.
+  std::vector<std::string> load(const std::filesystem::path& file);
 
   /// Saves the fields of `scene` that belong to a preset, in place of a preset of that name. Errors:
   /// kInvalidArgument for the name, or where no field belongs to a preset; kUnavailable for what an admin has
@@ -61,6 +62,7 @@ class PresetStore {
   std::string json() const;
 
  private:
+  Result<void> take_entry(const nlohmann::json& entry);
   Result<void> check_author(std::string_view name, const Author& author) const;
 
   std::function<void()> changed_;

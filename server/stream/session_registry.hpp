@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -78,12 +80,16 @@ class SessionRegistry {
   std::uint64_t next_id() { return ++last_id_; }
 
   /// Keeps the session alive until remove().
-  void add(const std::shared_ptr<RegisteredSession>& session) {
-    sessions_[session->id()] = session;
-    if (added_) added_();
+  void add(const std::shared_ptr<RegisteredSession>& session) { sessions_[session->id()] = session; }
+  /// `act`: called when a session has opened, and told so by opened().
+  void when_opened(std::function<void()> act) { opened_ = std::move(act); }
+  void opened() const {
+    if (opened_) opened_();
   }
-  /// `added`: called after each add().
-  void when_added(std::function<void()> added) { added_ = std::move(added); }
+  std::size_t open_count() const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(sessions_, [](const auto& entry) { return entry.second->is_open(); }));
+  }
   void remove(std::uint64_t id) { sessions_.erase(id); }
 
   /// All sessions, in the order of their numbers, also those that are not open.
@@ -115,7 +121,7 @@ class SessionRegistry {
   }
 
   ViewAdmission& views_;
-  std::function<void()> added_;
+  std::function<void()> opened_;
   std::map<std::uint64_t, std::shared_ptr<RegisteredSession>> sessions_;
   std::uint64_t last_id_ = 0;
 };

@@ -122,6 +122,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   queue_.add_notice(OutgoingQueue::Notice::kCine);
   queue_.add_notice(OutgoingQueue::Notice::kPresets);
   dependencies_.hub.add(*this);
+  dependencies_.sessions.opened();
 }
 
 void StreamSession::leave() {

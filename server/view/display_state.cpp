@@ -44,7 +44,8 @@ const v1::Error* refusal_of(const v1::ServerMessage& message) {
 
 }  // namespace
 
-DisplayState::DisplayState(const v1::Hello& hello) : hello_(hello), scene_(hello.scene().scene()) {}
+DisplayState::DisplayState(const v1::Hello& hello)
+    : hello_(hello), scene_(hello.scene().scene()), in_force_(scene_) {}
 
 void DisplayState::take(const v1::ServerMessage& message, std::int64_t now_ns) {
   heard_ns_ = now_ns;
@@ -53,11 +54,6 @@ void DisplayState::take(const v1::ServerMessage& message, std::int64_t now_ns) {
     refused_ns_ = now_ns;
   }
   switch (message.body_case()) {
-    case v1::ServerMessage::kPicture:
-      any_picture_ = true;
-      captured_ns_ = message.picture().capture_time_ns();
-      if (message.picture().has_levels()) levels_ = message.picture().levels();
-      return;
     case v1::ServerMessage::kLiveness:
       liveness_ = message.liveness();
       return;
@@ -65,21 +61,30 @@ void DisplayState::take(const v1::ServerMessage& message, std::int64_t now_ns) {
       cine_ = message.cine();
       return;
     case v1::ServerMessage::kScene:
-      scene_ = message.scene().scene();
+      scene_ = in_force_ = message.scene().scene();
       return;
     case v1::ServerMessage::kSceneReply:
-      // Of a refused change nothing is in force; later changes of this display are on their way.
-      if (message.scene_reply().has_in_force() && message.scene_reply().request_id() == last_request_)
-        scene_ = message.scene_reply().in_force().scene();
+      if (message.scene_reply().has_in_force()) in_force_ = message.scene_reply().in_force().scene();
+      // Else later changes of this display are on their way.
+      if (message.scene_reply().request_id() == last_request_) scene_ = in_force_;
       return;
     case v1::ServerMessage::kStatistics: {
       const std::int64_t ahead_ns = message.statistics().server_time_ns() - now_ns;
-      clock_ahead_ns_ = std::max(clock_ahead_ns_.value_or(ahead_ns), ahead_ns);
+      constexpr std::int64_t kForgottenPart = 1000;  // of the time since the last one
+      const std::int64_t forgotten_ns = (now_ns - clock_told_ns_) / kForgottenPart;
+      clock_ahead_ns_ = std::max(clock_ahead_ns_.value_or(ahead_ns) - forgotten_ns, ahead_ns);
+      clock_told_ns_ = now_ns;
       return;
     }
     default:
       return;
   }
+}
+
+void DisplayState::shown(const v1::Picture& picture) {
+  any_picture_ = true;
+  captured_ns_ = picture.capture_time_ns();
+  if (picture.has_levels()) levels_ = picture.levels();
 }
 
 DisplayState::Condition DisplayState::condition(std::int64_t now_ns) const {
@@ -184,8 +189,9 @@ v1::ClientMessage DisplayState::light_to(double column, double row) {
                                     is("camera.projection", scene_.camera().projection(), "perspective")) /
                            part.field_pixels;
   v1::Scene change;
-  change.mutable_light()->set_right_mm((column - part.left - part.width / 2) * mm_per_px);
-  change.mutable_light()->set_up_mm((part.top + part.height / 2 - row) * mm_per_px);
+  change.mutable_light()->set_right_mm(
+      allowed("light.right_mm", (column - part.left - part.width / 2) * mm_per_px));
+  change.mutable_light()->set_up_mm(allowed("light.up_mm", (part.top + part.height / 2 - row) * mm_per_px));
   return changed(change);
 }
 

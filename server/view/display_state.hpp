@@ -19,6 +19,9 @@ class DisplayState {
   /// `now_ns`: this machine's clock, as of the others.
   void take(const v1::ServerMessage& message, std::int64_t now_ns);
 
+  /// A picture is on show.
+  void shown(const v1::Picture& picture);
+
   enum class Word : std::uint8_t { kWaiting, kLive, kDelayed, kFrozen, kReplay, kLost };
   struct Condition {
     Word word = Word::kWaiting;
@@ -70,13 +73,16 @@ class DisplayState {
   v1::ClientMessage changed(const v1::Scene& change);
 
   v1::Hello hello_;
-  v1::Scene scene_;
+  v1::Scene scene_;     // with the changes that are not answered yet
+  v1::Scene in_force_;  // as the server has told it
   v1::Liveness liveness_;
   v1::CineStatus cine_;
   v1::EchoLevels levels_;
   bool any_picture_ = false;
-  std::int64_t captured_ns_ = 0;                // of the picture on show, by the server's clock
-  std::optional<std::int64_t> clock_ahead_ns_;  // the server's, by the message that was fastest on its way
+  std::int64_t captured_ns_ = 0;  // of the picture on show, by the server's clock
+  // The server's clock, by the message that was fastest on its way; forgotten slowly, since clocks drift.
+  std::optional<std::int64_t> clock_ahead_ns_;
+  std::int64_t clock_told_ns_ = 0;
   std::optional<std::int64_t> heard_ns_;
   std::string refusal_;
   std::int64_t refused_ns_ = 0;

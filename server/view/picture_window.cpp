@@ -127,7 +127,7 @@ Result<void> PictureWindow::take_jpeg(const std::string& jpeg) {
   if (!known || std::max(width, height) > kMostPixels)
     return Error{ErrorCode::kInvalidArgument, "the server sent a picture that is no JPEG, expected one"};
   if (texture_ == nullptr || width != width_ || height != height_) {
-    if (texture_ != nullptr) SDL_DestroyTexture(texture_);
+    forget_picture();
     texture_ =
         SDL_CreateTexture(renderer_, SDL_PIXELFORMAT_RGBA32, SDL_TEXTUREACCESS_STREAMING, width, height);
     if (texture_ == nullptr) return sdl_error("there is no room for the picture");
@@ -141,8 +141,14 @@ Result<void> PictureWindow::take_jpeg(const std::string& jpeg) {
   const int decoded = tjDecompress2(decoder.get(), bytes, jpeg.size(), static_cast<unsigned char*>(pixels),
                                     width, pitch, height, TJPF_RGBA, 0);
   SDL_UnlockTexture(texture_);
-  if (decoded == 0 || tjGetErrorCode(decoder.get()) == TJERR_WARNING) return {};
+  if (decoded == 0) return {};
+  forget_picture();  // half of it may be drawn
   return Error{ErrorCode::kInvalidArgument, "the server sent a damaged picture"};
+}
+
+void PictureWindow::forget_picture() {
+  if (texture_ != nullptr) SDL_DestroyTexture(texture_);
+  texture_ = nullptr;
 }
 
 int PictureWindow::draw_text(TTF_Font* font, const std::string& text, int x, int y, SDL_Color colour,

@@ -32,6 +32,8 @@ class PictureWindow {
 
   /// Takes a JPEG picture. Error, kInvalidArgument: it is none.
   Result<void> take_jpeg(const std::string& jpeg);
+  /// Shows no picture until the next one.
+  void forget_picture();
 
   /// Draws the newest picture, as large as it fits, and the texts. A picture that is lost is dimmed.
   void draw(const Texts& texts);

@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
+#include <utility>
 
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
@@ -24,6 +29,7 @@ namespace {
 constexpr int kUsageError = 2;
 constexpr std::chrono::milliseconds kTurn{8};  // a hand's input waits so long at most
 constexpr std::int64_t kBetweenTriesNs = 2'000'000'000;
+constexpr std::int64_t kMostSilenceNs = 6'000'000'000;    // the server sends a message once a second at least
 constexpr std::int64_t kBetweenDrawingsNs = 100'000'000;  // for the age in the bar
 constexpr double kZoomPerNotch = 1.1;
 constexpr double kThresholdPerKey = 2;
@@ -60,11 +66,16 @@ class View {
   }
 
  private:
-  Result<void> connect() {
-    auto client = StreamClient::connect(server_);
+  using Connected = Result<std::unique_ptr<StreamClient>>;
+
+  Result<void> connect() { return begin(StreamClient::connect(server_)); }
+
+  Result<void> begin(Connected client) {
     if (!client) return client.error();
     client_ = std::move(*client);
     state_.emplace(client_->hello());
+    window_.forget_picture();  // it may be of another source
+    heard_ns_ = now_ns();
     picture_width_ = client_->hello().picture_width();
     picture_height_ = client_->hello().picture_height();
     v1::ClientMessage stream;
@@ -76,18 +87,26 @@ class View {
   void take_messages() {
     auto message = client_->next_within(kTurn);
     // Several may have come: the newest picture alone is worth drawing.
-    std::optional<std::string> jpeg;
+    std::optional<v1::Picture> newest;
     while (message && *message) {
-      state_->take(**message, now_ns());
-      if (!(*message)->picture().jpeg().empty()) jpeg = (*message)->picture().jpeg();
+      heard_ns_ = now_ns();
+      state_->take(**message, heard_ns_);
+      if (!(*message)->picture().jpeg().empty()) newest = std::move(*(*message)->mutable_picture());
       message = client_->next_within(std::chrono::milliseconds(0));
     }
-    if (jpeg) {
-      if (auto taken = window_.take_jpeg(*jpeg); !taken)
-        std::fprintf(stderr, "%s\n", taken.error().message.c_str());
-      dirty_ = true;
+    if (newest) show(*newest);
+    if (!message) return lose(message.error().message);
+    // The way to the server may be cut without an end of the connection.
+    if (now_ns() - heard_ns_ > kMostSilenceNs) lose("the server does not answer");
+  }
+
+  void show(const v1::Picture& picture) {
+    if (auto taken = window_.take_jpeg(picture.jpeg()); taken) {
+      state_->shown(picture);
+    } else {
+      std::fprintf(stderr, "%s\n", taken.error().message.c_str());
     }
-    if (!message) lose(message.error().message);
+    dirty_ = true;
   }
 
   void lose(const std::string& reason) {
@@ -97,10 +116,17 @@ class View {
     dirty_ = true;
   }
 
+  /// Connects on another thread, which is left behind at the end: a host that is off may take minutes.
   void wait_and_try() {
     SDL_Delay(static_cast<Uint32>(kTurn.count()));
-    if (now_ns() - tried_ns_ < kBetweenTriesNs) return;
-    if (auto connected = connect(); !connected) lose(connected.error().message);
+    if (!coming_.valid()) {
+      if (now_ns() - tried_ns_ < kBetweenTriesNs) return;
+      std::packaged_task<Connected()> task([server = server_] { return StreamClient::connect(server); });
+      coming_ = task.get_future();
+      std::thread(std::move(task)).detach();
+    }
+    if (coming_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    if (auto connected = begin(coming_.get()); !connected) lose(connected.error().message);
   }
 
   void send(const v1::ClientMessage& message) {
@@ -146,7 +172,7 @@ class View {
         dirty_ = true;
         return;
       case SDL_MOUSEWHEEL:
-        if (client_) send(state_->zoom(event.wheel.y > 0 ? 1 / kZoomPerNotch : kZoomPerNotch));
+        if (client_ && event.wheel.y != 0) send(state_->zoom(std::pow(kZoomPerNotch, -event.wheel.y)));
         return;
       case SDL_KEYDOWN:
         return press(event.key.keysym.sym, event.key.repeat != 0);
@@ -236,6 +262,8 @@ class View {
   std::optional<DisplayState> state_;
   double picture_width_ = 0;
   double picture_height_ = 0;
+  std::future<Connected> coming_;  // of a try that is under way
+  std::int64_t heard_ns_ = 0;
   std::string lost_reason_;
   std::int64_t tried_ns_ = 0;
   std::int64_t drawn_ns_ = 0;

@@ -145,6 +145,25 @@ TEST_F(RenderThreadTest, RendersNothingWhileNobodyLooksAndTheNewestVolumeForWhoe
   EXPECT_EQ(volumes_accounted_for(), ring_.counters().volumes_taken.value());
 }
 
+TEST_F(RenderThreadTest, ShowsTheLastVolumeAgainAfterARestWithoutANewOne) {
+  publish(plate(40));
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U);
+  rest();
+  audience_.set_present(false);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  audience_.set_present(true);
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U) << "the server has forgotten the picture of before";
+  rest();
+  EXPECT_EQ(volumes_accounted_for(), 1U) << "it is counted once";
+
+  cine_.send({.wish = CineOrder::Wish::kFreeze});
+  audience_.set_present(false);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(pictures_.newest(), nullptr);
+  audience_.set_present(true);
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U) << "a frozen one too";
+}
+
 TEST_F(RenderThreadTest, MakesAPictureOfAVolumeAndAnotherOfAMovedLight) {
   publish(plate(40));
   const Picture first = next_picture();

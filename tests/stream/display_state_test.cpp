@@ -52,7 +52,7 @@ class DisplayStateTest : public testing::Test {
     message.mutable_picture()->set_capture_time_ns(now_ns_ + 100 * kSecond -
                                                    static_cast<std::int64_t>(age_s * 1e9));
     message.mutable_picture()->mutable_levels()->set_threshold(60);
-    state_.take(message, now_ns_);
+    state_.shown(message.picture());
   }
   std::string text() const { return state_.condition(now_ns_).text; }
 
@@ -143,6 +143,32 @@ TEST_F(DisplayStateTest, ShowsARefusalForFourSeconds) {
   state_.take(message, now_ns_);
   EXPECT_EQ(state_.refusal(now_ns_ + 3 * kSecond), "display 3 is in control");
   EXPECT_EQ(state_.refusal(now_ns_ + 4 * kSecond), "");
+}
+
+TEST_F(DisplayStateTest, ForgetsARefusedChange) {
+  state_.turn(50, 0);
+  v1::ServerMessage refused;
+  refused.mutable_scene_reply()->set_request_id(1);
+  refused.mutable_scene_reply()->mutable_refused()->set_message("display 3 is in control");
+  state_.take(refused, now_ns_);
+  EXPECT_DOUBLE_EQ(state_.turn(50, 0).scene_change().scene().camera().yaw_deg(), -45);
+}
+
+TEST_F(DisplayStateTest, FollowsAServersClockThatIsSlower) {
+  show(0.4);
+  tell(v1::Liveness::LIVE);
+  std::int64_t server_ns = now_ns_ + 100 * kSecond;
+  for (int second = 0; second < 100'000; ++second) {  // 20 ppm: two seconds in that time
+    now_ns_ += kSecond;
+    server_ns += kSecond - 20'000;
+    v1::ServerMessage clock;
+    clock.mutable_statistics()->set_server_time_ns(server_ns);
+    state_.take(clock, now_ns_);
+  }
+  v1::Picture picture;
+  picture.set_capture_time_ns(server_ns - kSecond / 2);
+  state_.shown(picture);
+  EXPECT_EQ(text(), "LIVE 0.5 s");
 }
 
 TEST_F(DisplayStateTest, TakesTheSceneOfOthersButNotAnAnswerToAnEarlierChange) {

@@ -34,7 +34,8 @@ class PresetStoreTest : public testing::Test {
   std::string loads(const std::string& text) {
     std::ofstream(file_) << text;
     PresetStore store;
-    return refusal(store.load(file_));
+    const auto troubles = store.load(file_);
+    return troubles.empty() ? "" : troubles.front();
   }
 
   const std::filesystem::path file_ =
@@ -101,14 +102,14 @@ TEST_F(PresetStoreTest, ReadsWhatItHasWritten) {
   ASSERT_TRUE(store_.save("Gesicht für Ärzte", scene_message(Scene{}), kOperator));
   std::ofstream(file_) << store_.json();
   PresetStore other;
-  ASSERT_EQ(refusal(other.load(file_)), "");
+  ASSERT_TRUE(other.load(file_).empty());
   EXPECT_EQ(other.json(), store_.json());
   EXPECT_TRUE(other.all().at(1).author.is_admin);
 }
 
 TEST_F(PresetStoreTest, RefusesAForeignFileAndReadsNothing) {
   PresetStore empty;
-  EXPECT_EQ(refusal(empty.load(file_)), "") << "none is there";
+  EXPECT_TRUE(empty.load(file_).empty()) << "none is there";
   EXPECT_NE(loads("[]").find("it has no list of presets"), std::string::npos);
   EXPECT_NE(loads("{").find("it has no list of presets"), std::string::npos);
   EXPECT_NE(loads(R"({"presets": [3]})").find("an entry is no preset"), std::string::npos);
@@ -116,6 +117,17 @@ TEST_F(PresetStoreTest, RefusesAForeignFileAndReadsNothing) {
             std::string::npos);
   EXPECT_NE(loads(R"({"presets": [{"scene": {"mode": "surface"}}]})").find("needs a name"),
             std::string::npos);
+}
+
+TEST_F(PresetStoreTest, LeavesOutWhatALaterVersionCannotUse) {
+  std::ofstream(file_) << R"({"presets": [{"name": "a", "scene": {"mode": "surface"}},
+    {"name": "bone", "scene": {"mode": "surface"}}, {"name": "b", "scene": {"gone": {"field": 1}}},
+    {"name": "c", "scene": {"detector": {"threshold": 40}}}]})";
+  const auto troubles = store_.load(file_);
+  ASSERT_EQ(troubles.size(), 2U);
+  EXPECT_NE(troubles[0].find("the preset bone: bone is a built-in preset"), std::string::npos);
+  ASSERT_EQ(store_.all().size(), 2U);
+  EXPECT_EQ(store_.all()[1].name, "c");
 }
 
 TEST(PresetStream, IsToldToAllAndSavedByOperators) {

@@ -57,6 +57,11 @@ export class CineBar {
     return this.status?.state === State.FROZEN;
   }
 
+  /** This display alone keeps its picture. */
+  get isHeld(): boolean {
+    return this.held;
+  }
+
   get isFrozen(): boolean {
     return this.status !== undefined && this.status.state !== State.LIVE;
   }

@@ -6,6 +6,7 @@ import { saveFile, timeInName } from "./save_file";
 
 const kMostS = 60;
 const kMostBytes = 200_000_000;
+const kLeastApartS = 0.001;
 
 export interface ClipEvents {
   /** Whether pictures can come as H.264 here. */
@@ -50,8 +51,8 @@ export class ClipButton {
     const { h264, keyPicture: isKey, width, height } = picture;
     // A film has one size; a private view's pictures come on the same way as the shared ones.
     if (pictures[0] && (pictures[0].width !== width || pictures[0].height !== height)) return void this.end();
-    const timeS = Number(picture.finishedTimeNs) / 1e9;
-    if (pictures.length > 0 && timeS <= pictures.at(-1)!.timeS) return;
+    // Where the view changes, a picture may come that was finished before the last one; later ones depend on it.
+    const timeS = Math.max(Number(picture.finishedTimeNs) / 1e9, (pictures.at(-1)?.timeS ?? 0) + kLeastApartS);
     pictures.push({ h264, isKey, timeS, width, height });
     this.bytes += h264.length;
     const lengthS = timeS - pictures[0]!.timeS;

@@ -153,6 +153,7 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   hello: () => hello,
   shown: () => shown,
   isFrozen: () => cineBar.isStill,
+  isCurrent: () => shown !== undefined && !cineBar.isHeld && editor.isShownBy(shown.sceneRevision),
   mayFreeze: () => cineBar.mayFreeze,
   askDepth: (requestId, pixels) =>
     connection.send({ case: "depth", value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })) } }),

@@ -60,6 +60,13 @@ export function valuesFromJson(text: string, fields: readonly SceneField[]): Val
   );
 }
 
+/** At most 40 bytes, as the server takes names. */
+function shortened(name: string): string {
+  let short = name.trim();
+  while (new TextEncoder().encode(short).length > 40) short = short.slice(0, -1).trim();
+  return short;
+}
+
 export interface OwnPresetEvents {
   fields(): readonly SceneField[];
   ask(wish: PresetRequest["wish"]): void;
@@ -139,7 +146,7 @@ export class OwnPresets {
     try {
       if (file.size > kMostFileBytes) throw new Error("This is no preset: the file is too large.");
       const values = valuesFromJson(await file.text(), this.events.fields());
-      this.name.value ||= file.name.replace(/\.json$/i, "").slice(0, 40);
+      this.name.value ||= shortened(file.name.replace(/\.json$/i, ""));
       this.save(this.name.value.trim(), sceneOf(values));
     } catch (error) {
       this.events.failed((error as Error).message);

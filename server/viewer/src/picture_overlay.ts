@@ -40,6 +40,8 @@ export class PictureOverlay {
       hello(): Hello | undefined;
       shown(): Picture | undefined;
       isFrozen(): boolean;
+      /** Whether the picture shows the values of the editor. */
+      isCurrent(): boolean;
       mayFreeze(): boolean;
       askDepth(requestId: bigint, pixels: PagePoint[]): void;
       failed(sentence: string): void;
@@ -57,7 +59,7 @@ export class PictureOverlay {
       },
     });
     this.notes = new PictureNotes(find("#picture-notes", HTMLElement), page.frame, from.failed);
-    this.planes = new PlaneOverlay(find("#planes", SVGSVGElement), page.canvas, editor);
+    this.planes = new PlaneOverlay(find("#planes", SVGSVGElement), page.canvas, editor, () => from.isCurrent());
     this.clip = new ClipButton(page.clip, {
       canFilm: () => codec.canFilm,
       wantFilm: (wanted) => codec.wantFilm(wanted),

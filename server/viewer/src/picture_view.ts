@@ -48,10 +48,9 @@ export class PictureView {
       this.waiting = undefined;
       try {
         const bitmap = await createImageBitmap(blobOf(picture));
-        if (this.held) continue;
-        this.draw(bitmap, bitmap.width, bitmap.height);
+        if (!this.held) this.draw(bitmap, bitmap.width, bitmap.height);
         bitmap.close();
-        this.shown(picture);
+        if (!this.held) this.shown(picture);
       } catch {
         this.unreadable(`Picture ${picture.pictureId} could not be decoded.`);
       }

@@ -24,23 +24,29 @@ const kAxes: readonly Axis[] = ["x", "y", "z"];
 const kLeastBoxMm = 2;
 const kLeastPixelsPerMm = 0.3; // a face that looks at the viewer cannot be dragged in the 3D pane
 const kOpenMm = 1000;
+const kDragStartPixels = 2; // a click moves nothing
 
+/** `way`: from where the pointer was taken to where it is, pixels of the picture. */
 interface Drag {
-  moved(pixel: PagePoint): void;
-  ended?(pixel: PagePoint): void;
+  moved(way: PagePoint): void;
+  ended?(way: PagePoint): void;
 }
 
 export class PlaneOverlay {
   private view: View | undefined;
   private fullWidth = 0;
+  /** Of the picture: while it lacks a change, lines and scales stay where they fit it. */
+  private shown = { mode: "", target: { x: 0, y: 0, z: 0 }, fieldMm: 1 };
   private cropping = false;
   private allowed = false;
-  private dragging = false;
+  private dragging: number | undefined; // the pointer
 
   constructor(
     private readonly svg: SVGSVGElement,
     private readonly canvas: HTMLCanvasElement,
     private readonly editor: Pick<SettingsEditor, "number" | "choice" | "set">,
+    /** Whether the picture is of the editor's values. */
+    private readonly isCurrent: () => boolean,
   ) {}
 
   /** The tool "Crop" was chosen, or left. */
@@ -72,21 +78,30 @@ export class PlaneOverlay {
 
   /** Draws the lines and handles for the values of the editor. */
   draw(): void {
-    if (this.dragging) return; // the handle under the pointer stays the same element
+    if (this.dragging !== undefined) return; // the handle under the pointer stays the same element
+    if (this.isCurrent()) this.shown = this.read();
     this.svg.setAttribute("viewBox", `0 0 ${this.canvas.width} ${this.canvas.height}`);
-    const panes = panesOf(this.editor.choice("mode"), this.canvas);
+    const panes = panesOf(this.shown.mode, this.canvas);
     const parts = panes.flatMap((pane) => [...this.scaleOf(pane), ...this.linesOf(pane)]);
     if (this.cropping) parts.push(...panes.flatMap((pane) => this.boxIn(pane)), ...this.boxInSpace());
     this.svg.replaceChildren(...parts);
   }
 
-  private target(): Place {
+  private read(): { mode: string; target: Place; fieldMm: number } {
     const at = (axis: Axis) => this.editor.number(`camera.target_${axis}_mm`);
-    return { x: at("x"), y: at("y"), z: at("z") };
+    return {
+      mode: this.editor.choice("mode"),
+      target: { x: at("x"), y: at("y"), z: at("z") },
+      fieldMm: this.editor.number("camera.field_mm"),
+    };
+  }
+
+  private target(): Place {
+    return this.shown.target;
   }
 
   private fieldMm(): number {
-    return this.editor.number("camera.field_mm");
+    return this.shown.fieldMm;
   }
 
   private scaleOf(pane: Pane): SVGElement[] {
@@ -102,14 +117,13 @@ export class PlaneOverlay {
   private linesOf(pane: Pane): SVGElement[] {
     return [pane.right, pane.up.axis].flatMap((axis) => {
       const isColumn = axis === pane.right;
-      const at = pixelAlong(pane, axis, this.target()[axis], this.target(), this.fieldMm());
+      const from = pixelAlong(pane, axis, this.target()[axis], this.target(), this.fieldMm());
+      const at = (way: PagePoint) => withinPane(pane, isColumn, from + along(isColumn, way));
       const line = `plane plane-${kPlaneOf[axis]}`;
-      return this.draggable(line, lineIn(pane, isColumn, at), isColumn, (element) => ({
-        moved: (pixel) =>
-          element.setAttribute("d", lineIn(pane, isColumn, withinPane(pane, isColumn, along(isColumn, pixel)))),
-        ended: (pixel) => {
-          const place = withinPane(pane, isColumn, along(isColumn, pixel));
-          const value = valueAlong(pane, axis, place, this.target(), this.fieldMm());
+      return this.draggable(line, lineIn(pane, isColumn, from), isColumn, (element) => ({
+        moved: (way) => element.setAttribute("d", lineIn(pane, isColumn, at(way))),
+        ended: (way) => {
+          const value = valueAlong(pane, axis, at(way), this.target(), this.fieldMm());
           this.editor.set([[`camera.target_${axis}_mm`, value]]);
         },
       }));
@@ -121,9 +135,10 @@ export class PlaneOverlay {
       kCropFields[axis].flatMap((name) => {
         const isColumn = axis === pane.right;
         const raw = pixelAlong(pane, axis, this.editor.number(name), this.target(), this.fieldMm());
-        return this.draggable("crop", lineIn(pane, isColumn, withinPane(pane, isColumn, raw)), isColumn, (element) => ({
-          moved: (pixel) => {
-            const at = withinPane(pane, isColumn, along(isColumn, pixel));
+        const from = withinPane(pane, isColumn, raw);
+        return this.draggable("crop", lineIn(pane, isColumn, from), isColumn, (element) => ({
+          moved: (way) => {
+            const at = withinPane(pane, isColumn, from + along(isColumn, way));
             element.setAttribute("d", lineIn(pane, isColumn, at));
             this.crop(name, axis, valueAlong(pane, axis, at, this.target(), this.fieldMm()));
           },
@@ -142,7 +157,7 @@ export class PlaneOverlay {
 
   /** The edges of the box in the 3D picture, and a handle in the middle of each side that can be dragged there. */
   private boxInSpace(): SVGElement[] {
-    if (this.editor.choice("mode") === "slice") return [];
+    if (this.shown.mode === "slice" || this.shown.mode === "") return [];
     const box = boxNear(this.target(), this.fieldMm(), (name) => this.editor.number(name));
     const edges = kAxes.flatMap((axis) => {
       const [first, second] = kAxes.filter((other) => other !== axis) as [Axis, Axis];
@@ -173,11 +188,9 @@ export class PlaneOverlay {
       const perMm = { x: further.x - at.x, y: further.y - at.y };
       if (Math.hypot(perMm.x, perMm.y) < kLeastPixelsPerMm) return [];
       const handle = drawing("circle", { class: "face", cx: at.x, cy: at.y, r: 7 });
-      let from = { x: at.x, y: at.y };
       this.connect(handle, {
-        began: (pixel) => (from = pixel),
-        moved: (pixel) => {
-          const mm = alongAxisMm({ x: pixel.x - from.x, y: pixel.y - from.y }, perMm);
+        moved: (way) => {
+          const mm = alongAxisMm(way, perMm);
           handle.setAttribute("cx", String(at.x + mm * perMm.x));
           handle.setAttribute("cy", String(at.y + mm * perMm.y));
           this.crop(name, axis, middle[axis] + mm);
@@ -203,23 +216,32 @@ export class PlaneOverlay {
     return [line, grip];
   }
 
-  private connect(grip: SVGElement, drag: Drag & { began?(pixel: PagePoint): void }): void {
+  private connect(grip: SVGElement, drag: Drag): void {
     if (!this.allowed) return grip.classList.add("idle");
-    const at = (event: PointerEvent) => picturePixel({ x: event.clientX, y: event.clientY }, this.canvas);
+    let from: PagePoint = { x: 0, y: 0 };
+    let moved = false;
+    const way = (event: PointerEvent) => {
+      const { x, y } = picturePixel({ x: event.clientX, y: event.clientY }, this.canvas);
+      return { x: x - from.x, y: y - from.y };
+    };
     grip.onpointerdown = (event) => {
-      if (event.button !== 0) return;
+      if (event.button !== 0 || this.dragging !== undefined) return;
       grip.setPointerCapture(event.pointerId);
-      this.dragging = true;
-      drag.began?.(at(event));
+      this.dragging = event.pointerId;
+      from = picturePixel({ x: event.clientX, y: event.clientY }, this.canvas);
+      moved = false;
       event.preventDefault();
     };
     grip.onpointermove = (event) => {
-      if (this.dragging && grip.hasPointerCapture(event.pointerId)) drag.moved(at(event));
+      if (this.dragging !== event.pointerId) return;
+      const { x, y } = way(event);
+      moved ||= Math.hypot(x, y) >= kDragStartPixels;
+      if (moved) drag.moved({ x, y });
     };
     grip.onpointerup = grip.onpointercancel = (event) => {
-      if (!this.dragging) return;
-      this.dragging = false;
-      if (event.type === "pointerup") drag.ended?.(at(event));
+      if (this.dragging !== event.pointerId) return;
+      this.dragging = undefined;
+      if (event.type === "pointerup" && moved) drag.ended?.(way(event));
       this.draw();
     };
   }
