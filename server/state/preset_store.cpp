@@ -30,6 +30,14 @@ v1::Scene preset_part(const v1::Scene& scene) {
   return part;
 }
 
+/// Of letters in ASCII: buttons that differ by a capital alone are one for a reader.
+bool is_equal_but_for_case(std::string_view a, std::string_view b) {
+  const auto lower = [](char letter) {
+    return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
+  };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
 Result<void> check_name(const std::string& name) {
   const bool is_clean = printable(name) == name && name.find_first_not_of(' ') != std::string::npos &&
                         name.front() != ' ' && name.back() != ' ';
@@ -39,7 +47,10 @@ Result<void> check_name(const std::string& name) {
                              "spaces at its ends",
                              PresetStore::kLongestName)};
   }
-  if (std::ranges::find(presets(), name, &fanlight::Preset::name) == presets().end()) return {};
+  const auto is_same = [&name](const fanlight::Preset& built_in) {
+    return is_equal_but_for_case(built_in.name, name);
+  };
+  if (std::ranges::none_of(presets(), is_same)) return {};
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("{} is a built-in preset, expected another name", name)};
 }

@@ -15,8 +15,9 @@ namespace {
 
 using Groups = std::set<std::string, std::less<>>;
 
-constexpr double kLeastLightHz = 1;
-constexpr double kLeastCameraHz = 0.5;
+// A picture now and then is better than none: a machine that is busy for a while ends no view.
+constexpr double kLeastLightHz = 0.5;
+constexpr double kLeastCameraHz = 0.25;
 constexpr int kMostSecondsBehind = 5;
 // The busy share of the main view covers one second: after this time without a picture, the view is idle.
 constexpr double kAtRestMs = 1500;
@@ -101,16 +102,17 @@ Result<void> ViewAdmission::check_budget(const View* wanted, bool own_camera, st
   if (wanted_ms + others_ms <= left_ms) return {};
   return Error{
       ErrorCode::kUnavailable,
-      fmt::format("this machine is too busy for {} of your own: it would take {:.0f} ms of each second, and "
-                  "{:.0f} are free{}; expected {}",
-                  own_camera ? "a camera" : "a light", wanted_ms, std::max(left_ms - others_ms, 0.0),
-                  others_ms > 0
-                      ? fmt::format(", since other displays with views of their own take {:.0f}", others_ms)
-                      : "",
-                  own_camera ? "the camera that all share (a light of your own takes less), a smaller "
-                               "picture, or a faster machine"
-                             : "fewer displays with views of their own, a smaller picture, or a faster "
-                               "machine")};
+      fmt::format(
+          "this machine is too busy for {} of your own: it would take {:.0f} % of the time, and "
+          "{:.0f} % are free{}; expected {}",
+          own_camera ? "a camera" : "a light", wanted_ms / 10, std::max(left_ms - others_ms, 0.0) / 10,
+          others_ms > 0
+              ? fmt::format(", since other displays with views of their own take {:.0f} %", others_ms / 10)
+              : "",
+          own_camera ? "the camera that all share (a light of your own takes less), a smaller "
+                       "picture, or a faster machine"
+                     : "fewer displays with views of their own, a smaller picture, or a faster "
+                       "machine")};
 }
 
 Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {

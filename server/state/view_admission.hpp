@@ -22,7 +22,7 @@ namespace fanlight {
 /// of scene fields of its own (camera, light, ...); all other groups follow the scene in force. Pure logic:
 /// time is a parameter. Server thread only.
 ///
-/// The budget: at one picture a second each, or one in two seconds with a camera of its own, all views must
+/// The budget: at one picture in two seconds each, or one in four with a camera of its own, all views must
 /// fit into the time that the main view leaves, or into the share that is theirs in any case (kMainTimes).
 /// The cost of a pass is its time in the main view or in the view itself, whichever is longer; the time left
 /// follows from the busy share of the main view in the last second. A view that is behind for five seconds

@@ -98,6 +98,7 @@ DisplayState::Condition DisplayState::condition(std::int64_t now_ns) const {
     return any_picture_ ? Condition{.word = Word::kLost, .text = "LOST" + old, .reason = reason}
                         : Condition{.word = Word::kWaiting, .text = "WAITING", .reason = reason};
   };
+  if (!lost_reason_.empty()) return lost(lost_reason_);
   if (heard_ns_ && now_ns - *heard_ns_ > kSilenceNs)
     return lost(fmt::format("The server has not answered for {} s.", (now_ns - *heard_ns_) / 1'000'000'000));
   const double limit_s = liveness_.limit_s() > 0 ? liveness_.limit_s() : kUsualLimitS;

@@ -19,6 +19,9 @@ class DisplayState {
   /// `now_ns`: this machine's clock, as of the others.
   void take(const v1::ServerMessage& message, std::int64_t now_ns);
 
+  /// The connection is lost, with this sentence: until this object is made anew.
+  void lose(const std::string& reason) { lost_reason_ = reason; }
+
   /// A picture is on show.
   void shown(const v1::Picture& picture);
 
@@ -84,6 +87,7 @@ class DisplayState {
   std::optional<std::int64_t> clock_ahead_ns_;
   std::int64_t clock_told_ns_ = 0;
   std::optional<std::int64_t> heard_ns_;
+  std::string lost_reason_;
   std::string refusal_;
   std::int64_t refused_ns_ = 0;
   std::uint64_t last_request_ = 0;

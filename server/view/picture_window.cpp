@@ -236,6 +236,10 @@ double PictureWindow::pixels_per_point(double height) const {
   return shown_.h == 0 ? 1 : height / shown_.h;
 }
 
+void PictureWindow::leave_full_screen() {
+  SDL_SetWindowFullscreen(window_, 0);
+}
+
 void PictureWindow::toggle_full_screen() {
   const bool is_full = (SDL_GetWindowFlags(window_) & SDL_WINDOW_FULLSCREEN_DESKTOP) != 0;
   SDL_SetWindowFullscreen(window_, is_full ? 0 : SDL_WINDOW_FULLSCREEN_DESKTOP);

@@ -44,6 +44,7 @@ class PictureWindow {
   double pixels_per_point(double height) const;
 
   void toggle_full_screen();
+  void leave_full_screen();
 
  private:
   PictureWindow() = default;

@@ -111,7 +111,7 @@ class View {
 
   void lose(const std::string& reason) {
     client_.reset();
-    lost_reason_ = reason;
+    state_->lose(reason + "; trying again");
     tried_ns_ = now_ns();
     dirty_ = true;
   }
@@ -182,8 +182,10 @@ class View {
   }
 
   void press(SDL_Keycode key, bool repeated) {
-    if (key == SDLK_q || key == SDLK_ESCAPE) {
+    if (key == SDLK_q) {
       ended_ = true;
+    } else if (key == SDLK_ESCAPE) {
+      window_.leave_full_screen();
     } else if ((key == SDLK_f || key == SDLK_F11) && !repeated) {
       window_.toggle_full_screen();
     } else if (client_ && (!repeated || repeats(key))) {
@@ -239,13 +241,8 @@ class View {
 
   void draw(std::int64_t now) {
     PictureWindow::Texts texts{.condition = state_->condition(now), .title = state_->title(), .hint = kKeys};
-    if (!client_) {
-      texts.condition.word = DisplayState::Word::kLost;
-      texts.condition.text = "LOST";
-      texts.condition.reason = lost_reason_ + "; trying again";
-    }
     const v1::CineStatus& cine = state_->cine();
-    if (cine.state() != v1::CineStatus::LIVE)
+    if (client_ && cine.state() != v1::CineStatus::LIVE)
       texts.on_bar = fmt::format("volume {} of {}, for all displays", cine.volume() + 1, cine.volumes());
     if (const std::string refusal = state_->refusal(now); !refusal.empty()) {
       texts.hint = refusal;
@@ -264,7 +261,6 @@ class View {
   double picture_height_ = 0;
   std::future<Connected> coming_;  // of a try that is under way
   std::int64_t heard_ns_ = 0;
-  std::string lost_reason_;
   std::int64_t tried_ns_ = 0;
   std::int64_t drawn_ns_ = 0;
   bool dirty_ = true;

@@ -71,6 +71,8 @@ TEST_F(PresetStoreTest, RefusesNamesAndValues) {
   EXPECT_EQ(refusal(store_.save(std::string(41, 'a'), threshold(1), kOperator)), needs);
   EXPECT_EQ(refusal(store_.save("bone", threshold(1), kOperator)),
             "bone is a built-in preset, expected another name");
+  EXPECT_EQ(refusal(store_.save("Bone", threshold(1), kOperator)),
+            "Bone is a built-in preset, expected another name");
   EXPECT_NE(refusal(store_.save("x", threshold(999), kOperator)), "");
   v1::Scene view;
   view.mutable_camera()->set_yaw_deg(3);

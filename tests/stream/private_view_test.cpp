@@ -125,14 +125,14 @@ TEST_F(PrivateViewStream, RefusesFieldsOfTheMainViewAndValuesOutOfRange) {
 TEST_F(PrivateViewStream, ASessionThatLeavesFreesItsShareOfTheBudget) {
   TestDisplay first(fixture_.endpoint());
   TestDisplay second(fixture_.endpoint());
-  show_main_at_work(0.5, 300, 120);
+  show_main_at_work(0.5, 300, 240);
   EXPECT_TRUE(change(first, light(5)).has_in_force());
-  show_main_at_work(0.93, 300, 120);
+  show_main_at_work(0.93, 300, 240);
   EXPECT_NE(change(second, light(5)).refused().message().find("other displays with views of their own"),
             std::string::npos);
   first.vanish();
   while (fixture_.counters().private_views.value() > 0) watching_.next(Body::kStatistics);
-  show_main_at_work(0.93, 300, 120);
+  show_main_at_work(0.93, 300, 240);
   EXPECT_TRUE(change(second, light(5)).has_in_force());
 }
 
@@ -141,7 +141,7 @@ TEST_F(PrivateViewStream, PicturesOfAPrivateViewCountForItsCost) {
   EXPECT_TRUE(change(client, light(5)).has_in_force());
   const PrivateView wanted = fixture_.next_private_views()[0];
   PictureStamp expensive{.view_id = wanted.view_id, .picture_id = 1, .scene_revision = wanted.scene.revision};
-  expensive.stage_ms[static_cast<std::size_t>(Stage::kFinish)] = 600;
+  expensive.stage_ms[static_cast<std::size_t>(Stage::kFinish)] = 1200;
   for (int picture = 0; picture < 2; ++picture) {  // the first ones do not count
     expensive.picture_id += 1;
     fixture_.show_in(wanted, expensive, 90);
@@ -149,7 +149,7 @@ TEST_F(PrivateViewStream, PicturesOfAPrivateViewCountForItsCost) {
     }
     show_main_at_work(0.5, 80, 10);
   }
-  EXPECT_NE(change(client, light(6)).refused().message().find("would take 610 ms"), std::string::npos);
+  EXPECT_NE(change(client, light(6)).refused().message().find("would take 60 %"), std::string::npos);
 }
 
 TEST_F(PrivateViewStream, EndsAViewThatTheMainViewLeavesNoTime) {

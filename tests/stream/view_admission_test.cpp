@@ -94,17 +94,19 @@ class ViewAdmissionTest : public testing::Test {
 };
 
 TEST_F(ViewAdmissionTest, ViewsFitIntoTheTimeThatTheMainViewLeaves) {
-  show_main(0.5, 1300, 20, 1000);
-  EXPECT_EQ(refusal_of(1, yaw(5)),
-            "this machine is too busy for a camera of your own: it would take 660 ms of each second, and 500 "
-            "are free; expected the camera that all share (a light of your own takes less), a smaller "
-            "picture, or a faster machine");
+  show_main(0.5, 2200, 20, 1000);
+  EXPECT_EQ(
+      refusal_of(1, yaw(5)),
+      "this machine is too busy for a camera of your own: it would take 56 % of the time, and 50 % are "
+      "free; expected the camera that all share (a light of your own takes less), a smaller picture, or "
+      "a faster machine");
   EXPECT_EQ(refusal_of(1, light(5)), "");
-  show_main(0.5, 1300, 300, 1000);
-  EXPECT_EQ(refusal_of(2, light(5)),
-            "this machine is too busy for a light of your own: it would take 300 ms of each second, and 200 "
-            "are free, since other displays with views of their own take 300; expected fewer displays with "
-            "views of their own, a smaller picture, or a faster machine");
+  show_main(0.5, 2200, 600, 1000);
+  EXPECT_EQ(
+      refusal_of(2, light(5)),
+      "this machine is too busy for a light of your own: it would take 30 % of the time, and 20 % are "
+      "free, since other displays with views of their own take 30 %; expected fewer displays with views "
+      "of their own, a smaller picture, or a faster machine");
   EXPECT_EQ(refusal_of(1, light(6)), "") << "an open view may change its light";
   EXPECT_NE(refusal_of(1, yaw(5)), "") << "but not acquire a camera of its own";
   EXPECT_TRUE(admission_.leave(1));
@@ -112,15 +114,15 @@ TEST_F(ViewAdmissionTest, ViewsFitIntoTheTimeThatTheMainViewLeaves) {
 }
 
 TEST_F(ViewAdmissionTest, ABusyMainViewLeavesOnePartInFive) {
-  show_main(1, 380, 20, 400);
-  EXPECT_EQ(refusal_of(1, light(5)), "") << "20 ms of 200";
+  show_main(1, 780, 20, 800);
+  EXPECT_EQ(refusal_of(1, light(5)), "") << "1 % of 20";
   EXPECT_EQ(refusal_of(2, yaw(5)),
-            "this machine is too busy for a camera of your own: it would take 200 ms "
-            "of each second, and 180 are free, since other displays with views of "
-            "their own take 20; expected the camera that all share (a light of your "
-            "own takes less), a smaller picture, or a faster machine");
+            "this machine is too busy for a camera of your own: it would take 20 % of "
+            "the time, and 19 % are free, since other displays with views of their own "
+            "take 1 %; expected the camera that all share (a light of your own takes "
+            "less), a smaller picture, or a faster machine");
   EXPECT_TRUE(admission_.leave(1));
-  EXPECT_EQ(refusal_of(2, yaw(5)), "") << "one picture in two seconds";
+  EXPECT_EQ(refusal_of(2, yaw(5)), "") << "one picture in four seconds";
 }
 
 TEST_F(ViewAdmissionTest, AMainViewWithoutNewPicturesLeavesAllTime) {
@@ -150,7 +152,7 @@ TEST(ViewAdmissionAtTheStart, TheFirstPictureDoesNotCount) {
                           kMostPrivateViews, 4, 4);
   PictureStamp slow;
   slow.volume.volume_id = 1;
-  slow.stage_ms[static_cast<std::size_t>(Stage::kCast)] = 2500;
+  slow.stage_ms[static_cast<std::size_t>(Stage::kCast)] = 4500;
   v1::Scene turned;
   turned.mutable_camera()->set_yaw_deg(5);
   const SceneField* refused = nullptr;
@@ -164,12 +166,12 @@ TEST(ViewAdmissionAtTheStart, TheFirstPictureDoesNotCount) {
 TEST_F(ViewAdmissionTest, TheCostOfAViewIsThatOfItsOwnPictures) {
   ASSERT_TRUE(change(1, light(5)));
   for (int picture = 0; picture < 2; ++picture) {  // the first one does not count
-    render(1, 600);
+    render(1, 1200);
     now_ns_ += 100 * kMs;
     EXPECT_EQ(admission_.newest(now_ns_).size(), 1U);
   }
   show_main(0.5, 80, 10, 1000);
-  EXPECT_NE(refusal_of(1, light(6)).find("would take 610 ms"), std::string::npos);
+  EXPECT_NE(refusal_of(1, light(6)).find("would take 60 %"), std::string::npos);
 }
 
 TEST_F(ViewAdmissionTest, LimitsTheNumberOfViews) {
@@ -238,9 +240,9 @@ TEST_F(ViewAdmissionTest, EndsTheDearestViewWhereAllHaveBecomeTooDear) {
     return admission_.second_passed(now_ns_);
   };
   for (int seconds = 0; seconds < 10; ++seconds) EXPECT_TRUE(second(20).empty()) << "it fits";
-  // 40 steps of diffusion take 600 ms, which do not fit into the half that the main view leaves.
-  for (int seconds = 0; seconds < 4; ++seconds) EXPECT_TRUE(second(600).empty()) << "not for long enough";
-  const auto ended = second(600);
+  // Many steps of diffusion take 1200 ms, which do not fit into the half that the main view leaves.
+  for (int seconds = 0; seconds < 4; ++seconds) EXPECT_TRUE(second(1200).empty()) << "not for long enough";
+  const auto ended = second(1200);
   ASSERT_EQ(ended.size(), 1U);
   EXPECT_EQ(ended[0].session, 2U);
   EXPECT_NE(ended[0].reason.find("too busy for it"), std::string::npos) << ended[0].reason;

@@ -229,8 +229,8 @@ function receive({ body }: ServerMessage): void {
     case "recordingReply":
     case "cineReply":
     case "replayReply":
-      if (body.value.outcome.case === "refused") showRefusal(body.value.outcome.value.message);
-      return;
+      if (body.value.outcome.case === "refused") return showRefusal(body.value.outcome.value.message);
+      return shell.hideRefusal();
     case "loginNeeded":
       return login.needed("");
     case "error":

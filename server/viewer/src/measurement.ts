@@ -85,7 +85,6 @@ export class Measurement {
   choose(chosen: boolean): void {
     this.chosen = chosen;
     this.start = undefined;
-    if (!chosen) this.measured = undefined;
     this.events.say(chosen ? this.hint() : "");
     this.draw();
   }
@@ -174,7 +173,7 @@ export class Measurement {
     if (this.events.isFrozen()) return "Click two points of the surface.";
     return this.events.mayFreeze()
       ? "Freeze the picture first (Space): a moving surface cannot be measured."
-      : "Only a frozen picture can be measured, and the display in control freezes it.";
+      : "Only a picture that is frozen for all displays can be measured: the display in control freezes it.";
   }
 
   private draw(): void {

@@ -13,6 +13,10 @@ export interface PictureNote {
   y: number;
 }
 
+export function isOnTheRight(note: PictureNote): boolean {
+  return note.x > 0.5;
+}
+
 export class PictureNotes {
   private notes: PictureNote[] = [];
   private chosen = false;
@@ -62,14 +66,16 @@ export class PictureNotes {
       event.stopPropagation(); // letters are text here, not the page's keys
     };
     // The click that made the note still moves the focus after this.
-    window.setTimeout(() => input.focus());
+    window.setTimeout(() => input.focus({ preventScroll: true }));
   }
 
   private draw(edited?: PictureNote, input?: HTMLInputElement): void {
     this.root.replaceChildren(
       ...this.notes.map((note) => {
         const part = note === edited && input ? input : this.label(note);
-        part.style.left = `${100 * note.x}%`;
+        // In the right half it ends where it was clicked, so that it stays on the picture.
+        if (isOnTheRight(note)) part.style.right = `${100 * (1 - note.x)}%`;
+        else part.style.left = `${100 * note.x}%`;
         part.style.top = `${100 * note.y}%`;
         return part;
       }),

@@ -16,6 +16,10 @@ import type { PagePoint } from "./view_geometry";
 
 const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
 
+function paneNames(): string[] {
+  return [...document.querySelectorAll("#pane-names span")].map((name) => name.textContent ?? "");
+}
+
 export class PictureOverlay {
   readonly measurement: Measurement;
   readonly clip: ClipButton;
@@ -112,6 +116,8 @@ export class PictureOverlay {
       bar: this.bar(),
       fullWidth: this.fullSize().width,
       notes: this.notes.all(),
+      scales: find("#planes", SVGSVGElement),
+      names: this.editor.choice("mode") === "slices" ? paneNames() : [],
       withFoot: page.stillFacts.checked,
     };
     saveStill(page.canvas, this.lines, facts).catch((error: Error) => this.from.failed(error.message));

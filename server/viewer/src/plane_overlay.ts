@@ -80,6 +80,9 @@ export class PlaneOverlay {
   draw(): void {
     if (this.dragging !== undefined) return; // the handle under the pointer stays the same element
     if (this.isCurrent()) this.shown = this.read();
+    // Of the text on the screen, whatever the size of the picture.
+    const pixelsPerPoint = this.canvas.width / (this.canvas.clientWidth || this.canvas.width);
+    this.svg.style.setProperty("--scale-text", `${(window.innerWidth >= 2600 ? 22 : 12) * pixelsPerPoint}px`);
     this.svg.setAttribute("viewBox", `0 0 ${this.canvas.width} ${this.canvas.height}`);
     const panes = panesOf(this.shown.mode, this.canvas);
     const parts = panes.flatMap((pane) => [...this.scaleOf(pane), ...this.linesOf(pane)]);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Saves the picture as PNG, with its measurement and notes; and, if wanted, its scale, source and state below it.
 
-import type { PictureNote } from "./picture_notes";
+import { isOnTheRight, type PictureNote } from "./picture_notes";
 import { saveFile, timeInName } from "./save_file";
 
 export interface StillFacts {
@@ -12,6 +12,10 @@ export interface StillFacts {
   bar: { mm: number; pixels: number } | undefined;
   fullWidth: number;
   notes: readonly PictureNote[];
+  /** Holds the depth scales of the panes. */
+  scales: SVGSVGElement;
+  /** Of the panes; none where there is one. */
+  names: readonly string[];
   /** Whether scale, source, state and time stand below the picture. */
   withFoot: boolean;
 }
@@ -24,6 +28,7 @@ export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElemen
   const context = copy.getContext("2d")!;
   context.drawImage(canvas, 0, 0);
   if (overlay.childElementCount > 0) context.drawImage(await imageOf(overlay, canvas), 0, 0);
+  if (facts.withFoot) drawPanes(context, canvas, facts);
   drawNotes(context, canvas, facts.notes);
   if (facts.withFoot) drawFoot(context, canvas, facts);
   const blob = await new Promise<Blob | null>((resolve) => copy.toBlob(resolve, "image/png"));
@@ -36,10 +41,33 @@ function drawNotes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
   context.lineWidth = 3;
   context.strokeStyle = "#000";
   context.fillStyle = "#fff";
-  for (const { text, x, y } of notes) {
-    context.strokeText(text, x * canvas.width, y * canvas.height);
-    context.fillText(text, x * canvas.width, y * canvas.height);
+  for (const note of notes) {
+    context.textAlign = isOnTheRight(note) ? "right" : "left";
+    const place = [note.x * canvas.width, note.y * canvas.height, canvas.width / 2] as const;
+    context.strokeText(note.text, ...place);
+    context.fillText(note.text, ...place);
   }
+  context.textAlign = "left";
+}
+
+/** The depth scales of the panes, and the panes' names. */
+function drawPanes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, { scales, names }: StillFacts): void {
+  context.font = "600 12px sans-serif";
+  context.lineWidth = 3;
+  [context.strokeStyle, context.fillStyle] = ["#000", "#fff"];
+  const write = (text: string, x: number, y: number, align: CanvasTextAlign) => {
+    context.textAlign = align;
+    context.strokeText(text, x, y);
+    context.fillText(text, x, y);
+  };
+  for (const text of scales.querySelectorAll("text.depth"))
+    write(text.textContent ?? "", Number(text.getAttribute("x")), Number(text.getAttribute("y")), "right");
+  for (const [index, name] of names.entries())
+    write(name, (index % 2) * (canvas.width / 2) + 8, Math.floor(index / 2) * (canvas.height / 2) + 16, "left");
+  context.strokeStyle = "#fff";
+  context.lineWidth = 1;
+  for (const tick of scales.querySelectorAll("path.depth")) context.stroke(new Path2D(tick.getAttribute("d") ?? ""));
+  context.textAlign = "left";
 }
 
 function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, facts: StillFacts): void {

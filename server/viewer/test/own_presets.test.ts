@@ -28,6 +28,7 @@ test("a preset goes to the JSON of /api/scene and back", () => {
     transfer: { points: "0 #000000 0" },
   });
   assert.deepEqual(valuesFromJson(JSON.stringify(json), fields), values);
+  assert.deepEqual(valuesFromJson(JSON.stringify({ revision: 3, scene: json }), fields), values, "as it is answered");
 });
 
 test("a file that is no preset is refused with what is wrong", () => {
