@@ -92,7 +92,8 @@ PictureLiveness::Cause PictureLiveness::cause(const Source& source, std::int64_t
   if (health_.state == RenderHealth::State::kRemaking) return Cause::kGpuRemade;
   if (health_.state == RenderHealth::State::kHung) return Cause::kGpuHung;
   const bool still = now_ns - progressed_ns_ > limit_ns();
-  if ((still || source.frozen) && driver_.silent_ns() > kLeastLimitNs) return Cause::kDriverSilent;
+  const bool asks_no_progress = source.frozen || source.resting;
+  if ((still || asks_no_progress) && driver_.silent_ns() > kLeastLimitNs) return Cause::kDriverSilent;
   if (source.is_replay) return still ? cause_of_replay(now_ns) : Cause::kNone;
   if (frames_silent(now_ns)) return Cause::kNoFrames;
   return still ? cause_of_stillness(now_ns) : Cause::kNone;

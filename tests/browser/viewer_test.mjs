@@ -129,7 +129,7 @@ test("the page shows a refusal and restores the value in force", async () => {
       () => viewer.page.locator("#refusal > span").textContent(),
       (text) => text !== "",
     );
-    assert.match(sentence, /threshold/);
+    assert.match(sentence, /^Threshold is 999, expected/);
     await until(
       "the value in force",
       () => viewer.field("detector.threshold"),
@@ -287,7 +287,7 @@ test("the transfer function is edited by mouse, keys and text, and an invalid te
       () => viewer.page.locator("#refusal > span").textContent(),
       (shown) => shown !== "",
     );
-    assert.match(sentence, /transfer\.points.*expected/);
+    assert.match(sentence, /^Volume colours: Points: .*expected/);
     await until("the text in force", points, (shown) => shown === blueTransfer);
     assert.deepEqual(viewer.consoleProblems, []);
   });

@@ -255,6 +255,11 @@ TEST_F(LivenessTest, SaysThatTheDriverIsSilent) {
   render_.turn_began_ns.set(now_ns_);
   update();
   EXPECT_NE(cause(), Cause::kDriverSilent);
+
+  source_.resting = true;
+  for (int each = 0; each < 20; ++each) sweep(true, false);
+  EXPECT_EQ(cause(), Cause::kDriverSilent) << "a rest asks nothing of the driver, and does not hide it";
+  EXPECT_EQ(state(), State::kNotLive);
 }
 
 TEST(DriverWatchTest, CountsOnlyTheTimeInWhichItLooks) {
