@@ -194,7 +194,7 @@ std::shared_ptr<PictureSnapshot> PictureHub::snapshot_of(Shown& shown) {
   if (shown.snapshot != nullptr) return shown.snapshot;
   const auto free =
       std::ranges::find_if(snapshots_, [](const auto& snapshot) { return snapshot.use_count() == 1; });
-  const auto snapshot =
+  auto snapshot =
       free != snapshots_.end() ? *free : snapshots_.emplace_back(std::make_shared<PictureSnapshot>());
   snapshot->take(*shown.picture);
   shown.snapshot = snapshot;  // only whole
