@@ -11,7 +11,7 @@
 namespace fanlight::test {
 namespace {
 
-constexpr std::uint32_t kCasesInABatch = 20;
+constexpr std::uint32_t kCasesInABatch = 10;
 
 struct Cast {
   DepthMaps depths;
