@@ -33,6 +33,8 @@ AcquisitionThread::AcquisitionThread(const Dependencies& dependencies, MismatchC
 
 void AcquisitionThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "acquisition");
+  std::optional<Pulse::OfThisThread> pulse;
+  if (dependencies_.pulse != nullptr) pulse.emplace(*dependencies_.pulse);
   State state = State::kFailed;
   try {
     state = pull_frames(stop);
@@ -53,6 +55,7 @@ AcquisitionThread::State AcquisitionThread::pull_frames(const std::stop_token& s
   FrameSource& source = dependencies_.source;
   std::uint64_t delays = 0;
   while (!stop.stop_requested()) {
+    Pulse::beat();
     Result<std::optional<FrameStamp>> next = source.next_frame(stop);
     dependencies_.counters.source_delays.add(source.delays() - std::exchange(delays, source.delays()));
     if (!next) {

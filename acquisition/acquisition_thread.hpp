@@ -8,6 +8,7 @@
 #include "acquisition/assembly/assembler.hpp"
 #include "acquisition/record/frame_tap.hpp"
 #include "acquisition/source/frame_source.hpp"
+#include "proto/exchange/pulse.hpp"
 
 namespace fanlight {
 
@@ -33,6 +34,7 @@ class AcquisitionThread {
     DroppedSweeps* dropped = nullptr;   ///< receives the sweeps that give no volume; nullptr: nobody asks
     std::span<const RecordedCorrection> recorded{};  ///< see Assembler::Config
     FrameTap* tap = nullptr;  ///< receives every frame as the source gives it; nullptr: no recorder
+    Pulse* pulse = nullptr;   ///< beats while the thread's loop comes round; nullptr: nobody watches
   };
 
   /// Starts the thread. Ends the process where the system cannot create a thread.

@@ -39,8 +39,11 @@ RenderThread::RenderThread(DeviceRenderer renderer, const Dependencies& dependen
 
 void RenderThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "render");
+  std::optional<Pulse::OfThisThread> pulse;
+  if (to_.pulse != nullptr) pulse.emplace(*to_.pulse);
   governor_.scene_came(requested_.scene, now_ns());
   while (!stop.stop_requested()) {
+    Pulse::beat();
     to_.counters.turn_began_ns.set(now_ns());
     if (const auto done = step_within_memory(); !done && !recover_within_memory(done.error(), stop)) break;
   }

@@ -9,6 +9,7 @@
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/mailbox.hpp"
+#include "proto/exchange/pulse.hpp"
 #include "proto/exchange/render_health.hpp"
 #include "proto/exchange/survey.hpp"
 #include "proto/exchange/volume_ring.hpp"
@@ -58,6 +59,8 @@ class RenderThread {
     CineLink* cine = nullptr;
     /// While nobody is present, new volumes are taken and counted, but not rendered; null: they always are.
     const Audience* audience = nullptr;
+    /// Beats while the thread's loop comes round; null: nobody watches.
+    Pulse* pulse = nullptr;
     /// Receives the health whenever it changes; may be null. Its slots are roomy_health().
     Mailbox<RenderHealth>* health = nullptr;
     /// Empty: a lost GPU ends the thread.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <spdlog/cfg/env.h>
 #include <CLI/CLI.hpp>
 
@@ -12,7 +13,9 @@
 #include <vector>
 
 #include "proto/base/printable.hpp"
+#include "server/cli/command_help.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/option_table.hpp"
 
 namespace {
 
@@ -31,28 +34,65 @@ int flush_output() {
   return 1;
 }
 
+/// One sentence about a command line or a configuration that is not understood.
+int usage_error(const CLI::App& program, const CLI::ParseError& error) {
+  const CLI::App* command = &program;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  const std::string path = fanlight::command_path(*command);
+  const std::string name = path.empty() ? "fanlight" : "fanlight " + path;
+  const auto unknown = command->remaining();
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !unknown.empty()) {
+    print_error(name, fanlight::unknown_argument(*command, unknown.front()));
+  } else if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ConfigError)) {
+    print_error(name, error.what());
+  } else {
+    print_error(name, fmt::format("{}; `{} --help` tells more", error.what(), name));
+  }
+  return kUsageError;
+}
+
 int run(int argc, char** argv) {
   CLI::App program("Fanlight renders the surface in 4D ultrasound and streams it to displays.", "fanlight");
-  program.set_version_flag("--version", FANLIGHT_VERSION);
+  program.set_version_flag("-V,--version", FANLIGHT_VERSION, "Print the version and leave");
   program.require_subcommand(1);
   const std::vector<std::pair<std::string, fanlight::Command>> commands = {
-      {"serve", fanlight::add_serve_command(program)},    {"render", fanlight::add_render_command(program)},
-      {"watch", fanlight::add_watch_command(program)},    {"view", fanlight::add_view_command(program)},
-      {"token", fanlight::add_token_command(program)},    {"audit", fanlight::add_audit_command(program)},
-      {"bench", fanlight::add_bench_command(program)},    {"info", fanlight::add_info_command(program)},
-      {"record", fanlight::add_record_command(program)},  {"recover", fanlight::add_recover_command(program)},
-      {"convert", fanlight::add_convert_command(program)}};
+      {"serve", fanlight::add_serve_command(program)},
+      {"render", fanlight::add_render_command(program)},
+      {"watch", fanlight::add_watch_command(program)},
+      {"view", fanlight::add_view_command(program)},
+      {"token", fanlight::add_token_command(program)},
+      {"audit", fanlight::add_audit_command(program)},
+      {"bench", fanlight::add_bench_command(program)},
+      {"info", fanlight::add_info_command(program)},
+      {"record", fanlight::add_record_command(program)},
+      {"recover", fanlight::add_recover_command(program)},
+      {"convert", fanlight::add_convert_command(program)},
+      {"help", fanlight::add_help_command(program)},
+      {"version", fanlight::add_version_command(program)},
+      {"man", fanlight::add_man_command(program)},
+      {"completion", fanlight::add_completion_command(program)}};
+  fanlight::use_command_help(program);
+  if (argc < 2) {
+    fmt::print("{}", fanlight::command_help(program, false));
+    return flush_output();
+  }
+  // CLI11 would only say that a command is required.
+  if (const auto lacks = fanlight::lacking_command(program, {argv + 1, argv + argc}); !lacks.empty()) {
+    print_error("fanlight", lacks);
+    return kUsageError;
+  }
   try {
     program.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? flush_output() : kUsageError;
-  }
-  for (const auto& [name, command] : commands) {
-    if (!program.got_subcommand(name)) continue;
-    if (const auto done = command(); !done) {
-      print_error("fanlight " + name, done.error().message);
-      return 1;
+    for (const auto& [name, command] : commands) {
+      if (!program.got_subcommand(name)) continue;
+      if (const auto done = command(); !done) {
+        print_error("fanlight " + name, done.error().message);
+        return 1;
+      }
     }
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.exit(error) == 0 ? flush_output() : kUsageError;
+    return usage_error(program, error);
   }
   return flush_output();
 }

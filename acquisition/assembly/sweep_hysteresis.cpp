@@ -110,7 +110,7 @@ void SweepHysteresis::report(const FanGeometry& geometry) {
   const double radius_mm = geometry.motor_radius_mm + geometry.depth_mm() / 2;
   counters_.mismatch_deg.set(degrees(mismatch_rad_));
   counters_.mismatch_left_deg.set(degrees(remaining_rad));
-  counters_.mismatch_left_mm.set(radius_mm * remaining_rad);
+  counters_.mismatch_left_m.set(radius_mm * remaining_rad / 1000);
 }
 
 }  // namespace fanlight

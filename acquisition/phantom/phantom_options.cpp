@@ -110,65 +110,74 @@ bool read_scene(std::string_view text, PhantomSource::Scene& scene) {
 
 struct Option {
   std::string_view name;
+  std::string_view text;
   std::string_view expected;
   bool (*read)(std::string_view text, Config& config);
 };
 
 constexpr std::string_view kWholeNumber = "a whole number";
 constexpr Option kOptions[] = {
-    {"rate", "0.1 to 1000 frames a second",
+    {"rate", "Frames a second", "0.1 to 1000 frames a second",
      [](std::string_view text, Config& config) { return read_number(text, config.frame_rate_hz); }},
-    {"frames", "2 to 1024 a volume",
+    {"frames", "Frames of a sweep", "2 to 1024 a volume",
      [](std::string_view text, Config& config) { return read_number(text, config.frames_per_volume); }},
-    {"columns", "16 to 4096",
+    {"columns", "Pixels of a frame across, or its scan lines", "16 to 4096",
      [](std::string_view text, Config& config) { return read_number(text, config.columns); }},
-    {"rows", "16 to 4096",
+    {"rows", "Pixels of a frame along its depth, or samples of a line", "16 to 4096",
      [](std::string_view text, Config& config) { return read_number(text, config.rows); }},
-    {"sweep", "1 to 170 deg",
+    {"sweep", "Angle from the first frame to the last", "1 to 170 deg",
      [](std::string_view text, Config& config) { return read_number(text, config.sweep_deg); }},
-    {"seed", kWholeNumber,
+    {"seed", "Begin of the random numbers", kWholeNumber,
      [](std::string_view text, Config& config) { return read_number(text, config.seed); }},
-    {"volumes", "a whole number, 0 for no end",
+    {"volumes", "Sweeps until the source ends", "a whole number, 0 for no end",
      [](std::string_view text, Config& config) { return read_number(text, config.volumes); }},
-    {"beam", "0 to 8 mm",
+    {"beam", "Thickness of the beam across the frame", "0 to 8 mm",
      [](std::string_view text, Config& config) { return read_number(text, config.beam_mm); }},
-    {"speckle", "on or off",
+    {"speckle", "Speckle", "on or off",
      [](std::string_view text, Config& config) {
        return read_switch(text, config.speckle, PhantomSource::Speckle::kOn, PhantomSource::Speckle::kOff);
      }},
-    {"moving", "on or off",
+    {"moving", "Whether the body moves", "on or off",
      [](std::string_view text, Config& config) {
        return read_switch(text, config.motion, PhantomScene::Motion::kMoving, PhantomScene::Motion::kStill);
      }},
-    {"probe", "r1 or r2", [](std::string_view text, Config& config) { return read_probe(text, config); }},
-    {"scene", "relief, face, sphere or plane",
+    {"probe", "Frames, scan lines and radii of a probe", "r1 or r2",
+     [](std::string_view text, Config& config) { return read_probe(text, config); }},
+    {"scene", "The body", "relief, face, sphere or plane",
      [](std::string_view text, Config& config) { return read_scene(text, config.scene); }},
-    {"scan", "cartesian, convex or linear",
+    {"scan", "What a frame is: pixels, or scan lines of a convex or a linear array",
+     "cartesian, convex or linear",
      [](std::string_view text, Config& config) { return read_scan(text, config.scan); }},
-    {"compression", "log or linear",
+    {"compression", "From echo to grey level", "log or linear",
      [](std::string_view text, Config& config) {
        config.scale.kind = text == "linear" ? EchoScale::Kind::kLinear : EchoScale::Kind::kLog;
        return text == "linear" || text == "log";
      }},
-    {"range", "20 to 120 dB",
+    {"range", "Dynamic range of the echo", "20 to 120 dB",
      [](std::string_view text, Config& config) { return read_number(text, config.scale.range_db); }},
-    {"gain", "-40 to 40 dB",
+    {"gain", "Gain of the echo", "-40 to 40 dB",
      [](std::string_view text, Config& config) { return read_number(text, config.scale.gain_db); }},
-    {"lag", "-4 to 4 deg",
+    {"lag", "By how much the motor lags behind the angles it tells", "-4 to 4 deg",
      [](std::string_view text, Config& config) { return read_number(text, config.lag_deg); }},
-    {"jitter", "0 to 2 deg",
+    {"jitter", "Noise of the angles", "0 to 2 deg",
      [](std::string_view text, Config& config) { return read_number(text, config.jitter_deg); }},
-    {"turning", "0 to 16 frames",
+    {"turning", "Frames while the motor turns", "0 to 16 frames",
      [](std::string_view text, Config& config) { return read_number(text, config.turning_frames); }},
-    {"index", "on or off",
+    {"index", "Whether frames tell their sweep", "on or off",
      [](std::string_view text, Config& config) {
        return read_switch(text, config.index, PhantomSource::Index::kOn, PhantomSource::Index::kOff);
      }},
-    {"lost", "0 to 50 percent",
+    {"lost", "Frames that are lost", "0 to 50 percent",
      [](std::string_view text, Config& config) { return read_number(text, config.lost_percent); }},
 };
 
 }  // namespace
+
+std::vector<PhantomSource::OptionText> PhantomSource::option_texts() {
+  std::vector<OptionText> texts;
+  for (const Option& option : kOptions) texts.push_back({option.name, option.text, option.expected});
+  return texts;
+}
 
 Result<Config> PhantomSource::parse(std::string_view options, Config base) {
   while (!options.empty()) {

@@ -68,6 +68,14 @@ class PhantomSource final : public FrameSource {
     Pace pace = Pace::kRealTime;
   };
 
+  /// An option of the text below, for people.
+  struct OptionText {
+    std::string_view name;
+    std::string_view text;      ///< what it is
+    std::string_view expected;  ///< its values
+  };
+  static std::vector<OptionText> option_texts();
+
   /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied; or
   /// kInvalidArgument with the accepted values. Other options: columns, rows, sweep, volumes, beam,
   /// probe=r1 or probe=r2, scene=relief, face, sphere or plane, scan=cartesian, scan=convex or scan=linear,

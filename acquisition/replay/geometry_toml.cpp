@@ -10,6 +10,7 @@
 #include <string>
 
 #include "acquisition/source/printable.hpp"
+#include "proto/base/toml_place.hpp"
 
 namespace fanlight {
 
@@ -17,18 +18,6 @@ namespace {
 
 Error bad(const std::filesystem::path& path, std::string_view wrong, std::string_view expected) {
   return {ErrorCode::kBadInput, fmt::format("{}: {}, expected {}", shown(path), wrong, expected)};
-}
-
-/// Where the text is no TOML, from 1 on. `Failure` is toml::syntax_error, another class in toml11 4.
-template <typename Failure>
-std::size_t line_of(const Failure& failure) {
-  if constexpr (requires { failure.location(); }) {
-    return failure.location().line();
-  } else {
-    const auto& errors = failure.errors();
-    const bool has_place = !errors.empty() && !errors.front().locations().empty();
-    return has_place ? errors.front().locations().front().first.first_line_number() : 1;
-  }
 }
 
 }  // namespace
@@ -60,7 +49,7 @@ Result<toml::value> parse_geometry_toml(const std::filesystem::path& path) {
     std::istringstream stream(text);
     return toml::parse(stream, shown(path));
   } catch (const toml::syntax_error& failure) {
-    return bad(path, fmt::format("line {} is not TOML", line_of(failure)), kExpected);
+    return bad(path, fmt::format("line {} is not TOML", toml_error_line(failure)), kExpected);
   } catch (const std::exception&) {
     return bad(path, "the file is not TOML", kExpected);
   }

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "proto/exchange/pulse.hpp"
+
 namespace fanlight {
 
 Result<std::unique_ptr<UsbBus>> UsbBus::create(const UsbAddress& address) {
@@ -31,6 +33,7 @@ UsbBus::~UsbBus() {
 void UsbBus::handle_events(std::int64_t timeout_us) const {
   timeval timeout{.tv_sec = timeout_us / 1'000'000, .tv_usec = timeout_us % 1'000'000};
   libusb_handle_events_timeout_completed(context_, &timeout, nullptr);
+  Pulse::beat();
 }
 
 libusb_device* UsbBus::next_arrival() {

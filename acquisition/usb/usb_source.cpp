@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "proto/base/clock.hpp"
+#include "proto/exchange/pulse.hpp"
 
 namespace fanlight {
 
@@ -115,6 +116,7 @@ Result<void> UsbSource::search() {
     auto bus = UsbBus::create(config_.address);
     if (!bus) {
       std::this_thread::sleep_for(std::chrono::microseconds(kEventsUs));
+      Pulse::beat();
       return bus.error();
     }
     bus_ = *std::move(bus);

@@ -5,9 +5,12 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+
+#include "proto/exchange/pulse.hpp"
 
 namespace fanlight {
 
@@ -31,10 +34,15 @@ void Doorbell::ring() {
 
 bool Doorbell::wait(std::int64_t timeout_ns) {
   constexpr std::int64_t kNsPerS = 1'000'000'000;
-  if (timeout_ns != 0) {
+  while (timeout_ns != 0) {
+    // In slices, so that a watchdog sees that the thread waits and does not hang.
+    const std::int64_t slice_ns = timeout_ns < 0 ? kNsPerS : std::min(timeout_ns, kNsPerS);
     pollfd watched{.fd = fd_, .events = POLLIN, .revents = 0};
-    const timespec timeout{.tv_sec = timeout_ns / kNsPerS, .tv_nsec = timeout_ns % kNsPerS};
-    ppoll(&watched, 1, timeout_ns < 0 ? nullptr : &timeout, nullptr);
+    const timespec slice{.tv_sec = slice_ns / kNsPerS, .tv_nsec = slice_ns % kNsPerS};
+    const int ready = ppoll(&watched, 1, &slice, nullptr);
+    Pulse::beat();
+    if (ready != 0) break;
+    if (timeout_ns > 0) timeout_ns -= slice_ns;
   }
   std::uint64_t rings = 0;
   return read(fd_, &rings, sizeof rings) == sizeof rings;

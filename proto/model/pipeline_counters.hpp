@@ -48,7 +48,7 @@ struct AcquisitionCounters {
   Counter mismatch_refusals;        ///< pairs with too little in the frames to compare
   Gauge<double> mismatch_deg;       ///< estimated, and corrected in the angles
   Gauge<double> mismatch_left_deg;  ///< remaining difference of the newest pairs
-  Gauge<double> mismatch_left_mm;   ///< the same at half the depth
+  Gauge<double> mismatch_left_m;    ///< the same at half the depth
 
   /// Frames that were received and are in no volume: unusable themselves, or of sweeps that were dropped.
   std::uint64_t frames_unused() const {
@@ -113,8 +113,8 @@ inline constexpr auto kAcquisitionValueTable = std::to_array<ValueRow<Acquisitio
     {"sweep_mismatch_degrees", "Mismatch of forward and backward sweeps that is corrected",
      &AcquisitionCounters::mismatch_deg},
     {"sweep_mismatch_left_degrees", "What is left of it", &AcquisitionCounters::mismatch_left_deg},
-    {"sweep_mismatch_left_millimetres", "What is left of it at half the depth",
-     &AcquisitionCounters::mismatch_left_mm},
+    {"sweep_mismatch_left_metres", "What is left of it at half the depth",
+     &AcquisitionCounters::mismatch_left_m},
 });
 
 /// Written by the acquisition thread if the source is a USB probe.

@@ -28,6 +28,7 @@ class ControlLease {
 
   const State& state() const { return state_; }
   std::int64_t lapse_ms() const { return lapse_ms_; }
+  void set_lapse_ms(std::int64_t lapse_ms) { lapse_ms_ = lapse_ms; }
   bool holds(std::uint64_t session) const { return session != 0 && state_.holder.session == session; }
 
   /// Call this before a change. Acquires control if it is free. Errors, kInvalidArgument: the role is viewer,

@@ -16,6 +16,7 @@
 #include <toml.hpp>
 
 #include "proto/base/file_replacement.hpp"
+#include "proto/base/toml_place.hpp"
 #include "server/access/folder_lock.hpp"
 
 namespace fanlight {
@@ -100,7 +101,7 @@ Lines lines_of(const toml::value& value, std::string_view text) {
 }
 
 Result<Credentials::Entry> entry_of(const toml::value& table, const std::filesystem::path& path, bool token) {
-  const std::string where = fmt::format("line {}", lines_at(table.location(), "").first);
+  const std::string where = fmt::format("line {}", toml_line(table.location()));
   const auto text = [&](const char* key) { return toml::find_or<std::string>(table, key, ""); };
   Credentials::Entry entry{.id = text("id"), .name = text("name")};
   const auto role = find_role(text("role"));

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct TokenOptions {
   std::string role = "viewer";
   std::string expires;
   std::string id;
+  bool json = false;
 };
 
 Result<std::optional<std::int64_t>> expiry_of(const TokenOptions& options) {
@@ -67,6 +69,17 @@ Result<void> add_token(const TokenOptions& options) {
 Result<void> list_tokens(const TokenOptions& options) {
   const auto known = Credentials::load(options.file);
   if (!known) return known.error();
+  if (options.json) {
+    auto rows = nlohmann::ordered_json::array();
+    for (const Credentials::Entry& entry : known->tokens()) {
+      nlohmann::ordered_json row = {{"id", printable(entry.id)}, {"role", role_name(entry.role)}};
+      row["expires"] = entry.expires_s ? nlohmann::ordered_json(day_text(*entry.expires_s)) : nullptr;
+      row["name"] = printable(entry.name);
+      rows.push_back(row);
+    }
+    fmt::print("{}\n", rows.dump(1));
+    return {};
+  }
   fmt::print("{:<10} {:<10} {:<12} {}\n", "id", "role", "expires", "name");
   for (const Credentials::Entry& entry : known->tokens()) {
     fmt::print("{:<10} {:<10} {:<12} {}\n", printable(entry.id), role_name(entry.role),
@@ -75,9 +88,18 @@ Result<void> list_tokens(const TokenOptions& options) {
   return {};
 }
 
-Result<void> verify(const std::vector<std::filesystem::path>& files) {
+Result<void> verify(const std::vector<std::filesystem::path>& files, bool json) {
   const auto summary = verify_audit_logs(files);
   if (!summary) return summary.error();
+  if (json) {
+    const nlohmann::ordered_json report = {{"lines", summary->lines},
+                                           {"newest_hash", summary->newest_hash},
+                                           {"first_line", summary->first_line},
+                                           {"first_follows", summary->first_follows},
+                                           {"lines_lost", summary->lost}};
+    fmt::print("{}\n", report.dump(1));
+    return {};
+  }
   fmt::print("{} lines hold together; the newest has the hash {}\n", summary->lines,
              summary->lines > 0 ? summary->newest_hash : "-");
   if (summary->first_line > 1) {
@@ -115,6 +137,7 @@ Command add_token_command(CLI::App& program) {
   add->add_option("--expires", options->expires, "The first day (UTC) on which it is of no use")
       ->type_name("YYYY-MM-DD");
   CLI::App* const list = part("list", "Shows whose tokens there are");
+  list->add_flag("--json", options->json, "Print the list as JSON");
   CLI::App* const revoke = part("revoke", "Takes a token back; running servers see it within a second");
   revoke->add_option("id", options->id, "Its id, as in the list")->required()->type_name("ID");
   return [options, add, list] {
@@ -129,7 +152,9 @@ Command add_audit_command(CLI::App& program) {
   command->add_option("file", *files, "A server's --audit-log; of a rotated one all files, in any order")
       ->required()
       ->type_name("FILE");
-  return [files] { return verify(*files); };
+  const auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "Print the report as JSON");
+  return [files, json] { return verify(*files, *json); };
 }
 
 }  // namespace fanlight

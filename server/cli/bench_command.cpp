@@ -20,6 +20,7 @@
 #include "server/bench/scale.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/named_option.hpp"
+#include "server/cli/progress_line.hpp"
 
 namespace fanlight {
 
@@ -117,12 +118,15 @@ Result<void> bench(const BenchOptions& options) {
   nlohmann::ordered_json report = {{"device", device->name()}, {"rows", nlohmann::ordered_json::array()}};
   const auto rows = chosen_rows(options);
   if (!rows) return rows.error();
+  ProgressLine progress;
   for (const BenchRow& row : *rows) {
     const auto times = run_bench_row(*device, row, options.count);
     if (!times) return times.error();
+    progress.clear();
     report["rows"].push_back(as_json(row, *times, options.count));
     if (!options.json && report["rows"].size() == 1) print_head();
     if (!options.json) print_row(row, *times);
+    progress.tell_count(report["rows"].size(), rows->size(), "rows");
   }
   if (options.json) fmt::print("{}\n", report.dump(1));
   return {};
@@ -194,11 +198,14 @@ Result<void> bench_pipeline(const BenchOptions& options) {
   const auto rows =
       options.only.empty() && options.input.empty() ? chosen_rows(pipeline_rows()) : chosen_rows(options);
   if (!rows) return rows.error();
+  ProgressLine progress;
   for (const BenchRow& row : *rows) {
     const auto times = run_bench_pipeline(*device, row, options.count, options.volumes);
     if (!times) return times.error();
+    progress.clear();
     report["rows"].push_back(as_json(row, *times));
     if (!options.json) print_pipeline(row, *times);
+    progress.tell_count(report["rows"].size(), rows->size(), "rows");
     if (options.trace.empty()) continue;
     if (auto written = replace_file(options.trace, times->last_block); !written) return written;
   }

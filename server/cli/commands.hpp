@@ -23,5 +23,10 @@ Command add_watch_command(CLI::App& program);
 Command add_view_command(CLI::App& program);
 Command add_token_command(CLI::App& program);
 Command add_audit_command(CLI::App& program);
+// The program must outlive these: they tell of its commands.
+Command add_help_command(CLI::App& program);
+Command add_version_command(CLI::App& program);
+Command add_man_command(CLI::App& program);
+Command add_completion_command(CLI::App& program);
 
 }  // namespace fanlight

@@ -205,11 +205,14 @@ Result<void> tell_of_surface(const InfoOptions& options) {
 Command add_info_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("info", "Tells of a recording, or of the GPUs of this machine");
   const auto options = std::make_shared<InfoOptions>();
-  CLI::Option* const file = command->add_option("FILE", options->file,
-                                                "A recording (.igs.mha, .seq.nrrd, .vol, .dcm, a folder of "
-                                                "pictures) or a volume on a grid (.mha, .nrrd, .dcm); "
-                                                "without it, the GPUs");
-  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry");
+  CLI::Option* const file = command
+                                ->add_option("FILE", options->file,
+                                             "A recording (.igs.mha, .seq.nrrd, .vol, .dcm, a folder of "
+                                             "pictures) or a volume on a grid (.mha, .nrrd, .dcm); "
+                                             "without it, the GPUs")
+                                ->type_name("FILE");
+  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
+      ->type_name("FILE");
   command
       ->add_flag("--auto", options->automatic,
                  "Find the surface in the first volume, and print the command that shows it")

@@ -3,6 +3,7 @@
 
 #include <spdlog/pattern_formatter.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
@@ -24,7 +25,27 @@ class PrintableMessage : public spdlog::custom_flag_formatter {
   }
 };
 
+class JsonMessage : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
+              spdlog::memory_buf_t& line) override {
+    const std::string text = printable(std::string_view(message.payload.data(), message.payload.size()));
+    // What is no UTF-8 was made printable; a lone byte is replaced and not thrown.
+    const std::string json =
+        nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    line.append(json.data(), json.data() + json.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<JsonMessage>(); }
+};
+
 }  // namespace
+
+std::unique_ptr<spdlog::formatter> json_log_format() {
+  auto format = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
+  format->add_flag<JsonMessage>('*').set_pattern(
+      R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","message":%*})");
+  return format;
+}
 
 std::unique_ptr<spdlog::formatter> printable_log_format() {
   auto format = std::make_unique<spdlog::pattern_formatter>();

@@ -11,4 +11,7 @@ namespace fanlight {
 /// are part of it, and it may be read on a terminal.
 std::unique_ptr<spdlog::formatter> printable_log_format();
 
+/// A line of the log as an object of JSON: time (UTC, RFC 3339), level and message.
+std::unique_ptr<spdlog::formatter> json_log_format();
+
 }  // namespace fanlight

@@ -10,13 +10,18 @@
 namespace fanlight {
 
 /// Adds an option that takes one of some names. `value` must live as long as the command, and keeps its value
-/// if the option is not given. (CLI11's own transformer prints small enumerations as unprintable characters.)
+/// if the option is not given; `usual` is its name for --help, empty where it depends. (CLI11's own
+/// transformer prints small enumerations as unprintable characters.)
 template <typename Value, typename Choice>
 CLI::Option* add_named_option(CLI::App& command, const std::string& name, Value& value,
-                              std::vector<std::pair<std::string, Choice>> choices, const std::string& help) {
+                              std::vector<std::pair<std::string, Choice>> choices, const std::string& help,
+                              const std::string& usual = "") {
   std::vector<std::string> names;
-  names.reserve(choices.size());
-  for (const auto& choice : choices) names.push_back(choice.first);
+  std::string shown;
+  for (const auto& choice : choices) {
+    names.push_back(choice.first);
+    shown += (shown.empty() ? "" : "|") + choice.first;
+  }
   return command
       .add_option_function<std::string>(
           name,
@@ -27,7 +32,8 @@ CLI::Option* add_named_option(CLI::App& command, const std::string& name, Value&
           },
           help)
       ->check(CLI::IsMember(names).description(""))
-      ->type_name("NAME");
+      ->default_str(usual)
+      ->type_name(shown);
 }
 
 }  // namespace fanlight

@@ -5,8 +5,15 @@
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
 
 #include "proto/base/file_replacement.hpp"
+#include "proto/base/printable.hpp"
 
 namespace fanlight {
 
@@ -22,20 +29,53 @@ Error unwritable(const std::string& path, std::string reason) {
 /// Encodes in memory: the library reports no error of a full disk where it writes to a file itself.
 Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type,
                    const void* pixels, OIIO::stride_t pixel_stride) {
-  const auto output = OIIO::ImageOutput::create(path);
+  const bool to_output = path == kStandardOutput;
+  const std::string name = to_output ? "picture.png" : path;  // its ending chooses the format
+  const auto output = OIIO::ImageOutput::create(name);
   if (!output) return unwritable(path, OIIO::geterror());
   OIIO::Filesystem::IOVecOutput encoded;
   if (!output->supports("ioproxy") || !output->set_ioproxy(&encoded)) {
     return unwritable(path, fmt::format("the format {} is not supported", output->format_name()));
   }
-  if (!output->open(path, spec) || !output->write_image(type, pixels, pixel_stride) || !output->close()) {
+  if (!output->open(name, spec) || !output->write_image(type, pixels, pixel_stride) || !output->close()) {
     return unwritable(path, output->geterror());
   }
   const auto& bytes = encoded.buffer();
+  if (to_output) {
+    if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size()) return {};
+    return Error{ErrorCode::kUnavailable,
+                 "the picture could not be written to the standard output, expected room"};
+  }
   return replace_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace
+
+Result<void> check_folder_of(const std::string& path) {
+  if (path.empty()) return {};
+  std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  if (folder.empty()) folder = ".";
+  if (std::filesystem::is_directory(path))
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} is a folder, expected the name of a file", printable(path))};
+  // A device or a file that is there may be written where its folder may not.
+  if (access(folder.c_str(), W_OK | X_OK) == 0 || access(path.c_str(), W_OK) == 0) return {};
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("{} cannot be written ({}), expected a folder that is there and may be written",
+                           printable(path), std::generic_category().message(errno))};
+}
+
+Result<void> check_picture_path(const std::string& path) {
+  if (path == kStandardOutput) return {};
+  if (!OIIO::ImageOutput::create(path)) {
+    (void)OIIO::geterror();
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} ends in no picture format, expected a name such as x.png, x.jpg, x.tif or "
+                             "x.exr, or - for the standard output",
+                             printable(path))};
+  }
+  return check_folder_of(path);
+}
 
 Result<void> write_picture(const std::string& path, const Picture& picture,
                            std::span<const std::string> notes) {

@@ -3,11 +3,22 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "proto/base/result.hpp"
 #include "proto/model/picture.hpp"
 
 namespace fanlight {
+
+/// This name stands for the standard output, which gets a picture as PNG.
+inline constexpr std::string_view kStandardOutput = "-";
+
+/// Refuses a name that write_picture() could not write: one with an ending of no picture format, or in a
+/// folder that is not there or may not be written. Before work is done that would be lost.
+Result<void> check_picture_path(const std::string& path);
+
+/// Refuses a name in a folder that is not there or may not be written.
+Result<void> check_folder_of(const std::string& path);
 
 /// Writes the picture as 8 bit RGB in the format of the file name extension (.png, .tif, .jpg, ...), with the
 /// notes about its source as its description. As with replace_file(), a file of this name is replaced whole,

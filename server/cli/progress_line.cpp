@@ -9,17 +9,32 @@
 
 namespace fanlight {
 
+ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) != 0) {}
+
 ProgressLine::~ProgressLine() {
-  if (shown_) fmt::print(stderr, "\r\x1b[K");
+  clear();
+}
+
+void ProgressLine::clear() {
+  if (shown_ && terminal_) fmt::print(stderr, "\r\x1b[K");
+  shown_ = false;
 }
 
 bool ProgressLine::is_due() {
-  if (isatty(STDERR_FILENO) == 0) return false;
-  constexpr std::int64_t kIntervalNs = 200'000'000;
+  const std::int64_t interval_ns = terminal_ ? 200'000'000 : 10'000'000'000;
   const std::int64_t now = now_ns();
-  if (now - told_ns_ < kIntervalNs) return false;
+  if (now - told_ns_ < interval_ns) return false;
   told_ns_ = now;
   return shown_ = true;
+}
+
+void ProgressLine::print(const std::string& line) {
+  if (terminal_) {
+    fmt::print(stderr, "\r{}\x1b[K", line);
+  } else {
+    fmt::print(stderr, "{}\n", line);
+  }
+  std::fflush(stderr);
 }
 
 double ProgressLine::took_s() const {
@@ -27,10 +42,7 @@ double ProgressLine::took_s() const {
 }
 
 bool ProgressLine::tell_share(double share) {
-  if (is_due()) {
-    fmt::print(stderr, "\r{:.0f} %, {:.0f} s left\x1b[K", 100 * share, took_s() / share - took_s());
-    std::fflush(stderr);
-  }
+  if (is_due()) print(fmt::format("{:.0f} %, {:.0f} s left", 100 * share, took_s() / share - took_s()));
   return true;
 }
 
@@ -40,8 +52,7 @@ void ProgressLine::tell_count(std::uint64_t done, std::uint64_t of, const char* 
   std::string line = of > 0 ? fmt::format("{} of {} {}", done, of, what) : fmt::format("{} {}", done, what);
   line += fmt::format(", {:.1f} a second", rate_hz);
   if (of > done && done > 0) line += fmt::format(", {:.0f} s left", static_cast<double>(of - done) / rate_hz);
-  fmt::print(stderr, "\r{}\x1b[K", line);
-  std::fflush(stderr);
+  print(line);
 }
 
 }  // namespace fanlight

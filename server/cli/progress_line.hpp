@@ -3,16 +3,17 @@
 
 #include <cstdint>
 #include <functional>
+#include <string>
 
 #include "proto/base/clock.hpp"
 
 namespace fanlight {
 
-/// A line on the terminal that tells how far a work is, and goes away with this object. Nothing is shown
-/// where standard error is no terminal. One thread.
+/// A line on the terminal that tells how far a work is, and goes away with this object. Where standard error
+/// is no terminal, a line of its own every ten seconds. One thread.
 class ProgressLine {
  public:
-  ProgressLine() = default;
+  ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
   ~ProgressLine();
@@ -22,6 +23,9 @@ class ProgressLine {
   /// "17 of 40 pictures, 3.4 a second, 7 s left". `of`: 0 where the end is not known.
   void tell_count(std::uint64_t done, std::uint64_t of, const char* what);
 
+  /// Before other text is printed. The line comes back when it is due.
+  void clear();
+
   std::function<bool(double share)> shares() {
     return [this](double share) { return tell_share(share); };
   }
@@ -29,10 +33,12 @@ class ProgressLine {
  private:
   /// Whether it is time for another line.
   bool is_due();
+  void print(const std::string& line);
   double took_s() const;
 
   std::int64_t begun_ns_ = now_ns();
   std::int64_t told_ns_ = begun_ns_;
+  bool terminal_;
   bool shown_ = false;
 };
 

@@ -2,12 +2,10 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <iterator>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <span>
 
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/offline_volumes.hpp"
@@ -23,6 +21,7 @@
 #include "server/cli/probe_options.hpp"
 #include "server/cli/progress_line.hpp"
 #include "server/cli/recorded_pictures.hpp"
+#include "server/cli/render_report.hpp"
 #include "server/cli/scene_options.hpp"
 
 namespace fanlight {
@@ -45,114 +44,6 @@ struct RenderOptions {
   AutoOptions automatic;
   SceneOptions scene;
 };
-
-/// Quantiles of the depths of the surface in mm, for shares from 0 to 1. Empty without a surface.
-std::vector<float> depth_quantiles_mm(const std::vector<float>& smooth_mm, std::span<const double> shares) {
-  std::vector<float> depths_mm;
-  std::ranges::copy_if(smooth_mm, std::back_inserter(depths_mm), [](float depth) { return depth >= 0; });
-  if (depths_mm.empty()) return {};
-  std::ranges::sort(depths_mm);
-  std::vector<float> quantiles_mm;
-  for (const double share : shares) {
-    quantiles_mm.push_back(
-        depths_mm[static_cast<std::size_t>(share * static_cast<double>(depths_mm.size() - 1))]);
-  }
-  return quantiles_mm;
-}
-
-/// What the report says of one volume.
-struct RenderReport {
-  const RenderOptions& options;
-  const Picture& picture;
-  std::vector<DroppedSweep> dropped;  ///< before the volume
-  std::vector<std::string> notes;     ///< about the source
-  std::string device;
-  double surface_share = 0;             ///< of the pixels
-  std::vector<float> depth_5_50_95_mm;  ///< empty without a surface
-  bool speckle_filter_left_out = false;
-  double total_ms = 0;
-};
-
-RenderReport report_of(const RenderOptions& options, const Picture& picture,
-                       const std::vector<float>& smooth_mm) {
-  const auto surfaces = std::ranges::count_if(smooth_mm, [](float depth) { return depth >= 0; });
-  constexpr double kShares[] = {0.05, 0.5, 0.95};
-  RenderReport report{.options = options,
-                      .picture = picture,
-                      .dropped = {},
-                      .notes = {},
-                      .device = {},
-                      .surface_share = static_cast<double>(surfaces) / static_cast<double>(smooth_mm.size()),
-                      .depth_5_50_95_mm = depth_quantiles_mm(smooth_mm, kShares)};
-  for (const double stage_ms : picture.stamp.stage_ms) report.total_ms += stage_ms;
-  return report;
-}
-
-nlohmann::ordered_json dropped_json(const std::vector<DroppedSweep>& dropped) {
-  auto list = nlohmann::ordered_json::array();
-  for (const DroppedSweep& sweep : dropped)
-    list.push_back({{"volume", sweep.volume_index}, {"because", reason_of(sweep)}});
-  return list;
-}
-
-void print_dropped(const std::vector<DroppedSweep>& dropped) {
-  for (const DroppedSweep& sweep : dropped)
-    fmt::print("volume {} was dropped: {}\n", sweep.volume_index, reason_of(sweep));
-}
-
-nlohmann::ordered_json levels_json(const EchoLevels& levels) {
-  if (!levels.known) return nullptr;
-  return {{"fluid", levels.fluid},
-          {"tissue", levels.tissue},
-          {"noise", levels.noise},
-          {"threshold", levels.threshold()},
-          {"least_tissue", levels.least_tissue()}};
-}
-
-void print_json(const RenderReport& report) {
-  const Picture& picture = report.picture;
-  nlohmann::ordered_json stages;
-  for (std::size_t stage = 0; stage < kStages; ++stage) {
-    stages[std::string(kStageNames[stage])] = picture.stamp.stage_ms[stage];
-  }
-  const nlohmann::ordered_json json = {{"input", report.options.input},
-                                       {"volume", picture.stamp.volume.source_volume_index},
-                                       {"frames", picture.stamp.volume.frames},
-                                       {"device", report.device},
-                                       {"width", picture.width},
-                                       {"height", picture.height},
-                                       {"surface_share", report.surface_share},
-                                       {"depth_5_50_95_mm", report.depth_5_50_95_mm},
-                                       {"speckle_filter_left_out", report.speckle_filter_left_out},
-                                       {"levels", levels_json(picture.stamp.levels)},
-                                       {"dropped", dropped_json(report.dropped)},
-                                       {"notes", report.notes},
-                                       {"stage_ms", stages},
-                                       {"total_ms", report.total_ms}};
-  fmt::print("{}\n", json.dump());
-}
-
-void print_text(const RenderReport& report) {
-  const Picture& picture = report.picture;
-  fmt::print("volume {} of {} has {} frames; {} x {} pixels on {}, a surface in {:.1f} % of them\n",
-             picture.stamp.volume.source_volume_index, report.options.input, picture.stamp.volume.frames,
-             picture.width, picture.height, report.device, 100 * report.surface_share);
-  print_dropped(report.dropped);
-  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
-  if (report.speckle_filter_left_out) {
-    fmt::print("the speckle filter was left out: the volume is too large for it on this GPU\n");
-  }
-  if (const auto& depths_mm = report.depth_5_50_95_mm; !depths_mm.empty()) {
-    fmt::print(
-        "its depth below the view plane: {:.1f} mm at the median, 5 % before {:.1f}, 5 % beyond {:.1f}\n",
-        depths_mm[1], depths_mm[0], depths_mm[2]);
-  }
-  fmt::print("{}\n", sentence(picture.stamp.levels));
-  for (std::size_t stage = 0; stage < kStages; ++stage) {
-    fmt::print("  {:<10} {:8.2f} ms\n", kStageNames[stage], picture.stamp.stage_ms[stage]);
-  }
-  fmt::print("  {:<10} {:8.2f} ms\n", "together", report.total_ms);
-}
 
 struct RenderedVolumes {
   std::int64_t pictures = 0;
@@ -187,7 +78,7 @@ void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
              options.input, rendered.interpolated);
   fmt::print("frames: {} received, {} of them in no volume, and {} that never came; sweeps dropped: {}\n",
              received, unused, missing, dropped.size());
-  print_dropped(dropped);
+  print_dropped(stdout, dropped);
   for (const std::string& note : notes) fmt::print("note: {}\n", note);
 }
 
@@ -269,15 +160,17 @@ Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, R
   if (auto written = write_picture(options.files.picture, *picture, setup.notes); !written) return written;
   if (auto written = write_depth_and_surface(options.files, *picture, *depths, setup.pixel_mm()); !written)
     return written;
-  RenderReport report = report_of(options, *picture, depths->smooth_mm);
+  RenderReport report = report_of(options.input, *picture, depths->smooth_mm);
   report.dropped = volumes.dropped();
   report.notes = setup.notes;
   report.device = setup.device.name();
   report.speckle_filter_left_out = setup.counters.volumes_unfiltered.value() > 0;
+  // A picture on the standard output leaves the other one to the report.
+  std::FILE* const out = options.files.picture == kStandardOutput ? stderr : stdout;
   if (options.json) {
-    print_json(report);
+    print_json(out, report);
   } else {
-    print_text(report);
+    print_text(out, report);
   }
   return {};
 }
@@ -321,6 +214,8 @@ Result<void> render(const RenderOptions& options) {
   if (auto named = check_files(options.files, *size); !named) return named;
   if (options.files.is_video() && !options.all)
     return Error{ErrorCode::kInvalidArgument, "a video shows many volumes, expected --all with it"};
+  if (options.files.picture == kStandardOutput && options.all)
+    return Error{ErrorCode::kInvalidArgument, "--all writes many pictures, expected a name and not -"};
   Doorbell bell;
   ProbeLink probe(bell, bell);
   auto source = open_source(options.input, options.playing, probe);
@@ -342,15 +237,19 @@ Result<void> render(const RenderOptions& options) {
 Command add_render_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("render", "Renders one volume to a picture file");
   const auto options = std::make_shared<RenderOptions>();
+  command->option_defaults()->group("Input and output");
   command
       ->add_option(
           "INPUT", options->input,
           "A recording (.igs.mha, .seq.nrrd, .vol, .dcm, a folder of pictures), a volume on a grid (.mha, "
           ".nrrd, .dcm), phantom: for the simulated probe, or usb:VENDOR:PRODUCT[:SERIAL] for a probe")
-      ->required();
+      ->required()
+      ->type_name("INPUT");
   command
-      ->add_option("--out", options->files.picture,
-                   "The picture to write, such as x.png or x.exr; with --all also a video, x.mp4")
+      ->add_option(
+          "--out", options->files.picture,
+          "The picture to write, such as x.png or x.exr; - for the standard output; with --all also a "
+          "video, x.mp4")
       ->required()
       ->type_name("FILE");
   command->add_option("--depth", options->files.depth, "The filtered depth map to write, mm, such as z.exr")
@@ -381,12 +280,13 @@ Command add_render_command(CLI::App& program) {
       ->type_name("N");
   command->add_option("--geometry", options->playing.geometry_path, "TOML file with the recording's geometry")
       ->type_name("FILE");
+  command->option_defaults()->group("Picture");
   command->add_option("--size", options->size, "Of the picture, pixels")
       ->capture_default_str()
       ->type_name("WxH");
   command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
   options->automatic.add_to(*command);
-  command->add_flag("--json", options->json, "Print the report as JSON");
+  command->add_flag("--json", options->json, "Print the report as JSON")->group("Input and output");
   add_probe_options(*command, options->playing);
   options->scene.add_to(*command);
   return [options]() { return render(*options); };

@@ -14,7 +14,7 @@ namespace fanlight {
 
 namespace {
 
-/// The default for --help. Empty for a field whose default depends on the geometry of the fan: it differs
+/// The default. Empty for a field whose default depends on the geometry of the fan: it differs
 /// between two fans.
 std::string default_of(const SceneField& field) {
   const FanGeometry small{.columns = 64,
@@ -28,16 +28,18 @@ std::string default_of(const SceneField& field) {
   large.columns = 300;
   const Scene of_small = scene_for(small, -0.4, 0.5);
   if (!field.same(of_small, scene_for(large, -0.8, 0.7))) return "";
-  return fmt::format(", default {}", field_text(of_small, field));
+  return field_text(of_small, field);
 }
 
 std::string help_of(const SceneField& field) {
-  if (field.is_text()) return fmt::format("{}{}", field.help, default_of(field));
-  const std::string allowed = field.choices.empty()
-                                  ? fmt::format("{} to {}{}{}", field.minimum, field.maximum,
-                                                field.unit.empty() ? "" : " ", field.unit)
-                                  : fmt::format("{}", fmt::join(field.choices, ", "));
-  return fmt::format("{} ({}{})", field.help, allowed, default_of(field));
+  if (field.is_text() || !field.choices.empty()) return std::string(field.help);
+  return fmt::format("{} ({} to {}{}{})", field.help, field.minimum, field.maximum,
+                     field.unit.empty() ? "" : " ", field.unit);
+}
+
+std::string value_of(const SceneField& field) {
+  if (field.is_text()) return "TEXT";
+  return field.choices.empty() ? "NUMBER" : fmt::format("{}", fmt::join(field.choices, "|"));
 }
 
 /// The group in --help: "Scene: camera" for camera.yaw_deg.
@@ -51,19 +53,22 @@ std::string group_of(const SceneField& field) {
 void SceneOptions::add_to(CLI::App& command) {
   command.footer("What of the scene has no default here follows from the fan's geometry.");
   std::vector<std::string> lines;
-  for (const Look& look : looks()) lines.push_back(fmt::format("{}: {}", look.name, look.help));
+  std::vector<std::string_view> names;
+  for (const Look& look : looks()) {
+    lines.push_back(fmt::format("{}: {}", look.name, look.help));
+    names.push_back(look.name);
+  }
   command
       .add_option(
           "--look", look_,
           fmt::format("sets several fields below, which may be given as well; {}", fmt::join(lines, "; ")))
-      ->type_name("NAME")
+      ->type_name(fmt::format("{}", fmt::join(names, "|")))
       ->group("Scene");
   for (const SceneField& field : scene_fields()) {
     auto& given = given_.emplace_back(&field, "");
     command.add_option(fmt::format("--{}", field.name), given.second, help_of(field))
-        ->type_name(field.is_text()         ? "TEXT"
-                    : field.choices.empty() ? "NUMBER"
-                                            : "NAME")
+        ->type_name(value_of(field))
+        ->default_str(default_of(field))
         ->group(group_of(field));
   }
 }

@@ -16,16 +16,14 @@
 
 #include "acquisition/open_source.hpp"
 #include "acquisition/source/suggested_scene.hpp"
+#include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
 #include "renderer/vulkan/render_device.hpp"
-#include "server/cli/auto_view.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
-#include "server/cli/named_option.hpp"
-#include "server/cli/probe_options.hpp"
-#include "server/cli/recording_options.hpp"
-#include "server/cli/scene_options.hpp"
+#include "server/cli/serve_options.hpp"
 #include "server/cli/serve_report.hpp"
+#include "server/cli/service_notifier.hpp"
 #include "server/http/stream_server.hpp"
 #include "server/net/listen_address.hpp"
 #include "server/pipeline/pipeline.hpp"
@@ -36,33 +34,6 @@ namespace fanlight {
 namespace {
 
 constexpr std::uint64_t kMostCineBytes = 512'000'000;
-
-struct ServeOptions {
-  std::string source = "phantom:scene=face,probe=r2";
-  std::string title;
-  SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
-  std::string listen = "127.0.0.1:8080";
-  TlsFiles tls;
-  bool hsts = false;
-  std::string tokens;
-  std::string presets;
-  std::string audit_log;
-  std::uint64_t audit_log_mb = 0;
-  double control_lapse_s = 60;
-  std::size_t private_views = kMostPrivateViews;
-  MismatchCorrection mismatch = MismatchCorrection::kOn;
-  std::optional<RingPolicy> policy;  // absent: what suits the source
-  ProbeControl probe_control = ProbeControl::kEveryone;
-  std::string size = "512x512";
-  std::string gpu;
-  int jpeg_quality = 85;
-  std::uint32_t ring_slots = 4;
-  std::uint32_t cine_volumes = 32;
-  bool render_unwatched = false;
-  RecordingOptions recording;
-  AutoOptions automatic;
-  SceneOptions scene;
-};
 
 Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& options) {
   auto endpoint = parse_listen_address(options.listen);
@@ -186,7 +157,35 @@ void print_address(const std::string& source, const std::string& url) {
   spdlog::warn("the address could not be printed on the standard output; it is {}", url);
 }
 
-Result<void> serve(const ServeOptions& options) {
+/// What systemd's watchdog asks for, beside the server's own loop.
+std::vector<LoopWatch::Loop> loops_of(const Pipeline& pipeline) {
+  return {{.name = "acquisition",
+           .pulse = &pipeline.acquisition_pulse(),
+           .runs = [&pipeline] { return pipeline.source_state() == "running"; }},
+          {.name = "rendering", .pulse = &pipeline.render_pulse(), .runs = [] { return true; }}};
+}
+
+/// SIGHUP: the configuration, where there is one.
+void read_again(ServeOptions& options, StreamServer& server) {
+  ServiceNotifier::reloading();
+  const auto changes = options.read_again();
+  if (!changes) {
+    spdlog::error("the configuration stays as it was: {}", changes.error().message);
+    return;
+  }
+  for (const ServeOptions::Reread& change : *changes) {
+    if (change.in_force) {
+      spdlog::info("the configuration has another {}, which is in force now", change.name);
+    } else {
+      spdlog::warn("the configuration has another {}, which takes a new start", change.name);
+    }
+  }
+  server.set_title(options.title.empty() ? usual_title(options.source) : printable(options.title));
+  server.set_control_lapse_ms(std::llround(options.control_lapse_s * 1000));
+  if (!options.log_level.empty()) spdlog::set_level(spdlog::level::from_str(options.log_level));
+}
+
+Result<void> serve(ServeOptions& options) {
   ignore_harmless_signals();
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
@@ -214,7 +213,8 @@ Result<void> serve(const ServeOptions& options) {
 
   // Scripts read the standard output, so the log goes to stderr.
   spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
-  spdlog::set_formatter(printable_log_format());
+  spdlog::set_formatter(options.log_format == "json" ? json_log_format() : printable_log_format());
+  if (!options.log_level.empty()) spdlog::set_level(spdlog::level::from_str(options.log_level));
   const auto open = [](const std::string& name) {
     auto opened = open_device(name, {.own_light_device = true});
     if (opened && !opened->light_refusal.empty())
@@ -236,8 +236,15 @@ Result<void> serve(const ServeOptions& options) {
   ServerCounters counters;
   StreamServer::Dependencies dependencies = server_dependencies(**pipeline, link, counters);
   if (may_rest(options)) dependencies.audience = &(*pipeline)->audience();
-  auto server = StreamServer::create(config, dependencies);
-  if (!server) return server.error();
+  ServiceNotifier notifier(loops_of(**pipeline));
+  std::unique_ptr<StreamServer> server;
+  dependencies.second_passed = [&](const PictureLiveness::Report& report) { notifier.second_passed(report); };
+  dependencies.read_again = [&] { read_again(options, *server); };
+  dependencies.was_read_again = [] { ServiceNotifier::reloaded(); };
+  dependencies.ends = [] { ServiceNotifier::stopping(); };
+  auto made = StreamServer::create(config, dependencies);
+  if (!made) return made.error();
+  server = *std::move(made);
 
   spdlog::info("fanlight {}", FANLIGHT_VERSION);
   log_device(**pipeline);
@@ -246,123 +253,20 @@ Result<void> serve(const ServeOptions& options) {
     spdlog::info("recordings go to {}", std::filesystem::absolute(options.recording.folder).string());
   spdlog::info("the ring of volumes takes up to {:.0f} MB, with the last {} volumes for a frozen display",
                static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6, cine_volumes);
+  const std::int64_t began_ns = now_ns();
   (*pipeline)->start();
-  print_address(description.name, page_url((*server)->endpoint(), !options.tls.empty()));
-  Result<void> served = (*server)->run();
+  const std::string url = page_url(server->endpoint(), !options.tls.empty());
+  print_address(description.name, url);
+  ServiceNotifier::ready(url);
+  Result<void> served = server->run();
   const bool stopped = (*pipeline)->stop();
   log_recording(**pipeline);
-  log_end((*pipeline)->counters(), counters);
+  log_end((*pipeline)->counters(), counters, static_cast<double>(now_ns() - began_ns) / 1e9);
   if (!stopped) {
-    server->reset();  // it closes its files and connections
+    server.reset();  // it closes its files and connections
     leave_hung_gpu(served);
   }
   return served;
-}
-
-// The order of the options is that of --help.
-
-void add_network_options(CLI::App& command, ServeOptions& options) {
-  command.add_option("--listen", options.listen, "Address and port; port 0 takes a free one")
-      ->capture_default_str()
-      ->type_name("ADDR:PORT");
-  auto* const certificate = command
-                                .add_option("--tls-certificate", options.tls.certificate,
-                                            "The server's, and those up to its root, PEM")
-                                ->type_name("FILE");
-  auto* const key =
-      command.add_option("--tls-key", options.tls.key, "Its private key, PEM")->type_name("FILE");
-  certificate->needs(key);
-  key->needs(certificate);
-  command
-      .add_flag("--hsts", options.hsts,
-                "Tell browsers to come to this host over TLS only, for a year; also to its other ports")
-      ->needs(certificate);
-  command.add_option("--client-ca", options.tls.client_ca, "Who signs clients' certificates, PEM")
-      ->needs(certificate)
-      ->type_name("FILE");
-  command
-      .add_option("--tokens", options.tokens,
-                  "Who may come in, as `fanlight token` writes it; read again where it changes")
-      ->type_name("FILE");
-  command
-      .add_option("--presets", options.presets,
-                  "Keeps the presets that people save; else presets.json in the user's folder of states")
-      ->type_name("FILE");
-  command.add_option("--audit-log", options.audit_log, "Appends who changed what, a line of JSON each")
-      ->type_name("FILE");
-  command
-      .add_option("--audit-log-mb", options.audit_log_mb,
-                  "Size at which the audit log goes on in a new file; 0: never")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1'000'000))
-      ->type_name("MB");
-  command
-      .add_option("--control-lapse", options.control_lapse_s,
-                  "The control is free again after so much silence")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 86400))
-      ->type_name("S");
-  command
-      .add_option("--private-views", options.private_views,
-                  "Displays that may have a light or a camera of their own at once")
-      ->capture_default_str()
-      ->check(CLI::Range(std::size_t{0}, kMostPrivateViews))
-      ->type_name("N");
-}
-
-void add_source_options(CLI::App& command, ServeOptions& options) {
-  command.add_option("--geometry", options.playing.geometry_path, "TOML file with the recording's geometry")
-      ->type_name("FILE");
-  add_named_option<ReplaySource::Ending, ReplaySource::Ending>(
-      command, "--ending", options.playing.ending,
-      {{"once", ReplaySource::Ending::kOnce},
-       {"loop", ReplaySource::Ending::kLoop},
-       {"to-and-fro", ReplaySource::Ending::kToAndFro}},
-      "After the recording's last frame: once, loop or to-and-fro (the default)");
-  command.add_option("--speed", options.playing.speed, "Of the recording: 1 as recorded, 0.01 to 1000")
-      ->type_name("FACTOR");
-  command.add_option("--from", options.playing.from_s, "Where the recording begins")->type_name("SECONDS");
-  command.add_flag("--paused", options.playing.paused,
-                   "Show the recording's first sweep, and wait for a display to play on");
-  command.add_flag("--fast", options.playing.as_fast_as_taken,
-                   "Play as fast as volumes are rendered, and render them all");
-}
-
-void add_picture_options(CLI::App& command, ServeOptions& options) {
-  command.add_option("--size", options.size, "Of the picture, pixels")
-      ->capture_default_str()
-      ->type_name("WxH");
-  command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
-  command.add_option("--jpeg-quality", options.jpeg_quality, "1 to 100")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100))
-      ->type_name("N");
-}
-
-void add_volume_options(CLI::App& command, ServeOptions& options) {
-  command.add_option("--ring", options.ring_slots, "Volumes that the ring holds, 3 to 64")
-      ->capture_default_str()
-      ->check(CLI::Range(3, 64))
-      ->type_name("N");
-  command
-      .add_option(
-          "--cine-volumes", options.cine_volumes,
-          "Last volumes that are kept for a frozen display, 0 to 1000; fewer where they would take over "
-          "512 MB")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1000))
-      ->type_name("N");
-  add_named_option<std::optional<RingPolicy>, RingPolicy>(
-      command, "--policy", options.policy,
-      {{"newest-wins", RingPolicy::kNewestWins}, {"process-all", RingPolicy::kProcessAll}},
-      "Where volumes come faster than they are rendered: newest-wins drops older ones, process-all makes the "
-      "source wait (the default with --fast)");
-  command.add_flag("--render-unwatched", options.render_unwatched,
-                   "Render every volume, also while no display, script or recording needs a picture");
-  add_named_option<MismatchCorrection, MismatchCorrection>(
-      command, "--mismatch", options.mismatch,
-      {{"corrected", MismatchCorrection::kOn}, {"as-measured", MismatchCorrection::kOff}},
-      "Where forward and backward sweeps disagree: corrected (the default), or angles as-measured");
 }
 
 }  // namespace
@@ -371,27 +275,12 @@ Command add_serve_command(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("serve", "Renders a source as it comes and streams it to displays");
   const auto options = std::make_shared<ServeOptions>();
-  command
-      ->add_option("--source", options->source,
-                   "phantom: (the simulated probe), replay:PATH (a recording) or usb:VENDOR:PRODUCT[:SERIAL] "
-                   "(a probe)")
-      ->capture_default_str()
-      ->type_name("SOURCE");
-  command->add_option("--title", options->title, "What displays call it; only an admin is told the source")
-      ->type_name("TEXT");
-  add_network_options(*command, *options);
-  add_source_options(*command, *options);
-  options->recording.add_to(*command);
-  add_picture_options(*command, *options);
-  add_volume_options(*command, *options);
-  add_probe_options(*command, options->playing);
-  add_named_option<ProbeControl, ProbeControl>(
-      *command, "--probe-control", options->probe_control,
-      {{"everyone", ProbeControl::kEveryone}, {"nobody", ProbeControl::kNobody}},
-      "Whether whoever is in control may set the probe: everyone (the default) or nobody");
-  options->automatic.add_to(*command);
-  options->scene.add_to(*command);
-  return [options]() { return serve(*options); };
+  options->add_to(*command);
+  return [options, command]() -> Result<void> {
+    if (!options->print_config) return serve(*options);
+    fmt::print("{}", configuration_text(*command, options->origins));
+    return {};
+  };
 }
 
 }  // namespace fanlight

@@ -5,8 +5,11 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <string>
+#include <vector>
 
 namespace fanlight {
 
@@ -66,12 +69,41 @@ void log_source(const SourceDescription& source) {
   for (const std::string& note : source.notes) spdlog::warn("{}", note);
 }
 
-void log_end(const PipelineCounters& pipeline, const ServerCounters& server) {
-  std::string counts;
+namespace {
+
+std::string duration_words(double seconds) {
+  if (seconds < 100) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+/// Whether a count other than zero is worth a person's attention.
+bool tells_of_trouble(std::string_view name) {
+  constexpr std::string_view kWords[] = {
+      "lost",   "damaged", "invalid",    "dropped", "refus", "failed",     "missing", "late",     "cut",
+      "misfit", "stall",   "unanswered", "skipped", "short", "incomplete", "memory",  "given_up", "evicted"};
+  return std::ranges::any_of(kWords, [&](std::string_view word) { return name.find(word) != name.npos; });
+}
+
+}  // namespace
+
+void log_end(const PipelineCounters& pipeline, const ServerCounters& server, double ran_s) {
+  std::map<std::string_view, std::uint64_t> counts;
+  std::vector<std::string> troubles;
+  std::vector<std::string> all;
   for (const NamedCount& count : named_counts(pipeline, server)) {
-    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count.name, count.value);
+    counts[count.name] = count.value;
+    all.push_back(fmt::format("{} {}", count.name, count.value));
+    if (count.value > 0 && tells_of_trouble(count.name)) troubles.push_back(all.back());
   }
-  spdlog::info("ended: {}", counts);
+  spdlog::info(
+      "ended after {}: {} frames became {} volumes, {} of them rendered; {} pictures finished, {} sent "
+      "to {} displays",
+      duration_words(ran_s), counts["frames_received"], counts["volumes_published"],
+      counts["volumes_rendered"], counts["pictures_finished"], counts["pictures_sent"],
+      counts["sessions_opened"]);
+  if (!troubles.empty()) spdlog::info("counted on the way: {}", fmt::join(troubles, ", "));
+  spdlog::debug("all counts: {}", fmt::join(all, ", "));
 }
 
 void log_recording(Pipeline& pipeline) {

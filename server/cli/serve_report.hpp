@@ -23,7 +23,9 @@ std::string recording_path(const SourceDescription& source);
 void log_device(const Pipeline& pipeline);
 void log_source(const SourceDescription& source);
 
-void log_end(const PipelineCounters& pipeline, const ServerCounters& server);
+/// What became of the frames, in a sentence for people; then the counts of what went wrong, if anything did.
+/// All counts are lines for --log-level debug.
+void log_end(const PipelineCounters& pipeline, const ServerCounters& server, double ran_s);
 
 /// What became of a recording that ended with the server.
 void log_recording(Pipeline& pipeline);

@@ -52,7 +52,9 @@ Result<ServerUrl> parse_server_url(std::string_view text) {
   const Error refusal{
       ErrorCode::kInvalidArgument,
       fmt::format("{} is no address of a server, expected one such as http://127.0.0.1:8080", text)};
-  std::string without_zone(text);
+  // "127.0.0.1:8080" is how the address of a display is written by hand.
+  std::string without_zone(text.find("://") == std::string_view::npos ? fmt::format("http://{}", text)
+                                                                      : std::string(text));
   const std::string zone = take_zone(without_zone);
   const auto url = urls::parse_uri(without_zone);
   if (!url) return refusal;

@@ -259,6 +259,7 @@ HttpSession::Response HttpSession::respond(const Request& request,
     return response;
   }
   if (path == "/healthz") return health();
+  if (path == "/readyz") return readiness();
   if (path == "/metrics") {
     return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
                          metrics_text(dependencies_.metrics));
@@ -289,16 +290,23 @@ HttpSession::Response HttpSession::health() {
                                    PictureLiveness::name(report.state), age, report.sentence));
 }
 
+HttpSession::Response HttpSession::readiness() {
+  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  return response_with(report.ready() ? http::status::ok : http::status::service_unavailable,
+                       "text/plain; charset=utf-8",
+                       fmt::format("{}; {}\n", report.ready() ? "ready" : "not ready", report.sentence));
+}
+
 HttpSession::Response HttpSession::respond_with_page(const Request& request) {
   const std::string_view path = path_of(request);
   const std::string_view name =
       path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   const auto file = std::ranges::find(page_files(), name, &PageFile::name);
   if (file == page_files().end()) {
-    return refusal(
-        http::status::not_found,
-        "there is nothing here, expected /, /stream, /healthz, /metrics, /api/scene, /api/picture.png, "
-        "/api/presets, /api/recording, /api/replay or /api/cine");
+    return refusal(http::status::not_found,
+                   "there is nothing here, expected /, /stream, /healthz, /readyz, /metrics, /api/scene, "
+                   "/api/picture.png, "
+                   "/api/presets, /api/recording, /api/replay or /api/cine");
   }
   // Whoever loads the page connects as a display next: its first picture is rendered meanwhile.
   if (path == "/" && !dependencies_.access.asks()) dependencies_.demand.asked(now_ns());

@@ -67,6 +67,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   Response respond(const Request& request, const std::optional<Principal>& principal);
   Response respond_with_page(const Request& request);
   Response health();
+  Response readiness();
   void reply(const Request& request, Response response);
   Response refusal(boost::beast::http::status status, const std::string& sentence);
   /// A refusal after which the connection is closed.

@@ -5,6 +5,15 @@
 #include <prometheus/metric_family.h>
 #include <prometheus/text_serializer.h>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <sstream>
 #include <vector>
 
 namespace fanlight {
@@ -20,6 +29,78 @@ prometheus::MetricFamily family(const std::string& name, const char* help, prome
     metric.gauge.value = value;
   }
   return {.name = name, .help = help, .type = type, .metric = {metric}};
+}
+
+prometheus::ClientMetric histogram(const TimeHistogram& times) {
+  prometheus::ClientMetric metric;
+  metric.histogram.sample_count = times.count();
+  metric.histogram.sample_sum = times.sum_s();
+  const std::vector<std::uint64_t> counts = times.cumulative();
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    metric.histogram.bucket.push_back({.cumulative_count = counts[i],
+                                       .upper_bound = i < TimeHistogram::kBoundsS.size()
+                                                          ? TimeHistogram::kBoundsS[i]
+                                                          : std::numeric_limits<double>::infinity()});
+  }
+  return metric;
+}
+
+void add_times(const PictureTimes& times, std::vector<prometheus::MetricFamily>& families) {
+  prometheus::MetricFamily stages{.name = "fanlight_stage_seconds",
+                                  .help = "How long a stage of a picture of the main view took, where it ran",
+                                  .type = prometheus::MetricType::Histogram};
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    prometheus::ClientMetric metric = histogram(times.stages()[stage]);
+    metric.label.push_back({.name = "stage", .value = std::string(kStageNames[stage])});
+    stages.metric.push_back(metric);
+  }
+  families.push_back(stages);
+  families.push_back({.name = "fanlight_picture_age_at_finish_seconds",
+                      .help = "From the capture of a volume's last frame to its first finished picture",
+                      .type = prometheus::MetricType::Histogram,
+                      .metric = {histogram(times.ages())}});
+}
+
+double seconds_of(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) / 1e9;
+}
+
+/// Of the process, under the names that all exporters use. Linux only: proc(5).
+void add_process(std::vector<prometheus::MetricFamily>& families) {
+  std::ifstream file("/proc/self/stat");
+  std::string line;
+  std::getline(file, line);
+  // The name of the program, in brackets, may have spaces in it.
+  std::istringstream fields(line.substr(std::min(line.size(), line.rfind(')') + 1)));
+  std::vector<double> values;
+  for (std::string field; fields >> field;) values.push_back(std::strtod(field.c_str(), nullptr));
+  constexpr std::size_t kUser = 11;
+  constexpr std::size_t kSystem = 12;
+  constexpr std::size_t kStart = 19;
+  constexpr std::size_t kResident = 21;
+  if (values.size() <= kResident) return;
+  const auto ticks = static_cast<double>(sysconf(_SC_CLK_TCK));
+  // Once: a clock that is set must not look like a new start.
+  static const double started_s =
+      seconds_of(CLOCK_REALTIME) - seconds_of(CLOCK_BOOTTIME) + values[kStart] / ticks;
+  const auto gauge = prometheus::MetricType::Gauge;
+  families.push_back(family("process_cpu_seconds_total", "Processor time of the process",
+                            prometheus::MetricType::Counter, (values[kUser] + values[kSystem]) / ticks));
+  families.push_back(family("process_resident_memory_bytes", "Memory of the process", gauge,
+                            values[kResident] * static_cast<double>(sysconf(_SC_PAGESIZE))));
+  families.push_back(
+      family("process_start_time_seconds", "When the process started, since 1970", gauge, started_s));
+  std::error_code failure;
+  const std::filesystem::directory_iterator open("/proc/self/fd", failure);
+  if (!failure)
+    families.push_back(family("process_open_fds", "Open file descriptors of the process", gauge,
+                              static_cast<double>(std::distance(begin(open), end(open)))));
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) == 0)
+    families.push_back(family("process_max_fds", "As many as the process may have open", gauge,
+                              static_cast<double>(limit.rlim_cur)));
 }
 
 }  // namespace
@@ -51,6 +132,13 @@ std::string metrics_text(const MetricsSources& sources) {
                             "1 while nothing is rendered since nobody looks: the picture is then not live",
                             prometheus::MetricType::Gauge,
                             liveness.state == PictureLiveness::State::kResting ? 1 : 0));
+  families.push_back(family("fanlight_picture_frozen",
+                            "1 while displays look at one of the last volumes: the picture is then not live",
+                            prometheus::MetricType::Gauge,
+                            liveness.state == PictureLiveness::State::kFrozen ? 1 : 0));
+  families.push_back(family("fanlight_ready",
+                            "1 while a display that comes sees pictures of the source, as /readyz says",
+                            prometheus::MetricType::Gauge, liveness.ready() ? 1 : 0));
   families.push_back(family("fanlight_replay", "1 while the source is a recording, 0 while it is live",
                             prometheus::MetricType::Gauge, sources.replay.is_replay() ? 1 : 0));
   const RecordingStatus& recording = sources.recording.status();
@@ -70,6 +158,12 @@ std::string metrics_text(const MetricsSources& sources) {
   families.push_back(family("fanlight_scene_revision", "Number of the scene in force",
                             prometheus::MetricType::Gauge,
                             static_cast<double>(sources.scene_store.in_force().revision)));
+  add_times(sources.times, families);
+  add_process(families);
+  prometheus::MetricFamily build =
+      family("fanlight_build_info", "1; the version is its label", prometheus::MetricType::Gauge, 1);
+  build.metric.front().label.push_back({.name = "version", .value = FANLIGHT_VERSION});
+  families.push_back(build);
   return prometheus::TextSerializer().Serialize(families);
 }
 

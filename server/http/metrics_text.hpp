@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "server/metrics/picture_times.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/probe_proxy.hpp"
@@ -19,6 +20,7 @@ struct MetricsSources {
   const ServerCounters& counters;
   const ProbeProxy& probe;
   const PictureLiveness& liveness;
+  const PictureTimes& times;
   const RecordingProxy& recording;
   const ReplayProxy& replay;
   const PictureHub& hub;

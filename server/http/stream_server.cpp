@@ -117,6 +117,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                                      .counters = dependencies_.counters,
                                      .probe = probe_,
                                      .liveness = liveness_,
+                                     .times = times_,
                                      .recording = recording_,
                                      .replay = replay_,
                                      .hub = hub_,
@@ -239,6 +240,7 @@ void StreamServer::fail(const Error& error) {
 void StreamServer::end(const std::string& reason) {
   if (std::exchange(ending_, true)) return;
   listener_.close();
+  if (dependencies_.ends) dependencies_.ends();
   end_until_ns_ = now_ns() + config_.most_end_ms * 1'000'000;
   for (const auto& session : sessions_.all()) session->end(reason);
   stop_without_sessions();
@@ -264,10 +266,12 @@ void StreamServer::close_audit() {
 }
 
 void StreamServer::read_again() {
+  if (dependencies_.read_again) dependencies_.read_again();
   spdlog::info("SIGHUP: reads tokens and certificates again, and looks whether the audit log was moved");
   reload_credentials(true);
   reload_certificates(true);
   audit_.reopen();
+  if (dependencies_.was_read_again) dependencies_.was_read_again();
 }
 
 void StreamServer::tell_state() {
@@ -299,6 +303,7 @@ void StreamServer::bell_rang() {
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
+    times_.shown(picture->stamp);
     recording_.picture_shown(picture->stamp, picture->width, picture->height, scene_store_);
     demand_.picture_shown(now_ns());
     if (!demand_.resting()) hub_.show(*picture);

@@ -21,6 +21,7 @@
 #include "server/http/recording_watch.hpp"
 #include "server/http/rest_api.hpp"
 #include "server/http/server_signals.hpp"
+#include "server/metrics/picture_times.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/net/tls_context.hpp"
 #include "server/state/default_view.hpp"
@@ -87,6 +88,11 @@ class StreamServer {
     std::optional<RecordingLink> recording{};  ///< absent: nothing is recorded
     CineLink* cine = nullptr;                  ///< null: nothing is ever frozen
     Audience* audience = nullptr;              ///< null: every volume is rendered, whoever looks
+    /// For whoever supervises the process; each may be empty. Server thread.
+    std::function<void(const PictureLiveness::Report& report)> second_passed{};
+    std::function<void()> read_again{};      ///< on SIGHUP, before files are read again
+    std::function<void()> was_read_again{};  ///< and after
+    std::function<void()> ends{};            ///< the server begins to end
   };
 
   /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
@@ -102,6 +108,11 @@ class StreamServer {
   /// ServerSignals. After the first signal, or a failure, displays get a close frame and have
   /// Config::most_end_ms to take it. Writes the last lines of the audit log before it returns.
   Result<void> run();
+
+  /// What displays that come from now on call the source. Server thread.
+  void set_title(const std::string& title) { config_.facts.title = title; }
+  /// The silence after which the control is free again. Server thread.
+  void set_control_lapse_ms(std::int64_t lapse_ms) { control_.set_lapse_ms(lapse_ms); }
 
   /// Ends run(). Any thread.
   void stop() { loop_.stop(); }
@@ -149,6 +160,7 @@ class StreamServer {
   ProbeProxy probe_;
   ProbeStatus logged_;  // the last status that was logged
   PictureLiveness liveness_;
+  PictureTimes times_;
   ViewAdmission views_;
   SurveyDesk surveys_;
   RecordingProxy recording_;

@@ -93,6 +93,7 @@ void StreamServer::second_passed() {
   audit_.second_passed();
   if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
   dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());
+  if (dependencies_.second_passed) dependencies_.second_passed(liveness_.report());
 }
 
 void StreamServer::reload_credentials(bool in_any_case) {

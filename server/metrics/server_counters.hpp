@@ -73,7 +73,7 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
     {"messages_refused", "WebSocket messages that were refused", &ServerCounters::messages_refused},
     {"scene_changes", "Scene changes taken", &ServerCounters::scene_changes},
     {"scene_refusals", "Scene changes refused", &ServerCounters::scene_refusals},
-    {"private_views", "Private views that are open", &ServerCounters::private_views},
+    {"private_views", "Private views that are open", &ServerCounters::private_views, CountKind::kNow},
     {"private_view_refusals", "Changes of private views that were refused",
      &ServerCounters::private_view_refusals},
     {"private_views_ended", "Private views ended since the main view left them no time for five seconds",

@@ -9,19 +9,23 @@
 namespace fanlight {
 
 Result<boost::asio::ip::tcp::endpoint> parse_listen_address(std::string_view text) {
-  const Error refusal{ErrorCode::kInvalidArgument,
-                      fmt::format("the address \"{}\" is not one to listen on, expected ADDRESS:PORT such as "
-                                  "127.0.0.1:8080 or [::1]:8080, with a port from 0 (any free one) to 65535",
-                                  text)};
+  const Error refusal{
+      ErrorCode::kInvalidArgument,
+      fmt::format("the address \"{}\" is not one to listen on, expected ADDRESS:PORT such as "
+                  "127.0.0.1:8080, localhost:8080 or [::1]:8080, or a port alone, from 0 (any "
+                  "free one) to 65535",
+                  text)};
   const std::size_t colon = text.rfind(':');
-  if (colon == std::string_view::npos) return refusal;
-  std::string_view host = text.substr(0, colon);
-  const std::string_view port_text = text.substr(colon + 1);
+  // Of this machine, where nothing else is said.
+  std::string_view host = colon == std::string_view::npos ? "localhost" : text.substr(0, colon);
+  const std::string_view port_text = colon == std::string_view::npos ? text : text.substr(colon + 1);
   if (host.size() >= 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
 
   std::uint16_t port = 0;
   const auto [end, failure] = std::from_chars(port_text.data(), port_text.data() + port_text.size(), port);
   if (failure != std::errc{} || end != port_text.data() + port_text.size()) return refusal;
+  // By RFC 6761 it is this machine, whatever a resolver says.
+  if (host == "localhost") host = "127.0.0.1";
   boost::system::error_code wrong;
   const auto address = boost::asio::ip::make_address(std::string(host), wrong);
   if (wrong) return refusal;

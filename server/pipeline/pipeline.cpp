@@ -107,6 +107,7 @@ void Pipeline::start() {
                                  .survey_results = &survey_results_,
                                  .cine = &cine_,
                                  .audience = &audience_,
+                                 .pulse = &render_pulse_,
                                  .health = &render_health_,
                                  .remake = [this](const NumberedScene& scene) { return remake(scene); }});
   acquisition_thread_.emplace(AcquisitionThread::Dependencies{.source = source_,
@@ -115,7 +116,8 @@ void Pipeline::start() {
                                                               .counters = acquisition_counters_,
                                                               .ended_bell = link_.server_bell,
                                                               .frame_queue = &queue_,
-                                                              .tap = recorder_ ? &recorder_->tap() : nullptr},
+                                                              .tap = recorder_ ? &recorder_->tap() : nullptr,
+                                                              .pulse = &acquisition_pulse_},
                               mismatch_);
 }
 

@@ -18,6 +18,7 @@
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/private_view.hpp"
 #include "proto/exchange/probe_link.hpp"
+#include "proto/exchange/pulse.hpp"
 #include "proto/exchange/recording_link.hpp"
 #include "proto/exchange/render_health.hpp"
 #include "proto/exchange/replay_link.hpp"
@@ -101,6 +102,8 @@ class Pipeline {
   Mailbox<PrivateViewEnds>& private_view_ends() { return private_view_ends_; }
   Mailbox<RenderHealth>& render_health() { return render_health_; }
   CineLink& cine() { return cine_; }
+  const Pulse& acquisition_pulse() const { return acquisition_pulse_; }
+  const Pulse& render_pulse() const { return render_pulse_; }
   Audience& audience() { return audience_; }
   Mailbox<SurveyOrder>& survey_orders() { return survey_orders_; }
   Mailbox<SurveyResult>& survey_results() { return survey_results_; }
@@ -140,6 +143,8 @@ class Pipeline {
   Mailbox<SurveyOrder> survey_orders_{render_bell_};
   CineLink cine_;
   Audience audience_{render_bell_};
+  Pulse acquisition_pulse_;
+  Pulse render_pulse_;
   Mailbox<Picture> pictures_;
   Mailbox<Error> failures_;
   Mailbox<PrivateViewEnds> private_view_ends_;

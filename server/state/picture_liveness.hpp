@@ -49,6 +49,11 @@ class PictureLiveness {
     std::string sentence;            ///< for people; says what holds, and why
 
     bool live() const { return state == State::kLive; }
+    /// A display that comes now sees pictures of the source, or will within a moment.
+    bool ready() const {
+      return state == State::kLive || state == State::kDelayed || state == State::kReplay ||
+             state == State::kFrozen || (state == State::kResting && cause == Cause::kNone);
+    }
   };
   /// Where the frames come from, as one of three states.
   struct Source {

@@ -124,7 +124,7 @@ v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts&
   to.set_volumes_interpolated(frames.volumes_interpolated.value());
   to.set_mismatch_deg(frames.mismatch_deg.value());
   to.set_mismatch_left_deg(frames.mismatch_left_deg.value());
-  to.set_mismatch_left_mm(frames.mismatch_left_mm.value());
+  to.set_mismatch_left_mm(frames.mismatch_left_m.value() * 1000);
   to.set_volumes_assembled(pipeline.ring.volumes_published.value());
   to.set_volumes_dropped(pipeline.ring.volumes_dropped.value());
   to.set_pass1_runs(pipeline.render.pass1_runs.value());

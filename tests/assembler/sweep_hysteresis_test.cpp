@@ -94,7 +94,7 @@ TEST_P(Mismatch, IsTakenOut) {
   EXPECT_EQ(rig.counters().mismatch_refusals.value(), 0U);
   const FanGeometry& geometry = rig.geometry();
   const double radius_mm = geometry.motor_radius_mm + geometry.depth_mm() / 2;
-  EXPECT_NEAR(rig.counters().mismatch_left_mm.value(),
+  EXPECT_NEAR(1000 * rig.counters().mismatch_left_m.value(),
               radius_mm * radians(rig.counters().mismatch_left_deg.value()), 1e-9);
   RecordProperty("worst_left_deg", std::to_string(worst_deg));
   std::printf("%-34s left after 10 volumes, at worst: %.3f deg (%.2f mm); reported %.3f deg\n",

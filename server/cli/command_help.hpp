@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/App.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fanlight {
+
+/// Gives a program and all of its commands the help of command_help(), with --help-all where there are rare
+/// options. Call it after all options were added.
+void use_command_help(CLI::App& program);
+
+/// What --help prints: what the command does, its usage, examples, then its options by groups. `all`: with
+/// the rare groups.
+std::string command_help(const CLI::App& command, bool all);
+
+/// The name among `known` that a person most likely meant by `typed`: with the fewest letters changed, left
+/// out, added or exchanged with their neighbour, at most a third of them. Empty: none is near.
+std::string nearest_name(std::string_view typed, const std::vector<std::string>& known);
+
+/// The sentence about an argument that a command does not take, with the name that was meant.
+std::string unknown_argument(const CLI::App& command, const std::string& argument);
+
+/// The sentence about a command that words such as "token lst" do not name, or do not name whole. Empty: they
+/// name one.
+std::string lacking_command(const CLI::App& program, const std::vector<std::string>& words);
+
+}  // namespace fanlight

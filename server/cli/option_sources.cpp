@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/cli/option_sources.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <toml.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "proto/base/printable.hpp"
+#include "proto/base/toml_place.hpp"
+#include "server/cli/command_help.hpp"
+#include "server/cli/option_table.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr const char* kCommandLine = "command line";
+constexpr const char* kVariable = "FANLIGHT_";
+
+/// What decides about the configuration is not part of it.
+bool is_configured(const OptionRow& row) {
+  const std::string key = row.key();
+  return !key.empty() && key != "config" && key != "print-config" && key != "help" && key != "help-all";
+}
+
+std::vector<OptionRow> configured_rows(const CLI::App& command) {
+  std::vector<OptionRow> rows;
+  for (const OptionGroup& group : option_table(command))
+    for (const OptionRow& row : group.rows)
+      if (is_configured(row)) rows.push_back(row);
+  return rows;
+}
+
+Error bad(const std::string& place, const std::string& wrong) {
+  return {ErrorCode::kInvalidArgument, fmt::format("{}: {}", place, wrong)};
+}
+
+/// A value as the command line would have it; absent: it is none of these.
+std::optional<std::string> text_of(const toml::value& value) {
+  if (value.is_string()) return toml::get<std::string>(value);
+  if (value.is_boolean()) return toml::get<bool>(value) ? "true" : "false";
+  if (value.is_integer()) return std::to_string(toml::get<std::int64_t>(value));
+  if (value.is_floating()) return fmt::format("{}", toml::get<double>(value));
+  return std::nullopt;
+}
+
+struct PlacedOption {
+  std::size_t line;
+  ConfiguredOption option;
+};
+
+Result<void> collect(const std::string& file, const std::string& prefix, const toml::value& table,
+                     std::vector<PlacedOption>& options) {
+  for (const auto& [key, value] : table.as_table()) {
+    const std::string name = prefix + key;
+    if (value.is_table()) {
+      if (auto inner = collect(file, name + ".", value, options); !inner) return inner;
+      continue;
+    }
+    const std::size_t line = toml_line(value.location());
+    const std::string place = fmt::format("{}, line {}", file, line);
+    const auto text = text_of(value);
+    if (!text)
+      return bad(place, fmt::format("{} is neither text nor a number nor true or false", printable(name)));
+    options.push_back({line, {.name = name, .value = *text, .from = place}});
+  }
+  return {};
+}
+
+std::string variable_of(const std::string& key) {
+  std::string name = kVariable;
+  for (const char c : key)
+    name += c == '-' || c == '.' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return name;
+}
+
+bool is_number(const std::string& text) {
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, failure] = std::from_chars(text.data(), end, number);
+  return failure == std::errc{} && stop == end && !text.empty();
+}
+
+std::string toml_text(const OptionRow& row, const std::string& value) {
+  if (row.flag() || is_number(value)) return value;
+  return toml::format(toml::value(value));
+}
+
+/// Stands for a value where there is no default.
+std::string sample(const OptionRow& row) {
+  if (!row.choices.empty()) return toml_text(row, row.choices.front());
+  constexpr std::string_view kTexts[] = {"FILE", "FOLDER", "NAME", "TEXT"};
+  return std::ranges::find(kTexts, row.value) != std::end(kTexts) ? toml_text(row, row.value)
+                                                                  : fmt::format("<{}>", row.value);
+}
+
+Result<void> give(CLI::Option& option, const OptionRow& row, const ConfiguredOption& given) {
+  if (row.flag()) {
+    if (given.value == "false" || given.value == "0") return {};
+    if (given.value != "true" && given.value != "1")
+      return bad(given.from,
+                 fmt::format("{} is {}, expected true or false", given.name, printable(given.value)));
+  }
+  try {
+    option.add_result(row.flag() ? "true" : given.value);
+    option.run_callback();
+  } catch (const CLI::Error& refusal) {
+    // CLI11 names the option in some of its sentences.
+    const std::string sentence = printable(refusal.what());
+    return bad(given.from, sentence.find(given.name) == std::string::npos
+                               ? fmt::format("{}: {}", given.name, sentence)
+                               : sentence);
+  }
+  return {};
+}
+
+std::string origin_of(const CLI::Option& option, const OptionOrigins& origins) {
+  const auto found = origins.find(option.get_lnames().front());
+  return found == origins.end() ? "" : fmt::format(" ({})", found->second);
+}
+
+}  // namespace
+
+Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path) {
+  constexpr std::uintmax_t kMostBytes = 1'000'000;
+  const std::string name = printable(path.string());
+  std::error_code failure;
+  const auto bytes = std::filesystem::file_size(path, failure);
+  std::ifstream file(path, std::ios::binary);
+  if (failure || !file || bytes > kMostBytes) {
+    return Error{
+        ErrorCode::kNotFound,
+        fmt::format("the configuration {} cannot be read, expected a TOML file of at most 1 MB", name)};
+  }
+  std::vector<PlacedOption> options;
+  try {
+    const toml::value whole = toml::parse(file, path.string());
+    if (auto collected = collect(name, "", whole, options); !collected) return collected.error();
+  } catch (const toml::syntax_error& wrong) {
+    return bad(fmt::format("{}, line {}", name, toml_error_line(wrong)),
+               "it is not TOML, expected a line such as listen = \"127.0.0.1:8080\"");
+  } catch (const std::exception&) {
+    return bad(name, "it is not TOML, expected lines such as listen = \"127.0.0.1:8080\"");
+  }
+  std::ranges::stable_sort(options, {}, &PlacedOption::line);
+  std::vector<ConfiguredOption> sorted;
+  for (PlacedOption& each : options) sorted.push_back(std::move(each.option));
+  return sorted;
+}
+
+OptionOrigins command_line_origins(const CLI::App& command) {
+  OptionOrigins origins;
+  for (const OptionRow& row : configured_rows(command)) {
+    if (row.option->count() > 0) origins[row.key()] = kCommandLine;
+  }
+  return origins;
+}
+
+bool comes_before_file(const std::string& origin) {
+  return origin == kCommandLine || origin.starts_with(kVariable);
+}
+
+std::vector<ConfiguredOption> environment_options(const CLI::App& command) {
+  std::vector<ConfiguredOption> given;
+  for (const OptionRow& row : configured_rows(command)) {
+    const std::string variable = variable_of(row.key());
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread runs yet
+    const char* const value = std::getenv(variable.c_str());
+    if (value != nullptr) given.push_back({.name = row.key(), .value = value, .from = variable});
+  }
+  return given;
+}
+
+Result<void> apply_options(CLI::App& command, const std::vector<ConfiguredOption>& given,
+                           OptionOrigins& origins) {
+  const std::vector<OptionRow> rows = configured_rows(command);
+  for (const ConfiguredOption& each : given) {
+    const auto row = std::ranges::find(rows, each.name, &OptionRow::key);
+    if (row == rows.end()) {
+      std::vector<std::string> known;
+      for (const OptionRow& option : rows) known.push_back(option.key());
+      const std::string meant = nearest_name(each.name, known);
+      return bad(each.from, fmt::format("there is no option {}, {}", printable(each.name),
+                                        meant.empty() ? "expected one that --print-config lists"
+                                                      : fmt::format("did you mean {}?", meant)));
+    }
+    CLI::Option& option = *command.get_option("--" + row->key());
+    if (option.count() > 0) continue;
+    if (auto taken = give(option, *row, each); !taken) return taken;
+    if (option.count() > 0) origins[row->key()] = each.from;
+  }
+  return {};
+}
+
+Result<void> check_together(const CLI::App& command, const OptionOrigins& origins) {
+  for (const OptionRow& row : configured_rows(command)) {
+    if (row.option->count() == 0) continue;
+    const std::string name = "--" + row.key() + origin_of(*row.option, origins);
+    for (const CLI::Option* const other : row.option->get_needs()) {
+      if (other->count() == 0)
+        return Error{ErrorCode::kInvalidArgument,
+                     fmt::format("{} needs {}, expected both or none", name, other->get_name())};
+    }
+    for (const CLI::Option* const other : row.option->get_excludes()) {
+      if (other->count() > 0)
+        return Error{ErrorCode::kInvalidArgument,
+                     fmt::format("{} and {}{} exclude one another, expected one of them", name,
+                                 other->get_name(), origin_of(*other, origins))};
+    }
+  }
+  return {};
+}
+
+std::string configuration_text(const CLI::App& command, const OptionOrigins& origins) {
+  std::string text = fmt::format(
+      "# Configuration of fanlight {0}, read with: fanlight {0} --config FILE\n"
+      "# A line that begins with \"# \" and a name has the default. Each option can also be given on the\n"
+      "# command line (--listen) or in the environment (FANLIGHT_LISTEN), which come first.\n",
+      command.get_name());
+  for (const OptionGroup& group : option_table(command)) {
+    bool headed = false;
+    for (const OptionRow& row : group.rows) {
+      if (!is_configured(row)) continue;
+      if (!std::exchange(headed, true)) text += fmt::format("\n## {}\n", group.name);
+      text += fmt::format("\n# {}\n", row.text);
+      const std::string key = row.key();
+      if (row.option->count() > 0) {
+        const std::string value = row.flag() ? "true" : row.option->results().front();
+        text += fmt::format("{} = {}  # {}\n", key, toml_text(row, value), origins.at(key));
+      } else if (row.flag()) {
+        text += fmt::format("# {} = false\n", key);
+      } else {
+        text += fmt::format("# {} = {}\n", key, row.usual.empty() ? sample(row) : toml_text(row, row.usual));
+      }
+    }
+  }
+  return text;
+}
+
+}  // namespace fanlight

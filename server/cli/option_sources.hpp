@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "proto/base/result.hpp"
+
+namespace fanlight {
+
+/// An option that a configuration sets: `listen = "127.0.0.1:8080"` or `detector.threshold = 30`.
+struct ConfiguredOption {
+  std::string name;   ///< without dashes: "listen", "detector.threshold"
+  std::string value;  ///< as on the command line; "true" or "false" for an option without a value
+  std::string from;   ///< "fanlight.toml, line 12" or "FANLIGHT_LISTEN"
+};
+
+/// The options in a TOML file, in the order of their lines. A table gives its name and a dot to those in it.
+/// Errors: no file, no TOML (with the line), or a value that is no text, number or truth value.
+Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path);
+
+/// The options of a command that the environment sets: FANLIGHT_LISTEN for --listen,
+/// FANLIGHT_DETECTOR_THRESHOLD for --detector.threshold.
+std::vector<ConfiguredOption> environment_options(const CLI::App& command);
+
+/// Where the value of each option comes from, by its name: "command line", the name of a variable, or the
+/// place in a file. Those with their default are not in it.
+using OptionOrigins = std::map<std::string, std::string>;
+
+/// After the command line was read, and before anything else.
+OptionOrigins command_line_origins(const CLI::App& command);
+
+/// Whether the command line or the environment gave it.
+bool comes_before_file(const std::string& origin);
+
+/// Gives these values to the options that have none yet. So the first source comes before later ones; what
+/// the command line gave stays. Errors: a name that is not known (with the nearest), a value that is refused
+/// (both with their place).
+Result<void> apply_options(CLI::App& command, const std::vector<ConfiguredOption>& given,
+                           OptionOrigins& origins);
+
+/// Refuses options without those that they need, and with those that they exclude.
+Result<void> check_together(const CLI::App& command, const OptionOrigins& origins);
+
+/// All options of a command as a TOML file with comments, in the values in force. Those that have their
+/// default, or none, are commented out.
+std::string configuration_text(const CLI::App& command, const OptionOrigins& origins);
+
+}  // namespace fanlight

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "acquisition/assembly/dropped_sweeps.hpp"
+#include "proto/model/picture.hpp"
+
+namespace fanlight {
+
+/// What the report says of one volume.
+struct RenderReport {
+  std::string input;  ///< as it was given
+  const Picture& picture;
+  std::vector<DroppedSweep> dropped;  ///< before the volume
+  std::vector<std::string> notes;     ///< about the source
+  std::string device;
+  double surface_share = 0;             ///< of the pixels
+  std::vector<float> depth_5_50_95_mm;  ///< empty without a surface
+  bool speckle_filter_left_out = false;
+  double total_ms = 0;
+};
+
+/// `smooth_mm`: the depth map of the picture.
+RenderReport report_of(const std::string& input, const Picture& picture, const std::vector<float>& smooth_mm);
+
+nlohmann::ordered_json dropped_json(const std::vector<DroppedSweep>& dropped);
+void print_dropped(std::FILE* out, const std::vector<DroppedSweep>& dropped);
+
+void print_json(std::FILE* out, const RenderReport& report);
+void print_text(std::FILE* out, const RenderReport& report);
+
+}  // namespace fanlight

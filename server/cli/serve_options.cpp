@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/cli/serve_options.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+
+#include "server/cli/named_option.hpp"
+#include "server/cli/probe_options.hpp"
+
+namespace fanlight {
+
+namespace {
+
+/// A refused configuration is an error of usage, as one of the command line.
+void require_given(const Result<void>& given) {
+  if (!given) throw CLI::ConfigError(given.error().message);
+}
+
+std::string configuration_path(const ServeOptions& options) {
+  if (!options.config.empty()) return options.config;
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread runs yet
+  const char* const path = std::getenv("FANLIGHT_CONFIG");
+  return path == nullptr ? "" : path;
+}
+
+/// After the command line was read. Throws CLI::ConfigError.
+void take_other_sources(CLI::App& command, ServeOptions& options) {
+  options.origins = command_line_origins(command);
+  require_given(apply_options(command, environment_options(command), options.origins));
+  options.config = configuration_path(options);
+  if (!options.config.empty()) {
+    auto configured = read_configuration(options.config);
+    if (!configured) throw CLI::ConfigError(configured.error().message);
+    options.configured = *std::move(configured);
+    require_given(apply_options(command, options.configured, options.origins));
+  }
+  require_given(check_together(command, options.origins));
+}
+
+}  // namespace
+
+// The order of the options is that of --help.
+
+void ServeOptions::add_network_options(CLI::App& command) {
+  command.option_defaults()->group("Network");
+  command
+      .add_option("--listen", listen,
+                  "Address and port; a port alone is one of this machine, port 0 takes a free one")
+      ->capture_default_str()
+      ->type_name("ADDRESS");
+  auto* const certificate =
+      command.add_option("--tls-certificate", tls.certificate, "The server's, and those up to its root, PEM")
+          ->type_name("FILE");
+  auto* const key = command.add_option("--tls-key", tls.key, "Its private key, PEM")->type_name("FILE");
+  certificate->needs(key);
+  key->needs(certificate);
+  command
+      .add_flag("--hsts", hsts,
+                "Tell browsers to come to this host over TLS only, for a year; also to its other ports")
+      ->needs(certificate);
+  command.add_option("--client-ca", tls.client_ca, "Who signs clients' certificates, PEM")
+      ->needs(certificate)
+      ->type_name("FILE");
+}
+
+void ServeOptions::add_access_options(CLI::App& command) {
+  command.option_defaults()->group("Access");
+  command
+      .add_option("--tokens", tokens,
+                  "Who may come in, as `fanlight token` writes it; read again where it changes")
+      ->type_name("FILE");
+  command.add_option("--audit-log", audit_log, "Appends who changed what, a line of JSON each")
+      ->type_name("FILE");
+  command
+      .add_option("--audit-log-mb", audit_log_mb,
+                  "Size at which the audit log goes on in a new file; 0: never")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1'000'000))
+      ->type_name("MB");
+  command.add_option("--control-lapse", control_lapse_s, "The control is free again after so much silence")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 86400))
+      ->type_name("SECONDS");
+  command
+      .add_option("--private-views", private_views,
+                  "Displays that may have a light or a camera of their own at once")
+      ->capture_default_str()
+      ->check(CLI::Range(std::size_t{0}, kMostPrivateViews))
+      ->type_name("N");
+  command
+      .add_option("--presets", presets,
+                  "Keeps the presets that people save; else presets.json in the user's folder of states")
+      ->type_name("FILE");
+}
+
+void ServeOptions::add_source_options(CLI::App& command) {
+  command.option_defaults()->group("Source");
+  command
+      .add_option("SOURCE,--source", source,
+                  "phantom: (the simulated probe), a recording's path or replay:PATH, or "
+                  "usb:VENDOR:PRODUCT[:SERIAL] (a probe)")
+      ->capture_default_str()
+      ->type_name("SOURCE");
+  command.add_option("--title", title, "What displays call it; only an admin is told the source")
+      ->type_name("TEXT");
+  command.option_defaults()->group("Recordings that are played");
+  command.add_option("--geometry", playing.geometry_path, "TOML file with the recording's geometry")
+      ->type_name("FILE");
+  add_named_option<ReplaySource::Ending, ReplaySource::Ending>(
+      command, "--ending", playing.ending,
+      {{"once", ReplaySource::Ending::kOnce},
+       {"loop", ReplaySource::Ending::kLoop},
+       {"to-and-fro", ReplaySource::Ending::kToAndFro}},
+      "After the recording's last frame", "to-and-fro");
+  command.add_option("--speed", playing.speed, "1 is as recorded; 0.01 to 1000")
+      ->capture_default_str()
+      ->type_name("FACTOR");
+  command.add_option("--from", playing.from_s, "Where the recording begins")
+      ->capture_default_str()
+      ->type_name("SECONDS");
+  command.add_flag("--paused", playing.paused,
+                   "Show the recording's first sweep, and wait for a display to play on");
+  command.add_flag("--fast", playing.as_fast_as_taken,
+                   "Play as fast as volumes are rendered, and render them all");
+}
+
+void ServeOptions::add_picture_options(CLI::App& command) {
+  command.option_defaults()->group("Picture");
+  command.add_option("--size", size, "Of the picture, pixels")->capture_default_str()->type_name("WxH");
+  command.add_option("--gpu", gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command.add_option("--jpeg-quality", jpeg_quality, "1 to 100")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100))
+      ->type_name("N");
+  automatic.add_to(command);
+}
+
+void ServeOptions::add_volume_options(CLI::App& command) {
+  command.option_defaults()->group("Volumes");
+  command.add_option("--ring", ring_slots, "Volumes that the ring holds, 3 to 64")
+      ->capture_default_str()
+      ->check(CLI::Range(3, 64))
+      ->type_name("N");
+  command
+      .add_option(
+          "--cine-volumes", cine_volumes,
+          "Last volumes that are kept for a frozen display, 0 to 1000; fewer where they would take over "
+          "512 MB")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000))
+      ->type_name("N");
+  add_named_option<std::optional<RingPolicy>, RingPolicy>(
+      command, "--policy", policy,
+      {{"newest-wins", RingPolicy::kNewestWins}, {"process-all", RingPolicy::kProcessAll}},
+      "Where volumes come faster than they are rendered: newest-wins drops older ones, process-all makes the "
+      "source wait; the default is newest-wins, with --fast process-all");
+  command.add_flag("--render-unwatched", render_unwatched,
+                   "Render every volume, also while no display, script or recording needs a picture");
+  add_named_option<MismatchCorrection, MismatchCorrection>(
+      command, "--mismatch", mismatch,
+      {{"corrected", MismatchCorrection::kOn}, {"as-measured", MismatchCorrection::kOff}},
+      "Angles where forward and backward sweeps disagree", "corrected");
+}
+
+void ServeOptions::add_service_options(CLI::App& command) {
+  command.option_defaults()->group("Configuration and log");
+  command
+      .add_option("--config", config,
+                  "Reads options from a TOML file; the command line and the environment come first")
+      ->type_name("FILE");
+  command.add_flag("--print-config", print_config,
+                   "Print the options in force as such a file, with where each comes from, and leave");
+  command.add_option("--log-level", log_level, "The least important lines that are written")
+      ->default_str("info")
+      ->check(CLI::IsMember({"error", "warning", "info", "debug"}).description(""))
+      ->type_name("error|warning|info|debug");
+  command.add_option("--log-format", log_format, "Lines for people, or an object of JSON each")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"text", "json"}).description(""))
+      ->type_name("text|json");
+}
+
+void ServeOptions::add_to(CLI::App& command) {
+  add_source_options(command);
+  add_network_options(command);
+  add_access_options(command);
+  add_picture_options(command);
+  add_volume_options(command);
+  command.option_defaults()->group("Recordings that are made");
+  recording.add_to(command);
+  add_probe_options(command, playing);
+  add_named_option<ProbeControl, ProbeControl>(
+      command, "--probe-control", probe_control,
+      {{"everyone", ProbeControl::kEveryone}, {"nobody", ProbeControl::kNobody}},
+      "Who may set the probe: whoever is in control, or nobody", "everyone")
+      ->group("USB probe");
+  add_service_options(command);
+  scene.add_to(command);
+  command.parse_complete_callback([this, &command] { take_other_sources(command, *this); });
+}
+
+namespace {
+
+std::string value_of(const std::vector<ConfiguredOption>& options, const std::string& name) {
+  const auto found = std::ranges::find(options, name, &ConfiguredOption::name);
+  return found == options.end() ? "" : found->value;
+}
+
+}  // namespace
+
+Result<std::vector<ServeOptions::Reread>> ServeOptions::read_again() {
+  if (config.empty()) return std::vector<Reread>{};
+  auto now = read_configuration(config);
+  if (!now) return now.error();
+  // As at a start, but for another object: what is refused changes nothing.
+  CLI::App command;
+  ServeOptions fresh;
+  fresh.add_to(command);
+  OptionOrigins places;
+  if (auto taken = apply_options(command, *now, places); !taken) return taken.error();
+  if (auto agree = check_together(command, places); !agree) return agree.error();
+  std::set<std::string> names;
+  for (const auto* const options : {&configured, &*now})
+    for (const ConfiguredOption& option : *options) names.insert(option.name);
+  std::vector<Reread> changes;
+  for (const std::string& name : names) {
+    if (value_of(configured, name) == value_of(*now, name)) continue;
+    const bool takes = name == "title" || name == "control-lapse" || name == "log-level";
+    const auto origin = origins.find(name);
+    const bool given_before = origin != origins.end() && comes_before_file(origin->second);
+    changes.push_back({.name = name, .in_force = takes && !given_before});
+  }
+  for (const Reread& change : changes) {
+    if (!change.in_force) continue;
+    if (change.name == "title") title = fresh.title;
+    if (change.name == "control-lapse") control_lapse_s = fresh.control_lapse_s;
+    if (change.name == "log-level") log_level = fresh.log_level;
+    origins[change.name] = config;
+  }
+  configured = *std::move(now);
+  return changes;
+}
+
+}  // namespace fanlight

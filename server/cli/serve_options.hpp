@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/assembly/assembler.hpp"
+#include "acquisition/open_source.hpp"
+#include "proto/exchange/probe_link.hpp"
+#include "proto/exchange/volume_ring.hpp"
+#include "server/cli/auto_view.hpp"
+#include "server/cli/option_sources.hpp"
+#include "server/cli/recording_options.hpp"
+#include "server/cli/scene_options.hpp"
+#include "server/net/tls_context.hpp"
+#include "server/state/probe_proxy.hpp"
+#include "server/state/view_admission.hpp"
+
+namespace fanlight {
+
+/// The options of `fanlight serve`, by the command line, the environment and a configuration.
+struct ServeOptions {
+  std::string source = "phantom:scene=face,probe=r2";
+  std::string title;
+  SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
+  std::string listen = "127.0.0.1:8080";
+  TlsFiles tls;
+  bool hsts = false;
+  std::string tokens;
+  std::string presets;
+  std::string audit_log;
+  std::uint64_t audit_log_mb = 0;
+  double control_lapse_s = 60;
+  std::size_t private_views = kMostPrivateViews;
+  MismatchCorrection mismatch = MismatchCorrection::kOn;
+  std::optional<RingPolicy> policy;  ///< absent: what suits the source
+  ProbeControl probe_control = ProbeControl::kEveryone;
+  std::string size = "512x512";
+  std::string gpu;
+  int jpeg_quality = 85;
+  std::uint32_t ring_slots = 4;
+  std::uint32_t cine_volumes = 32;
+  bool render_unwatched = false;
+  RecordingOptions recording;
+  AutoOptions automatic;
+  SceneOptions scene;
+  std::string log_level;  ///< empty: info, or what SPDLOG_LEVEL says
+  std::string log_format = "text";
+  std::string config;
+  bool print_config = false;
+  OptionOrigins origins;  ///< of those that the environment or a configuration gave
+
+  /// What the configuration said when it was read last.
+  std::vector<ConfiguredOption> configured;
+
+  /// The object must live as long as the command, and not move.
+  void add_to(CLI::App& command);
+
+  /// Reads the configuration again. Takes what a running server can change: title, control-lapse_s and
+  /// log_level of this object, where neither the command line nor the environment gave them. The names of all
+  /// that was changed come back, and whether each takes effect. Errors: as at the start; nothing is changed.
+  struct Reread {
+    std::string name;
+    bool in_force = false;  ///< false: it takes a new start
+  };
+  Result<std::vector<Reread>> read_again();
+
+ private:
+  void add_network_options(CLI::App& command);
+  void add_access_options(CLI::App& command);
+  void add_source_options(CLI::App& command);
+  void add_picture_options(CLI::App& command);
+  void add_volume_options(CLI::App& command);
+  void add_service_options(CLI::App& command);
+};
+
+}  // namespace fanlight
