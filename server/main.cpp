@@ -41,9 +41,12 @@ int usage_error(const CLI::App& program, const CLI::ParseError& error) {
   const std::string path = fanlight::command_path(*command);
   const std::string name = path.empty() ? "fanlight" : "fanlight " + path;
   const auto unknown = command->remaining();
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !unknown.empty()) {
+  const int code = error.get_exit_code();
+  const bool names_unknown = code == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
+                             code == static_cast<int>(CLI::ExitCodes::RequiredError);
+  if (names_unknown && !unknown.empty()) {
     print_error(name, fanlight::unknown_argument(*command, unknown.front()));
-  } else if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ConfigError)) {
+  } else if (code == static_cast<int>(CLI::ExitCodes::ConfigError)) {
     print_error(name, error.what());
   } else {
     print_error(name, fmt::format("{}; `{} --help` tells more", error.what(), name));

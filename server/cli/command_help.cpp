@@ -193,13 +193,15 @@ void use_command_help(CLI::App& program) {
 
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& known) {
   constexpr std::size_t kLongest = 64;
-  if (typed.empty() || typed.size() > kLongest) return "";
+  // One letter is near to any other.
+  const std::size_t dashes = std::min(typed.find_first_not_of('-'), typed.size());
+  if (typed.size() - dashes < 2 || typed.size() > kLongest) return "";
   std::string best;
-  std::size_t fewest = typed.size() / 3 + 1;
+  std::size_t fewest = std::max<std::size_t>(1, typed.size() / 3) + 1;
   for (const std::string& name : known) {
     // A name that is only begun is nearer than any with other letters.
     const std::size_t changes = name.starts_with(typed) && typed.size() > 2 ? 1 : distance(typed, name);
-    if (changes >= fewest && !(changes == fewest && best.empty())) continue;
+    if (changes >= fewest) continue;
     fewest = changes;
     best = name;
   }

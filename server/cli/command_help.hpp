@@ -17,7 +17,7 @@ void use_command_help(CLI::App& program);
 std::string command_help(const CLI::App& command, bool all);
 
 /// The name among `known` that a person most likely meant by `typed`: with the fewest letters changed, left
-/// out, added or exchanged with their neighbour, at most a third of them. Empty: none is near.
+/// out, added or exchanged with their neighbour, at most a third of them, or one. Empty: none is near.
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& known);
 
 /// The sentence about an argument that a command does not take, with the name that was meant.

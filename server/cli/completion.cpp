@@ -23,11 +23,21 @@ void collect(const CLI::App& command, std::vector<const CLI::App*>& commands) {
   for (const CLI::App* const each : subcommands(command)) collect(*each, commands);
 }
 
+const CLI::App& root_of(const CLI::App& command) {
+  return command.get_parent() == nullptr ? command : root_of(*command.get_parent());
+}
+
 std::vector<std::string> words_of(const CLI::App& command) {
   std::vector<std::string> words;
   for (const CLI::App* const each : subcommands(command)) words.push_back(each->get_name());
   for (const OptionGroup& group : option_table(command))
-    for (const OptionRow& row : group.rows) words.insert(words.end(), row.names.begin(), row.names.end());
+    for (const OptionRow& row : group.rows) {
+      words.insert(words.end(), row.names.begin(), row.names.end());
+      if (!row.names.empty()) continue;
+      words.insert(words.end(), row.choices.begin(), row.choices.end());
+      if (row.value != "COMMAND") continue;
+      for (const CLI::App* const each : subcommands(root_of(command))) words.push_back(each->get_name());
+    }
   return words;
 }
 
@@ -174,7 +184,7 @@ std::string zsh_script(const CLI::App& program) {
       "commands=(\n{}  )\n"
       "  if ((CURRENT == 2)); then\n    _describe command commands\n    return\n  fi\n"
       "  local command=${{words[2]}}\n  shift words\n  ((CURRENT--))\n  case $command in\n{}  esac\n}}\n"
-      "_fanlight \"$@\"\n",
+      "if [[ ${{funcstack[1]}} == _fanlight ]]; then _fanlight \"$@\"; else compdef _fanlight fanlight; fi\n",
       list, cases);
 }
 

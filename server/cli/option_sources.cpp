@@ -81,16 +81,36 @@ std::string variable_of(const std::string& key) {
   return name;
 }
 
+/// Whether a TOML file may have it without quotes, and reads it back as the same letters.
 bool is_number(const std::string& text) {
-  double number = 0;
   const char* const end = text.data() + text.size();
-  const auto [stop, failure] = std::from_chars(text.data(), end, number);
-  return failure == std::errc{} && stop == end && !text.empty();
+  std::int64_t whole = 0;
+  const auto as_whole = std::from_chars(text.data(), end, whole);
+  if (as_whole.ec == std::errc{} && as_whole.ptr == end) return std::to_string(whole) == text;
+  double number = 0;
+  const auto as_number = std::from_chars(text.data(), end, number);
+  return as_number.ec == std::errc{} && as_number.ptr == end && text.find('.') != std::string::npos &&
+         fmt::format("{}", number) == text;
+}
+
+/// A basic string of TOML in one line; toml11 breaks long ones.
+std::string quoted_text(const std::string& text) {
+  std::string safe = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      safe += '\\';
+      safe += c;
+    } else if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') {
+      safe += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
+    } else {
+      safe += c;
+    }
+  }
+  return safe + "\"";
 }
 
 std::string toml_text(const OptionRow& row, const std::string& value) {
-  if (row.flag() || is_number(value)) return value;
-  return toml::format(toml::value(value));
+  return row.flag() || is_number(value) ? value : quoted_text(value);
 }
 
 /// Stands for a value where there is no default.
@@ -119,6 +139,15 @@ Result<void> give(CLI::Option& option, const OptionRow& row, const ConfiguredOpt
                                : sentence);
   }
   return {};
+}
+
+/// Whether it is given, and not as false.
+bool is_set(const OptionRow& row) {
+  return row.option->count() > 0 && (!row.flag() || row.option->as<bool>());
+}
+
+bool is_set(const CLI::Option& option) {
+  return option.count() > 0 && (option.get_items_expected_max() > 0 || option.as<bool>());
 }
 
 std::string origin_of(const CLI::Option& option, const OptionOrigins& origins) {
@@ -155,12 +184,16 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   return sorted;
 }
 
-OptionOrigins command_line_origins(const CLI::App& command) {
-  OptionOrigins origins;
+std::vector<ConfiguredOption> command_line_options(const CLI::App& command) {
+  std::vector<ConfiguredOption> given;
   for (const OptionRow& row : configured_rows(command)) {
-    if (row.option->count() > 0) origins[row.key()] = kCommandLine;
+    if (row.option->count() == 0) continue;
+    const std::string value = row.flag()                      ? (row.option->as<bool>() ? "true" : "false")
+                              : row.option->results().empty() ? ""
+                                                              : row.option->results().front();
+    given.push_back({.name = row.key(), .value = value, .from = kCommandLine});
   }
-  return origins;
+  return given;
 }
 
 bool comes_before_file(const std::string& origin) {
@@ -173,13 +206,14 @@ std::vector<ConfiguredOption> environment_options(const CLI::App& command) {
     const std::string variable = variable_of(row.key());
     // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread runs yet
     const char* const value = std::getenv(variable.c_str());
-    if (value != nullptr) given.push_back({.name = row.key(), .value = value, .from = variable});
+    if (value != nullptr && *value != '\0')
+      given.push_back({.name = row.key(), .value = value, .from = variable});
   }
   return given;
 }
 
 Result<void> apply_options(CLI::App& command, const std::vector<ConfiguredOption>& given,
-                           OptionOrigins& origins) {
+                           const ValueCheck& check, OptionOrigins& origins) {
   const std::vector<OptionRow> rows = configured_rows(command);
   for (const ConfiguredOption& each : given) {
     const auto row = std::ranges::find(rows, each.name, &OptionRow::key);
@@ -191,25 +225,26 @@ Result<void> apply_options(CLI::App& command, const std::vector<ConfiguredOption
                                         meant.empty() ? "expected one that --print-config lists"
                                                       : fmt::format("did you mean {}?", meant)));
     }
+    if (!origins.emplace(each.name, each.from).second) continue;
     CLI::Option& option = *command.get_option("--" + row->key());
-    if (option.count() > 0) continue;
+    if (option.count() > 0) continue;  // the command line's own
     if (auto taken = give(option, *row, each); !taken) return taken;
-    if (option.count() > 0) origins[row->key()] = each.from;
+    if (auto good = check(each.name, each.value); !good) return bad(each.from, good.error().message);
   }
   return {};
 }
 
 Result<void> check_together(const CLI::App& command, const OptionOrigins& origins) {
   for (const OptionRow& row : configured_rows(command)) {
-    if (row.option->count() == 0) continue;
+    if (!is_set(row)) continue;
     const std::string name = "--" + row.key() + origin_of(*row.option, origins);
     for (const CLI::Option* const other : row.option->get_needs()) {
-      if (other->count() == 0)
+      if (!is_set(*other))
         return Error{ErrorCode::kInvalidArgument,
-                     fmt::format("{} needs {}, expected both or none", name, other->get_name())};
+                     fmt::format("{} needs {}, expected it as well", name, other->get_name())};
     }
     for (const CLI::Option* const other : row.option->get_excludes()) {
-      if (other->count() > 0)
+      if (is_set(*other))
         return Error{ErrorCode::kInvalidArgument,
                      fmt::format("{} and {}{} exclude one another, expected one of them", name,
                                  other->get_name(), origin_of(*other, origins))};
@@ -231,8 +266,9 @@ std::string configuration_text(const CLI::App& command, const OptionOrigins& ori
       if (!std::exchange(headed, true)) text += fmt::format("\n## {}\n", group.name);
       text += fmt::format("\n# {}\n", row.text);
       const std::string key = row.key();
-      if (row.option->count() > 0) {
-        const std::string value = row.flag() ? "true" : row.option->results().front();
+      if (origins.contains(key)) {
+        const std::string value =
+            row.flag() ? (is_set(row) ? "true" : "false") : row.option->results().front();
         text += fmt::format("{} = {}  # {}\n", key, toml_text(row, value), origins.at(key));
       } else if (row.flag()) {
         text += fmt::format("# {} = false\n", key);

@@ -3,6 +3,7 @@
 
 #include <CLI/App.hpp>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -30,17 +31,19 @@ std::vector<ConfiguredOption> environment_options(const CLI::App& command);
 /// place in a file. Those with their default are not in it.
 using OptionOrigins = std::map<std::string, std::string>;
 
-/// After the command line was read, and before anything else.
-OptionOrigins command_line_origins(const CLI::App& command);
+/// What the command line gave. Call it after that was read, and before anything else.
+std::vector<ConfiguredOption> command_line_options(const CLI::App& command);
 
 /// Whether the command line or the environment gave it.
 bool comes_before_file(const std::string& origin);
 
-/// Gives these values to the options that have none yet. So the first source comes before later ones; what
-/// the command line gave stays. Errors: a name that is not known (with the nearest), a value that is refused
-/// (both with their place).
+/// Refuses a value that is only used later, such as one of the scene; with the name of its option.
+using ValueCheck = std::function<Result<void>(const std::string& name, const std::string& value)>;
+
+/// Gives these values to the options that have none of an earlier source, and notes where each comes from.
+/// Errors: a name that is not known (with the nearest), a value that is refused (both with their place).
 Result<void> apply_options(CLI::App& command, const std::vector<ConfiguredOption>& given,
-                           OptionOrigins& origins);
+                           const ValueCheck& check, OptionOrigins& origins);
 
 /// Refuses options without those that they need, and with those that they exclude.
 Result<void> check_together(const CLI::App& command, const OptionOrigins& origins);

@@ -57,22 +57,26 @@ Result<void> check_folder_of(const std::string& path) {
   if (folder.empty()) folder = ".";
   if (std::filesystem::is_directory(path))
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{} is a folder, expected the name of a file", printable(path))};
+                 fmt::format("{} could not be written (it is a folder), expected the name of a file",
+                             printable(path))};
+  if (access(folder.c_str(), W_OK | X_OK) == 0) return {};
+  const int failure = errno;
   // A device or a file that is there may be written where its folder may not.
-  if (access(folder.c_str(), W_OK | X_OK) == 0 || access(path.c_str(), W_OK) == 0) return {};
+  if (access(path.c_str(), W_OK) == 0) return {};
   return Error{ErrorCode::kInvalidArgument,
-               fmt::format("{} cannot be written ({}), expected a folder that is there and may be written",
-                           printable(path), std::generic_category().message(errno))};
+               fmt::format("{} could not be written ({}), expected a folder that is there and may be written",
+                           printable(path), std::generic_category().message(failure))};
 }
 
 Result<void> check_picture_path(const std::string& path) {
   if (path == kStandardOutput) return {};
   if (!OIIO::ImageOutput::create(path)) {
     (void)OIIO::geterror();
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{} ends in no picture format, expected a name such as x.png, x.jpg, x.tif or "
-                             "x.exr, or - for the standard output",
-                             printable(path))};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("{} could not be written (it ends in no picture format), expected a name such as "
+                    "x.png, x.jpg, x.tif or x.exr, or - for the standard output",
+                    printable(path))};
   }
   return check_folder_of(path);
 }

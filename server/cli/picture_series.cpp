@@ -27,10 +27,9 @@ Result<void> check_files(const RenderFiles& files, const PictureSize& size) {
   }
   if (auto named = check_depth_path(files.depth); !named) return named;
   if (auto named = check_mesh_path(files.surface); !named) return named;
-  if (!files.is_video()) {
-    if (auto named = check_picture_path(files.picture); !named) return named;
-  }
-  for (const std::string* const path : {&files.picture, &files.depth, &files.surface}) {
+  auto named = files.is_video() ? check_folder_of(files.picture) : check_picture_path(files.picture);
+  if (!named) return named;
+  for (const std::string* const path : {&files.depth, &files.surface}) {
     if (auto there = check_folder_of(*path); !there) return there;
   }
   if (!files.is_video() || (size.width % 2 == 0 && size.height % 2 == 0)) return {};

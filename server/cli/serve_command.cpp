@@ -166,7 +166,7 @@ std::vector<LoopWatch::Loop> loops_of(const Pipeline& pipeline) {
 }
 
 /// SIGHUP: the configuration, where there is one.
-void read_again(ServeOptions& options, StreamServer& server) {
+void read_again(ServeOptions& options, StreamServer& server, spdlog::level::level_enum usual_level) {
   ServiceNotifier::reloading();
   const auto changes = options.read_again();
   if (!changes) {
@@ -182,7 +182,7 @@ void read_again(ServeOptions& options, StreamServer& server) {
   }
   server.set_title(options.title.empty() ? usual_title(options.source) : printable(options.title));
   server.set_control_lapse_ms(std::llround(options.control_lapse_s * 1000));
-  if (!options.log_level.empty()) spdlog::set_level(spdlog::level::from_str(options.log_level));
+  spdlog::set_level(options.log_level.empty() ? usual_level : spdlog::level::from_str(options.log_level));
 }
 
 Result<void> serve(ServeOptions& options) {
@@ -214,6 +214,7 @@ Result<void> serve(ServeOptions& options) {
   // Scripts read the standard output, so the log goes to stderr.
   spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
   spdlog::set_formatter(options.log_format == "json" ? json_log_format() : printable_log_format());
+  const auto usual_level = spdlog::get_level();
   if (!options.log_level.empty()) spdlog::set_level(spdlog::level::from_str(options.log_level));
   const auto open = [](const std::string& name) {
     auto opened = open_device(name, {.own_light_device = true});
@@ -239,7 +240,7 @@ Result<void> serve(ServeOptions& options) {
   ServiceNotifier notifier(loops_of(**pipeline));
   std::unique_ptr<StreamServer> server;
   dependencies.second_passed = [&](const PictureLiveness::Report& report) { notifier.second_passed(report); };
-  dependencies.read_again = [&] { read_again(options, *server); };
+  dependencies.read_again = [&] { read_again(options, *server, usual_level); };
   dependencies.was_read_again = [] { ServiceNotifier::reloaded(); };
   dependencies.ends = [] { ServiceNotifier::stopping(); };
   auto made = StreamServer::create(config, dependencies);

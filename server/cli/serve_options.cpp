@@ -7,8 +7,10 @@
 #include <cstdlib>
 #include <set>
 
+#include "proto/model/look.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/probe_options.hpp"
+#include "server/net/listen_address.hpp"
 
 namespace fanlight {
 
@@ -26,16 +28,34 @@ std::string configuration_path(const ServeOptions& options) {
   return path == nullptr ? "" : path;
 }
 
+/// What else the server would refuse when it starts: told with its place.
+Result<void> check_value(const std::string& name, const std::string& value) {
+  if (name == "listen") {
+    if (const auto parsed = parse_listen_address(value); !parsed) return parsed.error();
+  } else if (name == "size") {
+    if (const auto parsed = parse_picture_size(value); !parsed) return parsed.error();
+  } else if (name == "look") {
+    Scene scene;
+    return apply_look(scene, value);
+  }
+  const auto field = std::ranges::find(scene_fields(), name, &SceneField::name);
+  if (field == scene_fields().end()) return {};
+  Scene scene;
+  return set_field(scene, *field, std::string_view(value));
+}
+
 /// After the command line was read. Throws CLI::ConfigError.
 void take_other_sources(CLI::App& command, ServeOptions& options) {
-  options.origins = command_line_origins(command);
-  require_given(apply_options(command, environment_options(command), options.origins));
+  options.given_before = command_line_options(command);
+  const auto environment = environment_options(command);
+  options.given_before.insert(options.given_before.end(), environment.begin(), environment.end());
+  require_given(apply_options(command, options.given_before, check_value, options.origins));
   options.config = configuration_path(options);
   if (!options.config.empty()) {
     auto configured = read_configuration(options.config);
     if (!configured) throw CLI::ConfigError(configured.error().message);
     options.configured = *std::move(configured);
-    require_given(apply_options(command, options.configured, options.origins));
+    require_given(apply_options(command, options.configured, check_value, options.origins));
   }
   require_given(check_together(command, options.origins));
 }
@@ -220,7 +240,9 @@ Result<std::vector<ServeOptions::Reread>> ServeOptions::read_again() {
   ServeOptions fresh;
   fresh.add_to(command);
   OptionOrigins places;
-  if (auto taken = apply_options(command, *now, places); !taken) return taken.error();
+  for (const auto* const given : {&given_before, &*now}) {
+    if (auto taken = apply_options(command, *given, check_value, places); !taken) return taken.error();
+  }
   if (auto agree = check_together(command, places); !agree) return agree.error();
   std::set<std::string> names;
   for (const auto* const options : {&configured, &*now})
@@ -228,10 +250,11 @@ Result<std::vector<ServeOptions::Reread>> ServeOptions::read_again() {
   std::vector<Reread> changes;
   for (const std::string& name : names) {
     if (value_of(configured, name) == value_of(*now, name)) continue;
-    const bool takes = name == "title" || name == "control-lapse" || name == "log-level";
     const auto origin = origins.find(name);
-    const bool given_before = origin != origins.end() && comes_before_file(origin->second);
-    changes.push_back({.name = name, .in_force = takes && !given_before});
+    // A new start would not take it either.
+    if (origin != origins.end() && comes_before_file(origin->second)) continue;
+    const bool takes = name == "title" || name == "control-lapse" || name == "log-level";
+    changes.push_back({.name = name, .in_force = takes});
   }
   for (const Reread& change : changes) {
     if (!change.in_force) continue;

@@ -56,6 +56,8 @@ struct ServeOptions {
 
   /// What the configuration said when it was read last.
   std::vector<ConfiguredOption> configured;
+  /// What the command line and the environment gave, which comes first.
+  std::vector<ConfiguredOption> given_before;
 
   /// The object must live as long as the command, and not move.
   void add_to(CLI::App& command);

@@ -77,12 +77,18 @@ std::string duration_words(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
-/// Whether a count other than zero is worth a person's attention.
+/// Whether a count other than zero is worth a person's attention: by a word of its name.
 bool tells_of_trouble(std::string_view name) {
   constexpr std::string_view kWords[] = {
-      "lost",   "damaged", "invalid",    "dropped", "refus", "failed",     "missing", "late",     "cut",
-      "misfit", "stall",   "unanswered", "skipped", "short", "incomplete", "memory",  "given_up", "evicted"};
-  return std::ranges::any_of(kWords, [&](std::string_view word) { return name.find(word) != name.npos; });
+      "lost",  "damaged", "invalid", "dropped",  "refused",    "refusals", "failed", "missing",
+      "late",  "cut",     "misfit",  "stalled",  "skipped",    "short",    "memory", "unanswered",
+      "given", "evicted", "timed",   "outdated", "incomplete", "over"};
+  while (!name.empty()) {
+    const std::string_view word = name.substr(0, name.find('_'));
+    if (std::ranges::find(kWords, word) != std::end(kWords)) return true;
+    name.remove_prefix(std::min(word.size() + 1, name.size()));
+  }
+  return false;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 
+#include <algorithm>
 #include <ctime>
 #include <utility>
 
@@ -17,7 +18,10 @@ ServiceNotifier::ServiceNotifier(std::vector<LoopWatch::Loop> loops) {
   if (sd_watchdog_enabled(0, &watchdog_us) <= 0) return;
   // Half of it, as sd_watchdog_enabled(3) advises: a loop that moves seldom is not taken for a still one, and
   // a still one is told before systemd acts.
-  watch_.emplace(std::move(loops), static_cast<std::int64_t>(watchdog_us) * 1000 / 2, now_ns());
+  // A loop that waits beats once a second only.
+  constexpr std::int64_t kLeastNs = 3'000'000'000;
+  watch_.emplace(std::move(loops), std::max(static_cast<std::int64_t>(watchdog_us) * 1000 / 2, kLeastNs),
+                 now_ns());
 }
 
 void ServiceNotifier::ready(const std::string& url) {

@@ -18,6 +18,8 @@ struct Scheme {
   const char* port;
 };
 
+constexpr const char* kUsualPort = "8080";  // of a server that was started without --listen
+
 std::optional<Scheme> scheme_of(const urls::url_view& url) {
   switch (url.scheme_id()) {
     case urls::scheme::http:
@@ -52,9 +54,9 @@ Result<ServerUrl> parse_server_url(std::string_view text) {
   const Error refusal{
       ErrorCode::kInvalidArgument,
       fmt::format("{} is no address of a server, expected one such as http://127.0.0.1:8080", text)};
-  // "127.0.0.1:8080" is how the address of a display is written by hand.
-  std::string without_zone(text.find("://") == std::string_view::npos ? fmt::format("http://{}", text)
-                                                                      : std::string(text));
+  // "scanner:8080" or "scanner" is how people write it.
+  const bool by_hand = text.find("://") == std::string_view::npos && !text.starts_with("http:");
+  std::string without_zone = by_hand ? fmt::format("http://{}", text) : std::string(text);
   const std::string zone = take_zone(without_zone);
   const auto url = urls::parse_uri(without_zone);
   if (!url) return refusal;
@@ -68,7 +70,9 @@ Result<ServerUrl> parse_server_url(std::string_view text) {
   if (url->has_port() && url->port_number() == 0) return refusal;
   return ServerUrl{.tls = scheme->tls,
                    .host = url->host_address() + zone,
-                   .port = url->has_port() ? std::to_string(url->port_number()) : scheme->port};
+                   .port = url->has_port() ? std::to_string(url->port_number())
+                           : by_hand       ? kUsualPort
+                                           : scheme->port};
 }
 
 }  // namespace fanlight

@@ -25,7 +25,7 @@ void PictureTimes::shown(const PictureStamp& stamp) {
     if (stamp.stage_ms[stage] > 0) stages_[stage].add(stamp.stage_ms[stage] / 1e3);
   }
   const std::uint64_t volume = stamp.volume.volume_id;
-  if (volume == last_volume_) return;
+  if (volume <= last_volume_) return;  // the same one again, or an older one of the cine
   last_volume_ = volume;
   ages_.add(static_cast<double>(stamp.finished_time_ns - stamp.volume.last_capture_time_ns) / 1e9);
 }

@@ -33,10 +33,15 @@ TEST(ServerUrl, HasAnIpv6AddressInBrackets) {
   EXPECT_EQ(parse_server_url("http://localhost").value().host_and_port(), "localhost:80");
 }
 
+TEST(ServerUrl, NeedsNoScheme) {
+  EXPECT_EQ(parse_server_url("127.0.0.1:9000").value().host_and_port(), "127.0.0.1:9000");
+  EXPECT_EQ(parse_server_url("scanner").value().host_and_port(), "scanner:8080") << "the server's usual port";
+  EXPECT_EQ(parse_server_url("[::1]").value().host_and_port(), "[::1]:8080");
+  EXPECT_FALSE(parse_server_url("scanner").value().tls);
+}
+
 TEST(ServerUrl, IsRefusedWithItsTextInTheSentence) {
   for (const std::string text : {"",
-                                 "127.0.0.1:8080",
-                                 "localhost",
                                  "ftp://localhost",
                                  "http:",
                                  "http://",

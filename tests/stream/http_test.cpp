@@ -244,8 +244,10 @@ TEST(Http, NoAnswerToHeadHasABody) {
 TEST(ListenAddress, IsParsedOrRefused) {
   EXPECT_EQ(page_url(parse_listen_address("127.0.0.1:8080").value(), false), "http://127.0.0.1:8080/");
   EXPECT_EQ(page_url(parse_listen_address("[::1]:80").value(), false), "http://[::1]:80/");
-  for (const char* text : {"", ":", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1",
-                           "localhost:80", "127.0.0.1:80x", "300.0.0.1:80", "[::1:80"}) {
+  EXPECT_EQ(page_url(parse_listen_address("localhost:80").value(), false), "http://127.0.0.1:80/");
+  EXPECT_EQ(page_url(parse_listen_address("8080").value(), false), "http://127.0.0.1:8080/");
+  for (const char* text : {"", ":", "80x", "65536", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536",
+                           "127.0.0.1:-1", "otherhost:80", "127.0.0.1:80x", "300.0.0.1:80", "[::1:80"}) {
     const auto refused = parse_listen_address(text);
     ASSERT_FALSE(refused) << text;
     EXPECT_NE(refused.error().message.find("expected"), std::string::npos);

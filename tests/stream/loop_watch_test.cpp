@@ -69,7 +69,12 @@ TEST(PictureTimesTest, CountsEachStageAndEachVolumeOnce) {
   times.shown(stamp);
   EXPECT_EQ(times.stages()[0].count(), 1U);
   EXPECT_EQ(times.ages().count(), 1U) << "the same volume again";
-  EXPECT_DOUBLE_EQ(times.ages().sum_s(), 2);
+  stamp.volume.volume_id = 2;
+  times.shown(stamp);
+  stamp.volume.volume_id = 1;
+  times.shown(stamp);
+  EXPECT_EQ(times.ages().count(), 2U) << "a frozen display looks at an older volume";
+  EXPECT_DOUBLE_EQ(times.ages().sum_s(), 2 + 8);
   const auto counts = times.stages()[0].cumulative();
   ASSERT_EQ(counts.size(), TimeHistogram::kBoundsS.size() + 1);
   EXPECT_EQ(counts[2], 0U) << "not at most 2.5 ms";
