@@ -13,21 +13,21 @@ class Pulse {
   /// The calling thread beats for this pulse, until the object ends. One for each thread.
   class OfThisThread {
    public:
-    explicit OfThisThread(Pulse& pulse) { current_ = &pulse; }
-    ~OfThisThread() { current_ = nullptr; }
+    explicit OfThisThread(Pulse& pulse) { current = &pulse; }
+    ~OfThisThread() { current = nullptr; }
     OfThisThread(const OfThisThread&) = delete;
     OfThisThread& operator=(const OfThisThread&) = delete;
   };
 
   /// The calling thread's loop has come round. Does nothing in a thread without a pulse. Does not block.
   static void beat() {
-    if (current_ != nullptr) current_->beats_.fetch_add(1, std::memory_order_relaxed);
+    if (current != nullptr) current->beats_.fetch_add(1, std::memory_order_relaxed);
   }
 
   std::uint64_t beats() const { return beats_.load(std::memory_order_relaxed); }
 
  private:
-  static inline thread_local Pulse* current_ = nullptr;
+  static inline thread_local Pulse* current = nullptr;
   std::atomic<std::uint64_t> beats_{0};
 };
 

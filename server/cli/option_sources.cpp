@@ -180,6 +180,7 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   }
   std::ranges::stable_sort(options, {}, &PlacedOption::line);
   std::vector<ConfiguredOption> sorted;
+  sorted.reserve(options.size());
   for (PlacedOption& each : options) sorted.push_back(std::move(each.option));
   return sorted;
 }
@@ -219,6 +220,7 @@ Result<void> apply_options(CLI::App& command, const std::vector<ConfiguredOption
     const auto row = std::ranges::find(rows, each.name, &OptionRow::key);
     if (row == rows.end()) {
       std::vector<std::string> known;
+      known.reserve(rows.size());
       for (const OptionRow& option : rows) known.push_back(option.key());
       const std::string meant = nearest_name(each.name, known);
       return bad(each.from, fmt::format("there is no option {}, {}", printable(each.name),
