@@ -70,9 +70,10 @@ install(FILES ${deploy}/60-fanlight-probe.rules DESTINATION lib/udev/rules.d COM
 install(FILES ${deploy}/fanlight.toml DESTINATION ${CMAKE_INSTALL_FULL_SYSCONFDIR}/fanlight COMPONENT server)
 
 set(documents ${CMAKE_INSTALL_DATADIR}/doc/fanlight)
-install(FILES README.md SECURITY.md deploy/USER_GUIDE.md DESTINATION ${documents} COMPONENT server)
-if(EXISTS ${deploy}/monitoring)
-  install(DIRECTORY ${deploy}/monitoring DESTINATION ${documents} COMPONENT server PATTERN "*.test.yml" EXCLUDE)
-endif()
+install(FILES README.md SECURITY.md deploy/USER_GUIDE.md proto/DISPLAY_PROTOCOL.md DESTINATION ${documents}
+  COMPONENT server)
+install(DIRECTORY ${deploy}/monitoring DESTINATION ${documents} COMPONENT server PATTERN "*.test.yml" EXCLUDE)
+# For displays of others.
+install(FILES proto/fanlight.proto DESTINATION ${CMAKE_INSTALL_DATADIR}/fanlight COMPONENT server)
 
 include(${deploy}/package/debian.cmake)

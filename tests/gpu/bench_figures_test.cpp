@@ -7,7 +7,7 @@
 #include "server/bench/scale.hpp"
 #include "server/bench/trace_picture.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::bench_figures_tests {
 namespace {
 
 TEST(ScaleExponentTest, IsThePowerByWhichCostsGrow) {
@@ -45,4 +45,4 @@ TEST(TracePictureTest, IsEmptyWithoutVolumes) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::bench_figures_tests

@@ -4,7 +4,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::close_up_tests {
 namespace {
 
 class CloseUpTest : public GpuTest {};
@@ -33,4 +33,4 @@ TEST_F(CloseUpTest, IsLitEverywhere) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::close_up_tests

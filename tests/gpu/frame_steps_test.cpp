@@ -8,7 +8,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::frame_steps_tests {
 namespace {
 
 constexpr FanGeometry kSlanted{.columns = 96,
@@ -116,4 +116,4 @@ TEST_F(FrameStepsTest, LeaveASurfaceThatOnlyANeighboursRayMeets) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::frame_steps_tests

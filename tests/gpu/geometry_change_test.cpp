@@ -8,7 +8,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::geometry_change_tests {
 namespace {
 
 constexpr PictureSize kSize{.width = 48, .height = 48};
@@ -362,4 +362,4 @@ TEST_F(GeometryChangeTest, RefusesAVolumeThatTheGpuHasNoMemoryFor) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::geometry_change_tests

@@ -6,7 +6,7 @@
 #include "tests/gpu/faulty_pipeline.hpp"
 #include "tests/support/gpu_rig.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::gpu_fault_tests {
 namespace {
 
 using State = RenderHealth::State;
@@ -355,4 +355,4 @@ TEST_F(LostRendererTest, RendersNoVolumeThatTheGpuRefusesAndSaysWhy) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::gpu_fault_tests

@@ -14,7 +14,7 @@
 #include "shaders/prepare_constants.h"
 #include "shaders/spirv.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::layout_tests {
 namespace {
 
 using Offsets = std::map<std::string, std::size_t>;
@@ -206,4 +206,4 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
 #undef OFFSET
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::layout_tests

@@ -6,7 +6,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::least_tissue_tests {
 namespace {
 
 constexpr FanGeometry kLayers{.columns = 48,
@@ -78,4 +78,4 @@ TEST_F(LeastTissueTest, AsksTheData) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::least_tissue_tests

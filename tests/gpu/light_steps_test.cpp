@@ -4,7 +4,7 @@
 
 #include "renderer/view/light_steps.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::light_steps_tests {
 namespace {
 
 /// Three steps of the filter; the light; four steps of the finish.
@@ -85,4 +85,4 @@ TEST(LightStepsTest, CountsTheStepsOfAStage) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::light_steps_tests

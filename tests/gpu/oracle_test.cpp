@@ -7,7 +7,7 @@
 
 #include "tests/support/gpu_rig.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::oracle_tests {
 namespace {
 
 /// A sweep whose two frames are both the given frame, so that every plane between them shows it.
@@ -79,4 +79,4 @@ TEST_F(OracleTest, ASliceThroughScanLinesIsTheirPicture) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::oracle_tests

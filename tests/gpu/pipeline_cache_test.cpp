@@ -12,7 +12,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::pipeline_cache_tests {
 namespace {
 
 const FanGeometry kGeometry{.columns = 32,
@@ -144,4 +144,4 @@ TEST(CacheFolderTest, IsTheUsersCacheFolder) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::pipeline_cache_tests

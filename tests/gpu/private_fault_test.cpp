@@ -4,7 +4,7 @@
 
 #include "tests/gpu/faulty_pipeline.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::private_fault_tests {
 namespace {
 
 constexpr std::uint64_t kSession = 7;
@@ -120,4 +120,4 @@ TEST_F(PrivateFaultTest, ALossWhileItIsDrawnCostsTheDeviceAndNotTheView) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::private_fault_tests

@@ -6,7 +6,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::private_view_tests {
 namespace {
 
 const FanGeometry kGeometry{.columns = 96,
@@ -333,4 +333,4 @@ TEST_F(LargePrivateViewTest, EndsInTheMidstOfItsCastWhereNobodyWantsItAnyMore) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::private_view_tests

@@ -10,7 +10,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::render_thread_tests {
 namespace {
 
 constexpr FanGeometry kGeometry{.columns = 48,
@@ -396,4 +396,4 @@ TEST_F(RenderThreadTest, EndsInTheMiddleOfItsWork) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::render_thread_tests

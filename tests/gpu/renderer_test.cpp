@@ -10,7 +10,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::renderer_tests {
 namespace {
 
 const FanGeometry kGeometry{.columns = 96,
@@ -494,4 +494,4 @@ TEST_F(RendererTest, RefusesAPictureThatIsTooLarge) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::renderer_tests

@@ -10,7 +10,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::rolling_tests {
 namespace {
 
 /// The frames of a first sweep and of the next one, by ascending angle.
@@ -141,4 +141,4 @@ TEST_P(RollingTest, MendsWhatDidNotComeAheadOfItsVolume) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RollingTest, testing::Range(0U, 12U));
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::rolling_tests

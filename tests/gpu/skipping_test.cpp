@@ -8,7 +8,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::skipping_tests {
 namespace {
 
 constexpr std::uint32_t kCasesInABatch = 10;
@@ -100,4 +100,4 @@ TEST_P(SkippingTest, ChangesNoBitOfASmallPictureOfAWideView) {
 INSTANTIATE_TEST_SUITE_P(Seeds, SkippingTest, testing::Range(0U, 200U, kCasesInABatch));
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::skipping_tests

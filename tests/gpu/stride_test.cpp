@@ -10,7 +10,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::stride_tests {
 namespace {
 
 constexpr std::uint32_t kCasesInABatch = 10;
@@ -120,4 +120,4 @@ TEST_P(StrideTest, ShowsTheVolumesColoursOfThoseRays) {
 INSTANTIATE_TEST_SUITE_P(Seeds, StrideTest, testing::Range(0U, 60U, kCasesInABatch));
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::stride_tests

@@ -13,7 +13,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::twin_tests {
 namespace {
 
 constexpr std::uint32_t kCasesInABatch = 10;
@@ -206,4 +206,4 @@ TEST_P(TwinTest, EachPassIsWhatTheTwinSays) {
 INSTANTIATE_TEST_SUITE_P(Seeds, TwinTest, testing::Range(0U, 200U, kCasesInABatch));
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::twin_tests

@@ -14,7 +14,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::two_devices_tests {
 namespace {
 
 constexpr FanGeometry kGeometry{.columns = 48,
@@ -389,4 +389,4 @@ INSTANTIATE_TEST_SUITE_P(Passes, PartlyLitTest,
                                                    }}));
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::two_devices_tests

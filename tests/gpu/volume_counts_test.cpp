@@ -5,7 +5,7 @@
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
-namespace fanlight::test {
+namespace fanlight::test::volume_counts_tests {
 namespace {
 
 constexpr FanGeometry kGeometry{.columns = 32,
@@ -74,4 +74,4 @@ TEST_F(VolumeCountsTest, SkipsWhatIsInFlightAtTheEnd) {
 }
 
 }  // namespace
-}  // namespace fanlight::test
+}  // namespace fanlight::test::volume_counts_tests
