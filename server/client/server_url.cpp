@@ -54,9 +54,12 @@ Result<ServerUrl> parse_server_url(std::string_view text) {
   const Error refusal{
       ErrorCode::kInvalidArgument,
       fmt::format("{} is no address of a server, expected one such as http://127.0.0.1:8080", text)};
-  // "scanner:8080" or "scanner" is how people write it.
+  // "scanner:8080", "scanner" or "8080" is how people write it.
   const bool by_hand = text.find("://") == std::string_view::npos && !text.starts_with("http:");
-  std::string without_zone = by_hand ? fmt::format("http://{}", text) : std::string(text);
+  const bool port_alone = !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+  std::string without_zone = port_alone ? fmt::format("http://127.0.0.1:{}", text)
+                             : by_hand  ? fmt::format("http://{}", text)
+                                        : std::string(text);
   const std::string zone = take_zone(without_zone);
   const auto url = urls::parse_uri(without_zone);
   if (!url) return refusal;

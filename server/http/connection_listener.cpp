@@ -43,6 +43,8 @@ Result<void> ConnectionListener::read_certificates() {
   if (!context) return context.error();
   certificates_read_ = versions;
   context_ = std::move(*context);
+  dependencies_.counters.certificate_expires_timestamp_seconds.set(
+      certificate_expires_s(config_.tls.certificate));
   for (const std::string& warning : tls_warnings(config_.tls)) spdlog::warn("{}", warning);
   return {};
 }

@@ -202,6 +202,7 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
   const std::string_view given = request[http::field::authorization];
   if (given.starts_with(kBearer)) {
     auto principal = dependencies_.access.by_token(given.substr(kBearer.size()), address_);
+    if (!principal) dependencies_.counters.logins_refused.add();
     if (!principal) return principal.error();
     return std::optional(std::move(*principal));
   }
@@ -211,6 +212,7 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
   if (const auto fingerprint = connection_.client_fingerprint()) {
     auto principal = dependencies_.access.by_certificate(*fingerprint, address_);
     if (principal) return std::optional(std::move(*principal));
+    dependencies_.counters.logins_refused.add();
     if (!stream) return principal.error();
     login_reason_ = principal.error().message;  // a person can still log in with a token
   }

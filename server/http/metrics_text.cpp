@@ -61,6 +61,20 @@ void add_times(const PictureTimes& times, std::vector<prometheus::MetricFamily>&
                       .metric = {histogram(times.ages())}});
 }
 
+/// One value for each that Enum may be, under the label `label`: 1 for what holds, 0 for the others.
+template <typename Enum>
+prometheus::MetricFamily one_of(const std::string& name, const char* help, const char* label,
+                                std::size_t values, Enum holds) {
+  prometheus::MetricFamily all{.name = name, .help = help, .type = prometheus::MetricType::Gauge};
+  for (std::size_t i = 0; i < values; ++i) {
+    prometheus::ClientMetric metric;
+    metric.label.push_back({.name = label, .value = PictureLiveness::name(static_cast<Enum>(i))});
+    metric.gauge.value = static_cast<Enum>(i) == holds ? 1 : 0;
+    all.metric.push_back(metric);
+  }
+  return all;
+}
+
 double seconds_of(clockid_t clock) {
   timespec now{};
   clock_gettime(clock, &now);
@@ -124,6 +138,10 @@ std::string metrics_text(const MetricsSources& sources) {
   families.push_back(family("fanlight_picture_live",
                             "1 while the main view shows what the probe sees now, 0 while its picture is old",
                             prometheus::MetricType::Gauge, liveness.live() ? 1 : 0));
+  families.push_back(one_of("fanlight_picture_state", "1 for the state of the picture, 0 for the others",
+                            "state", PictureLiveness::kStates, liveness.state));
+  families.push_back(one_of("fanlight_picture_cause", "1 for what keeps new pictures away, 0 for all else",
+                            "cause", PictureLiveness::kCauses, liveness.cause));
   families.push_back(
       family("fanlight_picture_age_seconds",
              "From the capture of the newest picture's volume to now; -1 before the first picture",

@@ -267,7 +267,9 @@ void StreamServer::close_audit() {
 
 void StreamServer::read_again() {
   if (dependencies_.read_again) dependencies_.read_again();
-  spdlog::info("SIGHUP: reads tokens and certificates again, and looks whether the audit log was moved");
+  spdlog::info(
+      "SIGHUP: reads configuration, tokens and certificates again, and looks whether the audit log was "
+      "moved");
   reload_credentials(true);
   reload_certificates(true);
   audit_.reopen();

@@ -17,19 +17,22 @@ struct ServerCounters {
   Counter pictures_encoded;
   Counter pictures_offered;
   Counter pictures_sent;
+  Counter picture_bytes_sent;
   Counter pictures_skipped;  ///< replaced unsent by a newer one, or unsent when the session ended
   Counter sessions_opened;
   Counter sessions_closed;
   Counter connections_refused;               ///< beyond the limit
   Gauge<std::uint64_t> connections_evicted;  ///< of anonymous clients: others needed their place
   Counter handshakes_failed;                 ///< of TLS
-  Counter encodings_failed;                  ///< sessions closed because their picture could not be encoded
-  Counter sessions_out_of_memory;            ///< closed because there was no memory for what they asked for
-  Counter handlers_out_of_memory;            ///< ended by a lack of memory; most of them of connections
-  Counter sessions_unanswered;               ///< closed because they answered no ping for ten seconds
-  Counter sessions_stalled;                  ///< closed because they acknowledged nothing for five seconds
-  Gauge<std::uint64_t> audit_lines_lost;     ///< for which the disk had no room
-  Counter control_refusals;                  ///< requests for control that were not granted
+  Counter logins_refused;                    ///< with a token or certificate that does not open Fanlight
+  Gauge<std::uint64_t> certificate_expires_timestamp_seconds;  ///< since 1970; 0 without TLS
+  Counter encodings_failed;               ///< sessions closed because their picture could not be encoded
+  Counter sessions_out_of_memory;         ///< closed because there was no memory for what they asked for
+  Counter handlers_out_of_memory;         ///< ended by a lack of memory; most of them of connections
+  Counter sessions_unanswered;            ///< closed because they answered no ping for ten seconds
+  Counter sessions_stalled;               ///< closed because they acknowledged nothing for five seconds
+  Gauge<std::uint64_t> audit_lines_lost;  ///< for which the disk had no room
+  Counter control_refusals;               ///< requests for control that were not granted
   Counter requests_refused;  ///< HTTP requests that were malformed, too long or for no known path
   Counter messages_refused;  ///< malformed, oversized or unexpected WebSocket messages
   Counter scene_changes;
@@ -49,6 +52,7 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
     {"pictures_encoded", "Pictures encoded", &ServerCounters::pictures_encoded},
     {"pictures_offered", "Pictures offered to sessions", &ServerCounters::pictures_offered},
     {"pictures_sent", "Pictures sent to sessions", &ServerCounters::pictures_sent},
+    {"picture_bytes_sent", "Bytes of the pictures sent", &ServerCounters::picture_bytes_sent},
     {"pictures_skipped", "Pictures that a session was too slow for", &ServerCounters::pictures_skipped},
     {"sessions_opened", "Displays that connected", &ServerCounters::sessions_opened},
     {"sessions_closed", "Displays that left", &ServerCounters::sessions_closed},
@@ -56,6 +60,10 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
     {"connections_evicted", "Connections without credentials that made room for others",
      &ServerCounters::connections_evicted},
     {"handshakes_failed", "TLS handshakes that came to nothing", &ServerCounters::handshakes_failed},
+    {"logins_refused", "Logins with a token or certificate that is unknown, revoked or expired",
+     &ServerCounters::logins_refused},
+    {"certificate_expires_timestamp_seconds", "When the certificate expires, since 1970; 0 without TLS",
+     &ServerCounters::certificate_expires_timestamp_seconds, CountKind::kNow},
     {"encodings_failed", "Displays closed since their picture could not be encoded",
      &ServerCounters::encodings_failed},
     {"sessions_out_of_memory", "Displays dropped since there was no memory for what they asked for",

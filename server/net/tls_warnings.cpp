@@ -6,6 +6,7 @@
 #include <openssl/x509.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <ctime>
 #include <memory>
@@ -75,6 +76,13 @@ std::vector<std::string> tls_warnings(const TlsFiles& files) {
                     files.key.string()));
   }
   return warnings;
+}
+
+std::uint64_t certificate_expires_s(const std::filesystem::path& path) {
+  const auto certificate = certificate_in(path);
+  std::tm parts{};
+  if (certificate == nullptr || ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &parts) != 1) return 0;
+  return static_cast<std::uint64_t>(std::max<std::time_t>(timegm(&parts), 0));
 }
 
 }  // namespace fanlight

@@ -46,6 +46,36 @@ const char* PictureLiveness::name(State state) {
   return "not live";
 }
 
+const char* PictureLiveness::name(Cause cause) {
+  switch (cause) {
+    case Cause::kNone:
+      return "none";
+    case Cause::kSourceFailed:
+      return "source failed";
+    case Cause::kSourceEnded:
+      return "source ended";
+    case Cause::kProbeLost:
+      return "probe lost";
+    case Cause::kGpuRemade:
+      return "GPU lost";
+    case Cause::kGpuHung:
+      return "GPU hangs";
+    case Cause::kNoFrames:
+      return "no frames";
+    case Cause::kVolumesRefused:
+      return "volumes refused";
+    case Cause::kRendererBehind:
+      return "renderer behind";
+    case Cause::kSweepsDropped:
+      return "sweeps dropped";
+    case Cause::kNoSweep:
+      return "no sweep";
+    case Cause::kDriverSilent:
+      break;
+  }
+  return "driver silent";
+}
+
 void PictureLiveness::Growth::see(std::uint64_t value, std::int64_t now_ns) {
   if (value == count) return;
   count = value;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <string>
@@ -26,6 +27,7 @@ class PictureLiveness {
     kFrozen,   ///< the picture shows one of the last volumes, as was asked for
     kResting,  ///< nobody looks, so that no picture is rendered
   };
+  static constexpr std::size_t kStates = static_cast<std::size_t>(State::kResting) + 1;
   /// What keeps new pictures away. In order of precedence, but for the last one.
   enum class Cause : std::uint8_t {
     kNone,
@@ -41,6 +43,7 @@ class PictureLiveness {
     kNoSweep,         ///< frames come, and no sweep has ended
     kDriverSilent,    ///< a call of the GPU's driver does not return; goes before kNoFrames
   };
+  static constexpr std::size_t kCauses = static_cast<std::size_t>(Cause::kDriverSilent) + 1;
   struct Report {
     State state = State::kWaiting;
     Cause cause = Cause::kNone;
@@ -83,6 +86,9 @@ class PictureLiveness {
 
   /// "waiting", "live", "delayed", "not live", "replay", "frozen" or "resting".
   static const char* name(State state);
+
+  /// "none", "probe lost" and so on.
+  static const char* name(Cause cause);
 
   /// How long a call of the GPU's driver has not returned; 0 where it answers.
   std::int64_t driver_silent_ns() const { return driver_.silent_ns(); }

@@ -86,6 +86,7 @@ OutgoingQueue::Item OutgoingQueue::next_of_picture() {
     return item;
   }
   picture_under_way_ = true;
+  bytes_under_way_ = waiting_.message->size();
   return {.kind = Item::Kind::kPicture, .message = std::exchange(waiting_.message, nullptr)};
 }
 
@@ -93,6 +94,7 @@ void OutgoingQueue::sent() {
   if (!std::exchange(picture_under_way_, false)) return;
   ++counts_.sent;
   counters_.pictures_sent.add();
+  counters_.picture_bytes_sent.add(bytes_under_way_);
 }
 
 void OutgoingQueue::end() {

@@ -113,7 +113,8 @@ class OutgoingQueue {
   std::deque<ShownRequest> given_up_;  // to be answered with picture_id 0
   PictureOffer waiting_;               // without a message: none
   bool picture_under_way_ = false;
-  bool needs_key_ = false;  // a picture was skipped that the next ones may depend on
+  std::size_t bytes_under_way_ = 0;  // of that picture
+  bool needs_key_ = false;           // a picture was skipped that the next ones may depend on
   bool closing_ = false;
   bool close_sent_ = false;
   PictureCounts counts_;

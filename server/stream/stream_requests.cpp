@@ -87,6 +87,7 @@ void StreamRequests::log_in(const v1::Login& login) {
   }
   const auto principal = dependencies_.access.by_token(login.token(), identity().address);
   if (principal) return session_.open(*principal, login.name());
+  dependencies_.counters.logins_refused.add();
   refuse(principal.error().message);
   session_.close(websocket::close_code::policy_error, "the login was refused");
 }

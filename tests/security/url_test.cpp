@@ -37,6 +37,7 @@ TEST(ServerUrl, NeedsNoScheme) {
   EXPECT_EQ(parse_server_url("127.0.0.1:9000").value().host_and_port(), "127.0.0.1:9000");
   EXPECT_EQ(parse_server_url("scanner").value().host_and_port(), "scanner:8080") << "the server's usual port";
   EXPECT_EQ(parse_server_url("[::1]").value().host_and_port(), "[::1]:8080");
+  EXPECT_EQ(parse_server_url("9000").value().host_and_port(), "127.0.0.1:9000") << "a port of this machine";
   EXPECT_FALSE(parse_server_url("scanner").value().tls);
 }
 
@@ -47,6 +48,8 @@ TEST(ServerUrl, IsRefusedWithItsTextInTheSentence) {
                                  "http://",
                                  "http:///",
                                  "http://:8080",
+                                 "0",
+                                 "65536",
                                  "http://localhost:",
                                  "http://localhost:port",
                                  "http://localhost:-1",
