@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/open_source.hpp"
 
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "acquisition/phantom/phantom_source.hpp"
+#include "acquisition/source/printable.hpp"
+#include "proto/base/nearest_name.hpp"
 
 namespace fanlight {
 
@@ -57,7 +64,16 @@ Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const So
   }
   if (text.starts_with(kUsb)) return open_probe(text.substr(kUsb.size()), options, probe);
   if (text.starts_with(kPhantom)) return open_phantom(text.substr(kPhantom.size()), options);
-  if (text.starts_with(kReplay)) text.remove_prefix(kReplay.size());
+  if (text.starts_with(kReplay)) {
+    text.remove_prefix(kReplay.size());
+  } else if (std::error_code unknown; !std::filesystem::exists(text, unknown)) {
+    const std::size_t colon = text.find(':');
+    const std::string kind(text.substr(0, colon == std::string_view::npos ? colon : colon + 1));
+    if (const std::string meant = nearest_name(kind, {"phantom:", "replay:", "usb:"}); !meant.empty()) {
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("there is no source {}, did you mean {}?", in_quotes(text), meant)};
+    }
+  }
   return open_recording(text, options, replay);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/cfg/env.h>
+#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <csignal>
@@ -13,17 +14,24 @@
 #include <vector>
 
 #include "proto/base/printable.hpp"
-#include "server/cli/command_help.hpp"
+#include "proto/base/version.hpp"
 #include "server/cli/commands.hpp"
-#include "server/cli/option_table.hpp"
+#include "server/cli/log_format.hpp"
+#include "server/help/command_help.hpp"
+#include "server/help/option_table.hpp"
+#include "server/help/usage_sentence.hpp"
 
 namespace {
 
 constexpr int kUsageError = 2;
 
-/// Text of files, devices and the network is part of some sentences.
+/// Text of files, devices and the network is part of some sentences. Where the log is JSON, so is this line.
 void print_error(const std::string& of, const std::string& sentence) {
-  std::fprintf(stderr, "%s: %s\n", of.c_str(), fanlight::printable(sentence).c_str());
+  if (fanlight::logs_json()) {
+    spdlog::error("{}: {}", of, sentence);
+  } else {
+    std::fprintf(stderr, "%s: %s\n", of.c_str(), fanlight::printable(sentence).c_str());
+  }
 }
 
 /// The exit code of a command that succeeded. What it printed is in memory until now; on a full disk it would
@@ -36,27 +44,14 @@ int flush_output() {
 
 /// One sentence about a command line or a configuration that is not understood.
 int usage_error(const CLI::App& program, const CLI::ParseError& error) {
-  const CLI::App* command = &program;
-  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
-  const std::string path = fanlight::command_path(*command);
-  const std::string name = path.empty() ? "fanlight" : "fanlight " + path;
-  const auto unknown = command->remaining();
-  const int code = error.get_exit_code();
-  const bool names_unknown = code == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
-                             code == static_cast<int>(CLI::ExitCodes::RequiredError);
-  if (names_unknown && !unknown.empty()) {
-    print_error(name, fanlight::unknown_argument(*command, unknown.front()));
-  } else if (code == static_cast<int>(CLI::ExitCodes::ConfigError)) {
-    print_error(name, error.what());
-  } else {
-    print_error(name, fmt::format("{}; `{} --help` tells more", error.what(), name));
-  }
+  const fanlight::UsageError wrong = fanlight::usage_error(program, error);
+  print_error(wrong.command, wrong.sentence);
   return kUsageError;
 }
 
 int run(int argc, char** argv) {
   CLI::App program("Fanlight renders the surface in 4D ultrasound and streams it to displays.", "fanlight");
-  program.set_version_flag("-V,--version", FANLIGHT_VERSION, "Print the version and leave");
+  program.set_version_flag("-V,--version", fanlight::version(), "Print the version and leave");
   program.require_subcommand(1);
   const std::vector<std::pair<std::string, fanlight::Command>> commands = {
       {"serve", fanlight::add_serve_command(program)},
@@ -90,7 +85,7 @@ int run(int argc, char** argv) {
       if (!program.got_subcommand(name)) continue;
       if (const auto done = command(); !done) {
         print_error("fanlight " + name, done.error().message);
-        return 1;
+        return done.error().code == fanlight::ErrorCode::kInvalidArgument ? kUsageError : 1;
       }
     }
   } catch (const CLI::ParseError& error) {

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "acquisition/phantom/phantom_source.hpp"
 #include "acquisition/source/printable.hpp"
+#include "proto/base/nearest_name.hpp"
 
 namespace fanlight {
 
@@ -188,10 +192,13 @@ Result<Config> PhantomSource::parse(std::string_view options, Config base) {
 
     const auto* const option = std::ranges::find(kOptions, name, &Option::name);
     if (option == std::end(kOptions)) {
-      std::string names;
-      for (const Option& each : kOptions) names += fmt::format("{}{}", names.empty() ? "" : ", ", each.name);
+      std::vector<std::string> names;
+      for (const Option& each : kOptions) names.emplace_back(each.name);
+      const std::string meant = nearest_name(name, names);
       return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("the phantom has no option {}, expected {}", in_quotes(name), names)};
+                   fmt::format("the phantom has no option {}, {}", in_quotes(name),
+                               meant.empty() ? fmt::format("expected {}", fmt::join(names, ", "))
+                                             : fmt::format("did you mean {}?", meant))};
     }
     if (!option->read(value, base)) {
       return Error{ErrorCode::kInvalidArgument, fmt::format("the phantom's {} is {}, expected {}", name,

@@ -15,6 +15,7 @@
 #include "server/access/audit_chain.hpp"
 #include "server/access/credentials.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/json_text.hpp"
 
 namespace fanlight {
 
@@ -42,6 +43,18 @@ Result<std::optional<std::int64_t>> expiry_of(const TokenOptions& options) {
                            options.expires, day_text(now_s))};
 }
 
+/// Two tokens of a name are allowed, such as of two displays in a room; nobody should make them without
+/// knowing.
+void warn_of_namesakes(const TokenOptions& options) {
+  const auto known = Credentials::load(options.file);
+  if (!known) return;  // append_token() says why, or makes the file
+  for (const Credentials::Entry& entry : known->tokens()) {
+    if (entry.name == options.name)
+      fmt::print(stderr, "there is a token {} of that name already, which stays in force\n",
+                 printable(entry.id));
+  }
+}
+
 Result<void> add_token(const TokenOptions& options) {
   const auto role = find_role(options.role);
   if (!role) return Error{ErrorCode::kInvalidArgument, "--role: expected viewer, operator or admin"};
@@ -51,6 +64,7 @@ Result<void> add_token(const TokenOptions& options) {
   }
   const auto expires_s = expiry_of(options);
   if (!expires_s) return expires_s.error();
+  warn_of_namesakes(options);
   const NewToken made = make_token(options.name, *role, *expires_s);
   if (auto written = append_token(options.file, made.entry); !written) return written;
   // Scripts read the token from stdout. It is stored nowhere, so one that was not printed must not stay.
@@ -77,7 +91,7 @@ Result<void> list_tokens(const TokenOptions& options) {
       row["name"] = printable(entry.name);
       rows.push_back(row);
     }
-    fmt::print("{}\n", rows.dump(1));
+    fmt::print("{}\n", json_text(rows, 1));
     return {};
   }
   fmt::print("{:<10} {:<10} {:<12} {}\n", "id", "role", "expires", "name");
@@ -90,18 +104,27 @@ Result<void> list_tokens(const TokenOptions& options) {
 
 Result<void> verify(const std::vector<std::filesystem::path>& files, bool json) {
   const auto summary = verify_audit_logs(files);
-  if (!summary) return summary.error();
+  if (!summary) {
+    if (json)
+      fmt::print("{}\n",
+                 json_text(nlohmann::ordered_json{{"holds", false}, {"why", summary.error().message}}, 1));
+    return summary.error();
+  }
   if (json) {
-    const nlohmann::ordered_json report = {{"lines", summary->lines},
+    const nlohmann::ordered_json report = {{"holds", true},
+                                           {"lines", summary->lines},
                                            {"newest_hash", summary->newest_hash},
                                            {"first_line", summary->first_line},
                                            {"first_follows", summary->first_follows},
                                            {"lines_lost", summary->lost}};
-    fmt::print("{}\n", report.dump(1));
+    fmt::print("{}\n", json_text(report, 1));
     return {};
   }
-  fmt::print("{} lines hold together; the newest has the hash {}\n", summary->lines,
-             summary->lines > 0 ? summary->newest_hash : "-");
+  if (summary->lines == 0) {
+    fmt::print("the log is empty: no server has written it, or its lines were removed\n");
+    return {};
+  }
+  fmt::print("{} lines hold together; the newest has the hash {}\n", summary->lines, summary->newest_hash);
   if (summary->first_line > 1) {
     fmt::print("the first is line {} and follows the hash {} of a file before it\n", summary->first_line,
                summary->first_follows);
@@ -133,13 +156,13 @@ Command add_token_command(CLI::App& program) {
       ->type_name("TEXT");
   add->add_option("--role", options->role, "viewer, operator or admin")
       ->capture_default_str()
-      ->type_name("ROLE");
+      ->type_name("viewer|operator|admin");
   add->add_option("--expires", options->expires, "The first day (UTC) on which it is of no use")
       ->type_name("YYYY-MM-DD");
   CLI::App* const list = part("list", "Shows whose tokens there are");
   list->add_flag("--json", options->json, "Print the list as JSON");
   CLI::App* const revoke = part("revoke", "Takes a token back; running servers see it within a second");
-  revoke->add_option("id", options->id, "Its id, as in the list")->required()->type_name("ID");
+  revoke->add_option("ID", options->id, "Its id, as in the list")->required()->type_name("ID");
   return [options, add, list] {
     if (add->parsed()) return add_token(*options);
     return list->parsed() ? list_tokens(*options) : remove_token(options->file, options->id);
@@ -149,7 +172,7 @@ Command add_token_command(CLI::App& program) {
 Command add_audit_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand("audit", "Checks that an audit log is as it was written");
   const auto files = std::make_shared<std::vector<std::filesystem::path>>();
-  command->add_option("file", *files, "A server's --audit-log; of a rotated one all files, in any order")
+  command->add_option("FILE", *files, "A server's --audit-log; of a rotated one all files, in any order")
       ->required()
       ->type_name("FILE");
   const auto json = std::make_shared<bool>(false);

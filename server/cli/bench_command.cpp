@@ -19,6 +19,7 @@
 #include "server/bench/run.hpp"
 #include "server/bench/scale.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/json_text.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/progress_line.hpp"
 
@@ -120,15 +121,16 @@ Result<void> bench(const BenchOptions& options) {
   if (!rows) return rows.error();
   ProgressLine progress;
   for (const BenchRow& row : *rows) {
+    const std::size_t done = report["rows"].size();
+    progress.tell_step(fmt::format("measures row {} of {}", done + 1, rows->size()), done, rows->size());
     const auto times = run_bench_row(*device, row, options.count);
     if (!times) return times.error();
     progress.clear();
     report["rows"].push_back(as_json(row, *times, options.count));
     if (!options.json && report["rows"].size() == 1) print_head();
     if (!options.json) print_row(row, *times);
-    progress.tell_count(report["rows"].size(), rows->size(), "rows");
   }
-  if (options.json) fmt::print("{}\n", report.dump(1));
+  if (options.json) fmt::print("{}\n", json_text(report, 1));
   return {};
 }
 
@@ -200,16 +202,17 @@ Result<void> bench_pipeline(const BenchOptions& options) {
   if (!rows) return rows.error();
   ProgressLine progress;
   for (const BenchRow& row : *rows) {
+    const std::size_t done = report["rows"].size();
+    progress.tell_step(fmt::format("measures row {} of {}", done + 1, rows->size()), done, rows->size());
     const auto times = run_bench_pipeline(*device, row, options.count, options.volumes);
     if (!times) return times.error();
     progress.clear();
     report["rows"].push_back(as_json(row, *times));
     if (!options.json) print_pipeline(row, *times);
-    progress.tell_count(report["rows"].size(), rows->size(), "rows");
     if (options.trace.empty()) continue;
     if (auto written = replace_file(options.trace, times->last_block); !written) return written;
   }
-  if (options.json) fmt::print("{}\n", report.dump(1));
+  if (options.json) fmt::print("{}\n", json_text(report, 1));
   return {};
 }
 
@@ -245,7 +248,7 @@ Result<void> bench_memory(const BenchOptions& options) {
   const auto done =
       run_bench_memory(*device, row, static_cast<std::uint64_t>(options.memory_volumes), report_held);
   if (!done) return done.error();
-  if (options.json) fmt::print("{}\n", report.dump(1));
+  if (options.json) fmt::print("{}\n", json_text(report, 1));
   return {};
 }
 
@@ -287,7 +290,7 @@ Result<void> bench_scale(const BenchOptions& options) {
     if (!options.json) print_curve(curve);
   });
   if (!done) return done.error();
-  if (options.json) fmt::print("{}\n", report.dump(1));
+  if (options.json) fmt::print("{}\n", json_text(report, 1));
   return {};
 }
 

@@ -3,6 +3,8 @@
 
 #include <CLI/App.hpp>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "proto/base/result.hpp"
 
@@ -28,5 +30,9 @@ Command add_help_command(CLI::App& program);
 Command add_version_command(CLI::App& program);
 Command add_man_command(CLI::App& program);
 Command add_completion_command(CLI::App& program);
+
+/// Replaces this process by the program of the native display, which is one of its own, so that a server
+/// needs no libraries of a desktop. Returns where that is not installed.
+Result<void> run_native_display(const std::vector<std::string>& arguments);
 
 }  // namespace fanlight

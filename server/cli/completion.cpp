@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "server/cli/option_table.hpp"
+#include "server/help/option_table.hpp"
 
 namespace fanlight {
 
@@ -27,12 +27,19 @@ const CLI::App& root_of(const CLI::App& command) {
   return command.get_parent() == nullptr ? command : root_of(*command.get_parent());
 }
 
+std::vector<std::string> command_names(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::App* const each : subcommands(command)) names.push_back(each->get_name());
+  return names;
+}
+
 std::vector<std::string> words_of(const CLI::App& command) {
   std::vector<std::string> words;
   for (const CLI::App* const each : subcommands(command)) words.push_back(each->get_name());
   for (const OptionGroup& group : option_table(command))
     for (const OptionRow& row : group.rows) {
       words.insert(words.end(), row.names.begin(), row.names.end());
+      if (row.positional() && takes_source(command)) words.emplace_back("phantom:");
       if (!row.names.empty()) continue;
       words.insert(words.end(), row.choices.begin(), row.choices.end());
       if (row.value != "COMMAND") continue;
@@ -74,12 +81,16 @@ std::string bash_script(const CLI::App& program) {
       "_fanlight() {{\n"
       "  local word=\"${{COMP_WORDS[COMP_CWORD]}}\" before=\"${{COMP_WORDS[COMP_CWORD - 1]}}\"\n"
       "  local path='' words='' longer i\n"
+      "  # --policy=newest is three words to bash, as '=' is in COMP_WORDBREAKS.\n"
+      "  [[ \"$word\" != '=' ]] || word=''\n"
+      "  [[ \"$before\" != '=' ]] || before=\"${{COMP_WORDS[COMP_CWORD - 2]}}\"\n"
       "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
       "    longer=\"${{path:+$path }}${{COMP_WORDS[i]}}\"\n"
       "    case '{}|' in *\"|$longer|\"*) path=\"$longer\" ;; esac\n"
       "  done\n"
       "  case \"$path\" in\n{}  esac\n"
       "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n"
+      "  [[ \"${{COMPREPLY[0]:-}}\" != *: ]] || compopt -o nospace\n"
       "}}\n"
       "complete -o bashdefault -o default -F _fanlight fanlight\n",
       paths, cases);
@@ -154,7 +165,12 @@ std::string zsh_arguments(const CLI::App& command) {
           value = fmt::format(":{}: ", zsh_text(row.value));
         text += " \\\n        " + single_quoted(fmt::format("{}[{}]{}", name, zsh_text(row.text), value));
       }
-      if (row.names.empty()) text += " \\\n        '*:file:_files'";
+      if (!row.positional()) continue;
+      const bool words = !row.choices.empty() || row.value == "COMMAND";
+      const std::vector<std::string> choices =
+          row.value == "COMMAND" ? command_names(root_of(command)) : row.choices;
+      text += words ? fmt::format(" \\\n        '1:{}:({})'", zsh_text(row.value), fmt::join(choices, " "))
+                    : " \\\n        '*:file:_files'";
     }
   }
   return text;

@@ -7,11 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "server/cli/command_help.hpp"
+#include "proto/base/version.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/completion.hpp"
 #include "server/cli/man_page.hpp"
-#include "server/cli/option_table.hpp"
+#include "server/help/command_help.hpp"
+#include "server/help/option_table.hpp"
 
 namespace fanlight {
 
@@ -46,7 +47,11 @@ Command add_text_command(CLI::App& program, const char* name, const char* help, 
 
 Command add_help_command(CLI::App& program) {
   return add_text_command(program, "help", "Tells what a command does, and its options",
-                          [](const CLI::App& command) { return command_help(command, false); });
+                          [](const CLI::App& command) {
+                            // The native display is a program of its own and may not be installed.
+                            if (command_path(command) == "view") (void)run_native_display({"--help"});
+                            return command_help(command, false);
+                          });
 }
 
 Command add_man_command(CLI::App& program) {
@@ -56,7 +61,7 @@ Command add_man_command(CLI::App& program) {
 Command add_version_command(CLI::App& program) {
   program.add_subcommand("version", "Prints the version");
   return []() -> Result<void> {
-    fmt::print("{}\n", FANLIGHT_VERSION);
+    fmt::print("{}\n", version());
     return {};
   };
 }

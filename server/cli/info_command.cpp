@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -18,8 +19,10 @@
 #include "server/cli/auto_view.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/frames_plot.hpp"
+#include "server/cli/json_text.hpp"
 #include "server/cli/picture_file.hpp"
 #include "server/cli/recording_report.hpp"
+#include "server/cli/serve_report.hpp"
 
 namespace fanlight {
 
@@ -78,7 +81,7 @@ Result<void> show_fields(bool json) {
   if (json) {
     auto rows = nlohmann::ordered_json::array();
     for (const SceneField& field : scene_fields()) rows.push_back(field_json(field));
-    fmt::print("{}\n", rows.dump(1));
+    fmt::print("{}\n", json_text(rows, 1));
     return {};
   }
   for (const SceneField& field : scene_fields()) {
@@ -91,10 +94,23 @@ Result<void> show_fields(bool json) {
   return {};
 }
 
-Result<void> tell_of_gpus() {
+Result<void> tell_of_gpus(bool json) {
   const auto instance = GpuInstance::create({});
   if (!instance) return instance.error();
   const auto& candidates = (*instance)->candidates();
+  if (json) {
+    auto rows = nlohmann::ordered_json::array();
+    for (const GpuCandidate& candidate : candidates) {
+      rows.push_back({{"name", candidate.name},
+                      {"kind", candidate.kind},
+                      {"driver", candidate.driver},
+                      {"serves", candidate.refusals.empty()},
+                      {"refusals", candidate.refusals},
+                      {"compute_queues", candidate.queues}});
+    }
+    fmt::print("{}\n", json_text(rows, 1));
+    return {};
+  }
   if (candidates.empty())
     fmt::print("No GPU was found, expected one with Vulkan 1.3 or the package mesa-vulkan-drivers.\n");
   bool chosen = false;
@@ -137,7 +153,7 @@ Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
   if (!facts) return why;
   const std::string name = printable(options.file);
   if (options.json) {
-    fmt::print("{}\n", facts_json(*facts, name, why.message).dump(1));
+    fmt::print("{}\n", json_text(facts_json(*facts, name, why.message), 1));
   } else {
     fmt::print("{}", facts_text(*facts, name));
   }
@@ -172,11 +188,26 @@ Result<void> tell_of_recording(const InfoOptions& options) {
                              printable(options.file))};
   }
   if (options.json) {
-    fmt::print("{}\n", recording_json(*recording).dump(1));
+    fmt::print("{}\n", json_text(recording_json(*recording), 1));
   } else {
     fmt::print("{}", recording_text(*recording));
   }
   return write_pictures(options, nullptr, &*recording);
+}
+
+Result<void> tell_of_phantom(const InfoOptions& options) {
+  Doorbell bell;
+  ProbeLink probe(bell, bell);
+  const auto source = open_source(options.file, {}, probe);
+  if (!source) return source.error();
+  const SourceDescription& description = (*source)->description();
+  const std::string sentence = source_words(description);
+  if (options.json) {
+    fmt::print("{}\n", json_text({{"name", description.name}, {"description", sentence}}, 1));
+  } else {
+    fmt::print("The simulated probe: {}.\n", sentence);
+  }
+  return {};
 }
 
 /// Prints the command that shows the surface of the recording's first volume.
@@ -208,7 +239,7 @@ Command add_info_command(CLI::App& program) {
   CLI::Option* const file = command
                                 ->add_option("FILE", options->file,
                                              "A recording (.igs.mha, .seq.nrrd, .vol, .dcm, a folder of "
-                                             "pictures) or a volume on a grid (.mha, .nrrd, .dcm); "
+                                             "pictures), a volume on a grid (.mha, .nrrd, .dcm) or phantom:; "
                                              "without it, the GPUs")
                                 ->type_name("FILE");
   command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
@@ -218,7 +249,7 @@ Command add_info_command(CLI::App& program) {
                  "Find the surface in the first volume, and print the command that shows it")
       ->needs(file);
   command->add_flag("--fields", options->fields, "The table of all scene fields")->excludes(file);
-  command->add_flag("--json", options->json, "As JSON: of a recording, or with --fields");
+  command->add_flag("--json", options->json, "Print it as JSON");
   command
       ->add_flag("--write-geometry", options->writes_geometry,
                  "Write a geometry to edit to FILE.toml, guessed from the frames")
@@ -234,12 +265,12 @@ Command add_info_command(CLI::App& program) {
       ->needs(file)
       ->type_name("PICTURE");
   return [options]() {
-    if (options->json && !options->fields && options->file.empty()) {
-      return Result<void>(
-          Error{ErrorCode::kInvalidArgument, "--json needs a recording or --fields, expected one of them"});
-    }
     if (options->fields) return show_fields(options->json);
-    if (options->file.empty()) return tell_of_gpus();
+    if (options->file.empty()) return tell_of_gpus(options->json);
+    if (options->file.starts_with("phantom:") && !std::filesystem::exists(options->file)) {
+      if (auto told = tell_of_phantom(*options); !told || !options->automatic) return told;
+      return tell_of_surface(*options);
+    }
     const auto told = tell_of_recording(*options);
     return told && options->automatic ? tell_of_surface(*options) : told;
   };

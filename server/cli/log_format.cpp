@@ -2,7 +2,10 @@
 #include "server/cli/log_format.hpp"
 
 #include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
 
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -38,7 +41,7 @@ class JsonMessage : public spdlog::custom_flag_formatter {
   std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<JsonMessage>(); }
 };
 
-}  // namespace
+bool is_json = false;
 
 std::unique_ptr<spdlog::formatter> json_log_format() {
   auto format = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
@@ -51,6 +54,18 @@ std::unique_ptr<spdlog::formatter> printable_log_format() {
   auto format = std::make_unique<spdlog::pattern_formatter>();
   format->add_flag<PrintableMessage>('*').set_pattern("[%Y-%m-%d %H:%M:%S.%e] [%n] [%^%l%$] %*");
   return format;
+}
+
+}  // namespace
+
+void begin_log(bool json) {
+  is_json = json;
+  spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
+  spdlog::set_formatter(json ? json_log_format() : printable_log_format());
+}
+
+bool logs_json() {
+  return is_json;
 }
 
 }  // namespace fanlight

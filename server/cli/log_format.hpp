@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <spdlog/formatter.h>
-
-#include <memory>
-
 namespace fanlight {
 
-/// The usual format of a log line, with the message made printable(): names of files, devices and displays
-/// are part of it, and it may be read on a terminal.
-std::unique_ptr<spdlog::formatter> printable_log_format();
+/// Sends the log to the standard error, since scripts read the standard output. `json`: each line is an
+/// object of JSON with time (UTC, RFC 3339), level and message; else it is for people. Messages are made
+/// printable(): names of files, devices and displays are part of them. Call it once, before other threads
+/// run.
+void begin_log(bool json);
 
-/// A line of the log as an object of JSON: time (UTC, RFC 3339), level and message.
-std::unique_ptr<spdlog::formatter> json_log_format();
+/// Whether begin_log() chose JSON.
+bool logs_json();
 
 }  // namespace fanlight

@@ -8,7 +8,9 @@
 #include <cctype>
 
 #include "acquisition/phantom/phantom_source.hpp"
-#include "server/cli/option_table.hpp"
+#include "proto/base/version.hpp"
+#include "server/help/command_help.hpp"
+#include "server/help/option_table.hpp"
 
 namespace fanlight {
 
@@ -94,10 +96,12 @@ std::string environment(const std::string& path) {
 
 std::string man_page(const CLI::App& command) {
   const std::string path = command_path(command);
-  std::string text =
-      fmt::format(".TH {} 1 \"\" \"Fanlight\" \"Fanlight\"\n.SH NAME\n{} \\- {}\n",
-                  plain(upper(page_name(path))), plain(page_name(path)), plain(command.get_description()));
+  std::string text = fmt::format(
+      ".TH {} 1 \"\" \"Fanlight {}\" \"Fanlight\"\n.SH NAME\n{} \\- {}\n", plain(upper(page_name(path))),
+      plain(version()), plain(page_name(path)),
+      plain(path.empty() ? "renders 4D ultrasound and streams it to displays" : command.get_description()));
   text += ".SH SYNOPSIS\n" + synopsis(command, path);
+  text += ".SH DESCRIPTION\n" + plain(sentence_of(command)) + "\n";
   if (const auto commands = subcommands(command); !commands.empty()) {
     text += ".SH COMMANDS\n";
     for (const CLI::App* const each : commands)

@@ -2,6 +2,7 @@
 #include "server/cli/option_sources.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 #include <toml.hpp>
 
@@ -12,10 +13,11 @@
 #include <fstream>
 #include <sstream>
 
+#include "proto/base/nearest_name.hpp"
 #include "proto/base/printable.hpp"
 #include "proto/base/toml_place.hpp"
-#include "server/cli/command_help.hpp"
-#include "server/cli/option_table.hpp"
+#include "server/help/option_table.hpp"
+#include "server/help/usage_sentence.hpp"
 
 namespace fanlight {
 
@@ -133,12 +135,31 @@ Result<void> give(CLI::Option& option, const OptionRow& row, const ConfiguredOpt
     option.run_callback();
   } catch (const CLI::Error& refusal) {
     // CLI11 names the option in some of its sentences.
-    const std::string sentence = printable(refusal.what());
+    std::string sentence = printable(usage_sentence(refusal.what()));
+    // A file and the environment have no dashes.
+    if (sentence.starts_with("--")) sentence.erase(0, 2);
     return bad(given.from, sentence.find(given.name) == std::string::npos
                                ? fmt::format("{}: {}", given.name, sentence)
                                : sentence);
   }
   return {};
+}
+
+/// The sentence about a name that no option has.
+std::string unknown_name(const std::string& name, const std::vector<OptionRow>& rows) {
+  // What follows a [section] of TOML belongs to it.
+  const std::string own = name.substr(name.rfind('.') + 1);
+  if (own != name && std::ranges::find(rows, own, &OptionRow::key) != rows.end()) {
+    return fmt::format("there is no option {}, expected {} above the first line such as [{}]",
+                       printable(name), own, printable(name.substr(0, name.rfind('.'))));
+  }
+  std::vector<std::string> known;
+  known.reserve(rows.size());
+  for (const OptionRow& option : rows) known.push_back(option.key());
+  const std::string meant = nearest_name(name, known);
+  return fmt::format(
+      "there is no option {}, {}", printable(name),
+      meant.empty() ? "expected one that --print-config lists" : fmt::format("did you mean {}?", meant));
 }
 
 /// Whether it is given, and not as false.
@@ -160,19 +181,26 @@ std::string origin_of(const CLI::Option& option, const OptionOrigins& origins) {
 Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path) {
   constexpr std::uintmax_t kMostBytes = 1'000'000;
   const std::string name = printable(path.string());
+  const auto unreadable = [&name](const std::string& why) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the configuration {} {}, expected a TOML file of at most 1 MB", name, why)};
+  };
   std::error_code failure;
-  const auto bytes = std::filesystem::file_size(path, failure);
+  const auto status = std::filesystem::status(path, failure);
+  if (!std::filesystem::exists(status)) return unreadable("is not there");
+  // A pipe would wait for a writer.
+  if (!std::filesystem::is_regular_file(status)) return unreadable("is no file");
+  if (std::filesystem::file_size(path, failure) > kMostBytes) return unreadable("is too large");
   std::ifstream file(path, std::ios::binary);
-  if (failure || !file || bytes > kMostBytes) {
-    return Error{
-        ErrorCode::kNotFound,
-        fmt::format("the configuration {} cannot be read, expected a TOML file of at most 1 MB", name)};
-  }
+  if (!file) return unreadable("may not be read by this user");
   std::vector<PlacedOption> options;
   try {
     const toml::value whole = toml::parse(file, path.string());
     if (auto collected = collect(name, "", whole, options); !collected) return collected.error();
   } catch (const toml::syntax_error& wrong) {
+    const std::string place = fmt::format("{}, line {}", name, toml_error_line(wrong));
+    if (std::string_view(wrong.what()).find("already exists") != std::string_view::npos)
+      return bad(place, "it gives what another line gives, expected each name once");
     return bad(fmt::format("{}, line {}", name, toml_error_line(wrong)),
                "it is not TOML, expected a line such as listen = \"127.0.0.1:8080\"");
   } catch (const std::exception&) {
@@ -213,20 +241,32 @@ std::vector<ConfiguredOption> environment_options(const CLI::App& command) {
   return given;
 }
 
+std::vector<std::string> misspelt_variables(const CLI::App& command) {
+  // Of other programs of the project, and of clients.
+  std::vector<std::string> known = {"TOKEN", "CONFIG"};
+  const std::size_t prefix = std::string_view(kVariable).size();
+  for (const OptionRow& row : configured_rows(command))
+    known.push_back(variable_of(row.key()).substr(prefix));
+  std::vector<std::string> sentences;
+  for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {
+    const std::string_view whole = *variable;
+    if (!whole.starts_with(kVariable)) continue;
+    const std::string_view name = whole.substr(prefix, whole.find('=') - prefix);
+    if (std::ranges::find(known, name) != known.end()) continue;
+    if (const std::string meant = nearest_name(name, known); !meant.empty()) {
+      sentences.push_back(fmt::format("the variable {}{} sets nothing, did you mean {}{}?", kVariable,
+                                      printable(name), kVariable, meant));
+    }
+  }
+  return sentences;
+}
+
 Result<void> apply_options(CLI::App& command, const std::vector<ConfiguredOption>& given,
                            const ValueCheck& check, OptionOrigins& origins) {
   const std::vector<OptionRow> rows = configured_rows(command);
   for (const ConfiguredOption& each : given) {
     const auto row = std::ranges::find(rows, each.name, &OptionRow::key);
-    if (row == rows.end()) {
-      std::vector<std::string> known;
-      known.reserve(rows.size());
-      for (const OptionRow& option : rows) known.push_back(option.key());
-      const std::string meant = nearest_name(each.name, known);
-      return bad(each.from, fmt::format("there is no option {}, {}", printable(each.name),
-                                        meant.empty() ? "expected one that --print-config lists"
-                                                      : fmt::format("did you mean {}?", meant)));
-    }
+    if (row == rows.end()) return bad(each.from, unknown_name(each.name, rows));
     if (!origins.emplace(each.name, each.from).second) continue;
     CLI::Option& option = *command.get_option("--" + row->key());
     if (option.count() > 0) continue;  // the command line's own

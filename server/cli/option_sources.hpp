@@ -27,6 +27,10 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
 /// FANLIGHT_DETECTOR_THRESHOLD for --detector.threshold.
 std::vector<ConfiguredOption> environment_options(const CLI::App& command);
 
+/// A sentence for each variable that begins with FANLIGHT_ and sets nothing, but is spelt almost like one
+/// that does.
+std::vector<std::string> misspelt_variables(const CLI::App& command);
+
 /// Where the value of each option comes from, by its name: "command line", the name of a variable, or the
 /// place in a file. Those with their default are not in it.
 using OptionOrigins = std::map<std::string, std::string>;

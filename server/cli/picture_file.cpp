@@ -56,14 +56,14 @@ Result<void> check_folder_of(const std::string& path) {
   std::filesystem::path folder = std::filesystem::path(path).parent_path();
   if (folder.empty()) folder = ".";
   if (std::filesystem::is_directory(path))
-    return Error{ErrorCode::kInvalidArgument,
+    return Error{ErrorCode::kNotFound,
                  fmt::format("{} could not be written (it is a folder), expected the name of a file",
                              printable(path))};
   if (access(folder.c_str(), W_OK | X_OK) == 0) return {};
   const int failure = errno;
   // A device or a file that is there may be written where its folder may not.
   if (access(path.c_str(), W_OK) == 0) return {};
-  return Error{ErrorCode::kInvalidArgument,
+  return Error{ErrorCode::kNotFound,
                fmt::format("{} could not be written ({}), expected a folder that is there and may be written",
                            printable(path), std::generic_category().message(failure))};
 }

@@ -21,7 +21,7 @@ void ProgressLine::clear() {
 }
 
 bool ProgressLine::is_due() {
-  const std::int64_t interval_ns = terminal_ ? 200'000'000 : 10'000'000'000;
+  const std::int64_t interval_ns = terminal_ ? 200'000'000 : 5'000'000'000;
   const std::int64_t now = now_ns();
   if (now - told_ns_ < interval_ns) return false;
   told_ns_ = now;
@@ -44,6 +44,14 @@ double ProgressLine::took_s() const {
 bool ProgressLine::tell_share(double share) {
   if (is_due()) print(fmt::format("{:.0f} %, {:.0f} s left", 100 * share, took_s() / share - took_s()));
   return true;
+}
+
+void ProgressLine::tell_step(const std::string& step, std::uint64_t done, std::uint64_t of) {
+  if (!terminal_) return;
+  told_ns_ = now_ns();
+  shown_ = true;
+  const double left_s = done > 0 ? took_s() / static_cast<double>(done) * static_cast<double>(of - done) : 0;
+  print(left_s > 0 ? fmt::format("{}, {:.0f} s left", step, left_s) : step);
 }
 
 void ProgressLine::tell_count(std::uint64_t done, std::uint64_t of, const char* what) {

@@ -10,7 +10,7 @@
 namespace fanlight {
 
 /// A line on the terminal that tells how far a work is, and goes away with this object. Where standard error
-/// is no terminal, a line of its own every ten seconds. One thread.
+/// is no terminal, a line of its own every five seconds. One thread.
 class ProgressLine {
  public:
   ProgressLine();
@@ -22,6 +22,10 @@ class ProgressLine {
   bool tell_share(double share);
   /// "17 of 40 pictures, 3.4 a second, 7 s left". `of`: 0 where the end is not known.
   void tell_count(std::uint64_t done, std::uint64_t of, const char* what);
+
+  /// What begins now, such as "measures row 2 of 5"; at once, and on a terminal alone. `done` of `of` like
+  /// ones are over, which tells the time that is left.
+  void tell_step(const std::string& step, std::uint64_t done = 0, std::uint64_t of = 0);
 
   /// Before other text is printed. The line comes back when it is due.
   void clear();

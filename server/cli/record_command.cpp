@@ -20,6 +20,7 @@
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/json_text.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/probe_options.hpp"
 
@@ -105,7 +106,7 @@ nlohmann::ordered_json recording_json(const RecordingStatus& status) {
 
 void print_recording(const RecordOptions& options, const RecordingStatus& status) {
   if (options.json) {
-    fmt::print("{}\n", recording_json(status).dump());
+    fmt::print("{}\n", json_text(recording_json(status)));
     return;
   }
   fmt::print("{}: {} frames in {:.1f} s, {}\n", status.last_file, status.last_frames, status.last_duration_s,
@@ -214,13 +215,12 @@ Result<void> recover(const std::string& file, PixelForm form, bool json) {
   const auto recovered = recover_recording(file, {.form = form});
   if (!recovered) return recovered.error();
   if (json) {
-    fmt::print("{}\n", nlohmann::ordered_json({{"file", recovered->path.string()},
-                                               {"frames", recovered->frames},
-                                               {"frames_damaged", recovered->frames_damaged},
-                                               {"frames_lost", recovered->frames_lost},
-                                               {"bytes", recovered->bytes},
-                                               {"duration_s", recovered->duration_s}})
-                           .dump());
+    fmt::print("{}\n", json_text(nlohmann::ordered_json({{"file", recovered->path.string()},
+                                                         {"frames", recovered->frames},
+                                                         {"frames_damaged", recovered->frames_damaged},
+                                                         {"frames_lost", recovered->frames_lost},
+                                                         {"bytes", recovered->bytes},
+                                                         {"duration_s", recovered->duration_s}})));
     return {};
   }
   fmt::print("{}: {} frames in {:.1f} s, {}\n", recovered->path.string(), recovered->frames,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "server/cli/json_text.hpp"
 #include "server/cli/recorded_pictures.hpp"
 
 #include <fmt/format.h>
@@ -61,12 +62,11 @@ class RecordedPictures {
   Result<void> report() const {
     const std::size_t left_out = notes_.pictures.size() - rendered_;
     if (options_.json) {
-      fmt::print("{}\n", nlohmann::ordered_json({{"input", options_.input},
-                                                 {"pictures", rendered_},
-                                                 {"left_out", left_out},
-                                                 {"scene_unknown", scene_unknown_},
-                                                 {"steady", steady_}})
-                             .dump());
+      fmt::print("{}\n", json_text(nlohmann::ordered_json({{"input", options_.input},
+                                                           {"pictures", rendered_},
+                                                           {"left_out", left_out},
+                                                           {"scene_unknown", scene_unknown_},
+                                                           {"steady", steady_}})));
     } else {
       fmt::print("{} pictures of {}\n", rendered_, options_.input);
       if (left_out > 0) {

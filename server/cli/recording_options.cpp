@@ -2,8 +2,10 @@
 #include "server/cli/recording_options.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "proto/base/printable.hpp"
 #include "server/cli/named_option.hpp"
 
 namespace fanlight {
@@ -46,6 +48,7 @@ Result<void> RecordingOptions::make_folder() const {
   if (std::filesystem::create_directories(folder, failure) && !failure) {
     // Recordings show patients.
     std::filesystem::permissions(folder, std::filesystem::perms::owner_all, failure);
+    spdlog::info("the folder {} was made, for recordings", printable(folder.string()));
   }
   if (!failure && access(folder.c_str(), W_OK | X_OK) == 0) return {};
   return Error{ErrorCode::kInvalidArgument,

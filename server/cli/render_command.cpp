@@ -16,6 +16,7 @@
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/auto_view.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/json_text.hpp"
 #include "server/cli/picture_file.hpp"
 #include "server/cli/picture_series.hpp"
 #include "server/cli/probe_options.hpp"
@@ -71,7 +72,7 @@ void print_frames(const RenderOptions& options, const RenderedVolumes& rendered,
                                            {"sweeps_dropped", dropped.size()},
                                            {"dropped", dropped_json(dropped)},
                                            {"notes", notes}};
-    fmt::print("{}\n", report.dump());
+    fmt::print("{}\n", json_text(report));
     return;
   }
   fmt::print("{} pictures of {}, {} of them of volumes with frames interpolated\n", rendered.pictures,
@@ -149,10 +150,15 @@ Result<void> render_all(const RenderOptions& options, OfflineVolumes& volumes, R
 
 /// Renders one volume, writes its picture and its depth map, and prints the report.
 Result<void> render_one(const RenderOptions& options, OfflineVolumes& volumes, RenderSetup& setup) {
+  ProgressLine progress;
+  progress.tell_step(options.volume ? fmt::format("reads frames until volume {} is whole", *options.volume)
+                                    : "reads frames until a volume is whole");
   const auto volume = volumes.pick(options.volume);
   if (!volume) return volume.error();
+  progress.tell_step("renders");
   if (auto chosen = look_at(options, **volume, setup); !chosen) return chosen;
   const auto picture = render_once(*setup.renderer, **volume);
+  progress.clear();
   if (!picture) return picture.error();
   const auto depths = setup.renderer->read_depth();
   if (!depths) return depths.error();

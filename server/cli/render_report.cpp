@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "server/cli/json_text.hpp"
 #include "server/cli/render_report.hpp"
 
 #include <fmt/format.h>
@@ -85,7 +86,7 @@ void print_json(std::FILE* out, const RenderReport& report) {
                                        {"notes", report.notes},
                                        {"stage_ms", stages},
                                        {"total_ms", report.total_ms}};
-  fmt::print(out, "{}\n", json.dump());
+  fmt::print(out, "{}\n", json_text(json));
 }
 
 void print_text(std::FILE* out, const RenderReport& report) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <stdio_ext.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include "acquisition/source/suggested_scene.hpp"
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
+#include "proto/base/version.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
@@ -53,6 +55,40 @@ Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& optio
   }
   return endpoint;
 }
+
+/// Another try would be refused as well: the process ends with the code of a wrong configuration.
+Error wrong_configuration(Error refusal) {
+  if (refusal.code != ErrorCode::kUnavailable && refusal.code != ErrorCode::kBroken)
+    refusal.code = ErrorCode::kInvalidArgument;
+  return refusal;
+}
+
+/// A probe may be plugged in later, and a folder be mounted.
+Error refused_source(const ServeOptions& options, const Error& refusal) {
+  const Error placed = options.placed("source", refusal);
+  return options.source.starts_with("usb:") ? placed : wrong_configuration(placed);
+}
+
+/// Whether the terminal that this program was started from has gone: the kernel then sends SIGHUP, as people
+/// do to have files read again.
+class OwnTerminal {
+ public:
+  /// Construct it before SIGHUP is ignored: nohup(1) ignores it to outlive the terminal.
+  OwnTerminal() {
+    struct sigaction hangup {};
+    sigaction(SIGHUP, nullptr, &hangup);
+    was_there_ = hangup.sa_handler != SIG_IGN && is_there();
+  }
+  bool has_gone() const { return was_there_ && !is_there(); }
+
+ private:
+  static bool is_there() {
+    const int terminal = open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
+    if (terminal >= 0) close(terminal);
+    return terminal >= 0;
+  }
+  bool was_there_ = false;
+};
 
 /// As many of the wanted volumes as kMostCineBytes holds.
 std::uint32_t affordable_cine(std::uint32_t wanted, const SourceDescription& source) {
@@ -177,7 +213,7 @@ void read_again(ServeOptions& options, StreamServer& server, spdlog::level::leve
     if (change.in_force) {
       spdlog::info("the configuration has another {}, which is in force now", change.name);
     } else {
-      spdlog::warn("the configuration has another {}, which takes a new start", change.name);
+      spdlog::warn("the configuration has another {} than what runs, which takes a new start", change.name);
     }
   }
   server.set_title(options.title.empty() ? usual_title(options.source) : printable(options.title));
@@ -186,18 +222,23 @@ void read_again(ServeOptions& options, StreamServer& server, spdlog::level::leve
 }
 
 Result<void> serve(ServeOptions& options) {
+  const OwnTerminal terminal;
   ignore_harmless_signals();
+  const auto usual_level = spdlog::get_level();
+  begin_log(options.log_format == "json");
+  if (!options.log_level.empty()) spdlog::set_level(spdlog::level::from_str(options.log_level));
+  for (const std::string& sentence : options.misspelt) spdlog::warn("{}", sentence);
   const auto size = parse_picture_size(options.size);
-  if (!size) return size.error();
+  if (!size) return options.placed("size", size.error());
   StreamServer::Config config = server_config(options, *size);
   const auto endpoint = listen_endpoint(options);
-  if (!endpoint) return endpoint.error();
-  if (auto made = options.recording.make_folder(); !made) return made;
+  if (!endpoint) return options.placed("listen", endpoint.error());
+  if (auto made = options.recording.make_folder(); !made) return options.placed("recordings", made.error());
   config.endpoint = *endpoint;
 
   SourceLink link;
   const auto source = open_source(options.source, options.playing, link.probe, &link.replay);
-  if (!source) return source.error();
+  if (!source) return refused_source(options, source.error());
   const SourceDescription& description = (*source)->description();
   config.facts.source = printable(description.name);
   config.facts.title = options.title.empty() ? usual_title(options.source) : printable(options.title);
@@ -211,11 +252,6 @@ Result<void> serve(ServeOptions& options) {
   config.chosen_fields = options.scene.given();
   config.finds_view = finds_view(options.automatic, options.scene, description);
 
-  // Scripts read the standard output, so the log goes to stderr.
-  spdlog::set_default_logger(spdlog::stderr_color_mt("fanlight"));
-  spdlog::set_formatter(options.log_format == "json" ? json_log_format() : printable_log_format());
-  const auto usual_level = spdlog::get_level();
-  if (!options.log_level.empty()) spdlog::set_level(spdlog::level::from_str(options.log_level));
   const auto open = [](const std::string& name) {
     auto opened = open_device(name, {.own_light_device = true});
     if (opened && !opened->light_refusal.empty())
@@ -240,24 +276,31 @@ Result<void> serve(ServeOptions& options) {
   ServiceNotifier notifier(loops_of(**pipeline));
   std::unique_ptr<StreamServer> server;
   dependencies.second_passed = [&](const PictureLiveness::Report& report) { notifier.second_passed(report); };
-  dependencies.read_again = [&] { read_again(options, *server, usual_level); };
+  dependencies.read_again = [&] {
+    if (terminal.has_gone()) {
+      spdlog::info("the terminal has gone, so the server ends");
+      std::raise(SIGTERM);
+    } else {
+      read_again(options, *server, usual_level);
+    }
+  };
   dependencies.was_read_again = [] { ServiceNotifier::reloaded(); };
   dependencies.ends = [] { ServiceNotifier::stopping(); };
   auto made = StreamServer::create(config, dependencies);
-  if (!made) return made.error();
+  if (!made) return wrong_configuration(made.error());
   server = *std::move(made);
 
-  spdlog::info("fanlight {}", FANLIGHT_VERSION);
+  spdlog::info("fanlight {}", version());
+  log_service(options);
   log_device(**pipeline);
   log_source(description);
-  if (!options.recording.folder.empty())
-    spdlog::info("recordings go to {}", std::filesystem::absolute(options.recording.folder).string());
   spdlog::info("the ring of volumes takes up to {:.0f} MB, with the last {} volumes for a frozen display",
                static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6, cine_volumes);
   const std::int64_t began_ns = now_ns();
   (*pipeline)->start();
   const std::string url = page_url(server->endpoint(), !options.tls.empty());
   print_address(description.name, url);
+  spdlog::info("listens on {}", url);
   ServiceNotifier::ready(url);
   Result<void> served = server->run();
   const bool stopped = (*pipeline)->stop();
@@ -270,6 +313,15 @@ Result<void> serve(ServeOptions& options) {
   return served;
 }
 
+/// What --print-config refuses: all that a start would, but for what is not there yet.
+Result<void> check_start(const ServeOptions& options) {
+  if (const auto endpoint = listen_endpoint(options); !endpoint)
+    return options.placed("listen", endpoint.error());
+  if (const auto size = parse_picture_size(options.size); !size) return options.placed("size", size.error());
+  for (const std::string& sentence : options.misspelt) fmt::print(stderr, "fanlight serve: {}\n", sentence);
+  return options.check_files();
+}
+
 }  // namespace
 
 Command add_serve_command(CLI::App& program) {
@@ -279,6 +331,7 @@ Command add_serve_command(CLI::App& program) {
   options->add_to(*command);
   return [options, command]() -> Result<void> {
     if (!options->print_config) return serve(*options);
+    if (auto good = check_start(*options); !good) return wrong_configuration(good.error());
     fmt::print("{}", configuration_text(*command, options->origins));
     return {};
   };

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/cli/serve_options.hpp"
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstdlib>
 #include <set>
 
+#include "acquisition/usb/usb_address.hpp"
+#include "proto/base/printable.hpp"
 #include "proto/model/look.hpp"
+#include "server/access/credentials.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/probe_options.hpp"
 #include "server/net/listen_address.hpp"
@@ -46,6 +50,7 @@ Result<void> check_value(const std::string& name, const std::string& value) {
 
 /// After the command line was read. Throws CLI::ConfigError.
 void take_other_sources(CLI::App& command, ServeOptions& options) {
+  options.misspelt = misspelt_variables(command);
   options.given_before = command_line_options(command);
   const auto environment = environment_options(command);
   options.given_before.insert(options.given_before.end(), environment.begin(), environment.end());
@@ -137,6 +142,12 @@ void ServeOptions::add_source_options(CLI::App& command) {
       "After the recording's last frame", "to-and-fro");
   command.add_option("--speed", playing.speed, "1 is as recorded; 0.01 to 1000")
       ->capture_default_str()
+      ->check([](const std::string& text) {
+        double speed = 0;
+        const bool good =
+            CLI::detail::lexical_cast(text, speed) && speed >= 0.01 && speed <= 1000;  // and no NaN
+        return good ? "" : fmt::format("Value {} not in range 0.01 to 1000", text);
+      })
       ->type_name("FACTOR");
   command.add_option("--from", playing.from_s, "Where the recording begins")
       ->capture_default_str()
@@ -231,6 +242,40 @@ std::string value_of(const std::vector<ConfiguredOption>& options, const std::st
 
 }  // namespace
 
+Error ServeOptions::placed(const std::string& name, Error refusal) const {
+  const auto origin = origins.find(name);
+  if (origin != origins.end() && origin->second != "command line")
+    refusal.message = fmt::format("{}: {}", origin->second, refusal.message);
+  return refusal;
+}
+
+Result<void> ServeOptions::check_files() const {
+  constexpr std::string_view kProbe = "usb:";
+  const std::filesystem::path& geometry = playing.geometry_path;
+  if (!geometry.empty() && !std::filesystem::exists(geometry)) {
+    return placed("geometry", {ErrorCode::kNotFound, fmt::format("{} is not there, expected a TOML file",
+                                                                 printable(geometry.string()))});
+  }
+  if (source.starts_with(kProbe)) {
+    const auto address = UsbAddress::parse(std::string_view(source).substr(kProbe.size()));
+    if (!address) return placed("source", address.error());
+  } else {
+    Doorbell acquisition_bell;
+    Doorbell server_bell;
+    ProbeLink none(acquisition_bell, server_bell);
+    const auto opened = open_source(source, playing, none, nullptr);
+    if (!opened) return placed("source", opened.error());
+  }
+  if (!tokens.empty()) {
+    if (const auto known = Credentials::load(tokens); !known) return placed("tokens", known.error());
+  }
+  if (!tls.empty()) {
+    if (const auto context = make_tls_context(tls); !context)
+      return placed("tls-certificate", context.error());
+  }
+  return {};
+}
+
 Result<std::vector<ServeOptions::Reread>> ServeOptions::read_again() {
   if (config.empty()) return std::vector<Reread>{};
   auto now = read_configuration(config);
@@ -263,7 +308,13 @@ Result<std::vector<ServeOptions::Reread>> ServeOptions::read_again() {
     if (change.name == "log-level") log_level = fresh.log_level;
     origins[change.name] = config;
   }
-  configured = *std::move(now);
+  // What takes a new start is told each time until then.
+  for (const Reread& change : changes) {
+    if (!change.in_force) continue;
+    std::erase_if(configured, [&](const ConfiguredOption& option) { return option.name == change.name; });
+    const auto given = std::ranges::find(*now, change.name, &ConfiguredOption::name);
+    if (given != now->end()) configured.push_back(*given);
+  }
   return changes;
 }
 

@@ -54,13 +54,22 @@ struct ServeOptions {
   bool print_config = false;
   OptionOrigins origins;  ///< of those that the environment or a configuration gave
 
-  /// What the configuration said when it was read last.
+  /// What the configuration said of what is in force.
   std::vector<ConfiguredOption> configured;
+  /// Sentences about variables that set nothing.
+  std::vector<std::string> misspelt;
   /// What the command line and the environment gave, which comes first.
   std::vector<ConfiguredOption> given_before;
 
   /// The object must live as long as the command, and not move.
   void add_to(CLI::App& command);
+
+  /// A refusal of the value of an option, with the place that gave it, such as "fanlight.toml, line 3".
+  Error placed(const std::string& name, Error refusal) const;
+
+  /// Refuses files and sources that a start would refuse, but for a probe, which need not be plugged in.
+  /// Reads files.
+  Result<void> check_files() const;
 
   /// Reads the configuration again. Takes what a running server can change: title, control-lapse_s and
   /// log_level of this object, where neither the command line nor the environment gave them. The names of all

@@ -33,13 +33,27 @@ std::string usual_title(const std::string& source) {
   return source.starts_with("usb:") ? "Probe" : "Recording";
 }
 
+void log_service(const ServeOptions& options) {
+  if (!options.config.empty()) spdlog::info("the configuration is {}", options.config);
+  if (options.tls.empty()) {
+    spdlog::info("without TLS{}: displays of this machine alone",
+                 options.tokens.empty() ? " and tokens" : "");
+  } else {
+    spdlog::info("TLS with the certificate {}", options.tls.certificate.string());
+  }
+  if (!options.tokens.empty()) spdlog::info("tokens are in {}", options.tokens);
+  if (!options.audit_log.empty()) spdlog::info("the audit log is {}", options.audit_log);
+  if (!options.recording.folder.empty())
+    spdlog::info("recordings go to {}", std::filesystem::absolute(options.recording.folder).string());
+}
+
 void log_device(const Pipeline& pipeline) {
   for (const GpuCandidate& candidate : pipeline.gpus()) {
     if (!candidate.refusals.empty())
       spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
   }
   const GpuCandidate& used = pipeline.gpu();
-  spdlog::info("renders on {} ({}, {})", used.name, used.kind, used.driver);
+  spdlog::info("renders on {}, a {}; its driver: {}", used.name, used.kind, used.driver);
 }
 
 namespace {
@@ -58,14 +72,18 @@ std::string frame_words(const FanGeometry& geometry) {
 
 }  // namespace
 
-void log_source(const SourceDescription& source) {
+std::string source_words(const SourceDescription& source) {
   const FanGeometry& geometry = source.geometry;
-  spdlog::info(
-      "source {} delivers {} frames a volume, each of {}; {:.1f} to {:.1f} deg about an axis {:.1f} mm "
+  return fmt::format(
+      "{} delivers {} frames a volume, each of {}; {:.1f} to {:.1f} deg about an axis {:.1f} mm "
       "behind the probe face",
       source.name, source.usual_frames > 0 ? source.usual_frames : source.frames_per_volume,
       frame_words(geometry), degrees(source.first_angle_rad), degrees(source.last_angle_rad),
       geometry.motor_radius_mm);
+}
+
+void log_source(const SourceDescription& source) {
+  spdlog::info("source {}", source_words(source));
   for (const std::string& note : source.notes) spdlog::warn("{}", note);
 }
 
@@ -100,7 +118,8 @@ void log_end(const PipelineCounters& pipeline, const ServerCounters& server, dou
   for (const NamedCount& count : named_counts(pipeline, server)) {
     counts[count.name] = count.value;
     all.push_back(fmt::format("{} {}", count.name, count.value));
-    if (count.value > 0 && tells_of_trouble(count.name)) troubles.push_back(all.back());
+    if (count.value > 0 && tells_of_trouble(count.name))
+      troubles.push_back(fmt::format("{}: {}", count.help, count.value));
   }
   spdlog::info(
       "ended after {}: {} frames became {} volumes, {} of them rendered; {} pictures finished, {} sent "
@@ -108,7 +127,7 @@ void log_end(const PipelineCounters& pipeline, const ServerCounters& server, dou
       duration_words(ran_s), counts["frames_received"], counts["volumes_published"],
       counts["volumes_rendered"], counts["pictures_finished"], counts["pictures_sent"],
       counts["sessions_opened"]);
-  if (!troubles.empty()) spdlog::info("counted on the way: {}", fmt::join(troubles, ", "));
+  if (!troubles.empty()) spdlog::info("what went wrong on the way: {}", fmt::join(troubles, "; "));
   spdlog::debug("all counts: {}", fmt::join(all, ", "));
 }
 

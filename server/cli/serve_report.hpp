@@ -5,6 +5,7 @@
 #include <string>
 
 #include "acquisition/source/frame_source.hpp"
+#include "server/cli/serve_options.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/pipeline/pipeline.hpp"
 
@@ -20,11 +21,17 @@ std::string usual_title(const std::string& source);
 
 /// As sentences about a recording name its file; empty where the source is no recording.
 std::string recording_path(const SourceDescription& source);
+
+/// What protects the server, and which files it uses.
+void log_service(const ServeOptions& options);
 void log_device(const Pipeline& pipeline);
 void log_source(const SourceDescription& source);
 
+/// "phantom: delivers 60 frames a volume, each of ...", for people.
+std::string source_words(const SourceDescription& source);
+
 /// What became of the frames, in a sentence for people; then the counts of what went wrong, if anything did.
-/// All counts are lines for --log-level debug.
+/// All counts are lines for --log-level debug, under their names.
 void log_end(const PipelineCounters& pipeline, const ServerCounters& server, double ran_s);
 
 /// What became of a recording that ended with the server.

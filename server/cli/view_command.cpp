@@ -16,9 +16,9 @@ namespace {
 
 constexpr const char* kProgram = "fanlight-view";
 
-/// Replaces this process by the program of the native display. It is one of its own, so that a server needs
-/// no libraries of a desktop.
-Result<void> view(const std::vector<std::string>& given) {
+}  // namespace
+
+Result<void> run_native_display(const std::vector<std::string>& given) {
   std::vector<std::string> words = {kProgram};
   words.insert(words.end(), given.begin(), given.end());
   std::vector<char*> arguments;
@@ -34,14 +34,12 @@ Result<void> view(const std::vector<std::string>& given) {
                fmt::format("{} is not installed, expected it beside fanlight or in the PATH", kProgram)};
 }
 
-}  // namespace
-
 Command add_view_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand(
       "view", "A native display: the picture in a window or full screen (--help: more)");
   command->set_help_flag();  // --help is the other program's
   command->prefix_command();
-  return [command] { return view(command->remaining()); };
+  return [command] { return run_native_display(command->remaining()); };
 }
 
 }  // namespace fanlight

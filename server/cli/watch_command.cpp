@@ -18,6 +18,7 @@
 #include "proto/base/printable.hpp"
 #include "proto/model/scene.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/json_text.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/watch_report.hpp"
 #include "server/client/client_options.hpp"
@@ -170,7 +171,7 @@ class Watch {
   }
 
   static Result<void> refused(const v1::Error& error) {
-    return Error{ErrorCode::kInvalidArgument, error.message()};
+    return Error{ErrorCode::kUnavailable, error.message()};
   }
 
   Result<void> take_picture(const v1::Picture& picture) {
@@ -223,7 +224,7 @@ class Watch {
     if (options_.json) {
       const nlohmann::ordered_json report = {
           {"pictures", 0}, {"picture", "not live"}, {"silent_s", silent_s}, {"reason", sentence}};
-      fmt::print("{}\n", report.dump());
+      fmt::print("{}\n", json_text(report));
     } else {
       fmt::print("not live: {}\n", sentence);
     }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "server/cli/json_text.hpp"
 #include "server/cli/watch_report.hpp"
 
 #include <fmt/format.h>
@@ -44,7 +45,7 @@ void print_json(const WatchedSecond& second, double age_ms, const v1::Liveness& 
                                          {"picture", state_name(liveness)},
                                          {"picture_age_s", liveness.age_s()},
                                          {"reason", printable(liveness.sentence())}};
-  fmt::print("{}\n", report.dump());
+  fmt::print("{}\n", json_text(report));
 }
 
 void print_text(const WatchedSecond& second, double age_ms, const v1::Liveness& liveness,

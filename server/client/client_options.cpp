@@ -23,7 +23,7 @@ Result<StreamClient::Config> ClientOptions::config() const {
 }
 
 void ClientOptions::add_to(CLI::App& command) {
-  command.add_option("url", server.url, "The server: a URL, a host, or a port of this machine")
+  command.add_option("URL", server.url, "The server: a URL, a host, or a port of this machine")
       ->capture_default_str()
       ->type_name("URL");
   command.add_option("--token-file", token_file, "Holds the token; else it is read from FANLIGHT_TOKEN")

@@ -2,6 +2,7 @@
 #include "server/client/stream_client.hpp"
 
 #include <fmt/format.h>
+#include <openssl/err.h>
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -20,9 +21,23 @@ using asio::ip::tcp;
 namespace {
 
 constexpr std::size_t kLargestMessageBytes = 64 << 20;
+/// For each step until the server has greeted: it may stand still, or be no server of Fanlight.
+constexpr std::chrono::seconds kPatience{10};
 
 Error broken(const std::string& what, const boost::system::error_code& why) {
   return {ErrorCode::kUnavailable, fmt::format("{} failed ({})", what, why.message())};
+}
+
+Error broken_tls(const std::string& url, const boost::system::error_code& why) {
+  if (why.category() == asio::error::get_ssl_category() &&
+      ERR_GET_REASON(static_cast<unsigned long>(why.value())) == SSL_R_CERTIFICATE_VERIFY_FAILED) {
+    return {ErrorCode::kUnavailable,
+            fmt::format(
+                "the certificate of {} is not trusted, expected --server-ca FILE with who signed it, and the "
+                "name that it was made for",
+                url)};
+  }
+  return broken("TLS with " + url, why);
 }
 
 Result<std::unique_ptr<asio::ssl::context>> client_context(const StreamClient::Config& config) {
@@ -44,6 +59,15 @@ Result<std::unique_ptr<asio::ssl::context>> client_context(const StreamClient::C
 }
 
 }  // namespace
+
+template <typename Start>
+boost::system::error_code StreamClient::finish(Start start) {
+  boost::system::error_code result;
+  start([&result](boost::system::error_code failure, const auto&... /*unused*/) { result = failure; });
+  loop_.restart();
+  loop_.run();
+  return result;
+}
 
 template <typename Use>
 auto StreamClient::on_socket(Use use) {
@@ -76,13 +100,20 @@ Result<void> StreamClient::open(const Config& config) {
     Tls& socket = socket_.emplace<Tls>(loop_, *context_);
     socket.next_layer().set_verify_callback(asio::ssl::host_name_verification(url->host));
     SSL_set_tlsext_host_name(socket.next_layer().native_handle(), url->host.c_str());
-    beast::get_lowest_layer(socket).connect(endpoints, failure);
+    auto& lowest = beast::get_lowest_layer(socket);
+    lowest.expires_after(kPatience);
+    failure = finish([&](auto done) { lowest.async_connect(endpoints, done); });
     if (failure) return broken("connecting to " + config.url, failure);
-    socket.next_layer().handshake(asio::ssl::stream_base::client, failure);
-    if (failure) return broken("TLS with " + config.url, failure);
+    failure =
+        finish([&](auto done) { socket.next_layer().async_handshake(asio::ssl::stream_base::client, done); });
+    if (failure) return broken_tls(config.url, failure);
+    lowest.expires_never();
   } else {
-    beast::get_lowest_layer(socket_.emplace<Plain>(loop_)).connect(endpoints, failure);
+    auto& lowest = beast::get_lowest_layer(socket_.emplace<Plain>(loop_));
+    lowest.expires_after(kPatience);
+    failure = finish([&](auto done) { lowest.async_connect(endpoints, done); });
     if (failure) return broken("connecting to " + config.url, failure);
+    lowest.expires_never();
   }
   const auto decorate = [](websocket::request_type& request) {
     request.set(beast::http::field::sec_websocket_protocol, "fanlight.v2");
@@ -92,12 +123,21 @@ Result<void> StreamClient::open(const Config& config) {
     socket.set_option(websocket::stream_base::decorator(decorate));
     socket.read_message_max(kLargestMessageBytes);
     socket.binary(true);
+    socket.set_option(websocket::stream_base::timeout{.handshake_timeout = kPatience,
+                                                      .idle_timeout = websocket::stream_base::none(),
+                                                      .keep_alive_pings = false});
     websocket::response_type response;
-    socket.handshake(response, url->host_and_port(), "/stream", failure);
+    failure =
+        finish([&](auto done) { socket.async_handshake(response, url->host_and_port(), "/stream", done); });
     if (failure == websocket::error::upgrade_declined) answer = response.body();
   };
   on_socket(shake);
-  if (!answer.empty()) return Error{ErrorCode::kInvalidArgument, answer.substr(0, answer.find('\n'))};
+  if (!answer.empty()) return Error{ErrorCode::kUnavailable, answer.substr(0, answer.find('\n'))};
+  if (failure == asio::error::eof || failure == beast::http::error::end_of_stream) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} closed the connection, expected a server of Fanlight{}", config.url,
+                             url->tls ? "" : "; where it has TLS, its address begins with https://")};
+  }
   if (failure) return broken("the upgrade to a WebSocket", failure);
   return {};
 }
@@ -108,12 +148,17 @@ Result<void> StreamClient::greet(const Config& config) {
   login.mutable_login()->set_name(config.name);
   bool login_sent = false;
   for (;;) {
-    auto message = next();
-    if (!message) return message.error();
-    if (message->has_error()) return Error{ErrorCode::kInvalidArgument, message->error().message()};
+    auto within = next_within(kPatience);
+    if (!within) return within.error();
+    if (!*within) {
+      return Error{ErrorCode::kUnavailable, fmt::format("{} has not answered for {} s, expected its greeting",
+                                                        config.url, kPatience.count())};
+    }
+    const v1::ServerMessage* const message = &**within;
+    if (message->has_error()) return Error{ErrorCode::kUnavailable, message->error().message()};
     if (message->has_login_needed() && !std::exchange(login_sent, true)) {
       if (config.token.empty()) {
-        return Error{ErrorCode::kInvalidArgument, message->login_needed().message()};
+        return Error{ErrorCode::kUnavailable, message->login_needed().message()};
       }
       if (auto sent = send(login); !sent) return sent;
     }

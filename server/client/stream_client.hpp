@@ -31,8 +31,8 @@ class StreamClient {
     std::string name;  ///< of this client, for other clients to see
   };
 
-  /// Connects, logs in, and waits for the Hello. Errors: kUnavailable with the step that failed;
-  /// kInvalidArgument: the login was refused, or the URL is invalid.
+  /// Connects, logs in, and waits for the Hello, ten seconds for each step at most. Errors: kUnavailable with
+  /// the step that failed, or why the login was refused; kInvalidArgument: the URL is none.
   static Result<std::unique_ptr<StreamClient>> connect(const Config& config);
 
   const v1::Hello& hello() const { return hello_; }
@@ -53,6 +53,9 @@ class StreamClient {
   Result<void> greet(const Config& config);
   template <typename Use>
   auto on_socket(Use use);
+  /// Starts an operation with a handler, and waits for its end.
+  template <typename Start>
+  boost::system::error_code finish(Start start);
 
   boost::asio::io_context loop_;
   std::unique_ptr<boost::asio::ssl::context> context_;

@@ -16,6 +16,8 @@
 #include <sstream>
 #include <vector>
 
+#include "proto/base/version.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -180,7 +182,7 @@ std::string metrics_text(const MetricsSources& sources) {
   add_process(families);
   prometheus::MetricFamily build =
       family("fanlight_build_info", "1; the version is its label", prometheus::MetricType::Gauge, 1);
-  build.metric.front().label.push_back({.name = "version", .value = FANLIGHT_VERSION});
+  build.metric.front().label.push_back({.name = "version", .value = version()});
   families.push_back(build);
   return prometheus::TextSerializer().Serialize(families);
 }

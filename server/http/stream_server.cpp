@@ -175,11 +175,6 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
         "(ulimit -n), expected {} or more",
         config.most_connections, wanted.most_connections + kOtherFiles);
   }
-  const double session_mb = static_cast<double>(SessionLimits::most_bytes(config.facts.picture_width,
-                                                                          config.facts.picture_height)) /
-                            1e6;
-  spdlog::info("a display takes up to {:.1f} MB of memory; {} connections at most", session_mb,
-               config.most_connections);
   AuditLog audit;
   if (!config.audit_log.empty()) {
     auto opened = AuditLog::open(config.audit_log, config.audit_rotate_bytes);
@@ -198,6 +193,11 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
 }
 
 Result<void> StreamServer::run() {
+  const double session_mb = static_cast<double>(SessionLimits::most_bytes(config_.facts.picture_width,
+                                                                          config_.facts.picture_height)) /
+                            1e6;
+  spdlog::info("a display takes up to {:.1f} MB of memory; {} connections at most", session_mb,
+               config_.most_connections);
   signals_.start();
   bell_rang();  // values may have come before
   run_loop();

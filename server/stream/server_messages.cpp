@@ -2,6 +2,7 @@
 #include "server/stream/server_messages.hpp"
 
 #include "proto/base/clock.hpp"
+#include "proto/base/version.hpp"
 #include "server/state/scene_message.hpp"
 #include "server/stream/stream_protocol.hpp"
 
@@ -11,7 +12,7 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   v1::ServerMessage message;
   v1::Hello& hello = *message.mutable_hello();
   hello.set_protocol_version(kProtocolVersion);
-  hello.set_server_version(FANLIGHT_VERSION);
+  hello.set_server_version(version());
   const ServerDescription& description = dependencies_.description;
   const bool may_know = session.principal->role == Role::kAdmin;
   hello.set_title(description.title);

@@ -17,8 +17,11 @@
 
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
+#include "proto/base/version.hpp"
 #include "server/client/client_options.hpp"
 #include "server/client/stream_client.hpp"
+#include "server/help/command_help.hpp"
+#include "server/help/usage_sentence.hpp"
 #include "server/view/display_state.hpp"
 #include "server/view/picture_window.hpp"
 
@@ -36,8 +39,9 @@ constexpr double kThresholdPerKey = 2;
 constexpr std::uint32_t kJpegQuality = 92;
 
 constexpr const char* kKeys =
-    "Space freeze · , . step · 1 2 4 panes · F1-F4 presets · drag turn · right drag light · wheel zoom · "
-    "+ - threshold · R reset · F full screen · Q quit";
+    "Keys: Space freeze; , . step; 1 2 4 panes; F1 to F4 presets; + - threshold;\n"
+    "R reset; F full screen; Q quit. Drag to turn, with the right button to move the\n"
+    "light; the wheel zooms.";
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -279,15 +283,20 @@ Result<void> view(const ViewOptions& options) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App program(std::string("A native display of Fanlight: the picture in a window.\n\nKeys: ") + kKeys,
-                   "fanlight view");
+  CLI::App program("A native display: the picture in a window, or on the full screen.", "fanlight view");
+  program.footer(kKeys);
+  program.set_version_flag("-V,--version", version(), "Print the version and leave");
   ViewOptions options;
   options.client.add_to(program);
   program.add_flag("--full-screen", options.full_screen, "Take the whole screen");
+  use_command_help(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? 0 : kUsageError;
+    if (error.get_exit_code() == 0) return program.exit(error);
+    const UsageError wrong = usage_error(program, error);
+    std::fprintf(stderr, "%s: %s\n", wrong.command.c_str(), printable(wrong.sentence).c_str());
+    return kUsageError;
   }
   if (const auto done = view(options); !done) {
     std::fprintf(stderr, "fanlight view: %s\n", printable(done.error().message).c_str());

@@ -162,9 +162,10 @@ TEST(PhantomOptions, AreRefusedInOneSentence) {
     const auto config = PhantomSource::parse(text, {});
     return config ? std::string("taken") : config.error().message;
   };
+  EXPECT_EQ(refusal("colums=2"), "the phantom has no option \"colums\", did you mean columns?");
   EXPECT_EQ(
-      refusal("speed=2"),
-      "the phantom has no option \"speed\", expected rate, frames, columns, rows, sweep, seed, "
+      refusal("film=2"),
+      "the phantom has no option \"film\", expected rate, frames, columns, rows, sweep, seed, "
       "volumes, beam, speckle, moving, probe, scene, scan, compression, range, gain, lag, jitter, turning, "
       "index, lost");
   EXPECT_EQ(refusal("rate=fast"), "the phantom's rate is \"fast\", expected 0.1 to 1000 frames a second");

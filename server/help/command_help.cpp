@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/cli/command_help.hpp"
+#include "server/help/command_help.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <numeric>
 
 #include "acquisition/phantom/phantom_source.hpp"
+#include "proto/base/nearest_name.hpp"
 #include "proto/base/printable.hpp"
-#include "server/cli/option_table.hpp"
+#include "server/help/option_table.hpp"
 
 namespace fanlight {
 
@@ -66,8 +66,12 @@ std::string option_text(const OptionRow& row) {
   return row_text(heading_of(row), row.text + usual);
 }
 
+const CLI::App& root_of(const CLI::App& command) {
+  return command.get_parent() == nullptr ? command : root_of(*command.get_parent());
+}
+
 std::string usage_of(const CLI::App& command) {
-  std::string usage = "fanlight";
+  std::string usage = root_of(command).get_name();
   if (const std::string path = command_path(command); !path.empty()) usage += " " + path;
   for (const CLI::Option* const option : command.get_options()) {
     if (!option->get_positional()) continue;
@@ -88,7 +92,9 @@ std::string usage_of(const CLI::App& command) {
 }
 
 std::string examples_text(const CLI::App& command) {
-  const auto examples = examples_of(command_path(command));
+  // The native display is a program of its own.
+  const bool views = root_of(command).get_name() == "fanlight view";
+  const auto examples = examples_of(views ? "view" : command_path(command));
   if (examples.empty()) return "";
   std::string text = "\nExamples:\n";
   for (const Example& example : examples) {
@@ -98,11 +104,6 @@ std::string examples_text(const CLI::App& command) {
                  : fmt::format("  {}\n  {:{}} {}\n", example.command, "", kExampleColumn, example.text);
   }
   return text;
-}
-
-std::string sentence_of(const CLI::App& command) {
-  const std::string& text = command.get_description();
-  return text.ends_with('.') ? text : text + ".";
 }
 
 std::string groups_text(const CLI::App& command, bool all) {
@@ -144,28 +145,12 @@ void use_formatter(CLI::App& command, const std::shared_ptr<CommandFormatter>& f
     use_formatter(*sub, formatter);
 }
 
-/// The number of letters to change, add, leave out or exchange with their neighbour ("optimal string
-/// alignment", a restricted Damerau-Levenshtein distance).
-std::size_t distance(std::string_view from, std::string_view to) {
-  std::vector<std::size_t> before_last(to.size() + 1);
-  std::vector<std::size_t> last(to.size() + 1);
-  std::vector<std::size_t> row(to.size() + 1);
-  std::iota(last.begin(), last.end(), 0U);
-  for (std::size_t i = 1; i <= from.size(); ++i) {
-    row[0] = i;
-    for (std::size_t j = 1; j <= to.size(); ++j) {
-      const std::size_t changed = last[j - 1] + (from[i - 1] == to[j - 1] ? 0 : 1);
-      row[j] = std::min({last[j] + 1, row[j - 1] + 1, changed});
-      if (i > 1 && j > 1 && from[i - 1] == to[j - 2] && from[i - 2] == to[j - 1])
-        row[j] = std::min(row[j], before_last[j - 2] + 1);
-    }
-    before_last.swap(last);
-    last.swap(row);
-  }
-  return last.back();
-}
-
 }  // namespace
+
+std::string sentence_of(const CLI::App& command) {
+  const std::string& text = command.get_description();
+  return text.ends_with('.') ? text : text + ".";
+}
 
 std::string command_help(const CLI::App& command, bool all) {
   std::string text = wrapped(sentence_of(command), 0) + "\n\nUsage: " + usage_of(command) + "\n";
@@ -191,26 +176,10 @@ void use_command_help(CLI::App& program) {
   use_formatter(program, std::make_shared<CommandFormatter>());
 }
 
-std::string nearest_name(std::string_view typed, const std::vector<std::string>& known) {
-  constexpr std::size_t kLongest = 64;
-  // One letter is near to any other.
-  const std::size_t dashes = std::min(typed.find_first_not_of('-'), typed.size());
-  if (typed.size() - dashes < 2 || typed.size() > kLongest) return "";
-  std::string best;
-  std::size_t fewest = std::max<std::size_t>(1, typed.size() / 3) + 1;
-  for (const std::string& name : known) {
-    // A name that is only begun is nearer than any with other letters.
-    const std::size_t changes = name.starts_with(typed) && typed.size() > 2 ? 1 : distance(typed, name);
-    if (changes >= fewest) continue;
-    fewest = changes;
-    best = name;
-  }
-  return best;
-}
-
 std::string unknown_argument(const CLI::App& command, const std::string& argument) {
   const std::string path = command_path(command);
-  const std::string help = fmt::format("fanlight {}{}--help", path, path.empty() ? "" : " ");
+  const std::string help =
+      fmt::format("{} {}{}--help", root_of(command).get_name(), path, path.empty() ? "" : " ");
   const std::string name = argument.substr(0, argument.find('='));
   std::vector<std::string> known;
   if (name.starts_with('-')) {

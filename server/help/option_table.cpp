@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/cli/option_table.hpp"
+#include "server/help/option_table.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -110,9 +110,12 @@ bool takes_source(const CLI::App& command) {
 }
 
 std::vector<ExitCode> exit_codes() {
-  return {{0, "done"},
-          {1, "the command failed; one sentence on the standard error says why, and what was expected"},
-          {2, "the command line, the environment or the configuration was not understood"}};
+  return {
+      {0, "done"},
+      {1, "the command failed; one sentence on the standard error says why, and what was expected"},
+      {2,
+       "the command line, the environment or the configuration is wrong, or for serve a file that it names: "
+       "another try would be refused, too"}};
 }
 
 std::vector<Example> examples_of(std::string_view command) {
@@ -140,6 +143,11 @@ std::vector<Example> examples_of(std::string_view command) {
       {"watch", {"fanlight watch --set light.up_mm=20 --seconds 1", "moves the light"}},
       {"token", {"fanlight token add --tokens tokens.toml --name ward-3", "a token for a display"}},
       {"token", {"fanlight token list --tokens tokens.toml", "whose tokens there are"}},
+      {"token add", {"fanlight token add --tokens tokens.toml --name ward-3", "a viewer"}},
+      {"token add",
+       {"fanlight token add --tokens tokens.toml --name ward-3 --role operator --expires 2027-01-31",
+        "may hold control, until a day"}},
+      {"token revoke", {"fanlight token revoke --tokens tokens.toml 3f9a01bc", "that of an id in the list"}},
       {"audit", {"fanlight audit audit.jsonl", "whether somebody has changed the log"}},
       {"bench", {"fanlight bench --only r1/paper", "times of each pass, of one row"}},
       {"bench", {"fanlight bench --input liver.igs.mha", "of a recording of yours"}},
@@ -148,9 +156,11 @@ std::vector<Example> examples_of(std::string_view command) {
       {"info", {"fanlight info sweep.mha --write-geometry", "a geometry to fill in, where it lacks"}},
       {"record", {"fanlight record usb:1d50:6190 --out sweep.igs.mha --seconds 20", "20 seconds"}},
       {"recover", {"fanlight recover sweep.igs.mha", "after a crash or a full disk"}},
-      {"convert", {"fanlight convert liver.igs.mha --out liver.mha", "one volume on a grid"}},
+      {"convert", {"fanlight convert liver.igs.mha --out liver.nrrd --volume 3", "a volume on a grid"}},
+      {"convert", {"fanlight convert liver.igs.mha --out liver.seq.nrrd", "all frames, with their fields"}},
       {"view", {"fanlight view", "the server on this machine, in a window"}},
-      {"view", {"fanlight view 192.168.0.7:8080 --full-screen", "on a scanner's own screen"}},
+      {"view", {"fanlight view --full-screen", "on a scanner's own screen"}},
+      {"view", {"fanlight view https://theatre3.example:8443 --server-ca ca.pem", "another machine"}},
   };
   std::vector<Example> examples;
   for (const Row& row : kRows) {

@@ -16,9 +16,8 @@ void use_command_help(CLI::App& program);
 /// the rare groups.
 std::string command_help(const CLI::App& command, bool all);
 
-/// The name among `known` that a person most likely meant by `typed`: with the fewest letters changed, left
-/// out, added or exchanged with their neighbour, at most a third of them, or one. Empty: none is near.
-std::string nearest_name(std::string_view typed, const std::vector<std::string>& known);
+/// What a command does, as a sentence.
+std::string sentence_of(const CLI::App& command);
 
 /// The sentence about an argument that a command does not take, with the name that was meant.
 std::string unknown_argument(const CLI::App& command, const std::string& argument);
