@@ -119,11 +119,16 @@ std::string fish_script(const CLI::App& program) {
                                  ? "__fish_use_subcommand"
                                  : fmt::format("__fish_seen_subcommand_from {}", command->get_name());
     for (const CLI::App* const each : subcommands(*command)) {
-      text += fmt::format("complete -c fanlight -n {} -a {} -d {}\n", single_quoted(here), each->get_name(),
-                          single_quoted(each->get_description()));
+      text += fmt::format("complete -c fanlight -f -n {} -a {} -d {}\n", single_quoted(here),
+                          each->get_name(), single_quoted(each->get_description()));
     }
     for (const OptionGroup& group : option_table(*command)) {
       for (const OptionRow& row : group.rows) {
+        if (row.positional() && (!row.choices.empty() || row.value == "COMMAND")) {
+          const auto words = row.choices.empty() ? command_names(root_of(*command)) : row.choices;
+          text += fmt::format("complete -c fanlight -f -n {} -a {}\n", single_quoted(here),
+                              single_quoted(fmt::format("{}", fmt::join(words, " "))));
+        }
         if (row.names.empty()) continue;
         std::string line = fmt::format("complete -c fanlight -n {}", single_quoted(here));
         for (const std::string& name : row.names)
@@ -184,8 +189,9 @@ std::string zsh_script(const CLI::App& program) {
     std::string inside;
     for (const CLI::App* const sub : subcommands(*each)) {
       inside += fmt::format(
-          "        if [[ ${{words[(r){0}]}} == {0} ]]; then\n        _arguments{1}\n        return\n        "
-          "fi\n",
+          "        if [[ ${{words[2]}} == {0} ]] && ((CURRENT > 2)); then\n        shift words\n        "
+          "((CURRENT--))\n"
+          "        _arguments{1}\n        return\n        fi\n",
           sub->get_name(), zsh_arguments(*sub));
     }
     std::vector<std::string> names;
