@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Sets FANLIGHT_VERSION_FULL, the version that the program prints and the packages bear. Include it after project().
 #   0.1.0              this commit has the tag v0.1.0, or nothing better is known than the version of project()
-#   0.1.0+12.gabcdef   12 commits after the tag v0.1.0; Debian sorts it after 0.1.0 and before 0.1.1. Without any tag
-#                      it is the version of project() and the number of all commits.
+#   0.1.0+12.gabcdef   12 commits after the tag v0.1.0; Debian sorts it after 0.1.0 and before 0.1.1.
+#   0.1.0~287.gabcdef  before the first tag: the version of project() is to come, and this has 287 commits.
 # -DFANLIGHT_VERSION_FULL=VERSION overrides it. It is found when CMake configures, not at each commit.
 if(NOT FANLIGHT_VERSION_FULL)
   set(FANLIGHT_VERSION_FULL ${PROJECT_VERSION})
@@ -23,7 +23,7 @@ if(NOT FANLIGHT_VERSION_FULL)
         COMMAND ${GIT} -C ${PROJECT_SOURCE_DIR} rev-parse --short=7 HEAD
         OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
       if(commits AND commit)
-        set(FANLIGHT_VERSION_FULL "${PROJECT_VERSION}+${commits}.g${commit}")
+        set(FANLIGHT_VERSION_FULL "${PROJECT_VERSION}~${commits}.g${commit}")
       endif()
     endif()
     # Before a release Debian sorts 1.0.0~rc1, not 1.0.0-rc1.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/cfg/env.h>
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <csignal>
@@ -13,7 +12,6 @@
 #include <system_error>
 #include <vector>
 
-#include "proto/base/printable.hpp"
 #include "proto/base/version.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
@@ -25,27 +23,18 @@ namespace {
 
 constexpr int kUsageError = 2;
 
-/// Text of files, devices and the network is part of some sentences. Where the log is JSON, so is this line.
-void print_error(const std::string& of, const std::string& sentence) {
-  if (fanlight::logs_json()) {
-    spdlog::error("{}: {}", of, sentence);
-  } else {
-    std::fprintf(stderr, "%s: %s\n", of.c_str(), fanlight::printable(sentence).c_str());
-  }
-}
-
 /// The exit code of a command that succeeded. What it printed is in memory until now; on a full disk it would
 /// be lost without a word.
 int flush_output() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
-  print_error("fanlight", "what was to be printed could not be written, expected room for it");
+  fanlight::tell_error("fanlight", "what was to be printed could not be written, expected room for it");
   return 1;
 }
 
 /// One sentence about a command line or a configuration that is not understood.
 int usage_error(const CLI::App& program, const CLI::ParseError& error) {
   const fanlight::UsageError wrong = fanlight::usage_error(program, error);
-  print_error(wrong.command, wrong.sentence);
+  fanlight::tell_error(wrong.command, wrong.sentence);
   return kUsageError;
 }
 
@@ -76,7 +65,7 @@ int run(int argc, char** argv) {
   }
   // CLI11 would only say that a command is required.
   if (const auto lacks = fanlight::lacking_command(program, {argv + 1, argv + argc}); !lacks.empty()) {
-    print_error("fanlight", lacks);
+    fanlight::tell_error("fanlight", lacks);
     return kUsageError;
   }
   try {
@@ -84,7 +73,7 @@ int run(int argc, char** argv) {
     for (const auto& [name, command] : commands) {
       if (!program.got_subcommand(name)) continue;
       if (const auto done = command(); !done) {
-        print_error("fanlight " + name, done.error().message);
+        fanlight::tell_error("fanlight " + name, done.error().message);
         return done.error().code == fanlight::ErrorCode::kInvalidArgument ? kUsageError : 1;
       }
     }
@@ -127,7 +116,7 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return flush_output();
     // Thrown by a library where no caller expected it.
-    print_error("fanlight", error.what());
+    fanlight::tell_error("fanlight", error.what());
     return 1;
   }
 }

@@ -3,7 +3,7 @@
 
 namespace fanlight {
 
-/// "0.1.0", or "0.1.0+12.gabcdef" for 12 commits after that release (deploy/version.cmake).
+/// "0.1.0", or or what git says of a commit without a tag (deploy/version.cmake).
 const char* version();
 
 }  // namespace fanlight

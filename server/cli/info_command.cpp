@@ -268,6 +268,12 @@ Command add_info_command(CLI::App& program) {
     if (options->fields) return show_fields(options->json);
     if (options->file.empty()) return tell_of_gpus(options->json);
     if (options->file.starts_with("phantom:") && !std::filesystem::exists(options->file)) {
+      const bool asks_more = options->writes_geometry || !options->frames_path.empty() ||
+                             !options->plot_path.empty() || !options->geometry_path.empty();
+      if (asks_more || (options->json && options->automatic)) {
+        return Result<void>(Error{ErrorCode::kInvalidArgument,
+                                  "phantom: has no file, expected --json or --auto with it, or a recording"});
+      }
       if (auto told = tell_of_phantom(*options); !told || !options->automatic) return told;
       return tell_of_surface(*options);
     }

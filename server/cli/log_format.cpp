@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/cli/log_format.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -64,8 +67,13 @@ void begin_log(bool json) {
   spdlog::set_formatter(json ? json_log_format() : printable_log_format());
 }
 
-bool logs_json() {
-  return is_json;
+void tell_error(const std::string& of, const std::string& sentence) {
+  if (is_json) {
+    spdlog::set_level(std::min(spdlog::get_level(), spdlog::level::err));
+    spdlog::error("{}: {}", of, sentence);
+  } else {
+    fmt::print(stderr, "{}: {}\n", of, printable(sentence));
+  }
 }
 
 }  // namespace fanlight

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 namespace fanlight {
 
 /// Sends the log to the standard error, since scripts read the standard output. `json`: each line is an
@@ -9,7 +11,9 @@ namespace fanlight {
 /// run.
 void begin_log(bool json);
 
-/// Whether begin_log() chose JSON.
-bool logs_json();
+/// The last words of a program that fails, whatever the log leaves out: "of: sentence", or a line of the log
+/// where that is JSON. Text of files, devices and the network may be part of the sentence, and is made
+/// printable().
+void tell_error(const std::string& of, const std::string& sentence);
 
 }  // namespace fanlight

@@ -187,7 +187,8 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   };
   std::error_code failure;
   const auto status = std::filesystem::status(path, failure);
-  if (!std::filesystem::exists(status)) return unreadable("is not there");
+  if (status.type() == std::filesystem::file_type::not_found) return unreadable("is not there");
+  if (failure) return unreadable(fmt::format("cannot be read ({})", failure.message()));
   // A pipe would wait for a writer.
   if (!std::filesystem::is_regular_file(status)) return unreadable("is no file");
   if (std::filesystem::file_size(path, failure) > kMostBytes) return unreadable("is too large");

@@ -5,6 +5,9 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <system_error>
+
 #include "proto/base/printable.hpp"
 #include "server/cli/named_option.hpp"
 
@@ -51,9 +54,11 @@ Result<void> RecordingOptions::make_folder() const {
     spdlog::info("the folder {} was made, for recordings", printable(folder.string()));
   }
   if (!failure && access(folder.c_str(), W_OK | X_OK) == 0) return {};
-  return Error{ErrorCode::kInvalidArgument,
-               fmt::format("--recordings {} cannot be written, expected a folder that this user may write",
-                           folder.string())};
+  const std::string why = failure ? failure.message() : std::generic_category().message(errno);
+  return Error{
+      ErrorCode::kUnavailable,
+      fmt::format("--recordings {} cannot be written ({}), expected a folder that this user may write",
+                  printable(folder.string()), why)};
 }
 
 }  // namespace fanlight

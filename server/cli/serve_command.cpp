@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -58,36 +59,48 @@ Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& optio
 
 /// Another try would be refused as well: the process ends with the code of a wrong configuration.
 Error wrong_configuration(Error refusal) {
-  if (refusal.code != ErrorCode::kUnavailable && refusal.code != ErrorCode::kBroken)
-    refusal.code = ErrorCode::kInvalidArgument;
+  const bool is_wrong = refusal.code == ErrorCode::kBadInput || refusal.code == ErrorCode::kUnsupported ||
+                        refusal.code == ErrorCode::kNotFound;
+  if (is_wrong) refusal.code = ErrorCode::kInvalidArgument;
   return refusal;
 }
 
-/// A probe may be plugged in later, and a folder be mounted.
+/// A probe may be plugged in later.
 Error refused_source(const ServeOptions& options, const Error& refusal) {
   const Error placed = options.placed("source", refusal);
   return options.source.starts_with("usb:") ? placed : wrong_configuration(placed);
 }
 
-/// Whether the terminal that this program was started from has gone: the kernel then sends SIGHUP, as people
-/// do to have files read again.
+/// The terminal that this program was started from. Where it goes, the kernel or the shell sends SIGHUP, as
+/// people do to have files read again.
 class OwnTerminal {
  public:
   /// Construct it before SIGHUP is ignored: nohup(1) ignores it to outlive the terminal.
   OwnTerminal() {
     struct sigaction hangup {};
     sigaction(SIGHUP, nullptr, &hangup);
-    was_there_ = hangup.sa_handler != SIG_IGN && is_there();
+    is_owner_ = hangup.sa_handler != SIG_IGN && !is_absent();
   }
-  bool has_gone() const { return was_there_ && !is_there(); }
+
+  /// Whether it has gone, and this program with it: call it on SIGHUP.
+  bool has_gone() const { return is_owner_ && is_absent(); }
+
+  /// Call it once a second. A program that its terminal left behind (disown) a second ago lives on without
+  /// one.
+  void second_passed() {
+    const bool absent = is_owner_ && is_absent();
+    if (absent && was_absent_) is_owner_ = false;
+    was_absent_ = absent;
+  }
 
  private:
-  static bool is_there() {
+  static bool is_absent() {
     const int terminal = open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
     if (terminal >= 0) close(terminal);
-    return terminal >= 0;
+    return terminal < 0 && (errno == ENXIO || errno == EIO);
   }
-  bool was_there_ = false;
+  bool is_owner_ = false;
+  bool was_absent_ = false;
 };
 
 /// As many of the wanted volumes as kMostCineBytes holds.
@@ -127,7 +140,7 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
 /// not come back: destructors and the driver's own handlers at an orderly exit would wait for it, or pull its
 /// objects away.
 [[noreturn]] void leave_hung_gpu(const Result<void>& served) {
-  if (!served) std::fprintf(stderr, "fanlight serve: %s\n", served.error().message.c_str());
+  if (!served) tell_error("fanlight serve", served.error().message);
   spdlog::shutdown();
   std::fflush(nullptr);
   std::_Exit(served ? 0 : 1);
@@ -222,7 +235,7 @@ void read_again(ServeOptions& options, StreamServer& server, spdlog::level::leve
 }
 
 Result<void> serve(ServeOptions& options) {
-  const OwnTerminal terminal;
+  OwnTerminal terminal;
   ignore_harmless_signals();
   const auto usual_level = spdlog::get_level();
   begin_log(options.log_format == "json");
@@ -275,14 +288,14 @@ Result<void> serve(ServeOptions& options) {
   if (may_rest(options)) dependencies.audience = &(*pipeline)->audience();
   ServiceNotifier notifier(loops_of(**pipeline));
   std::unique_ptr<StreamServer> server;
-  dependencies.second_passed = [&](const PictureLiveness::Report& report) { notifier.second_passed(report); };
+  dependencies.second_passed = [&](const PictureLiveness::Report& report) {
+    notifier.second_passed(report);
+    terminal.second_passed();
+  };
   dependencies.read_again = [&] {
-    if (terminal.has_gone()) {
-      spdlog::info("the terminal has gone, so the server ends");
-      std::raise(SIGTERM);
-    } else {
-      read_again(options, *server, usual_level);
-    }
+    if (terminal.has_gone()) return false;
+    read_again(options, *server, usual_level);
+    return true;
   };
   dependencies.was_read_again = [] { ServiceNotifier::reloaded(); };
   dependencies.ends = [] { ServiceNotifier::stopping(); };
@@ -294,6 +307,7 @@ Result<void> serve(ServeOptions& options) {
   log_service(options);
   log_device(**pipeline);
   log_source(description);
+  if (terminal.has_gone()) return Error{ErrorCode::kStopped, "the terminal has gone, so the server ends"};
   spdlog::info("the ring of volumes takes up to {:.0f} MB, with the last {} volumes for a frozen display",
                static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6, cine_volumes);
   const std::int64_t began_ns = now_ns();
@@ -313,7 +327,7 @@ Result<void> serve(ServeOptions& options) {
   return served;
 }
 
-/// What --print-config refuses: all that a start would, but for what is not there yet.
+/// What --print-config refuses.
 Result<void> check_start(const ServeOptions& options) {
   if (const auto endpoint = listen_endpoint(options); !endpoint)
     return options.placed("listen", endpoint.error());

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <set>
 
+#include "acquisition/record/recover_recording.hpp"
+#include "acquisition/source/suggested_scene.hpp"
 #include "acquisition/usb/usb_address.hpp"
 #include "proto/base/printable.hpp"
 #include "proto/model/look.hpp"
@@ -259,12 +261,22 @@ Result<void> ServeOptions::check_files() const {
   if (source.starts_with(kProbe)) {
     const auto address = UsbAddress::parse(std::string_view(source).substr(kProbe.size()));
     if (!address) return placed("source", address.error());
-  } else {
+  } else if (!is_unfinished(source)) {  // to open one would finish it
     Doorbell acquisition_bell;
     Doorbell server_bell;
     ProbeLink none(acquisition_bell, server_bell);
     const auto opened = open_source(source, playing, none, nullptr);
     if (!opened) return placed("source", opened.error());
+    if (const auto shown = scene.applied_to(suggested_scene((*opened)->description())); !shown)
+      return shown.error();
+  }
+  if (!audit_log.empty()) {
+    const std::filesystem::path folder = std::filesystem::absolute(audit_log).parent_path();
+    if (!std::filesystem::is_directory(folder)) {
+      return placed("audit-log",
+                    {ErrorCode::kNotFound, fmt::format("{} is not there, expected a folder for the audit log",
+                                                       printable(folder.string()))});
+    }
   }
   if (!tokens.empty()) {
     if (const auto known = Credentials::load(tokens); !known) return placed("tokens", known.error());
@@ -306,7 +318,11 @@ Result<std::vector<ServeOptions::Reread>> ServeOptions::read_again() {
     if (change.name == "title") title = fresh.title;
     if (change.name == "control-lapse") control_lapse_s = fresh.control_lapse_s;
     if (change.name == "log-level") log_level = fresh.log_level;
-    origins[change.name] = config;
+    if (const auto place = places.find(change.name); place != places.end()) {
+      origins[change.name] = place->second;
+    } else {
+      origins.erase(change.name);
+    }
   }
   // What takes a new start is told each time until then.
   for (const Reread& change : changes) {

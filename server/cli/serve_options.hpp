@@ -67,8 +67,8 @@ struct ServeOptions {
   /// A refusal of the value of an option, with the place that gave it, such as "fanlight.toml, line 3".
   Error placed(const std::string& name, Error refusal) const;
 
-  /// Refuses files and sources that a start would refuse, but for a probe, which need not be plugged in.
-  /// Reads files.
+  /// Refuses what is wrong with the source, the scene, tokens and certificates. A probe need not be plugged
+  /// in, and a recording that a crash left is not looked into. Reads files, and writes none.
   Result<void> check_files() const;
 
   /// Reads the configuration again. Takes what a running server can change: title, control-lapse_s and

@@ -28,6 +28,11 @@ Error broken(const std::string& what, const boost::system::error_code& why) {
   return {ErrorCode::kUnavailable, fmt::format("{} failed ({})", what, why.message())};
 }
 
+Error silent(const std::string& url) {
+  return {ErrorCode::kUnavailable,
+          fmt::format("{} has not answered for {} s, expected a server of Fanlight", url, kPatience.count())};
+}
+
 Error broken_tls(const std::string& url, const boost::system::error_code& why) {
   if (why.category() == asio::error::get_ssl_category() &&
       ERR_GET_REASON(static_cast<unsigned long>(why.value())) == SSL_R_CERTIFICATE_VERIFY_FAILED) {
@@ -63,10 +68,29 @@ Result<std::unique_ptr<asio::ssl::context>> client_context(const StreamClient::C
 template <typename Start>
 boost::system::error_code StreamClient::finish(Start start) {
   boost::system::error_code result;
-  start([&result](boost::system::error_code failure, const auto&... /*unused*/) { result = failure; });
+  bool done = false;
+  start([&](boost::system::error_code failure, const auto&... /*unused*/) {
+    result = failure;
+    done = true;
+  });
   loop_.restart();
-  loop_.run();
+  // Timers of a failed operation may be left: they end with the loop.
+  while (!done) loop_.run_one();
   return result;
+}
+
+/// Tries the addresses of a host one after the other: the first may drop packets.
+template <typename Socket>
+boost::system::error_code StreamClient::connect_to(Socket& socket,
+                                                   const tcp::resolver::results_type& endpoints) {
+  boost::system::error_code failure = asio::error::host_not_found;
+  for (const auto& endpoint : endpoints) {
+    socket.expires_after(kPatience);
+    failure = finish([&](auto done) { socket.async_connect(endpoint.endpoint(), done); });
+    if (!failure) break;
+    socket.close();
+  }
+  return failure;
 }
 
 template <typename Use>
@@ -85,6 +109,7 @@ Result<std::unique_ptr<StreamClient>> StreamClient::connect(const Config& config
 Result<void> StreamClient::open(const Config& config) {
   const auto url = parse_server_url(config.url);
   if (!url) return url.error();
+  const std::string server = fmt::format("{}://{}", url->tls ? "https" : "http", url->host_and_port());
   boost::system::error_code failure;
   tcp::resolver resolver(loop_);
   const auto endpoints = resolver.resolve(url->host, url->port, failure);
@@ -101,18 +126,17 @@ Result<void> StreamClient::open(const Config& config) {
     socket.next_layer().set_verify_callback(asio::ssl::host_name_verification(url->host));
     SSL_set_tlsext_host_name(socket.next_layer().native_handle(), url->host.c_str());
     auto& lowest = beast::get_lowest_layer(socket);
+    failure = connect_to(lowest, endpoints);
+    if (failure) return broken("connecting to " + server, failure);
     lowest.expires_after(kPatience);
-    failure = finish([&](auto done) { lowest.async_connect(endpoints, done); });
-    if (failure) return broken("connecting to " + config.url, failure);
     failure =
         finish([&](auto done) { socket.next_layer().async_handshake(asio::ssl::stream_base::client, done); });
-    if (failure) return broken_tls(config.url, failure);
+    if (failure) return broken_tls(server, failure);
     lowest.expires_never();
   } else {
     auto& lowest = beast::get_lowest_layer(socket_.emplace<Plain>(loop_));
-    lowest.expires_after(kPatience);
-    failure = finish([&](auto done) { lowest.async_connect(endpoints, done); });
-    if (failure) return broken("connecting to " + config.url, failure);
+    failure = connect_to(lowest, endpoints);
+    if (failure) return broken("connecting to " + server, failure);
     lowest.expires_never();
   }
   const auto decorate = [](websocket::request_type& request) {
@@ -129,16 +153,20 @@ Result<void> StreamClient::open(const Config& config) {
     websocket::response_type response;
     failure =
         finish([&](auto done) { socket.async_handshake(response, url->host_and_port(), "/stream", done); });
-    if (failure == websocket::error::upgrade_declined) answer = response.body();
+    // Fanlight says why in one line; other programs answer with pages.
+    const bool is_text =
+        std::string_view(response[beast::http::field::content_type]).starts_with("text/plain");
+    if (failure == websocket::error::upgrade_declined && is_text) answer = response.body();
   };
   on_socket(shake);
   if (!answer.empty()) return Error{ErrorCode::kUnavailable, answer.substr(0, answer.find('\n'))};
-  if (failure == asio::error::eof || failure == beast::http::error::end_of_stream) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} closed the connection, expected a server of Fanlight{}", config.url,
-                             url->tls ? "" : "; where it has TLS, its address begins with https://")};
+  if (failure == beast::error::timeout) return silent(server);
+  if (failure) {
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("{} did not answer as a server of Fanlight does ({}), expected another address{}", server,
+                    failure.message(), url->tls ? "" : ", or https:// where the server has TLS")};
   }
-  if (failure) return broken("the upgrade to a WebSocket", failure);
   return {};
 }
 
@@ -151,8 +179,7 @@ Result<void> StreamClient::greet(const Config& config) {
     auto within = next_within(kPatience);
     if (!within) return within.error();
     if (!*within) {
-      return Error{ErrorCode::kUnavailable, fmt::format("{} has not answered for {} s, expected its greeting",
-                                                        config.url, kPatience.count())};
+      return silent(config.url);
     }
     const v1::ServerMessage* const message = &**within;
     if (message->has_error()) return Error{ErrorCode::kUnavailable, message->error().message()};

@@ -31,8 +31,9 @@ class StreamClient {
     std::string name;  ///< of this client, for other clients to see
   };
 
-  /// Connects, logs in, and waits for the Hello, ten seconds for each step at most. Errors: kUnavailable with
-  /// the step that failed, or why the login was refused; kInvalidArgument: the URL is none.
+  /// Connects, logs in, and waits for the Hello, ten seconds for each step at most, but for finding the name.
+  /// Errors: kUnavailable with the step that failed, or why the login was refused; kInvalidArgument: the URL
+  /// is none.
   static Result<std::unique_ptr<StreamClient>> connect(const Config& config);
 
   const v1::Hello& hello() const { return hello_; }
@@ -56,6 +57,9 @@ class StreamClient {
   /// Starts an operation with a handler, and waits for its end.
   template <typename Start>
   boost::system::error_code finish(Start start);
+  template <typename Socket>
+  boost::system::error_code connect_to(Socket& socket,
+                                       const boost::asio::ip::tcp::resolver::results_type& endpoints);
 
   boost::asio::io_context loop_;
   std::unique_ptr<boost::asio::ssl::context> context_;

@@ -266,7 +266,11 @@ void StreamServer::close_audit() {
 }
 
 void StreamServer::read_again() {
-  if (dependencies_.read_again) dependencies_.read_again();
+  if (ending_) return;
+  if (dependencies_.read_again && !dependencies_.read_again()) {
+    spdlog::info("SIGHUP: the terminal has gone that started the server, so it ends");
+    return end("the server ends");
+  }
   spdlog::info(
       "SIGHUP: reads configuration, tokens and certificates again, and looks whether the audit log was "
       "moved");

@@ -90,7 +90,7 @@ class StreamServer {
     Audience* audience = nullptr;              ///< null: every volume is rendered, whoever looks
     /// For whoever supervises the process; each may be empty. Server thread.
     std::function<void(const PictureLiveness::Report& report)> second_passed{};
-    std::function<void()> read_again{};      ///< on SIGHUP, before files are read again
+    std::function<bool()> read_again{};  ///< on SIGHUP, before files are read again; false: to end instead
     std::function<void()> was_read_again{};  ///< and after
     std::function<void()> ends{};            ///< the server begins to end
   };

@@ -38,7 +38,11 @@ constexpr double kZoomPerNotch = 1.1;
 constexpr double kThresholdPerKey = 2;
 constexpr std::uint32_t kJpegQuality = 92;
 
+// On one line of the window.
 constexpr const char* kKeys =
+    "Space freeze · , . step · 1 2 4 panes · F1-F4 presets · drag turn · right drag light · wheel zoom · "
+    "+ - threshold · R reset · F full screen · Q quit";
+constexpr const char* kKeysHelp =
     "Keys: Space freeze; , . step; 1 2 4 panes; F1 to F4 presets; + - threshold;\n"
     "R reset; F full screen; Q quit. Drag to turn, with the right button to move the\n"
     "light; the wheel zooms.";
@@ -120,7 +124,7 @@ class View {
     dirty_ = true;
   }
 
-  /// Connects on another thread, which is left behind at the end: a host that is off may take minutes.
+  /// Connects on another thread, which is left behind at the end: a host that is off takes ten seconds.
   void wait_and_try() {
     SDL_Delay(static_cast<Uint32>(kTurn.count()));
     if (!coming_.valid()) {
@@ -284,7 +288,7 @@ Result<void> view(const ViewOptions& options) {
 
 int run(int argc, char** argv) {
   CLI::App program("A native display: the picture in a window, or on the full screen.", "fanlight view");
-  program.footer(kKeys);
+  program.footer(kKeysHelp);
   program.set_version_flag("-V,--version", version(), "Print the version and leave");
   ViewOptions options;
   options.client.add_to(program);
@@ -300,7 +304,7 @@ int run(int argc, char** argv) {
   }
   if (const auto done = view(options); !done) {
     std::fprintf(stderr, "fanlight view: %s\n", printable(done.error().message).c_str());
-    return 1;
+    return done.error().code == ErrorCode::kInvalidArgument ? kUsageError : 1;
   }
   return 0;
 }
