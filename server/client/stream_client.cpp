@@ -75,7 +75,7 @@ boost::system::error_code StreamClient::finish(Start start) {
   });
   loop_.restart();
   // Timers of a failed operation may be left: they end with the loop.
-  while (!done) loop_.run_one();
+  while (!done && loop_.run_one() > 0) continue;
   return result;
 }
 
