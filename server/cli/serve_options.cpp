@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <set>
 
+#include "acquisition/phantom/phantom_source.hpp"
 #include "acquisition/record/recover_recording.hpp"
 #include "acquisition/source/suggested_scene.hpp"
 #include "acquisition/usb/usb_address.hpp"
@@ -253,6 +254,7 @@ Error ServeOptions::placed(const std::string& name, Error refusal) const {
 
 Result<void> ServeOptions::check_files() const {
   constexpr std::string_view kProbe = "usb:";
+  constexpr std::string_view kPhantom = "phantom:";
   const std::filesystem::path& geometry = playing.geometry_path;
   if (!geometry.empty() && !std::filesystem::exists(geometry)) {
     return placed("geometry", {ErrorCode::kNotFound, fmt::format("{} is not there, expected a TOML file",
@@ -261,6 +263,10 @@ Result<void> ServeOptions::check_files() const {
   if (source.starts_with(kProbe)) {
     const auto address = UsbAddress::parse(std::string_view(source).substr(kProbe.size()));
     if (!address) return placed("source", address.error());
+  } else if (source.starts_with(kPhantom)) {  // which takes a second to make
+    const auto parsed = PhantomSource::parse(std::string_view(source).substr(kPhantom.size()), {});
+    if (!parsed) return placed("source", parsed.error());
+    if (const auto shown = scene.applied_to(Scene{}); !shown) return shown.error();
   } else if (!is_unfinished(source)) {  // to open one would finish it
     Doorbell acquisition_bell;
     Doorbell server_bell;
