@@ -2,7 +2,6 @@
 # What `cmake --install` installs, in two components: `server`, and `view`, which needs the libraries of a desktop.
 # Then the Debian packages of both, for `cpack`. Include it after all targets.
 include(GNUInstallDirs)
-include(${CMAKE_CURRENT_LIST_DIR}/version.cmake)
 set(deploy ${CMAKE_CURRENT_LIST_DIR})
 set(packaging ${CMAKE_BINARY_DIR}/packaging)
 set(commands serve render watch view token audit bench info record recover convert)

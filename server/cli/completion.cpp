@@ -23,28 +23,29 @@ void collect(const CLI::App& command, std::vector<const CLI::App*>& commands) {
   for (const CLI::App* const each : subcommands(command)) collect(*each, commands);
 }
 
-const CLI::App& root_of(const CLI::App& command) {
-  return command.get_parent() == nullptr ? command : root_of(*command.get_parent());
-}
-
 std::vector<std::string> command_names(const CLI::App& command) {
   std::vector<std::string> names;
   for (const CLI::App* const each : subcommands(command)) names.push_back(each->get_name());
   return names;
 }
 
+/// What an argument without a name may be; empty: a file, or any text.
+std::vector<std::string> words_of(const OptionRow& row, const CLI::App& command) {
+  return row.value == "COMMAND" ? command_names(program_of(command)) : row.choices;
+}
+
+/// What may follow the command: its commands, its options, and the words that its arguments may be.
 std::vector<std::string> words_of(const CLI::App& command) {
-  std::vector<std::string> words;
-  for (const CLI::App* const each : subcommands(command)) words.push_back(each->get_name());
-  for (const OptionGroup& group : option_table(command))
+  std::vector<std::string> words = command_names(command);
+  for (const OptionGroup& group : option_table(command)) {
     for (const OptionRow& row : group.rows) {
       words.insert(words.end(), row.names.begin(), row.names.end());
       if (row.positional() && takes_source(command)) words.emplace_back("phantom:");
       if (!row.names.empty()) continue;
-      words.insert(words.end(), row.choices.begin(), row.choices.end());
-      if (row.value != "COMMAND") continue;
-      for (const CLI::App* const each : subcommands(root_of(command))) words.push_back(each->get_name());
+      const auto values = words_of(row, command);
+      words.insert(words.end(), values.begin(), values.end());
     }
+  }
   return words;
 }
 
@@ -124,8 +125,7 @@ std::string fish_script(const CLI::App& program) {
     }
     for (const OptionGroup& group : option_table(*command)) {
       for (const OptionRow& row : group.rows) {
-        if (row.positional() && (!row.choices.empty() || row.value == "COMMAND")) {
-          const auto words = row.choices.empty() ? command_names(root_of(*command)) : row.choices;
+        if (const auto words = words_of(row, *command); row.positional() && !words.empty()) {
           text += fmt::format("complete -c fanlight -f -n {} -a {}\n", single_quoted(here),
                               single_quoted(fmt::format("{}", fmt::join(words, " "))));
         }
@@ -171,11 +171,10 @@ std::string zsh_arguments(const CLI::App& command) {
         text += " \\\n        " + single_quoted(fmt::format("{}[{}]{}", name, zsh_text(row.text), value));
       }
       if (!row.positional()) continue;
-      const bool words = !row.choices.empty() || row.value == "COMMAND";
-      const std::vector<std::string> choices =
-          row.value == "COMMAND" ? command_names(root_of(command)) : row.choices;
-      text += words ? fmt::format(" \\\n        '1:{}:({})'", zsh_text(row.value), fmt::join(choices, " "))
-                    : " \\\n        '*:file:_files'";
+      const auto words = words_of(row, command);
+      text += words.empty()
+                  ? " \\\n        '*:file:_files'"
+                  : fmt::format(" \\\n        '1:{}:({})'", zsh_text(row.value), fmt::join(words, " "));
     }
   }
   return text;
@@ -194,8 +193,7 @@ std::string zsh_script(const CLI::App& program) {
           "        _arguments{1}\n        return\n        fi\n",
           sub->get_name(), zsh_arguments(*sub));
     }
-    std::vector<std::string> names;
-    for (const CLI::App* const sub : subcommands(*each)) names.push_back(sub->get_name());
+    const std::vector<std::string> names = command_names(*each);
     const std::string first =
         names.empty() ? "" : fmt::format(" \\\n        '1:command:({})'", fmt::join(names, " "));
     cases += fmt::format("      {})\n{}        _arguments{}{}\n        ;;\n", each->get_name(), inside,

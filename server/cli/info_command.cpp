@@ -205,7 +205,7 @@ Result<void> tell_of_phantom(const InfoOptions& options) {
   if (options.json) {
     fmt::print("{}\n", json_text({{"name", description.name}, {"description", sentence}}, 1));
   } else {
-    fmt::print("The simulated probe: {}.\n", sentence);
+    fmt::print("{}.\n", sentence);
   }
   return {};
 }

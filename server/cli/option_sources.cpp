@@ -226,8 +226,12 @@ std::vector<ConfiguredOption> command_line_options(const CLI::App& command) {
   return given;
 }
 
+bool is_of_command_line(const std::string& origin) {
+  return origin == kCommandLine;
+}
+
 bool comes_before_file(const std::string& origin) {
-  return origin == kCommandLine || origin.starts_with(kVariable);
+  return is_of_command_line(origin) || origin.starts_with(kVariable);
 }
 
 std::vector<ConfiguredOption> environment_options(const CLI::App& command) {

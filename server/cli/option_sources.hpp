@@ -38,6 +38,9 @@ using OptionOrigins = std::map<std::string, std::string>;
 /// What the command line gave. Call it after that was read, and before anything else.
 std::vector<ConfiguredOption> command_line_options(const CLI::App& command);
 
+/// Whether the command line gave it: then a refusal needs no place.
+bool is_of_command_line(const std::string& origin);
+
 /// Whether the command line or the environment gave it.
 bool comes_before_file(const std::string& origin);
 

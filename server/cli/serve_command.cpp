@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <stdio_ext.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -24,6 +21,7 @@
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
+#include "server/cli/own_terminal.hpp"
 #include "server/cli/serve_options.hpp"
 #include "server/cli/serve_report.hpp"
 #include "server/cli/service_notifier.hpp"
@@ -70,38 +68,6 @@ Error refused_source(const ServeOptions& options, const Error& refusal) {
   const Error placed = options.placed("source", refusal);
   return options.source.starts_with("usb:") ? placed : wrong_configuration(placed);
 }
-
-/// The terminal that this program was started from. Where it goes, the kernel or the shell sends SIGHUP, as
-/// people do to have files read again.
-class OwnTerminal {
- public:
-  /// Construct it before SIGHUP is ignored: nohup(1) ignores it to outlive the terminal.
-  OwnTerminal() {
-    struct sigaction hangup {};
-    sigaction(SIGHUP, nullptr, &hangup);
-    is_owner_ = hangup.sa_handler != SIG_IGN && !is_absent();
-  }
-
-  /// Whether it has gone, and this program with it: call it on SIGHUP.
-  bool has_gone() const { return is_owner_ && is_absent(); }
-
-  /// Call it once a second. A program that its terminal left behind (disown) a second ago lives on without
-  /// one.
-  void second_passed() {
-    const bool absent = is_owner_ && is_absent();
-    if (absent && was_absent_) is_owner_ = false;
-    was_absent_ = absent;
-  }
-
- private:
-  static bool is_absent() {
-    const int terminal = open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
-    if (terminal >= 0) close(terminal);
-    return terminal < 0 && (errno == ENXIO || errno == EIO);
-  }
-  bool is_owner_ = false;
-  bool was_absent_ = false;
-};
 
 /// As many of the wanted volumes as kMostCineBytes holds.
 std::uint32_t affordable_cine(std::uint32_t wanted, const SourceDescription& source) {
@@ -293,7 +259,7 @@ Result<void> serve(ServeOptions& options) {
     terminal.second_passed();
   };
   dependencies.read_again = [&] {
-    if (terminal.has_gone()) return false;
+    if (terminal.has_closed()) return false;
     read_again(options, *server, usual_level);
     return true;
   };
@@ -307,7 +273,7 @@ Result<void> serve(ServeOptions& options) {
   log_service(options);
   log_device(**pipeline);
   log_source(description);
-  if (terminal.has_gone()) return Error{ErrorCode::kStopped, "the terminal has gone, so the server ends"};
+  if (terminal.has_closed()) return Error{ErrorCode::kStopped, "the terminal was closed, so the server ends"};
   spdlog::info("the ring of volumes takes up to {:.0f} MB, with the last {} volumes for a frozen display",
                static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6, cine_volumes);
   const std::int64_t began_ns = now_ns();
@@ -333,7 +299,7 @@ Result<void> check_start(const ServeOptions& options) {
     return options.placed("listen", endpoint.error());
   if (const auto size = parse_picture_size(options.size); !size) return options.placed("size", size.error());
   for (const std::string& sentence : options.misspelt) fmt::print(stderr, "fanlight serve: {}\n", sentence);
-  return options.check_files();
+  return options.check_inputs();
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdlib>
 #include <set>
 
@@ -147,8 +148,10 @@ void ServeOptions::add_source_options(CLI::App& command) {
       ->capture_default_str()
       ->check([](const std::string& text) {
         double speed = 0;
+        const char* const end = text.data() + text.size();
+        const auto read = std::from_chars(text.data(), end, speed);
         const bool good =
-            CLI::detail::lexical_cast(text, speed) && speed >= 0.01 && speed <= 1000;  // and no NaN
+            read.ec == std::errc{} && read.ptr == end && speed >= 0.01 && speed <= 1000;  // no NaN
         return good ? "" : fmt::format("Value {} not in range 0.01 to 1000", text);
       })
       ->type_name("FACTOR");
@@ -247,12 +250,12 @@ std::string value_of(const std::vector<ConfiguredOption>& options, const std::st
 
 Error ServeOptions::placed(const std::string& name, Error refusal) const {
   const auto origin = origins.find(name);
-  if (origin != origins.end() && origin->second != "command line")
+  if (origin != origins.end() && !is_of_command_line(origin->second))
     refusal.message = fmt::format("{}: {}", origin->second, refusal.message);
   return refusal;
 }
 
-Result<void> ServeOptions::check_files() const {
+Result<void> ServeOptions::check_inputs() const {
   constexpr std::string_view kProbe = "usb:";
   constexpr std::string_view kPhantom = "phantom:";
   const std::filesystem::path& geometry = playing.geometry_path;

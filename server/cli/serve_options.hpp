@@ -69,7 +69,7 @@ struct ServeOptions {
 
   /// Refuses what is wrong with the source, the scene, tokens and certificates. A probe need not be plugged
   /// in, and a recording that a crash left is not looked into. Reads files, and writes none.
-  Result<void> check_files() const;
+  Result<void> check_inputs() const;
 
   /// Reads the configuration again. Takes what a running server can change: title, control-lapse_s and
   /// log_level of this object, where neither the command line nor the environment gave them. The names of all

@@ -178,9 +178,7 @@ Result<void> StreamClient::greet(const Config& config) {
   for (;;) {
     auto within = next_within(kPatience);
     if (!within) return within.error();
-    if (!*within) {
-      return silent(config.url);
-    }
+    if (!*within) return silent(config.url);
     const v1::ServerMessage* const message = &**within;
     if (message->has_error()) return Error{ErrorCode::kUnavailable, message->error().message()};
     if (message->has_login_needed() && !std::exchange(login_sent, true)) {

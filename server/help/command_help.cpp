@@ -66,12 +66,8 @@ std::string option_text(const OptionRow& row) {
   return row_text(heading_of(row), row.text + usual);
 }
 
-const CLI::App& root_of(const CLI::App& command) {
-  return command.get_parent() == nullptr ? command : root_of(*command.get_parent());
-}
-
 std::string usage_of(const CLI::App& command) {
-  std::string usage = root_of(command).get_name();
+  std::string usage = program_of(command).get_name();
   if (const std::string path = command_path(command); !path.empty()) usage += " " + path;
   for (const CLI::Option* const option : command.get_options()) {
     if (!option->get_positional()) continue;
@@ -93,7 +89,7 @@ std::string usage_of(const CLI::App& command) {
 
 std::string examples_text(const CLI::App& command) {
   // The native display is a program of its own.
-  const bool views = root_of(command).get_name() == "fanlight view";
+  const bool views = program_of(command).get_name() == "fanlight view";
   const auto examples = examples_of(views ? "view" : command_path(command));
   if (examples.empty()) return "";
   std::string text = "\nExamples:\n";
@@ -179,7 +175,7 @@ void use_command_help(CLI::App& program) {
 std::string unknown_argument(const CLI::App& command, const std::string& argument) {
   const std::string path = command_path(command);
   const std::string help =
-      fmt::format("{} {}{}--help", root_of(command).get_name(), path, path.empty() ? "" : " ");
+      fmt::format("{} {}{}--help", program_of(command).get_name(), path, path.empty() ? "" : " ");
   const std::string name = argument.substr(0, argument.find('='));
   std::vector<std::string> known;
   if (name.starts_with('-')) {

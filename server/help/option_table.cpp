@@ -98,6 +98,10 @@ bool is_rare(std::string_view group) {
   return group.starts_with("Scene: ");
 }
 
+const CLI::App& program_of(const CLI::App& command) {
+  return command.get_parent() == nullptr ? command : program_of(*command.get_parent());
+}
+
 std::string command_path(const CLI::App& command) {
   if (command.get_parent() == nullptr) return "";
   const std::string before = command_path(*command.get_parent());

@@ -53,6 +53,9 @@ std::vector<Example> examples_of(std::string_view command);
 /// "token add" of that subcommand; "" of the program.
 std::string command_path(const CLI::App& command);
 
+/// The program that a command belongs to.
+const CLI::App& program_of(const CLI::App& command);
+
 /// Whether the simulated probe may be named: its options are told then.
 bool takes_source(const CLI::App& command);
 

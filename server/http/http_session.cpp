@@ -202,9 +202,9 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
   const std::string_view given = request[http::field::authorization];
   if (given.starts_with(kBearer)) {
     auto principal = dependencies_.access.by_token(given.substr(kBearer.size()), address_);
-    if (!principal) dependencies_.counters.logins_refused.add();
-    if (!principal) return principal.error();
-    return std::optional(std::move(*principal));
+    if (principal) return std::optional(std::move(*principal));
+    dependencies_.counters.logins_refused.add();
+    return principal.error();
   }
   const bool stream = path_of(request) == "/stream";
   // Whoever asks for the page alone needs no certificate, so none is judged.

@@ -268,7 +268,7 @@ void StreamServer::close_audit() {
 void StreamServer::read_again() {
   if (ending_) return;
   if (dependencies_.read_again && !dependencies_.read_again()) {
-    spdlog::info("SIGHUP: the terminal has gone that started the server, so it ends");
+    spdlog::info("SIGHUP: the terminal that started the server was closed, so the server ends");
     return end("the server ends");
   }
   spdlog::info(

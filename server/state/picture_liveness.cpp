@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 namespace fanlight {
 
@@ -27,53 +28,19 @@ PictureLiveness::PictureLiveness(const PipelineCounters& pipeline, std::int64_t 
 }
 
 const char* PictureLiveness::name(State state) {
-  switch (state) {
-    case State::kWaiting:
-      return "waiting";
-    case State::kLive:
-      return "live";
-    case State::kDelayed:
-      return "delayed";
-    case State::kReplay:
-      return "replay";
-    case State::kFrozen:
-      return "frozen";
-    case State::kResting:
-      return "resting";
-    case State::kNotLive:
-      break;
-  }
-  return "not live";
+  static constexpr auto kNames =
+      std::to_array({"waiting", "live", "delayed", "not live", "replay", "frozen", "resting"});
+  static_assert(kNames.size() == kStates);
+  const auto index = static_cast<std::size_t>(state);
+  return index < kNames.size() ? kNames[index] : "not live";  // a newer server may send a state of its own
 }
 
 const char* PictureLiveness::name(Cause cause) {
-  switch (cause) {
-    case Cause::kNone:
-      return "none";
-    case Cause::kSourceFailed:
-      return "source failed";
-    case Cause::kSourceEnded:
-      return "source ended";
-    case Cause::kProbeLost:
-      return "probe lost";
-    case Cause::kGpuRemade:
-      return "GPU lost";
-    case Cause::kGpuHung:
-      return "GPU hangs";
-    case Cause::kNoFrames:
-      return "no frames";
-    case Cause::kVolumesRefused:
-      return "volumes refused";
-    case Cause::kRendererBehind:
-      return "renderer behind";
-    case Cause::kSweepsDropped:
-      return "sweeps dropped";
-    case Cause::kNoSweep:
-      return "no sweep";
-    case Cause::kDriverSilent:
-      break;
-  }
-  return "driver silent";
+  static constexpr auto kNames = std::to_array(
+      {"none", "source failed", "source ended", "probe lost", "GPU lost", "GPU hangs", "no frames",
+       "volumes refused", "renderer behind", "sweeps dropped", "no sweep", "driver silent"});
+  static_assert(kNames.size() == kCauses);
+  return kNames[static_cast<std::size_t>(cause)];
 }
 
 void PictureLiveness::Growth::see(std::uint64_t value, std::int64_t now_ns) {

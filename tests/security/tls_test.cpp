@@ -145,6 +145,7 @@ TEST(Tls, RefusesCertificatesThatAreUnknownForeignOrExpired) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   EXPECT_EQ(guarded.fixture().counters().handshakes_failed.value(), 2U);
+  EXPECT_EQ(guarded.fixture().counters().logins_refused.value(), 1U) << "the others did not get so far";
 }
 
 TEST(Tls, TakesARenewedCertificateWithoutARestart) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <ctime>
+
 #include "server/net/tls_warnings.hpp"
 #include "tests/support/made_certificate.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -48,6 +50,14 @@ TEST(TlsWarnings, TellOfAKeyThatAllMayRead) {
   for (const mode_t mode : {0644U, 0666U, 0604U}) {
     EXPECT_NE(warned({.to_s = 90 * kDayS}, mode).find("chmod 600"), std::string::npos) << mode;
   }
+}
+
+TEST(CertificateExpires, IsASecondSince1970) {
+  const TemporaryFolder folder;
+  MadeCertificate({.to_s = 3 * kDayS}).write(folder / "c.pem", folder / "k.pem");
+  EXPECT_NEAR(static_cast<double>(certificate_expires_s(folder / "c.pem")),
+              static_cast<double>(std::time(nullptr) + 3 * kDayS), 60);
+  EXPECT_EQ(certificate_expires_s("/absent"), 0U);
 }
 
 TEST(TlsWarnings, SayNothingOfFilesThatAreNotThere) {
