@@ -80,30 +80,34 @@ void AcquisitionThread::take_frame(const FrameStamp& frame, const std::stop_toke
   FrameFault fault = source.known_fault();
   if (fault == FrameFault::kNone) {
     const std::span<std::uint8_t> pixels = assembler_.place(frame, geometry, stop);
-    if (pixels.empty()) return record_unplaced(frame, stop);
+    if (pixels.empty()) return pass_on_unplaced(frame, stop);
     fault = source.read_pixels(pixels, stop);
     if (fault == FrameFault::kNone) {
       // Before commit(), which may hand the volume to its reader.
-      if (records()) dependencies_.tap->queue().put(frame, geometry, pixels);
+      for_each_open_tap([&](FrameQueue& queue) { queue.put(frame, geometry, pixels); });
       return assembler_.commit();
     }
   }
-  if (records() && !stop.stop_requested()) dependencies_.tap->queue().put_fault(frame, geometry, fault);
+  if (!stop.stop_requested())
+    for_each_open_tap([&](FrameQueue& queue) { queue.put_fault(frame, geometry, fault); });
   assembler_.reject(frame, fault);
 }
 
 /// A replay of the recording gives the frame to an assembler again, which does not use it either.
-void AcquisitionThread::record_unplaced(const FrameStamp& frame, const std::stop_token& stop) {
-  if (!records() || stop.stop_requested()) return;
+void AcquisitionThread::pass_on_unplaced(const FrameStamp& frame, const std::stop_token& stop) {
+  if (stop.stop_requested()) return;
   const FanGeometry& geometry = dependencies_.source.description().geometry;
-  FrameQueue& queue = dependencies_.tap->queue();
-  const std::span<std::uint8_t> pixels = queue.reserve(geometry.frame_bytes());
-  if (pixels.empty()) return;
-  const FrameFault fault = dependencies_.source.read_pixels(pixels, stop);
-  if (fault == FrameFault::kNone) {
-    queue.commit(frame, geometry);
-  } else {
-    queue.put_fault(frame, geometry, fault);
+  // Its pixels are read into the first queue that has room, and copied from there before its reader sees
+  // them.
+  for (FrameTap* const tap : dependencies_.taps) {
+    if (tap == nullptr || !tap->is_open()) continue;
+    const std::span<std::uint8_t> pixels = tap->queue().reserve(geometry.frame_bytes());
+    if (pixels.empty()) continue;
+    const FrameFault fault = dependencies_.source.read_pixels(pixels, stop);
+    if (fault != FrameFault::kNone)
+      return for_each_open_tap([&](FrameQueue& queue) { queue.put_fault(frame, geometry, fault); });
+    for_each_open_tap([&](FrameQueue& queue) { queue.put(frame, geometry, pixels); }, tap);
+    return tap->queue().commit(frame, geometry);
   }
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <thread>
 
 #include "acquisition/assembly/assembler.hpp"
-#include "acquisition/record/frame_tap.hpp"
 #include "acquisition/source/frame_source.hpp"
+#include "proto/exchange/frame_tap.hpp"
 #include "proto/exchange/pulse.hpp"
 
 namespace fanlight {
@@ -33,8 +34,9 @@ class AcquisitionThread {
     FrameQueue* frame_queue = nullptr;  ///< receives each frame ahead of its volume; nullptr: no queue
     DroppedSweeps* dropped = nullptr;   ///< receives the sweeps that give no volume; nullptr: nobody asks
     std::span<const RecordedCorrection> recorded{};  ///< see Assembler::Config
-    FrameTap* tap = nullptr;  ///< receives every frame as the source gives it; nullptr: no recorder
-    Pulse* pulse = nullptr;   ///< beats while the thread's loop comes round; nullptr: nobody watches
+    /// Receive every frame as the source gives it: the recorder's, and the server's; nullptr: nobody does.
+    std::array<FrameTap*, 2> taps{};
+    Pulse* pulse = nullptr;  ///< beats while the thread's loop comes round; nullptr: nobody watches
   };
 
   /// Starts the thread. Ends the process where the system cannot create a thread.
@@ -59,8 +61,13 @@ class AcquisitionThread {
   void run(const std::stop_token& stop);
   State pull_frames(const std::stop_token& stop);
   void take_frame(const FrameStamp& frame, const std::stop_token& stop);
-  void record_unplaced(const FrameStamp& frame, const std::stop_token& stop);
-  bool records() const { return dependencies_.tap != nullptr && dependencies_.tap->is_open(); }
+  void pass_on_unplaced(const FrameStamp& frame, const std::stop_token& stop);
+  /// Calls pass(queue) for each tap that is open, except `but`.
+  template <typename Pass>
+  void for_each_open_tap(const Pass& pass, const FrameTap* but = nullptr) const {
+    for (FrameTap* const tap : dependencies_.taps)
+      if (tap != nullptr && tap != but && tap->is_open()) pass(tap->queue());
+  }
 
   Dependencies dependencies_;
   Assembler assembler_;

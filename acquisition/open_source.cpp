@@ -19,6 +19,7 @@ namespace {
 constexpr std::string_view kPhantom = "phantom:";
 constexpr std::string_view kReplay = "replay:";
 constexpr std::string_view kUsb = "usb:";
+constexpr std::string_view kIgtl = "igtl:";
 
 Result<std::unique_ptr<FrameSource>> open_phantom(std::string_view text, const SourceOptions& options) {
   PhantomSource::Config config;
@@ -54,22 +55,34 @@ Result<std::unique_ptr<FrameSource>> open_probe(std::string_view address, const 
   return std::unique_ptr<FrameSource>(*std::move(source));
 }
 
+Result<std::unique_ptr<FrameSource>> open_igtl(std::string_view address, const SourceOptions& options,
+                                               ProbeLink& link) {
+  const auto parsed = IgtlAddress::parse(address);
+  if (!parsed) return parsed.error();
+  auto source = IgtlSource::create(
+      {.address = *parsed, .geometry_path = options.geometry_path, .wait_s = options.wait_for_probe_s}, link);
+  if (!source) return source.error();
+  return std::unique_ptr<FrameSource>(*std::move(source));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const SourceOptions& options,
                                                  ProbeLink& probe, ReplayLink* replay) {
   if (text.empty()) {
     return Error{ErrorCode::kInvalidArgument,
-                 "the source is empty, expected phantom:, replay:PATH or usb:VENDOR:PRODUCT"};
+                 "the source is empty, expected phantom:, replay:PATH, usb:VENDOR:PRODUCT or igtl:HOST"};
   }
   if (text.starts_with(kUsb)) return open_probe(text.substr(kUsb.size()), options, probe);
+  if (text.starts_with(kIgtl)) return open_igtl(text.substr(kIgtl.size()), options, probe);
   if (text.starts_with(kPhantom)) return open_phantom(text.substr(kPhantom.size()), options);
   if (text.starts_with(kReplay)) {
     text.remove_prefix(kReplay.size());
   } else if (std::error_code unknown; !std::filesystem::exists(text, unknown)) {
     const std::size_t colon = text.find(':');
     const std::string kind(text.substr(0, colon == std::string_view::npos ? colon : colon + 1));
-    if (const std::string meant = nearest_name(kind, {"phantom:", "replay:", "usb:"}); !meant.empty()) {
+    if (const std::string meant = nearest_name(kind, {"phantom:", "replay:", "usb:", "igtl:"});
+        !meant.empty()) {
       return Error{ErrorCode::kNotFound,
                    fmt::format("there is no source {}, did you mean {}?", in_quotes(text), meant)};
     }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string_view>
 
+#include "acquisition/igtl/igtl_source.hpp"
 #include "acquisition/replay/replay_source.hpp"
 #include "acquisition/source/frame_source.hpp"
 #include "acquisition/usb/usb_source.hpp"
@@ -13,20 +14,21 @@ namespace fanlight {
 
 /// Options of a source that are not part of its name.
 struct SourceOptions {
-  std::filesystem::path geometry_path;  ///< of a recording; empty: see RecordingGeometry
+  std::filesystem::path geometry_path;  ///< of a recording or of OpenIGTLink; empty: see RecordingGeometry
   double speed = 1;                     ///< of a recording: 1 as recorded; 0.01 to 1000
   bool as_fast_as_taken = false;        ///< no pacing: capture times are simulated, and no frame is lost
   ReplayEnding ending = ReplayEnding::kOnce;  ///< of a recording; other sources never end
   double from_s = 0;                          ///< of a recording: where it begins
   bool paused = false;                        ///< of a recording: shows its first sweep and waits for orders
   UsbSource::Settings probe_settings;         ///< of a USB probe
-  double wait_for_probe_s = 5;                ///< see UsbSource::Config
+  double wait_for_probe_s = 5;                ///< see UsbSource::Config and IgtlSource::Config
 };
 
 /// Opens the source that a text names: "phantom:" with options (PhantomSource::parse), "replay:PATH" or the
-/// PATH of a recording alone, or "usb:VENDOR:PRODUCT[:SERIAL]" (UsbAddress). Reads files, and blocks until a
-/// probe is found; errors as of the source's own create(). The links must outlive the source. A USB probe
-/// uses `probe`, a recording `replay`; nullptr: nobody controls the recording.
+/// PATH of a recording alone, "usb:VENDOR:PRODUCT[:SERIAL]" (UsbAddress), or "igtl:HOST[:PORT]"
+/// (IgtlAddress). Reads files, and blocks until a probe is found, or the geometry of a scanner's images;
+/// errors as of the source's own create(). The links must outlive the source. A USB probe and OpenIGTLink use
+/// `probe`, a recording `replay`; nullptr: nobody controls the recording.
 Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const SourceOptions& options,
                                                  ProbeLink& probe, ReplayLink* replay = nullptr);
 

@@ -3,8 +3,8 @@
 
 #include <stop_token>
 
-#include "acquisition/record/frame_tap.hpp"
 #include "acquisition/source/frame_source.hpp"
+#include "proto/exchange/frame_tap.hpp"
 
 namespace fanlight {
 

@@ -77,7 +77,52 @@ std::array<double, 16> image_to_transducer(const FanGeometry& geometry, double a
           1};
 }
 
+/// What every kind of file says of a frame, by add(name, value).
+template <typename Add>
+void add_frame_fields(const RecordingFacts& facts, const RecordedFrame& frame, const Add& add) {
+  const FrameStamp& stamp = frame.stamp;
+  add("ImageStatus", frame.usable() ? "OK" : "INVALID");
+  if (std::isfinite(stamp.angle_rad)) {
+    add("MotorAngleDeg", degrees(stamp.angle_rad));
+    add(plus_field::kMotorAngleRad, stamp.angle_rad);
+  }
+  add(plus_field::kFrameSequence, stamp.sequence);
+  if (facts.counts_volumes) {
+    add("VolumeIndex", stamp.volume_index);
+    add("FrameIndex", stamp.frame_index);
+    add("SweepDirection", stamp.direction == SweepDirection::kForward ? "FORWARD" : "BACKWARD");
+    if (stamp.frames_in_sweep > 0) add(plus_field::kFramesInSweep, stamp.frames_in_sweep);
+  }
+  if (!frame.usable()) add(plus_field::kFrameFault, fault_name(frame.fault));
+  if (stamp.after_interruption) add(plus_field::kAfterInterruption, 1);
+}
+
+/// "Name = value" lines.
+PlusFields fields_of(std::string_view lines) {
+  PlusFields fields;
+  while (!lines.empty()) {
+    const std::size_t end = lines.find('\n');
+    const std::string_view line = lines.substr(0, end);
+    const std::size_t equals = line.find(" = ");
+    fields.emplace_back(line.substr(0, equals), line.substr(equals + 3));
+    lines.remove_prefix(end + 1);
+  }
+  return fields;
+}
+
 }  // namespace
+
+PlusFields fanlight_fields(const RecordingFacts& facts) {
+  return fields_of(geometry_lines(facts.geometry) + facts_lines(facts));
+}
+
+PlusFields frame_fields(const RecordingFacts& facts, const RecordedFrame& frame) {
+  PlusFields fields;
+  add_frame_fields(facts, frame, [&fields](std::string_view name, const auto& value) {
+    fields.emplace_back(name, fmt::format("{}", value));
+  });
+  return fields;
+}
 
 RecordingFacts facts_of(const SourceDescription& source) {
   return {.source = printable(source.name),
@@ -144,20 +189,7 @@ double add_plus_frame(std::string& text, std::uint64_t index, const RecordingFac
         fmt::format("{}", fmt::join(image_to_transducer(facts.geometry, stamp.angle_rad), " ")));
     add("ImageToReferenceTransformStatus", "OK");
   }
-  add("ImageStatus", frame.usable() ? "OK" : "INVALID");
-  if (std::isfinite(stamp.angle_rad)) {
-    add("MotorAngleDeg", degrees(stamp.angle_rad));
-    add(plus_field::kMotorAngleRad, stamp.angle_rad);
-  }
-  add(plus_field::kFrameSequence, stamp.sequence);
-  if (facts.counts_volumes) {
-    add("VolumeIndex", stamp.volume_index);
-    add("FrameIndex", stamp.frame_index);
-    add("SweepDirection", stamp.direction == SweepDirection::kForward ? "FORWARD" : "BACKWARD");
-    if (stamp.frames_in_sweep > 0) add(plus_field::kFramesInSweep, stamp.frames_in_sweep);
-  }
-  if (!frame.usable()) add(plus_field::kFrameFault, fault_name(frame.fault));
-  if (stamp.after_interruption) add(plus_field::kAfterInterruption, 1);
+  add_frame_fields(facts, frame, add);
   return time_s;
 }
 

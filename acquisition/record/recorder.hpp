@@ -12,13 +12,13 @@
 #include <vector>
 
 #include "acquisition/record/finish_recording.hpp"
-#include "acquisition/record/frame_tap.hpp"
 #include "acquisition/record/recording_finisher.hpp"
 #include "acquisition/record/recording_names.hpp"
 #include "acquisition/record/segment.hpp"
 #include "acquisition/source/frame_source.hpp"
 #include "proto/base/clock.hpp"
 #include "proto/exchange/doorbell.hpp"
+#include "proto/exchange/frame_tap.hpp"
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/recording_link.hpp"
 

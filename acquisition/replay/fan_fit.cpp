@@ -48,23 +48,39 @@ Vector mean(std::span<const Plane> planes, Vector Plane::*member) {
   return sum * (1 / static_cast<double>(planes.size()));
 }
 
+/// nullopt: the matrix is no rotation with pixel sizes and a place.
+std::optional<Plane> plane_of(const ImagePose& pose, double centre_column) {
+  const Vector along = column(pose, 0);
+  const Vector down = column(pose, 1);
+  const bool sized =
+      along.length() > 1e-6 && down.length() > 1e-6 && along.length() < 1e6 && down.length() < 1e6;
+  const bool finite = std::ranges::all_of(pose, [](double each) { return std::abs(each) < 1e9; });
+  if (!sized || !finite || std::abs(along.unit().dot(down.unit())) > 0.01) return std::nullopt;
+  return Plane{along.unit(), down.unit(), column(pose, 3) + along * centre_column};
+}
+
 Result<std::vector<Plane>> planes_of(std::span<const ImagePose> poses, double centre_column) {
   std::vector<Plane> planes;
+  planes.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Vector along = column(poses[i], 0);
-    const Vector down = column(poses[i], 1);
-    const bool sized =
-        along.length() > 1e-6 && down.length() > 1e-6 && along.length() < 1e6 && down.length() < 1e6;
-    const bool finite = std::ranges::all_of(poses[i], [](double each) { return std::abs(each) < 1e9; });
-    if (!sized || !finite || std::abs(along.unit().dot(down.unit())) > 0.01) {
+    const auto plane = plane_of(poses[i], centre_column);
+    if (!plane) {
       return Error{
           ErrorCode::kBadInput,
           fmt::format("the transform of frame {} is no pose, expected a rotation, pixel sizes and a place",
                       i)};
     }
-    planes.push_back({along.unit(), down.unit(), column(poses[i], 3) + along * centre_column});
+    planes.push_back(*plane);
   }
   return planes;
+}
+
+double turn_rad(const Plane& plane, const Vector& axis) {
+  return std::acos(std::clamp(axis.dot(plane.along), -1.0, 1.0));
+}
+
+Vector vector_of(const std::array<double, 3>& from) {
+  return {from[0], from[1], from[2]};
 }
 
 /// The part of a vector that is perpendicular to the axis: a slide along it moves no image out of the fan.
@@ -111,8 +127,7 @@ Result<FanFit> fit_fan(std::span<const ImagePose> poses, double centre_column) {
     const Vector across_mm = across_axis(apart, axis);
     square_mm += across_mm.dot(across_mm) / count;
     square_slide += axis.dot(apart) * axis.dot(apart) / count;
-    const double turn_rad = std::acos(std::clamp(axis.dot(plane.along), -1.0, 1.0));
-    square_rad += turn_rad * turn_rad / count;
+    square_rad += turn_rad(plane, axis) * turn_rad(plane, axis) / count;
     fit.angles_rad.push_back(std::atan2(plane.down.dot(across), plane.down.dot(middle_down)));
   }
   fit.residual_mm = std::sqrt(square_mm);
@@ -121,7 +136,28 @@ Result<FanFit> fit_fan(std::span<const ImagePose> poses, double centre_column) {
   const auto [smallest, largest] = std::ranges::minmax(fit.angles_rad);
   const double middle_rad = (smallest + largest) / 2;
   for (double& angle_rad : fit.angles_rad) angle_rad -= middle_rad;
+  const Vector forward = middle_down * std::cos(middle_rad) + across * std::sin(middle_rad);
+  fit.axis = {axis.x, axis.y, axis.z};
+  fit.forward = {forward.x, forward.y, forward.z};
+  fit.pivot_mm = {pivot.x, pivot.y, pivot.z};
   return fit;
+}
+
+std::optional<PlaceInFan> place_in_fan(const FanFit& fit, const ImagePose& pose, double centre_column) {
+  const auto plane = plane_of(pose, centre_column);
+  if (!plane) return std::nullopt;
+  const Vector axis = vector_of(fit.axis);
+  const Vector forward = vector_of(fit.forward);
+  const Vector apart = plane->origin + plane->down * fit.axis_mm - vector_of(fit.pivot_mm);
+  return PlaceInFan{
+      .angle_rad = std::atan2(plane->down.dot(axis.cross(forward)), plane->down.dot(forward)),
+      .miss_mm = across_axis(apart, axis).length(),
+      .turn_deg = degrees(turn_rad(*plane, axis)),
+  };
+}
+
+bool lies_in_fan(const PlaceInFan& place) {
+  return place.miss_mm <= kMostResidualMm && place.turn_deg <= kMostTurnDeg;
 }
 
 std::string why_no_fan(const FanFit& fit) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,6 +21,18 @@ struct FanFit {
   double residual_mm = 0;          ///< root mean square distance of the images' own axes from their mean
   double slide_mm = 0;             ///< root mean square shift along the axis
   double turn_deg = 0;             ///< root mean square angle of the images' rows to the axis
+
+  // Where the fan is, in the frame of reference of the poses.
+  std::array<double, 3> axis{};      ///< unit vector, along the rows
+  std::array<double, 3> forward{};   ///< unit vector, from the axis into the body at angle 0
+  std::array<double, 3> pivot_mm{};  ///< the mean of the images' own points on the axis
+};
+
+/// Where a further image lies in a fan.
+struct PlaceInFan {
+  double angle_rad = 0;
+  double miss_mm = 0;   ///< distance of its own axis from the fan's
+  double turn_deg = 0;  ///< angle of its rows to the axis
 };
 
 /// The best fan through the poses. With the images' unit vectors x (along rows) and y (down), origins o and
@@ -29,6 +42,12 @@ struct FanFit {
 /// that turns out of the fan moves its axis point little. Error, kBadInput: fewer than 3 poses, or one that
 /// is no pose.
 Result<FanFit> fit_fan(std::span<const ImagePose> poses, double centre_column);
+
+/// nullopt: no pose. Allocates nothing.
+std::optional<PlaceInFan> place_in_fan(const FanFit& fit, const ImagePose& pose, double centre_column);
+
+/// Whether an image that was not among those of the fit lies in its fan, within the limits of why_no_fan().
+bool lies_in_fan(const PlaceInFan& place);
 
 /// Why these poses are no fan that may be shown as one: the sentence says how far they are from it. Empty:
 /// they are.

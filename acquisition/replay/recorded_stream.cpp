@@ -19,7 +19,7 @@ constexpr std::uint64_t kLargestNumber = std::uint64_t{1} << 48;
 /// Reads header fields as long as all are there.
 class Fields {
  public:
-  explicit Fields(const IgsSequence& sequence) : fields_(sequence.fanlight_fields) {}
+  explicit Fields(const std::map<std::string, std::string, std::less<>>& fields) : fields_(fields) {}
 
   std::string_view text(std::string_view name) {
     const auto found = fields_.find(name);
@@ -48,29 +48,13 @@ std::int64_t utc_of(std::string_view text) {
   return seconds > 0 && time.tm_year < 8100 ? seconds : 0;
 }
 
-bool is_true(const IgsSequence& sequence, std::string_view field) {
-  const auto found = sequence.fanlight_fields.find(field);
-  return found != sequence.fanlight_fields.end() && found->second == "True";
-}
-
 std::optional<RecordingFacts> facts_of(const IgsSequence& sequence) {
-  Fields fields(sequence);
-  RecordingFacts facts{.source = std::string(fields.text("FanlightSource")),
-                       .geometry = {},
-                       .counts_volumes = fields.text("FanlightSweepsNumbered") == "True",
-                       .frames_per_volume = fields.number<std::uint32_t>("FanlightFramesPerVolume"),
-                       .usual_frames = fields.number<std::uint32_t>("FanlightUsualFrames"),
-                       .simulated = is_true(sequence, "FanlightSimulated"),
-                       .first_angle_rad = fields.number<double>("FanlightSmallestAngleRad"),
-                       .last_angle_rad = fields.number<double>("FanlightLargestAngleRad"),
-                       .begun_utc_s = utc_of(fields.text("FanlightBegun"))};
-  const auto usable = [](double angle_rad) { return std::abs(angle_rad) < kPi / 2; };
-  if (!fields.complete() || !usable(facts.first_angle_rad) || !usable(facts.last_angle_rad))
-    return std::nullopt;
+  auto facts = recording_facts(sequence.fanlight_fields);
+  if (!facts) return std::nullopt;
   // Memory for a sweep: no sweep of this file is longer than all of it.
   const auto frames = static_cast<std::uint32_t>(sequence.frames.size());
-  facts.frames_per_volume = std::min(facts.frames_per_volume, frames + 1);
-  facts.usual_frames = std::min(facts.usual_frames, frames + 1);
+  facts->frames_per_volume = std::min(facts->frames_per_volume, frames + 1);
+  facts->usual_frames = std::min(facts->usual_frames, frames + 1);
   return facts;
 }
 
@@ -93,6 +77,26 @@ std::optional<RecordedFrame> frame_of(const IgsFrame& frame, bool counts_volumes
 }
 
 }  // namespace
+
+std::optional<RecordingFacts> recording_facts(
+    const std::map<std::string, std::string, std::less<>>& fanlight_fields) {
+  Fields fields(fanlight_fields);
+  const auto simulated = fanlight_fields.find("FanlightSimulated");
+  const bool is_simulated = simulated != fanlight_fields.end() && simulated->second == "True";
+  RecordingFacts facts{.source = std::string(fields.text("FanlightSource")),
+                       .geometry = {},
+                       .counts_volumes = fields.text("FanlightSweepsNumbered") == "True",
+                       .frames_per_volume = fields.number<std::uint32_t>("FanlightFramesPerVolume"),
+                       .usual_frames = fields.number<std::uint32_t>("FanlightUsualFrames"),
+                       .simulated = is_simulated,
+                       .first_angle_rad = fields.number<double>("FanlightSmallestAngleRad"),
+                       .last_angle_rad = fields.number<double>("FanlightLargestAngleRad"),
+                       .begun_utc_s = utc_of(fields.text("FanlightBegun"))};
+  const auto usable = [](double angle_rad) { return std::abs(angle_rad) < kPi / 2; };
+  if (!fields.complete() || !usable(facts.first_angle_rad) || !usable(facts.last_angle_rad))
+    return std::nullopt;
+  return facts;
+}
 
 std::optional<RecordedStream> recorded_stream(const IgsSequence& sequence) {
   auto facts = facts_of(sequence);

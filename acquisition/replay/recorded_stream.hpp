@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "acquisition/record/recorded_frame.hpp"
@@ -18,6 +21,10 @@ struct RecordedStream {
   std::uint64_t smallest_sequence = 0;
   std::uint64_t smallest_volume_index = 0;
 };
+
+/// What fields named Fanlight... say of all frames, but for the geometry. nullopt where one is missing.
+std::optional<RecordingFacts> recording_facts(
+    const std::map<std::string, std::string, std::less<>>& fanlight_fields);
 
 /// nullopt where a field is missing: the sequence is somebody else's, or was changed by hand. Its frames are
 /// then read as any other's.

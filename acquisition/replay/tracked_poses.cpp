@@ -13,29 +13,24 @@
 
 namespace fanlight {
 
-namespace {
-
-/// The pose of an image whose columns ascend to the marked side and whose rows go away from the probe.
-ImagePose turned(ImagePose pose, const ImageOrientation& orientation, const IgsSequence& sequence) {
-  const auto turn = [&pose](std::size_t axis, std::uint32_t size) {
+ImagePose turned(ImagePose pose, const ImageOrientation& orientation, FrameSize size) {
+  const auto turn = [&pose](std::size_t axis, std::uint32_t length) {
     for (std::size_t row = 0; row < 3; ++row) {
-      pose[4 * row + 3] += pose[4 * row + axis] * (size - 1);
+      pose[4 * row + 3] += pose[4 * row + axis] * (length - 1);
       pose[4 * row + axis] = -pose[4 * row + axis];
     }
   };
-  if (orientation.towards_unmarked) turn(0, sequence.columns);
-  if (orientation.towards_near) turn(1, sequence.rows);
+  if (orientation.towards_unmarked) turn(0, size.columns);
+  if (orientation.towards_near) turn(1, size.rows);
   return pose;
 }
-
-}  // namespace
 
 Result<std::optional<FanFit>> fit_poses(const std::filesystem::path& path, IgsSequence& sequence,
                                         const ImageOrientation& orientation) {
   std::vector<ImagePose> poses;
   for (const IgsFrame& frame : sequence.frames) {
     if (frame.motor_angle_deg) return std::optional<FanFit>();
-    if (frame.pose) poses.push_back(turned(*frame.pose, orientation, sequence));
+    if (frame.pose) poses.push_back(turned(*frame.pose, orientation, {sequence.columns, sequence.rows}));
   }
   if (poses.empty() || orientation.lines_in_rows) return std::optional<FanFit>();
   auto fit = fit_fan(poses, sequence.columns / 2.0);

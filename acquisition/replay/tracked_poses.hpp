@@ -11,6 +11,10 @@
 
 namespace fanlight {
 
+/// The pose of an image after its axes were turned: columns ascend to the marked side, rows go away from the
+/// probe. `size`: after that. Of an image whose rows are columns (lines_in_rows) there is none.
+ImagePose turned(ImagePose pose, const ImageOrientation& orientation, FrameSize size);
+
 /// The motor angles of a sweep whose frames have poses (ImageToReferenceTransform) and no angles, by the fan
 /// that fits them best; written to the frames. Frames without a pose are then invalid. nullopt: there are no
 /// poses, or the frames have angles. kUnsupported: the poses form no fan, and how far they are from one.

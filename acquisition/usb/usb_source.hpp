@@ -5,8 +5,8 @@
 #include <memory>
 #include <optional>
 
+#include "acquisition/source/device_clock.hpp"
 #include "acquisition/source/frame_source.hpp"
-#include "acquisition/usb/device_clock.hpp"
 #include "acquisition/usb/frame_pipe.hpp"
 #include "acquisition/usb/probe_negotiation.hpp"
 #include "acquisition/usb/recovery_policy.hpp"

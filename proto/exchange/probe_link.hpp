@@ -35,15 +35,16 @@ struct ProbeStatus {
   std::string refusal;               ///< why that order was refused; empty: it was executed
 };
 
-/// Data about a USB probe shared by the acquisition thread and the server thread. Each mailbox has one
-/// writer: the server writes orders, the acquisition thread status; it polls for orders several times a
-/// second.
+/// Data about a USB probe, or an OpenIGTLink server in its place, shared by the acquisition thread and the
+/// server thread. Each mailbox has one writer: the server writes orders, the acquisition thread status; it
+/// polls for orders several times a second.
 struct ProbeLink {
   /// Both must outlive the link; `server_bell` rings with each change of the status.
   ProbeLink(Doorbell& acquisition_bell, Doorbell& server_bell)
       : orders(acquisition_bell), status(server_bell) {}
 
   ProbeCounters counters;
+  IgtlCounters igtl;
   Mailbox<ProbeOrder> orders;
   Mailbox<ProbeStatus> status;
 };

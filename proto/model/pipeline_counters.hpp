@@ -157,6 +157,56 @@ inline constexpr auto kProbeTable = std::to_array<CountRow<ProbeCounters>>({
     {"probe_settings_refused", "Settings that the probe did not take", &ProbeCounters::settings_refused},
 });
 
+/// Written by the acquisition thread if the source is an OpenIGTLink server.
+///   messages_received = messages_used + messages_ignored + messages_damaged + messages_malformed +
+///                       messages_too_long
+struct IgtlCounters {
+  Counter bytes_received;
+  Counter messages_received;
+  Counter messages_used;       ///< images, poses, and what keeps the connection alive
+  Counter messages_ignored;    ///< of types that a source has no use for, or of other devices
+  Counter messages_damaged;    ///< with a wrong checksum
+  Counter messages_malformed;  ///< whose content contradicts its type or its length
+  Counter messages_too_long;   ///< skipped: no image is as long
+  Counter images_not_placed;   ///< without an angle: no transform of their time came, or it lies outside of
+                               ///< the fan
+  Counter images_cut;          ///< of several parts, of which some did not come
+  Counter images_before_fan;   ///< used to find out the geometry; frames come after them
+  Counter places_lost;  ///< bytes that are no head, or a length that lies: the connection was made anew
+  Counter silences;     ///< nothing came for five seconds; the connection was made anew
+  Counter connections_made;
+  Counter connections_failed;
+  Counter connections_lost;
+};
+
+inline constexpr auto kIgtlTable = std::to_array<CountRow<IgtlCounters>>({
+    {"igtl_source_bytes_received", "Bytes that came from the OpenIGTLink server",
+     &IgtlCounters::bytes_received},
+    {"igtl_source_messages_received", "OpenIGTLink messages that came whole",
+     &IgtlCounters::messages_received},
+    {"igtl_source_messages_used", "Of those, images, poses and signs of life", &IgtlCounters::messages_used},
+    {"igtl_source_messages_ignored", "Of those, of other types or devices", &IgtlCounters::messages_ignored},
+    {"igtl_source_messages_damaged", "Of those, with a wrong checksum", &IgtlCounters::messages_damaged},
+    {"igtl_source_messages_malformed", "Of those, with a content that fits neither type nor length",
+     &IgtlCounters::messages_malformed},
+    {"igtl_source_messages_too_long", "Of those, skipped as longer than any image",
+     &IgtlCounters::messages_too_long},
+    {"igtl_source_images_not_placed", "Images for whose time no pose came, or one outside of the fan",
+     &IgtlCounters::images_not_placed},
+    {"igtl_source_images_cut", "Images in parts of which some did not come", &IgtlCounters::images_cut},
+    {"igtl_source_images_before_fan", "Images by which the geometry was found out",
+     &IgtlCounters::images_before_fan},
+    {"igtl_source_places_lost", "Times that the bytes were no message, and the connection was made anew",
+     &IgtlCounters::places_lost},
+    {"igtl_source_silences", "Times that nothing came for five seconds, and the connection was made anew",
+     &IgtlCounters::silences},
+    {"igtl_source_connections_made", "Connections to the OpenIGTLink server",
+     &IgtlCounters::connections_made},
+    {"igtl_source_connections_failed", "Tries to connect to it that failed",
+     &IgtlCounters::connections_failed},
+    {"igtl_source_connections_lost", "Connections to it that ended", &IgtlCounters::connections_lost},
+});
+
 /// Written by the frame queue, on the acquisition thread. Every frame that was committed while there was a
 /// queue is counted in exactly one of the two.
 struct QueueCounters {
@@ -256,12 +306,14 @@ struct PipelineCounters {
   const QueueCounters& queue;
   const RenderCounters& render;
   const ProbeCounters& probe;
+  const IgtlCounters& igtl;
 };
 
 // Every counter has a row in its table.
 static_assert(sizeof(AcquisitionCounters) == sizeof(SeqLock) + kAcquisitionTable.size() * sizeof(Counter) +
                                                  kAcquisitionValueTable.size() * sizeof(Gauge<double>));
 static_assert(sizeof(ProbeCounters) == kProbeTable.size() * sizeof(Counter));
+static_assert(sizeof(IgtlCounters) == kIgtlTable.size() * sizeof(Counter));
 static_assert(sizeof(QueueCounters) == kQueueTable.size() * sizeof(Counter));
 static_assert(sizeof(RingCounters) == kRingTable.size() * sizeof(Counter));
 static_assert(sizeof(RenderCounters) ==

@@ -9,7 +9,7 @@
 
 #include "proto/base/printable.hpp"
 #include "server/cli/picture_file.hpp"
-#include "server/cli/surface_mesh.hpp"
+#include "server/codec/surface_mesh.hpp"
 
 namespace fanlight {
 

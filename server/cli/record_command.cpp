@@ -247,7 +247,8 @@ Command add_record_command(CLI::App& program) {
   const auto options = std::make_shared<RecordOptions>();
   command
       ->add_option("SOURCE", options->input,
-                   "usb:VENDOR:PRODUCT[:SERIAL] for a probe, phantom: for the simulated one, or a recording")
+                   "usb:VENDOR:PRODUCT[:SERIAL] for a probe, igtl:HOST[:PORT] for a scanner by OpenIGTLink, "
+                   "phantom: for the simulated probe, or a recording")
       ->required();
   command->add_option("--out", options->out, "x.igs.mha: one file; x.igs.mhd: the pixels in a file beside it")
       ->required()

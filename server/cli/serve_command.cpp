@@ -13,7 +13,9 @@
 #include <memory>
 #include <optional>
 
+#include "acquisition/igtl/sent_frames.hpp"
 #include "acquisition/open_source.hpp"
+#include "acquisition/record/plus_fields.hpp"
 #include "acquisition/source/suggested_scene.hpp"
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
@@ -63,10 +65,11 @@ Error wrong_configuration(Error refusal) {
   return refusal;
 }
 
-/// A probe may be plugged in later.
+/// A probe may be plugged in later, and a scanner switched on.
 Error refused_source(const ServeOptions& options, const Error& refusal) {
   const Error placed = options.placed("source", refusal);
-  return options.source.starts_with("usb:") ? placed : wrong_configuration(placed);
+  const bool may_come = options.source.starts_with("usb:") || options.source.starts_with("igtl:");
+  return may_come && refusal.code != ErrorCode::kInvalidArgument ? placed : wrong_configuration(placed);
 }
 
 /// As many of the wanted volumes as kMostCineBytes holds.
@@ -99,7 +102,8 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
           .pipeline_cache = {.folder = user_cache_folder(std::getenv("XDG_CACHE_HOME"), std::getenv("HOME")),
                              .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }},
           .gpu = options.gpu,
-          .recordings = {.folder = options.recording.folder, .form = options.recording.form}};
+          .recordings = {.folder = options.recording.folder, .form = options.recording.form},
+          .sends_frames = !options.igtl.listen.empty()};
 }
 
 /// Ends the process at once, as main() would with this result. A thread is inside the GPU's driver and does
@@ -212,8 +216,11 @@ Result<void> serve(ServeOptions& options) {
   StreamServer::Config config = server_config(options, *size);
   const auto endpoint = listen_endpoint(options);
   if (!endpoint) return options.placed("listen", endpoint.error());
+  auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty());
+  if (!igtl) return options.placed("igtl-listen", igtl.error());
   if (auto made = options.recording.make_folder(); !made) return options.placed("recordings", made.error());
   config.endpoint = *endpoint;
+  config.igtl = *std::move(igtl);
 
   SourceLink link;
   const auto source = open_source(options.source, options.playing, link.probe, &link.replay);
@@ -251,6 +258,14 @@ Result<void> serve(ServeOptions& options) {
   }
   ServerCounters counters;
   StreamServer::Dependencies dependencies = server_dependencies(**pipeline, link, counters);
+  RecordingFacts sent_facts = facts_of(description);
+  sent_facts.source = config.facts.title;  // a path may name a patient
+  SentFrames sent_frames(sent_facts);
+  dependencies.frames = (*pipeline)->frame_tap();
+  dependencies.write_frame = [&sent_frames](const QueuedFrame& frame, std::uint64_t utc_ns,
+                                            igtl::HeadVersion version) {
+    return sent_frames.message(frame, utc_ns, version);
+  };
   if (may_rest(options)) dependencies.audience = &(*pipeline)->audience();
   ServiceNotifier notifier(loops_of(**pipeline));
   std::unique_ptr<StreamServer> server;
@@ -281,6 +296,7 @@ Result<void> serve(ServeOptions& options) {
   const std::string url = page_url(server->endpoint(), !options.tls.empty());
   print_address(description.name, url);
   spdlog::info("listens on {}", url);
+  if (const auto igtl_endpoint = server->igtl_endpoint()) log_igtl(*igtl_endpoint);
   ServiceNotifier::ready(url);
   Result<void> served = server->run();
   const bool stopped = (*pipeline)->stop();
@@ -297,6 +313,8 @@ Result<void> serve(ServeOptions& options) {
 Result<void> check_start(const ServeOptions& options) {
   if (const auto endpoint = listen_endpoint(options); !endpoint)
     return options.placed("listen", endpoint.error());
+  if (const auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty()); !igtl)
+    return options.placed("igtl-listen", igtl.error());
   if (const auto size = parse_picture_size(options.size); !size) return options.placed("size", size.error());
   for (const std::string& sentence : options.misspelt) fmt::print(stderr, "fanlight serve: {}\n", sentence);
   return options.check_inputs();

@@ -129,14 +129,16 @@ void ServeOptions::add_source_options(CLI::App& command) {
   command.option_defaults()->group("Source");
   command
       .add_option("SOURCE,--source", source,
-                  "phantom: (the simulated probe), a recording's path or replay:PATH, or "
-                  "usb:VENDOR:PRODUCT[:SERIAL] (a probe)")
+                  "phantom: (the simulated probe), a recording's path or replay:PATH, "
+                  "usb:VENDOR:PRODUCT[:SERIAL] (a probe), or igtl:HOST[:PORT] (a scanner by OpenIGTLink)")
       ->capture_default_str()
       ->type_name("SOURCE");
   command.add_option("--title", title, "What displays call it; only an admin is told the source")
       ->type_name("TEXT");
   command.option_defaults()->group("Recordings that are played");
-  command.add_option("--geometry", playing.geometry_path, "TOML file with the recording's geometry")
+  command
+      .add_option("--geometry", playing.geometry_path,
+                  "TOML file with the geometry of the recording, or of OpenIGTLink's images")
       ->type_name("FILE");
   add_named_option<ReplaySource::Ending, ReplaySource::Ending>(
       command, "--ending", playing.ending,
@@ -223,6 +225,7 @@ void ServeOptions::add_service_options(CLI::App& command) {
 void ServeOptions::add_to(CLI::App& command) {
   add_source_options(command);
   add_network_options(command);
+  igtl.add_to(command);
   add_access_options(command);
   add_picture_options(command);
   add_volume_options(command);
@@ -257,6 +260,7 @@ Error ServeOptions::placed(const std::string& name, Error refusal) const {
 
 Result<void> ServeOptions::check_inputs() const {
   constexpr std::string_view kProbe = "usb:";
+  constexpr std::string_view kIgtl = "igtl:";
   constexpr std::string_view kPhantom = "phantom:";
   const std::filesystem::path& geometry = playing.geometry_path;
   if (!geometry.empty() && !std::filesystem::exists(geometry)) {
@@ -265,6 +269,9 @@ Result<void> ServeOptions::check_inputs() const {
   }
   if (source.starts_with(kProbe)) {
     const auto address = UsbAddress::parse(std::string_view(source).substr(kProbe.size()));
+    if (!address) return placed("source", address.error());
+  } else if (source.starts_with(kIgtl)) {
+    const auto address = IgtlAddress::parse(std::string_view(source).substr(kIgtl.size()));
     if (!address) return placed("source", address.error());
   } else if (source.starts_with(kPhantom)) {  // which takes a second to make
     const auto parsed = PhantomSource::parse(std::string_view(source).substr(kPhantom.size()), {});

@@ -13,6 +13,7 @@
 #include "proto/exchange/probe_link.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "server/cli/auto_view.hpp"
+#include "server/cli/igtl_options.hpp"
 #include "server/cli/option_sources.hpp"
 #include "server/cli/recording_options.hpp"
 #include "server/cli/scene_options.hpp"
@@ -28,6 +29,7 @@ struct ServeOptions {
   std::string title;
   SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
   std::string listen = "127.0.0.1:8080";
+  IgtlOptions igtl;
   TlsFiles tls;
   bool hsts = false;
   std::string tokens;

@@ -30,6 +30,7 @@ std::string recording_path(const SourceDescription& source) {
 
 std::string usual_title(const std::string& source) {
   if (source.starts_with("phantom:")) return "Phantom (simulated)";
+  if (source.starts_with("igtl:")) return "Scanner (OpenIGTLink)";
   return source.starts_with("usb:") ? "Probe" : "Recording";
 }
 
@@ -45,6 +46,13 @@ void log_service(const ServeOptions& options) {
   if (!options.audit_log.empty()) spdlog::info("the audit log is {}", options.audit_log);
   if (!options.recording.folder.empty())
     spdlog::info("recordings go to {}", std::filesystem::absolute(options.recording.folder).string());
+}
+
+void log_igtl(const boost::asio::ip::tcp::endpoint& endpoint) {
+  spdlog::info("OpenIGTLink on {}:{}", endpoint.address().to_string(), endpoint.port());
+  if (endpoint.address().is_loopback()) return;
+  spdlog::warn("OpenIGTLink has neither encryption nor logins: everyone who reaches {} sees the pictures",
+               endpoint.address().to_string());
 }
 
 void log_device(const Pipeline& pipeline) {

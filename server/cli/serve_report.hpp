@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <boost/asio/ip/tcp.hpp>
 #include <filesystem>
 #include <string>
 
@@ -26,6 +27,9 @@ std::string recording_path(const SourceDescription& source);
 void log_service(const ServeOptions& options);
 void log_device(const Pipeline& pipeline);
 void log_source(const SourceDescription& source);
+
+/// Where OpenIGTLink is served; a warning where others than this machine reach it.
+void log_igtl(const boost::asio::ip::tcp::endpoint& endpoint);
 
 /// "phantom: delivers 60 frames a volume, each of ...", for people.
 std::string source_words(const SourceDescription& source);

@@ -135,6 +135,7 @@ std::vector<Example> examples_of(std::string_view command) {
       {"serve", {"fanlight serve phantom:scene=relief,lost=5", "another body, and frames that are lost"}},
       {"serve", {"fanlight serve liver.igs.mha --speed 0.5", "a recording at half its speed"}},
       {"serve", {"fanlight serve usb:1d50:6190 --title \"Theatre 3\"", "a probe on USB"}},
+      {"serve", {"fanlight serve igtl:scanner.local", "a PlusServer, or a scanner, by OpenIGTLink"}},
       {"serve", {"fanlight serve --listen 9000 --look clinical", "another port, another light"}},
       {"serve", {"fanlight serve --config fanlight.toml", "as a file says"}},
       {"serve", {"fanlight serve --print-config > fanlight.toml", "such a file, with every option"}},

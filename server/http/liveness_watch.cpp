@@ -50,7 +50,8 @@ void LivenessWatch::wait() {
 
 void LivenessWatch::update() {
   PictureLiveness& liveness = dependencies_.liveness;
-  const bool demand_changed = dependencies_.demand.update(dependencies_.sessions.open_count(),
+  const std::size_t others = dependencies_.other_clients ? dependencies_.other_clients() : 0;
+  const bool demand_changed = dependencies_.demand.update(dependencies_.sessions.open_count() + others,
                                                           dependencies_.recording.is_active(), now_ns());
   if (demand_changed && dependencies_.demand.resting()) dependencies_.hub.forget_main_view();
   if (dependencies_.health != nullptr) {
@@ -62,6 +63,7 @@ void LivenessWatch::update() {
   if (!liveness.update(source, now_ns())) return;
   log();
   dependencies_.sessions.liveness_changed();
+  if (dependencies_.changed) dependencies_.changed();
 }
 
 void LivenessWatch::log() const {

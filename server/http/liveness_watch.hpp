@@ -37,6 +37,8 @@ class LivenessWatch {
     const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
     Mailbox<RenderHealth>* health;                     ///< null: the renderer is always well
     SessionRegistry& sessions;
+    std::function<std::size_t()> other_clients{};  ///< who need pictures and are no sessions; empty: none
+    std::function<void()> changed{};               ///< the liveness; may be empty
   };
   LivenessWatch(boost::asio::io_context& loop, const Dependencies& dependencies)
       : dependencies_(dependencies), pause_(loop) {}

@@ -130,6 +130,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                        .end_now = [this] { stop(); },
                        .read_again = [this] { read_again(); },
                        .tell_state = [this] { tell_state(); }}) {
+  if (config.igtl) igtl_.emplace(loop_, *config.igtl, igtl_dependencies());
   access_.audit_to(audit_);
   sessions_.when_opened([this] { liveness_watch_.update(); });
   dependencies_.source_state = [this, of_thread = dependencies.source_state] {
@@ -152,6 +153,21 @@ PictureHub::Config StreamServer::hub_config() {
   };
   config.threads = EncoderPool::usual_threads();
   return config;
+}
+
+IgtlServer::Dependencies StreamServer::igtl_dependencies() {
+  return {.counters = dependencies_.counters,
+          .commands = {.counters = dependencies_.counters,
+                       .scene_store = scene_store_,
+                       .control = control_,
+                       .audit = audit_,
+                       .sessions = sessions_},
+          .state = [this] { return igtl_state(liveness_.report()); },
+          .newest_picture = [this] { return hub_.newest_picture(); },
+          .executor = hub_config().executor,
+          .wants_changed = [this] { liveness_watch_.update(); },
+          .frames = dependencies_.frames,
+          .write_frame = dependencies_.write_frame};
 }
 
 void StreamServer::post(const std::shared_ptr<std::function<void()>>& done) {
@@ -187,6 +203,9 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
       new StreamServer(config, dependencies, std::move(audit), std::move(*access)));
   server->load_presets();
   if (auto listening = server->listener_.open(); !listening) return listening.error();
+  if (server->igtl_) {
+    if (auto listening = server->igtl_->open(); !listening) return listening.error();
+  }
   // The stream descriptor closes its file descriptor, which belongs to the bell: so it gets a duplicate.
   server->bell_.assign(dup(dependencies.bell.file_descriptor()));
   return server;
@@ -225,6 +244,7 @@ void StreamServer::run_loop() {
 
 void StreamServer::begin_chains() {
   if (!ending_) listener_.start();
+  if (!ending_ && igtl_) igtl_->start();
   if (bell_chain_.broken()) watch_bell();
   if (second_chain_.broken()) start_second();
   liveness_watch_.start();
@@ -243,11 +263,13 @@ void StreamServer::end(const std::string& reason) {
   if (dependencies_.ends) dependencies_.ends();
   end_until_ns_ = now_ns() + config_.most_end_ms * 1'000'000;
   for (const auto& session : sessions_.all()) session->end(reason);
+  if (igtl_) igtl_->end();
   stop_without_sessions();
 }
 
 void StreamServer::stop_without_sessions() {
-  if (now_ns() >= end_until_ns_ || sessions_.all().empty()) return stop();
+  const bool all_left = sessions_.all().empty() && (!igtl_ || igtl_->clients() == 0);
+  if (now_ns() >= end_until_ns_ || all_left) return stop();
   end_pause_.expires_after(std::chrono::milliseconds(10));
   end_pause_.async_wait([this, link = end_chain_.link()](boost::system::error_code stopped) {
     if (!stopped) stop_without_sessions();
@@ -306,6 +328,7 @@ void StreamServer::bell_rang() {
   recording_watch_.update();
   if (replay_.update()) tell_of_replay();
   if (cine_.update()) sessions_.cine_changed();
+  if (igtl_) igtl_->frames_came();
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
@@ -313,6 +336,7 @@ void StreamServer::bell_rang() {
     recording_.picture_shown(picture->stamp, picture->width, picture->height, scene_store_);
     demand_.picture_shown(now_ns());
     if (!demand_.resting()) hub_.show(*picture);
+    if (igtl_ && !demand_.resting()) igtl_->show(*picture);
     default_view_.picture_shown(picture->stamp, now_ns());
   }
   liveness_watch_.update();

@@ -21,6 +21,7 @@
 #include "server/http/recording_watch.hpp"
 #include "server/http/rest_api.hpp"
 #include "server/http/server_signals.hpp"
+#include "server/igtl/igtl_server.hpp"
 #include "server/metrics/picture_times.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/net/tls_context.hpp"
@@ -67,6 +68,7 @@ class StreamServer {
     std::size_t most_private_views = kMostPrivateViews;
     RecordingProxy::Config recording;
     SessionLimits session_limits;
+    std::optional<IgtlServer::Config> igtl{};  ///< absent: no OpenIGTLink
   };
   /// All must outlive the server. `bell`: rung by the mailboxes that the server reads, and when the result of
   /// source_state() changes.
@@ -88,6 +90,9 @@ class StreamServer {
     std::optional<RecordingLink> recording{};  ///< absent: nothing is recorded
     CineLink* cine = nullptr;                  ///< null: nothing is ever frozen
     Audience* audience = nullptr;              ///< null: every volume is rendered, whoever looks
+    FrameTap* frames = nullptr;                ///< of the source, for OpenIGTLink; null: none are sent
+    /// See IgtlServer::Dependencies.
+    decltype(IgtlServer::Dependencies::write_frame) write_frame{};
     /// For whoever supervises the process; each may be empty. Server thread.
     std::function<void(const PictureLiveness::Report& report)> second_passed{};
     std::function<bool()> read_again{};  ///< on SIGHUP, before files are read again; false: to end instead
@@ -103,6 +108,11 @@ class StreamServer {
 
   /// The address that it listens on, with the port that the system chose if the configuration has port 0.
   boost::asio::ip::tcp::endpoint endpoint() const { return listener_.endpoint(); }
+
+  /// Of OpenIGTLink, with the port that the system chose; nullopt: there is none.
+  std::optional<boost::asio::ip::tcp::endpoint> igtl_endpoint() const {
+    return igtl_ ? std::optional(igtl_->endpoint()) : std::nullopt;
+  }
 
   /// Blocks and serves until SIGINT, SIGTERM, stop(), or a failure, which it returns. Signals: see
   /// ServerSignals. After the first signal, or a failure, displays get a close frame and have
@@ -120,6 +130,7 @@ class StreamServer {
  private:
   StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, Authenticator access);
   PictureHub::Config hub_config();
+  IgtlServer::Dependencies igtl_dependencies();
   /// Calls it on the server thread. Any thread. Waits for memory where there is none: the hub counts on it.
   void post(const std::shared_ptr<std::function<void()>>& done);
   /// Runs the loop until stop(). Where memory runs out in a handler, goes on with the others.
@@ -185,6 +196,7 @@ class StreamServer {
   ConnectionLimit connection_limit_;
   boost::asio::io_context loop_{1};
   ConnectionListener listener_;
+  std::optional<IgtlServer> igtl_;
   boost::asio::posix::stream_descriptor bell_{loop_};
   boost::asio::steady_timer second_{loop_};
   boost::asio::steady_timer private_pause_{loop_};
@@ -203,7 +215,12 @@ class StreamServer {
                                  .hub = hub_,
                                  .source_state = dependencies_.source_state,
                                  .health = dependencies_.render_health,
-                                 .sessions = sessions_}};
+                                 .sessions = sessions_,
+                                 .other_clients = [this] { return igtl_ && igtl_->wants_pictures() ? 1 : 0; },
+                                 .changed =
+                                     [this] {
+                                       if (igtl_) igtl_->state_changed();
+                                     }}};
   RecordingWatch recording_watch_{{.proxy = recording_, .sessions = sessions_, .audit = audit_}};
   bool ending_ = false;
   std::int64_t end_until_ns_ = 0;  // then the server ends, whoever is still there

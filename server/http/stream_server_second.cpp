@@ -86,6 +86,7 @@ void StreamServer::second_passed() {
   }
   notify_sessions_of_second();  // first: it frees the memory of sessions that leave
   listener_.second_passed();
+  if (igtl_) igtl_->second_passed();
   rest_api_.answer_waiting(now_ns());
   reload_credentials(false);
   reload_certificates(false);

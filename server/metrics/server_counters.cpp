@@ -21,6 +21,7 @@ std::vector<NamedCount> named_counts(const PipelineCounters& pipeline, const Ser
     append(counts, kAcquisitionTable, pipeline.acquisition);
   });
   append(counts, kProbeTable, pipeline.probe);
+  append(counts, kIgtlTable, pipeline.igtl);
   append(counts, kQueueTable, pipeline.queue);
   append(counts, kRingTable, pipeline.ring);
   append(counts, kRenderTable, pipeline.render);

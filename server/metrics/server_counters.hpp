@@ -46,6 +46,19 @@ struct ServerCounters {
   Counter cine_refusals;        ///< wishes to freeze, or about the last volumes, that were not granted
   Counter probe_changes;
   Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not accept
+
+  // Of OpenIGTLink clients:
+  //   igtl_messages_offered = igtl_messages_sent + igtl_messages_skipped + those that wait or are being sent.
+  Counter igtl_clients_opened;
+  Counter igtl_clients_closed;
+  Counter igtl_clients_stalled;   ///< closed because they acknowledged nothing for five seconds
+  Counter igtl_messages_offered;  ///< of streams; answers are not counted
+  Counter igtl_messages_sent;
+  Counter igtl_bytes_sent;        ///< of those
+  Counter igtl_messages_skipped;  ///< replaced unsent by a newer one, or unsent when the client left
+  Counter igtl_messages_refused;  ///< that came damaged, or were no OpenIGTLink
+  Counter igtl_messages_ignored;  ///< that came and are of no use here
+  Counter igtl_command_refusals;  ///< commands that were not carried out
 };
 
 inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
@@ -96,6 +109,22 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::cine_refusals},
     {"probe_changes", "Changes of the probe that displays asked for and got", &ServerCounters::probe_changes},
     {"probe_refusals", "Changes of the probe that were refused", &ServerCounters::probe_refusals},
+    {"igtl_clients_opened", "OpenIGTLink clients that connected", &ServerCounters::igtl_clients_opened},
+    {"igtl_clients_closed", "OpenIGTLink clients that left", &ServerCounters::igtl_clients_closed},
+    {"igtl_clients_stalled", "OpenIGTLink clients dropped since they took nothing for five seconds",
+     &ServerCounters::igtl_clients_stalled},
+    {"igtl_messages_offered", "OpenIGTLink messages of pictures, surfaces and poses offered to clients",
+     &ServerCounters::igtl_messages_offered},
+    {"igtl_messages_sent", "Of those, sent", &ServerCounters::igtl_messages_sent},
+    {"igtl_bytes_sent", "Bytes of the OpenIGTLink messages sent", &ServerCounters::igtl_bytes_sent},
+    {"igtl_messages_skipped", "Of those offered, replaced by newer ones since the client was too slow",
+     &ServerCounters::igtl_messages_skipped},
+    {"igtl_messages_refused", "Messages of OpenIGTLink clients that were damaged or no OpenIGTLink",
+     &ServerCounters::igtl_messages_refused},
+    {"igtl_messages_ignored", "Messages of OpenIGTLink clients that are of no use here",
+     &ServerCounters::igtl_messages_ignored},
+    {"igtl_command_refusals", "Commands of OpenIGTLink clients that were not carried out",
+     &ServerCounters::igtl_command_refusals},
 });
 
 // Every counter has a row in the table.

@@ -56,6 +56,11 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
       survey_results_(link_.server_bell) {
   if (!config.recordings.folder.empty())
     recorder_.emplace(source_.description(), link_.server_bell, config.recordings);
+  // A third of a second at 100 MB/s: the server does not wait for a disk.
+  constexpr std::uint64_t kSentBytes = 32'000'000;
+  if (config.sends_frames)
+    sent_frames_.emplace(queue_config(source_.description()).largest_frame_bytes, link_.server_bell,
+                         kSentBytes);
 }
 
 Result<std::unique_ptr<Pipeline>> Pipeline::create(const Config& config, const Dependencies& dependencies) {
@@ -110,15 +115,17 @@ void Pipeline::start() {
                                  .pulse = &render_pulse_,
                                  .health = &render_health_,
                                  .remake = [this](const NumberedScene& scene) { return remake(scene); }});
-  acquisition_thread_.emplace(AcquisitionThread::Dependencies{.source = source_,
-                                                              .ring = ring_,
-                                                              .writer_bell = link_.acquisition_bell,
-                                                              .counters = acquisition_counters_,
-                                                              .ended_bell = link_.server_bell,
-                                                              .frame_queue = &queue_,
-                                                              .tap = recorder_ ? &recorder_->tap() : nullptr,
-                                                              .pulse = &acquisition_pulse_},
-                              mismatch_);
+  acquisition_thread_.emplace(
+      AcquisitionThread::Dependencies{
+          .source = source_,
+          .ring = ring_,
+          .writer_bell = link_.acquisition_bell,
+          .counters = acquisition_counters_,
+          .ended_bell = link_.server_bell,
+          .frame_queue = &queue_,
+          .taps = {recorder_ ? &recorder_->tap() : nullptr, sent_frames_ ? &*sent_frames_ : nullptr},
+          .pulse = &acquisition_pulse_},
+      mismatch_);
 }
 
 bool Pipeline::stop() {

@@ -15,6 +15,7 @@
 #include "proto/exchange/cine_link.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
+#include "proto/exchange/frame_tap.hpp"
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/private_view.hpp"
 #include "proto/exchange/probe_link.hpp"
@@ -57,6 +58,7 @@ class Pipeline {
     std::string gpu;                             ///< part of the GPU's name; empty for the best one
     std::optional<Watchdog::Limits> watchdog{};  ///< see Renderer::Config
     Recorder::LeftOvers recordings{};  ///< where recordings go; without a folder nothing is recorded
+    bool sends_frames = false;         ///< the server may send the source's frames: see frame_tap()
   };
   /// Opens a device by a part of its GPU's name. Called again, on the render thread, where the device was
   /// lost.
@@ -113,9 +115,12 @@ class Pipeline {
     return recorder_ ? std::optional(recorder_->link()) : std::nullopt;
   }
 
+  /// The source's frames for the server thread; nullptr where the configuration says that it sends none.
+  FrameTap* frame_tap() { return sent_frames_ ? &*sent_frames_ : nullptr; }
+
   PipelineCounters counters() const {
-    return {acquisition_counters_, ring_.counters(), queue_.counters(), render_counters_,
-            link_.probe.counters};
+    return {acquisition_counters_, ring_.counters(),     queue_.counters(),
+            render_counters_,      link_.probe.counters, link_.probe.igtl};
   }
   std::uint64_t ring_capacity_bytes() const { return ring_.capacity_bytes(); }
 
@@ -151,6 +156,7 @@ class Pipeline {
   Mailbox<RenderHealth> render_health_;
   Mailbox<SurveyResult> survey_results_;
   std::optional<Recorder> recorder_;
+  std::optional<FrameTap> sent_frames_;
   DeviceRenderer renderer_;  // null from start() on: the render thread owns it
   // Last: the threads use the members above.
   std::optional<RenderThread> render_thread_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/cli/surface_mesh.hpp"
+#include "server/codec/surface_mesh.hpp"
 
 #include <gtest/gtest.h>
 

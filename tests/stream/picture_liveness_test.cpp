@@ -69,7 +69,8 @@ class LivenessTest : public testing::Test {
   QueueCounters queue_;
   RenderCounters render_;
   ProbeCounters probe_;
-  PipelineCounters pipeline_{acquisition_, ring_, queue_, render_, probe_};
+  IgtlCounters igtl_;
+  PipelineCounters pipeline_{acquisition_, ring_, queue_, render_, probe_, igtl_};
   PictureLiveness liveness_{pipeline_, now_ns_};
 };
 

@@ -36,21 +36,21 @@ class ServerFixture {
     std::optional<RecordingLink> recording;
     if (!config.recording.folder.empty())
       recording.emplace(RecordingLink{recording_orders_, scene_bell_, recording_status_, picture_notes_});
-    auto server =
-        StreamServer::create(config, {.bell = bell_,
-                                      .pictures = pictures_,
-                                      .scenes = scenes_,
-                                      .failures = failures_,
-                                      .pipeline = {acquisition_, ring_, feed_, render_, probe_.counters},
-                                      .probe = probe_,
-                                      .replay = replay_,
-                                      .counters = counters_,
-                                      .source_state = [this] { return source_state_; },
-                                      .private_views = &private_views_,
-                                      .survey_orders = &survey_orders_,
-                                      .survey_results = &survey_results_,
-                                      .recording = recording,
-                                      .cine = &cine_});
+    auto server = StreamServer::create(
+        config, {.bell = bell_,
+                 .pictures = pictures_,
+                 .scenes = scenes_,
+                 .failures = failures_,
+                 .pipeline = {acquisition_, ring_, feed_, render_, probe_.counters, probe_.igtl},
+                 .probe = probe_,
+                 .replay = replay_,
+                 .counters = counters_,
+                 .source_state = [this] { return source_state_; },
+                 .private_views = &private_views_,
+                 .survey_orders = &survey_orders_,
+                 .survey_results = &survey_results_,
+                 .recording = recording,
+                 .cine = &cine_});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
     endpoint_ = server_->endpoint();
@@ -62,6 +62,8 @@ class ServerFixture {
   }
 
   boost::asio::ip::tcp::endpoint endpoint() const { return endpoint_; }
+  /// Of OpenIGTLink, where the configuration has it.
+  std::uint16_t igtl_port() const { return server_->igtl_endpoint()->port(); }
   const ServerCounters& counters() const { return counters_; }
 
   void tell_replay(const ReplayStatus& status) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/usb/device_clock.hpp"
+#include "acquisition/source/device_clock.hpp"
 
 #include <gtest/gtest.h>
 

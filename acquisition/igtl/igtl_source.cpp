@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/igtl/igtl_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "acquisition/source/printable.hpp"
+#include "proto/base/clock.hpp"
+#include "proto/base/crc64.hpp"
+#include "proto/base/printable.hpp"
+#include "proto/exchange/pulse.hpp"
+#include "proto/igtl/pose_bodies.hpp"
+#include "proto/igtl/timestamp.hpp"
+
+namespace fanlight {
+
+namespace {
+
+using igtl::OpenedMessage;
+
+// A larger gap of FrameIndex is a different numbering and no loss.
+constexpr std::uint32_t kMostLost = 1000;
+// Lengths of one matrix differ in the last bits of its numbers.
+constexpr double kSamePixelShare = 1e-3;
+
+std::array<double, 2> pixel_mm(const igtl::GridPose& pose) {
+  return {std::hypot(pose.i_mm[0], pose.i_mm[1], pose.i_mm[2]),
+          std::hypot(pose.j_mm[0], pose.j_mm[1], pose.j_mm[2])};
+}
+
+/// Checksum of the fields that describe the geometry of all frames.
+std::uint64_t told_by(const igtl::Metadata& metadata) {
+  std::uint64_t sum = 0;
+  const auto add = [&sum](std::string_view text) {
+    sum = crc64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, sum);
+  };
+  metadata.for_each([&](std::string_view name, std::string_view value) {
+    if (!name.starts_with("Fanlight")) return;
+    add(name);
+    add(value);
+  });
+  return sum;
+}
+
+}  // namespace
+
+IgtlSource::IgtlSource(const Config& config, ProbeLink& link)
+    : config_(config),
+      link_(link),
+      counters_(link.igtl),
+      connection_(config.address, config.silence_s, link),
+      device_(config.address.image) {}
+
+Result<std::unique_ptr<IgtlSource>> IgtlSource::create(const Config& config, ProbeLink& link) {
+  if (!(config.wait_s >= 0)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the time to wait for the source is {} s, expected 0 or more", config.wait_s)};
+  }
+  std::unique_ptr<IgtlSource> made(new IgtlSource(config, link));
+  const auto after = [](double seconds) {
+    return now_ns() + static_cast<std::int64_t>(std::min(seconds, 1e9) * 1e9);
+  };
+  const std::int64_t give_up_ns = after(config.wait_s);
+  while (!made->connection_.is_open()) {
+    made->connection_.step();
+    const std::string& trouble = made->connection_.trouble();
+    if (now_ns() >= give_up_ns && !made->connection_.is_open()) {
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("{}, expected an OpenIGTLink server there",
+                               trouble.empty() ? config.address.text() + " does not answer" : trouble)};
+    }
+  }
+  if (auto learned = made->learn_until_known(); !learned) return learned.error();
+  return made;
+}
+
+// ---- messages
+
+/// The sender's time, ns since 1970; without one, now.
+std::int64_t IgtlSource::sender_time_ns() const {
+  const std::uint64_t timestamp = connection_.head().timestamp;
+  return timestamp == 0 ? now_ns() : static_cast<std::int64_t>(igtl::ns_of(timestamp));
+}
+
+void IgtlSource::take_message() {
+  const OpenedMessage opened = igtl::open_message(connection_.head(), connection_.body());
+  if (opened.state == OpenedMessage::State::kMalformed) return counters_.messages_malformed.add();
+  if (opened.state == OpenedMessage::State::kDamaged) {
+    counters_.messages_damaged.add();
+    if (connection_.head().type.view() != "IMAGE" || learning_) return;
+    Held& held = free_place();
+    held.fault = FrameFault::kDamaged;
+    held.image.time_ns = sender_time_ns();
+    held.image.notes = {};
+    held.arrival_ns = now_ns();
+    held.is_there = true;
+    return;
+  }
+  const std::string_view type = connection_.head().type.view();
+  if (type == "IMAGE") return take_image(opened);
+  constexpr std::size_t kMostNames = 200;
+  if (learning_ && seen_.size() < kMostNames && seen_.find(type) == std::string::npos)
+    seen_ += fmt::format("{}{}", seen_.empty() ? "" : ", ", type);
+  if (use_message(opened)) return counters_.messages_used.add();
+  const bool known = type == "TRANSFORM" || type == "TDATA";
+  (known ? counters_.messages_malformed : counters_.messages_ignored).add();
+}
+
+/// False: it is of no use, or malformed.
+bool IgtlSource::use_message(const OpenedMessage& opened) {
+  const igtl::QueryType asked = igtl::query_of(connection_.head().type.view());
+  if (asked.query == igtl::Query::kReply || asked.type == "STATUS") return true;
+  if (asked.query == igtl::Query::kGet && asked.type == "CAPABIL") {
+    connection_.tell_capability();
+    return true;
+  }
+  if (asked.query != igtl::Query::kNone) return false;
+  if (asked.type == "TRANSFORM") {
+    const auto pose = igtl::parse_transform(opened.content);
+    if (pose && opened.metadata.find("TransformStatus") != "INVALID")
+      poses_.add(connection_.head().device, sender_time_ns(), *pose);
+    return pose.has_value();
+  }
+  if (asked.type != "TDATA") return false;
+  for (std::size_t i = 0; i < igtl::tool_count(opened.content); ++i) {
+    const auto tool = igtl::parse_tool(opened.content, i);
+    if (!tool) return false;
+    poses_.add(tool->name, sender_time_ns(), tool->pose);
+  }
+  return true;
+}
+
+void IgtlSource::take_image(const OpenedMessage& opened) {
+  const igtl::MessageHead& head = connection_.head();
+  const auto image = igtl::parse_image(opened.content);
+  if (!image) return counters_.messages_malformed.add();
+  if (!device_.empty() && !(head.device == device_)) return counters_.messages_ignored.add();
+  const std::string why_not = why_no_frame(image->body);
+  if (!why_not.empty() && learning_) {
+    seen_ = fmt::format("an IMAGE {}: {}", in_quotes(head.device.view()), why_not);
+    return counters_.messages_ignored.add();
+  }
+  counters_.messages_used.add();
+  if (device_.empty()) device_ = head.device;
+  Held& held = free_place();
+  held.fault = why_not.empty() ? FrameFault::kNone : FrameFault::kMisfit;
+  held.image = {.body = image->body,
+                .pixels = image->pixels,
+                .metadata = opened.metadata,
+                .notes = frame_notes(opened.metadata),
+                .time_ns = sender_time_ns()};
+  held.arrival_ns = now_ns();
+  if (held.fault == FrameFault::kNone && !image->body.is_whole()) return take_part(*image, held);
+  if (parts_.abandon()) counters_.images_cut.add();
+  // What was parsed refers to the memory that now is the held image's.
+  connection_.swap_body(held.memory);
+  held.is_there = true;
+}
+
+/// The last part stands for the image: its time, its metadata, its matrix.
+void IgtlSource::take_part(const igtl::ReceivedImage& image, Held& held) {
+  const ImageParts::State state = parts_.add(image);
+  if (state == ImageParts::State::kCut || state == ImageParts::State::kStray) counters_.images_cut.add();
+  if (state != ImageParts::State::kWhole) return;
+  held.parts.assign(parts_.pixels().begin(), parts_.pixels().end());
+  held.image.pixels = held.parts;
+  connection_.swap_body(held.memory);  // the metadata refers to the message
+  held.is_there = true;
+}
+
+// ---- what the images are
+
+void IgtlSource::begin_to_learn() {
+  learning_.emplace(config_.address, config_.geometry_path, poses_);
+  seen_.clear();
+}
+
+Result<void> IgtlSource::learn_until_known() {
+  begin_to_learn();
+  const std::int64_t give_up_ns = now_ns() + static_cast<std::int64_t>(std::min(config_.learn_s, 1e9) * 1e9);
+  for (;;) {
+    const bool late = now_ns() >= give_up_ns;
+    if (connection_.step() == IgtlConnection::Event::kMessage) take_message();
+    if (held_.is_there) {
+      const auto known = learn_of_held(late);
+      if (!known) return known.error();
+      if (*known) return {};
+      forget_held();
+    } else if (late) {
+      // An image that came last stays among those that were seen.
+      if (learning_->images() == 0) {
+        return Error{
+            ErrorCode::kBadInput,
+            fmt::format("{}: no image that can be used came in {} s, expected an IMAGE with 2D grey levels; "
+                        "what came: {}",
+                        config_.address.text(), config_.learn_s,
+                        seen_.empty() ? "nothing" : printable(seen_))};
+      }
+      auto fan = learning_->result(true);
+      if (!fan) return fan.error();
+      return use(**std::move(fan));
+    }
+  }
+}
+
+Result<bool> IgtlSource::learn_of_held(bool at_once) {
+  if (held_.fault != FrameFault::kNone) return false;
+  shape_ = shape_of(held_.image);
+  learning_->add(held_.image);
+  auto fan = learning_->result(at_once);
+  if (!fan) return fan.error();
+  if (!*fan) {
+    counters_.images_before_fan.add();
+    return false;
+  }
+  if (auto used = use(**std::move(fan)); !used) return used.error();
+  // A Fanlight's images are frames from the first one on. The others were looked at, this one too.
+  return true;
+}
+
+Result<void> IgtlSource::use(LearnedFan fan) {
+  const bool first = most_frame_bytes_ == 0;
+  const std::uint64_t bytes = fan.source.geometry.frame_bytes();
+  if (!first && fan.source.counts_volumes != fan_.source.counts_volumes) {
+    return Error{ErrorCode::kUnsupported,
+                 fmt::format("{}: the images {} count their volumes now, expected the same as at the start",
+                             config_.address.text(), fan.source.counts_volumes ? "do" : "do not")};
+  }
+  if (first) {
+    most_frame_bytes_ = bytes;
+  } else {
+    ++geometry_revision_;
+    // The ring was made for the first geometry.
+    fan.source.frames_per_volume = fan_.source.frames_per_volume;
+  }
+  fan.source.name = config_.address.text();
+  fan.source.largest_frame_bytes = most_frame_bytes_;
+  fan_ = std::move(fan);
+  levels_.reset();
+  if (!fan_.format.is_grey()) levels_.emplace(fan_.format, fan_.window);
+  grey_.resize(bytes);
+  learning_.reset();
+  return {};
+}
+
+IgtlSource::Shape IgtlSource::shape_of(const IgtlImage& image) const {
+  return {.size = image.body.size,
+          .format = *pixel_format(image.body),
+          .pixel_mm = pixel_mm(image.body.pose),
+          .told = told_by(image.metadata)};
+}
+
+bool IgtlSource::has_new_shape() const {
+  const Shape now = shape_of(held_.image);
+  const auto differs = [](double one, double other) {
+    return std::abs(one - other) > kSamePixelShare * std::max(one, other);
+  };
+  return now.size != shape_.size || now.format != shape_.format || now.told != shape_.told ||
+         differs(now.pixel_mm[0], shape_.pixel_mm[0]) || differs(now.pixel_mm[1], shape_.pixel_mm[1]);
+}
+
+// ---- frames
+
+Result<std::optional<FrameStamp>> IgtlSource::next_frame(std::stop_token stop) {
+  while (!stop.stop_requested()) {
+    Pulse::beat();
+    if (std::exchange(was_announced_, false)) forget_held();
+    if (held_.is_there && held_.fault == FrameFault::kNone) {
+      if (!learning_ && has_new_shape()) {
+        if (held_.image.body.size[0] * std::uint64_t{held_.image.body.size[1]} > most_frame_bytes_) {
+          held_.fault = FrameFault::kMisfit;
+        } else {
+          begin_to_learn();
+        }
+      }
+      if (learning_) {
+        const auto known = learn_of_held(false);
+        if (!known) return known.error();
+        if (!*known) {
+          forget_held();
+          continue;
+        }
+      }
+    }
+    if (held_.is_there && announce()) return std::optional(announced_.stamp);
+    if (connection_.step() == IgtlConnection::Event::kMessage) take_message();
+  }
+  return std::optional<FrameStamp>{};
+}
+
+void IgtlSource::forget_held() {
+  held_.is_there = false;
+  if (next_.is_there) std::swap(held_, next_);
+}
+
+IgtlSource::Placed IgtlSource::placed(const IgtlImage& image) const {
+  if (fan_.angles == LearnedFan::Angles::kNamed) return {.angle_rad = image.notes.angle_rad};
+  igtl::GridPose grid = image.body.pose;
+  if (fan_.angles == LearnedFan::Angles::kTransforms) {
+    const auto device = poses_.find(fan_.device.view());
+    if (!device) return {.may_come = true};
+    const auto answer = poses_.at(*device, image.time_ns);
+    if (answer.may_come || !answer.pose) return {.may_come = answer.may_come};
+    grid = igtl::composed(*answer.pose, grid);
+  }
+  const FrameSize size = frame_size(image.body, config_.address.orientation);
+  const auto pose = frame_pose(grid, config_.address.orientation, size);
+  const auto place = pose ? place_in_fan(fan_.fit, *pose, fan_.centre_column) : std::nullopt;
+  return {.angle_rad = place && lies_in_fan(*place) ? std::optional(place->angle_rad) : std::nullopt};
+}
+
+bool IgtlSource::announce() {
+  double angle_rad = 0;
+  FrameFault fault = held_.fault;
+  if (fault == FrameFault::kNone) {
+    const Placed place = placed(held_.image);
+    const bool waits = place.may_come && !next_.is_there && connection_.is_open();
+    if (waits) return false;
+    if (!place.angle_rad) counters_.images_not_placed.add();
+    if (!place.angle_rad || held_.image.notes.is_invalid) fault = FrameFault::kInvalid;
+    angle_rad = place.angle_rad.value_or(0);
+  }
+  announced_ = {.stamp = stamp_of(held_.image.notes, angle_rad), .fault = fault};
+  was_announced_ = true;
+  return true;
+}
+
+FrameStamp IgtlSource::stamp_of(const FrameNotes& notes, double angle_rad) {
+  const bool damaged = held_.fault == FrameFault::kDamaged;
+  const std::uint64_t sequence = sequence_of(notes);
+  FrameStamp stamp{
+      .sequence = sequence,
+      .volume_index =
+          damaged ? announced_.stamp.volume_index : volume_.continued(notes.volume_index.value_or(0)),
+      .frame_index = notes.frame_index.value_or(0),
+      .frames_in_sweep = notes.frames_in_sweep.value_or(0),
+      .direction = notes.direction.value_or(SweepDirection::kForward),
+      .angle_rad = angle_rad,
+      .geometry_revision = geometry_revision_,
+      .after_interruption = notes.after_interruption,
+      .capture_time_ns = held_.arrival_ns,
+  };
+  const std::uint64_t connection = connection_.number();
+  if (std::exchange(connection_of_last_, connection) != connection && connection > 1) {
+    stamp.after_interruption = true;
+    clock_.reset();
+  }
+  if (!damaged)
+    stamp.capture_time_ns =
+        clock_.host_time_ns(static_cast<std::uint64_t>(held_.image.time_ns), held_.arrival_ns);
+  if (!damaged) last_ = notes;
+  return stamp;
+}
+
+/// By the sender's own count, or by arrival and the gaps of its indices.
+std::uint64_t IgtlSource::sequence_of(const FrameNotes& notes) {
+  if (fan_.sequence_named) {
+    return notes.sequence ? sequence_.continued(*notes.sequence) : announced_.stamp.sequence + 1;
+  }
+  const bool same_sweep = notes.volume_index && notes.volume_index == last_.volume_index;
+  if (same_sweep && notes.frame_index && last_.frame_index && *notes.frame_index > *last_.frame_index) {
+    const std::uint32_t lost = *notes.frame_index - *last_.frame_index - 1;
+    if (lost < kMostLost) arrivals_ += lost;
+  }
+  return arrivals_++;
+}
+
+FrameFault IgtlSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token) {
+  const IgtlImage& image = held_.image;
+  const FrameSize size = frame_size(image.body, config_.address.orientation);
+  std::span<const std::uint8_t> grey = image.pixels;
+  if (levels_) {
+    levels_->convert(image.pixels, grey_);
+    grey = grey_;
+  }
+  if (config_.address.orientation == ImageOrientation{}) {
+    std::ranges::copy(grey, pixels.begin());
+  } else {
+    arrange_frame(grey, config_.address.orientation, size, pixels);
+  }
+  return FrameFault::kNone;
+}
+
+}  // namespace fanlight

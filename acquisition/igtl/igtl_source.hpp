@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/igtl/first_sweeps.hpp"
+#include "acquisition/igtl/igtl_address.hpp"
+#include "acquisition/igtl/igtl_connection.hpp"
+#include "acquisition/igtl/image_parts.hpp"
+#include "acquisition/igtl/pose_history.hpp"
+#include "acquisition/igtl/rising_number.hpp"
+#include "acquisition/source/device_clock.hpp"
+#include "acquisition/source/frame_source.hpp"
+#include "proto/exchange/probe_link.hpp"
+#include "proto/igtl/opened_message.hpp"
+
+namespace fanlight {
+
+/// An OpenIGTLink server as a source: PlusServer, a scanner, another Fanlight. Its 2D images (IMAGE) are the
+/// frames; proto/OPENIGTLINK.md says what else is read of them. The stream never ends by itself: a connection
+/// that is lost is made again, and the frames go on. Faults are counted in IgtlCounters.
+///
+/// All of it runs on the thread that calls next_frame(). After the first frames it allocates nothing, except
+/// where the images change their size or geometry.
+class IgtlSource final : public FrameSource {
+ public:
+  struct Config {
+    IgtlAddress address;
+    std::filesystem::path geometry_path;  ///< see RecordingGeometry; empty: what the images say
+    double wait_s = 5;                    ///< how long create() tries to connect; at least 0
+    double learn_s = 30;                  ///< how long it then looks at images (FirstSweeps)
+    double silence_s = 10;                ///< see IgtlConnection
+  };
+
+  /// Connects, and looks at the first images until their geometry is known. kNotFound: no connection within
+  /// wait_s. kBadInput: no image that can be used within learn_s; others as of FirstSweeps::result(). `link`
+  /// must outlive the source.
+  static Result<std::unique_ptr<IgtlSource>> create(const Config& config, ProbeLink& link);
+
+  const SourceDescription& description() const override { return fan_.source; }
+  Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
+  FrameFault known_fault() const override { return announced_.fault; }
+  FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;
+
+ private:
+  /// An image that came, in memory of its own.
+  struct Held {
+    std::vector<std::uint8_t> memory;  // the image refers to it
+    std::vector<std::uint8_t> parts;   // and to this one, where it came in parts
+    IgtlImage image;
+    std::int64_t arrival_ns = 0;
+    FrameFault fault = FrameFault::kNone;  // else there is no image
+    bool is_there = false;
+  };
+  struct Announced {
+    FrameStamp stamp;
+    FrameFault fault = FrameFault::kNone;
+  };
+  /// What images of one geometry have in common.
+  struct Shape {
+    std::array<std::uint16_t, 3> size{};
+    PixelFormat format;
+    std::array<double, 2> pixel_mm{};
+    std::uint64_t told = 0;  // checksum of the fields named Fanlight...
+  };
+
+  IgtlSource(const Config& config, ProbeLink& link);
+
+  // Messages.
+  void take_message();
+  bool use_message(const igtl::OpenedMessage& opened);
+  void take_image(const igtl::OpenedMessage& opened);
+  void take_part(const igtl::ReceivedImage& image, Held& held);
+  /// For the next image: behind the held one, or in its place. nullptr: both places are taken.
+  Held& free_place() { return held_.is_there ? next_ : held_; }
+  std::int64_t sender_time_ns() const;
+
+  // What the images are.
+  Result<void> learn_until_known();
+  /// Adds the held image. Whether the geometry is known now, and the image is a frame.
+  Result<bool> learn_of_held(bool at_once);
+  void begin_to_learn();
+  Result<void> use(LearnedFan fan);
+  Shape shape_of(const IgtlImage& image) const;
+  bool has_new_shape() const;
+
+  // Frames.
+  struct Placed {
+    std::optional<double> angle_rad;  // absent: it has no place
+    bool may_come = false;            // but may still get one
+  };
+  Placed placed(const IgtlImage& image) const;
+  /// False: its pose may still come.
+  bool announce();
+  FrameStamp stamp_of(const FrameNotes& notes, double angle_rad);
+  std::uint64_t sequence_of(const FrameNotes& notes);
+  void forget_held();
+
+  Config config_;
+  ProbeLink& link_;
+  IgtlCounters& counters_;
+  IgtlConnection connection_;
+  igtl::DeviceName device_;  // whose images are used; empty: not known yet
+  PoseHistory poses_;
+  ImageParts parts_;
+  Held held_;  // the image to announce
+  Held next_;  // and one behind it, which came while the other waits for its pose
+  bool was_announced_ = false;
+
+  std::optional<FirstSweeps> learning_;
+  LearnedFan fan_;
+  std::uint64_t most_frame_bytes_ = 0;  // of the first geometry, for which the ring was made
+  Shape shape_;
+  std::optional<GreyLevels> levels_;
+  std::vector<std::uint8_t> grey_;  // of an image, before it is turned
+  std::uint32_t geometry_revision_ = 0;
+  std::string seen_;  // what came and was no frame, to be told if nothing else comes
+
+  RisingNumber sequence_;
+  RisingNumber volume_;
+  DeviceClock clock_;
+  std::uint64_t arrivals_ = 0;
+  FrameNotes last_;
+  std::uint64_t connection_of_last_ = 0;
+  Announced announced_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "acquisition/record/recorded_frame.hpp"
+#include "proto/exchange/frame_queue.hpp"
+#include "proto/igtl/image_body.hpp"
+#include "proto/igtl/message_writer.hpp"
+
+namespace fanlight {
+
+/// Writes the frames of a source as IMAGE messages, from which IgtlSource gives the same frames again. With
+/// version 2, metadata have all that a recording says of a frame and of its source. One thread.
+class SentFrames {
+ public:
+  /// `facts`: of the source; the geometry is each frame's own.
+  explicit SentFrames(const RecordingFacts& facts) : facts_(facts) {}
+
+  /// Name of the device: pixels of the frame in the transducer frame.
+  static constexpr const char* kDevice = "Image_Transducer";
+
+  /// The message of a usable frame; valid until the next call. `utc_ns`: when it was taken, since 1970.
+  std::span<const std::uint8_t> message(const QueuedFrame& frame, std::uint64_t utc_ns,
+                                        igtl::HeadVersion version);
+
+ private:
+  RecordingFacts facts_;
+  igtl::MessageWriter writer_;
+};
+
+/// Where the pixels of a frame are in the transducer frame. Scan lines of a curved array lie on no grid: they
+/// are placed as if they were parallel, a line and a sample 1 mm wide.
+igtl::GridPose frame_place(const FanGeometry& geometry, double angle_rad);
+
+}  // namespace fanlight

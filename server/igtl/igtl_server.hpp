@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "proto/exchange/frame_tap.hpp"
+#include "proto/model/picture.hpp"
+#include "server/codec/encoder_pool.hpp"
+#include "server/igtl/igtl_commands.hpp"
+#include "server/igtl/igtl_session.hpp"
+#include "server/igtl/igtl_streams.hpp"
+#include "server/igtl/picture_messages.hpp"
+#include "server/net/connection_limit.hpp"
+#include "server/net/loop_chain.hpp"
+#include "server/stream/picture_hub.hpp"
+
+namespace fanlight {
+
+/// OpenIGTLink on a port of its own: pictures, depth maps, surfaces and the camera for 3D Slicer and other
+/// programs (proto/OPENIGTLINK.md). The protocol has neither encryption nor logins. Messages of a picture are
+/// written elsewhere, once for all clients; while that is busy, the newest picture waits. Server thread only.
+class IgtlServer {
+ public:
+  struct Config {
+    boost::asio::ip::tcp::endpoint endpoint;
+    IgtlStreams usual;          ///< sent to clients that ask for nothing
+    Role role = Role::kViewer;  ///< of every client
+    std::size_t most_clients = 64;
+  };
+  /// All must outlive this object.
+  struct Dependencies {
+    ServerCounters& counters;
+    IgtlCommands::Dependencies commands;
+    std::function<IgtlState()> state;                ///< of the picture
+    std::function<const Picture*()> newest_picture;  ///< of the main view; null: none
+    PictureHub::Executor executor;
+    std::function<void()> wants_changed;  ///< wants_pictures() may have changed
+    FrameTap* frames = nullptr;           ///< of the source; nullptr: it sends no frames
+    /// Writes the message of a frame, which is valid until the next call. Not empty where there are frames.
+    std::function<std::span<const std::uint8_t>(const QueuedFrame& frame, std::uint64_t utc_ns,
+                                                igtl::HeadVersion version)>
+        write_frame{};
+  };
+  IgtlServer(boost::asio::io_context& loop, const Config& config, Dependencies dependencies);
+  ~IgtlServer();
+
+  /// Opens the port. kUnavailable if the address is in use or not of this machine.
+  Result<void> open();
+  /// With the port that the system chose if the configuration has port 0. Precondition: open().
+  boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
+  /// Accepts from now on. Begins again where a lack of memory has ended it.
+  void start();
+
+  /// Whether a client wants what a picture is needed for.
+  bool wants_pictures() const;
+  std::size_t clients() const { return sessions_.size(); }
+
+  /// The newest picture of the main view. It must stay unchanged until the next call.
+  void show(const Picture& picture);
+  /// Sends the frames that came.
+  void frames_came();
+  /// The state of the picture has changed.
+  void state_changed();
+  void second_passed();
+  /// Accepts nobody, and tells the clients that the server ends.
+  void end();
+
+ private:
+  struct Job;
+  void accept();
+  void begin(boost::asio::ip::tcp::socket socket);
+  IgtlWanted wanted() const;
+  void wants_changed();
+  void write_messages(const Picture& picture, const IgtlWanted& wanted);
+  void written(Job& job);
+
+  Config config_;
+  Dependencies dependencies_;
+  IgtlCommands commands_;
+  IgtlSession::Dependencies session_dependencies_;
+  ConnectionLimit limit_;
+  boost::asio::ip::tcp::acceptor acceptor_;
+  boost::asio::steady_timer pause_;
+  LoopChain chain_;
+  std::vector<std::shared_ptr<IgtlSession>> sessions_;
+  std::shared_ptr<Job> job_;  // its memory is used again
+  bool busy_ = false;         // the job runs
+  bool newer_waits_ = false;  // a picture, or a wish, came meanwhile
+  int seconds_to_state_ = 0;
+};
+
+}  // namespace fanlight

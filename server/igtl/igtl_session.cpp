@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/igtl/igtl_session.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/write.hpp>
+#include <new>
+#include <utility>
+
+#include "proto/base/printable.hpp"
+
+namespace fanlight {
+
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr std::uint64_t kMostBodyBytes = 64 << 10;  // a command
+// Programs that send images to everybody are read, and their images skipped.
+constexpr std::uint64_t kMostSkippedBytes = std::uint64_t{1} << 30;
+constexpr int kStalledSeconds = 5;
+constexpr std::string_view kCommandDevice = "CMD_";
+
+}  // namespace
+
+IgtlSession::IgtlSession(asio::ip::tcp::socket socket, ConnectionPermit permit, const IgtlStreams& usual,
+                         Principal principal, const Dependencies& dependencies)
+    : socket_(std::move(socket)),
+      permit_(std::move(permit)),
+      principal_(std::move(principal)),
+      dependencies_(dependencies),
+      reader_(kMostBodyBytes, kMostSkippedBytes),
+      started_(usual),
+      wanted_(usual) {}
+
+void IgtlSession::start() {
+  dependencies_.counters.igtl_clients_opened.add();
+  permit_->authenticated();
+  tell_status();
+  read();
+}
+
+// ---- reading
+
+void IgtlSession::read() {
+  if (gone_ || ending_ || reading_ || !has_room()) return;
+  reading_ = true;
+  const auto room = reader_.room();
+  socket_.async_read_some(asio::buffer(room.data(), room.size()),
+                          [self = shared_from_this()](boost::system::error_code failure, std::size_t bytes) {
+                            self->reading_ = false;
+                            if (failure) return self->leave();
+                            self->received(bytes);
+                          });
+}
+
+void IgtlSession::received(std::size_t bytes) {
+  using Event = igtl::MessageReader::Event;
+  if (gone_) return;
+  switch (reader_.filled(bytes)) {
+    case Event::kMore:
+      break;
+    case Event::kMessage:
+      take_message();
+      break;
+    case Event::kSkipped:
+      dependencies_.counters.igtl_messages_ignored.add();
+      break;
+    case Event::kLost:
+    case Event::kUnwanted:
+      dependencies_.counters.igtl_messages_refused.add();
+      spdlog::info("the OpenIGTLink client {} sends no OpenIGTLink: it is disconnected", principal_.address);
+      return leave();
+  }
+  read();
+}
+
+void IgtlSession::take_message() {
+  const igtl::MessageHead& head = reader_.head();
+  const igtl::OpenedMessage opened = igtl::open_message(head, reader_.body());
+  if (opened.state != igtl::OpenedMessage::State::kGood) {
+    dependencies_.counters.igtl_messages_refused.add();
+    return;
+  }
+  if (head.version >= 2) version_ = igtl::HeadVersion::kTwo;
+  const igtl::QueryType query = igtl::query_of(head.type.view());
+  if (query.query != igtl::Query::kNone && query.query != igtl::Query::kReply) return take_query(query);
+  if (query.type == "COMMAND" && query.query == igtl::Query::kNone) return take_command(opened);
+  if (query.type == "STRING" && head.device.view().starts_with(kCommandDevice)) return take_string(opened);
+  // A STATUS is a sign of life.
+  if (query.type != "STATUS") dependencies_.counters.igtl_messages_ignored.add();
+}
+
+void IgtlSession::take_query(const igtl::QueryType& query) {
+  const std::string_view device = reader_.head().device.view();
+  if (query.query == igtl::Query::kStart) return start_stream(query);
+  if (query.query == igtl::Query::kStop) return stop_streams(query);
+  if (query.type == "STATUS") return tell_status();
+  if (query.type == "CAPABIL") {
+    return answer({.type = "CAPABILITY", .device = kIgtlDevice}, [](std::vector<std::uint8_t>& bytes) {
+      const igtl::TypeName types[] = {"IMAGE",      "POLYDATA",    "TRANSFORM",    "STATUS",
+                                      "CAPABILITY", "GET_IMAGE",   "GET_POLYDATA", "GET_TRANS",
+                                      "GET_STATUS", "GET_CAPABIL", "STT_IMAGE",    "STT_POLYDATA",
+                                      "STT_TRANS",  "STP_IMAGE",   "STP_POLYDATA", "STP_TRANS",
+                                      "COMMAND",    "RTS_COMMAND", "STRING"};
+      igtl::put_capability(bytes, types);
+    });
+  }
+  const auto stream = stream_of(query.type, device);
+  if (!stream) {
+    // What is not available is a message without a body.
+    dependencies_.counters.igtl_messages_ignored.add();
+    return answer({.type = igtl::TypeName(query.type), .device = igtl::DeviceName(device)}, {});
+  }
+  has_asked_ = true;
+  once_.set(*stream, true);
+  wanted_.add(once_);
+  dependencies_.wants_changed();
+  dependencies_.asked();
+}
+
+void IgtlSession::start_stream(const igtl::QueryType& query) {
+  const auto stream = stream_of(query.type, reader_.head().device.view());
+  if (stream) {
+    // Who asks gets what was asked for, and no more what is usual.
+    if (!std::exchange(has_asked_, true)) started_ = {};
+    started_.set(*stream, true);
+    wanted_ = started_;
+    wanted_.add(once_);
+    dependencies_.wants_changed();
+    dependencies_.asked();
+  } else {
+    dependencies_.counters.igtl_messages_ignored.add();
+  }
+  answer_query(query.type, stream.has_value());
+}
+
+void IgtlSession::stop_streams(const igtl::QueryType& query) {
+  const std::string_view device = reader_.head().device.view();
+  has_asked_ = true;
+  for (std::size_t i = 0; i < kIgtlStreams; ++i) {
+    const auto stream = static_cast<IgtlStream>(i);
+    const bool meant = device.empty() ? stream_of(query.type, name_of(stream).device) == stream
+                                      : stream_of(query.type, device) == stream;
+    if (meant) started_.set(stream, false);
+  }
+  wanted_ = started_;
+  wanted_.add(once_);
+  dependencies_.wants_changed();
+  answer_query(query.type, true);
+}
+
+/// RTS_TDATA has a byte that says whether it was done; the document leaves those of other types open.
+void IgtlSession::answer_query(std::string_view type, bool good) {
+  answer({.type = igtl::TypeName(fmt::format("RTS_{}", type)), .device = reader_.head().device},
+         [good](std::vector<std::uint8_t>& bytes) { bytes.push_back(good ? 0 : 1); });
+}
+
+// ---- commands
+
+void IgtlSession::take_command(const igtl::OpenedMessage& opened) {
+  const auto command = igtl::parse_command(opened.content);
+  if (!command) {
+    dependencies_.counters.igtl_messages_refused.add();
+    return;
+  }
+  const auto reply = dependencies_.commands.carry_out(command->name.view(), command->text, principal_);
+  answer({.type = "RTS_COMMAND", .device = reader_.head().device}, [&](std::vector<std::uint8_t>& bytes) {
+    igtl::put_command(bytes, {.id = command->id, .name = command->name, .text = reply.xml});
+  });
+}
+
+/// As PLUS took commands before there was COMMAND: CMD_ and an id in the device's name, and ACK_ in that of
+/// the answer. A client that got no answer sends it again; it is carried out once.
+void IgtlSession::take_string(const igtl::OpenedMessage& opened) {
+  const auto text = igtl::parse_string(opened.content);
+  const std::string_view id = reader_.head().device.view().substr(kCommandDevice.size());
+  if (!text) {
+    dependencies_.counters.igtl_messages_refused.add();
+    return;
+  }
+  if (is_repeated(id)) return;
+  const auto reply = dependencies_.commands.carry_out("", *text, principal_);
+  answer({.type = "STRING", .device = igtl::DeviceName(fmt::format("ACK_{}", id))},
+         [&](std::vector<std::uint8_t>& bytes) { igtl::put_string(bytes, reply.xml); });
+}
+
+bool IgtlSession::is_repeated(std::string_view id) {
+  if (std::ranges::find(repeats_, id) != repeats_.end()) return true;
+  repeats_[repeat_at_++ % kRepeats] = id;
+  return false;
+}
+
+// ---- writing
+
+void IgtlSession::tell_status() {
+  const IgtlState state = dependencies_.state();
+  answer({.type = "STATUS", .device = kIgtlDevice}, [&state](std::vector<std::uint8_t>& bytes) {
+    igtl::put_status(bytes, {.code = state.code, .name = std::string_view(state.name), .text = state.text});
+  });
+}
+
+void IgtlSession::answer(const igtl::Envelope& envelope,
+                         const std::function<void(std::vector<std::uint8_t>&)>& put) {
+  // A client that reads nothing is told nothing more; what it asks is not read either.
+  if (gone_ || !has_room()) return;
+  igtl::Envelope in_its_version = envelope;
+  in_its_version.version = version_;
+  auto& bytes = writer_.begin(in_its_version);
+  if (put) put(bytes);
+  const auto message = writer_.finish();
+  answers_.push_back(std::make_shared<const std::vector<std::uint8_t>>(message.begin(), message.end()));
+  pump();
+}
+
+void IgtlSession::offer(IgtlStream stream, const IgtlMessage& message) {
+  if (gone_ || ending_ || message == nullptr || !wanted_.has(stream)) return;
+  dependencies_.counters.igtl_messages_offered.add();
+  if (stream == IgtlStream::kFrames) return offer_frame(message);
+  IgtlMessage& waits = waiting_[static_cast<std::size_t>(stream)];
+  if (waits != nullptr) dependencies_.counters.igtl_messages_skipped.add();
+  waits = message;
+  if (once_.has(stream)) {
+    once_.set(stream, false);
+    wanted_ = started_;
+    wanted_.add(once_);
+  }
+  pump();
+}
+
+void IgtlSession::offer_frame(const IgtlMessage& message) {
+  if (frame_bytes_ + message->size() > kMostFrameBytes)
+    return dependencies_.counters.igtl_messages_skipped.add();
+  frame_bytes_ += message->size();
+  frames_.push_back(message);
+  once_.set(IgtlStream::kFrames, false);
+  wanted_ = started_;
+  wanted_.add(once_);
+  pump();
+}
+
+IgtlMessage IgtlSession::next() {
+  under_way_counts_ = false;
+  if (!answers_.empty()) {
+    IgtlMessage answer = answers_.front();
+    answers_.pop_front();
+    return answer;
+  }
+  for (std::size_t i = 0; i < kIgtlStreams; ++i) {
+    const std::size_t stream = turn_++ % kIgtlStreams;
+    const bool frames = stream == static_cast<std::size_t>(IgtlStream::kFrames);
+    if (frames ? frames_.empty() : waiting_[stream] == nullptr) continue;
+    under_way_counts_ = true;
+    if (!frames) return std::exchange(waiting_[stream], nullptr);
+    IgtlMessage frame = std::move(frames_.front());
+    frames_.pop_front();
+    frame_bytes_ -= frame->size();
+    return frame;
+  }
+  return nullptr;
+}
+
+void IgtlSession::pump() {
+  if (gone_ || under_way_ != nullptr) return;
+  under_way_ = next();
+  if (under_way_ == nullptr) {
+    if (ending_) leave();
+    return;
+  }
+  asio::async_write(socket_, asio::buffer(*under_way_),
+                    [self = shared_from_this()](boost::system::error_code failure, std::size_t bytes) {
+                      if (self->gone_) return;
+                      if (failure) return self->leave();
+                      self->written(bytes);
+                    });
+}
+
+void IgtlSession::written(std::size_t bytes) {
+  if (under_way_counts_) {
+    dependencies_.counters.igtl_messages_sent.add();
+    dependencies_.counters.igtl_bytes_sent.add(bytes);
+  }
+  under_way_ = nullptr;
+  pump();
+  read();  // there may be room for answers again
+}
+
+void IgtlSession::second_passed() {
+  if (gone_) return;
+  if (progress_.seconds_stalled(socket_.native_handle(), under_way_ != nullptr) < kStalledSeconds) return;
+  dependencies_.counters.igtl_clients_stalled.add();
+  spdlog::info("the OpenIGTLink client {} took nothing for {} s: it is disconnected", principal_.address,
+               kStalledSeconds);
+  leave();
+}
+
+void IgtlSession::end() {
+  if (gone_ || ending_) return;
+  answer({.type = "STATUS", .device = kIgtlDevice}, [](std::vector<std::uint8_t>& bytes) {
+    igtl::put_status(bytes,
+                     {.code = igtl::StatusCode::kShuttingDown, .name = "end", .text = "the server ends"});
+  });
+  ending_ = true;
+  pump();
+}
+
+void IgtlSession::leave() {
+  if (std::exchange(gone_, true)) return;
+  for (IgtlMessage& waits : waiting_)
+    if (std::exchange(waits, nullptr) != nullptr) dependencies_.counters.igtl_messages_skipped.add();
+  dependencies_.counters.igtl_messages_skipped.add(frames_.size());
+  frames_.clear();
+  if (under_way_ != nullptr && under_way_counts_) dependencies_.counters.igtl_messages_skipped.add();
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  // Pending operations may keep this object longer than the server.
+  permit_.reset();
+  dependencies_.counters.igtl_clients_closed.add();
+  dependencies_.left(*this);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "proto/igtl/message_reader.hpp"
+#include "proto/igtl/message_writer.hpp"
+#include "proto/igtl/opened_message.hpp"
+#include "proto/igtl/text_bodies.hpp"
+#include "server/access/role.hpp"
+#include "server/igtl/igtl_commands.hpp"
+#include "server/igtl/igtl_state.hpp"
+#include "server/igtl/igtl_streams.hpp"
+#include "server/igtl/picture_messages.hpp"
+#include "server/metrics/server_counters.hpp"
+#include "server/net/connection_limit.hpp"
+#include "server/net/send_progress.hpp"
+
+namespace fanlight {
+
+/// One OpenIGTLink client: what it asks for, and what it is sent. At most one read and one write are under
+/// way. Of each stream one message waits, and a newer one replaces it: a client that reads slowly loses its
+/// own messages only. One that acknowledges no byte for five seconds is disconnected. Server thread only; the
+/// pending operations keep it alive.
+///
+/// It is answered in the version of the header that it uses itself, and in version 1 until it has sent
+/// anything.
+class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
+ public:
+  struct Dependencies {
+    ServerCounters& counters;
+    IgtlCommands& commands;
+    std::function<IgtlState()> state;  ///< of the picture
+    std::function<void()> asked;       ///< a message of a stream is wanted now
+    std::function<void()> wants_changed;
+    std::function<void(IgtlSession&)> left;
+  };
+  /// `usual`: what is sent to a client that asks for nothing. `dependencies` must outlive the session.
+  IgtlSession(boost::asio::ip::tcp::socket socket, ConnectionPermit permit, const IgtlStreams& usual,
+              Principal principal, const Dependencies& dependencies);
+
+  void start();
+
+  igtl::HeadVersion version() const { return version_; }
+  /// The streams that it is sent, and those of which it waits for one message.
+  const IgtlStreams& wanted() const { return wanted_; }
+  const std::string& address() const { return principal_.address; }
+
+  /// A new message of a stream; replaces the one that waits. Frames do not: a sweep needs all of them. They
+  /// wait up to kMostFrameBytes, and newer ones are lost beyond that.
+  void offer(IgtlStream stream, const IgtlMessage& message);
+  /// Tells the state of the picture.
+  void tell_status();
+
+  void second_passed();
+  /// Says that the server ends, and closes once that is sent.
+  void end();
+  /// Closes at once.
+  void leave();
+  bool is_gone() const { return gone_; }
+
+ private:
+  void read();
+  void received(std::size_t bytes);
+  void take_message();
+  void take_query(const igtl::QueryType& query);
+  void start_stream(const igtl::QueryType& query);
+  void stop_streams(const igtl::QueryType& query);
+  void answer_query(std::string_view type, bool good);
+  void take_command(const igtl::OpenedMessage& opened);
+  void take_string(const igtl::OpenedMessage& opened);
+  bool is_repeated(std::string_view id);
+  void answer(const igtl::Envelope& envelope, const std::function<void(std::vector<std::uint8_t>&)>& put);
+  void offer_frame(const IgtlMessage& message);
+  bool has_room() const { return answers_.size() < kMostAnswers; }
+  void pump();
+  IgtlMessage next();
+  void written(std::size_t bytes);
+
+  static constexpr std::size_t kMostAnswers = 16;
+  static constexpr std::size_t kMostFrameBytes = 32 << 20;  // a third of a second at 100 MB/s
+  static constexpr std::size_t kRepeats = 10;
+
+  boost::asio::ip::tcp::socket socket_;
+  std::optional<ConnectionPermit> permit_;  // until it leaves
+  Principal principal_;
+  const Dependencies& dependencies_;
+  igtl::MessageReader reader_;
+  igtl::MessageWriter writer_;
+  igtl::HeadVersion version_ = igtl::HeadVersion::kOne;
+  IgtlStreams started_;  // it is sent again and again
+  IgtlStreams once_;     // it has asked for one message
+  IgtlStreams wanted_;   // both
+  bool has_asked_ = false;
+  std::array<IgtlMessage, kIgtlStreams> waiting_;
+  std::deque<IgtlMessage> frames_;  // that wait
+  std::size_t frame_bytes_ = 0;     // of those
+  std::size_t turn_ = 0;            // which stream is next
+  std::deque<IgtlMessage> answers_;
+  std::array<std::string, kRepeats> repeats_;  // ids of the last commands
+  std::size_t repeat_at_ = 0;
+  IgtlMessage under_way_;
+  bool under_way_counts_ = false;  // it is a message of a stream
+  bool reading_ = false;
+  bool ending_ = false;
+  bool gone_ = false;
+  SendProgress progress_;
+};
+
+}  // namespace fanlight
