@@ -99,14 +99,21 @@ void AcquisitionThread::pass_on_unplaced(const FrameStamp& frame, const std::sto
   const FanGeometry& geometry = dependencies_.source.description().geometry;
   // Its pixels are read into the first queue that has room, and copied from there before its reader sees
   // them.
-  for (FrameTap* const tap : dependencies_.taps) {
+  FrameTap* const first = dependencies_.taps[0];
+  FrameTap* const second = dependencies_.taps[1];
+  for (FrameTap* const tap : {first, second}) {
     if (tap == nullptr || !tap->is_open()) continue;
     const std::span<std::uint8_t> pixels = tap->queue().reserve(geometry.frame_bytes());
-    if (pixels.empty()) continue;
+    if (pixels.empty()) continue;  // and counted there
+    // The first one has refused where this is the second.
+    FrameTap* const other = tap == first && second != nullptr && second->is_open() ? second : nullptr;
     const FrameFault fault = dependencies_.source.read_pixels(pixels, stop);
-    if (fault != FrameFault::kNone)
-      return for_each_open_tap([&](FrameQueue& queue) { queue.put_fault(frame, geometry, fault); });
-    for_each_open_tap([&](FrameQueue& queue) { queue.put(frame, geometry, pixels); }, tap);
+    if (fault != FrameFault::kNone) {
+      tap->queue().put_fault(frame, geometry, fault);
+      if (other != nullptr) other->queue().put_fault(frame, geometry, fault);
+      return;
+    }
+    if (other != nullptr) other->queue().put(frame, geometry, pixels);
     return tap->queue().commit(frame, geometry);
   }
 }

@@ -62,11 +62,11 @@ class AcquisitionThread {
   State pull_frames(const std::stop_token& stop);
   void take_frame(const FrameStamp& frame, const std::stop_token& stop);
   void pass_on_unplaced(const FrameStamp& frame, const std::stop_token& stop);
-  /// Calls pass(queue) for each tap that is open, except `but`.
+  /// Calls pass(queue) for each tap that is open.
   template <typename Pass>
-  void for_each_open_tap(const Pass& pass, const FrameTap* but = nullptr) const {
+  void for_each_open_tap(const Pass& pass) const {
     for (FrameTap* const tap : dependencies_.taps)
-      if (tap != nullptr && tap != but && tap->is_open()) pass(tap->queue());
+      if (tap != nullptr && tap->is_open()) pass(tap->queue());
   }
 
   Dependencies dependencies_;

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <numeric>
 #include <utility>
 
 #include "acquisition/igtl/sweep_lengths.hpp"
 #include "acquisition/replay/recorded_stream.hpp"
 #include "acquisition/replay/recording_geometry.hpp"
 #include "acquisition/replay/sector_guess.hpp"
-#include "acquisition/replay/tracked_poses.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/printable.hpp"
 #include "proto/igtl/pose_bodies.hpp"
@@ -27,6 +26,11 @@ constexpr std::uint64_t kMostVolumeBytes = std::uint64_t{2} << 30;
 constexpr std::size_t kImagesAFit = 16;
 // Of the images, so many must have a place or an angle.
 constexpr double kLeastShare = 0.9;
+// More images tell no more; the oldest are forgotten.
+constexpr std::size_t kMostImages = 2048;
+constexpr double kLeastTurnDeg = 1;  // of transforms
+constexpr double kNoTiltDeg = 0.1;
+constexpr double kMostDisagreementDeg = 1;
 
 using Vector = std::array<double, 3>;
 
@@ -34,13 +38,17 @@ double length(const Vector& vector) {
   return std::hypot(vector[0], vector[1], vector[2]);
 }
 
-ImagePose image_pose(const igtl::GridPose& grid) {
-  ImagePose pose{};
-  const Vector* const columns[] = {&grid.i_mm, &grid.j_mm, &grid.k_mm, &grid.first_mm};
-  for (std::size_t row = 0; row < 3; ++row)
-    for (std::size_t column = 0; column < 4; ++column) pose[4 * row + column] = (*columns[column])[row];
-  pose[15] = 1;
-  return pose;
+/// The largest angle between the axes of two poses.
+double turn_deg(const igtl::GridPose& one, const igtl::GridPose& other) {
+  double most = 0;
+  for (const auto axis : {&igtl::GridPose::i_mm, &igtl::GridPose::j_mm, &igtl::GridPose::k_mm}) {
+    const Vector& a = one.*axis;
+    const Vector& b = other.*axis;
+    const double lengths = length(a) * length(b);
+    const double cosine = lengths > 0 ? (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / lengths : 1;
+    most = std::max(most, degrees(std::acos(std::clamp(cosine, -1.0, 1.0))));
+  }
+  return most;
 }
 
 double tilt_deg(const FanFit& fit) {
@@ -49,49 +57,6 @@ double tilt_deg(const FanFit& fit) {
 }
 
 }  // namespace
-
-std::optional<PixelFormat> pixel_format(const igtl::ImageBody& image) {
-  using igtl::ScalarType;
-  switch (image.scalar) {
-    case ScalarType::kUint8:
-      return PixelFormat{};
-    case ScalarType::kInt8:
-      return PixelFormat{.is_signed = true};
-    case ScalarType::kUint16:
-      return PixelFormat{.bytes = 2, .big_endian = image.big_endian};
-    case ScalarType::kInt16:
-      return PixelFormat{.bytes = 2, .is_signed = true, .big_endian = image.big_endian};
-    default:
-      return std::nullopt;
-  }
-}
-
-std::string why_no_frame(const igtl::ImageBody& image) {
-  if (image.size[2] != 1)
-    return fmt::format("the image is a volume of {} slices, expected a 2D image", image.size[2]);
-  if (image.components != 1)
-    return fmt::format("a pixel has {} numbers, expected one: grey levels", image.components);
-  if (!pixel_format(image)) {
-    return fmt::format("the pixels have the type {}, expected whole numbers of 8 or 16 bit: 2 to 5",
-                       static_cast<unsigned>(image.scalar));
-  }
-  const auto [smaller, larger] = std::minmax(image.size[0], image.size[1]);
-  if (smaller < 2 || larger > 4096)
-    return fmt::format("the image has {} x {} pixels, expected 2 to 4096 a side", image.size[0],
-                       image.size[1]);
-  return {};
-}
-
-std::optional<ImagePose> frame_pose(const igtl::GridPose& grid, const ImageOrientation& orientation,
-                                    FrameSize size) {
-  if (orientation.lines_in_rows) return std::nullopt;
-  return turned(image_pose(grid), orientation, size);
-}
-
-FrameSize frame_size(const igtl::ImageBody& image, const ImageOrientation& orientation) {
-  if (orientation.lines_in_rows) return {.columns = image.size[1], .rows = image.size[0]};
-  return {.columns = image.size[0], .rows = image.size[1]};
-}
 
 FirstSweeps::FirstSweeps(const IgtlAddress& address, std::filesystem::path geometry_path,
                          const PoseHistory& poses)
@@ -113,6 +78,7 @@ void FirstSweeps::add(const IgtlImage& image) {
     if (!format.is_grey()) values_.emplace(format);
   }
   first_ = image.body;
+  if (seen_.size() == kMostImages) seen_.erase(seen_.begin(), seen_.begin() + kMostImages / 2);
   seen_.push_back({image.notes, image.body.pose, image.time_ns});
   levels_->convert(image.pixels, grey_);
   for (std::size_t i = 0; i < grey_.size(); ++i) brightest_[i] = std::max(brightest_[i], grey_[i]);
@@ -145,10 +111,10 @@ bool FirstSweeps::is_told() const {
 
 Result<LearnedFan> FirstSweeps::told() const {
   const RecordingFacts facts = *recording_facts(fields_);
-  LearnedFan fan{.format = format_, .sequence_named = true};
+  LearnedFan fan{.format = format_, .sequence_named = true, .is_fanlight = true};
   fan.source = {.counts_volumes = facts.counts_volumes,
                 .frames_per_volume = facts.frames_per_volume,
-                .usual_frames = facts.usual_frames,
+                .usual_frames = std::min(facts.usual_frames, kMostFramesASweep),
                 .first_angle_rad = facts.first_angle_rad,
                 .last_angle_rad = facts.last_angle_rad,
                 .simulated = facts.simulated};
@@ -172,6 +138,8 @@ Result<std::optional<LearnedFan>> FirstSweeps::found(bool at_once) const {
   for (const Seen& each : seen_) notes.push_back(each.notes);
   const SweepLengths lengths = sweep_lengths(notes, angles_rad);
   if (!lengths.enough && !at_once) return std::optional<LearnedFan>();
+  fan.sequence_named =
+      std::ranges::all_of(notes, [](const FrameNotes& each) { return each.sequence.has_value(); });
   fan.source.counts_volumes = lengths.counted;
   fan.source.usual_frames = lengths.longest;
   fan.source.frames_per_volume = lengths.capacity;
@@ -202,51 +170,61 @@ Result<void> FirstSweeps::find_angles(LearnedFan& fan, Angles& angles_rad) const
   return fit(fan, angles_rad);
 }
 
-/// Fits a fan to what may place the images: their matrices, or the transforms of a device. Takes the one that
-/// misses the images least.
-Result<void> FirstSweeps::fit(LearnedFan& fan, Angles& angles_rad) const {
-  struct Candidate {
-    std::optional<std::size_t> device;
-    std::vector<std::size_t> of;
-    FanFit fit;
-    std::string why_not;
-  };
-  std::vector<std::optional<std::size_t>> devices;
-  if (address_.transform.empty()) devices.emplace_back();
-  for (std::size_t device = 0; device < poses_.devices(); ++device)
-    if (address_.transform.empty() || poses_.name(device).view() == address_.transform)
-      devices.emplace_back(device);
-  const double centre_column = (size().columns - 1) / 2.0;
-  std::optional<Candidate> best;
-  for (const auto& device : devices) {
-    Candidate candidate{.device = device};
-    std::vector<ImagePose> poses;
-    for (std::size_t i = 0; i < seen_.size(); ++i) {
-      igtl::GridPose grid = seen_[i].matrix;
-      if (device) {
-        const auto placed = poses_.at(*device, seen_[i].time_ns).pose;
-        if (!placed) continue;
-        grid = igtl::composed(*placed, grid);
-      }
-      const auto pose = frame_pose(grid, address_.orientation, size());
-      if (!pose) continue;
-      poses.push_back(*pose);
-      candidate.of.push_back(i);
+/// The positions that a device's transforms give the images, or their own matrices, and the fan through them.
+/// nullopt: they do not turn, or most images have none.
+std::optional<FirstSweeps::Candidate> FirstSweeps::candidate(std::optional<std::size_t> device) const {
+  Candidate found{.device = device};
+  std::vector<ImagePose> poses;
+  double most_turn_deg = 0;
+  std::optional<igtl::GridPose> first;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    igtl::GridPose grid = seen_[i].matrix;
+    if (device) {
+      const auto placed = poses_.at(*device, seen_[i].time_ns).pose;
+      if (!placed) continue;
+      if (!first) first = placed;
+      most_turn_deg = std::max(most_turn_deg, turn_deg(*first, *placed));
+      grid = igtl::composed(*placed, grid);
     }
-    if (static_cast<double>(poses.size()) < kLeastShare * static_cast<double>(seen_.size())) continue;
-    auto fitted = fit_fan(poses, centre_column);
-    if (!fitted) continue;
-    candidate.fit = *std::move(fitted);
-    candidate.why_not = why_no_fan(candidate.fit);
-    const auto is_better = [](const Candidate& one, const Candidate& other) {
-      if (one.why_not.empty() != other.why_not.empty()) return one.why_not.empty();
-      if (!one.why_not.empty()) return tilt_deg(one.fit) > tilt_deg(other.fit);
-      return one.fit.residual_mm < other.fit.residual_mm;
-    };
-    if (!best || is_better(candidate, *best)) best = std::move(candidate);
+    const auto pose = frame_pose(grid, address_.orientation, size());
+    if (!pose) continue;
+    poses.push_back(*pose);
+    found.of.push_back(i);
   }
-  constexpr double kNoTiltDeg = 0.1;
-  if (!best || tilt_deg(best->fit) < kNoTiltDeg) {
+  const bool enough = static_cast<double>(poses.size()) >= kLeastShare * static_cast<double>(seen_.size());
+  // Images that turn by themselves turn in the frame of reference of a tool at rest, too: that tool moves
+  // them not at all now, and wrongly later.
+  if (!enough || (device && most_turn_deg < kLeastTurnDeg)) return std::nullopt;
+  auto fitted = fit_fan(poses, (size().columns - 1) / 2.0);
+  if (!fitted) return std::nullopt;
+  found.fit = *std::move(fitted);
+  if (tilt_deg(found.fit) < kNoTiltDeg) return std::nullopt;
+  found.why_not = why_no_fan(found.fit);
+  return found;
+}
+
+/// Images' own matrices come first. Of the transforms, those that miss the images least; where none form a
+/// fan, those that turn most.
+std::optional<FirstSweeps::Candidate> FirstSweeps::best_candidate() const {
+  std::optional<Candidate> best;
+  if (address_.transform.empty()) best = candidate(std::nullopt);
+  if (best && best->why_not.empty()) return best;
+  for (std::size_t device = 0; device < poses_.devices(); ++device) {
+    if (!address_.transform.empty() && poses_.name(device).view() != address_.transform) continue;
+    auto other = candidate(device);
+    if (!other) continue;
+    const bool fan = other->why_not.empty();
+    const bool better = !best || (fan != best->why_not.empty() ? fan
+                                  : fan ? other->fit.residual_mm < best->fit.residual_mm
+                                        : tilt_deg(other->fit) > tilt_deg(best->fit));
+    if (better) best = std::move(other);
+  }
+  return best;
+}
+
+Result<void> FirstSweeps::fit(LearnedFan& fan, Angles& angles_rad) const {
+  auto best = best_candidate();
+  if (!best) {
     return Error{
         ErrorCode::kBadInput,
         fmt::format("{}: nothing tells the angles of the images, expected MotorAngleDeg in the metadata of "
@@ -263,13 +241,28 @@ Result<void> FirstSweeps::fit(LearnedFan& fan, Angles& angles_rad) const {
   for (std::size_t i = 0; i < best->of.size(); ++i) angles_rad[best->of[i]] = best->fit.angles_rad[i];
   fan.angles = best->device ? LearnedFan::Angles::kTransforms : LearnedFan::Angles::kMatrices;
   if (best->device) fan.device = poses_.name(*best->device);
-  fan.centre_column = centre_column;
+  fan.centre_column = (size().columns - 1) / 2.0;
   fan.source.notes.push_back(fmt::format(
       "The fan is from {}: an axis was fitted to {} images, which it misses by {:.2f} mm; they slide by "
       "{:.2f} mm along it and turn by {:.2f} deg out of the fan (root mean squares).",
       origin, best->of.size(), best->fit.residual_mm, best->fit.slide_mm, best->fit.turn_deg));
   fan.fit = std::move(best->fit);
   return {};
+}
+
+/// Whether angles that were fitted differ from those that are named by a constant alone: else the places are
+/// of another motion, such as a hand's.
+bool FirstSweeps::agree(const Angles& fitted_rad) const {
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < seen_.size(); ++i)
+    if (fitted_rad[i] && seen_[i].notes.angle_rad)
+      differences.push_back(*fitted_rad[i] - *seen_[i].notes.angle_rad);
+  if (differences.empty()) return false;
+  const auto count = static_cast<double>(differences.size());
+  const double mean = std::accumulate(differences.begin(), differences.end(), 0.0) / count;
+  double squares = 0;
+  for (const double each : differences) squares += (each - mean) * (each - mean) / count;
+  return degrees(std::sqrt(squares)) <= kMostDisagreementDeg;
 }
 
 Result<void> FirstSweeps::add_geometry(LearnedFan& fan) const {
@@ -283,12 +276,13 @@ Result<void> FirstSweeps::add_geometry(LearnedFan& fan) const {
   const bool sized = across_mm > 0 && down_mm > 0;
   if (sized) images.pixel_size = {.width_mm = across_mm, .height_mm = down_mm};
   images.pixel_size_origin = "the images' matrix";
-  if (!fan.sequence_named) add_guesses(images.fanlight_fields, fan, sized ? across_mm / down_mm : 1, down_mm);
+  if (!fan.is_fanlight) add_guesses(images.fanlight_fields, fan, sized ? across_mm / down_mm : 1, down_mm);
   // Angles that are named leave the radius open; places that form a fan tell it.
   bool fitted = fan.angles != LearnedFan::Angles::kNamed;
   LearnedFan placed;
-  Angles unused(seen_.size());
-  if (!fitted && !images.fanlight_fields.contains("FanlightMotorRadiusMm") && fit(placed, unused)) {
+  Angles fitted_rad(seen_.size());
+  if (!fitted && !images.fanlight_fields.contains("FanlightMotorRadiusMm") && fit(placed, fitted_rad) &&
+      agree(fitted_rad)) {
     fitted = true;
     fan.fit = placed.fit;
     fan.source.notes.push_back("The angles are those of the metadata. " + placed.source.notes.front());

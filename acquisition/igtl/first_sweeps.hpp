@@ -12,6 +12,7 @@
 
 #include "acquisition/igtl/frame_notes.hpp"
 #include "acquisition/igtl/igtl_address.hpp"
+#include "acquisition/igtl/igtl_image.hpp"
 #include "acquisition/igtl/pose_history.hpp"
 #include "acquisition/replay/fan_fit.hpp"
 #include "acquisition/replay/pixel_values.hpp"
@@ -20,28 +21,6 @@
 #include "proto/igtl/image_body.hpp"
 
 namespace fanlight {
-
-/// An image as it came, with what was said of it.
-struct IgtlImage {
-  igtl::ImageBody body;
-  std::span<const std::uint8_t> pixels;  ///< as stored; of the whole image
-  igtl::Metadata metadata;
-  FrameNotes notes;
-  std::int64_t time_ns = 0;  ///< the sender's, ns since 1970; without one, of its arrival
-};
-
-/// How a sender stores its pixels; nullopt: not as 8 or 16 bit whole numbers.
-std::optional<PixelFormat> pixel_format(const igtl::ImageBody& image);
-
-/// Why an image is none that a sweep is made of; empty: it is.
-std::string why_no_frame(const igtl::ImageBody& image);
-
-/// Columns and rows of the frames that these images become.
-FrameSize frame_size(const igtl::ImageBody& image, const ImageOrientation& orientation);
-
-/// The pose of a frame; nullopt where its columns are the rows of the image.
-std::optional<ImagePose> frame_pose(const igtl::GridPose& grid, const ImageOrientation& orientation,
-                                    FrameSize size);
 
 /// What makes frames of images.
 struct LearnedFan {
@@ -57,7 +36,8 @@ struct LearnedFan {
   double centre_column = 0;  ///< of the fit
   ValueWindow window;        ///< of pixels that are no grey levels
   PixelFormat format;
-  bool sequence_named = false;  ///< by a Fanlight, which numbers all frames of its source
+  bool sequence_named = false;  ///< the images have a FrameSequence
+  bool is_fanlight = false;     ///< it tells all of its source
 };
 
 /// Finds out by the first images what they are: their geometry, where their angles are told, how long the
@@ -92,7 +72,16 @@ class FirstSweeps {
   Result<LearnedFan> told() const;
   Result<std::optional<LearnedFan>> found(bool at_once) const;
   Result<void> find_angles(LearnedFan& fan, Angles& angles_rad) const;
+  struct Candidate {
+    std::optional<std::size_t> device;  // of the transforms; absent: the images' own matrices
+    std::vector<std::size_t> of;        // the images that have a position
+    FanFit fit;
+    std::string why_not;  // no fan; empty: it is one
+  };
+  std::optional<Candidate> candidate(std::optional<std::size_t> device) const;
+  std::optional<Candidate> best_candidate() const;
   Result<void> fit(LearnedFan& fan, Angles& angles_rad) const;
+  bool agree(const Angles& fitted_rad) const;
   Result<void> add_geometry(LearnedFan& fan) const;
   void add_guesses(Fields& fields, LearnedFan& fan, double column_rows, double row_mm) const;
   FrameSize size() const;

@@ -61,13 +61,19 @@ void IgtlSocket::begin_look_up() {
     return;
   }
   // A server for names that does not answer must not stop the caller.
-  std::thread([look_up = look_up_, host = host_, port = port_] {
+  const auto look = [look_up = look_up_, host = host_, port = port_] {
     addrinfo* list = nullptr;
     const addrinfo named = wanted(AI_NUMERICSERV);
     look_up->failure = getaddrinfo(host.c_str(), port.c_str(), &named, &list);
     look_up->found.reset(look_up->failure == 0 ? list : nullptr);
     look_up->done.store(true, std::memory_order_release);
-  }).detach();
+  };
+  try {
+    std::thread(look).detach();
+  } catch (const std::system_error&) {
+    look_up_->failure = EAI_AGAIN;  // the system makes no thread now
+    look_up_->done.store(true, std::memory_order_release);
+  }
 }
 
 bool IgtlSocket::look_up_step(int most_ms) {

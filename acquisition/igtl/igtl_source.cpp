@@ -9,8 +9,6 @@
 
 #include "acquisition/source/printable.hpp"
 #include "proto/base/clock.hpp"
-#include "proto/base/crc64.hpp"
-#include "proto/base/printable.hpp"
 #include "proto/exchange/pulse.hpp"
 #include "proto/igtl/pose_bodies.hpp"
 #include "proto/igtl/timestamp.hpp"
@@ -23,33 +21,21 @@ using igtl::OpenedMessage;
 
 // A larger gap of FrameIndex is a different numbering and no loss.
 constexpr std::uint32_t kMostLost = 1000;
-// Lengths of one matrix differ in the last bits of its numbers.
-constexpr double kSamePixelShare = 1e-3;
 
-std::array<double, 2> pixel_mm(const igtl::GridPose& pose) {
-  return {std::hypot(pose.i_mm[0], pose.i_mm[1], pose.i_mm[2]),
-          std::hypot(pose.j_mm[0], pose.j_mm[1], pose.j_mm[2])};
-}
-
-/// Checksum of the fields that describe the geometry of all frames.
-std::uint64_t told_by(const igtl::Metadata& metadata) {
-  std::uint64_t sum = 0;
-  const auto add = [&sum](std::string_view text) {
-    sum = crc64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, sum);
-  };
-  metadata.for_each([&](std::string_view name, std::string_view value) {
-    if (!name.starts_with("Fanlight")) return;
-    add(name);
-    add(value);
+/// PLUS says in the metadata whether a pose is one: NameStatus is OK, or OUT_OF_VIEW, MISSING and others.
+bool is_good(const igtl::Metadata& metadata, std::string_view name) {
+  bool good = true;
+  metadata.for_each([&](std::string_view key, std::string_view value) {
+    if (key.size() == name.size() + 6 && key.starts_with(name) && key.ends_with("Status"))
+      good = value == "OK";
   });
-  return sum;
+  return good;
 }
 
 }  // namespace
 
 IgtlSource::IgtlSource(const Config& config, ProbeLink& link)
     : config_(config),
-      link_(link),
       counters_(link.igtl),
       connection_(config.address, config.silence_s, link),
       device_(config.address.image) {}
@@ -85,20 +71,31 @@ std::int64_t IgtlSource::sender_time_ns() const {
   return timestamp == 0 ? now_ns() : static_cast<std::int64_t>(igtl::ns_of(timestamp));
 }
 
+/// What came of the last connection does not go on.
+void IgtlSource::begin_connection() {
+  if (parts_.abandon()) counters_.images_cut.add();
+  poses_.clear();
+}
+
+/// Of an image of ours, a frame that is counted; all else is counted as a message alone.
+void IgtlSource::take_damaged() {
+  counters_.messages_damaged.add();
+  const igtl::MessageHead& head = connection_.head();
+  if (head.type.view() != "IMAGE" || learning_ || !(head.device == device_)) return;
+  (void)parts_.abandon();
+  Held& held = free_place();
+  held.fault = FrameFault::kDamaged;
+  held.image.time_ns = sender_time_ns();
+  held.image.notes = {};
+  held.arrival_ns = now_ns();
+  held.is_there = true;
+}
+
 void IgtlSource::take_message() {
+  if (std::exchange(connection_of_message_, connection_.number()) != connection_.number()) begin_connection();
   const OpenedMessage opened = igtl::open_message(connection_.head(), connection_.body());
   if (opened.state == OpenedMessage::State::kMalformed) return counters_.messages_malformed.add();
-  if (opened.state == OpenedMessage::State::kDamaged) {
-    counters_.messages_damaged.add();
-    if (connection_.head().type.view() != "IMAGE" || learning_) return;
-    Held& held = free_place();
-    held.fault = FrameFault::kDamaged;
-    held.image.time_ns = sender_time_ns();
-    held.image.notes = {};
-    held.arrival_ns = now_ns();
-    held.is_there = true;
-    return;
-  }
+  if (opened.state == OpenedMessage::State::kDamaged) return take_damaged();
   const std::string_view type = connection_.head().type.view();
   if (type == "IMAGE") return take_image(opened);
   constexpr std::size_t kMostNames = 200;
@@ -120,17 +117,22 @@ bool IgtlSource::use_message(const OpenedMessage& opened) {
   if (asked.query != igtl::Query::kNone) return false;
   if (asked.type == "TRANSFORM") {
     const auto pose = igtl::parse_transform(opened.content);
-    if (pose && opened.metadata.find("TransformStatus") != "INVALID")
-      poses_.add(connection_.head().device, sender_time_ns(), *pose);
+    if (pose && is_good(opened.metadata, "Transform")) add_pose(connection_.head().device, *pose);
     return pose.has_value();
   }
   if (asked.type != "TDATA") return false;
   for (std::size_t i = 0; i < igtl::tool_count(opened.content); ++i) {
     const auto tool = igtl::parse_tool(opened.content, i);
     if (!tool) return false;
-    poses_.add(tool->name, sender_time_ns(), tool->pose);
+    if (is_good(opened.metadata, tool->name.view())) add_pose(tool->name, tool->pose);
   }
   return true;
+}
+
+/// Where a device is chosen, the others would take its place.
+void IgtlSource::add_pose(const igtl::DeviceName& device, const igtl::GridPose& pose) {
+  const std::string& chosen = config_.address.transform;
+  if (chosen.empty() || device.view() == chosen) poses_.add(device, sender_time_ns(), pose);
 }
 
 void IgtlSource::take_image(const OpenedMessage& opened) {
@@ -171,97 +173,6 @@ void IgtlSource::take_part(const igtl::ReceivedImage& image, Held& held) {
   held.is_there = true;
 }
 
-// ---- what the images are
-
-void IgtlSource::begin_to_learn() {
-  learning_.emplace(config_.address, config_.geometry_path, poses_);
-  seen_.clear();
-}
-
-Result<void> IgtlSource::learn_until_known() {
-  begin_to_learn();
-  const std::int64_t give_up_ns = now_ns() + static_cast<std::int64_t>(std::min(config_.learn_s, 1e9) * 1e9);
-  for (;;) {
-    const bool late = now_ns() >= give_up_ns;
-    if (connection_.step() == IgtlConnection::Event::kMessage) take_message();
-    if (held_.is_there) {
-      const auto known = learn_of_held(late);
-      if (!known) return known.error();
-      if (*known) return {};
-      forget_held();
-    } else if (late) {
-      // An image that came last stays among those that were seen.
-      if (learning_->images() == 0) {
-        return Error{
-            ErrorCode::kBadInput,
-            fmt::format("{}: no image that can be used came in {} s, expected an IMAGE with 2D grey levels; "
-                        "what came: {}",
-                        config_.address.text(), config_.learn_s,
-                        seen_.empty() ? "nothing" : printable(seen_))};
-      }
-      auto fan = learning_->result(true);
-      if (!fan) return fan.error();
-      return use(**std::move(fan));
-    }
-  }
-}
-
-Result<bool> IgtlSource::learn_of_held(bool at_once) {
-  if (held_.fault != FrameFault::kNone) return false;
-  shape_ = shape_of(held_.image);
-  learning_->add(held_.image);
-  auto fan = learning_->result(at_once);
-  if (!fan) return fan.error();
-  if (!*fan) {
-    counters_.images_before_fan.add();
-    return false;
-  }
-  if (auto used = use(**std::move(fan)); !used) return used.error();
-  // A Fanlight's images are frames from the first one on. The others were looked at, this one too.
-  return true;
-}
-
-Result<void> IgtlSource::use(LearnedFan fan) {
-  const bool first = most_frame_bytes_ == 0;
-  const std::uint64_t bytes = fan.source.geometry.frame_bytes();
-  if (!first && fan.source.counts_volumes != fan_.source.counts_volumes) {
-    return Error{ErrorCode::kUnsupported,
-                 fmt::format("{}: the images {} count their volumes now, expected the same as at the start",
-                             config_.address.text(), fan.source.counts_volumes ? "do" : "do not")};
-  }
-  if (first) {
-    most_frame_bytes_ = bytes;
-  } else {
-    ++geometry_revision_;
-    // The ring was made for the first geometry.
-    fan.source.frames_per_volume = fan_.source.frames_per_volume;
-  }
-  fan.source.name = config_.address.text();
-  fan.source.largest_frame_bytes = most_frame_bytes_;
-  fan_ = std::move(fan);
-  levels_.reset();
-  if (!fan_.format.is_grey()) levels_.emplace(fan_.format, fan_.window);
-  grey_.resize(bytes);
-  learning_.reset();
-  return {};
-}
-
-IgtlSource::Shape IgtlSource::shape_of(const IgtlImage& image) const {
-  return {.size = image.body.size,
-          .format = *pixel_format(image.body),
-          .pixel_mm = pixel_mm(image.body.pose),
-          .told = told_by(image.metadata)};
-}
-
-bool IgtlSource::has_new_shape() const {
-  const Shape now = shape_of(held_.image);
-  const auto differs = [](double one, double other) {
-    return std::abs(one - other) > kSamePixelShare * std::max(one, other);
-  };
-  return now.size != shape_.size || now.format != shape_.format || now.told != shape_.told ||
-         differs(now.pixel_mm[0], shape_.pixel_mm[0]) || differs(now.pixel_mm[1], shape_.pixel_mm[1]);
-}
-
 // ---- frames
 
 Result<std::optional<FrameStamp>> IgtlSource::next_frame(std::stop_token stop) {
@@ -276,13 +187,9 @@ Result<std::optional<FrameStamp>> IgtlSource::next_frame(std::stop_token stop) {
           begin_to_learn();
         }
       }
-      if (learning_) {
-        const auto known = learn_of_held(false);
-        if (!known) return known.error();
-        if (!*known) {
-          forget_held();
-          continue;
-        }
+      if (learning_ && !learn_again()) {
+        forget_held();
+        continue;
       }
     }
     if (held_.is_there && announce()) return std::optional(announced_.stamp);
@@ -303,7 +210,7 @@ IgtlSource::Placed IgtlSource::placed(const IgtlImage& image) const {
     const auto device = poses_.find(fan_.device.view());
     if (!device) return {.may_come = true};
     const auto answer = poses_.at(*device, image.time_ns);
-    if (answer.may_come || !answer.pose) return {.may_come = answer.may_come};
+    if (!answer.pose || (answer.may_come && !next_.is_there)) return {.may_come = answer.may_come};
     grid = igtl::composed(*answer.pose, grid);
   }
   const FrameSize size = frame_size(image.body, config_.address.orientation);
@@ -330,35 +237,41 @@ bool IgtlSource::announce() {
 
 FrameStamp IgtlSource::stamp_of(const FrameNotes& notes, double angle_rad) {
   const bool damaged = held_.fault == FrameFault::kDamaged;
-  const std::uint64_t sequence = sequence_of(notes);
+  const std::uint64_t connection = connection_.number();
+  const bool anew = std::exchange(connection_of_last_, connection) != connection;
+  const std::uint64_t sequence = sequence_of(notes, anew);
   FrameStamp stamp{
       .sequence = sequence,
       .volume_index =
-          damaged ? announced_.stamp.volume_index : volume_.continued(notes.volume_index.value_or(0)),
+          damaged ? announced_.stamp.volume_index : volume_.continued(notes.volume_index.value_or(0), anew),
       .frame_index = notes.frame_index.value_or(0),
       .frames_in_sweep = notes.frames_in_sweep.value_or(0),
-      .direction = notes.direction.value_or(SweepDirection::kForward),
+      .direction = direction_of(notes, angle_rad),
       .angle_rad = angle_rad,
       .geometry_revision = geometry_revision_,
       .after_interruption = notes.after_interruption,
       .capture_time_ns = held_.arrival_ns,
   };
-  const std::uint64_t connection = connection_.number();
-  if (std::exchange(connection_of_last_, connection) != connection && connection > 1) {
+  if (anew && connection > 1) {
     stamp.after_interruption = true;
     clock_.reset();
   }
   if (!damaged)
     stamp.capture_time_ns =
         clock_.host_time_ns(static_cast<std::uint64_t>(held_.image.time_ns), held_.arrival_ns);
-  if (!damaged) last_ = notes;
+  if (!damaged) {
+    last_ = notes;
+    last_angle_rad_ = angle_rad;
+  } else if (last_.frame_index) {
+    ++*last_.frame_index;  // it came, so that it is not missing
+  }
   return stamp;
 }
 
 /// By the sender's own count, or by arrival and the gaps of its indices.
-std::uint64_t IgtlSource::sequence_of(const FrameNotes& notes) {
+std::uint64_t IgtlSource::sequence_of(const FrameNotes& notes, bool anew) {
   if (fan_.sequence_named) {
-    return notes.sequence ? sequence_.continued(*notes.sequence) : announced_.stamp.sequence + 1;
+    return notes.sequence ? sequence_.continued(*notes.sequence, anew) : announced_.stamp.sequence + 1;
   }
   const bool same_sweep = notes.volume_index && notes.volume_index == last_.volume_index;
   if (same_sweep && notes.frame_index && last_.frame_index && *notes.frame_index > *last_.frame_index) {
@@ -366,6 +279,22 @@ std::uint64_t IgtlSource::sequence_of(const FrameNotes& notes) {
     if (lost < kMostLost) arrivals_ += lost;
   }
   return arrivals_++;
+}
+
+/// As it is named. Otherwise as the angle moves within the sweep; a new sweep near the place where the last
+/// one ended goes the other way, and one that begins elsewhere goes the same.
+SweepDirection IgtlSource::direction_of(const FrameNotes& notes, double angle_rad) {
+  if (notes.direction) return direction_ = *notes.direction;
+  const double moved_rad = angle_rad - last_angle_rad_;
+  if (notes.volume_index == last_.volume_index) {
+    if (moved_rad > 0) direction_ = SweepDirection::kForward;
+    if (moved_rad < 0) direction_ = SweepDirection::kBackward;
+    return direction_;
+  }
+  const double range_rad = fan_.source.last_angle_rad - fan_.source.first_angle_rad;
+  if (std::abs(moved_rad) > range_rad / 2) return direction_;
+  const bool upper_end = angle_rad > (fan_.source.first_angle_rad + fan_.source.last_angle_rad) / 2;
+  return direction_ = upper_end ? SweepDirection::kBackward : SweepDirection::kForward;
 }
 
 FrameFault IgtlSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token) {

@@ -74,11 +74,14 @@ class IgtlSource final : public FrameSource {
 
   // Messages.
   void take_message();
+  void take_damaged();
+  void begin_connection();
   bool use_message(const igtl::OpenedMessage& opened);
   void take_image(const igtl::OpenedMessage& opened);
   void take_part(const igtl::ReceivedImage& image, Held& held);
-  /// For the next image: behind the held one, or in its place. nullptr: both places are taken.
+  /// For the next image: behind the held one, or in its place. Precondition: one of them is free.
   Held& free_place() { return held_.is_there ? next_ : held_; }
+  void add_pose(const igtl::DeviceName& device, const igtl::GridPose& pose);
   std::int64_t sender_time_ns() const;
 
   // What the images are.
@@ -86,6 +89,7 @@ class IgtlSource final : public FrameSource {
   /// Adds the held image. Whether the geometry is known now, and the image is a frame.
   Result<bool> learn_of_held(bool at_once);
   void begin_to_learn();
+  bool learn_again();
   Result<void> use(LearnedFan fan);
   Shape shape_of(const IgtlImage& image) const;
   bool has_new_shape() const;
@@ -99,11 +103,11 @@ class IgtlSource final : public FrameSource {
   /// False: its pose may still come.
   bool announce();
   FrameStamp stamp_of(const FrameNotes& notes, double angle_rad);
-  std::uint64_t sequence_of(const FrameNotes& notes);
+  std::uint64_t sequence_of(const FrameNotes& notes, bool anew);
+  SweepDirection direction_of(const FrameNotes& notes, double angle_rad);
   void forget_held();
 
   Config config_;
-  ProbeLink& link_;
   IgtlCounters& counters_;
   IgtlConnection connection_;
   igtl::DeviceName device_;  // whose images are used; empty: not known yet
@@ -122,12 +126,15 @@ class IgtlSource final : public FrameSource {
   std::uint32_t geometry_revision_ = 0;
   std::string seen_;  // what came and was no frame, to be told if nothing else comes
 
-  RisingNumber sequence_;
-  RisingNumber volume_;
+  RisingNumber sequence_{64};  // so far the assembler takes frames out of order
+  RisingNumber volume_{1};     // a frame of the sweep before
   DeviceClock clock_;
   std::uint64_t arrivals_ = 0;
   FrameNotes last_;
-  std::uint64_t connection_of_last_ = 0;
+  double last_angle_rad_ = 0;
+  SweepDirection direction_ = SweepDirection::kForward;
+  std::uint64_t connection_of_last_ = 0;     // of the last frame
+  std::uint64_t connection_of_message_ = 0;  // of the last message
   Announced announced_;
 };
 

@@ -2,7 +2,6 @@
 #include "acquisition/igtl/pose_history.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 
 namespace fanlight {
 
@@ -22,10 +21,6 @@ igtl::GridPose between(const igtl::GridPose& from, const igtl::GridPose& to, dou
 
 }  // namespace
 
-PoseHistory::PoseHistory() {
-  for (History& history : histories_) history.poses.resize(kMostPoses);
-}
-
 void PoseHistory::clear() {
   for (History& history : histories_) history.count = 0;
 }
@@ -41,36 +36,45 @@ void PoseHistory::add(const igtl::DeviceName& device, std::int64_t time_ns, cons
   if (!known && devices_ == kMostDevices) return;
   History& history = histories_[known ? *known : devices_++];
   history.name = device;
+  history.poses.resize(kMostPoses);
   // A clock that goes back ends what was known.
   if (history.count > 0 && time_ns < newest(history, 0).time_ns) history.count = 0;
   history.poses[history.count++ % kMostPoses] = {time_ns, pose};
 }
 
+/// How many of the newest poses are later than the time. They rise in time.
+std::size_t PoseHistory::later_than(const History& history, std::int64_t time_ns) const {
+  std::size_t low = 0;
+  std::size_t high = std::min(history.count, kMostPoses);
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (newest(history, middle).time_ns > time_ns) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
 PoseHistory::Answer PoseHistory::at(std::size_t device, std::int64_t time_ns) const {
   const History& history = histories_[device];
   const std::size_t kept = std::min(history.count, kMostPoses);
-  const Timed* after = nullptr;
-  for (std::size_t back = 0; back < kept; ++back) {
-    const Timed& each = newest(history, back);
-    if (std::abs(each.time_ns - time_ns) <= kSameNs) return {each.pose, false};
-    if (each.time_ns > time_ns) {
-      after = &each;
-      continue;
-    }
-    const bool near = time_ns - each.time_ns <= kMostApartNs;
-    if (after == nullptr) return {near ? std::optional(each.pose) : std::nullopt, true};
-    const bool both_near = near && after->time_ns - time_ns <= kMostApartNs;
-    if (!both_near) {
-      if (near) return {each.pose, false};
-      break;
-    }
-    const double share =
-        static_cast<double>(time_ns - each.time_ns) / static_cast<double>(after->time_ns - each.time_ns);
-    return {between(each.pose, after->pose, share), false};
+  const std::size_t later = later_than(history, time_ns);
+  const Timed* const after = later > 0 ? &newest(history, later - 1) : nullptr;
+  const Timed* const before = later < kept ? &newest(history, later) : nullptr;
+  const std::int64_t since_ns = before != nullptr ? time_ns - before->time_ns : kMostApartNs + 1;
+  const std::int64_t until_ns = after != nullptr ? after->time_ns - time_ns : kMostApartNs + 1;
+  const bool may_come = after == nullptr && since_ns > kSameNs;
+  if (since_ns <= kSameNs) return {before->pose, false};
+  if (until_ns <= kSameNs) return {after->pose, false};
+  if (since_ns <= kMostApartNs && until_ns <= kMostApartNs) {
+    const double share = static_cast<double>(since_ns) / static_cast<double>(since_ns + until_ns);
+    return {between(before->pose, after->pose, share), false};
   }
-  if (after == nullptr) return {std::nullopt, true};
-  const bool near = after->time_ns - time_ns <= kMostApartNs;
-  return {near ? std::optional(after->pose) : std::nullopt, false};
+  if (since_ns <= kMostApartNs) return {before->pose, may_come};
+  if (until_ns <= kMostApartNs) return {after->pose, false};
+  return {std::nullopt, may_come};
 }
 
 }  // namespace fanlight

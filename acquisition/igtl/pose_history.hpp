@@ -13,18 +13,16 @@
 namespace fanlight {
 
 /// The last poses of each device that sends transforms, to find the one of an image. Times are the sender's,
-/// ns since 1970. One thread. The constructor allocates all memory.
+/// ns since 1970. One thread. Allocates with the first pose of a device.
 class PoseHistory {
  public:
   static constexpr std::size_t kMostDevices = 16;
   /// So many poses of a device are kept.
-  static constexpr std::size_t kMostPoses = 2048;
+  static constexpr std::size_t kMostPoses = 8192;
   /// A pose further away in time is not of the image.
   static constexpr std::int64_t kMostApartNs = 50'000'000;
 
-  PoseHistory();
-
-  /// A pose that came. Those of further devices than kMostDevices are forgotten.
+  /// A pose that came. Those of further devices than kMostDevices are not kept.
   void add(const igtl::DeviceName& device, std::int64_t time_ns, const igtl::GridPose& pose);
   void clear();
 
@@ -50,6 +48,7 @@ class PoseHistory {
     std::vector<Timed> poses;  // a ring
     std::size_t count = 0;     // that came
   };
+  std::size_t later_than(const History& history, std::int64_t time_ns) const;
   const Timed& newest(const History& history, std::size_t back) const {
     return history.poses[(history.count - 1 - back) % kMostPoses];
   }

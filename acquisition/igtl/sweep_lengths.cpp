@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kLeastReturnRad = radians(0.2);
 constexpr double kReturnShare = 0.1;
+constexpr std::uint32_t kMostNamed = 100'000;  // no sweep has so many; sums with it do not wrap
 
 /// The parts between changes of the sweep.
 struct Parts {
@@ -32,7 +33,7 @@ Parts by_index(std::span<const FrameNotes> images) {
   for (std::size_t i = 0; i < images.size(); ++i) {
     if (i > 0 && images[i].volume_index != images[i - 1].volume_index) parts.add(std::exchange(frames, 0));
     ++frames;
-    parts.longest = std::max(parts.longest, images[i].frames_in_sweep.value_or(0));
+    parts.longest = std::max(parts.longest, std::min(images[i].frames_in_sweep.value_or(0), kMostNamed));
   }
   parts.add(frames);
   return parts;

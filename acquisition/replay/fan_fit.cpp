@@ -152,12 +152,14 @@ std::optional<PlaceInFan> place_in_fan(const FanFit& fit, const ImagePose& pose,
   return PlaceInFan{
       .angle_rad = std::atan2(plane->down.dot(axis.cross(forward)), plane->down.dot(forward)),
       .miss_mm = across_axis(apart, axis).length(),
+      .slide_mm = std::abs(axis.dot(apart)),
       .turn_deg = degrees(turn_rad(*plane, axis)),
   };
 }
 
 bool lies_in_fan(const PlaceInFan& place) {
-  return place.miss_mm <= kMostResidualMm && place.turn_deg <= kMostTurnDeg;
+  return place.miss_mm <= kMostResidualMm && place.slide_mm <= kMostResidualMm &&
+         place.turn_deg <= kMostTurnDeg;
 }
 
 std::string why_no_fan(const FanFit& fit) {

@@ -32,6 +32,7 @@ struct FanFit {
 struct PlaceInFan {
   double angle_rad = 0;
   double miss_mm = 0;   ///< distance of its own axis from the fan's
+  double slide_mm = 0;  ///< along the axis
   double turn_deg = 0;  ///< angle of its rows to the axis
 };
 

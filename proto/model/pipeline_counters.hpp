@@ -173,7 +173,7 @@ struct IgtlCounters {
   Counter images_cut;          ///< of several parts, of which some did not come
   Counter images_before_fan;   ///< used to find out the geometry; frames come after them
   Counter places_lost;  ///< bytes that are no head, or a length that lies: the connection was made anew
-  Counter silences;     ///< nothing came for five seconds; the connection was made anew
+  Counter silences;     ///< nothing came for ten seconds; the connection was made anew
   Counter connections_made;
   Counter connections_failed;
   Counter connections_lost;
@@ -198,7 +198,7 @@ inline constexpr auto kIgtlTable = std::to_array<CountRow<IgtlCounters>>({
      &IgtlCounters::images_before_fan},
     {"igtl_source_places_lost", "Times that the bytes were no message, and the connection was made anew",
      &IgtlCounters::places_lost},
-    {"igtl_source_silences", "Times that nothing came for five seconds, and the connection was made anew",
+    {"igtl_source_silences", "Times that nothing came for ten seconds, and the connection was made anew",
      &IgtlCounters::silences},
     {"igtl_source_connections_made", "Connections to the OpenIGTLink server",
      &IgtlCounters::connections_made},

@@ -60,7 +60,7 @@ IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencie
                                                 [&](const auto& each) { return each.get() == &session; });
                                   wants_changed();
                                 }},
-      limit_(config.most_clients, config.most_clients),
+      limit_(config.most_clients, config.most_clients_a_host),
       acceptor_(loop),
       pause_(loop),
       job_(std::make_shared<Job>()) {}
@@ -121,8 +121,9 @@ void IgtlServer::begin(tcp::socket socket) {
                       .name = "OpenIGTLink",
                       .proof = {},
                       .address = fmt::format("{}:{}", remote.address().to_string(), remote.port())};
-  const auto session = std::make_shared<IgtlSession>(std::move(socket), *std::move(permit), config_.usual,
-                                                     std::move(principal), session_dependencies_);
+  const auto session =
+      std::make_shared<IgtlSession>(std::move(socket), *std::move(permit), config_.usual,
+                                    std::move(principal), config_.most_messages, session_dependencies_);
   sessions_.push_back(session);
   session->start();
   wants_changed();
@@ -149,8 +150,16 @@ IgtlWanted IgtlServer::wanted() const {
   return all;
 }
 
+IgtlWanted IgtlServer::wanted_of(std::uint64_t picture_id) const {
+  IgtlWanted all;
+  for (const auto& session : sessions_)
+    (session->version() == igtl::HeadVersion::kOne ? all.version_1 : all.version_2)
+        .add(session->wanted_of(picture_id));
+  return all;
+}
+
 void IgtlServer::show(const Picture& picture) {
-  const IgtlWanted now = wanted();
+  const IgtlWanted now = wanted_of(picture.stamp.picture_id);
   if (!now.version_1.any_of_pictures() && !now.version_2.any_of_pictures()) return;
   if (busy_) {
     newer_waits_ = true;
@@ -160,23 +169,26 @@ void IgtlServer::show(const Picture& picture) {
 }
 
 void IgtlServer::write_messages(const Picture& picture, const IgtlWanted& now) {
-  busy_ = true;
   newer_waits_ = false;
   job_->picture = picture;
   job_->wanted = now;
   job_->utc_ns = utc_ns(picture.stamp.volume.last_capture_time_ns);
   job_->no_memory = false;
+  busy_ = true;
   const std::shared_ptr<Job> job = job_;
-  dependencies_.executor(
-      EncoderLane::kHeavy,
-      [job] {
-        try {
-          job->messages = picture_messages(job->picture, job->wanted, job->utc_ns);
-        } catch (const std::bad_alloc&) {
-          job->no_memory = true;
-        }
-      },
-      [this, job] { written(*job); });
+  const auto write = [job] {
+    try {
+      job->messages = picture_messages(job->picture, job->wanted, job->utc_ns);
+    } catch (const std::bad_alloc&) {
+      job->no_memory = true;
+    }
+  };
+  try {
+    dependencies_.executor(EncoderLane::kHeavy, write, [this, job] { written(*job); });
+  } catch (const std::bad_alloc&) {
+    busy_ = false;  // it was not handed over
+    throw;
+  }
 }
 
 void IgtlServer::written(Job& job) {
@@ -185,7 +197,8 @@ void IgtlServer::written(Job& job) {
   for (const auto& session : std::vector(sessions_)) {
     for (std::size_t i = 0; i < kIgtlStreams; ++i) {
       const auto stream = static_cast<IgtlStream>(i);
-      if (stream != IgtlStream::kFrames) session->offer(stream, job.messages.at(stream, session->version()));
+      if (stream != IgtlStream::kFrames)
+        session->offer(stream, job.messages.at(stream, session->version()), job.picture.stamp.picture_id);
     }
   }
   job.messages = {};
@@ -218,6 +231,8 @@ void IgtlServer::state_changed() {
 }
 
 void IgtlServer::second_passed() {
+  if (dependencies_.frames != nullptr)
+    dependencies_.counters.igtl_frames_missed.set(dependencies_.frames->frames_missed());
   for (const auto& session : std::vector(sessions_)) session->second_passed();
   if (--seconds_to_state_ <= 0) state_changed();
 }

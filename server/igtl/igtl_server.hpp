@@ -32,6 +32,8 @@ class IgtlServer {
     IgtlStreams usual;          ///< sent to clients that ask for nothing
     Role role = Role::kViewer;  ///< of every client
     std::size_t most_clients = 64;
+    std::size_t most_clients_a_host = 16;  ///< except this machine
+    std::uint32_t most_messages = 500;     ///< that are read of a client in a second
   };
   /// All must outlive this object.
   struct Dependencies {
@@ -76,6 +78,8 @@ class IgtlServer {
   void accept();
   void begin(boost::asio::ip::tcp::socket socket);
   IgtlWanted wanted() const;
+  /// Without what clients have of this picture already.
+  IgtlWanted wanted_of(std::uint64_t picture_id) const;
   void wants_changed();
   void write_messages(const Picture& picture, const IgtlWanted& wanted);
   void written(Job& job);

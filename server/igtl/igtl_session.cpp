@@ -27,14 +27,15 @@ constexpr std::string_view kCommandDevice = "CMD_";
 }  // namespace
 
 IgtlSession::IgtlSession(asio::ip::tcp::socket socket, ConnectionPermit permit, const IgtlStreams& usual,
-                         Principal principal, const Dependencies& dependencies)
+                         Principal principal, std::uint32_t most_messages, const Dependencies& dependencies)
     : socket_(std::move(socket)),
       permit_(std::move(permit)),
       principal_(std::move(principal)),
       dependencies_(dependencies),
       reader_(kMostBodyBytes, kMostSkippedBytes),
       started_(usual),
-      wanted_(usual) {}
+      wanted_(usual),
+      most_messages_(most_messages) {}
 
 void IgtlSession::start() {
   dependencies_.counters.igtl_clients_opened.add();
@@ -46,14 +47,19 @@ void IgtlSession::start() {
 // ---- reading
 
 void IgtlSession::read() {
-  if (gone_ || ending_ || reading_ || !has_room()) return;
+  if (!may_read()) return;
   reading_ = true;
   const auto room = reader_.room();
   socket_.async_read_some(asio::buffer(room.data(), room.size()),
                           [self = shared_from_this()](boost::system::error_code failure, std::size_t bytes) {
                             self->reading_ = false;
                             if (failure) return self->leave();
-                            self->received(bytes);
+                            try {
+                              self->received(bytes);
+                            } catch (const std::bad_alloc&) {
+                              self->dependencies_.counters.sessions_out_of_memory.add();
+                              self->leave();
+                            }
                           });
 }
 
@@ -64,9 +70,11 @@ void IgtlSession::received(std::size_t bytes) {
     case Event::kMore:
       break;
     case Event::kMessage:
+      ++messages_;
       take_message();
       break;
     case Event::kSkipped:
+      ++messages_;
       dependencies_.counters.igtl_messages_ignored.add();
       break;
     case Event::kLost:
@@ -113,13 +121,27 @@ void IgtlSession::take_query(const igtl::QueryType& query) {
   if (!stream) {
     // What is not available is a message without a body.
     dependencies_.counters.igtl_messages_ignored.add();
-    return answer({.type = igtl::TypeName(query.type), .device = igtl::DeviceName(device)}, {});
+    const std::string_view type = query.type == "TRANS" ? "TRANSFORM" : query.type;
+    return answer({.type = igtl::TypeName(type), .device = igtl::DeviceName(device)}, {});
   }
-  has_asked_ = true;
   once_.set(*stream, true);
+  wants_changed();
+  dependencies_.asked();
+}
+
+void IgtlSession::wants_changed() {
+  wanted_ = started_;
   wanted_.add(once_);
   dependencies_.wants_changed();
-  dependencies_.asked();
+}
+
+IgtlStreams IgtlSession::wanted_of(std::uint64_t picture_id) const {
+  IgtlStreams left = wanted_;
+  for (std::size_t i = 0; i < kIgtlStreams; ++i) {
+    const auto stream = static_cast<IgtlStream>(i);
+    if (sent_of_[i] == picture_id && !once_.has(stream)) left.set(stream, false);
+  }
+  return left;
 }
 
 void IgtlSession::start_stream(const igtl::QueryType& query) {
@@ -128,9 +150,7 @@ void IgtlSession::start_stream(const igtl::QueryType& query) {
     // Who asks gets what was asked for, and no more what is usual.
     if (!std::exchange(has_asked_, true)) started_ = {};
     started_.set(*stream, true);
-    wanted_ = started_;
-    wanted_.add(once_);
-    dependencies_.wants_changed();
+    wants_changed();
     dependencies_.asked();
   } else {
     dependencies_.counters.igtl_messages_ignored.add();
@@ -141,16 +161,17 @@ void IgtlSession::start_stream(const igtl::QueryType& query) {
 void IgtlSession::stop_streams(const igtl::QueryType& query) {
   const std::string_view device = reader_.head().device.view();
   has_asked_ = true;
+  bool any = false;
   for (std::size_t i = 0; i < kIgtlStreams; ++i) {
     const auto stream = static_cast<IgtlStream>(i);
     const bool meant = device.empty() ? stream_of(query.type, name_of(stream).device) == stream
                                       : stream_of(query.type, device) == stream;
-    if (meant) started_.set(stream, false);
+    if (!meant) continue;
+    any = true;
+    started_.set(stream, false);
   }
-  wanted_ = started_;
-  wanted_.add(once_);
-  dependencies_.wants_changed();
-  answer_query(query.type, true);
+  wants_changed();
+  answer_query(query.type, any);
 }
 
 /// RTS_TDATA has a byte that says whether it was done; the document leaves those of other types open.
@@ -216,10 +237,13 @@ void IgtlSession::answer(const igtl::Envelope& envelope,
   pump();
 }
 
-void IgtlSession::offer(IgtlStream stream, const IgtlMessage& message) {
-  if (gone_ || ending_ || message == nullptr || !wanted_.has(stream)) return;
+void IgtlSession::offer(IgtlStream stream, const IgtlMessage& message, std::uint64_t picture_id) {
+  if (gone_ || ending_ || message == nullptr) return;
+  const bool frames = stream == IgtlStream::kFrames;
+  if (!(frames ? wanted_ : wanted_of(picture_id)).has(stream)) return;
   dependencies_.counters.igtl_messages_offered.add();
-  if (stream == IgtlStream::kFrames) return offer_frame(message);
+  if (frames) return offer_frame(message);
+  sent_of_[static_cast<std::size_t>(stream)] = picture_id;
   IgtlMessage& waits = waiting_[static_cast<std::size_t>(stream)];
   if (waits != nullptr) dependencies_.counters.igtl_messages_skipped.add();
   waits = message;
@@ -290,6 +314,8 @@ void IgtlSession::written(std::size_t bytes) {
 
 void IgtlSession::second_passed() {
   if (gone_) return;
+  messages_ = 0;
+  read();
   if (progress_.seconds_stalled(socket_.native_handle(), under_way_ != nullptr) < kStalledSeconds) return;
   dependencies_.counters.igtl_clients_stalled.add();
   spdlog::info("the OpenIGTLink client {} took nothing for {} s: it is disconnected", principal_.address,

@@ -43,19 +43,22 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
     std::function<void(IgtlSession&)> left;
   };
   /// `usual`: what is sent to a client that asks for nothing. `dependencies` must outlive the session.
+  /// `most_messages`: that are read of it in a second.
   IgtlSession(boost::asio::ip::tcp::socket socket, ConnectionPermit permit, const IgtlStreams& usual,
-              Principal principal, const Dependencies& dependencies);
+              Principal principal, std::uint32_t most_messages, const Dependencies& dependencies);
 
   void start();
 
   igtl::HeadVersion version() const { return version_; }
   /// The streams that it is sent, and those of which it waits for one message.
   const IgtlStreams& wanted() const { return wanted_; }
+  /// Of those, what it was not yet sent of this picture, or asks for once more.
+  IgtlStreams wanted_of(std::uint64_t picture_id) const;
   const std::string& address() const { return principal_.address; }
 
   /// A new message of a stream; replaces the one that waits. Frames do not: a sweep needs all of them. They
   /// wait up to kMostFrameBytes, and newer ones are lost beyond that.
-  void offer(IgtlStream stream, const IgtlMessage& message);
+  void offer(IgtlStream stream, const IgtlMessage& message, std::uint64_t picture_id = 0);
   /// Tells the state of the picture.
   void tell_status();
 
@@ -80,6 +83,10 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   void answer(const igtl::Envelope& envelope, const std::function<void(std::vector<std::uint8_t>&)>& put);
   void offer_frame(const IgtlMessage& message);
   bool has_room() const { return answers_.size() < kMostAnswers; }
+  bool may_read() const {
+    return !gone_ && !ending_ && !reading_ && has_room() && messages_ < most_messages_;
+  }
+  void wants_changed();
   void pump();
   IgtlMessage next();
   void written(std::size_t bytes);
@@ -95,10 +102,13 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   igtl::MessageReader reader_;
   igtl::MessageWriter writer_;
   igtl::HeadVersion version_ = igtl::HeadVersion::kOne;
-  IgtlStreams started_;  // it is sent again and again
-  IgtlStreams once_;     // it has asked for one message
-  IgtlStreams wanted_;   // both
-  bool has_asked_ = false;
+  IgtlStreams started_;     // it is sent again and again
+  IgtlStreams once_;        // it has asked for one message
+  IgtlStreams wanted_;      // both
+  bool has_asked_ = false;  // for a stream: it gets what it asks for, and not what is usual
+  std::array<std::uint64_t, kIgtlStreams> sent_of_{};  // id of the newest picture that was offered of each
+  std::uint32_t most_messages_;
+  std::uint32_t messages_ = 0;  // in this second
   std::array<IgtlMessage, kIgtlStreams> waiting_;
   std::deque<IgtlMessage> frames_;  // that wait
   std::size_t frame_bytes_ = 0;     // of those

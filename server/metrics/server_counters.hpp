@@ -58,6 +58,8 @@ struct ServerCounters {
   Counter igtl_messages_skipped;  ///< replaced unsent by a newer one, or unsent when the client left
   Counter igtl_messages_refused;  ///< that came damaged, or were no OpenIGTLink
   Counter igtl_messages_ignored;  ///< that came and are of no use here
+  Gauge<std::uint64_t>
+      igtl_frames_missed;         ///< of the source, before they were written: the server was too slow
   Counter igtl_command_refusals;  ///< commands that were not carried out
 };
 
@@ -123,6 +125,8 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::igtl_messages_refused},
     {"igtl_messages_ignored", "Messages of OpenIGTLink clients that are of no use here",
      &ServerCounters::igtl_messages_ignored},
+    {"igtl_frames_missed", "Frames that the server was too slow to send to any OpenIGTLink client",
+     &ServerCounters::igtl_frames_missed},
     {"igtl_command_refusals", "Commands of OpenIGTLink clients that were not carried out",
      &ServerCounters::igtl_command_refusals},
 });

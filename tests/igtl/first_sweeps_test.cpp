@@ -131,6 +131,36 @@ TEST(FirstSweeps, FitTheAxisToTransforms) {
   EXPECT_NEAR(learned->source.geometry.motor_radius_mm, 30 + learned->source.geometry.face_row * 0.5, 0.01);
 }
 
+TEST(FirstSweeps, TakeTheImagesOwnMatricesBesideAToolAtRest) {
+  Rig rig;
+  for (std::uint32_t i = 0; i < 64; ++i) {
+    const std::uint64_t time_ms = 1'700'000'000'000 + 40 * i;
+    rig.poses.add("StylusToTracker", static_cast<std::int64_t>(time_ms) * 1'000'000, in_room({}));
+    rig.add({.pose = in_room(fan().pose(angle_deg(i, kFrames))), .time_ms = time_ms});
+  }
+  const auto learned = rig.sweeps.result(false);
+  ASSERT_TRUE(learned && *learned);
+  EXPECT_EQ((*learned)->angles, LearnedFan::Angles::kMatrices);
+  Rig chosen(",transform=StylusToTracker");
+  for (std::uint32_t i = 0; i < 64; ++i) {
+    const std::uint64_t time_ms = 1'700'000'000'000 + 40 * i;
+    chosen.poses.add("StylusToTracker", static_cast<std::int64_t>(time_ms) * 1'000'000, in_room({}));
+    chosen.add({.pose = in_room(fan().pose(angle_deg(i, kFrames))), .time_ms = time_ms});
+  }
+  EXPECT_FALSE(chosen.sweeps.result(true)) << "a tool at rest tells no angle";
+}
+
+TEST(FirstSweeps, TakeNoRadiusFromAnotherMotion) {
+  Rig rig;
+  for (std::uint32_t i = 0; i < 64; ++i)  // a hand tilts the probe while its motor sweeps
+    rig.add({.pose = in_room(fan().pose(angle_deg(i, 31))),
+             .metadata = {{"MotorAngleDeg", fmt::format("{}", angle_deg(i, kFrames))}}});
+  const auto learned = rig.sweeps.result(false);
+  ASSERT_FALSE(learned);
+  EXPECT_NE(learned.error().message.find("lacks motor_radius_mm"), std::string::npos)
+      << learned.error().message;
+}
+
 TEST(FirstSweeps, TakeAnglesByNameAndTheRadiusFromPlaces) {
   Rig rig;
   for (std::uint32_t i = 0; i < 64; ++i) {

@@ -16,12 +16,14 @@
 namespace fanlight::test {
 namespace igtl_server_tests {
 
-StreamServer::Config with_igtl(Role role = Role::kOperator) {
+StreamServer::Config with_igtl(Role role = Role::kOperator, std::uint32_t most_messages = 500) {
   IgtlStreams usual;
   usual.set(IgtlStream::kPicture, true);
   usual.set(IgtlStream::kCamera, true);
-  return {.igtl = IgtlServer::Config{
-              .endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0}, .usual = usual, .role = role}};
+  return {.igtl = IgtlServer::Config{.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0},
+                                     .usual = usual,
+                                     .role = role,
+                                     .most_messages = most_messages}};
 }
 
 template <typename Holds>
@@ -112,6 +114,28 @@ TEST(IgtlServer, AnswersQueriesForOneMessage) {
   const auto refused = client.next_of("RTS_QTDATA");
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->opened().content[0], 1);
+}
+
+TEST(IgtlServer, SendsAPictureOnceToEachClient) {
+  ServerFixture server(with_igtl());
+  TestClient first(server.igtl_port());
+  server.show(1, 90);
+  ASSERT_TRUE(first.next_of("TRANSFORM"));
+  TestClient second(server.igtl_port());
+  ASSERT_TRUE(second.next_of("TRANSFORM")) << "who comes later gets the newest picture";
+  ASSERT_TRUE(second.ask("GET_TRANS", ""));
+  ASSERT_TRUE(second.next_of("TRANSFORM")) << "and again where it asks";
+  while (const auto message = first.next(300)) EXPECT_NE(message->type(), "TRANSFORM") << "the others do not";
+}
+
+TEST(IgtlServer, ReadsNoMoreOfAClientThanItsShareOfASecond) {
+  ServerFixture server(with_igtl(Role::kOperator, 20));
+  TestClient client(server.igtl_port());
+  for (int i = 0; i < 60; ++i) ASSERT_TRUE(client.ask("POINT", ""));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  EXPECT_LE(server.counters().igtl_messages_ignored.value(), 40U);
+  EXPECT_TRUE(soon([&] { return server.counters().igtl_messages_ignored.value() == 60; }))
+      << "the rest later";
 }
 
 TEST(IgtlServer, CarriesOutCommands) {
@@ -224,7 +248,7 @@ TEST(IgtlServer, SkipsImagesAndDisconnectsWhatIsNoOpenIgtlink) {
 
 // The lengths of the heads hold, so that the connection lasts; everything else may be wrong.
 TEST(IgtlServer, Stands100000MutatedMessages) {
-  ServerFixture server(with_igtl());
+  ServerFixture server(with_igtl(Role::kOperator, 1'000'000));
   TestClient client(server.igtl_port());
   std::mt19937 random(5);
   std::vector<std::vector<std::uint8_t>> originals;

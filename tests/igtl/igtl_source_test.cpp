@@ -242,6 +242,52 @@ TEST(IgtlSource, CountsImagesForWhichNoPoseCame) {
   EXPECT_GE(rig.counters().images_not_placed.value(), 1U);
 }
 
+TEST(IgtlSource, UsesTheNearestPoseOfASlowTracker) {
+  Rig rig;
+  std::vector<Bytes> first;
+  // 25 images a second, and a pose with every second one.
+  for (std::uint32_t i = 0; i < 65; ++i) {
+    if (i % 2 == 0) first.push_back(transform_of_plus(i));
+    first.push_back(message_of(of_plus(i)));
+  }
+  ASSERT_TRUE(rig.open(first)) << rig.error.message;
+  for (std::uint32_t i = 65; i < 85; ++i) {
+    if (i % 2 == 0) {
+      ASSERT_TRUE(rig.scanner.send(transform_of_plus(i)));
+    }
+    ASSERT_TRUE(rig.scanner.send(message_of(of_plus(i))));
+  }
+  for (const Frame& frame : rig.next(15)) EXPECT_EQ(frame.fault, FrameFault::kNone);
+  EXPECT_EQ(rig.counters().images_not_placed.value(), 0U);
+}
+
+TEST(IgtlSource, UsesNoPoseThatItsTrackerCallsMissing) {
+  igtl::MessageWriter writer;
+  const auto with_status = [&writer](std::uint32_t index, std::string_view status) {
+    const std::pair<std::string_view, std::string_view> items[] = {{"TransformStatus", status}};
+    igtl::put_transform(writer.begin({.type = "TRANSFORM",
+                                      .device = "ProbeToTracker",
+                                      .timestamp = igtl::timestamp_of((kBeganMs + 40 * index) * 1'000'000),
+                                      .version = igtl::HeadVersion::kTwo,
+                                      .metadata = items}),
+                        {.first_mm = {500, 0, 0}});  // nowhere
+    const auto message = writer.finish();
+    return Bytes(message.begin(), message.end());
+  };
+  Rig rig;
+  std::vector<Bytes> first;
+  for (std::uint32_t i = 0; i < 64; ++i) {
+    first.push_back(transform_of_plus(i));
+    if (i % 8 == 3) first.push_back(with_status(i, "OUT_OF_VIEW"));
+    first.push_back(message_of(of_plus(i)));
+  }
+  ASSERT_TRUE(rig.open(first)) << rig.error.message;
+  ASSERT_EQ(rig.next(1).size(), 1U);
+  EXPECT_TRUE(std::ranges::any_of(rig.source->description().notes, [](const std::string& note) {
+    return note.find("misses by 0.00 mm") != std::string::npos;
+  }));
+}
+
 TEST(IgtlSource, ADamagedMessageIsThatFrameAlone) {
   Rig rig;
   ASSERT_TRUE(rig.open({message_of(of_fanlight(0))}));
@@ -257,6 +303,31 @@ TEST(IgtlSource, ADamagedMessageIsThatFrameAlone) {
   EXPECT_EQ(frames[2].fault, FrameFault::kNone);
   EXPECT_EQ(rig.counters().messages_damaged.value(), 1U);
   EXPECT_TRUE(rig.sum_holds());
+  // Another device's damage is no frame of ours.
+  SentImage other = of_fanlight(3);
+  other.device = "Other_Reference";
+  damaged = message_of(other);
+  damaged[200] ^= 1;
+  ASSERT_TRUE(rig.scanner.send(damaged));
+  ASSERT_TRUE(rig.scanner.send(message_of(of_fanlight(3))));
+  const auto next = rig.next(1);
+  ASSERT_EQ(next.size(), 1U);
+  EXPECT_EQ(next[0].fault, FrameFault::kNone);
+  EXPECT_EQ(next[0].stamp.sequence, 3U);
+}
+
+TEST(RisingNumber, GoesOnWhereASenderCountsAnew) {
+  RisingNumber numbers(64);
+  EXPECT_EQ(numbers.continued(500, true), 0U) << "what came before was sent to others";
+  EXPECT_EQ(numbers.continued(501, false), 1U);
+  EXPECT_EQ(numbers.continued(503, false), 3U) << "one is missing";
+  EXPECT_EQ(numbers.continued(502, false), 2U) << "it came out of order";
+  EXPECT_EQ(numbers.continued(504, false), 4U);
+  EXPECT_EQ(numbers.continued(0, false), 5U) << "it counts anew";
+  EXPECT_EQ(numbers.continued(1, false), 6U);
+  EXPECT_EQ(numbers.continued(0, true), 7U) << "on a new connection it may do so at once";
+  EXPECT_EQ(numbers.continued(9, true), 16U) << "or go on";
+  EXPECT_LE(numbers.continued(~std::uint64_t{0}, false), RisingNumber::kMost + 16);
 }
 
 TEST(IgtlSource, ConnectsAgainAndGoesOn) {

@@ -52,7 +52,7 @@ TEST(PoseHistory, ForgetsTheOldestAndAClockThatWentBack) {
   PoseHistory poses;
   for (std::size_t i = 0; i < PoseHistory::kMostPoses + 10; ++i)
     poses.add("A", static_cast<std::int64_t>(i) * kMs, at_x(static_cast<double>(i)));
-  EXPECT_FALSE(poses.at(0, -45 * kMs).pose) << "its neighbours are forgotten";
+  EXPECT_FALSE(poses.at(0, -45 * kMs).pose) << "its neighbours are not kept";
   EXPECT_EQ(poses.at(0, 100 * kMs).pose->first_mm[0], 100);
   poses.add("A", 5 * kMs, at_x(-1));
   EXPECT_FALSE(poses.at(0, 100 * kMs).pose);

@@ -50,7 +50,7 @@ TEST(OpenSource, PassesItsOptionsOn) {
 
 TEST(OpenSource, RefusesInOneSentence) {
   EXPECT_EQ(opened("", {}).error().message,
-            "the source is empty, expected phantom:, replay:PATH or usb:VENDOR:PRODUCT");
+            "the source is empty, expected phantom:, replay:PATH, usb:VENDOR:PRODUCT or igtl:HOST");
   EXPECT_EQ(opened("replay:", {}).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(opened("/no/such/file.mha", {}).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(opened("phantom:colour=red", {}).error().code, ErrorCode::kInvalidArgument);
