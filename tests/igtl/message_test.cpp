@@ -135,7 +135,8 @@ TEST(IgtlHead, NamesQueries) {
 TEST(IgtlImage, KeepsItsPlaceAndPixels) {
   SentImage sent;
   sent.pose = {.i_mm = {0.5, 0, 0}, .j_mm = {0, 0.25, 0.125}, .k_mm = {0, -1, 2}, .first_mm = {-4, 1, 3}};
-  const auto image = igtl::parse_image(opened(message_of(sent)).content);
+  const Bytes message = message_of(sent);
+  const auto image = igtl::parse_image(opened(message).content);
   ASSERT_TRUE(image);
   EXPECT_EQ(image->body.size, (std::array<std::uint16_t, 3>{16, 12, 1}));
   EXPECT_EQ(image->pixels.size(), 16U * 12);

@@ -66,7 +66,8 @@ TEST(PictureMessages, PutThePictureWhereTheSurfaceIs) {
 }
 
 TEST(PictureMessages, GiveThePictureTheSizeThatItHasThereInAPerspective) {
-  const auto image = igtl::parse_image(opened(message_of(picture_of(0.1), IgtlStream::kPicture)).content);
+  const IgtlMessage message = message_of(picture_of(0.1), IgtlStream::kPicture);
+  const auto image = igtl::parse_image(opened(message).content);
   ASSERT_TRUE(image);
   EXPECT_NEAR(image->body.pose.i_mm[0], 0.5 + 14 * 0.1, 1e-6);
   const auto camera = igtl::parse_transform(opened(message_of(picture_of(0.1), IgtlStream::kCamera)).content);
@@ -78,7 +79,8 @@ TEST(PictureMessages, GiveThePictureTheSizeThatItHasThereInAPerspective) {
 TEST(PictureMessages, TellDepthsInMillimetres) {
   Picture picture = picture_of(0);
   picture.depth_mm[3] = -5;
-  const auto image = igtl::parse_image(opened(message_of(picture, IgtlStream::kDepth)).content);
+  const IgtlMessage message = message_of(picture, IgtlStream::kDepth);
+  const auto image = igtl::parse_image(opened(message).content);
   ASSERT_TRUE(image);
   EXPECT_EQ(image->body.scalar, igtl::ScalarType::kFloat32);
   float depth_mm = 0;
@@ -91,7 +93,8 @@ TEST(PictureMessages, TellDepthsInMillimetres) {
 TEST(PictureMessages, HaveASurfaceOfTrianglesInPlace) {
   Picture picture = picture_of(0);
   for (float& depth_mm : picture.depth_mm) depth_mm = 10;
-  const auto content = opened(message_of(picture, IgtlStream::kSurface)).content;
+  const IgtlMessage message = message_of(picture, IgtlStream::kSurface);
+  const auto content = opened(message).content;
   const auto number = [&content](std::size_t at) {
     return std::uint32_t{content[at]} << 24 | content[at + 1] << 16 | content[at + 2] << 8 | content[at + 3];
   };
@@ -121,7 +124,8 @@ TEST(PictureMessages, AreWrittenForThoseWhoWantThem) {
 TEST(PictureMessages, StandAPictureWithoutASurface) {
   Picture picture = picture_of(0);
   for (float& depth_mm : picture.depth_mm) depth_mm = -1;
-  const auto image = igtl::parse_image(opened(message_of(picture, IgtlStream::kPicture)).content);
+  const IgtlMessage message = message_of(picture, IgtlStream::kPicture);
+  const auto image = igtl::parse_image(opened(message).content);
   ASSERT_TRUE(image);
   EXPECT_NEAR(image->body.pose.first_mm[1], -20, 1e-6) << "the view plane";
   EXPECT_EQ(opened(message_of(picture, IgtlStream::kSurface)).state, igtl::OpenedMessage::State::kGood);
