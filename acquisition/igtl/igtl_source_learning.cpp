@@ -131,7 +131,10 @@ bool IgtlSource::has_new_shape() const {
 /// Images that do not tell what they are now may do so later: the source goes on.
 bool IgtlSource::learn_again() {
   const auto known = learn_of_held(false);
-  if (known) return *known;
+  if (known) {
+    if (*known) connection_.tell_trouble("");
+    return *known;
+  }
   connection_.tell_trouble(known.error().message);
   begin_to_learn();
   return false;

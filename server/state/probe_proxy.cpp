@@ -67,6 +67,8 @@ v1::ProbeStatus ProbeProxy::message() const {
 
 std::string ProbeProxy::sentence() const {
   const probe::Settings& settings = status_.settings;
+  if (status_.state == ProbeStatus::State::kAbsent)  // OpenIGTLink in its place, which has no settings
+    return fmt::format("{} of {} is connected", status_.identity.model, status_.identity.serial);
   if (lost()) return fmt::format("the probe {} {} is lost", status_.identity.model, status_.identity.serial);
   return fmt::format("the probe {} {} streams: {} deg, {} frames a volume, {} mm", status_.identity.model,
                      status_.identity.serial, settings.sweep_deg, settings.frames_a_volume,
