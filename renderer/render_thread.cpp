@@ -110,6 +110,7 @@ Result<void> RenderThread::step() {
     take_frames();
   }
   take_survey_order();
+  take_volume_order();
   report();
   const auto new_work = private_turn ? Renderer::NewWork::kWaits : Renderer::NewWork::kBegins;
   if (auto advanced = renderer().advance(new_work); !advanced) return advanced;
@@ -251,6 +252,11 @@ Result<void> RenderThread::take_private_views() {
   return renderer().want(views_);
 }
 
+const Volume* RenderThread::volume_on_show() const {
+  if (cine_.is_frozen()) return cine_.on_show();
+  return volume_ ? &*volume_ : nullptr;
+}
+
 void RenderThread::take_survey_order() {
   if (to_.survey_orders == nullptr) return;
   const SurveyOrder* const order = to_.survey_orders->newest();
@@ -260,9 +266,7 @@ void RenderThread::take_survey_order() {
   result.number = order->number;
   result.choices.clear();
   result.outcome = Outcome::kNoVolume;
-  const Volume* const live = volume_ ? &*volume_ : nullptr;
-  const Volume* const shown = cine_.is_frozen() ? cine_.on_show() : live;
-  if (shown != nullptr) {
+  if (const Volume* const shown = volume_on_show()) {
     try {
       const auto found = auto_scene(*shown, order->scene, renderer().config().size);
       result.outcome = found ? Outcome::kFound : Outcome::kNoSurface;
@@ -276,6 +280,14 @@ void RenderThread::take_survey_order() {
   }
   to_.survey_results->publish();
   to_.counters.turn_began_ns.set(now_ns());  // the driver had no part in this
+}
+
+void RenderThread::take_volume_order() {
+  if (to_.volume_orders == nullptr) return;
+  const VolumeOrder* const order = to_.volume_orders->newest();
+  if (order == nullptr) return;
+  to_.volume_answers->draft() = answer_to(*order, volume_on_show());
+  to_.volume_answers->publish();
 }
 
 void RenderThread::report() {

@@ -12,6 +12,7 @@
 #include "proto/exchange/pulse.hpp"
 #include "proto/exchange/render_health.hpp"
 #include "proto/exchange/survey.hpp"
+#include "proto/exchange/volume_order.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
 #include "renderer/cine.hpp"
@@ -55,6 +56,9 @@ class RenderThread {
     /// Orders to look for the surface of the last volume, and what was found; both null, or neither.
     Mailbox<SurveyOrder>* survey_orders = nullptr;
     Mailbox<SurveyResult>* survey_results = nullptr;
+    /// Orders for a copy of the volume on show, and the answers; both null, or neither.
+    Mailbox<VolumeOrder>* volume_orders = nullptr;
+    Mailbox<VolumeAnswer>* volume_answers = nullptr;
     /// Orders to freeze and to show the last volumes; may be null.
     CineLink* cine = nullptr;
     /// While nobody is present, new volumes are taken and counted, but not rendered; null: they always are.
@@ -92,7 +96,9 @@ class RenderThread {
   void take_cine_orders();
   void take_frames();
   Result<void> take_private_views();
+  const Volume* volume_on_show() const;
   void take_survey_order();
+  void take_volume_order();
   void report();
   void measure_busy();
   void take_scene();

@@ -18,7 +18,6 @@ namespace {
 constexpr double kLeastSpacingMm = 0.01;
 constexpr double kMostSpacingMm = 50;  // few voxels would be left of any body
 constexpr double kMostSide = 4096;
-constexpr double kMostVoxels = 4294967296.0;
 
 struct Bounds {
   std::array<double, 3> least{};
@@ -125,7 +124,8 @@ double usual_spacing_mm(const Volume& volume) {
   return std::max(kStepMm, std::ceil(longest_mm / kVoxels / kStepMm) * kStepMm);
 }
 
-Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const Progress& progress) {
+Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const Progress& progress,
+                                  std::uint64_t most_voxels) {
   const Bounds box = bounds_of(volume);
   GridVolume grid{.origin_mm = box.least, .spacing_mm = spacing_mm};
   double voxels = 1;
@@ -137,12 +137,12 @@ Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const
     if (side <= kMostSide) grid.size[axis] = static_cast<std::uint32_t>(side);
   }
   if (!(spacing_mm >= kLeastSpacingMm && spacing_mm <= kMostSpacingMm) || !(longest <= kMostSide) ||
-      !(voxels <= kMostVoxels)) {
+      !(voxels <= static_cast<double>(most_voxels))) {
     return Error{
         ErrorCode::kInvalidArgument,
-        fmt::format("a spacing of {} mm makes {:.0f} voxels on the longest side, expected at least {} mm "
-                    "and at most {:.0f} voxels a side, and 4 billion in all",
-                    spacing_mm, longest, kLeastSpacingMm, kMostSide)};
+        fmt::format("a spacing of {} mm makes {:.0f} million voxels, {:.0f} on the longest side, expected at "
+                    "least {} mm, at most {:.0f} voxels a side and {} million in all",
+                    spacing_mm, voxels / 1e6, longest, kLeastSpacingMm, kMostSide, most_voxels / 1'000'000)};
   }
   try {
     grid.voxels.resize(grid.bytes());

@@ -22,6 +22,8 @@ struct GridVolume {
   std::uint64_t bytes() const { return std::uint64_t{size[0]} * size[1] * size[2]; }
 };
 
+inline constexpr std::uint64_t kMostVoxels = std::uint64_t{1} << 32;
+
 /// Told after each slice: the share that is done, 0 to 1. False ends the work.
 using Progress = std::function<bool(double share)>;
 
@@ -30,8 +32,9 @@ double usual_spacing_mm(const Volume& volume);
 
 /// Scan conversion: each voxel is interpolated linearly between the two frames around its angle, and
 /// bilinearly in each. No voxel lies beyond the outermost frames. Errors: kInvalidArgument for a spacing
-/// under 0.01 mm or a grid of over 4096 voxels a side or 2^32 in all; kUnavailable: no memory; kStopped by
-/// `progress`.
-Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const Progress& progress);
+/// under 0.01 mm or a grid of over 4096 voxels a side or `most_voxels` in all; kUnavailable: no memory;
+/// kStopped by `progress`.
+Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const Progress& progress,
+                                  std::uint64_t most_voxels = kMostVoxels);
 
 }  // namespace fanlight

@@ -13,19 +13,14 @@ namespace {
 
 static_assert(sizeof(igtl_image_header) == kImageHeaderBytes);
 
-/// Pixels from the first one to the centre, along each axis.
-std::array<double, 3> half_size(const ImageBody& image) {
-  return {(image.size[0] - 1) / 2.0, (image.size[1] - 1) / 2.0, (image.size[2] - 1) / 2.0};
-}
-
-/// `sign`: 1 or -1, times what leads from the first pixel to the centre.
-std::array<double, 3> moved_to_centre(const ImageBody& image, std::array<double, 3> point, double sign) {
-  const auto half = half_size(image);
+/// From the first pixel of a grid to its centre.
+std::array<double, 3> to_centre_mm(const std::array<std::uint16_t, 3>& size, const GridPose& pose) {
+  std::array<double, 3> way_mm{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    point[axis] += sign * (half[0] * image.pose.i_mm[axis] + half[1] * image.pose.j_mm[axis] +
-                           half[2] * image.pose.k_mm[axis]);
+    way_mm[axis] = (size[0] - 1) / 2.0 * pose.i_mm[axis] + (size[1] - 1) / 2.0 * pose.j_mm[axis] +
+                   (size[2] - 1) / 2.0 * pose.k_mm[axis];
   }
-  return point;
+  return way_mm;
 }
 
 std::array<double, 3> vector_of(const igtl_float32* from, double sign) {
@@ -64,6 +59,16 @@ std::size_t bytes_of(ScalarType type) {
   return 0;
 }
 
+std::array<float, 12> grid_matrix(const std::array<std::uint16_t, 3>& size, const GridPose& pose) {
+  std::array<double, 3> centre_mm = to_centre_mm(size, pose);
+  for (std::size_t axis = 0; axis < 3; ++axis) centre_mm[axis] += pose.first_mm[axis];
+  std::array<float, 12> numbers{};
+  auto next = numbers.begin();
+  for (const auto& column : {pose.i_mm, pose.j_mm, pose.k_mm, centre_mm})
+    for (const double number : column) *next++ = static_cast<float>(number);
+  return numbers;
+}
+
 std::optional<ReceivedImage> parse_image(std::span<const std::uint8_t> content) {
   if (content.size() < kImageHeaderBytes) return std::nullopt;
   igtl_image_header packed;
@@ -86,7 +91,8 @@ std::optional<ReceivedImage> parse_image(std::span<const std::uint8_t> content) 
   const double sign = packed.coord == IGTL_IMAGE_COORD_LPS ? -1 : 1;
   body.pose = {vector_of(packed.matrix, sign), vector_of(packed.matrix + 3, sign),
                vector_of(packed.matrix + 6, sign), vector_of(packed.matrix + 9, sign)};
-  body.pose.first_mm = moved_to_centre(body, body.pose.first_mm, -1);
+  const auto way_mm = to_centre_mm(body.size, body.pose);
+  for (std::size_t axis = 0; axis < 3; ++axis) body.pose.first_mm[axis] -= way_mm[axis];
   if (!is_finite(body.pose.i_mm) || !is_finite(body.pose.j_mm) || !is_finite(body.pose.k_mm) ||
       !is_finite(body.pose.first_mm))
     return std::nullopt;
@@ -103,11 +109,7 @@ void put_image_header(std::vector<std::uint8_t>& bytes, const ImageBody& image) 
   std::ranges::copy(image.size, packed.size);
   std::ranges::copy(image.part_offset, packed.subvol_offset);
   std::ranges::copy(image.part_size, packed.subvol_size);
-  const std::array<std::array<double, 3>, 4> columns = {image.pose.i_mm, image.pose.j_mm, image.pose.k_mm,
-                                                        moved_to_centre(image, image.pose.first_mm, 1)};
-  for (std::size_t column = 0; column < columns.size(); ++column)
-    for (std::size_t row = 0; row < 3; ++row)
-      packed.matrix[3 * column + row] = static_cast<float>(columns[column][row]);
+  std::ranges::copy(grid_matrix(image.size, image.pose), packed.matrix);
   igtl_image_convert_byte_order(&packed);
   const auto* const raw = reinterpret_cast<const std::uint8_t*>(&packed);
   bytes.insert(bytes.end(), raw, raw + kImageHeaderBytes);

@@ -32,6 +32,10 @@ struct GridPose {
   std::array<double, 3> first_mm{};  ///< centre of pixel (0, 0, 0)
 };
 
+/// The twelve numbers of a matrix in the network: what leads to the next pixel along i, j and k, and the
+/// position of the centre of a grid of this size, (size - 1) / 2; see GridPose::first_mm.
+std::array<float, 12> grid_matrix(const std::array<std::uint16_t, 3>& size, const GridPose& pose);
+
 /// Content of an IMAGE message: 72 bytes of header, and the pixels of the part that it carries, i fastest,
 /// the numbers of a pixel together.
 struct ImageBody {
@@ -58,8 +62,7 @@ struct ReceivedImage {
 };
 
 /// nullopt: the content is no IMAGE: another version, an unknown type, a part beyond the image, a matrix that
-/// is no number, or another length than the header announces. The network has the position of the image's
-/// centre, (size - 1) / 2; see GridPose::first_mm. LPS is turned to RAS.
+/// is no number, or another length than the header announces. LPS is turned to RAS.
 std::optional<ReceivedImage> parse_image(std::span<const std::uint8_t> content);
 
 /// Appends the header in RAS. The pixels of the part follow it.

@@ -20,11 +20,11 @@ Result<IgtlStreams> streams_in(std::string_view list) {
     const std::string_view word = list.substr(0, comma);
     const auto* const known = std::ranges::find(kIgtlStreamNames, word, &IgtlStreamName::word);
     if (known == kIgtlStreamNames.end()) {
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("--igtl-send: there is no {}, expected some of picture, depth, surface, "
-                               "camera and frames, with "
-                               "commas between, or none",
-                               printable(word))};
+      return Error{
+          ErrorCode::kInvalidArgument,
+          fmt::format("--igtl-send: there is no {}, expected some of picture, depth, surface, camera, video, "
+                      "volume and frames, with commas between, or none",
+                      printable(word))};
     }
     streams.set(static_cast<IgtlStream>(known - kIgtlStreamNames.begin()), true);
     list.remove_prefix(std::min(comma + 1, list.size()));
@@ -44,10 +44,17 @@ void IgtlOptions::add_to(CLI::App& command) {
       ->type_name("ADDRESS");
   command
       .add_option("--igtl-send", send,
-                  "What clients get that ask for nothing: picture, depth, surface, camera, frames; with "
+                  "What clients get that ask for nothing: picture, depth, surface, camera, video, volume, "
+                  "frames; with "
                   "commas; or none")
       ->capture_default_str()
       ->type_name("LIST");
+  command
+      .add_option("--igtl-spacing", spacing_mm,
+                  "Spacing of the volume's grid for its clients, mm; 0: about 256 voxels on the longest side")
+      ->check(CLI::IsMember({0.0}) | CLI::Range(0.05, 50.0))
+      ->capture_default_str()
+      ->type_name("MM");
   command
       .add_option("--igtl-role", role,
                   "What its clients may do: viewer, or operator; default: viewer where there are --tokens")
@@ -70,8 +77,8 @@ Result<std::optional<IgtlServer::Config>> IgtlOptions::config(bool has_tls, bool
   const auto streams = streams_in(send == "none" ? "" : std::string_view(send));
   if (!streams) return streams.error();
   const std::string wanted = role.empty() ? (has_tokens ? "viewer" : "operator") : role;
-  return std::optional(
-      IgtlServer::Config{.endpoint = *endpoint, .usual = *streams, .role = *find_role(wanted)});
+  return std::optional(IgtlServer::Config{
+      .endpoint = *endpoint, .usual = *streams, .spacing_mm = spacing_mm, .role = *find_role(wanted)});
 }
 
 }  // namespace fanlight

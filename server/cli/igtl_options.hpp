@@ -14,7 +14,8 @@ namespace fanlight {
 struct IgtlOptions {
   std::string listen;  ///< empty: there is none
   std::string send = "picture,camera";
-  std::string role;  ///< empty: by has_tokens
+  double spacing_mm = 0;  ///< of the volume's grid; 0: about 256 voxels on the longest side
+  std::string role;       ///< empty: by has_tokens
 
   void add_to(CLI::App& command);
 

@@ -149,6 +149,8 @@ StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& l
           .render_health = &pipeline.render_health(),
           .survey_orders = &pipeline.survey_orders(),
           .survey_results = &pipeline.survey_results(),
+          .volume_orders = &pipeline.volume_orders(),
+          .volume_answers = &pipeline.volume_answers(),
           .recording = pipeline.recording(),
           .cine = &pipeline.cine()};
 }

@@ -166,6 +166,8 @@ IgtlServer::Dependencies StreamServer::igtl_dependencies() {
           .newest_picture = [this] { return hub_.newest_picture(); },
           .executor = hub_config().executor,
           .wants_changed = [this] { liveness_watch_.update(); },
+          .volume_orders = dependencies_.volume_orders,
+          .volume_answers = dependencies_.volume_answers,
           .frames = dependencies_.frames,
           .write_frame = dependencies_.write_frame};
 }
@@ -328,7 +330,7 @@ void StreamServer::bell_rang() {
   recording_watch_.update();
   if (replay_.update()) tell_of_replay();
   if (cine_.update()) sessions_.cine_changed();
-  if (igtl_) igtl_->frames_came();
+  if (igtl_) igtl_->source_came();
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());

@@ -87,6 +87,8 @@ class StreamServer {
     Mailbox<RenderHealth>* render_health = nullptr;         ///< null: the renderer is always well
     Mailbox<SurveyOrder>* survey_orders = nullptr;          ///< null: nobody looks for surfaces
     Mailbox<SurveyResult>* survey_results = nullptr;
+    Mailbox<VolumeOrder>* volume_orders = nullptr;  ///< null: no volumes are sent
+    Mailbox<VolumeAnswer>* volume_answers = nullptr;
     std::optional<RecordingLink> recording{};  ///< absent: nothing is recorded
     CineLink* cine = nullptr;                  ///< null: nothing is ever frozen
     Audience* audience = nullptr;              ///< null: every volume is rendered, whoever looks

@@ -8,9 +8,12 @@
 #include <chrono>
 #include <ctime>
 #include <new>
+#include <string>
 #include <utility>
 
 #include "proto/base/clock.hpp"
+#include "server/igtl/igtl_video.hpp"
+#include "server/igtl/picture_messages.hpp"
 
 namespace fanlight {
 
@@ -21,6 +24,7 @@ namespace {
 
 // PLUS and 3D Slicer take a connection without messages for dead.
 constexpr int kStatusSeconds = 2;
+constexpr std::int64_t kLeastBetweenKeysNs = 500'000'000;
 
 /// A time of this host's steady clock as one since 1970.
 std::uint64_t utc_ns(std::int64_t steady_ns) {
@@ -36,9 +40,39 @@ std::uint64_t utc_ns(std::int64_t steady_ns) {
 struct IgtlServer::Job {
   Picture picture;
   IgtlWanted wanted;
+  bool key_wanted = false;  // of the video
   std::uint64_t utc_ns = 0;
+  IgtlVideo video;
   IgtlPictureMessages messages;
+  bool key = false;           // the video's picture is one
+  std::string video_trouble;  // empty: none
   bool no_memory = false;
+
+  void write() {
+    try {
+      messages = picture_messages(picture, wanted, utc_ns);
+      if (wanted.has(IgtlStream::kVideo)) write_video();
+    } catch (const std::bad_alloc&) {
+      no_memory = true;
+    }
+  }
+
+ private:
+  void write_video() {
+    const auto content = video.write(picture, key_wanted);
+    if (!content) {
+      video_trouble = content.error().message;
+      return;
+    }
+    key = content->key;
+    const PictureMetadata metadata(picture.stamp);
+    messages.at(IgtlStream::kVideo) =
+        stream_messages(IgtlStream::kVideo,
+                        {.utc_ns = utc_ns,
+                         .id = static_cast<std::uint32_t>(picture.stamp.picture_id),
+                         .metadata = metadata.items()},
+                        content->bytes, wanted);
+  }
 };
 
 IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencies dependencies)
@@ -48,12 +82,9 @@ IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencie
       session_dependencies_{.counters = dependencies_.counters,
                             .commands = commands_,
                             .state = dependencies_.state,
-                            .asked =
-                                [this] {
-                                  if (const Picture* const picture = dependencies_.newest_picture())
-                                    show(*picture);
-                                },
+                            .asked = [this] { show_newest(); },
                             .wants_changed = [this] { wants_changed(); },
+                            .frame_bytes_waiting = frame_bytes_waiting_,
                             .left =
                                 [this](IgtlSession& session) {
                                   std::erase_if(sessions_,
@@ -63,7 +94,14 @@ IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencie
       limit_(config.most_clients, config.most_clients_a_host),
       acceptor_(loop),
       pause_(loop),
-      job_(std::make_shared<Job>()) {}
+      job_(std::make_shared<Job>()),
+      volumes_(config.spacing_mm, {.orders = dependencies_.volume_orders,
+                                   .answers = dependencies_.volume_answers,
+                                   .executor = dependencies_.executor,
+                                   .utc_ns = utc_ns,
+                                   .made = [this](const IgtlMessages& messages, std::uint64_t volume_id) {
+                                     offer_volume(messages, volume_id);
+                                   }}) {}
 
 IgtlServer::~IgtlServer() {
   dependencies_.wants_changed = [] {};  // nobody is left to be told
@@ -127,7 +165,7 @@ void IgtlServer::begin(tcp::socket socket) {
   sessions_.push_back(session);
   session->start();
   wants_changed();
-  if (const Picture* const picture = dependencies_.newest_picture()) show(*picture);
+  show_newest();
 }
 
 bool IgtlServer::wants_pictures() const {
@@ -136,31 +174,33 @@ bool IgtlServer::wants_pictures() const {
 }
 
 void IgtlServer::wants_changed() {
-  const IgtlWanted all = wanted();
-  if (dependencies_.frames != nullptr)
-    dependencies_.frames->open(all.version_1.has(IgtlStream::kFrames) ||
-                               all.version_2.has(IgtlStream::kFrames));
+  if (dependencies_.frames != nullptr) dependencies_.frames->open(wanted().has(IgtlStream::kFrames));
   dependencies_.wants_changed();
 }
 
 IgtlWanted IgtlServer::wanted() const {
   IgtlWanted all;
-  for (const auto& session : sessions_)
-    (session->version() == igtl::HeadVersion::kOne ? all.version_1 : all.version_2).add(session->wanted());
+  for (const auto& session : sessions_) all.in(session->version()).add(session->wanted());
   return all;
 }
 
-IgtlWanted IgtlServer::wanted_of(std::uint64_t picture_id) const {
+IgtlWanted IgtlServer::wanted_of(const PictureStamp& stamp) const {
   IgtlWanted all;
   for (const auto& session : sessions_)
-    (session->version() == igtl::HeadVersion::kOne ? all.version_1 : all.version_2)
-        .add(session->wanted_of(picture_id));
+    all.in(session->version()).add(session->wanted_of(stamp.picture_id, stamp.volume.volume_id));
   return all;
+}
+
+void IgtlServer::show_newest() {
+  if (const Picture* const picture = dependencies_.newest_picture()) show(*picture);
 }
 
 void IgtlServer::show(const Picture& picture) {
-  const IgtlWanted now = wanted_of(picture.stamp.picture_id);
-  if (!now.version_1.any_of_pictures() && !now.version_2.any_of_pictures()) return;
+  IgtlWanted now = wanted_of(picture.stamp);
+  if (now.has(IgtlStream::kVolume)) volumes_.order(now, picture.stamp.volume.volume_id);
+  now.remove(IgtlStream::kVolume);
+  plan_video(now, picture.stamp);
+  if (!now.any()) return;
   if (busy_) {
     newer_waits_ = true;
     return;
@@ -168,23 +208,41 @@ void IgtlServer::show(const Picture& picture) {
   write_messages(picture, now);
 }
 
+/// The video has this picture if a client that lacks it can decode it. Then all clients of the video get it,
+/// also those that have it already: the next picture may need this one.
+void IgtlServer::plan_video(IgtlWanted& now, const PictureStamp& stamp) const {
+  now.remove(IgtlStream::kVideo);
+  const bool key_comes = key_is_due();
+  const auto gains = [&](const auto& session) {
+    return session->wanted_of(stamp.picture_id, stamp.volume.volume_id).has(IgtlStream::kVideo) &&
+           (key_comes || !session->needs_key_picture());
+  };
+  if (std::ranges::none_of(sessions_, gains)) return;
+  for (const auto& session : sessions_)
+    if (session->wanted().has(IgtlStream::kVideo)) now.in(session->version()).set(IgtlStream::kVideo, true);
+}
+
+/// Whether a client waits for a key picture, and the last one is old enough: slow clients shall not make the
+/// video of the others coarse.
+bool IgtlServer::key_is_due() const {
+  if (now_ns() - key_coded_ns_ < kLeastBetweenKeysNs) return false;
+  return video_failed_ || std::ranges::any_of(sessions_, &IgtlSession::needs_key_picture);
+}
+
 void IgtlServer::write_messages(const Picture& picture, const IgtlWanted& now) {
   newer_waits_ = false;
   job_->picture = picture;
   job_->wanted = now;
+  job_->key_wanted = key_is_due();
   job_->utc_ns = utc_ns(picture.stamp.volume.last_capture_time_ns);
+  job_->video_trouble.clear();
   job_->no_memory = false;
   busy_ = true;
   const std::shared_ptr<Job> job = job_;
-  const auto write = [job] {
-    try {
-      job->messages = picture_messages(job->picture, job->wanted, job->utc_ns);
-    } catch (const std::bad_alloc&) {
-      job->no_memory = true;
-    }
-  };
   try {
-    dependencies_.executor(EncoderLane::kHeavy, write, [this, job] { written(*job); });
+    dependencies_.executor(
+        now.has(IgtlStream::kSurface) ? EncoderLane::kHeavy : EncoderLane::kQuick, [job] { job->write(); },
+        [this, job] { written(*job); });
   } catch (const std::bad_alloc&) {
     busy_ = false;  // it was not handed over
     throw;
@@ -194,28 +252,38 @@ void IgtlServer::write_messages(const Picture& picture, const IgtlWanted& now) {
 void IgtlServer::written(Job& job) {
   busy_ = false;
   if (job.no_memory) dependencies_.counters.handlers_out_of_memory.add();
+  if (!job.video_trouble.empty() && !video_failed_)
+    spdlog::warn("OpenIGTLink clients get no video: {}", job.video_trouble);
+  if (job.wanted.has(IgtlStream::kVideo)) video_failed_ = job.no_memory || !job.video_trouble.empty();
+  if (job.messages.at(IgtlStream::kVideo).any() && job.key) key_coded_ns_ = now_ns();
   for (const auto& session : std::vector(sessions_)) {
     for (std::size_t i = 0; i < kIgtlStreams; ++i) {
       const auto stream = static_cast<IgtlStream>(i);
-      if (stream != IgtlStream::kFrames)
-        session->offer(stream, job.messages.at(stream, session->version()), job.picture.stamp.picture_id);
+      session->offer(stream, job.messages.at(stream).in(session->version()), job.picture.stamp.picture_id,
+                     job.key);
     }
   }
   job.messages = {};
-  if (!newer_waits_) return;
-  if (const Picture* const picture = dependencies_.newest_picture()) show(*picture);
+  if (newer_waits_) show_newest();
 }
 
-void IgtlServer::frames_came() {
-  if (dependencies_.frames == nullptr) return;
+void IgtlServer::offer_volume(const IgtlMessages& messages, std::uint64_t volume_id) {
+  for (const auto& session : std::vector(sessions_))
+    session->offer(IgtlStream::kVolume, messages.in(session->version()), volume_id);
+  show_newest();  // there may be a newer one
+}
+
+void IgtlServer::source_came() {
+  volumes_.look_for_answer();
+  if (dependencies_.frames != nullptr) send_frames();
+}
+
+void IgtlServer::send_frames() {
   FrameQueue& queue = dependencies_.frames->queue();
   const IgtlWanted all = wanted();
   while (const QueuedFrame* const frame = queue.front()) {
     for (const auto version : {igtl::HeadVersion::kOne, igtl::HeadVersion::kTwo}) {
-      const bool is_1 = version == igtl::HeadVersion::kOne;
-      if (frame->fault != FrameFault::kNone ||
-          !(is_1 ? all.version_1 : all.version_2).has(IgtlStream::kFrames))
-        continue;
+      if (frame->fault != FrameFault::kNone || !all.in(version).has(IgtlStream::kFrames)) continue;
       const auto bytes = dependencies_.write_frame(*frame, utc_ns(frame->stamp.capture_time_ns), version);
       const auto message = std::make_shared<const std::vector<std::uint8_t>>(bytes.begin(), bytes.end());
       for (const auto& session : std::vector(sessions_))
@@ -235,11 +303,13 @@ void IgtlServer::second_passed() {
     dependencies_.counters.igtl_frames_missed.set(dependencies_.frames->frames_missed());
   for (const auto& session : std::vector(sessions_)) session->second_passed();
   if (--seconds_to_state_ <= 0) state_changed();
+  if (key_is_due()) show_newest();  // also where the picture does not change
 }
 
 void IgtlServer::end() {
   boost::system::error_code ignored;
   acceptor_.close(ignored);
+  volumes_.end();
   for (const auto& session : std::vector(sessions_)) session->end();
 }
 

@@ -15,6 +15,7 @@
 #include "server/igtl/igtl_commands.hpp"
 #include "server/igtl/igtl_session.hpp"
 #include "server/igtl/igtl_streams.hpp"
+#include "server/igtl/igtl_volumes.hpp"
 #include "server/igtl/picture_messages.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/net/loop_chain.hpp"
@@ -30,6 +31,7 @@ class IgtlServer {
   struct Config {
     boost::asio::ip::tcp::endpoint endpoint;
     IgtlStreams usual;          ///< sent to clients that ask for nothing
+    double spacing_mm = 0;      ///< of the volume's grid; 0: about 256 voxels on the longest side
     Role role = Role::kViewer;  ///< of every client
     std::size_t most_clients = 64;
     std::size_t most_clients_a_host = 16;  ///< except this machine
@@ -42,8 +44,10 @@ class IgtlServer {
     std::function<IgtlState()> state;                ///< of the picture
     std::function<const Picture*()> newest_picture;  ///< of the main view; null: none
     PictureHub::Executor executor;
-    std::function<void()> wants_changed;  ///< wants_pictures() may have changed
-    FrameTap* frames = nullptr;           ///< of the source; nullptr: it sends no frames
+    std::function<void()> wants_changed;            ///< wants_pictures() may have changed
+    Mailbox<VolumeOrder>* volume_orders = nullptr;  ///< nullptr: it sends no volumes
+    Mailbox<VolumeAnswer>* volume_answers = nullptr;
+    FrameTap* frames = nullptr;  ///< of the source; nullptr: it sends no frames
     /// Writes the message of a frame, which is valid until the next call. Not empty where there are frames.
     std::function<std::span<const std::uint8_t>(const QueuedFrame& frame, std::uint64_t utc_ns,
                                                 igtl::HeadVersion version)>
@@ -65,8 +69,8 @@ class IgtlServer {
 
   /// The newest picture of the main view. It must stay unchanged until the next call.
   void show(const Picture& picture);
-  /// Sends the frames that came.
-  void frames_came();
+  /// Takes frames of the source, and a volume of the render thread.
+  void source_came();
   /// The state of the picture has changed.
   void state_changed();
   void second_passed();
@@ -78,11 +82,16 @@ class IgtlServer {
   void accept();
   void begin(boost::asio::ip::tcp::socket socket);
   IgtlWanted wanted() const;
-  /// Without what clients have of this picture already.
-  IgtlWanted wanted_of(std::uint64_t picture_id) const;
+  /// Without what clients have of this picture and its volume already.
+  IgtlWanted wanted_of(const PictureStamp& stamp) const;
   void wants_changed();
+  void show_newest();
+  void plan_video(IgtlWanted& now, const PictureStamp& stamp) const;
+  bool key_is_due() const;
   void write_messages(const Picture& picture, const IgtlWanted& wanted);
   void written(Job& job);
+  void send_frames();
+  void offer_volume(const IgtlMessages& messages, std::uint64_t volume_id);
 
   Config config_;
   Dependencies dependencies_;
@@ -94,8 +103,12 @@ class IgtlServer {
   LoopChain chain_;
   std::vector<std::shared_ptr<IgtlSession>> sessions_;
   std::shared_ptr<Job> job_;  // its memory is used again
-  bool busy_ = false;         // the job runs
-  bool newer_waits_ = false;  // a picture, or a wish, came meanwhile
+  IgtlVolumes volumes_;
+  std::size_t frame_bytes_waiting_ = 0;  // of all sessions
+  std::int64_t key_coded_ns_ = 0;        // when the last key picture of the video was encoded
+  bool video_failed_ = false;            // its next picture must be a key picture
+  bool busy_ = false;                    // the job runs
+  bool newer_waits_ = false;             // a picture, or a wish, came meanwhile
   int seconds_to_state_ = 0;
 };
 

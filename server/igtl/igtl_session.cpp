@@ -24,6 +24,13 @@ constexpr std::uint64_t kMostSkippedBytes = std::uint64_t{1} << 30;
 constexpr int kStalledSeconds = 5;
 constexpr std::string_view kCommandDevice = "CMD_";
 
+/// STT_VIDEO begins with the code of a codec. Without content, ours is meant.
+bool wants_another_codec(std::span<const std::uint8_t> content) {
+  constexpr std::string_view kOurs = "H264";
+  return !content.empty() &&
+         !std::ranges::equal(content.first(std::min(content.size(), kOurs.size())), kOurs);
+}
+
 }  // namespace
 
 IgtlSession::IgtlSession(asio::ip::tcp::socket socket, ConnectionPermit permit, const IgtlStreams& usual,
@@ -35,7 +42,8 @@ IgtlSession::IgtlSession(asio::ip::tcp::socket socket, ConnectionPermit permit, 
       reader_(kMostBodyBytes, kMostSkippedBytes),
       started_(usual),
       wanted_(usual),
-      most_messages_(most_messages) {}
+      most_messages_(most_messages),
+      outbox_(dependencies.counters, dependencies.frame_bytes_waiting) {}
 
 void IgtlSession::start() {
   dependencies_.counters.igtl_clients_opened.add();
@@ -95,25 +103,26 @@ void IgtlSession::take_message() {
   }
   if (head.version >= 2) version_ = igtl::HeadVersion::kTwo;
   const igtl::QueryType query = igtl::query_of(head.type.view());
-  if (query.query != igtl::Query::kNone && query.query != igtl::Query::kReply) return take_query(query);
+  if (query.query != igtl::Query::kNone && query.query != igtl::Query::kReply)
+    return take_query(query, opened);
   if (query.type == "COMMAND" && query.query == igtl::Query::kNone) return take_command(opened);
   if (query.type == "STRING" && head.device.view().starts_with(kCommandDevice)) return take_string(opened);
   // A STATUS is a sign of life.
   if (query.type != "STATUS") dependencies_.counters.igtl_messages_ignored.add();
 }
 
-void IgtlSession::take_query(const igtl::QueryType& query) {
+void IgtlSession::take_query(const igtl::QueryType& query, const igtl::OpenedMessage& opened) {
   const std::string_view device = reader_.head().device.view();
-  if (query.query == igtl::Query::kStart) return start_stream(query);
+  if (query.query == igtl::Query::kStart) return start_stream(query, opened);
   if (query.query == igtl::Query::kStop) return stop_streams(query);
   if (query.type == "STATUS") return tell_status();
   if (query.type == "CAPABIL") {
     return answer({.type = "CAPABILITY", .device = kIgtlDevice}, [](std::vector<std::uint8_t>& bytes) {
-      const igtl::TypeName types[] = {"IMAGE",      "POLYDATA",    "TRANSFORM",    "STATUS",
-                                      "CAPABILITY", "GET_IMAGE",   "GET_POLYDATA", "GET_TRANS",
-                                      "GET_STATUS", "GET_CAPABIL", "STT_IMAGE",    "STT_POLYDATA",
-                                      "STT_TRANS",  "STP_IMAGE",   "STP_POLYDATA", "STP_TRANS",
-                                      "COMMAND",    "RTS_COMMAND", "STRING"};
+      const igtl::TypeName types[] = {
+          "IMAGE",     "POLYDATA",     "TRANSFORM", "VIDEO",       "STATUS",     "CAPABILITY",
+          "GET_IMAGE", "GET_POLYDATA", "GET_TRANS", "GET_VIDEO",   "GET_STATUS", "GET_CAPABIL",
+          "STT_IMAGE", "STT_POLYDATA", "STT_TRANS", "STT_VIDEO",   "STP_IMAGE",  "STP_POLYDATA",
+          "STP_TRANS", "STP_VIDEO",    "COMMAND",   "RTS_COMMAND", "STRING"};
       igtl::put_capability(bytes, types);
     });
   }
@@ -124,7 +133,13 @@ void IgtlSession::take_query(const igtl::QueryType& query) {
     const std::string_view type = query.type == "TRANS" ? "TRANSFORM" : query.type;
     return answer({.type = igtl::TypeName(type), .device = igtl::DeviceName(device)}, {});
   }
-  once_.set(*stream, true);
+  want(*stream, once_);
+}
+
+/// Begins a stream, or asks for one message of it.
+void IgtlSession::want(IgtlStream stream, IgtlStreams& whether) {
+  if (!wanted_.has(IgtlStream::kVideo)) outbox_.video_lost();  // it was not sent what is before
+  whether.set(stream, true);
   wants_changed();
   dependencies_.asked();
 }
@@ -135,23 +150,24 @@ void IgtlSession::wants_changed() {
   dependencies_.wants_changed();
 }
 
-IgtlStreams IgtlSession::wanted_of(std::uint64_t picture_id) const {
+IgtlStreams IgtlSession::wanted_of(std::uint64_t picture_id, std::uint64_t volume_id) const {
   IgtlStreams left = wanted_;
+  left.set(IgtlStream::kFrames, false);
   for (std::size_t i = 0; i < kIgtlStreams; ++i) {
     const auto stream = static_cast<IgtlStream>(i);
-    if (sent_of_[i] == picture_id && !once_.has(stream)) left.set(stream, false);
+    const std::uint64_t id = stream == IgtlStream::kVolume ? volume_id : picture_id;
+    if (sent_of_[i] == id && !once_.has(stream)) left.set(stream, false);
   }
   return left;
 }
 
-void IgtlSession::start_stream(const igtl::QueryType& query) {
-  const auto stream = stream_of(query.type, reader_.head().device.view());
+void IgtlSession::start_stream(const igtl::QueryType& query, const igtl::OpenedMessage& opened) {
+  auto stream = stream_of(query.type, reader_.head().device.view());
+  if (stream == IgtlStream::kVideo && wants_another_codec(opened.content)) stream = {};
   if (stream) {
     // Who asks gets what was asked for, and no more what is usual.
     if (!std::exchange(has_asked_, true)) started_ = {};
-    started_.set(*stream, true);
-    wants_changed();
-    dependencies_.asked();
+    want(*stream, started_);
   } else {
     dependencies_.counters.igtl_messages_ignored.add();
   }
@@ -237,54 +253,26 @@ void IgtlSession::answer(const igtl::Envelope& envelope,
   pump();
 }
 
-void IgtlSession::offer(IgtlStream stream, const IgtlMessage& message, std::uint64_t picture_id) {
-  if (gone_ || ending_ || message == nullptr) return;
-  const bool frames = stream == IgtlStream::kFrames;
-  if (!(frames ? wanted_ : wanted_of(picture_id)).has(stream)) return;
-  dependencies_.counters.igtl_messages_offered.add();
-  if (frames) return offer_frame(message);
-  sent_of_[static_cast<std::size_t>(stream)] = picture_id;
-  IgtlMessage& waits = waiting_[static_cast<std::size_t>(stream)];
-  if (waits != nullptr) dependencies_.counters.igtl_messages_skipped.add();
-  waits = message;
-  if (once_.has(stream)) {
-    once_.set(stream, false);
-    wanted_ = started_;
-    wanted_.add(once_);
-  }
-  pump();
-}
-
-void IgtlSession::offer_frame(const IgtlMessage& message) {
-  if (frame_bytes_ + message->size() > kMostFrameBytes)
-    return dependencies_.counters.igtl_messages_skipped.add();
-  frame_bytes_ += message->size();
-  frames_.push_back(message);
-  once_.set(IgtlStream::kFrames, false);
+void IgtlSession::offer(IgtlStream stream, const IgtlMessage& message, std::uint64_t id, bool key) {
+  if (gone_ || ending_ || message == nullptr || !wanted_.has(stream)) return;
+  std::uint64_t& sent_of = sent_of_[static_cast<std::size_t>(stream)];
+  // A frame has no id. A picture of the video is needed by the next one, also where it shows the same.
+  const bool each_counts = stream == IgtlStream::kFrames || stream == IgtlStream::kVideo;
+  if (!each_counts && sent_of == id && !once_.has(stream)) return;
+  if (!outbox_.offer(stream, message, key)) return;
+  sent_of = id;
+  once_.set(stream, false);
   wanted_ = started_;
   wanted_.add(once_);
   pump();
 }
 
 IgtlMessage IgtlSession::next() {
-  under_way_counts_ = false;
-  if (!answers_.empty()) {
-    IgtlMessage answer = answers_.front();
-    answers_.pop_front();
-    return answer;
-  }
-  for (std::size_t i = 0; i < kIgtlStreams; ++i) {
-    const std::size_t stream = turn_++ % kIgtlStreams;
-    const bool frames = stream == static_cast<std::size_t>(IgtlStream::kFrames);
-    if (frames ? frames_.empty() : waiting_[stream] == nullptr) continue;
-    under_way_counts_ = true;
-    if (!frames) return std::exchange(waiting_[stream], nullptr);
-    IgtlMessage frame = std::move(frames_.front());
-    frames_.pop_front();
-    frame_bytes_ -= frame->size();
-    return frame;
-  }
-  return nullptr;
+  under_way_counts_ = answers_.empty();
+  if (under_way_counts_) return outbox_.next();
+  IgtlMessage answer = answers_.front();
+  answers_.pop_front();
+  return answer;
 }
 
 void IgtlSession::pump() {
@@ -335,10 +323,7 @@ void IgtlSession::end() {
 
 void IgtlSession::leave() {
   if (std::exchange(gone_, true)) return;
-  for (IgtlMessage& waits : waiting_)
-    if (std::exchange(waits, nullptr) != nullptr) dependencies_.counters.igtl_messages_skipped.add();
-  dependencies_.counters.igtl_messages_skipped.add(frames_.size());
-  frames_.clear();
+  outbox_.clear();
   if (under_way_ != nullptr && under_way_counts_) dependencies_.counters.igtl_messages_skipped.add();
   boost::system::error_code ignored;
   socket_.close(ignored);

@@ -16,9 +16,10 @@
 #include "proto/igtl/text_bodies.hpp"
 #include "server/access/role.hpp"
 #include "server/igtl/igtl_commands.hpp"
+#include "server/igtl/igtl_outbox.hpp"
 #include "server/igtl/igtl_state.hpp"
 #include "server/igtl/igtl_streams.hpp"
-#include "server/igtl/picture_messages.hpp"
+#include "server/igtl/stream_message.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/net/send_progress.hpp"
@@ -26,9 +27,9 @@
 namespace fanlight {
 
 /// One OpenIGTLink client: what it asks for, and what it is sent. At most one read and one write are under
-/// way. Of each stream one message waits, and a newer one replaces it: a client that reads slowly loses its
-/// own messages only. One that acknowledges no byte for five seconds is disconnected. Server thread only; the
-/// pending operations keep it alive.
+/// way. Messages of streams wait in an IgtlOutbox: a client that reads slowly loses its own messages only.
+/// One that acknowledges no byte for five seconds is disconnected. Server thread only; the pending operations
+/// keep it alive.
 ///
 /// It is answered in the version of the header that it uses itself, and in version 1 until it has sent
 /// anything.
@@ -40,6 +41,7 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
     std::function<IgtlState()> state;  ///< of the picture
     std::function<void()> asked;       ///< a message of a stream is wanted now
     std::function<void()> wants_changed;
+    std::size_t& frame_bytes_waiting;  ///< of all sessions
     std::function<void(IgtlSession&)> left;
   };
   /// `usual`: what is sent to a client that asks for nothing. `dependencies` must outlive the session.
@@ -52,13 +54,15 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   igtl::HeadVersion version() const { return version_; }
   /// The streams that it is sent, and those of which it waits for one message.
   const IgtlStreams& wanted() const { return wanted_; }
-  /// Of those, what it was not yet sent of this picture, or asks for once more.
-  IgtlStreams wanted_of(std::uint64_t picture_id) const;
+  /// Of those, what it was not yet sent of this picture and its volume, or asks for once more. Not frames.
+  IgtlStreams wanted_of(std::uint64_t picture_id, std::uint64_t volume_id) const;
+  /// Whether it waits for a picture of the video that needs none before it.
+  bool needs_key_picture() const { return wanted_.has(IgtlStream::kVideo) && outbox_.needs_key_picture(); }
   const std::string& address() const { return principal_.address; }
 
-  /// A new message of a stream; replaces the one that waits. Frames do not: a sweep needs all of them. They
-  /// wait up to kMostFrameBytes, and newer ones are lost beyond that.
-  void offer(IgtlStream stream, const IgtlMessage& message, std::uint64_t picture_id = 0);
+  /// A new message of a stream; see IgtlOutbox. `id`: of the picture or volume that it shows. `key`: of the
+  /// video, a picture that needs none before it. Ignored where the client does not want it.
+  void offer(IgtlStream stream, const IgtlMessage& message, std::uint64_t id = 0, bool key = true);
   /// Tells the state of the picture.
   void tell_status();
 
@@ -73,15 +77,15 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   void read();
   void received(std::size_t bytes);
   void take_message();
-  void take_query(const igtl::QueryType& query);
-  void start_stream(const igtl::QueryType& query);
+  void take_query(const igtl::QueryType& query, const igtl::OpenedMessage& opened);
+  void want(IgtlStream stream, IgtlStreams& whether);
+  void start_stream(const igtl::QueryType& query, const igtl::OpenedMessage& opened);
   void stop_streams(const igtl::QueryType& query);
   void answer_query(std::string_view type, bool good);
   void take_command(const igtl::OpenedMessage& opened);
   void take_string(const igtl::OpenedMessage& opened);
   bool is_repeated(std::string_view id);
   void answer(const igtl::Envelope& envelope, const std::function<void(std::vector<std::uint8_t>&)>& put);
-  void offer_frame(const IgtlMessage& message);
   bool has_room() const { return answers_.size() < kMostAnswers; }
   bool may_read() const {
     return !gone_ && !ending_ && !reading_ && has_room() && messages_ < most_messages_;
@@ -92,7 +96,6 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   void written(std::size_t bytes);
 
   static constexpr std::size_t kMostAnswers = 16;
-  static constexpr std::size_t kMostFrameBytes = 32 << 20;  // a third of a second at 100 MB/s
   static constexpr std::size_t kRepeats = 10;
 
   boost::asio::ip::tcp::socket socket_;
@@ -106,13 +109,10 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   IgtlStreams once_;        // it has asked for one message
   IgtlStreams wanted_;      // both
   bool has_asked_ = false;  // for a stream: it gets what it asks for, and not what is usual
-  std::array<std::uint64_t, kIgtlStreams> sent_of_{};  // id of the newest picture that was offered of each
+  std::array<std::uint64_t, kIgtlStreams> sent_of_{};  // id of the newest picture or volume of each
   std::uint32_t most_messages_;
   std::uint32_t messages_ = 0;  // in this second
-  std::array<IgtlMessage, kIgtlStreams> waiting_;
-  std::deque<IgtlMessage> frames_;  // that wait
-  std::size_t frame_bytes_ = 0;     // of those
-  std::size_t turn_ = 0;            // which stream is next
+  IgtlOutbox outbox_;
   std::deque<IgtlMessage> answers_;
   std::array<std::string, kRepeats> repeats_;  // ids of the last commands
   std::size_t repeat_at_ = 0;

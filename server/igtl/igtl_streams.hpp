@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -15,9 +16,11 @@ enum class IgtlStream : std::uint8_t {
   kDepth,    ///< the depth map of it, mm along the line of sight; -1 where there is no surface
   kSurface,  ///< the surface that it shows, as triangles
   kCamera,   ///< where the camera is and looks
-  kFrames,   ///< every frame of the source; the others are of pictures
+  kVideo,    ///< the lit picture as H.264: a picture may need those before it
+  kVolume,   ///< the volume on show, on a grid of cubes
+  kFrames,   ///< every frame of the source; the others are of what is shown
 };
-inline constexpr std::size_t kIgtlStreams = 5;
+inline constexpr std::size_t kIgtlStreams = 7;
 
 struct IgtlStreamName {
   std::string_view word;  ///< in options
@@ -29,6 +32,8 @@ inline constexpr std::array<IgtlStreamName, kIgtlStreams> kIgtlStreamNames = {{
     {"depth", "IMAGE", "Depth_Transducer"},
     {"surface", "POLYDATA", "Surface_Transducer"},
     {"camera", "TRANSFORM", "CameraToTransducer"},
+    {"video", "VIDEO", "Video_Transducer"},
+    {"volume", "IMAGE", "Volume_Transducer"},
     {"frames", "IMAGE", "Image_Transducer"},
 }};
 
@@ -48,11 +53,12 @@ class IgtlStreams {
  public:
   void set(IgtlStream stream, bool on) { on_[static_cast<std::size_t>(stream)] = on; }
   bool has(IgtlStream stream) const { return on_[static_cast<std::size_t>(stream)]; }
-  /// Whether a picture is needed for any of them.
+  bool any() const { return std::ranges::find(on_, true) != on_.end(); }
+  /// Whether there must be pictures for any of them.
   bool any_of_pictures() const {
-    for (std::size_t i = 0; i < kIgtlStreams; ++i)
-      if (on_[i] && static_cast<IgtlStream>(i) != IgtlStream::kFrames) return true;
-    return false;
+    IgtlStreams others = *this;
+    others.set(IgtlStream::kFrames, false);
+    return others.any();
   }
   void add(const IgtlStreams& other) {
     for (std::size_t i = 0; i < kIgtlStreams; ++i) on_[i] = on_[i] || other.on_[i];

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/igtl/picture_messages.hpp"
 
-#include <fmt/format.h>
 #include <openigtlink/igtl_polydata.h>
 
 #include <algorithm>
 #include <string>
-#include <utility>
 
 #include "proto/igtl/pose_bodies.hpp"
-#include "proto/igtl/timestamp.hpp"
 #include "server/codec/surface_mesh.hpp"
 
 namespace fanlight {
@@ -107,8 +104,10 @@ void put_content(Bytes& bytes, IgtlStream stream, const Picture& picture) {
       return put_surface(bytes, picture);
     case IgtlStream::kCamera:
       return igtl::put_transform(bytes, camera_of(picture));
+    case IgtlStream::kVideo:
+    case IgtlStream::kVolume:
     case IgtlStream::kFrames:
-      break;  // they are of no picture
+      break;  // they are written elsewhere
   }
 }
 
@@ -137,33 +136,25 @@ igtl::GridPose camera_of(const Picture& picture) {
           .first_mm = along(view.origin_mm, view.forward, eye_mm)};
 }
 
+PictureMetadata::PictureMetadata(const PictureStamp& stamp)
+    : texts_{std::to_string(stamp.picture_id), std::to_string(stamp.volume.volume_id),
+             std::to_string(stamp.scene_revision)},
+      items_{{{"FanlightPicture", texts_[0]},
+              {"FanlightVolume", texts_[1]},
+              {"FanlightSceneRevision", texts_[2]}}} {}
+
 IgtlPictureMessages picture_messages(const Picture& picture, const IgtlWanted& wanted, std::uint64_t utc_ns) {
-  const std::string picture_id = std::to_string(picture.stamp.picture_id);
-  const std::string volume_id = std::to_string(picture.stamp.volume.volume_id);
-  const std::string revision = std::to_string(picture.stamp.scene_revision);
-  const std::pair<std::string_view, std::string_view> items[] = {
-      {"FanlightPicture", picture_id}, {"FanlightVolume", volume_id}, {"FanlightSceneRevision", revision}};
+  const PictureMetadata metadata(picture.stamp);
+  const IgtlMessageFacts facts{.utc_ns = utc_ns,
+                               .id = static_cast<std::uint32_t>(picture.stamp.picture_id),
+                               .metadata = metadata.items()};
   IgtlPictureMessages messages;
-  for (std::size_t i = 0; i < kIgtlStreams; ++i) {
-    const auto stream = static_cast<IgtlStream>(i);
-    if (stream == IgtlStream::kFrames) continue;
-    if (!wanted.version_1.has(stream) && !wanted.version_2.has(stream)) continue;
+  for (const auto stream :
+       {IgtlStream::kPicture, IgtlStream::kDepth, IgtlStream::kSurface, IgtlStream::kCamera}) {
+    if (!wanted.has(stream)) continue;
     Bytes content;
     put_content(content, stream, picture);
-    for (const auto version : {igtl::HeadVersion::kOne, igtl::HeadVersion::kTwo}) {
-      const bool is_1 = version == igtl::HeadVersion::kOne;
-      if (!(is_1 ? wanted.version_1 : wanted.version_2).has(stream)) continue;
-      igtl::MessageWriter writer;
-      auto& bytes = writer.begin({.type = igtl::TypeName(name_of(stream).type),
-                                  .device = igtl::DeviceName(name_of(stream).device),
-                                  .timestamp = igtl::timestamp_of(utc_ns),
-                                  .version = version,
-                                  .message_id = static_cast<std::uint32_t>(picture.stamp.picture_id),
-                                  .metadata = items});
-      bytes.insert(bytes.end(), content.begin(), content.end());
-      const auto message = writer.finish();
-      messages.at(stream, version) = std::make_shared<const Bytes>(message.begin(), message.end());
-    }
+    messages.at(stream) = stream_messages(stream, facts, content, wanted);
   }
   return messages;
 }

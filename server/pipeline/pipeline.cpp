@@ -53,7 +53,8 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
       failures_(link_.server_bell),
       private_view_ends_(link_.server_bell),
       render_health_(link_.server_bell, roomy_health()),
-      survey_results_(link_.server_bell) {
+      survey_results_(link_.server_bell),
+      volume_answers_(link_.server_bell) {
   if (!config.recordings.folder.empty())
     recorder_.emplace(source_.description(), link_.server_bell, config.recordings);
   // A third of a second at 100 MB/s: the server does not wait for a disk.
@@ -110,6 +111,8 @@ void Pipeline::start() {
                                  .private_view_ends = &private_view_ends_,
                                  .survey_orders = &survey_orders_,
                                  .survey_results = &survey_results_,
+                                 .volume_orders = &volume_orders_,
+                                 .volume_answers = &volume_answers_,
                                  .cine = &cine_,
                                  .audience = &audience_,
                                  .pulse = &render_pulse_,

@@ -24,6 +24,7 @@
 #include "proto/exchange/render_health.hpp"
 #include "proto/exchange/replay_link.hpp"
 #include "proto/exchange/survey.hpp"
+#include "proto/exchange/volume_order.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
 #include "proto/model/pipeline_counters.hpp"
@@ -109,6 +110,8 @@ class Pipeline {
   Audience& audience() { return audience_; }
   Mailbox<SurveyOrder>& survey_orders() { return survey_orders_; }
   Mailbox<SurveyResult>& survey_results() { return survey_results_; }
+  Mailbox<VolumeOrder>& volume_orders() { return volume_orders_; }
+  Mailbox<VolumeAnswer>& volume_answers() { return volume_answers_; }
 
   /// The recorder's mailboxes; absent without a folder for recordings.
   std::optional<RecordingLink> recording() {
@@ -146,6 +149,7 @@ class Pipeline {
   Mailbox<NumberedScene> scenes_{render_bell_};
   Mailbox<PrivateViews> private_views_{render_bell_};
   Mailbox<SurveyOrder> survey_orders_{render_bell_};
+  Mailbox<VolumeOrder> volume_orders_{render_bell_};
   CineLink cine_;
   Audience audience_{render_bell_};
   Pulse acquisition_pulse_;
@@ -155,6 +159,7 @@ class Pipeline {
   Mailbox<PrivateViewEnds> private_view_ends_;
   Mailbox<RenderHealth> render_health_;
   Mailbox<SurveyResult> survey_results_;
+  Mailbox<VolumeAnswer> volume_answers_;
   std::optional<Recorder> recorder_;
   std::optional<FrameTap> sent_frames_;
   DeviceRenderer renderer_;  // null from start() on: the render thread owns it

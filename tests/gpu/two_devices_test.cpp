@@ -58,7 +58,6 @@ class TwoDevicesTest : public GpuTest {
 /// within which one device runs nothing else.
 bool overlaps(Renderer& renderer, const std::function<Volume(std::uint64_t)>& volume) {
   constexpr std::uint64_t kVolumes = 40;
-  StageSpan last_cast;
   StageSpan last_light;
   bool found = false;
   std::uint64_t loaded = 0;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The OpenIGTLink server, by a client of its own.
-#include "server/igtl/igtl_server.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>
@@ -10,21 +8,10 @@
 #include "proto/base/crc64.hpp"
 #include "proto/igtl/image_body.hpp"
 #include "proto/igtl/text_bodies.hpp"
-#include "tests/igtl/test_client.hpp"
-#include "tests/support/server_fixture.hpp"
+#include "tests/igtl/igtl_server_rig.hpp"
 
 namespace fanlight::test {
 namespace igtl_server_tests {
-
-StreamServer::Config with_igtl(Role role = Role::kOperator, std::uint32_t most_messages = 500) {
-  IgtlStreams usual;
-  usual.set(IgtlStream::kPicture, true);
-  usual.set(IgtlStream::kCamera, true);
-  return {.igtl = IgtlServer::Config{.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0},
-                                     .usual = usual,
-                                     .role = role,
-                                     .most_messages = most_messages}};
-}
 
 template <typename Holds>
 bool soon(Holds holds) {

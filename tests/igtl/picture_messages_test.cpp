@@ -9,6 +9,7 @@
 
 #include "proto/igtl/opened_message.hpp"
 #include "proto/igtl/pose_bodies.hpp"
+#include "tests/igtl/corpus.hpp"
 
 namespace fanlight::test {
 namespace picture_messages_tests {
@@ -43,7 +44,7 @@ igtl::OpenedMessage opened(const IgtlMessage& message) {
 IgtlMessage message_of(const Picture& picture, IgtlStream stream) {
   IgtlWanted wanted;
   wanted.version_2.set(stream, true);
-  return picture_messages(picture, wanted, 1'700'000'000'000'000'000).at(stream, igtl::HeadVersion::kTwo);
+  return picture_messages(picture, wanted, 1'700'000'000'000'000'000).at(stream).version_2;
 }
 
 TEST(PictureMessages, PutThePictureWhereTheSurfaceIs) {
@@ -116,9 +117,9 @@ TEST(PictureMessages, AreWrittenForThoseWhoWantThem) {
   IgtlWanted wanted;
   wanted.version_1.set(IgtlStream::kCamera, true);
   auto messages = picture_messages(picture_of(0), wanted, 0);
-  EXPECT_NE(messages.at(IgtlStream::kCamera, igtl::HeadVersion::kOne), nullptr);
-  EXPECT_EQ(messages.at(IgtlStream::kCamera, igtl::HeadVersion::kTwo), nullptr);
-  EXPECT_EQ(messages.at(IgtlStream::kPicture, igtl::HeadVersion::kOne), nullptr);
+  EXPECT_NE(messages.at(IgtlStream::kCamera).version_1, nullptr);
+  EXPECT_EQ(messages.at(IgtlStream::kCamera).version_2, nullptr);
+  EXPECT_EQ(messages.at(IgtlStream::kPicture).version_1, nullptr);
 }
 
 TEST(PictureMessages, StandAPictureWithoutASurface) {
@@ -129,6 +130,21 @@ TEST(PictureMessages, StandAPictureWithoutASurface) {
   ASSERT_TRUE(image);
   EXPECT_NEAR(image->body.pose.first_mm[1], -20, 1e-6) << "the view plane";
   EXPECT_EQ(opened(message_of(picture, IgtlStream::kSurface)).state, igtl::OpenedMessage::State::kGood);
+}
+
+TEST(PictureMessages, HaveASurfaceByteByByte) {
+  Picture picture = blank_picture(2, 2);
+  picture.stamp.view = {.right = {1, 0, 0}, .down = {0, 0, -1}, .forward = {0, 1, 0}, .mm_per_pixel = 1};
+  picture.depth_mm.assign(4, 10);
+  for (std::size_t i = 0; i < 4; ++i) {
+    picture.rgba[4 * i] = 10;
+    picture.rgba[4 * i + 1] = 20;
+    picture.rgba[4 * i + 2] = 30;
+  }
+  IgtlWanted wanted;
+  wanted.version_1.set(IgtlStream::kSurface, true);
+  const auto message = picture_messages(picture, wanted, kCorpusNs).at(IgtlStream::kSurface).version_1;
+  EXPECT_EQ(*message, corpus_message("polydata"));
 }
 
 }  // namespace picture_messages_tests

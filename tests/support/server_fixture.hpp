@@ -49,6 +49,8 @@ class ServerFixture {
                  .private_views = &private_views_,
                  .survey_orders = &survey_orders_,
                  .survey_results = &survey_results_,
+                 .volume_orders = &volume_orders_,
+                 .volume_answers = &volume_answers_,
                  .recording = recording,
                  .cine = &cine_});
     if (!server) throw std::runtime_error(server.error().message);
@@ -174,6 +176,18 @@ class ServerFixture {
       scene_bell_.wait(-1);
     }
   }
+  /// As the render thread: waits up to 5 s for the next order for the volume on show, and answers it.
+  void answer_volume_order(const Volume* shown) {
+    for (int i = 0; i < 500; ++i) {
+      if (const VolumeOrder* const order = volume_orders_.newest()) {
+        volume_answers_.draft() = answer_to(*order, shown);
+        volume_answers_.publish();
+        return;
+      }
+      scene_bell_.wait(10'000'000);
+    }
+    throw std::runtime_error("no order for a volume has come");
+  }
   void answer_survey(const SurveyResult& result) {
     survey_results_.draft() = result;
     survey_results_.publish();
@@ -233,6 +247,8 @@ class ServerFixture {
   Mailbox<NumberedScene> scenes_{scene_bell_};
   Mailbox<PrivateViews> private_views_{scene_bell_};
   Mailbox<SurveyOrder> survey_orders_{scene_bell_};
+  Mailbox<VolumeOrder> volume_orders_{scene_bell_};
+  Mailbox<VolumeAnswer> volume_answers_{bell_};
   Mailbox<SurveyResult> survey_results_{bell_};
   RecordingOrders recording_orders_;
   Mailbox<RecordingStatus> recording_status_{bell_};

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "proto/model/fan_geometry.hpp"
+#include "proto/model/volume.hpp"
+
+namespace fanlight {
+
+/// Asks the render thread for a copy of the volume on show. The memory comes with the order, so that the
+/// render thread allocates nothing; whoever orders must not touch it before the answer.
+struct VolumeOrder {
+  std::uint64_t number = 0;  ///< from 1
+  std::shared_ptr<Volume> into;
+};
+
+/// The answer to the newest order.
+struct VolumeAnswer {
+  enum class Outcome : std::uint8_t { kNoVolume, kTooSmall, kCopied };
+  std::uint64_t number = 0;  ///< of the order
+  Outcome outcome = Outcome::kNoVolume;
+  FanGeometry geometry;      ///< kTooSmall: of the volume on show
+  std::uint32_t frames = 0;  ///< kTooSmall: that its memory holds at most
+};
+
+/// The render thread's answer. `shown`: the volume on show; null: there is none. Copies some ten megabytes;
+/// allocates nothing.
+inline VolumeAnswer answer_to(const VolumeOrder& order, const Volume* shown) {
+  using Outcome = VolumeAnswer::Outcome;
+  if (shown == nullptr) return {.number = order.number, .outcome = Outcome::kNoVolume};
+  const bool copied = order.into != nullptr && order.into->copy_from(*shown);
+  return {.number = order.number,
+          .outcome = copied ? Outcome::kCopied : Outcome::kTooSmall,
+          .geometry = shown->geometry(),
+          .frames = shown->frame_capacity()};
+}
+
+}  // namespace fanlight

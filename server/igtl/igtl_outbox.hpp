@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+
+#include "server/igtl/stream_message.hpp"
+#include "server/metrics/server_counters.hpp"
+
+namespace fanlight {
+
+/// The messages of streams that wait to be sent to one client, and their accounting. Of each stream one
+/// waits, and a newer one replaces it. Two streams differ:
+/// - Frames queue, since a sweep needs all of them; newer ones are lost beyond a limit.
+/// - A picture of the video may need those before it. If one waits already, the new one is lost, and so are
+///   those after it, up to the next key picture, which replaces what waits.
+/// Server thread only.
+class IgtlOutbox {
+ public:
+  static constexpr std::size_t kMostFrameBytes = 32 << 20;  ///< a third of a second at 100 MB/s
+  static constexpr std::size_t kMostFrameBytesOfAll = 256 << 20;
+
+  /// Both must outlive this object. `frame_bytes_of_all`: of the frames that wait in all outboxes.
+  IgtlOutbox(ServerCounters& counters, std::size_t& frame_bytes_of_all)
+      : counters_(counters), frame_bytes_of_all_(frame_bytes_of_all) {}
+
+  /// True if the message waits now. `key`: of the video, a picture that needs none before it.
+  bool offer(IgtlStream stream, const IgtlMessage& message, bool key);
+
+  /// The message to send next, from one stream after the other; null: none waits.
+  IgtlMessage next();
+
+  /// The client was not sent the newest pictures of the video: it needs a key picture.
+  void video_lost() { video_lost_ = true; }
+  bool needs_key_picture() const { return video_lost_; }
+
+  /// Drops all that waits: what is left must not outlive the counters.
+  void clear();
+
+ private:
+  bool offer_frame(const IgtlMessage& message);
+  bool can_be_decoded(bool key);
+  bool lost();
+
+  ServerCounters& counters_;
+  std::size_t& frame_bytes_of_all_;
+  std::array<IgtlMessage, kIgtlStreams> waiting_;
+  std::deque<IgtlMessage> frames_;
+  std::size_t frame_bytes_ = 0;  // of those
+  std::size_t turn_ = 0;         // which stream is next
+  bool video_lost_ = true;       // before the first one
+};
+
+}  // namespace fanlight
