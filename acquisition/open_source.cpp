@@ -59,8 +59,11 @@ Result<std::unique_ptr<FrameSource>> open_igtl(std::string_view address, const S
                                                ProbeLink& link) {
   const auto parsed = IgtlAddress::parse(address);
   if (!parsed) return parsed.error();
-  auto source = IgtlSource::create(
-      {.address = *parsed, .geometry_path = options.geometry_path, .wait_s = options.wait_for_probe_s}, link);
+  auto source = IgtlSource::create({.address = *parsed,
+                                    .geometry_path = options.geometry_path,
+                                    .wait_s = options.wait_for_probe_s,
+                                    .stopped = options.stopped},
+                                   link);
   if (!source) return source.error();
   return std::unique_ptr<FrameSource>(*std::move(source));
 }

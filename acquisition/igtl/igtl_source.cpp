@@ -21,6 +21,8 @@ using igtl::OpenedMessage;
 
 // A larger gap of FrameIndex is a different numbering and no loss.
 constexpr std::uint32_t kMostLost = 1000;
+// A probe that slips out of its tracker's view for a moment is no other fan: some seconds of images.
+constexpr std::uint32_t kMostNotPlaced = 100;
 
 /// PLUS says in the metadata whether a pose is one: NameStatus is OK, or OUT_OF_VIEW, MISSING and others.
 bool is_good(const igtl::Metadata& metadata, std::string_view name) {
@@ -51,6 +53,7 @@ Result<std::unique_ptr<IgtlSource>> IgtlSource::create(const Config& config, Pro
   };
   const std::int64_t give_up_ns = after(config.wait_s);
   while (!made->connection_.is_open()) {
+    if (auto goes_on = made->not_stopped(); !goes_on) return goes_on.error();
     made->connection_.step();
     const std::string& trouble = made->connection_.trouble();
     if (now_ns() >= give_up_ns && !made->connection_.is_open()) {
@@ -226,13 +229,24 @@ bool IgtlSource::announce() {
     const Placed place = placed(held_.image);
     const bool waits = place.may_come && !next_.is_there && connection_.is_open();
     if (waits) return false;
-    if (!place.angle_rad) counters_.images_not_placed.add();
+    if (place.angle_rad) not_placed_ = 0;
+    if (!place.angle_rad) count_not_placed();
     if (!place.angle_rad || held_.image.notes.is_invalid) fault = FrameFault::kInvalid;
     angle_rad = place.angle_rad.value_or(0);
   }
   announced_ = {.stamp = stamp_of(held_.image.notes, angle_rad), .fault = fault};
   was_announced_ = true;
   return true;
+}
+
+/// Where one image after the other lies outside of the fan, the tracker's frame of reference has changed: the
+/// fan is looked for anew.
+void IgtlSource::count_not_placed() {
+  counters_.images_not_placed.add();
+  if (++not_placed_ < kMostNotPlaced || fan_.angles == LearnedFan::Angles::kNamed) return;
+  not_placed_ = 0;
+  connection_.tell_trouble("The images lie elsewhere than before. Looks for their fan anew.");
+  begin_to_learn();
 }
 
 FrameStamp IgtlSource::stamp_of(const FrameNotes& notes, double angle_rad) {

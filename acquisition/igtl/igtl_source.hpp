@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,11 +37,12 @@ class IgtlSource final : public FrameSource {
     double wait_s = 5;                    ///< how long create() tries to connect; at least 0
     double learn_s = 30;                  ///< how long it then looks at images (FirstSweeps)
     double silence_s = 10;                ///< see IgtlConnection
+    std::function<bool()> stopped{};      ///< asked meanwhile: whether create() shall give up; empty: never
   };
 
   /// Connects, and looks at the first images until their geometry is known. kNotFound: no connection within
-  /// wait_s. kBadInput: no image that can be used within learn_s; others as of FirstSweeps::result(). `link`
-  /// must outlive the source.
+  /// wait_s. kBadInput: no image that can be used within learn_s; others as of FirstSweeps::result().
+  /// kStopped: by `stopped`. `link` must outlive the source.
   static Result<std::unique_ptr<IgtlSource>> create(const Config& config, ProbeLink& link);
 
   const SourceDescription& description() const override { return fan_.source; }
@@ -85,6 +87,8 @@ class IgtlSource final : public FrameSource {
   std::int64_t sender_time_ns() const;
 
   // What the images are.
+  /// Config::stopped, as an error.
+  Result<void> not_stopped() const;
   Result<void> learn_until_known();
   /// Adds the held image. Whether the geometry is known now, and the image is a frame.
   Result<bool> learn_of_held(bool at_once);
@@ -102,6 +106,7 @@ class IgtlSource final : public FrameSource {
   Placed placed(const IgtlImage& image) const;
   /// False: its pose may still come.
   bool announce();
+  void count_not_placed();
   FrameStamp stamp_of(const FrameNotes& notes, double angle_rad);
   std::uint64_t sequence_of(const FrameNotes& notes, bool anew);
   SweepDirection direction_of(const FrameNotes& notes, double angle_rad);
@@ -119,6 +124,7 @@ class IgtlSource final : public FrameSource {
 
   std::optional<FirstSweeps> learning_;
   LearnedFan fan_;
+  std::uint32_t not_placed_ = 0;        // images without a place, one after the other
   std::uint64_t most_frame_bytes_ = 0;  // of the first geometry, for which the ring was made
   Shape shape_;
   std::optional<GreyLevels> levels_;

@@ -39,6 +39,12 @@ std::uint64_t told_by(const igtl::Metadata& metadata) {
 
 }  // namespace
 
+Result<void> IgtlSource::not_stopped() const {
+  if (!config_.stopped || !config_.stopped()) return {};
+  return Error{ErrorCode::kStopped,
+               fmt::format("{}: stopped before its images were known", config_.address.text())};
+}
+
 void IgtlSource::begin_to_learn() {
   learning_.emplace(config_.address, config_.geometry_path, poses_);
   seen_.clear();
@@ -49,6 +55,7 @@ Result<void> IgtlSource::learn_until_known() {
   const std::int64_t give_up_ns = now_ns() + static_cast<std::int64_t>(std::min(config_.learn_s, 1e9) * 1e9);
   for (;;) {
     const bool late = now_ns() >= give_up_ns;
+    if (auto goes_on = not_stopped(); !goes_on) return goes_on.error();
     if (connection_.step() == IgtlConnection::Event::kMessage) take_message();
     if (held_.is_there) {
       const auto known = learn_of_held(late);

@@ -350,9 +350,14 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
     }
   }
   if (!missing.empty()) {
+    std::error_code failure;
+    // Images that come over a network have neither a file beside them nor a header.
+    const bool is_file = std::filesystem::exists(recording_path, failure);
+    const std::string beside =
+        is_file ? fmt::format("{}, in ", shown(sidecar(recording_path).filename())) : "";
     return bad(recording_path, fmt::format("the fan geometry lacks {}", fmt::join(missing, ", ")),
-               fmt::format("a value for each in {}, in a file given by --geometry, or in the header as {}",
-                           shown(sidecar(recording_path).filename()), fmt::join(missing_fields, ", ")));
+               fmt::format("a value for each in {}a file given by --geometry, or in the {} as {}", beside,
+                           is_file ? "header" : "metadata", fmt::join(missing_fields, ", ")));
   }
   if (found.window_black.has_value() != found.window_white.has_value() ||
       (found.window_black && *found.window_black >= *found.window_white)) {

@@ -167,7 +167,9 @@ Result<void> record(const RecordOptions& options) {
   if (auto named = check_name(options.out); !named) return named;
   Doorbell bell;
   ProbeLink probe(bell, bell);
-  auto source = open_source(options.input, options.playing, probe);
+  SourceOptions playing = options.playing;
+  playing.stopped = [&signals] { return signals.wait_ms(0); };
+  auto source = open_source(options.input, playing, probe);
   if (!source) return source.error();
 
   Doorbell status_bell;
