@@ -23,7 +23,7 @@ struct SourceOptions {
   bool paused = false;                        ///< of a recording: shows its first sweep and waits for orders
   UsbSource::Settings probe_settings;         ///< of a USB probe
   double wait_for_probe_s = 5;                ///< see UsbSource::Config and IgtlSource::Config
-  std::function<bool()> stopped{};            ///< see IgtlSource::Config
+  std::function<bool()> stopped{};            ///< of OpenIGTLink: see IgtlSource::Config
 };
 
 /// Opens the source that a text names: "phantom:" with options (PhantomSource::parse), "replay:PATH" or the

@@ -110,10 +110,10 @@ Result<void> RenderThread::step() {
     take_frames();
   }
   take_survey_order();
-  take_volume_order();
   report();
   const auto new_work = private_turn ? Renderer::NewWork::kWaits : Renderer::NewWork::kBegins;
   if (auto advanced = renderer().advance(new_work); !advanced) return advanced;
+  take_volume_order();  // the GPU has its work meanwhile
   if (renderer().collect(to_.pictures.draft())) {
     losses_.picture_finished();
     governor_.picture_finished(to_.pictures.draft().stamp);
@@ -288,6 +288,7 @@ void RenderThread::take_volume_order() {
   if (order == nullptr) return;
   to_.volume_answers->draft() = answer_to(*order, volume_on_show());
   to_.volume_answers->publish();
+  to_.counters.turn_began_ns.set(now_ns());  // the driver had no part in this
 }
 
 void RenderThread::report() {

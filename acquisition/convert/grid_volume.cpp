@@ -136,13 +136,16 @@ Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const
     voxels *= side;
     if (side <= kMostSide) grid.size[axis] = static_cast<std::uint32_t>(side);
   }
-  if (!(spacing_mm >= kLeastSpacingMm && spacing_mm <= kMostSpacingMm) || !(longest <= kMostSide) ||
-      !(voxels <= static_cast<double>(most_voxels))) {
+  if (!(spacing_mm >= kLeastSpacingMm && spacing_mm <= kMostSpacingMm)) {
+    return Error{ErrorCode::kInvalidArgument, fmt::format("the spacing is {} mm, expected {} to {} mm",
+                                                          spacing_mm, kLeastSpacingMm, kMostSpacingMm)};
+  }
+  if (!(longest <= kMostSide) || !(voxels <= static_cast<double>(most_voxels))) {
     return Error{
         ErrorCode::kInvalidArgument,
-        fmt::format("a spacing of {} mm makes {:.0f} million voxels, {:.0f} on the longest side, expected at "
-                    "least {} mm, at most {:.0f} voxels a side and {} million in all",
-                    spacing_mm, voxels / 1e6, longest, kLeastSpacingMm, kMostSide, most_voxels / 1'000'000)};
+        fmt::format("a spacing of {} mm makes {:.0f} million voxels, {:.0f} on the longest side; expected a "
+                    "larger one, for at most {} million voxels and {:.0f} a side",
+                    spacing_mm, voxels / 1e6, longest, most_voxels / 1'000'000, kMostSide)};
   }
   try {
     grid.voxels.resize(grid.bytes());

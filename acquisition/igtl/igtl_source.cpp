@@ -21,8 +21,9 @@ using igtl::OpenedMessage;
 
 // A larger gap of FrameIndex is a different numbering and no loss.
 constexpr std::uint32_t kMostLost = 1000;
-// A probe that slips out of its tracker's view for a moment is no other fan: some seconds of images.
-constexpr std::uint32_t kMostNotPlaced = 100;
+// A knock at the tracker is no other fan.
+constexpr std::int64_t kMostBesideFanNs = 2'000'000'000;
+constexpr std::uint32_t kLeastBesideFan = 20;
 
 /// PLUS says in the metadata whether a pose is one: NameStatus is OK, or OUT_OF_VIEW, MISSING and others.
 bool is_good(const igtl::Metadata& metadata, std::string_view name) {
@@ -219,7 +220,8 @@ IgtlSource::Placed IgtlSource::placed(const IgtlImage& image) const {
   const FrameSize size = frame_size(image.body, config_.address.orientation);
   const auto pose = frame_pose(grid, config_.address.orientation, size);
   const auto place = pose ? place_in_fan(fan_.fit, *pose, fan_.centre_column) : std::nullopt;
-  return {.angle_rad = place && lies_in_fan(*place) ? std::optional(place->angle_rad) : std::nullopt};
+  if (!place || !lies_in_fan(*place)) return {.is_beside_fan = true};
+  return {.angle_rad = place->angle_rad};
 }
 
 bool IgtlSource::announce() {
@@ -229,8 +231,9 @@ bool IgtlSource::announce() {
     const Placed place = placed(held_.image);
     const bool waits = place.may_come && !next_.is_there && connection_.is_open();
     if (waits) return false;
-    if (place.angle_rad) not_placed_ = 0;
-    if (!place.angle_rad) count_not_placed();
+    if (!place.angle_rad) counters_.images_not_placed.add();
+    beside_fan_ = place.is_beside_fan ? beside_fan_ + 1 : 0;
+    if (place.is_beside_fan) look_for_another_fan();
     if (!place.angle_rad || held_.image.notes.is_invalid) fault = FrameFault::kInvalid;
     angle_rad = place.angle_rad.value_or(0);
   }
@@ -241,10 +244,10 @@ bool IgtlSource::announce() {
 
 /// Where one image after the other lies outside of the fan, the tracker's frame of reference has changed: the
 /// fan is looked for anew.
-void IgtlSource::count_not_placed() {
-  counters_.images_not_placed.add();
-  if (++not_placed_ < kMostNotPlaced || fan_.angles == LearnedFan::Angles::kNamed) return;
-  not_placed_ = 0;
+void IgtlSource::look_for_another_fan() {
+  if (beside_fan_ == 1) beside_fan_since_ns_ = held_.arrival_ns;
+  if (beside_fan_ < kLeastBesideFan || held_.arrival_ns - beside_fan_since_ns_ < kMostBesideFanNs) return;
+  beside_fan_ = 0;
   connection_.tell_trouble("The images lie elsewhere than before. Looks for their fan anew.");
   begin_to_learn();
 }

@@ -92,6 +92,7 @@ class IgtlSource final : public FrameSource {
   Result<void> learn_until_known();
   /// Adds the held image. Whether the geometry is known now, and the image is a frame.
   Result<bool> learn_of_held(bool at_once);
+  std::string what_came() const;
   void begin_to_learn();
   bool learn_again();
   Result<void> use(LearnedFan fan);
@@ -102,11 +103,12 @@ class IgtlSource final : public FrameSource {
   struct Placed {
     std::optional<double> angle_rad;  // absent: it has no place
     bool may_come = false;            // but may still get one
+    bool is_beside_fan = false;       // it lies elsewhere
   };
   Placed placed(const IgtlImage& image) const;
   /// False: its pose may still come.
   bool announce();
-  void count_not_placed();
+  void look_for_another_fan();
   FrameStamp stamp_of(const FrameNotes& notes, double angle_rad);
   std::uint64_t sequence_of(const FrameNotes& notes, bool anew);
   SweepDirection direction_of(const FrameNotes& notes, double angle_rad);
@@ -124,7 +126,8 @@ class IgtlSource final : public FrameSource {
 
   std::optional<FirstSweeps> learning_;
   LearnedFan fan_;
-  std::uint32_t not_placed_ = 0;        // images without a place, one after the other
+  std::uint32_t beside_fan_ = 0;  // images, one after the other
+  std::int64_t beside_fan_since_ns_ = 0;
   std::uint64_t most_frame_bytes_ = 0;  // of the first geometry, for which the ring was made
   Shape shape_;
   std::optional<GreyLevels> levels_;

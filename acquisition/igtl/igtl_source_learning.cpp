@@ -17,6 +17,8 @@ namespace {
 
 // Lengths of one matrix differ in the last bits of its numbers.
 constexpr double kSamePixelShare = 1e-3;
+// Three sweeps of a hundred and fifty images.
+constexpr std::size_t kMostLearnedAgain = 450;
 
 std::array<double, 2> pixel_mm(const igtl::GridPose& pose) {
   return {std::hypot(pose.i_mm[0], pose.i_mm[1], pose.i_mm[2]),
@@ -45,6 +47,18 @@ Result<void> IgtlSource::not_stopped() const {
                fmt::format("{}: stopped before its images were known", config_.address.text())};
 }
 
+std::string IgtlSource::what_came() const {
+  std::string text = printable(seen_);
+  const auto add = [&text](const Counter& count, const char* what) {
+    if (count.value() > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count.value(), what);
+  };
+  add(counters_.messages_damaged, "messages with a wrong checksum");
+  add(counters_.messages_malformed, "messages whose content contradicts their type or length");
+  add(counters_.messages_too_long, "messages longer than any image");
+  add(counters_.places_lost, "times bytes that are no OpenIGTLink");
+  return text.empty() ? "nothing" : text;
+}
+
 void IgtlSource::begin_to_learn() {
   learning_.emplace(config_.address, config_.geometry_path, poses_);
   seen_.clear();
@@ -69,8 +83,7 @@ Result<void> IgtlSource::learn_until_known() {
             ErrorCode::kBadInput,
             fmt::format("{}: no image that can be used came in {} s, expected an IMAGE with 2D grey levels; "
                         "what came: {}",
-                        config_.address.text(), config_.learn_s,
-                        seen_.empty() ? "nothing" : printable(seen_))};
+                        config_.address.text(), config_.learn_s, what_came())};
       }
       auto fan = learning_->result(true);
       if (!fan) return fan.error();
@@ -140,6 +153,12 @@ bool IgtlSource::learn_again() {
   const auto known = learn_of_held(false);
   if (known) {
     if (*known) connection_.tell_trouble("");
+    // Images of the way to another place are no part of its fan.
+    if (!*known && learning_->images() >= kMostLearnedAgain) {
+      const auto why_not = learning_->result(true);
+      if (!why_not) connection_.tell_trouble(why_not.error().message);
+      begin_to_learn();
+    }
     return *known;
   }
   connection_.tell_trouble(known.error().message);

@@ -31,9 +31,18 @@ class DeviceClock {
     // A device time far ahead of all others is an error of the probe, unless the next one agrees: then the
     // probe's clock was set.
     const std::int64_t known_ns = std::min(current_ns_, last_ns_);
-    const bool jumps = known_ns != kNone && difference_ns < known_ns - kJumpNs;
+    // As a double: numbers far apart would overflow.
+    const double change_ns =
+        known_ns == kNone ? 0 : static_cast<double>(difference_ns) - static_cast<double>(known_ns);
+    const bool jumps = change_ns < -kJumpNs;
     if (jumps && !std::exchange(jumped_, true)) return arrival_ns;
     jumped_ = jumps;
+    // A time far behind the others is no frame that took so long either: the probe's clock was set back.
+    if (change_ns > kSetBackNs) {
+      if (!std::exchange(fell_back_, true)) return arrival_ns;
+      last_ns_ = current_ns_ = kNone;
+    }
+    fell_back_ = false;
     current_ns_ = std::min(current_ns_, difference_ns);
     const std::int64_t nearest_ns = std::min(current_ns_, last_ns_);
     return static_cast<std::int64_t>(static_cast<std::uint64_t>(device_ns) +
@@ -43,12 +52,14 @@ class DeviceClock {
   void reset() { *this = {}; }
 
  private:
-  static constexpr std::int64_t kJumpNs = 1'000'000'000;
+  static constexpr double kJumpNs = 1e9;
+  static constexpr double kSetBackNs = 15e9;
   static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
   std::int64_t window_start_ns_ = 0;
   std::int64_t current_ns_ = kNone;
   std::int64_t last_ns_ = kNone;
   bool jumped_ = false;
+  bool fell_back_ = false;
 };
 
 }  // namespace fanlight

@@ -9,8 +9,8 @@
 
 namespace fanlight {
 
-/// Asks the render thread for a copy of the volume on show. The memory comes with the order, so that the
-/// render thread allocates nothing; whoever orders must not touch it before the answer.
+/// Asks the render thread for a copy of the volume on show. The memory comes with the order, its pages in use
+/// already, so that the render thread allocates nothing; whoever orders must not touch it before the answer.
 struct VolumeOrder {
   std::uint64_t number = 0;  ///< from 1
   std::shared_ptr<Volume> into;
@@ -25,7 +25,7 @@ struct VolumeAnswer {
   std::uint32_t frames = 0;  ///< kTooSmall: that its memory holds at most
 };
 
-/// The render thread's answer. `shown`: the volume on show; null: there is none. Copies some ten megabytes;
+/// The render thread's answer. `shown`: the volume on show; null: there is none. Copies all of its frames;
 /// allocates nothing.
 inline VolumeAnswer answer_to(const VolumeOrder& order, const Volume* shown) {
   using Outcome = VolumeAnswer::Outcome;

@@ -64,6 +64,9 @@ class Volume {
 
   bool full() const { return stamp_.frames == frame_capacity_; }
 
+  /// Writes to all of its memory, which is in use then.
+  void use_pages() { std::fill_n(pixels_.get(), capacity_bytes_, std::uint8_t{0}); }
+
   /// Becomes a copy of another volume. False where its frames do not fit; this volume stays as it is then.
   bool copy_from(const Volume& other) {
     const std::uint64_t bytes = other.geometry_.frame_bytes() * other.stamp_.frames;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <string_view>
 
 #include "proto/base/printable.hpp"
@@ -13,18 +14,26 @@ namespace fanlight {
 
 namespace {
 
+std::string_view trimmed(std::string_view text) {
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  while (text.ends_with(' ')) text.remove_suffix(1);
+  return text;
+}
+
 Result<IgtlStreams> streams_in(std::string_view list) {
   IgtlStreams streams;
-  while (!list.empty()) {
+  if (trimmed(list) == "none") return streams;
+  for (bool first = true; first || !list.empty(); first = false) {
     const std::size_t comma = std::min(list.find(','), list.size());
-    const std::string_view word = list.substr(0, comma);
+    const std::string_view word = trimmed(list.substr(0, comma));
     const auto* const known = std::ranges::find(kIgtlStreamNames, word, &IgtlStreamName::word);
     if (known == kIgtlStreamNames.end()) {
       return Error{
           ErrorCode::kInvalidArgument,
-          fmt::format("--igtl-send: there is no {}, expected some of picture, depth, surface, camera, video, "
-                      "volume and frames, with commas between, or none",
-                      printable(word))};
+          fmt::format(
+              "--igtl-send: there is no stream \"{}\", expected some of picture, depth, surface, camera, "
+              "video, volume and frames, with commas between, or the word none alone",
+              printable(word))};
     }
     streams.set(static_cast<IgtlStream>(known - kIgtlStreamNames.begin()), true);
     list.remove_prefix(std::min(comma + 1, list.size()));
@@ -36,29 +45,41 @@ Result<IgtlStreams> streams_in(std::string_view list) {
 
 void IgtlOptions::add_to(CLI::App& command) {
   command.option_defaults()->group("OpenIGTLink");
-  command
-      .add_option(
-          "--igtl-listen", listen,
-          "Serve 3D Slicer and others here, such as 127.0.0.1:18944; no encryption, no logins; default: "
-          "nowhere")
-      ->type_name("ADDRESS");
+  auto* const needed =
+      command
+          .add_option(
+              "--igtl-listen", listen,
+              "Serve 3D Slicer and others here, such as 127.0.0.1:18944; no encryption, no logins; default: "
+              "nowhere")
+          ->type_name("ADDRESS");
   command
       .add_option("--igtl-send", send,
                   "What clients get that ask for nothing: picture, depth, surface, camera, video, volume, "
                   "frames; with "
                   "commas; or none")
       ->capture_default_str()
+      ->needs(needed)
       ->type_name("LIST");
   command
       .add_option("--igtl-spacing", spacing_mm,
-                  "Spacing of the volume's grid for its clients, mm; 0: about 256 voxels on the longest side")
-      ->check(CLI::IsMember({0.0}) | CLI::Range(0.05, 50.0))
+                  "Spacing of the volume's grid for its clients, 0.05 to 50 mm; 0: about 256 voxels on the "
+                  "longest side")
+      ->check([](const std::string& text) {
+        double value = 0;
+        const char* const end = text.data() + text.size();
+        const auto read = std::from_chars(text.data(), end, value);
+        const bool is_number = read.ec == std::errc{} && read.ptr == end;
+        const bool good = is_number && (value == 0 || (value >= 0.05 && value <= 50));  // no NaN
+        return good ? "" : fmt::format("Value {} is neither 0 nor in range 0.05 to 50", text);
+      })
       ->capture_default_str()
+      ->needs(needed)
       ->type_name("MM");
   command
       .add_option("--igtl-role", role,
                   "What its clients may do: viewer, or operator; default: viewer where there are --tokens")
       ->check(CLI::IsMember({"viewer", "operator"}))
+      ->needs(needed)
       ->type_name("ROLE");
 }
 
@@ -74,7 +95,7 @@ Result<std::optional<IgtlServer::Config>> IgtlOptions::config(bool has_tls, bool
                     "that is set up for a network, with --tls-certificate, --tls-key and --tokens",
                     listen)};
   }
-  const auto streams = streams_in(send == "none" ? "" : std::string_view(send));
+  const auto streams = streams_in(send);
   if (!streams) return streams.error();
   const std::string wanted = role.empty() ? (has_tokens ? "viewer" : "operator") : role;
   return std::optional(IgtlServer::Config{

@@ -49,7 +49,9 @@ void log_service(const ServeOptions& options) {
 }
 
 void log_igtl(const boost::asio::ip::tcp::endpoint& endpoint) {
-  spdlog::info("OpenIGTLink on {}:{}", endpoint.address().to_string(), endpoint.port());
+  const std::string address = endpoint.address().to_string();
+  spdlog::info("OpenIGTLink on {}:{}", endpoint.address().is_v6() ? "[" + address + "]" : address,
+               endpoint.port());
   if (endpoint.address().is_loopback()) return;
   spdlog::warn("OpenIGTLink has neither encryption nor logins: everyone who reaches {} sees the pictures",
                endpoint.address().to_string());

@@ -12,8 +12,12 @@ namespace fanlight {
 
 namespace {
 
-// Of 19: below the renderer, and still a share of a busy processor.
-constexpr int kHeavyNice = 10;
+struct LaneFacts {
+  const char* name;
+  int nice;  // of 19: below the renderer, and still a share of a busy processor
+};
+constexpr std::array<LaneFacts, kEncoderLanes> kLaneFacts = {
+    {{"encode", 0}, {"encode heavy", 10}, {"encode slow", 15}}};
 
 }  // namespace
 
@@ -23,7 +27,7 @@ std::size_t EncoderPool::usual_threads() {
 
 EncoderPool::EncoderPool(std::size_t threads) {
   for (std::size_t thread = 0; thread < threads; ++thread) {
-    for (const EncoderLane lane : {EncoderLane::kQuick, EncoderLane::kHeavy})
+    for (const EncoderLane lane : {EncoderLane::kQuick, EncoderLane::kHeavy, EncoderLane::kBackground})
       threads_.emplace_back([this, lane](const std::stop_token& stop) { run(stop, lane); });
   }
 }
@@ -42,10 +46,10 @@ void EncoderPool::submit(EncoderLane lane, Work work) {
 }
 
 void EncoderPool::run(const std::stop_token& stop, EncoderLane lane) {
-  const bool heavy = lane == EncoderLane::kHeavy;
-  pthread_setname_np(pthread_self(), heavy ? "encode heavy" : "encode");
+  const auto& [name, nice] = kLaneFacts[static_cast<std::size_t>(lane)];
+  pthread_setname_np(pthread_self(), name);
   // On Linux the priority is the thread's, not the process's. A failure costs nothing but the preference.
-  if (heavy) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kHeavyNice);
+  if (nice > 0) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), nice);
   Queue& queue = queues_[static_cast<std::size_t>(lane)];
   for (;;) {
     Work work;

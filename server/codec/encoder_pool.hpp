@@ -13,12 +13,13 @@
 
 namespace fanlight {
 
-/// Whether an encoding delays the others: a PNG or a depth map takes ten times a JPEG.
-enum class EncoderLane : std::uint8_t { kQuick, kHeavy };
-inline constexpr std::size_t kEncoderLanes = 2;
+/// Whether an encoding delays the others: a PNG or a depth map takes ten times a JPEG, the scan conversion of
+/// a volume a hundred times.
+enum class EncoderLane : std::uint8_t { kQuick, kHeavy, kBackground };
+inline constexpr std::size_t kEncoderLanes = 3;
 
 /// Threads that encode pictures, so that the event loop does not. Each lane has threads of its own; those of
-/// the heavy lane run at a low priority, since nobody watches a moving heart in PNG.
+/// the other lanes than the quick one run at a low priority, since nobody watches a moving heart in PNG.
 class EncoderPool {
  public:
   using Work = std::function<void()>;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/http/liveness_watch.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -57,9 +58,10 @@ void LivenessWatch::update() {
   if (dependencies_.health != nullptr) {
     if (const RenderHealth* const health = dependencies_.health->newest()) liveness.health_changed(*health);
   }
-  const auto source =
+  auto source =
       liveness_source(dependencies_.source_state(), dependencies_.probe.lost(), dependencies_.replay.status(),
                       dependencies_.cine.is_frozen(), dependencies_.demand.resting());
+  source.trouble = dependencies_.probe.trouble();
   if (!liveness.update(source, now_ns())) return;
   log();
   dependencies_.sessions.liveness_changed();
@@ -72,8 +74,8 @@ void LivenessWatch::log() const {
       report.state == PictureLiveness::State::kReplay || report.state == PictureLiveness::State::kResting ||
       report.state == PictureLiveness::State::kFrozen)
     return spdlog::info("{}", report.sentence);
-  spdlog::warn("the picture is {}, {:.1f} s old: {}", PictureLiveness::name(report.state), report.age_s,
-               report.sentence);
+  const std::string age = report.age_s < 0 ? "" : fmt::format(", {:.1f} s old", report.age_s);
+  spdlog::warn("the picture is {}{}: {}", PictureLiveness::name(report.state), age, report.sentence);
 }
 
 }  // namespace fanlight

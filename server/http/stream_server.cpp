@@ -330,7 +330,7 @@ void StreamServer::bell_rang() {
   recording_watch_.update();
   if (replay_.update()) tell_of_replay();
   if (cine_.update()) sessions_.cine_changed();
-  if (igtl_) igtl_->source_came();
+  if (igtl_) igtl_->bell_rang();
   if (const Picture* picture = dependencies_.pictures.newest()) {
     views_.main_shown(picture->stamp, now_ns());
     liveness_.shown(picture->stamp, now_ns());
@@ -386,7 +386,8 @@ void StreamServer::tell_of_replay() {
 }
 
 StreamServer::~StreamServer() {
-  rest_api_.abandon();  // its requests hold connections, which must end before the loop
+  if (igtl_) igtl_->end();  // nobody waits for a conversion
+  rest_api_.abandon();      // its requests hold connections, which must end before the loop
   for (const auto& session : sessions_.all()) session->abandon();
 }
 

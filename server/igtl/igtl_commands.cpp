@@ -54,6 +54,10 @@ const nlohmann::ordered_json& value_of(const nlohmann::ordered_json& scene, cons
 
 }  // namespace
 
+std::string IgtlCommands::refusal(const std::string& why) {
+  return reply("", why).xml;
+}
+
 IgtlCommands::Reply IgtlCommands::carry_out(std::string_view name, std::string_view xml,
                                             const Principal& principal) {
   constexpr const char* kExpected =

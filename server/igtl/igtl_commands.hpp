@@ -40,6 +40,8 @@ class IgtlCommands {
     bool done = false;
     std::string xml;
   };
+  /// The answer to what is no command.
+  static std::string refusal(const std::string& why);
   /// `name`: of the message; empty: the Command's own is used.
   Reply carry_out(std::string_view name, std::string_view xml, const Principal& principal);
 

@@ -2,11 +2,12 @@
 #include "server/igtl/igtl_server.hpp"
 
 #include <fmt/format.h>
+#include <netinet/tcp.h>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <new>
 #include <string>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "proto/base/clock.hpp"
 #include "server/igtl/igtl_video.hpp"
 #include "server/igtl/picture_messages.hpp"
+#include "server/igtl/utc.hpp"
 
 namespace fanlight {
 
@@ -28,9 +30,7 @@ constexpr std::int64_t kLeastBetweenKeysNs = 500'000'000;
 
 /// A time of this host's steady clock as one since 1970.
 std::uint64_t utc_ns(std::int64_t steady_ns) {
-  timespec wall{};
-  clock_gettime(CLOCK_REALTIME, &wall);
-  const std::int64_t now = wall.tv_sec * std::int64_t{1'000'000'000} + wall.tv_nsec;
+  const auto now = static_cast<std::int64_t>(utc_now_ns());
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, now - (now_ns() - steady_ns)));
 }
 
@@ -84,7 +84,7 @@ IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencie
                             .state = dependencies_.state,
                             .asked = [this] { show_newest(); },
                             .wants_changed = [this] { wants_changed(); },
-                            .frame_bytes_waiting = frame_bytes_waiting_,
+                            .bytes_waiting = bytes_waiting_,
                             .left =
                                 [this](IgtlSession& session) {
                                   std::erase_if(sessions_,
@@ -99,9 +99,7 @@ IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencie
                                    .answers = dependencies_.volume_answers,
                                    .executor = dependencies_.executor,
                                    .utc_ns = utc_ns,
-                                   .made = [this](const IgtlMessages& messages, std::uint64_t volume_id) {
-                                     offer_volume(messages, volume_id);
-                                   }}) {}
+                                   .made = [this](const IgtlVolumes::Made& made) { offer_volume(made); }}) {}
 
 IgtlServer::~IgtlServer() {
   dependencies_.wants_changed = [] {};  // nobody is left to be told
@@ -155,6 +153,10 @@ void IgtlServer::begin(tcp::socket socket) {
     return;
   }
   socket.set_option(tcp::no_delay(true), ignored);
+  // What waits in the kernel cannot be replaced by something newer.
+  const int most_unsent_bytes = 64 << 10;
+  setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent_bytes,
+             sizeof(most_unsent_bytes));
   Principal principal{.role = config_.role,
                       .name = "OpenIGTLink",
                       .proof = {},
@@ -174,6 +176,7 @@ bool IgtlServer::wants_pictures() const {
 }
 
 void IgtlServer::wants_changed() {
+  if (!wanted().has(IgtlStream::kVolume)) volumes_.stop();
   if (dependencies_.frames != nullptr) dependencies_.frames->open(wanted().has(IgtlStream::kFrames));
   dependencies_.wants_changed();
 }
@@ -222,11 +225,12 @@ void IgtlServer::plan_video(IgtlWanted& now, const PictureStamp& stamp) const {
     if (session->wanted().has(IgtlStream::kVideo)) now.in(session->version()).set(IgtlStream::kVideo, true);
 }
 
-/// Whether a client waits for a key picture, and the last one is old enough: slow clients shall not make the
-/// video of the others coarse.
+/// Whether the video needs a key picture: it has lost one itself, or a client has, and the last key picture
+/// is old enough: slow clients shall not make the video of the others coarse.
 bool IgtlServer::key_is_due() const {
-  if (now_ns() - key_coded_ns_ < kLeastBetweenKeysNs) return false;
-  return video_failed_ || std::ranges::any_of(sessions_, &IgtlSession::needs_key_picture);
+  if (video_failed_) return true;
+  return now_ns() - key_coded_ns_ >= kLeastBetweenKeysNs &&
+         std::ranges::any_of(sessions_, &IgtlSession::needs_key_picture);
 }
 
 void IgtlServer::write_messages(const Picture& picture, const IgtlWanted& now) {
@@ -239,9 +243,10 @@ void IgtlServer::write_messages(const Picture& picture, const IgtlWanted& now) {
   job_->no_memory = false;
   busy_ = true;
   const std::shared_ptr<Job> job = job_;
+  const bool is_heavy = now.has(IgtlStream::kSurface) || now.has(IgtlStream::kDepth);
   try {
     dependencies_.executor(
-        now.has(IgtlStream::kSurface) ? EncoderLane::kHeavy : EncoderLane::kQuick, [job] { job->write(); },
+        is_heavy ? EncoderLane::kHeavy : EncoderLane::kQuick, [job] { job->write(); },
         [this, job] { written(*job); });
   } catch (const std::bad_alloc&) {
     busy_ = false;  // it was not handed over
@@ -254,8 +259,10 @@ void IgtlServer::written(Job& job) {
   if (job.no_memory) dependencies_.counters.handlers_out_of_memory.add();
   if (!job.video_trouble.empty() && !video_failed_)
     spdlog::warn("OpenIGTLink clients get no video: {}", job.video_trouble);
-  if (job.wanted.has(IgtlStream::kVideo)) video_failed_ = job.no_memory || !job.video_trouble.empty();
-  if (job.messages.at(IgtlStream::kVideo).any() && job.key) key_coded_ns_ = now_ns();
+  const bool has_video = job.messages.at(IgtlStream::kVideo).any();
+  if (has_video && job.key) key_coded_ns_ = now_ns();
+  // Until all have it: a lack of memory below leaves some without this picture.
+  if (job.wanted.has(IgtlStream::kVideo)) video_failed_ = true;
   for (const auto& session : std::vector(sessions_)) {
     for (std::size_t i = 0; i < kIgtlStreams; ++i) {
       const auto stream = static_cast<IgtlStream>(i);
@@ -263,17 +270,20 @@ void IgtlServer::written(Job& job) {
                      job.key);
     }
   }
+  if (has_video) video_failed_ = false;
   job.messages = {};
   if (newer_waits_) show_newest();
 }
 
-void IgtlServer::offer_volume(const IgtlMessages& messages, std::uint64_t volume_id) {
-  for (const auto& session : std::vector(sessions_))
-    session->offer(IgtlStream::kVolume, messages.in(session->version()), volume_id);
+void IgtlServer::offer_volume(const IgtlVolumes::Made& made) {
+  for (const auto& session : std::vector(sessions_)) {
+    session->offer_volume(made.messages.in(session->version()), made.ordered_id, made.shown_id);
+    if (!made.messages.any()) session->not_available(IgtlStream::kVolume, made.trouble);
+  }
   show_newest();  // there may be a newer one
 }
 
-void IgtlServer::source_came() {
+void IgtlServer::bell_rang() {
   volumes_.look_for_answer();
   if (dependencies_.frames != nullptr) send_frames();
 }
@@ -303,7 +313,7 @@ void IgtlServer::second_passed() {
     dependencies_.counters.igtl_frames_missed.set(dependencies_.frames->frames_missed());
   for (const auto& session : std::vector(sessions_)) session->second_passed();
   if (--seconds_to_state_ <= 0) state_changed();
-  if (key_is_due()) show_newest();  // also where the picture does not change
+  show_newest();  // what was put off: a key picture of the video, a volume
 }
 
 void IgtlServer::end() {

@@ -69,8 +69,8 @@ class IgtlServer {
 
   /// The newest picture of the main view. It must stay unchanged until the next call.
   void show(const Picture& picture);
-  /// Takes frames of the source, and a volume of the render thread.
-  void source_came();
+  /// Takes what came: frames of the source, and an answer of the render thread.
+  void bell_rang();
   /// The state of the picture has changed.
   void state_changed();
   void second_passed();
@@ -91,7 +91,7 @@ class IgtlServer {
   void write_messages(const Picture& picture, const IgtlWanted& wanted);
   void written(Job& job);
   void send_frames();
-  void offer_volume(const IgtlMessages& messages, std::uint64_t volume_id);
+  void offer_volume(const IgtlVolumes::Made& made);
 
   Config config_;
   Dependencies dependencies_;
@@ -104,11 +104,11 @@ class IgtlServer {
   std::vector<std::shared_ptr<IgtlSession>> sessions_;
   std::shared_ptr<Job> job_;  // its memory is used again
   IgtlVolumes volumes_;
-  std::size_t frame_bytes_waiting_ = 0;  // of all sessions
-  std::int64_t key_coded_ns_ = 0;        // when the last key picture of the video was encoded
-  bool video_failed_ = false;            // its next picture must be a key picture
-  bool busy_ = false;                    // the job runs
-  bool newer_waits_ = false;             // a picture, or a wish, came meanwhile
+  std::size_t bytes_waiting_ = 0;  // of all sessions
+  std::int64_t key_coded_ns_ = 0;  // when the last key picture of the video was encoded
+  bool video_failed_ = false;      // its next picture must be a key picture
+  bool busy_ = false;              // the job runs
+  bool newer_waits_ = false;       // a picture, or a wish, came meanwhile
   int seconds_to_state_ = 0;
 };
 

@@ -11,6 +11,8 @@
 #include <utility>
 
 #include "proto/base/printable.hpp"
+#include "proto/igtl/timestamp.hpp"
+#include "server/igtl/utc.hpp"
 
 namespace fanlight {
 
@@ -43,7 +45,7 @@ IgtlSession::IgtlSession(asio::ip::tcp::socket socket, ConnectionPermit permit, 
       started_(usual),
       wanted_(usual),
       most_messages_(most_messages),
-      outbox_(dependencies.counters, dependencies.frame_bytes_waiting) {}
+      outbox_(dependencies.counters, dependencies.bytes_waiting) {}
 
 void IgtlSession::start() {
   dependencies_.counters.igtl_clients_opened.add();
@@ -84,6 +86,9 @@ void IgtlSession::received(std::size_t bytes) {
     case Event::kSkipped:
       ++messages_;
       dependencies_.counters.igtl_messages_ignored.add();
+      if (reader_.head().type.view() == "COMMAND")
+        refuse_command(0,
+                       fmt::format("the COMMAND is longer than {} KiB, expected less", kMostBodyBytes >> 10));
       break;
     case Event::kLost:
     case Event::kUnwanted:
@@ -101,7 +106,11 @@ void IgtlSession::take_message() {
     dependencies_.counters.igtl_messages_refused.add();
     return;
   }
-  if (head.version >= 2) version_ = igtl::HeadVersion::kTwo;
+  // A picture of the video that is being written comes in the other version.
+  if (head.version >= 2 && std::exchange(version_, igtl::HeadVersion::kTwo) == igtl::HeadVersion::kOne) {
+    outbox_.video_lost();
+    dependencies_.asked();  // and so do all others
+  }
   const igtl::QueryType query = igtl::query_of(head.type.view());
   if (query.query != igtl::Query::kNone && query.query != igtl::Query::kReply)
     return take_query(query, opened);
@@ -138,7 +147,10 @@ void IgtlSession::take_query(const igtl::QueryType& query, const igtl::OpenedMes
 
 /// Begins a stream, or asks for one message of it.
 void IgtlSession::want(IgtlStream stream, IgtlStreams& whether) {
-  if (!wanted_.has(IgtlStream::kVideo)) outbox_.video_lost();  // it was not sent what is before
+  if (stream == IgtlStream::kVideo)
+    outbox_.video_lost();                          // it was not sent what is before, or has dropped it
+  sent_of_[static_cast<std::size_t>(stream)] = 0;  // who asks again gets it again
+  if (stream == IgtlStream::kVolume) volume_ordered_ = 0;
   whether.set(stream, true);
   wants_changed();
   dependencies_.asked();
@@ -156,9 +168,14 @@ IgtlStreams IgtlSession::wanted_of(std::uint64_t picture_id, std::uint64_t volum
   for (std::size_t i = 0; i < kIgtlStreams; ++i) {
     const auto stream = static_cast<IgtlStream>(i);
     const std::uint64_t id = stream == IgtlStream::kVolume ? volume_id : picture_id;
-    if (sent_of_[i] == id && !once_.has(stream)) left.set(stream, false);
+    if (has_of(stream, id) && !once_.has(stream)) left.set(stream, false);
   }
   return left;
+}
+
+bool IgtlSession::has_of(IgtlStream stream, std::uint64_t id) const {
+  return sent_of_[static_cast<std::size_t>(stream)] == id ||
+         (stream == IgtlStream::kVolume && volume_ordered_ == id);
 }
 
 void IgtlSession::start_stream(const igtl::QueryType& query, const igtl::OpenedMessage& opened) {
@@ -202,11 +219,21 @@ void IgtlSession::take_command(const igtl::OpenedMessage& opened) {
   const auto command = igtl::parse_command(opened.content);
   if (!command) {
     dependencies_.counters.igtl_messages_refused.add();
-    return;
+    return refuse_command(
+        0,
+        "this is no COMMAND, expected an id (4 bytes), a name (128), an encoding (2), a length (4), and as "
+        "many bytes of XML");
   }
   const auto reply = dependencies_.commands.carry_out(command->name.view(), command->text, principal_);
   answer({.type = "RTS_COMMAND", .device = reader_.head().device}, [&](std::vector<std::uint8_t>& bytes) {
     igtl::put_command(bytes, {.id = command->id, .name = command->name, .text = reply.xml});
+  });
+}
+
+/// Where the id is not known, it is 0.
+void IgtlSession::refuse_command(std::uint32_t id, const std::string& why) {
+  answer({.type = "RTS_COMMAND", .device = reader_.head().device}, [&](std::vector<std::uint8_t>& bytes) {
+    igtl::put_command(bytes, {.id = id, .name = {}, .text = IgtlCommands::refusal(why)});
   });
 }
 
@@ -246,6 +273,7 @@ void IgtlSession::answer(const igtl::Envelope& envelope,
   if (gone_ || !has_room()) return;
   igtl::Envelope in_its_version = envelope;
   in_its_version.version = version_;
+  in_its_version.timestamp = igtl::timestamp_of(utc_now_ns());
   auto& bytes = writer_.begin(in_its_version);
   if (put) put(bytes);
   const auto message = writer_.finish();
@@ -255,16 +283,36 @@ void IgtlSession::answer(const igtl::Envelope& envelope,
 
 void IgtlSession::offer(IgtlStream stream, const IgtlMessage& message, std::uint64_t id, bool key) {
   if (gone_ || ending_ || message == nullptr || !wanted_.has(stream)) return;
-  std::uint64_t& sent_of = sent_of_[static_cast<std::size_t>(stream)];
   // A frame has no id. A picture of the video is needed by the next one, also where it shows the same.
   const bool each_counts = stream == IgtlStream::kFrames || stream == IgtlStream::kVideo;
-  if (!each_counts && sent_of == id && !once_.has(stream)) return;
+  if (!each_counts && has_of(stream, id) && !once_.has(stream)) return;
   if (!outbox_.offer(stream, message, key)) return;
-  sent_of = id;
+  sent_of_[static_cast<std::size_t>(stream)] = id;
   once_.set(stream, false);
   wanted_ = started_;
   wanted_.add(once_);
   pump();
+}
+
+void IgtlSession::offer_volume(const IgtlMessage& message, std::uint64_t ordered_id, std::uint64_t shown_id) {
+  if (!wanted_of(0, ordered_id).has(IgtlStream::kVolume)) return;
+  offer(IgtlStream::kVolume, message, shown_id);
+  if (message != nullptr) volume_ordered_ = ordered_id;
+}
+
+void IgtlSession::not_available(IgtlStream stream, const std::string& why) {
+  if (started_.has(stream) && !why.empty()) {
+    answer({.type = "STATUS", .device = kIgtlDevice}, [&](std::vector<std::uint8_t>& bytes) {
+      igtl::put_status(bytes,
+                       {.code = igtl::StatusCode::kNoResources, .name = name_of(stream).word, .text = why});
+    });
+  }
+  if (!once_.has(stream)) return;
+  once_.set(stream, false);
+  wanted_ = started_;
+  wanted_.add(once_);
+  answer({.type = igtl::TypeName(name_of(stream).type), .device = igtl::DeviceName(name_of(stream).device)},
+         {});
 }
 
 IgtlMessage IgtlSession::next() {
@@ -295,6 +343,7 @@ void IgtlSession::written(std::size_t bytes) {
     dependencies_.counters.igtl_messages_sent.add();
     dependencies_.counters.igtl_bytes_sent.add(bytes);
   }
+  outbox_.sent();
   under_way_ = nullptr;
   pump();
   read();  // there may be room for answers again
@@ -313,6 +362,7 @@ void IgtlSession::second_passed() {
 
 void IgtlSession::end() {
   if (gone_ || ending_) return;
+  outbox_.clear();  // the end does not wait for what is large
   answer({.type = "STATUS", .device = kIgtlDevice}, [](std::vector<std::uint8_t>& bytes) {
     igtl::put_status(bytes,
                      {.code = igtl::StatusCode::kShuttingDown, .name = "end", .text = "the server ends"});
@@ -324,6 +374,7 @@ void IgtlSession::end() {
 void IgtlSession::leave() {
   if (std::exchange(gone_, true)) return;
   outbox_.clear();
+  outbox_.sent();
   if (under_way_ != nullptr && under_way_counts_) dependencies_.counters.igtl_messages_skipped.add();
   boost::system::error_code ignored;
   socket_.close(ignored);

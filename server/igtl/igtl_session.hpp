@@ -41,7 +41,7 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
     std::function<IgtlState()> state;  ///< of the picture
     std::function<void()> asked;       ///< a message of a stream is wanted now
     std::function<void()> wants_changed;
-    std::size_t& frame_bytes_waiting;  ///< of all sessions
+    std::size_t& bytes_waiting;  ///< of all sessions; see IgtlOutbox
     std::function<void(IgtlSession&)> left;
   };
   /// `usual`: what is sent to a client that asks for nothing. `dependencies` must outlive the session.
@@ -63,6 +63,11 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   /// A new message of a stream; see IgtlOutbox. `id`: of the picture or volume that it shows. `key`: of the
   /// video, a picture that needs none before it. Ignored where the client does not want it.
   void offer(IgtlStream stream, const IgtlMessage& message, std::uint64_t id = 0, bool key = true);
+  /// A volume that was ordered for one id, and shows perhaps a newer one.
+  void offer_volume(const IgtlMessage& message, std::uint64_t ordered_id, std::uint64_t shown_id);
+  /// There is no message of this stream: an empty one for who has asked for one, a STATUS for who has started
+  /// the stream.
+  void not_available(IgtlStream stream, const std::string& why);
   /// Tells the state of the picture.
   void tell_status();
 
@@ -83,9 +88,11 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   void stop_streams(const igtl::QueryType& query);
   void answer_query(std::string_view type, bool good);
   void take_command(const igtl::OpenedMessage& opened);
+  void refuse_command(std::uint32_t id, const std::string& why);
   void take_string(const igtl::OpenedMessage& opened);
   bool is_repeated(std::string_view id);
   void answer(const igtl::Envelope& envelope, const std::function<void(std::vector<std::uint8_t>&)>& put);
+  bool has_of(IgtlStream stream, std::uint64_t id) const;
   bool has_room() const { return answers_.size() < kMostAnswers; }
   bool may_read() const {
     return !gone_ && !ending_ && !reading_ && has_room() && messages_ < most_messages_;
@@ -109,7 +116,9 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   IgtlStreams once_;        // it has asked for one message
   IgtlStreams wanted_;      // both
   bool has_asked_ = false;  // for a stream: it gets what it asks for, and not what is usual
-  std::array<std::uint64_t, kIgtlStreams> sent_of_{};  // id of the newest picture or volume of each
+  // Id of the newest picture or volume that was offered of each; 0: none.
+  std::array<std::uint64_t, kIgtlStreams> sent_of_{};
+  std::uint64_t volume_ordered_ = 0;  // for which id the newest volume was sent: its own may be higher
   std::uint32_t most_messages_;
   std::uint32_t messages_ = 0;  // in this second
   IgtlOutbox outbox_;

@@ -5,17 +5,18 @@
 
 #include <atomic>
 #include <new>
-#include <string>
 #include <utility>
 
 #include "acquisition/convert/grid_volume.hpp"
+#include "proto/base/clock.hpp"
 #include "proto/igtl/image_body.hpp"
 
 namespace fanlight {
 
 namespace {
 
-std::vector<std::uint8_t> image_of(const GridVolume& grid) {
+/// Takes the memory of the voxels.
+std::vector<std::uint8_t> image_of(GridVolume grid) {
   const double step_mm = grid.spacing_mm;
   igtl::ImageBody image{.pose = {.i_mm = {step_mm, 0, 0},
                                  .j_mm = {0, step_mm, 0},
@@ -23,48 +24,35 @@ std::vector<std::uint8_t> image_of(const GridVolume& grid) {
                                  .first_mm = grid.origin_mm}};
   for (std::size_t axis = 0; axis < 3; ++axis)
     image.size[axis] = image.part_size[axis] = static_cast<std::uint16_t>(grid.size[axis]);
-  std::vector<std::uint8_t> content;
-  content.reserve(igtl::kImageHeaderBytes + grid.voxels.size());
-  igtl::put_image_header(content, image);
-  content.insert(content.end(), grid.voxels.begin(), grid.voxels.end());
+  std::vector<std::uint8_t> header;
+  igtl::put_image_header(header, image);
+  std::vector<std::uint8_t> content = std::move(grid.voxels);
+  content.insert(content.begin(), header.begin(), header.end());
   return content;
 }
 
 }  // namespace
 
-/// The conversion of one volume, which a thread of the heavy lane carries out.
+/// What a thread of the background lane does for one volume. The server looks at it when it is done.
 struct IgtlVolumes::Job {
+  std::function<void(Job& job)> work;
   std::shared_ptr<Volume> volume;
-  double spacing_mm = 0;  // 0: the usual one
-  IgtlWanted wanted;
-  std::uint64_t utc_ns = 0;
+  IgtlMessages messages;
+  std::string trouble;  // empty: none
   std::atomic<bool> stopped{false};
-  Result<IgtlMessages> made = IgtlMessages{};
+  bool is_orphan = false;  // nobody is left to be told
 
   void run() {
     try {
-      made = messages();
+      work(*this);
     } catch (const std::bad_alloc&) {
-      made = Error{ErrorCode::kUnavailable, "there is no memory for its messages"};
+      trouble = "there is no memory for it, expected a larger --igtl-spacing";
     }
-  }
-
- private:
-  Result<IgtlMessages> messages() const {
-    const auto grid = scan_converted(
-        *volume, spacing_mm > 0 ? spacing_mm : usual_spacing_mm(*volume),
-        [this](double) { return !stopped.load(std::memory_order_relaxed); }, kMostVoxelsSent);
-    if (!grid) return grid.error();
-    const std::uint64_t id = volume->stamp().volume_id;
-    const std::string id_text = std::to_string(id);
-    const std::pair<std::string_view, std::string_view> items[] = {{"FanlightVolume", id_text}};
-    const IgtlMessageFacts facts{.utc_ns = utc_ns, .id = static_cast<std::uint32_t>(id), .metadata = items};
-    return stream_messages(IgtlStream::kVolume, facts, image_of(*grid), wanted);
   }
 };
 
 void IgtlVolumes::order(const IgtlWanted& wanted, std::uint64_t volume_id) {
-  if (dependencies_.orders == nullptr || waits_ || job_ != nullptr) return;
+  if (dependencies_.orders == nullptr || waits_ || job_ != nullptr || now_ns() < not_before_ns_) return;
   wanted_ = wanted;
   volume_id_ = volume_id;
   send_order();
@@ -82,48 +70,90 @@ void IgtlVolumes::look_for_answer() {
   if (answer == nullptr || answer->number != ordered_ || !std::exchange(waits_, false)) return;
   switch (answer->outcome) {
     case VolumeAnswer::Outcome::kNoVolume:
-      return;  // the first picture brings a new order
+      return fail("there is none yet");
     case VolumeAnswer::Outcome::kTooSmall:
-      copy_ = std::make_shared<Volume>(answer->geometry, answer->frames);
-      return send_order();
+      return make_room(*answer);
     case VolumeAnswer::Outcome::kCopied:
       return convert();
   }
 }
 
+/// The render thread shall not wait for the system's memory: the pages are in use before it gets them.
+void IgtlVolumes::make_room(const VolumeAnswer& answer) {
+  copy_.reset();
+  const auto job = std::make_shared<Job>();
+  job->work = [geometry = answer.geometry, frames = answer.frames](Job& self) {
+    self.volume = std::make_shared<Volume>(geometry, frames);
+    self.volume->use_pages();
+  };
+  run(job, [this, job] {
+    copy_ = job->volume;
+    send_order();
+  });
+}
+
 void IgtlVolumes::convert() {
   const auto job = std::make_shared<Job>();
   job->volume = copy_;
-  job->spacing_mm = spacing_mm_;
-  job->wanted = wanted_;
-  job->utc_ns = dependencies_.utc_ns(copy_->stamp().last_capture_time_ns);
+  const std::uint64_t utc_ns = dependencies_.utc_ns(copy_->stamp().last_capture_time_ns);
+  job->work = [spacing_mm = spacing_mm_, wanted = wanted_, utc_ns](Job& self) {
+    const Volume& volume = *self.volume;
+    auto grid = scan_converted(
+        volume, spacing_mm > 0 ? spacing_mm : usual_spacing_mm(volume),
+        [&self](double) { return !self.stopped.load(std::memory_order_relaxed); }, kMostVoxelsSent);
+    if (!grid) {
+      self.trouble = grid.error().message + " (--igtl-spacing)";
+      return;
+    }
+    const std::uint64_t id = volume.stamp().volume_id;
+    const std::string id_text = std::to_string(id);
+    const std::pair<std::string_view, std::string_view> items[] = {{"FanlightVolume", id_text}};
+    const IgtlMessageFacts facts{.utc_ns = utc_ns, .id = static_cast<std::uint32_t>(id), .metadata = items};
+    self.messages = stream_messages(IgtlStream::kVolume, facts, image_of(*std::move(grid)), wanted);
+  };
+  run(job, [this, job] {
+    told_.clear();
+    dependencies_.made(
+        {.messages = job->messages, .ordered_id = volume_id_, .shown_id = job->volume->stamp().volume_id});
+  });
+}
+
+/// `done`: after it went well.
+void IgtlVolumes::run(const std::shared_ptr<Job>& job, std::function<void()> done) {
   job_ = job;
-  const auto done = [this, job] {
-    if (!job->stopped) converted(*job);
+  const auto finished = [this, job, done = std::move(done)] {
+    if (job->is_orphan) return;
+    job_.reset();
+    if (job->stopped) return;
+    if (job->trouble.empty()) return done();
+    fail(job->trouble);
   };
   try {
     dependencies_.executor(
-        EncoderLane::kHeavy, [job] { job->run(); }, done);
+        EncoderLane::kBackground, [job] { job->run(); }, finished);
   } catch (const std::bad_alloc&) {
     job_.reset();  // it was not handed over
     throw;
   }
 }
 
-void IgtlVolumes::converted(Job& job) {
-  job_.reset();
-  if (job.made) {
-    told_ = false;
-    dependencies_.made(*job.made, volume_id_);
-  } else if (!std::exchange(told_, true)) {
-    spdlog::warn("the volume is not sent to OpenIGTLink clients: {}", job.made.error().message);
-  }
+void IgtlVolumes::fail(const std::string& reason) {
+  not_before_ns_ = now_ns() + kPauseNs;
+  const bool is_new = std::exchange(told_, reason) != reason;
+  const std::string trouble = "the volume is not sent: " + reason;
+  if (is_new) spdlog::warn("OpenIGTLink: {}", trouble);
+  dependencies_.made({.messages = {}, .ordered_id = volume_id_, .trouble = is_new ? trouble : ""});
+}
+
+void IgtlVolumes::stop() {
+  if (job_ != nullptr) job_->stopped = true;
 }
 
 void IgtlVolumes::end() {
   dependencies_.orders = nullptr;
   dependencies_.answers = nullptr;
-  if (job_ != nullptr) job_->stopped = true;
+  if (job_ != nullptr) job_->is_orphan = true;
+  stop();
 }
 
 }  // namespace fanlight

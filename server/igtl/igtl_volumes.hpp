@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "proto/exchange/mailbox.hpp"
 #include "proto/exchange/volume_order.hpp"
@@ -13,21 +14,28 @@
 namespace fanlight {
 
 /// Scan conversion of the volume on show, for OpenIGTLink clients: asks the render thread for a copy, and a
-/// thread of the heavy lane puts it on a grid of cubes and writes the messages. One volume at a time. Server
-/// thread only.
+/// thread of the background lane puts it on a grid of cubes and writes the messages. One volume at a time.
+/// After one that could not be made, it waits for some seconds. Keeps the memory of one volume from the first
+/// order on. Server thread only.
 class IgtlVolumes {
  public:
   /// A message has at most so many voxels, one byte each.
   static constexpr std::uint64_t kMostVoxelsSent = 256'000'000;
+  static constexpr std::int64_t kPauseNs = 5'000'000'000;  ///< after one that could not be made
 
+  struct Made {
+    IgtlMessages messages;         ///< none: it could not be made
+    std::uint64_t ordered_id = 0;  ///< of the volume that it was ordered for
+    std::uint64_t shown_id = 0;    ///< of the volume that it shows
+    std::string trouble;           ///< why it could not be made; empty: it was, or that was told before
+  };
   /// All must outlive this object, except what the executor runs.
   struct Dependencies {
     Mailbox<VolumeOrder>* orders;  ///< null: there are no volumes
     Mailbox<VolumeAnswer>* answers;
     PictureHub::Executor executor;
     std::function<std::uint64_t(std::int64_t steady_ns)> utc_ns;
-    /// The messages that were ordered for a volume are written. Not called after end().
-    std::function<void(const IgtlMessages& messages, std::uint64_t volume_id)> made;
+    std::function<void(const Made& made)> made;  ///< not called after end()
   };
   /// `spacing_mm`: between the centres of two voxels; 0: about 256 on the longest side.
   IgtlVolumes(double spacing_mm, const Dependencies& dependencies)
@@ -37,18 +45,22 @@ class IgtlVolumes {
   IgtlVolumes& operator=(const IgtlVolumes&) = delete;
 
   /// Somebody wants the volume of the newest picture. He gets the one on show, which may be newer. Ignored
-  /// while one is under way: ask again when it is made.
+  /// while one is under way, and in a pause: ask again later.
   void order(const IgtlWanted& wanted, std::uint64_t volume_id);
   /// Takes the render thread's answer, if there is one.
   void look_for_answer();
-  /// Stops the work that is under way.
+  /// Nobody wants volumes any more: stops the conversion that is under way.
+  void stop();
+  /// stop(), and nothing is told any more.
   void end();
 
  private:
   struct Job;
   void send_order();
+  void make_room(const VolumeAnswer& answer);
   void convert();
-  void converted(Job& job);
+  void run(const std::shared_ptr<Job>& job, std::function<void()> done);
+  void fail(const std::string& reason);
 
   double spacing_mm_;
   Dependencies dependencies_;
@@ -57,8 +69,9 @@ class IgtlVolumes {
   std::shared_ptr<Volume> copy_;  // the render thread's while an order is under way, then the job's
   std::shared_ptr<Job> job_;      // runs
   std::uint64_t ordered_ = 0;     // number of the newest order
-  bool waits_ = false;            // for the answer
-  bool told_ = false;             // that a volume could not be converted
+  std::int64_t not_before_ns_ = 0;
+  bool waits_ = false;  // for the answer
+  std::string told_;    // why the last volume could not be made
 };
 
 }  // namespace fanlight

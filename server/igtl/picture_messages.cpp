@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/igtl/picture_messages.hpp"
 
+#include <fmt/format.h>
 #include <openigtlink/igtl_polydata.h>
 
 #include <algorithm>
@@ -35,6 +36,11 @@ double middle_depth_mm(const Picture& picture) {
   return *middle;
 }
 
+/// The rays meet where a pixel has no size; 0 in a parallel projection, where they do not meet.
+double eye_to_view_plane_mm(const PictureView& view) {
+  return view.mm_per_pixel_per_mm > 0 ? view.mm_per_pixel / view.mm_per_pixel_per_mm : 0;
+}
+
 igtl::ImageBody image_of(const Picture& picture, std::uint8_t components, igtl::ScalarType scalar) {
   igtl::ImageBody image{.components = components, .scalar = scalar, .pose = plane_of(picture)};
   image.size = image.part_size = {static_cast<std::uint16_t>(picture.width),
@@ -53,6 +59,7 @@ void put_picture(Bytes& bytes, const Picture& picture) {
 }
 
 void put_depth(Bytes& bytes, const Picture& picture) {
+  bytes.reserve(igtl::kImageHeaderBytes + sizeof(float) * picture.depth_mm.size());
   igtl::put_image_header(bytes, image_of(picture, 1, igtl::ScalarType::kFloat32));
   for (const float depth_mm : picture.depth_mm) {
     const float value = depth_mm >= 0 ? depth_mm : -1;
@@ -128,20 +135,19 @@ igtl::GridPose plane_of(const Picture& picture) {
 
 igtl::GridPose camera_of(const Picture& picture) {
   const PictureView& view = picture.stamp.view;
-  // The rays meet where a pixel has no size.
-  const double eye_mm = view.mm_per_pixel_per_mm > 0 ? -view.mm_per_pixel / view.mm_per_pixel_per_mm : 0;
   return {.i_mm = view.right,
           .j_mm = view.down,
           .k_mm = view.forward,
-          .first_mm = along(view.origin_mm, view.forward, eye_mm)};
+          .first_mm = along(view.origin_mm, view.forward, -eye_to_view_plane_mm(view))};
 }
 
 PictureMetadata::PictureMetadata(const PictureStamp& stamp)
     : texts_{std::to_string(stamp.picture_id), std::to_string(stamp.volume.volume_id),
-             std::to_string(stamp.scene_revision)},
+             std::to_string(stamp.scene_revision), fmt::format("{}", eye_to_view_plane_mm(stamp.view))},
       items_{{{"FanlightPicture", texts_[0]},
               {"FanlightVolume", texts_[1]},
-              {"FanlightSceneRevision", texts_[2]}}} {}
+              {"FanlightSceneRevision", texts_[2]},
+              {"FanlightEyeToViewPlaneMm", texts_[3]}}} {}
 
 IgtlPictureMessages picture_messages(const Picture& picture, const IgtlWanted& wanted, std::uint64_t utc_ns) {
   const PictureMetadata metadata(picture.stamp);

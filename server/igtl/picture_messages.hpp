@@ -33,8 +33,8 @@ class PictureMetadata {
   igtl::MetadataItems items() const { return items_; }
 
  private:
-  std::array<std::string, 3> texts_;
-  std::array<std::pair<std::string_view, std::string_view>, 3> items_;
+  std::array<std::string, 4> texts_;
+  std::array<std::pair<std::string_view, std::string_view>, 4> items_;
 };
 
 /// Where the camera is: its axes to the right, down and forward, and its eye. In a parallel projection the

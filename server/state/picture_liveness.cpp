@@ -203,7 +203,8 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
     case Cause::kDriverSilent:
       return fmt::format("The GPU's driver has not answered for {:.0f} s.", seconds(driver_.silent_ns()));
     case Cause::kNoFrames:
-      return fmt::format("The source has sent no frame for {}.", ago(frames_.grown_ns));
+      return fmt::format("The source has sent no frame for {}.{}{}", ago(frames_.grown_ns),
+                         source.trouble.empty() ? "" : " ", source.trouble);
     case Cause::kVolumesRefused:
       return fmt::format("The GPU refuses every volume{}.",
                          health_.refusal.empty() ? "" : ": " + health_.refusal);

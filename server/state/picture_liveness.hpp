@@ -64,6 +64,7 @@ class PictureLiveness {
     State state = State::kRunning;
     std::string failure;  ///< a sentence, where it has failed
     bool probe_lost = false;
+    std::string trouble{};   ///< a sentence, where it runs and does not give what it should
     bool is_replay = false;  ///< of a recording: its pictures are never live
     bool paused = false;     ///< a replay that sends no frame, as was asked for
     bool resting = false;    ///< nothing is rendered, since nobody looks

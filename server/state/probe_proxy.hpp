@@ -37,6 +37,7 @@ class ProbeProxy {
   std::string sentence() const;
 
   /// Whether the probe was connected and is not any more.
+  const std::string& trouble() const { return status_.trouble; }
   bool lost() const { return status_.state == ProbeStatus::State::kLost; }
 
  private:

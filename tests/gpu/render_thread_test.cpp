@@ -42,6 +42,8 @@ class RenderThreadTest : public GpuTest {
                                                                         .counters = counters_,
                                                                         .bell = render_bell_,
                                                                         .failures = failures_,
+                                                                        .volume_orders = &volume_orders_,
+                                                                        .volume_answers = &volume_answers_,
                                                                         .cine = &cine_,
                                                                         .audience = &audience_});
   }
@@ -66,6 +68,15 @@ class RenderThreadTest : public GpuTest {
   const Picture& next_picture() {
     for (;;) {
       if (const Picture* picture = pictures_.newest()) return *picture;
+      server_bell_.wait(-1);
+    }
+  }
+
+  VolumeAnswer ordered_volume(std::uint64_t number, const std::shared_ptr<Volume>& into) {
+    volume_orders_.draft() = {.number = number, .into = into};
+    volume_orders_.publish();
+    for (;;) {
+      if (const VolumeAnswer* answer = volume_answers_.newest()) return *answer;
       server_bell_.wait(-1);
     }
   }
@@ -121,6 +132,8 @@ class RenderThreadTest : public GpuTest {
   Mailbox<NumberedScene> scenes_{render_bell_};
   Mailbox<Picture> pictures_{server_bell_};
   Mailbox<Error> failures_{server_bell_};
+  Mailbox<VolumeOrder> volume_orders_{render_bell_};
+  Mailbox<VolumeAnswer> volume_answers_{server_bell_};
   CineLink cine_{render_bell_, server_bell_};
   Audience audience_{render_bell_};
   RenderCounters counters_;
@@ -219,6 +232,30 @@ TEST_F(RenderThreadTest, ShowsTheLastVolumesAgainWhileFrozen) {
 
   cine_.send({.wish = Wish::kLive});
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 7U);
+}
+
+TEST_F(RenderThreadTest, CopiesTheVolumeOnShow) {
+  using Outcome = VolumeAnswer::Outcome;
+  EXPECT_EQ(ordered_volume(1, nullptr).outcome, Outcome::kNoVolume);
+  const Volume first = plate(40);
+  publish(first);
+  (void)next_picture();
+  const VolumeAnswer small = ordered_volume(2, std::make_shared<Volume>(kGeometry, 2));
+  EXPECT_EQ(small.outcome, Outcome::kTooSmall);
+  EXPECT_EQ(small.number, 2U);
+  const auto copy = std::make_shared<Volume>(small.geometry, small.frames);
+  ASSERT_EQ(ordered_volume(3, copy).outcome, Outcome::kCopied);
+  EXPECT_EQ(copy->stamp().volume_id, 1U);
+  EXPECT_TRUE(std::ranges::equal(copy->frame_pixels(4), first.frame_pixels(4)));
+  EXPECT_TRUE(std::ranges::equal(copy->by_angle(), first.by_angle()));
+
+  publish(plate(50));
+  (void)next_picture();
+  cine_.send({.wish = CineOrder::Wish::kFreeze});
+  cine_.send({.wish = CineOrder::Wish::kStep, .volumes = -1});
+  (void)next_picture();
+  ASSERT_EQ(ordered_volume(4, copy).outcome, Outcome::kCopied);
+  EXPECT_EQ(copy->stamp().volume_id, 1U) << "the one that the frozen display shows";
 }
 
 TEST_F(RenderThreadTest, ReturnsToTheNewestVolumeWhereNoOtherComes) {

@@ -13,8 +13,8 @@ IgtlMessage message(std::size_t bytes = 1) {
 
 struct IgtlOutboxTest : testing::Test {
   ServerCounters counters;
-  std::size_t frame_bytes = 0;
-  IgtlOutbox outbox{counters, frame_bytes};
+  std::size_t bytes = 0;  // of all clients
+  IgtlOutbox outbox{counters, bytes};
 
   bool offer(IgtlStream stream, const IgtlMessage& what, bool key = true) {
     return outbox.offer(stream, what, key);
@@ -40,10 +40,14 @@ TEST_F(IgtlOutboxTest, QueuesFrames) {
   const auto second = message();
   offer(IgtlStream::kFrames, first);
   offer(IgtlStream::kFrames, second);
-  EXPECT_EQ(frame_bytes, 2U);
+  EXPECT_EQ(bytes, 2U);
   EXPECT_EQ(outbox.next(), first);
+  EXPECT_EQ(bytes, 2U) << "it is being sent";
+  outbox.sent();
+  EXPECT_EQ(bytes, 1U);
   EXPECT_EQ(outbox.next(), second);
-  EXPECT_EQ(frame_bytes, 0U);
+  outbox.sent();
+  EXPECT_EQ(bytes, 0U);
   EXPECT_EQ(skipped(), 0U);
 }
 
@@ -53,13 +57,21 @@ TEST_F(IgtlOutboxTest, LosesFramesBeyondItsLimit) {
   EXPECT_EQ(skipped(), 1U);
   outbox.clear();
   EXPECT_EQ(skipped(), 2U);
-  EXPECT_EQ(frame_bytes, 0U);
+  EXPECT_EQ(bytes, 0U);
 }
 
-TEST_F(IgtlOutboxTest, LosesFramesBeyondTheLimitOfAll) {
-  frame_bytes = IgtlOutbox::kMostFrameBytesOfAll;  // of other clients
+TEST_F(IgtlOutboxTest, LosesWhatIsBeyondTheLimitOfAll) {
+  EXPECT_TRUE(offer(IgtlStream::kPicture, message(7)));
+  bytes = IgtlOutbox::kMostBytesOfAll;  // of other clients, but for 7
   EXPECT_FALSE(offer(IgtlStream::kFrames, message()));
-  EXPECT_TRUE(offer(IgtlStream::kPicture, message()));
+  EXPECT_FALSE(offer(IgtlStream::kVolume, message()));
+  EXPECT_TRUE(offer(IgtlStream::kPicture, message(7))) << "in place of the one that waited";
+  EXPECT_FALSE(offer(IgtlStream::kVideo, message()));
+  EXPECT_TRUE(outbox.needs_key_picture());
+  EXPECT_EQ(counters.igtl_messages_offered.value(), 5U);
+  EXPECT_EQ(skipped(), 4U);
+  outbox.clear();
+  EXPECT_EQ(bytes, IgtlOutbox::kMostBytesOfAll - 7);
 }
 
 TEST_F(IgtlOutboxTest, BeginsAVideoWithAKeyPicture) {

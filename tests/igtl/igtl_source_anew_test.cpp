@@ -26,6 +26,8 @@ TEST(IgtlSourceAnew, FitsTheFanAgainWhereTheTrackerWasMoved) {
   ASSERT_EQ(rig.next(1).size(), 1U);
   std::thread scanner([&] {
     for (std::uint32_t i = 64; i < 264; ++i) {
+      // A knock at the tracker is no other fan: they must lie beside the old one for 2 s.
+      if (i < 104) std::this_thread::sleep_for(std::chrono::milliseconds(60));
       EXPECT_TRUE(rig.scanner.send(transform_of_moved_tracker(i)));
       EXPECT_TRUE(rig.scanner.send(message_of(of_plus(i))));
     }
@@ -34,7 +36,7 @@ TEST(IgtlSourceAnew, FitsTheFanAgainWhereTheTrackerWasMoved) {
   scanner.join();
   std::size_t invalid = 0;
   for (const Frame& frame : frames) invalid += frame.fault == FrameFault::kInvalid ? 1 : 0;
-  EXPECT_GE(invalid, 99U) << "the probe may have slipped out of view for a moment";
+  EXPECT_GE(invalid, 20U) << "the probe may have slipped out of view for a moment";
   ASSERT_GT(frames.size(), invalid + 20) << "and then they are frames again";
   for (std::size_t i = frames.size() - 20; i < frames.size(); ++i) {
     EXPECT_EQ(frames[i].fault, FrameFault::kNone);

@@ -93,6 +93,26 @@ TEST(IgtlVideo, ReachesEachClientFromAKeyPictureOn) {
   EXPECT_NEAR(grey_of(of_second, to_second->opened().content), 16 + 220 * 219 / 255, 3);
 }
 
+TEST(IgtlVideo, BeginsAnewForWhoStopsAndStartsOrChangesTheVersion) {
+  ServerFixture server(with_igtl());
+  TestClient client(server.igtl_port());
+  ASSERT_TRUE(client.ask("STT_VIDEO", ""));
+  server.show(1, 100);
+  ASSERT_TRUE(client.next_of("VIDEO"));
+  ASSERT_TRUE(client.ask("STP_VIDEO", ""));
+  ASSERT_TRUE(client.ask("STT_VIDEO", ""));
+  const auto again = client.next_of("VIDEO");
+  ASSERT_TRUE(again) << "the picture does not change";
+  EXPECT_TRUE(is_key(again->opened().content));
+  ASSERT_TRUE(client.ask("GET_STATUS", "", igtl::HeadVersion::kTwo));
+  ASSERT_TRUE(client.next_of("STATUS"));
+  server.show(2, 120);
+  const auto newer = client.next_of("VIDEO");
+  ASSERT_TRUE(newer);
+  EXPECT_EQ(newer->head.version, 2U);
+  EXPECT_TRUE(is_key(newer->opened().content)) << "the one before may have come in the other version";
+}
+
 TEST(IgtlVideo, OfAnotherCodecIsRefused) {
   ServerFixture server(with_igtl());
   TestClient client(server.igtl_port());

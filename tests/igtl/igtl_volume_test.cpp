@@ -70,8 +70,6 @@ TEST(IgtlVolume, IsSentOnceForEachVolume) {
   ASSERT_TRUE(client.next_of("RTS_IMAGE"));
   server.show(picture_of(1, 7), 90);
   const Volume first = fan_volume(7);
-  server.answer_volume_order(nullptr);  // it was just taken away
-  server.show(picture_of(2, 7), 91);    // a new light: the same volume, which is still wanted
   server.answer_volume_order(&first);
   server.answer_volume_order(&first);
   ASSERT_TRUE(client.next_of("IMAGE"));
@@ -82,6 +80,38 @@ TEST(IgtlVolume, IsSentOnceForEachVolume) {
   server.answer_volume_order(&second);
   EXPECT_TRUE(client.next_of("IMAGE"));
   EXPECT_EQ(server.counters().igtl_messages_offered.value(), 2U);
+}
+
+TEST(IgtlVolume, ThatIsNewerThanThePictureIsNotSentAgainWithItsOwn) {
+  ServerFixture server(with_igtl());
+  TestClient client(server.igtl_port());
+  ASSERT_TRUE(client.ask("STT_IMAGE", "Volume_Transducer", igtl::HeadVersion::kTwo));
+  ASSERT_TRUE(client.next_of("RTS_IMAGE"));
+  const Volume newer = fan_volume(8);
+  server.show(picture_of(1, 7), 90);
+  server.answer_volume_order(&newer);
+  server.answer_volume_order(&newer);
+  const auto message = client.next_of("IMAGE");
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->opened().metadata.find("FanlightVolume"), "8");
+  server.show(picture_of(2, 7), 91);
+  server.show(picture_of(3, 8), 92);
+  while (const auto other = client.next(300)) EXPECT_NE(other->type(), "IMAGE");
+  ASSERT_TRUE(client.ask("STT_IMAGE", "Volume_Transducer", igtl::HeadVersion::kTwo));
+  server.answer_volume_order(&newer);
+  EXPECT_TRUE(client.next_of("IMAGE")) << "who asks again gets it again";
+}
+
+TEST(IgtlVolume, ThatIsNotThereIsAnsweredByAnEmptyMessage) {
+  ServerFixture server(with_igtl());
+  TestClient client(server.igtl_port());
+  ASSERT_TRUE(client.ask("STP_IMAGE", ""));
+  server.show(picture_of(1, 7), 90);
+  ASSERT_TRUE(client.ask("GET_IMAGE", "Volume_Transducer"));
+  server.answer_volume_order(nullptr);
+  const auto message = client.next_of("IMAGE", "Volume_Transducer");
+  ASSERT_TRUE(message);
+  EXPECT_TRUE(message->opened().content.empty());
 }
 
 TEST(IgtlVolume, ThatIsTooFineIsRefusedAndTheRestGoesOn) {
@@ -99,12 +129,13 @@ TEST(IgtlVolume, ThatIsTooFineIsRefusedAndTheRestGoesOn) {
   server.show(picture_of(1, 1), 90);
   server.answer_volume_order(&volume);
   server.answer_volume_order(&volume);
-  for (int i = 2; i < 5; ++i) {
+  for (std::uint64_t i = 2; i < 5; ++i) {
     const auto message = client.next_of("IMAGE");
     ASSERT_TRUE(message);
     EXPECT_EQ(message->device(), "Picture_Transducer");
-    server.show(picture_of(i, 1), 90);
+    server.show(picture_of(i, i), 90);
   }
+  EXPECT_FALSE(server.has_volume_order()) << "it is not tried again at once";
 }
 
 }  // namespace igtl_volume_tests

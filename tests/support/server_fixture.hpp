@@ -188,6 +188,7 @@ class ServerFixture {
     }
     throw std::runtime_error("no order for a volume has come");
   }
+  bool has_volume_order() { return volume_orders_.newest() != nullptr; }
   void answer_survey(const SurveyResult& result) {
     survey_results_.draft() = result;
     survey_results_.publish();

@@ -41,6 +41,28 @@ TEST(DeviceClock, FollowsAClockThatRunsFast) {
   }
 }
 
+TEST(DeviceClock, FollowsAClockThatWasSetBack) {
+  DeviceClock clock;
+  constexpr std::int64_t kDay = 86'400'000 * kMs;
+  EXPECT_EQ(clock.host_time_ns(kDay, kHostStartNs + kMs), kHostStartNs + kMs);
+  // One such time is taken for an error: the frame has the time of its arrival.
+  EXPECT_EQ(clock.host_time_ns(20 * kMs, kHostStartNs + 24 * kMs), kHostStartNs + 24 * kMs);
+  EXPECT_EQ(clock.host_time_ns(kDay + 40 * kMs, kHostStartNs + 42 * kMs), kHostStartNs + 41 * kMs);
+  // Two in a row: the clock was set.
+  (void)clock.host_time_ns(60 * kMs, kHostStartNs + 62 * kMs);
+  EXPECT_EQ(clock.host_time_ns(80 * kMs, kHostStartNs + 82 * kMs), kHostStartNs + 82 * kMs);
+  EXPECT_EQ(clock.host_time_ns(100 * kMs, kHostStartNs + 109 * kMs), kHostStartNs + 102 * kMs);
+}
+
+TEST(DeviceClock, DoesNotTakeADelayForAClockThatWasSetBack) {
+  DeviceClock clock;
+  EXPECT_EQ(clock.host_time_ns(0, kHostStartNs), kHostStartNs);
+  for (std::int64_t delay_ms = 1000; delay_ms < 15'000; delay_ms += 1000) {
+    EXPECT_EQ(clock.host_time_ns(10 * kMs, kHostStartNs + 10 * kMs + delay_ms * kMs), kHostStartNs + 10 * kMs)
+        << "a frame of " << delay_ms << " ms ago is not new";
+  }
+}
+
 TEST(DeviceClock, TakesAnyNumber) {
   DeviceClock clock;
   (void)clock.host_time_ns(~0ULL, kHostStartNs);
