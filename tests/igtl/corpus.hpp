@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -18,6 +20,18 @@ inline std::vector<std::uint8_t> corpus_message(const std::string& name) {
   std::ifstream file(std::string(FANLIGHT_IGTL_CORPUS) + "/" + name + ".igtl", std::ios::binary);
   EXPECT_TRUE(file) << name;
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// All of them, in the order of their names.
+inline std::vector<std::vector<std::uint8_t>> corpus_messages() {
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(FANLIGHT_IGTL_CORPUS))
+    if (file.path().extension() == ".igtl") names.push_back(file.path().stem());
+  std::ranges::sort(names);
+  std::vector<std::vector<std::uint8_t>> messages;
+  messages.reserve(names.size());
+  for (const std::string& name : names) messages.push_back(corpus_message(name));
+  return messages;
 }
 
 /// Its time: 2023-11-14 22:13:20.25 UTC.

@@ -153,6 +153,11 @@ TEST(IgtlCorpus, PosesAreTheSame) {
 }
 
 TEST(IgtlCorpus, TextsAreTheSame) {
+  EXPECT_EQ(written("STT_IMAGE", "Picture_Transducer", [](Bytes& /*bytes*/) {}),
+            corpus_message("start_of_image"));
+  EXPECT_EQ(written(
+                "STT_IMAGE", "Picture_Transducer", [](Bytes& /*bytes*/) {}, HeadVersion::kTwo),
+            corpus_message("start_of_image_version_2"));
   EXPECT_EQ(written("GET_IMAGE", "Depth_Transducer", [](Bytes& /*bytes*/) {}), corpus_message("query"));
   const Read status("status");
   const auto state = igtl::parse_status(status.opened().content);

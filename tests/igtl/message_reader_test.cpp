@@ -9,6 +9,7 @@
 #include "proto/base/crc64.hpp"
 #include "proto/igtl/opened_message.hpp"
 #include "proto/igtl/text_bodies.hpp"
+#include "tests/igtl/corpus.hpp"
 #include "tests/igtl/sent_messages.hpp"
 
 namespace fanlight::test {
@@ -100,23 +101,11 @@ TEST(MessageReader, GivesItsMemoryAway) {
 // Whatever the bytes are, the reader and the parsers end, and read nothing beyond them (the address sanitizer
 // looks on).
 TEST(MessageReader, Stands100000MutatedMessages) {
-  const Items items = {{"MotorAngleDeg", "1"}, {"VolumeIndex", "3"}};
-  std::vector<Bytes> originals = {message_of(SentImage{}), message_of(SentImage{.metadata = items}),
-                                  transform_message("ProbeToTracker", 5, {})};
+  std::vector<Bytes> originals = corpus_messages();
   igtl::MessageWriter writer;
-  const auto keep = [&] {
-    const auto message = writer.finish();
-    originals.emplace_back(message.begin(), message.end());
-  };
-  igtl::put_status(writer.begin({.type = "STATUS"}), {.name = "x", .text = "y"});
-  keep();
-  igtl::put_command(writer.begin({.type = "COMMAND", .version = igtl::HeadVersion::kTwo}),
-                    {.id = 1, .name = "SetParameter", .text = "<Command Name=\"x\"/>"});
-  keep();
-  igtl::put_string(writer.begin({.type = "STRING"}), "text");
-  keep();
   writer.begin({.type = "TDATA"}).resize(igtl::kHeadBytes + 3 * igtl::kToolBytes);
-  keep();
+  const auto tools = writer.finish();
+  originals.emplace_back(tools.begin(), tools.end());
   std::mt19937 random(21);
   igtl::MessageReader reader(1 << 16, 1 << 20);
   std::size_t read_whole = 0;
