@@ -179,7 +179,7 @@ std::string origin_of(const CLI::Option& option, const OptionOrigins& origins) {
 }  // namespace
 
 Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path) {
-  constexpr std::uintmax_t kMostBytes = 1'000'000;
+  constexpr std::uintmax_t kMostConfigurationBytes = 1'000'000;
   const std::string name = printable(path.string());
   const auto unreadable = [&name](const std::string& why) {
     return Error{ErrorCode::kInvalidArgument,
@@ -191,7 +191,7 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   if (failure) return unreadable(fmt::format("cannot be read ({})", failure.message()));
   // A pipe would wait for a writer.
   if (!std::filesystem::is_regular_file(status)) return unreadable("is no file");
-  if (std::filesystem::file_size(path, failure) > kMostBytes) return unreadable("is too large");
+  if (std::filesystem::file_size(path, failure) > kMostConfigurationBytes) return unreadable("is too large");
   std::ifstream file(path, std::ios::binary);
   if (!file) return unreadable("may not be read by this user");
   std::vector<PlacedOption> options;

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/cli/probe_options.hpp"
 
+#include <fmt/format.h>
+
+#include "proto/base/printable.hpp"
+
 namespace fanlight {
 
 void add_probe_options(CLI::App& command, SourceOptions& options) {
@@ -23,6 +27,15 @@ void add_probe_options(CLI::App& command, SourceOptions& options) {
       ->check(CLI::Range(0.0, 1e9))
       ->type_name("S")
       ->group("USB probe");
+}
+
+std::string opening_note(const std::string& source, const SourceOptions& options) {
+  if (source.starts_with("igtl:"))
+    return fmt::format("connects to {} and looks at its first sweeps, which takes some seconds",
+                       printable(source));
+  if (source.starts_with("usb:") && options.wait_for_probe_s > 0)
+    return fmt::format("waits for {}, {} s at most", printable(source), options.wait_for_probe_s);
+  return {};
 }
 
 }  // namespace fanlight

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "acquisition/open_source.hpp"
 #include "acquisition/record/frame_pump.hpp"
@@ -136,11 +137,16 @@ Result<void> check_name(const std::filesystem::path& path) {
                            folder.string())};
 }
 
+// A source that fell silent does not hold a recording of --seconds up any longer than this.
+constexpr std::int64_t kSilenceNs = 5'000'000'000;
+
 /// Waits until the source ends, the recording ends by its limits, or the user ends it. Tells progress and
 /// trouble meanwhile. `seconds`: the limit by time; 0: none. `status`: the newest.
 void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, double seconds,
                      RecordingStatus& status) {
   const std::int64_t begun_ns = now_ns();
+  std::int64_t last_frame_ns = begun_ns;
+  std::uint64_t frames = 0;
   std::string told;
   for (;;) {
     const bool asked = signals.wait_ms(100);
@@ -154,6 +160,13 @@ void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, 
     // While nothing is written, no frame's time reaches the limit.
     const double waited_s = static_cast<double>(now_ns() - begun_ns) * 1e-9;
     if (status.state == RecordingStatus::State::kNoRoom && seconds > 0 && waited_s > seconds) return;
+    if (std::exchange(frames, status.frames) != status.frames) last_frame_ns = now_ns();
+    const bool is_silent = now_ns() - last_frame_ns > kSilenceNs;
+    if (is_silent && seconds > 0 && waited_s > seconds) {
+      fmt::print(stderr, "fanlight record: no frame came for {} s: the recording ends here\n",
+                 kSilenceNs / 1'000'000'000);
+      return;
+    }
     const bool over = status.order_done > 0 && status.state != RecordingStatus::State::kRecording &&
                       status.state != RecordingStatus::State::kNoRoom;
     // A disk that takes nothing from the start is no recording that waits.
@@ -169,6 +182,8 @@ Result<void> record(const RecordOptions& options) {
   ProbeLink probe(bell, bell);
   SourceOptions playing = options.playing;
   playing.stopped = [&signals] { return signals.wait_ms(0); };
+  if (const std::string note = opening_note(options.input, playing); !note.empty())
+    fmt::print(stderr, "fanlight record: {}\n", note);
   auto source = open_source(options.input, playing, probe);
   if (!source) return source.error();
 

@@ -24,6 +24,7 @@
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
 #include "server/cli/own_terminal.hpp"
+#include "server/cli/probe_options.hpp"
 #include "server/cli/serve_options.hpp"
 #include "server/cli/serve_report.hpp"
 #include "server/cli/service_notifier.hpp"
@@ -225,6 +226,8 @@ Result<void> serve(ServeOptions& options) {
   config.igtl = *std::move(igtl);
 
   SourceLink link;
+  if (const std::string note = opening_note(options.source, options.playing); !note.empty())
+    spdlog::info("{}", note);
   const auto source = open_source(options.source, options.playing, link.probe, &link.replay);
   if (!source) return refused_source(options, source.error());
   const SourceDescription& description = (*source)->description();

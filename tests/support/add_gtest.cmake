@@ -41,6 +41,10 @@ macro(fanlight_add_gtest_part name environment)
   add_test(NAME ${name} COMMAND ${given_LAUNCHER} $<TARGET_FILE:${target}>)
   set(part_environment "GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/test_results/${name}.xml"
     "GTEST_FILTER=${given_FILTER}" ${environment})
+  if(FANLIGHT_SANITIZE MATCHES undefined)
+    # Without it, undefined behaviour is told, and the test passes.
+    list(APPEND part_environment UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1)
+  endif()
   set_tests_properties(${name} PROPERTIES
     LABELS "${given_LABELS}"
     TIMEOUT ${given_TIMEOUT}
