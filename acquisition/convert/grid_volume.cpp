@@ -126,6 +126,10 @@ double usual_spacing_mm(const Volume& volume) {
 
 Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const Progress& progress,
                                   std::uint64_t most_voxels) {
+  if (!(spacing_mm >= kLeastSpacingMm && spacing_mm <= kMostSpacingMm)) {
+    return Error{ErrorCode::kInvalidArgument, fmt::format("the spacing is {} mm, expected {} to {} mm",
+                                                          spacing_mm, kLeastSpacingMm, kMostSpacingMm)};
+  }
   const Bounds box = bounds_of(volume);
   GridVolume grid{.origin_mm = box.least, .spacing_mm = spacing_mm};
   double voxels = 1;
@@ -135,10 +139,6 @@ Result<GridVolume> scan_converted(const Volume& volume, double spacing_mm, const
     longest = std::max(longest, side);
     voxels *= side;
     if (side <= kMostSide) grid.size[axis] = static_cast<std::uint32_t>(side);
-  }
-  if (!(spacing_mm >= kLeastSpacingMm && spacing_mm <= kMostSpacingMm)) {
-    return Error{ErrorCode::kInvalidArgument, fmt::format("the spacing is {} mm, expected {} to {} mm",
-                                                          spacing_mm, kLeastSpacingMm, kMostSpacingMm)};
   }
   if (!(longest <= kMostSide) || !(voxels <= static_cast<double>(most_voxels))) {
     return Error{
