@@ -198,6 +198,32 @@ Result<OpenedSequence> open_dicom_sequence(const std::filesystem::path& path, st
 
 }  // namespace
 
+Result<std::vector<std::filesystem::path>> recording_files(const std::filesystem::path& path) {
+  if (ImageSeries::is_series(path)) {
+    std::error_code failure;
+    const auto folder = std::filesystem::is_directory(path, failure) ? path : path.parent_path();
+    std::vector<std::filesystem::path> files;
+    for (std::filesystem::directory_iterator each(folder, failure), end; !failure && each != end;
+         each.increment(failure)) {
+      std::error_code unknown;
+      if (each->is_regular_file(unknown)) files.push_back(each->path());
+    }
+    if (failure)
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("{}: the folder cannot be read ({}), expected one with pictures", shown(path),
+                               failure.message())};
+    std::ranges::sort(files);
+    return files;
+  }
+#ifdef FANLIGHT_DICOM
+  if (begins_as_dicom(path)) return std::vector{path};
+#endif
+  const auto opened = open_header(path, std::numeric_limits<std::uint64_t>::max());
+  if (!opened) return opened.error();
+  if (opened->header.data_file.empty()) return std::vector{path};
+  return std::vector{path, path.parent_path() / opened->header.data_file};
+}
+
 Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes) {
   if (ImageSeries::is_series(path)) return open_series(path, max_bytes);
 #ifdef FANLIGHT_DICOM

@@ -137,6 +137,10 @@ struct OpenedSequence {
 /// the file.
 Result<OpenedSequence> open_igs_sequence(const std::filesystem::path& path, std::uint64_t max_bytes);
 
+/// The files that open_igs_sequence() reads of a recording, the header first; of a series, all files of its
+/// folder, by name. The header is read for it. Errors as of open_igs_sequence().
+Result<std::vector<std::filesystem::path>> recording_files(const std::filesystem::path& path);
+
 /// Chooses a window by the values of up to 64 frames of a file, evenly spread. Errors as of
 /// open_igs_sequence() and IgsPixels::read().
 Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64_t max_bytes);

@@ -58,7 +58,6 @@ void IgtlOptions::add_to(CLI::App& command) {
                   "frames; with "
                   "commas; or none")
       ->capture_default_str()
-      ->needs(needed)
       ->type_name("LIST");
   command
       .add_option("--igtl-spacing", spacing_mm,
@@ -73,7 +72,6 @@ void IgtlOptions::add_to(CLI::App& command) {
         return good ? "" : fmt::format("Value {} is neither 0 nor in range 0.05 to 50", text);
       })
       ->capture_default_str()
-      ->needs(needed)
       ->type_name("MM");
   command
       .add_option("--igtl-role", role,
@@ -84,7 +82,17 @@ void IgtlOptions::add_to(CLI::App& command) {
 }
 
 Result<std::optional<IgtlServer::Config>> IgtlOptions::config(bool has_tls, bool has_tokens) const {
-  if (listen.empty()) return std::optional<IgtlServer::Config>();
+  if (listen.empty()) {
+    // Not by the parser: a configuration may have each of them with its default.
+    const IgtlOptions usual;
+    const char* const given = send != usual.send               ? "--igtl-send"
+                              : spacing_mm != usual.spacing_mm ? "--igtl-spacing"
+                                                               : nullptr;
+    if (given == nullptr) return std::optional<IgtlServer::Config>();
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("{} needs --igtl-listen, expected an address such as 127.0.0.1:18944 there", given)};
+  }
   const auto endpoint = parse_listen_address(listen);
   if (!endpoint) return endpoint.error();
   if (!endpoint->address().is_loopback() && !(has_tls && has_tokens)) {

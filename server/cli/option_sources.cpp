@@ -66,6 +66,15 @@ Result<void> collect(const std::string& file, const std::string& prefix, const t
       if (auto inner = collect(file, name + ".", value, options); !inner) return inner;
       continue;
     }
+    const bool has_tables = value.is_array() && !value.as_array().empty() && value.as_array()[0].is_table();
+    if (has_tables) {
+      std::size_t number = 0;
+      for (const auto& each : value.as_array()) {
+        if (auto inner = collect(file, fmt::format("{}.{}.", name, number++), each, options); !inner)
+          return inner;
+      }
+      continue;
+    }
     const std::size_t line = toml_line(value.location());
     const std::string place = fmt::format("{}, line {}", file, line);
     const auto text = text_of(value);
@@ -146,7 +155,8 @@ Result<void> give(CLI::Option& option, const OptionRow& row, const ConfiguredOpt
 }
 
 /// The sentence about a name that no option has.
-std::string unknown_name(const std::string& name, const std::vector<OptionRow>& rows) {
+std::string unknown_name(const std::string& name, const std::vector<OptionRow>& rows,
+                         const std::string& command) {
   // What follows a [section] of TOML belongs to it.
   const std::string own = name.substr(name.rfind('.') + 1);
   if (own != name && std::ranges::find(rows, own, &OptionRow::key) != rows.end()) {
@@ -157,9 +167,9 @@ std::string unknown_name(const std::string& name, const std::vector<OptionRow>& 
   known.reserve(rows.size());
   for (const OptionRow& option : rows) known.push_back(option.key());
   const std::string meant = nearest_name(name, known);
-  return fmt::format(
-      "there is no option {}, {}", printable(name),
-      meant.empty() ? "expected one that --print-config lists" : fmt::format("did you mean {}?", meant));
+  return fmt::format("there is no option {}, {}", printable(name),
+                     meant.empty() ? fmt::format("expected one that fanlight {} --help-all lists", command)
+                                   : fmt::format("did you mean {}?", meant));
 }
 
 /// Whether it is given, and not as false.
@@ -178,12 +188,13 @@ std::string origin_of(const CLI::Option& option, const OptionOrigins& origins) {
 
 }  // namespace
 
-Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path) {
-  constexpr std::uintmax_t kMostConfigurationBytes = 1'000'000;
+Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path,
+                                                         std::uintmax_t most_bytes) {
   const std::string name = printable(path.string());
-  const auto unreadable = [&name](const std::string& why) {
+  const auto unreadable = [&name, most_bytes](const std::string& why) {
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the configuration {} {}, expected a TOML file of at most 1 MB", name, why)};
+                 fmt::format("the configuration {} {}, expected a TOML file of at most {} MB", name, why,
+                             most_bytes / 1'000'000)};
   };
   std::error_code failure;
   const auto status = std::filesystem::status(path, failure);
@@ -191,7 +202,7 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   if (failure) return unreadable(fmt::format("cannot be read ({})", failure.message()));
   // A pipe would wait for a writer.
   if (!std::filesystem::is_regular_file(status)) return unreadable("is no file");
-  if (std::filesystem::file_size(path, failure) > kMostConfigurationBytes) return unreadable("is too large");
+  if (std::filesystem::file_size(path, failure) > most_bytes) return unreadable("is too large");
   std::ifstream file(path, std::ios::binary);
   if (!file) return unreadable("may not be read by this user");
   std::vector<PlacedOption> options;
@@ -271,7 +282,7 @@ Result<void> apply_options(CLI::App& command, const std::vector<ConfiguredOption
   const std::vector<OptionRow> rows = configured_rows(command);
   for (const ConfiguredOption& each : given) {
     const auto row = std::ranges::find(rows, each.name, &OptionRow::key);
-    if (row == rows.end()) return bad(each.from, unknown_name(each.name, rows));
+    if (row == rows.end()) return bad(each.from, unknown_name(each.name, rows, command.get_name()));
     if (!origins.emplace(each.name, each.from).second) continue;
     CLI::Option& option = *command.get_option("--" + row->key());
     if (option.count() > 0) continue;  // the command line's own

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -19,9 +20,11 @@ struct ConfiguredOption {
   std::string from;   ///< "fanlight.toml, line 12" or "FANLIGHT_LISTEN"
 };
 
-/// The options in a TOML file, in the order of their lines. A table gives its name and a dot to those in it.
-/// Errors: no file, no TOML (with the line), or a value that is no text, number or truth value.
-Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path);
+/// The options in a TOML file, in the order of their lines. A table gives its name and a dot to those in it;
+/// an array of tables also the number of the table, from 0 on: "sweep.17.size". Errors: no file, no TOML
+/// (with the line), or a value that is no text, number or truth value.
+Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path,
+                                                         std::uintmax_t most_bytes = 1'000'000);
 
 /// The options of a command that the environment sets: FANLIGHT_LISTEN for --listen,
 /// FANLIGHT_DETECTOR_THRESHOLD for --detector.threshold.

@@ -19,6 +19,9 @@ namespace fanlight {
 
 namespace {
 
+// The library would note the time of writing: then the same picture would give other bytes.
+constexpr const char* kNoTime = "";
+
 Error unwritable(const std::string& path, std::string reason) {
   while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.')) reason.pop_back();
   return {ErrorCode::kUnavailable, fmt::format("{} could not be written ({}), expected a name that ends in a "
@@ -86,6 +89,7 @@ Result<void> write_picture(const std::string& path, const Picture& picture,
   OIIO::ImageSpec spec(static_cast<int>(picture.width), static_cast<int>(picture.height), 3,
                        OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
+  spec.attribute("DateTime", kNoTime);
   if (!notes.empty()) spec.attribute("ImageDescription", fmt::format("{}", fmt::join(notes, " ")));
   return write(path, spec, OIIO::TypeDesc::UINT8, picture.rgba.data(), 4);
 }
@@ -102,6 +106,7 @@ Result<void> write_depth(const std::string& path, std::span<const float> depth_m
   spec.z_channel = 0;
   spec.attribute("fanlight:mm_per_pixel", static_cast<float>(mm_per_pixel));
   spec.attribute("compression", "zip");
+  spec.attribute("DateTime", kNoTime);
   return write(path, spec, OIIO::TypeDesc::FLOAT, depth_mm.data(), OIIO::AutoStride);
 }
 

@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -21,6 +20,7 @@
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/end_signals.hpp"
 #include "server/cli/json_text.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/probe_options.hpp"
@@ -38,27 +38,6 @@ struct RecordOptions {
   double megabytes = 0;
   double last_s = 0;
   bool json = false;
-};
-
-/// SIGINT, SIGTERM and SIGHUP, taken by the main thread when it asks. Made before other threads, which
-/// inherit it.
-class EndSignals {
- public:
-  EndSignals() {
-    sigemptyset(&set_);
-    sigaddset(&set_, SIGINT);
-    sigaddset(&set_, SIGTERM);
-    sigaddset(&set_, SIGHUP);  // of a terminal that is closed
-    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
-  }
-  /// Waits for a signal, at most so long; whether one came.
-  bool wait_ms(long milliseconds) {
-    const timespec limit{.tv_sec = milliseconds / 1000, .tv_nsec = milliseconds % 1000 * 1'000'000};
-    return sigtimedwait(&set_, nullptr, &limit) > 0;
-  }
-
- private:
-  sigset_t set_{};
 };
 
 /// The source on a thread of its own, until it ends or stop() is called.

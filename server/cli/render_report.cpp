@@ -66,26 +66,41 @@ void print_dropped(std::FILE* out, const std::vector<DroppedSweep>& dropped) {
     fmt::print(out, "volume {} was dropped: {}\n", sweep.volume_index, reason_of(sweep));
 }
 
+FrameCounts frame_counts(const AcquisitionCounters& counters) {
+  FrameCounts counts;
+  counters.seq_lock.read([&] {
+    counts = {.received = counters.frames_received.value(),
+              .unused = counters.frames_unused(),
+              .missing = counters.frames_missing.value()};
+  });
+  return counts;
+}
+
+nlohmann::ordered_json figures_json(const RenderReport& report) {
+  const Picture& picture = report.picture;
+  return {{"volume", picture.stamp.volume.source_volume_index},
+          {"frames", picture.stamp.volume.frames},
+          {"width", picture.width},
+          {"height", picture.height},
+          {"surface_share", report.surface_share},
+          {"depth_5_50_95_mm", report.depth_5_50_95_mm},
+          {"speckle_filter_left_out", report.speckle_filter_left_out},
+          {"levels", levels_json(picture.stamp.levels)}};
+}
+
 void print_json(std::FILE* out, const RenderReport& report) {
   const Picture& picture = report.picture;
   nlohmann::ordered_json stages;
   for (std::size_t stage = 0; stage < kStages; ++stage) {
     stages[std::string(kStageNames[stage])] = picture.stamp.stage_ms[stage];
   }
-  const nlohmann::ordered_json json = {{"input", report.input},
-                                       {"volume", picture.stamp.volume.source_volume_index},
-                                       {"frames", picture.stamp.volume.frames},
-                                       {"device", report.device},
-                                       {"width", picture.width},
-                                       {"height", picture.height},
-                                       {"surface_share", report.surface_share},
-                                       {"depth_5_50_95_mm", report.depth_5_50_95_mm},
-                                       {"speckle_filter_left_out", report.speckle_filter_left_out},
-                                       {"levels", levels_json(picture.stamp.levels)},
-                                       {"dropped", dropped_json(report.dropped)},
-                                       {"notes", report.notes},
-                                       {"stage_ms", stages},
-                                       {"total_ms", report.total_ms}};
+  nlohmann::ordered_json json = {{"input", report.input}};
+  json.update(figures_json(report));
+  json.update(nlohmann::ordered_json({{"device", report.device},
+                                      {"dropped", dropped_json(report.dropped)},
+                                      {"notes", report.notes},
+                                      {"stage_ms", stages},
+                                      {"total_ms", report.total_ms}}));
   fmt::print(out, "{}\n", json_text(json));
 }
 
