@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "proto/base/printable.hpp"
+#include "proto/base/version.hpp"
 #include "server/cli/batch_sweep.hpp"
 #include "server/cli/csv_table.hpp"
 #include "server/cli/json_text.hpp"
@@ -23,18 +24,28 @@ using Json = nlohmann::ordered_json;
 
 struct Row {
   const BatchSweep* sweep;
-  std::optional<BatchRecord> record;  // absent: not rendered yet
+  std::optional<BatchRecord> record;  // absent: not rendered yet, or files of it are gone
+  bool is_outdated = false;           // it was asked for otherwise, or of another version
 
   std::string_view state() const {
     if (!record) return "missing";
+    if (is_outdated) return "outdated";
     return record->trouble.empty() ? "done" : "failed";
   }
 };
+
+/// The inputs are not read for it.
+bool is_outdated(const BatchRecord& record, const BatchSweep& sweep, const std::filesystem::path& folder) {
+  SweepOptions asked(sweep);
+  return !asked.read(folder) || record.version != version() || record.input != sweep.input ||
+         record.options != asked.json();
+}
 
 struct Totals {
   std::size_t sweeps = 0;
   std::size_t done = 0;
   std::size_t failed = 0;
+  std::size_t outdated = 0;
   std::size_t volumes = 0;
   std::uint64_t interpolated = 0;
   std::size_t dropped = 0;
@@ -48,11 +59,13 @@ struct Totals {
   std::set<std::string> devices;
   std::set<std::string> hosts;
 
+  std::size_t missing_sweeps() const { return sweeps - done - failed - outdated; }
+
   void add(const Row& row) {
     ++sweeps;
     if (!row.record) return;
     const BatchRecord& record = *row.record;
-    ++(record.trouble.empty() ? done : failed);
+    ++(row.is_outdated ? outdated : record.trouble.empty() ? done : failed);
     volumes += record.volumes.size();
     interpolated += record.interpolated;
     dropped += record.dropped.size();
@@ -92,7 +105,8 @@ Json json_of(const Totals& totals) {
   return {{"sweeps", totals.sweeps},
           {"done", totals.done},
           {"failed", totals.failed},
-          {"missing", totals.sweeps - totals.done - totals.failed},
+          {"outdated", totals.outdated},
+          {"missing", totals.missing_sweeps()},
           {"volumes", totals.volumes},
           {"volumes_interpolated", totals.interpolated},
           {"sweeps_dropped", totals.dropped},
@@ -132,27 +146,28 @@ void print_csv(std::FILE* out, const std::vector<Row>& rows) {
 void print_text(std::FILE* out, const std::vector<Row>& rows, const Totals& totals) {
   std::size_t width = 5;
   for (const Row& row : rows) width = std::max(width, printable(row.sweep->name).size());
-  fmt::print(out, "{:<{}}  {:<7} {:>7} {:>12} {:>7} {:>8} {:>8} {:>8}\n", "sweep", width, "state", "volumes",
+  fmt::print(out, "{:<{}}  {:<8} {:>7} {:>12} {:>7} {:>8} {:>8} {:>8}\n", "sweep", width, "state", "volumes",
              "interpolated", "dropped", "frames", "missing", "seconds");
   for (const Row& row : rows) {
     const std::string name = printable(row.sweep->name);
     if (!row.record) {
       fmt::print(out, "{:<{}}  {}\n", name, width, row.state());
     } else if (!row.record->trouble.empty()) {
-      fmt::print(out, "{:<{}}  {:<7} {}\n", name, width, row.state(), printable(row.record->trouble));
+      fmt::print(out, "{:<{}}  {:<8} {}\n", name, width, row.state(), printable(row.record->trouble));
     } else {
       const BatchRecord& record = *row.record;
-      fmt::print(out, "{:<{}}  {:<7} {:>7} {:>12} {:>7} {:>8} {:>8} {:>8.1f}\n", name, width, row.state(),
+      fmt::print(out, "{:<{}}  {:<8} {:>7} {:>12} {:>7} {:>8} {:>8} {:>8.1f}\n", name, width, row.state(),
                  record.volumes.size(), record.interpolated, record.dropped.size(), record.frames_received,
                  record.frames_missing, record.seconds);
     }
   }
-  fmt::print(out, "{:<{}}  {:<7} {:>7} {:>12} {:>7} {:>8} {:>8} {:>8.1f}\n", "total", width, "",
+  fmt::print(out, "{:<{}}  {:<8} {:>7} {:>12} {:>7} {:>8} {:>8} {:>8.1f}\n", "total", width, "",
              totals.volumes, totals.interpolated, totals.dropped, totals.received, totals.missing,
              totals.seconds);
-  fmt::print(out, "{} of {} sweeps done, {} failed, {} not rendered yet; {} of the frames in no volume\n",
-             totals.done, totals.sweeps, totals.failed, totals.sweeps - totals.done - totals.failed,
-             totals.unused);
+  fmt::print(
+      out,
+      "{} of {} sweeps done, {} failed, {} not rendered yet, {} outdated; {} of the frames in no volume\n",
+      totals.done, totals.sweeps, totals.failed, totals.missing_sweeps(), totals.outdated, totals.unused);
   if (totals.hosts.empty()) return;
   fmt::print(out, "{:.1f} MB of outputs; begun from {} to {}, on {} ({})\n",
              static_cast<double>(totals.output_bytes) * 1e-6, totals.first_begun, totals.last_begun,
@@ -168,7 +183,10 @@ Result<void> print_batch_report(std::FILE* out, const BatchManifest& manifest, B
   rows.reserve(manifest.sweeps.size());
   Totals totals;
   for (const BatchSweep& sweep : manifest.sweeps) {
-    rows.push_back({.sweep = &sweep, .record = read_record(record_path(manifest.folder, sweep))});
+    Row row{.sweep = &sweep, .record = read_record(record_path(manifest.folder, sweep))};
+    if (row.record && !has_outputs(*row.record, manifest.folder)) row.record.reset();
+    row.is_outdated = row.record && is_outdated(*row.record, sweep, manifest.folder);
+    rows.push_back(std::move(row));
     totals.add(rows.back());
   }
   if (table == BatchTable::kCsv) print_csv(out, rows);
@@ -179,9 +197,11 @@ Result<void> print_batch_report(std::FILE* out, const BatchManifest& manifest, B
     fmt::print(out, "{}\n", json_text({{"sweeps", list}, {"totals", json_of(totals)}}));
   }
   if (totals.done == totals.sweeps) return {};
-  return Error{ErrorCode::kNotFound,
-               fmt::format("{} of {} sweeps failed and {} are not rendered yet, expected all to be done",
-                           totals.failed, totals.sweeps, totals.sweeps - totals.done - totals.failed)};
+  return Error{
+      ErrorCode::kNotFound,
+      fmt::format("of {} sweeps {} failed, {} are not rendered yet, and {} are of other options or of "
+                  "another version; expected all to be done",
+                  totals.sweeps, totals.failed, totals.missing_sweeps(), totals.outdated)};
 }
 
 }  // namespace fanlight

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/cli/json_text.hpp"
 #include "server/cli/render_report.hpp"
+#include "server/cli/json_text.hpp"
 
 #include <fmt/format.h>
 
