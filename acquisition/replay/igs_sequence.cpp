@@ -201,7 +201,8 @@ Result<OpenedSequence> open_dicom_sequence(const std::filesystem::path& path, st
 Result<std::vector<std::filesystem::path>> recording_files(const std::filesystem::path& path) {
   if (ImageSeries::is_series(path)) {
     std::error_code failure;
-    const auto folder = std::filesystem::is_directory(path, failure) ? path : path.parent_path();
+    std::filesystem::path folder = std::filesystem::is_directory(path, failure) ? path : path.parent_path();
+    if (folder.empty()) folder = ".";
     std::vector<std::filesystem::path> files;
     for (std::filesystem::directory_iterator each(folder, failure), end; !failure && each != end;
          each.increment(failure)) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdio>
+#include <exception>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -20,7 +21,7 @@ namespace fanlight {
 
 namespace {
 
-// A machine whose disk is full or whose GPU is gone fails with every sweep; others may do better.
+// Where the outputs cannot be written, or there is no GPU, every sweep fails; another machine may do better.
 constexpr std::uint32_t kMostTroubles = 3;
 
 struct BatchOptions {
@@ -98,24 +99,35 @@ class BatchShard {
     }
     print_totals(options_, totals_, static_cast<double>(now_ns() - begun_ns) * 1e-9);
     if (!ended || totals_.troubled == 0) return ended;
-    return Error{
-        ErrorCode::kUnavailable,
-        fmt::format("{} sweeps were not rendered for this machine's sake, expected another run for them",
-                    totals_.troubled)};
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} sweeps were not rendered because of trouble that another run may not have, "
+                             "expected that run",
+                             totals_.troubled)};
   }
 
  private:
+  /// A library that throws ends its sweep, and not the shard.
+  Result<SweepEnd> rendered(const BatchSweep& sweep, BatchRecord& record) {
+    try {
+      return render_sweep(sweep, run_, record);
+    } catch (const std::exception& failure) {
+      return Error{ErrorCode::kUnavailable, failure.what()};
+    }
+  }
+
   Result<void> take(const BatchSweep& sweep) {
     ++totals_.sweeps;
     BatchRecord record;
-    const auto end = render_sweep(sweep, run_, record);
+    run_.is_in_trouble = false;
+    const auto end = rendered(sweep, record);
     const std::string name = printable(sweep.name);
     if (!end) {
       if (end.error().code == ErrorCode::kStopped) return end.error();
       ++totals_.troubled;
       fmt::print(stderr, "{}: {}\n", name, printable(end.error().message));
       run_.device.reset();
-      return ++troubles_ < kMostTroubles ? Result<void>() : end.error();
+      troubles_ = run_.is_in_trouble ? troubles_ + 1 : 0;
+      return troubles_ < kMostTroubles ? Result<void>() : end.error();
     }
     troubles_ = 0;
     switch (*end) {

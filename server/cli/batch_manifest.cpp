@@ -36,14 +36,6 @@ std::string usual_name(const std::string& input) {
   return name;
 }
 
-/// Neither it nor a folder in it leads elsewhere.
-bool stays_inside(const std::string& name) {
-  const std::filesystem::path path(name);
-  const bool is_printable = std::ranges::none_of(name, [](unsigned char c) { return c < ' ' || c == 0x7f; });
-  return !name.empty() && is_printable && path.is_relative() && path.has_filename() &&
-         std::ranges::none_of(path, [](const auto& part) { return part == ".." || part == "."; });
-}
-
 /// Takes a value that is no option of `fanlight render`: the input and the name.
 void take(BatchSweep& sweep, ConfiguredOption option) {
   if (option.name == "input") {
@@ -67,6 +59,15 @@ Result<void> complete(BatchSweep& sweep, const std::filesystem::path& folder) {
   return {};
 }
 
+/// "a.0017" -> "a": the name of a sweep that may have such an output; empty: none.
+std::string without_number(const std::string& name) {
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string::npos || dot + 1 == name.size()) return {};
+  const bool is_number =
+      std::ranges::all_of(name.substr(dot + 1), [](unsigned char c) { return c >= '0' && c <= '9'; });
+  return is_number ? name.substr(0, dot) : std::string();
+}
+
 Result<void> check_names(const BatchManifest& manifest) {
   if (manifest.sweeps.empty())
     return bad(printable(manifest.path.string()),
@@ -80,6 +81,12 @@ Result<void> check_names(const BatchManifest& manifest) {
     const auto [other, is_new] = names.emplace(sweep.name, &sweep);
     if (!is_new)
       return bad(sweep.from, fmt::format("the name {} is that of the sweep at {}, expected another name",
+                                         in_quotes(sweep.name), other->second->from));
+  }
+  for (const BatchSweep& sweep : manifest.sweeps) {
+    const auto other = names.find(without_number(sweep.name));
+    if (other != names.end())
+      return bad(sweep.from, fmt::format("{} may be an output of the sweep at {}, expected another name",
                                          in_quotes(sweep.name), other->second->from));
   }
   return {};
@@ -107,7 +114,7 @@ Result<void> read_toml(BatchManifest& manifest) {
     } else if (option.name.starts_with(kAll)) {
       option.name.erase(0, kAll.size());
       for_all.push_back(std::move(option));
-    } else if (auto place = in_sweep(option.name)) {
+    } else if (auto place = in_sweep(option.name); place && place->first < options->size()) {
       manifest.sweeps.resize(std::max(manifest.sweeps.size(), place->first + 1));
       BatchSweep& sweep = manifest.sweeps[place->first];
       if (sweep.from.empty()) sweep.from = option.from;
@@ -145,6 +152,10 @@ Result<void> read_table(BatchManifest& manifest) {
   if (std::ranges::find(columns, "input") == columns.end())
     return bad(name,
                "the first row has no column input, expected input, name and options of fanlight render");
+  for (auto column = columns.begin(); column != columns.end(); ++column) {
+    if (std::find(columns.begin(), column, *column) != column)
+      return bad(name, fmt::format("there are two columns {}, expected one", in_quotes(*column)));
+  }
   for (auto row = rows->begin() + 1; row != rows->end(); ++row) {
     BatchSweep sweep;
     sweep.from = fmt::format("{}, line {}", name, row->line);
@@ -159,9 +170,18 @@ Result<void> read_table(BatchManifest& manifest) {
 
 }  // namespace
 
+bool stays_inside(const std::string& name) {
+  const std::filesystem::path path(name);
+  const bool is_printable = std::ranges::none_of(name, [](unsigned char c) { return c < ' ' || c == 0x7f; });
+  return !name.empty() && is_printable && path.is_relative() && path.has_filename() &&
+         std::ranges::none_of(path, [](const auto& part) { return part == ".." || part == "."; }) &&
+         path == path.lexically_normal();
+}
+
 Result<BatchManifest> read_manifest(const std::filesystem::path& path) {
   BatchManifest manifest{.path = path, .folder = path.parent_path(), .sweeps = {}};
-  auto read = path.extension() == ".csv" ? read_table(manifest) : read_toml(manifest);
+  auto read =
+      path.extension() == ".csv" || path.extension() == ".CSV" ? read_table(manifest) : read_toml(manifest);
   if (!read) return read.error();
   if (manifest.folder.empty()) manifest.folder = std::filesystem::path(".");
   for (BatchSweep& sweep : manifest.sweeps) {

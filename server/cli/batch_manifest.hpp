@@ -48,6 +48,9 @@ struct BatchManifest {
 /// live, names that are taken twice or lead out of the folder.
 Result<BatchManifest> read_manifest(const std::filesystem::path& path);
 
+/// Whether a name of an output, or a folder in it, leads nowhere else than into the folder of the outputs.
+bool stays_inside(const std::string& name);
+
 /// A part of a batch: every sweep whose position from 0 on leaves the rest index - 1 when divided by count.
 struct Shard {
   std::uint32_t index = 1;  ///< from 1 to count

@@ -66,8 +66,9 @@ BatchRecord record_of(const Json& json) {
 Result<FileDigest> digest_of(const std::filesystem::path& path, const std::string& name) {
   constexpr std::size_t kPieceBytes = 1 << 20;
   const auto unreadable = [&path](int failure) {
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("{} cannot be read ({}), expected a recording", printable(path.string()),
+    const bool is_gone = failure == ENOENT || failure == ENOTDIR || failure == EACCES || failure == EISDIR;
+    return Error{is_gone ? ErrorCode::kNotFound : ErrorCode::kUnavailable,
+                 fmt::format("{} cannot be read ({}), expected a file that can", printable(path.string()),
                              std::generic_category().message(failure))};
   };
   errno = 0;

@@ -65,6 +65,8 @@ struct Totals {
     ++sweeps;
     if (!row.record) return;
     const BatchRecord& record = *row.record;
+    seconds += record.seconds;
+    hosts.insert(record.host);
     ++(row.is_outdated ? outdated : record.trouble.empty() ? done : failed);
     volumes += record.volumes.size();
     interpolated += record.interpolated;
@@ -73,11 +75,9 @@ struct Totals {
     unused += record.frames_unused;
     missing += record.frames_missing;
     for (const FileDigest& output : record.outputs) output_bytes += output.bytes;
-    seconds += record.seconds;
     if (first_begun.empty() || record.begun < first_begun) first_begun = record.begun;
     last_begun = std::max(last_begun, record.begun);
     if (!record.device.empty()) devices.insert(record.device);
-    hosts.insert(record.host);
   }
 };
 

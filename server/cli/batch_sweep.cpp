@@ -3,12 +3,15 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <ctime>
 
 #include "acquisition/replay/igs_sequence.hpp"
+#include "acquisition/replay/image_series.hpp"
 #include "acquisition/replay/recording_geometry.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/clock.hpp"
@@ -17,6 +20,8 @@
 #include "proto/base/version.hpp"
 #include "server/cli/input_renderer.hpp"
 #include "server/cli/json_text.hpp"
+#include "server/cli/picture_file.hpp"
+#include "server/codec/surface_mesh.hpp"
 
 namespace fanlight {
 
@@ -36,6 +41,61 @@ bool is_of_sweep(ErrorCode code) {
          code == ErrorCode::kUnsupported || code == ErrorCode::kNotFound;
 }
 
+/// An error that another machine, or another try, may not have.
+Error machine_trouble(BatchRun& run, const Error& error) {
+  run.is_in_trouble = true;
+  return {ErrorCode::kUnavailable, error.message};
+}
+
+Result<void> make_folder_of(const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  if (folder.empty()) return {};
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (!failure && access(folder.c_str(), W_OK | X_OK) != 0) failure = {errno, std::generic_category()};
+  if (!failure) return {};
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("the folder of {} cannot be written ({}), expected one that may be",
+                           printable(path), failure.message())};
+}
+
+Result<void> make_folders(const RenderFiles& files) {
+  for (const std::string* const path : {&files.picture, &files.depth, &files.surface}) {
+    if (path->empty()) continue;
+    if (auto made = make_folder_of(*path); !made) return made;
+  }
+  return {};
+}
+
+/// Refuses outputs that would take the place of what is rendered.
+Result<void> check_apart(const RenderFiles& files, const std::vector<std::filesystem::path>& inputs,
+                         bool series) {
+  for (const std::string* const path : {&files.picture, &files.depth, &files.surface}) {
+    if (path->empty()) continue;
+    const std::filesystem::path output(*path);
+    for (const std::filesystem::path& input : inputs) {
+      std::error_code not_there;
+      const bool same_file = std::filesystem::equivalent(output, input, not_there);
+      const bool same_folder =
+          series && std::filesystem::equivalent(output.parent_path(), input.parent_path(), not_there);
+      if (same_file || same_folder)
+        return Error{ErrorCode::kInvalidArgument,
+                     fmt::format("{} would lie among the files of the recording, expected another folder",
+                                 printable(*path))};
+    }
+  }
+  return {};
+}
+
+/// What a record of before names. It may be of other options, and leave files that this request does not
+/// have.
+void remove_outputs(const BatchRecord& record, const std::filesystem::path& folder) {
+  for (const FileDigest& output : record.outputs) {
+    std::error_code was_not_there;
+    if (stays_inside(output.file)) std::filesystem::remove(folder / output.file, was_not_there);
+  }
+}
+
 Result<std::vector<FileDigest>> digests_of_input(const BatchSweep& sweep, const RenderOptions& options) {
   std::vector<FileDigest> digests;
   if (sweep.is_simulated()) return digests;
@@ -45,6 +105,8 @@ Result<std::vector<FileDigest>> digests_of_input(const BatchSweep& sweep, const 
   const std::filesystem::path geometry =
       options.playing.geometry_path.empty() ? sidecar(options.input) : options.playing.geometry_path;
   if (std::filesystem::exists(geometry, unknown)) files->push_back(geometry);
+  const bool is_series = ImageSeries::is_series(options.input);
+  if (auto apart = check_apart(options.files, *files, is_series); !apart) return apart.error();
   for (const std::filesystem::path& file : *files) {
     auto digest = digest_of(file, file.filename().string());
     if (!digest) return digest.error();
@@ -53,60 +115,84 @@ Result<std::vector<FileDigest>> digests_of_input(const BatchSweep& sweep, const 
   return digests;
 }
 
-Result<void> make_folder_of(const std::string& path) {
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  if (folder.empty()) return {};
-  std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
-  if (!failure) return {};
-  return Error{ErrorCode::kUnavailable,
-               fmt::format("the folder of {} cannot be made ({}), expected one that may be written",
-                           printable(path), failure.message())};
-}
-
-/// Renders, and fills in what came of it.
-Result<void> render(const RenderOptions& options, BatchRun& run, BatchRecord& record) {
-  for (const std::string* const path :
-       {&options.files.picture, &options.files.depth, &options.files.surface}) {
-    if (auto made = make_folder_of(*path); !made) return made;
-  }
-  auto created = InputRenderer::create(options, run.device);
-  if (!created) return created.error();
-  InputRenderer& renderer = **created;
-  record.device = run.device.name();
-  const auto note_volume = [&]() -> Result<void> {
-    const auto report = renderer.report();
-    if (!report) return report.error();
-    record.volumes.push_back(figures_json(*report));
-    return {};
-  };
-  if (!options.all) {
-    if (auto rendered = renderer.pick(); !rendered) return rendered;
-    if (auto noted = note_volume(); !noted) return noted;
-  }
-  while (options.all) {
-    if (run.stopped()) return Error{ErrorCode::kStopped, "stopped, expected another run for what is left"};
-    const auto rendered = renderer.next();
-    if (!rendered) return rendered.error();
-    if (!*rendered) break;
-    if (auto noted = note_volume(); !noted) return noted;
-  }
-  if (auto finished = renderer.finish(); !finished) return finished;
-  record.interpolated = renderer.interpolated();
+/// The counts of a source that was read to its end; else those of the volumes alone, since nobody knows how
+/// far it was read ahead.
+void count_frames(InputRenderer& renderer, bool to_the_end, BatchRecord& record) {
+  if (!to_the_end) return;
   const FrameCounts frames = frame_counts(renderer.counters());
   record.frames_received = frames.received;
   record.frames_unused = frames.unused;
   record.frames_missing = frames.missing;
   record.dropped = dropped_json(renderer.dropped());
+}
+
+Result<void> render_volumes(const RenderOptions& options, BatchRun& run, InputRenderer& renderer,
+                            BatchRecord& record) {
+  for (bool more = true; more;) {
+    if (run.stopped()) return Error{ErrorCode::kStopped, "stopped, expected another run for what is left"};
+    if (options.all) {
+      const auto rendered = renderer.next();
+      if (!rendered) return rendered.error();
+      if (!*rendered) break;
+    } else if (auto rendered = renderer.pick(); !rendered) {
+      return rendered;
+    }
+    more = options.all;
+    const auto report = renderer.report();
+    if (!report) return report.error();
+    record.volumes.push_back(figures_json(*report));
+    record.frames_received += renderer.picture().stamp.volume.frames;
+    record.frames_missing += renderer.picture().stamp.volume.frames_missing;
+  }
+  if (auto finished = renderer.finish(); !finished) return finished;
+  if (renderer.pictures() > 0) return {};
+  return Error{ErrorCode::kNotFound, "the source has no volume that can be rendered, expected one at least"};
+}
+
+/// Renders, and fills in what came of it.
+Result<void> render(const RenderOptions& options, BatchRun& run, BatchRecord& record) {
+  if (auto made = make_folders(options.files); !made) return machine_trouble(run, made.error());
+  if (!run.device.gpu) {
+    auto opened = open_device(run.gpu);
+    if (!opened) return machine_trouble(run, opened.error());
+    run.device = *std::move(opened);
+  }
+  auto created = InputRenderer::create(options, run.device);
+  if (!created) return created.error();
+  InputRenderer& renderer = **created;
+  record.device = run.device.name();
+  if (auto rendered = render_volumes(options, run, renderer, record); !rendered) {
+    for (const std::string& path : renderer.written()) {
+      std::error_code was_not_there;
+      std::filesystem::remove(path, was_not_there);
+    }
+    record.volumes = nlohmann::ordered_json::array();
+    record.frames_received = record.frames_missing = 0;
+    return rendered;
+  }
+  record.interpolated = renderer.interpolated();
   record.notes = renderer.notes();
-  if (renderer.pictures() == 0)
-    return Error{ErrorCode::kNotFound,
-                 "the source has no volume that can be rendered, expected one at least"};
+  count_frames(renderer, options.all && !options.count, record);
   for (const std::string& path : renderer.written()) {
     auto digest = digest_of(path, std::filesystem::path(path).lexically_relative(run.folder).string());
-    if (!digest) return digest.error();
+    if (!digest) return machine_trouble(run, digest.error());
     record.outputs.push_back(*std::move(digest));
   }
+  return {};
+}
+
+/// What check_render() checks, but for the folders, which are made when a sweep is rendered.
+Result<void> check_forms(const RenderOptions& options) {
+  const RenderFiles& files = options.files;
+  if (auto size = parse_picture_size(options.size); !size) return size.error();
+  if (auto good = check_picture_ending(files.picture); !good && !files.is_video()) return good;
+  if (auto good = check_depth_path(files.depth); !good) return good;
+  if (auto good = check_mesh_path(files.surface); !good) return good;
+  if (files.is_video() && !options.all)
+    return Error{ErrorCode::kInvalidArgument, "a video shows many volumes, expected all = true with it"};
+  if (files.picture == files.depth || files.picture == files.surface)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} would be two outputs, expected two names", printable(files.picture))};
   return {};
 }
 
@@ -139,8 +225,14 @@ Result<void> SweepOptions::read(const std::filesystem::path& folder) {
     if (pattern->find("{name}") == std::string::npos)
       return bad(fmt::format("{} would be the same file for every sweep, expected {{name}} in it",
                              in_quotes(*pattern)));
-    *pattern = (folder / with_name(*pattern, sweep_.name)).string();
+    *pattern = with_name(*pattern, sweep_.name);
+    if (!stays_inside(*pattern))
+      return bad(
+          fmt::format("{} does not stay in the folder of the outputs, expected a name such as {{name}}.png",
+                      in_quotes(*pattern)));
+    *pattern = (folder / *pattern).string();
   }
+  if (auto good = check_forms(options_); !good) return bad(good.error().message);
   // The scene's own values are checked without the recording.
   if (auto scene = options_.scene.applied_to({}); !scene) return bad(scene.error().message);
   return {};
@@ -164,11 +256,18 @@ Result<SweepEnd> render_sweep(const BatchSweep& sweep, BatchRun& run, BatchRecor
   record.shard = run.shard;
   record.begun = fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)));
   const std::filesystem::path path = record_path(run.folder, sweep);
+  const auto before = read_record(path);
   auto inputs = digests_of_input(sweep, asked.options());
+  if (!inputs && !is_of_sweep(inputs.error().code)) return inputs.error();
+  if (!inputs && before && before->trouble.empty() && before->version == record.version &&
+      before->input == record.input && before->options == record.options) {
+    // An archive that is not there for a moment is no reason to lose what came of it.
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{}; its outputs of before are kept", inputs.error().message)};
+  }
   Result<void> done = inputs ? Result<void>() : inputs.error();
   if (inputs) {
     record.inputs = *std::move(inputs);
-    const auto before = read_record(path);
     const bool is_there = before && before->trouble.empty() && before->asks_the_same(record) &&
                           has_outputs(*before, run.folder);
     if (is_there) {
@@ -176,6 +275,7 @@ Result<SweepEnd> render_sweep(const BatchSweep& sweep, BatchRun& run, BatchRecor
       return SweepEnd::kThere;
     }
     // From here on the outputs are those of two requests, until all are written.
+    if (before) remove_outputs(*before, run.folder);
     std::error_code was_not_there;
     std::filesystem::remove(path, was_not_there);
     done = render(asked.options(), run, record);
@@ -183,9 +283,9 @@ Result<SweepEnd> render_sweep(const BatchSweep& sweep, BatchRun& run, BatchRecor
   if (!done && !is_of_sweep(done.error().code)) return done.error();
   if (!done) record.trouble = done.error().message;
   record.seconds = static_cast<double>(now_ns() - begun_ns) * 1e-9;
-  if (auto made = make_folder_of(path.string()); !made) return made.error();
+  if (auto made = make_folder_of(path.string()); !made) return machine_trouble(run, made.error());
   if (auto written = replace_file(path, json_text(json_of(record), 1) + "\n"); !written)
-    return written.error();
+    return machine_trouble(run, written.error());
   return done ? SweepEnd::kRendered : SweepEnd::kFailed;
 }
 

@@ -20,6 +20,7 @@ struct BatchRun {
   std::string shard;              ///< "2/16"
   RenderDevice device;            ///< opened by the first sweep
   std::function<bool()> stopped;  ///< asked between two volumes
+  bool is_in_trouble = false;     ///< the GPU or the folder of the outputs: the next sweep will have it, too
 };
 
 /// The options of a sweep as a command line of `fanlight render` would give them, with {name} in the names of

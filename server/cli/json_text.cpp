@@ -24,7 +24,8 @@ void round_numbers(nlohmann::ordered_json& value) {
 std::string json_text(const nlohmann::ordered_json& report, int indent) {
   nlohmann::ordered_json rounded = report;
   round_numbers(rounded);
-  return rounded.dump(indent);
+  // Names of files may be of any bytes.
+  return rounded.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 }  // namespace fanlight

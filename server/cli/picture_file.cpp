@@ -58,7 +58,8 @@ Result<void> check_folder_of(const std::string& path) {
   if (path.empty()) return {};
   std::filesystem::path folder = std::filesystem::path(path).parent_path();
   if (folder.empty()) folder = ".";
-  if (std::filesystem::is_directory(path))
+  std::error_code unknown;
+  if (std::filesystem::is_directory(path, unknown))
     return Error{ErrorCode::kNotFound,
                  fmt::format("{} could not be written (it is a folder), expected the name of a file",
                              printable(path))};
@@ -71,8 +72,7 @@ Result<void> check_folder_of(const std::string& path) {
                            printable(path), std::generic_category().message(failure))};
 }
 
-Result<void> check_picture_path(const std::string& path) {
-  if (path == kStandardOutput) return {};
+Result<void> check_picture_ending(const std::string& path) {
   if (!OIIO::ImageOutput::create(path)) {
     (void)OIIO::geterror();
     return Error{
@@ -81,6 +81,12 @@ Result<void> check_picture_path(const std::string& path) {
                     "x.png, x.jpg, x.tif or x.exr, or - for the standard output",
                     printable(path))};
   }
+  return {};
+}
+
+Result<void> check_picture_path(const std::string& path) {
+  if (path == kStandardOutput) return {};
+  if (auto good = check_picture_ending(path); !good) return good;
   return check_folder_of(path);
 }
 
@@ -96,7 +102,10 @@ Result<void> write_picture(const std::string& path, const Picture& picture,
 
 Result<void> check_depth_path(const std::string& path) {
   if (path.empty() || path.ends_with(".exr")) return {};
-  return unwritable(path, "depth needs 32 bit floats, which only .exr is asked to hold");
+  return Error{
+      ErrorCode::kInvalidArgument,
+      fmt::format("{} could not be written (depth needs 32 bit floats), expected a name that ends in .exr",
+                  printable(path))};
 }
 
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,

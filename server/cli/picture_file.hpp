@@ -17,6 +17,9 @@ inline constexpr std::string_view kStandardOutput = "-";
 /// folder that is not there or may not be written. Before work is done that would be lost.
 Result<void> check_picture_path(const std::string& path);
 
+/// Refuses a name with an ending of no picture format.
+Result<void> check_picture_ending(const std::string& path);
+
 /// Refuses a name in a folder that is not there or may not be written.
 Result<void> check_folder_of(const std::string& path);
 
