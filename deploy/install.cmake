@@ -4,7 +4,7 @@
 include(GNUInstallDirs)
 set(deploy ${CMAKE_CURRENT_LIST_DIR})
 set(packaging ${CMAKE_BINARY_DIR}/packaging)
-set(commands serve render watch view token audit bench info record recover convert)
+set(commands serve render batch watch view token audit bench info record recover convert)
 
 install(TARGETS fanlight RUNTIME COMPONENT server)
 if(TARGET fanlight-view)

@@ -18,6 +18,7 @@ std::string first_name(const CLI::Option& option) {
 std::string names_of(const std::set<CLI::Option*>& options) {
   // CLI11 orders them by their addresses.
   std::vector<std::string> names;
+  names.reserve(options.size());
   for (const CLI::Option* const option : options) names.push_back(first_name(*option));
   std::ranges::sort(names);
   return fmt::format("{}", fmt::join(names, ", "));
