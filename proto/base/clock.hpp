@@ -20,6 +20,13 @@ inline std::int64_t utc_now_s() {
       .count();
 }
 
+/// Nanoseconds since 1970 in UTC, for other programs; it may jump.
+inline std::uint64_t utc_now_ns() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                        std::chrono::system_clock::now().time_since_epoch())
+                                        .count());
+}
+
 /// A source of such times that tests replace.
 using Clock = std::function<std::int64_t()>;
 

@@ -221,9 +221,12 @@ Result<void> serve(ServeOptions& options) {
   if (!endpoint) return options.placed("listen", endpoint.error());
   auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty());
   if (!igtl) return options.placed("igtl-listen", igtl.error());
+  auto rtp = options.rtp.config();
+  if (!rtp) return wrong_configuration(options.placed("rtp-to", rtp.error()));
   if (auto made = options.recording.make_folder(); !made) return options.placed("recordings", made.error());
   config.endpoint = *endpoint;
   config.igtl = *std::move(igtl);
+  config.rtp = *std::move(rtp);
 
   SourceLink link;
   if (const std::string note = opening_note(options.source, options.playing); !note.empty())
@@ -320,6 +323,7 @@ Result<void> check_start(const ServeOptions& options) {
     return options.placed("listen", endpoint.error());
   if (const auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty()); !igtl)
     return options.placed("igtl-listen", igtl.error());
+  if (const auto rtp = options.rtp.config(); !rtp) return options.placed("rtp-to", rtp.error());
   if (const auto size = parse_picture_size(options.size); !size) return options.placed("size", size.error());
   for (const std::string& sentence : options.misspelt) fmt::print(stderr, "fanlight serve: {}\n", sentence);
   return options.check_inputs();

@@ -226,6 +226,7 @@ void ServeOptions::add_to(CLI::App& command) {
   add_source_options(command);
   add_network_options(command);
   igtl.add_to(command);
+  rtp.add_to(command);
   add_access_options(command);
   add_picture_options(command);
   add_volume_options(command);

@@ -16,6 +16,7 @@
 #include "server/cli/igtl_options.hpp"
 #include "server/cli/option_sources.hpp"
 #include "server/cli/recording_options.hpp"
+#include "server/cli/rtp_options.hpp"
 #include "server/cli/scene_options.hpp"
 #include "server/net/tls_context.hpp"
 #include "server/state/probe_proxy.hpp"
@@ -30,6 +31,7 @@ struct ServeOptions {
   SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
   std::string listen = "127.0.0.1:8080";
   IgtlOptions igtl;
+  RtpOptions rtp;
   TlsFiles tls;
   bool hsts = false;
   std::string tokens;

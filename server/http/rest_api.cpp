@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/base/printable.hpp"
+#include "server/http/api_response.hpp"
 #include "server/state/scene_json.hpp"
 #include "server/state/scene_message.hpp"
 #include "server/stream/preset_author.hpp"
@@ -20,42 +21,11 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-RestApi::Response json_response(http::status status, const ordered_json& body) {
-  RestApi::Response response(status, 11);
-  response.set(http::field::content_type, "application/json");
-  response.body() = body.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
-  return response;
-}
-
-RestApi::Response refusal(http::status status, const std::string& sentence,
-                          const SceneField* field = nullptr) {
-  ordered_json error = {{"message", sentence}};
-  if (field != nullptr) error.update(range_json(*field));
-  return json_response(status, {{"error", error}});
-}
-
-RestApi::Response wrong_method(std::string_view expected, std::string_view allowed) {
-  RestApi::Response response =
-      refusal(http::status::method_not_allowed, fmt::format("expected the method {}", expected));
-  response.set(http::field::allow, allowed);
-  return response;
-}
-
 RestApi::Response no_picture() {
   RestApi::Response response =
       refusal(http::status::service_unavailable, "there is no picture yet, expected some patience");
   response.set(http::field::retry_after, "1");
   return response;
-}
-
-/// A browser sends JSON to another site only after a preflight request, which this server does not grant.
-bool is_json(const RestApi::Request& request) {
-  const std::string_view type = request[http::field::content_type];
-  return type.starts_with("application/json") || type.starts_with("application/merge-patch+json");
-}
-
-RestApi::Response expected_json() {
-  return refusal(http::status::unsupported_media_type, "expected Content-Type: application/json");
 }
 
 ordered_json recording_json(const v1::RecordingStatus& status) {
@@ -106,13 +76,6 @@ ordered_json cine_json(const v1::CineStatus& status) {
           {"speed", status.speed()}};
 }
 
-/// Of {"wish": "..."}; empty where the body is something else.
-std::string wish_text(const RestApi::Request& request) {
-  const auto parsed = json::parse(request.body(), nullptr, false);
-  const auto text = parsed.is_object() ? parsed.value("wish", json()) : json();
-  return text.is_string() ? text.get<std::string>() : "";
-}
-
 ordered_json state_json(const NumberedScene& scene) {
   return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
 }
@@ -134,6 +97,7 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
   if (path == "/api/presets" && reads) return presets();
   if (path == "/api/presets" && request.method() == http::verb::post)
     return change_presets(request, principal);
+  if (path == "/api/rtp") return dependencies_.rtp.respond(request, principal);
   if (path == "/api/scene") return wrong_method("GET or PATCH", "GET, HEAD, PATCH");
   if (path == "/api/picture.png") return wrong_method("GET", "GET, HEAD");
   if (path == "/api/recording" || path == "/api/replay" || path == "/api/cine" || path == "/api/presets")
@@ -141,7 +105,7 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
   return refusal(
       http::status::not_found,
       "there is nothing here, expected /api/scene, /api/picture.png, /api/presets, /api/recording, "
-      "/api/replay or /api/cine");
+      "/api/replay, /api/cine or /api/rtp");
 }
 
 RestApi::Response RestApi::scene() const {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <boost/beast/http/message.hpp>
-#include <boost/beast/http/string_body.hpp>
 #include <functional>
 #include <string_view>
 #include <vector>
@@ -10,6 +8,8 @@
 #include "server/access/audit_log.hpp"
 #include "server/access/control_lease.hpp"
 #include "server/access/role.hpp"
+#include "server/http/api_response.hpp"
+#include "server/http/rtp_api.hpp"
 #include "server/metrics/server_counters.hpp"
 #include "server/state/cine_proxy.hpp"
 #include "server/state/picture_demand.hpp"
@@ -35,12 +35,13 @@ namespace fanlight {
 ///   POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see replay_request()
 ///   GET   /api/cine          which of the last volumes is on show, as JSON
 ///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
+///   /api/rtp                 the stream that leaves the room: see RtpApi
 ///
 /// Server thread only.
 class RestApi {
  public:
-  using Request = boost::beast::http::request<boost::beast::http::string_body>;
-  using Response = boost::beast::http::response<boost::beast::http::string_body>;
+  using Request = ApiRequest;
+  using Response = ApiResponse;
 
   /// All must outlive this object.
   struct Dependencies {
@@ -55,6 +56,7 @@ class RestApi {
     CineProxy& cine;
     PresetStore& presets;
     PictureDemand& demand;
+    RtpApi& rtp;
   };
   explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
 

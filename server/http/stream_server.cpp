@@ -92,6 +92,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                            .messages = messages_,
                            .requests = request_dependencies_,
                            .limits = config.session_limits},
+      rtp_api_({.counters = dependencies_.counters, .audit = audit_, .sender = rtp_}),
       rest_api_({.counters = dependencies_.counters,
                  .scene_store = scene_store_,
                  .hub = hub_,
@@ -102,7 +103,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .replay = replay_,
                  .cine = cine_,
                  .presets = presets_,
-                 .demand = demand_}),
+                 .demand = demand_,
+                 .rtp = rtp_api_}),
       http_dependencies_{.counters = dependencies_.counters,
                          .audit = audit_,
                          .access = access_,
@@ -131,6 +133,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                        .read_again = [this] { read_again(); },
                        .tell_state = [this] { tell_state(); }}) {
   if (config.igtl) igtl_.emplace(loop_, *config.igtl, igtl_dependencies());
+  if (config.rtp) rtp_.emplace(loop_, *config.rtp, rtp_dependencies());
   access_.audit_to(audit_);
   sessions_.when_opened([this] { liveness_watch_.update(); });
   dependencies_.source_state = [this, of_thread = dependencies.source_state] {
@@ -153,23 +156,6 @@ PictureHub::Config StreamServer::hub_config() {
   };
   config.threads = EncoderPool::usual_threads();
   return config;
-}
-
-IgtlServer::Dependencies StreamServer::igtl_dependencies() {
-  return {.counters = dependencies_.counters,
-          .commands = {.counters = dependencies_.counters,
-                       .scene_store = scene_store_,
-                       .control = control_,
-                       .audit = audit_,
-                       .sessions = sessions_},
-          .state = [this] { return igtl_state(liveness_.report()); },
-          .newest_picture = [this] { return hub_.newest_picture(); },
-          .executor = hub_config().executor,
-          .wants_changed = [this] { liveness_watch_.update(); },
-          .volume_orders = dependencies_.volume_orders,
-          .volume_answers = dependencies_.volume_answers,
-          .frames = dependencies_.frames,
-          .write_frame = dependencies_.write_frame};
 }
 
 void StreamServer::post(const std::shared_ptr<std::function<void()>>& done) {
@@ -221,6 +207,7 @@ Result<void> StreamServer::run() {
                config_.most_connections);
   signals_.start();
   bell_rang();  // values may have come before
+  start_rtp();
   run_loop();
   signals_.release_ends();
   if (presets_unwritten_) save_presets(presets_.json());
@@ -247,6 +234,7 @@ void StreamServer::run_loop() {
 void StreamServer::begin_chains() {
   if (!ending_) listener_.start();
   if (!ending_ && igtl_) igtl_->start();
+  if (!ending_ && rtp_) rtp_->keep_alive();
   if (bell_chain_.broken()) watch_bell();
   if (second_chain_.broken()) start_second();
   liveness_watch_.start();
@@ -266,6 +254,7 @@ void StreamServer::end(const std::string& reason) {
   end_until_ns_ = now_ns() + config_.most_end_ms * 1'000'000;
   for (const auto& session : sessions_.all()) session->end(reason);
   if (igtl_) igtl_->end();
+  if (rtp_) rtp_->stop();
   stop_without_sessions();
 }
 

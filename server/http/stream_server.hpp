@@ -20,11 +20,13 @@
 #include "server/http/liveness_watch.hpp"
 #include "server/http/recording_watch.hpp"
 #include "server/http/rest_api.hpp"
+#include "server/http/rtp_api.hpp"
 #include "server/http/server_signals.hpp"
 #include "server/igtl/igtl_server.hpp"
 #include "server/metrics/picture_times.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/net/tls_context.hpp"
+#include "server/rtp/rtp_sender.hpp"
 #include "server/state/default_view.hpp"
 #include "server/state/picture_demand.hpp"
 #include "server/state/picture_liveness.hpp"
@@ -69,6 +71,7 @@ class StreamServer {
     RecordingProxy::Config recording;
     SessionLimits session_limits;
     std::optional<IgtlServer::Config> igtl{};  ///< absent: no OpenIGTLink
+    std::optional<RtpSender::Config> rtp{};    ///< absent: pictures are sent nowhere else
   };
   /// All must outlive the server. `bell`: rung by the mailboxes that the server reads, and when the result of
   /// source_state() changes.
@@ -133,6 +136,9 @@ class StreamServer {
   StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, Authenticator access);
   PictureHub::Config hub_config();
   IgtlServer::Dependencies igtl_dependencies();
+  RtpSender::Dependencies rtp_dependencies();
+  /// Begins to send by RTP where that was configured so.
+  void start_rtp();
   /// Calls it on the server thread. Any thread. Waits for memory where there is none: the hub counts on it.
   void post(const std::shared_ptr<std::function<void()>>& done);
   /// Runs the loop until stop(). Where memory runs out in a handler, goes on with the others.
@@ -155,6 +161,8 @@ class StreamServer {
   void reload_certificates(bool in_any_case);
   void lapse_control();
   void notify_sessions_of_second();
+  /// Who needs pictures beside displays.
+  std::size_t other_clients() const;
   void end_views(const std::vector<ViewAdmission::EndedView>& ended);
   void show_private_views();
   void probe_changed();
@@ -193,12 +201,14 @@ class StreamServer {
   ServerMessages messages_;
   StreamRequests::Dependencies request_dependencies_;
   StreamSession::Dependencies stream_dependencies_;
+  RtpApi rtp_api_;
   RestApi rest_api_;
   HttpSession::Dependencies http_dependencies_;
   ConnectionLimit connection_limit_;
   boost::asio::io_context loop_{1};
   ConnectionListener listener_;
   std::optional<IgtlServer> igtl_;
+  std::optional<RtpSender> rtp_;
   boost::asio::posix::stream_descriptor bell_{loop_};
   boost::asio::steady_timer second_{loop_};
   boost::asio::steady_timer private_pause_{loop_};
@@ -218,7 +228,7 @@ class StreamServer {
                                  .source_state = dependencies_.source_state,
                                  .health = dependencies_.render_health,
                                  .sessions = sessions_,
-                                 .other_clients = [this] { return igtl_ && igtl_->wants_pictures() ? 1 : 0; },
+                                 .other_clients = [this] { return other_clients(); },
                                  .changed =
                                      [this] {
                                        if (igtl_) igtl_->state_changed();

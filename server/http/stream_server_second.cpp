@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// StreamServer: what it does once a second, and its file of presets.
+// StreamServer: what it does once a second, its file of presets, and its doors beside HTTP.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -16,8 +16,49 @@
 #include "proto/base/clock.hpp"
 #include "proto/base/file_replacement.hpp"
 #include "server/http/stream_server.hpp"
+#include "server/igtl/igtl_state.hpp"
 
 namespace fanlight {
+
+IgtlServer::Dependencies StreamServer::igtl_dependencies() {
+  return {.counters = dependencies_.counters,
+          .commands = {.counters = dependencies_.counters,
+                       .scene_store = scene_store_,
+                       .control = control_,
+                       .audit = audit_,
+                       .sessions = sessions_},
+          .state = [this] { return igtl_state(liveness_.report()); },
+          .newest_picture = [this] { return hub_.newest_picture(); },
+          .executor = hub_config().executor,
+          .wants_changed = [this] { liveness_watch_.update(); },
+          .volume_orders = dependencies_.volume_orders,
+          .volume_answers = dependencies_.volume_answers,
+          .frames = dependencies_.frames,
+          .write_frame = dependencies_.write_frame};
+}
+
+RtpSender::Dependencies StreamServer::rtp_dependencies() {
+  return {.counters = dependencies_.counters,
+          .hub = hub_,
+          .id = sessions_.next_id(),
+          .liveness = liveness_,
+          .executor = hub_config().executor,
+          .title = [this] { return config_.facts.title; },
+          .changed = [this] { liveness_watch_.update(); }};
+}
+
+void StreamServer::start_rtp() {
+  if (!rtp_ || !config_.rtp->at_start) return;
+  const auto started = rtp_->start();
+  if (!started) spdlog::error("pictures are not sent to {}: {}", rtp_->to(), started.error().message);
+  audit_.note({.role = Role::kAdmin, .name = "fanlight"},
+              {.what = "rtp", .result = started ? "done" : "failed: " + started.error().message},
+              {{"wish", "start"}, {"to", rtp_->to()}, {"by", "configuration"}});
+}
+
+std::size_t StreamServer::other_clients() const {
+  return (igtl_ && igtl_->wants_pictures() ? 1 : 0) + (rtp_ && rtp_->sending() ? 1 : 0);
+}
 
 void StreamServer::load_presets() {
   std::vector<std::string> troubles = presets_.load(config_.presets);

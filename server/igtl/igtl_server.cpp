@@ -15,7 +15,6 @@
 #include "proto/base/clock.hpp"
 #include "server/igtl/igtl_video.hpp"
 #include "server/igtl/picture_messages.hpp"
-#include "server/igtl/utc.hpp"
 
 namespace fanlight {
 

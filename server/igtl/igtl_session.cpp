@@ -10,9 +10,9 @@
 #include <new>
 #include <utility>
 
+#include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
 #include "proto/igtl/timestamp.hpp"
-#include "server/igtl/utc.hpp"
 
 namespace fanlight {
 

@@ -61,6 +61,18 @@ struct ServerCounters {
   Gauge<std::uint64_t>
       igtl_frames_missed;         ///< of the source, before they were written: the server was too slow
   Counter igtl_command_refusals;  ///< commands that were not carried out
+
+  // Of the stream by RTP:
+  Counter rtp_pictures_sent;  ///< whole
+  Counter rtp_pictures_cut;   ///< of which the system did not take all packets
+  Counter rtp_packets_sent;
+  Counter rtp_bytes_sent;      ///< of those, with their headers
+  Counter rtp_send_failures;   ///< packets that the system did not take
+  Counter rtp_keys_requested;  ///< by the receiver
+  Counter rtp_reports_received;
+  Counter rtp_packets_not_resent;  ///< that the receiver asked for again
+  Counter rtp_feedback_refused;    ///< what came to it and is no RTCP
+  Counter rtp_refusals;            ///< wishes to start or stop it that were not granted
 };
 
 inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
@@ -130,6 +142,23 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::igtl_frames_missed},
     {"igtl_command_refusals", "Commands of OpenIGTLink clients that were not carried out",
      &ServerCounters::igtl_command_refusals},
+    {"rtp_pictures_sent", "Pictures sent whole by RTP", &ServerCounters::rtp_pictures_sent},
+    {"rtp_pictures_cut", "Pictures of which the system did not take all RTP packets",
+     &ServerCounters::rtp_pictures_cut},
+    {"rtp_packets_sent", "RTP packets sent", &ServerCounters::rtp_packets_sent},
+    {"rtp_bytes_sent", "Bytes of the RTP packets sent", &ServerCounters::rtp_bytes_sent},
+    {"rtp_send_failures", "RTP and RTCP packets that the system did not take",
+     &ServerCounters::rtp_send_failures},
+    {"rtp_keys_requested", "Key pictures that the receiver of the RTP stream asked for",
+     &ServerCounters::rtp_keys_requested},
+    {"rtp_reports_received", "Reports of the receiver of the RTP stream",
+     &ServerCounters::rtp_reports_received},
+    {"rtp_packets_not_resent", "RTP packets that the receiver asked for again; none is sent twice",
+     &ServerCounters::rtp_packets_not_resent},
+    {"rtp_feedback_refused", "Packets that came to the RTP stream and are no RTCP",
+     &ServerCounters::rtp_feedback_refused},
+    {"rtp_refusals", "Wishes to start or stop the RTP stream that were refused",
+     &ServerCounters::rtp_refusals},
 });
 
 // Every counter has a row in the table.

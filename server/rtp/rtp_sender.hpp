@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "proto/base/result.hpp"
+#include "server/metrics/server_counters.hpp"
+#include "server/net/loop_chain.hpp"
+#include "server/rtp/rtcp.hpp"
+#include "server/rtp/srtp_context.hpp"
+#include "server/state/picture_liveness.hpp"
+#include "server/stream/picture_hub.hpp"
+
+namespace fanlight {
+
+/// Sends the pictures of the main view as RTP to one receiver, which serves them to many: an SFU such as
+/// Janus (proto/RTP.md). They are encoded once, together with those of displays that ask for the same H.264.
+/// Server thread only.
+class RtpSender : public PictureSubscriber {
+ public:
+  struct Config {
+    std::string host;        ///< name or address of the receiver
+    std::uint16_t port = 0;  ///< for RTP; RTCP goes to the next one
+    int bit_rate_kbps = 4000;
+    std::vector<std::uint8_t> srtp_key;  ///< kSrtpKeyBytes; empty: not encrypted
+    std::filesystem::path sdp_file;      ///< empty: none is written
+    bool at_start = false;               ///< sends from the start on, unasked
+  };
+  /// All must outlive this object.
+  struct Dependencies {
+    ServerCounters& counters;
+    PictureHub& hub;
+    std::uint64_t id = 0;  ///< as a subscriber, never 0
+    const PictureLiveness& liveness;
+    PictureHub::Executor executor;       ///< for files
+    std::function<std::string()> title;  ///< of the source
+    std::function<void()> changed;       ///< sending() has changed
+  };
+  RtpSender(boost::asio::io_context& loop, const Config& config, Dependencies dependencies);
+  ~RtpSender() override;
+
+  /// Begins to send, with a key picture. kUnavailable: it sends already, or the system has no socket.
+  Result<void> start();
+  /// Tells the receiver that the stream ends.
+  void stop();
+  bool sending() const { return sending_; }
+  /// Begins the chains again that a lack of memory has ended.
+  void keep_alive();
+
+  /// Where to, as "HOST:PORT".
+  std::string to() const;
+  /// What the receiver needs to know; see sdp(). Empty before the first picture.
+  const std::string& description() const { return description_; }
+  /// Of the receiver's last report; nullopt: none came for ten seconds.
+  std::optional<ReceptionReport> report() const;
+  bool encrypted() const { return !config_.srtp_key.empty(); }
+
+  // PictureSubscriber.
+  std::uint64_t id() const override { return dependencies_.id; }
+  std::uint64_t view_id() const override { return 0; }
+  void set_view(std::uint64_t) override {}
+  const StreamSettings& settings() const override { return settings_; }
+  bool privileged() const override { return true; }
+  void offer(const PictureOffer& picture) override;
+  void encoding_failed() override;
+
+ private:
+  using Udp = boost::asio::ip::udp;
+
+  void resolve();
+  Result<void> connect(const Udp::endpoint& receiver);
+  void close();
+  void tick();
+  void ticked();
+  void receive();
+  void received(std::size_t bytes);
+  void report_ourselves(bool ends);
+  void send_units(std::span<const std::span<const std::uint8_t>> units, std::uint32_t timestamp);
+  bool send(Udp::socket& socket, const std::vector<std::uint8_t>& packet);
+  void describe(std::span<const std::span<const std::uint8_t>> units);
+  std::uint32_t timestamp_at(std::int64_t time_ns) const;
+
+  Config config_;
+  Dependencies dependencies_;
+  StreamSettings settings_;
+  Udp::resolver resolver_;
+  Udp::socket packets_;  // RTP
+  Udp::socket control_;  // RTCP
+  boost::asio::steady_timer pause_;
+  LoopChain tick_chain_;
+  LoopChain receive_chain_;
+  std::unique_ptr<SrtpContext> srtp_;  // nullptr: not encrypted
+  bool sending_ = false;
+  bool resolving_ = false;
+  bool complained_ = false;   // of a receiver that does not answer, or has no address
+  bool wants_key_ = false;    // a picture went out cut, or the receiver is new
+  std::uint32_t source_ = 0;  // SSRC
+  std::uint16_t sequence_ = 0;
+  std::uint32_t first_timestamp_ = 0;
+  std::uint32_t last_timestamp_ = 0;
+  std::uint64_t session_ = 0;
+  std::uint64_t last_picture_id_ = 0;
+  std::uint32_t packets_sent_ = 0;
+  std::uint32_t payload_bytes_sent_ = 0;
+  std::int64_t key_sent_ns_ = 0;
+  std::int64_t report_due_ns_ = 0;
+  std::int64_t resolved_ns_ = 0;
+  std::int64_t heard_ns_ = 0;  // of the receiver, or when the last address was taken
+  ReceptionReport report_;
+  bool has_report_ = false;
+  std::array<std::uint8_t, 1500> incoming_{};
+  std::vector<std::uint8_t> packet_;
+  std::vector<std::uint8_t> sequence_set_;
+  std::vector<std::uint8_t> picture_set_;
+  std::string description_;
+};
+
+}  // namespace fanlight
