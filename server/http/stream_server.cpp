@@ -62,6 +62,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                  .replay = replay_,
                  .cine = cine_,
                  .presets = presets_,
+                 .relayed = relayed_,
                  .views = views_,
                  .control = control_,
                  .hub = hub_}),

@@ -193,6 +193,7 @@ class StreamServer {
   bool writing_presets_ = false;    // on a thread of the encoders
   bool presets_unwritten_ = false;  // they have changed since the last writing began, or it has failed
   DefaultView default_view_;
+  bool relayed_ = false;  // pictures are sent by RTP
   PictureHub hub_;
   SessionRegistry sessions_;
   AuditLog audit_;

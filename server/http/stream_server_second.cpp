@@ -44,7 +44,12 @@ RtpSender::Dependencies StreamServer::rtp_dependencies() {
           .liveness = liveness_,
           .executor = hub_config().executor,
           .title = [this] { return config_.facts.title; },
-          .changed = [this] { liveness_watch_.update(); }};
+          .changed =
+              [this] {
+                relayed_ = rtp_->sending();
+                sessions_.relay_changed();
+                liveness_watch_.update();
+              }};
 }
 
 void StreamServer::start_rtp() {

@@ -42,9 +42,9 @@ void OutgoingQueue::begin_stream(bool needs_key) {
 }
 
 std::optional<OutgoingQueue::Notice> OutgoingQueue::take_notice() {
-  for (const Notice notice :
-       {Notice::kControl, Notice::kScene, Notice::kView, Notice::kProbe, Notice::kLiveness,
-        Notice::kRecording, Notice::kReplay, Notice::kCine, Notice::kPresets, Notice::kStatistics}) {
+  for (const Notice notice : {Notice::kControl, Notice::kScene, Notice::kView, Notice::kProbe,
+                              Notice::kLiveness, Notice::kRecording, Notice::kReplay, Notice::kCine,
+                              Notice::kPresets, Notice::kRelay, Notice::kStatistics}) {
     if ((notices_due_ & bit(notice)) == 0) continue;
     notices_due_ &= ~bit(notice);
     return notice;

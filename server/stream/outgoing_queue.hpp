@@ -27,6 +27,7 @@ class OutgoingQueue {
     kReplay,
     kCine,
     kPresets,
+    kRelay,
     kStatistics
   };
 

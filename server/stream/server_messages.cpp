@@ -112,6 +112,12 @@ v1::ServerMessage ServerMessages::cine() const {
   return message;
 }
 
+v1::ServerMessage ServerMessages::relay() const {
+  v1::ServerMessage message;
+  message.mutable_relay()->set_sending(dependencies_.relayed);
+  return message;
+}
+
 v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts& pictures) const {
   const PipelineCounters& pipeline = dependencies_.pipeline;
   v1::ServerMessage message;

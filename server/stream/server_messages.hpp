@@ -60,6 +60,7 @@ class ServerMessages {
     const ReplayProxy& replay;
     const CineProxy& cine;
     const PresetStore& presets;
+    const bool& relayed;  ///< the pictures are sent beyond the room
     const ViewAdmission& views;
     const ControlLease& control;
     const PictureHub& hub;
@@ -81,6 +82,8 @@ class ServerMessages {
   v1::ServerMessage replay() const;
   v1::ServerMessage cine() const;
   v1::ServerMessage presets() const;
+  v1::ServerMessage relay() const;
+  bool is_relayed() const { return dependencies_.relayed; }
   v1::ServerMessage statistics(const OutgoingQueue::PictureCounts& pictures) const;
   static v1::ServerMessage scene_shown(const OutgoingQueue::ShownRequest& request, std::uint64_t picture_id);
 

@@ -46,6 +46,10 @@ void SessionRegistry::cine_changed() {
   for_each_open([](RegisteredSession& session) { session.cine_changed(); });
 }
 
+void SessionRegistry::relay_changed() {
+  for_each_open([](RegisteredSession& session) { session.relay_changed(); });
+}
+
 void SessionRegistry::presets_changed() {
   for_each_open([](RegisteredSession& session) { session.presets_changed(); });
 }

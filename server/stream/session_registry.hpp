@@ -50,6 +50,9 @@ class RegisteredSession {
   /// A preset was saved or removed.
   virtual void presets_changed() = 0;
 
+  /// The pictures are sent beyond the room, or are not any more.
+  virtual void relay_changed() = 0;
+
   /// The render thread has looked for the surface, as this session wished.
   virtual void survey_answered(const v1::SurveyReply& reply) = 0;
 
@@ -104,6 +107,7 @@ class SessionRegistry {
   void recording_changed();
   void replay_changed();
   void cine_changed();
+  void relay_changed();
   void presets_changed();
 
   /// Passes the answer on to the session, where it is still there.

@@ -121,6 +121,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   queue_.add_notice(OutgoingQueue::Notice::kReplay);
   queue_.add_notice(OutgoingQueue::Notice::kCine);
   queue_.add_notice(OutgoingQueue::Notice::kPresets);
+  if (dependencies_.messages.is_relayed()) queue_.add_notice(OutgoingQueue::Notice::kRelay);
   dependencies_.hub.add(*this);
   dependencies_.sessions.opened();
 }
@@ -363,6 +364,8 @@ v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
       return dependencies_.messages.cine();
     case OutgoingQueue::Notice::kPresets:
       return dependencies_.messages.presets();
+    case OutgoingQueue::Notice::kRelay:
+      return dependencies_.messages.relay();
     case OutgoingQueue::Notice::kStatistics:
       break;
   }

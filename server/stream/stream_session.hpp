@@ -80,6 +80,7 @@ class StreamSession : public StreamRequests::Session,
   void replay_changed() override { notify(OutgoingQueue::Notice::kReplay); }
   void cine_changed() override { notify(OutgoingQueue::Notice::kCine); }
   void presets_changed() override { notify(OutgoingQueue::Notice::kPresets); }
+  void relay_changed() override { notify(OutgoingQueue::Notice::kRelay); }
   void survey_answered(const v1::SurveyReply& reply) override;
   void view_changed() override;
   void view_ended(const std::string& reason) override;

@@ -2,10 +2,13 @@
 // The CPU work for a volume, step by step: from the frame to the encoded picture.
 #include <benchmark/benchmark.h>
 
+#include <array>
+
 #include "acquisition/assembly/sweep_hysteresis.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "renderer/parameters/angle_table.hpp"
+#include "server/codec/h264_coder.hpp"
 #include "server/codec/jpeg_coder.hpp"
 
 namespace fanlight {
@@ -94,16 +97,32 @@ void angle_table_of_new_angles(benchmark::State& state) {
 }
 BENCHMARK(angle_table_of_new_angles)->Unit(benchmark::kMillisecond);
 
-void picture_to_jpeg(benchmark::State& state) {
-  const Volume volume = first_volume();
+/// A frame in grey.
+Picture picture_of(const Volume& volume, std::uint32_t frame_index) {
   Picture picture{.stamp = {}, .width = 512, .height = 512, .rgba = {}};
-  const auto frame = volume.frame_pixels(volume.stamp().frames / 2);
+  const auto frame = volume.frame_pixels(frame_index);
   for (std::size_t value = 0; value < std::size_t{4} * 512 * 512; ++value)
     picture.rgba.push_back(frame[value / 4]);
+  return picture;
+}
+
+void picture_to_jpeg(benchmark::State& state) {
+  const Volume volume = first_volume();
+  const Picture picture = picture_of(volume, volume.stamp().frames / 2);
   JpegCoder encoder(85);
   for (auto _ : state) benchmark::DoNotOptimize(encoder.encode(pixels_of(picture), true));
 }
 BENCHMARK(picture_to_jpeg)->Unit(benchmark::kMillisecond);
+
+void picture_to_h264(benchmark::State& state) {
+  const Volume volume = first_volume();
+  const std::array<Picture, 2> pictures = {picture_of(volume, volume.stamp().frames / 2),
+                                           picture_of(volume, volume.stamp().frames / 2 + 1)};
+  H264Coder encoder(4000, 15);
+  std::size_t next = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(encoder.encode(pixels_of(pictures.at(++next % 2)), false));
+}
+BENCHMARK(picture_to_h264)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace fanlight

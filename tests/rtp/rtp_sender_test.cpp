@@ -12,6 +12,7 @@
 #include "tests/support/audit_lines.hpp"
 #include "tests/support/http_talk.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/test_display.hpp"
 
 namespace fanlight::test {
 namespace rtp_sender_tests {
@@ -188,6 +189,19 @@ TEST(RtpSender, IsStartedAndStoppedByAnAuditedWish) {
   EXPECT_EQ(lines[1]["result"], "done");
   EXPECT_EQ(lines[1]["details"]["to"], "127.0.0.1:" + std::to_string(receiver.port()));
   EXPECT_EQ(server.counters().rtp_refusals.value(), 3U);
+}
+
+TEST(RtpSender, IsToldToDisplaysInTheRoom) {
+  RtpReceiver receiver;
+  ServerFixture server(sending_to(receiver, false));
+  TestDisplay display(server.endpoint());
+  ASSERT_TRUE(display.next(v1::ServerMessage::kHello).has_hello());
+  ASSERT_EQ(wish(server, "start").status, 200);
+  EXPECT_TRUE(display.next(v1::ServerMessage::kRelay).relay().sending());
+  TestDisplay later(server.endpoint());
+  EXPECT_TRUE(later.next(v1::ServerMessage::kRelay).relay().sending());
+  ASSERT_EQ(wish(server, "stop").status, 200);
+  EXPECT_FALSE(display.next(v1::ServerMessage::kRelay).relay().sending());
 }
 
 TEST(RtpSender, IsForAnAdminAlone) {

@@ -26,6 +26,7 @@ class Spy : public RegisteredSession {
   void recording_changed() override { told.emplace_back("recording"); }
   void replay_changed() override {}
   void cine_changed() override {}
+  void relay_changed() override {}
   void presets_changed() override {}
   void survey_answered(const v1::SurveyReply& reply) override {
     told.push_back("survey " + std::to_string(reply.request_id()));

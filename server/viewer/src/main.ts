@@ -92,10 +92,7 @@ const connection = new Connection(streamUrl(), {
     probePanel.stop();
     overlay.clip.sessionEnded();
     page.refusal.hidden = true;
-    showCondition({
-      connection: { state: "lost", sentence, retrying: true },
-      serverError: undefined,
-    });
+    showCondition({ connection: { state: "lost", sentence, retrying: true }, serverError: undefined });
   },
 });
 const editor: SettingsEditor = new SettingsEditor({
@@ -219,6 +216,8 @@ function receive({ body }: ServerMessage): void {
       return recordingBar.tell(body.value);
     case "replay":
       return replayBar.tell(body.value);
+    case "relay":
+      return void page.relay.toggleAttribute("hidden", !body.value.sending);
     case "cine":
       cineBar.tell(body.value);
       return overlay.measurement.frozenChanged();

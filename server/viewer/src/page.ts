@@ -27,6 +27,7 @@ export const page = {
   login: find("#login", HTMLFormElement),
   codec: find("#codec", HTMLSelectElement),
   cine: find("#cine", HTMLElement),
+  relay: find("#relay", HTMLElement),
   still: find("#still", HTMLButtonElement),
   stillFacts: find("#still-facts", HTMLInputElement),
   clip: find("#clip", HTMLButtonElement),
