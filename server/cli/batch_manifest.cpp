@@ -104,7 +104,8 @@ std::optional<std::pair<std::size_t, std::string>> in_sweep(const std::string& n
 }
 
 Result<void> read_toml(BatchManifest& manifest) {
-  auto options = read_configuration(manifest.path, kMostBytes);
+  auto options = read_configuration(
+      manifest.path, {.what = "manifest", .line = "input = \"liver.igs.mha\"", .most_bytes = kMostBytes});
   if (!options) return options.error();
   std::vector<ConfiguredOption> for_all;
   for (ConfiguredOption& option : *options) {

@@ -189,12 +189,12 @@ std::string origin_of(const CLI::Option& option, const OptionOrigins& origins) {
 }  // namespace
 
 Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path,
-                                                         std::uintmax_t most_bytes) {
+                                                         const OptionsFile& kind) {
   const std::string name = printable(path.string());
-  const auto unreadable = [&name, most_bytes](const std::string& why) {
+  const auto unreadable = [&name, &kind](const std::string& why) {
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the configuration {} {}, expected a TOML file of at most {} MB", name, why,
-                             most_bytes / 1'000'000)};
+                 fmt::format("the {} {} {}, expected a TOML file of at most {} MB", kind.what, name, why,
+                             kind.most_bytes / 1'000'000)};
   };
   std::error_code failure;
   const auto status = std::filesystem::status(path, failure);
@@ -202,7 +202,7 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   if (failure) return unreadable(fmt::format("cannot be read ({})", failure.message()));
   // A pipe would wait for a writer.
   if (!std::filesystem::is_regular_file(status)) return unreadable("is no file");
-  if (std::filesystem::file_size(path, failure) > most_bytes) return unreadable("is too large");
+  if (std::filesystem::file_size(path, failure) > kind.most_bytes) return unreadable("is too large");
   std::ifstream file(path, std::ios::binary);
   if (!file) return unreadable("may not be read by this user");
   std::vector<PlacedOption> options;
@@ -214,9 +214,9 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
     if (std::string_view(wrong.what()).find("already exists") != std::string_view::npos)
       return bad(place, "it gives what another line gives, expected each name once");
     return bad(fmt::format("{}, line {}", name, toml_error_line(wrong)),
-               "it is not TOML, expected a line such as listen = \"127.0.0.1:8080\"");
+               fmt::format("it is not TOML, expected a line such as {}", kind.line));
   } catch (const std::exception&) {
-    return bad(name, "it is not TOML, expected lines such as listen = \"127.0.0.1:8080\"");
+    return bad(name, fmt::format("it is not TOML, expected lines such as {}", kind.line));
   }
   std::ranges::stable_sort(options, {}, &PlacedOption::line);
   std::vector<ConfiguredOption> sorted;

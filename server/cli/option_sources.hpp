@@ -20,11 +20,18 @@ struct ConfiguredOption {
   std::string from;   ///< "fanlight.toml, line 12" or "FANLIGHT_LISTEN"
 };
 
+/// What a TOML file is, for the sentences that refuse it.
+struct OptionsFile {
+  const char* what = "configuration";
+  const char* line = "listen = \"127.0.0.1:8080\"";  ///< as an example
+  std::uintmax_t most_bytes = 1'000'000;
+};
+
 /// The options in a TOML file, in the order of their lines. A table gives its name and a dot to those in it;
 /// an array of tables also the number of the table, from 0 on: "sweep.17.size". Errors: no file, no TOML
 /// (with the line), or a value that is no text, number or truth value.
 Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::path& path,
-                                                         std::uintmax_t most_bytes = 1'000'000);
+                                                         const OptionsFile& kind = {});
 
 /// The options of a command that the environment sets: FANLIGHT_LISTEN for --listen,
 /// FANLIGHT_DETECTOR_THRESHOLD for --detector.threshold.
