@@ -69,9 +69,11 @@ install(FILES ${deploy}/60-fanlight-probe.rules DESTINATION lib/udev/rules.d COM
 install(FILES ${deploy}/fanlight.toml DESTINATION ${CMAKE_INSTALL_FULL_SYSCONFDIR}/fanlight COMPONENT server)
 
 set(documents ${CMAKE_INSTALL_DATADIR}/doc/fanlight)
-install(FILES README.md SECURITY.md deploy/USER_GUIDE.md proto/DISPLAY_PROTOCOL.md DESTINATION ${documents}
+install(FILES README.md SECURITY.md deploy/USER_GUIDE.md deploy/SCALE.md proto/DISPLAY_PROTOCOL.md proto/RTP.md
+  DESTINATION ${documents}
   COMPONENT server)
-install(DIRECTORY ${deploy}/monitoring DESTINATION ${documents} COMPONENT server PATTERN "*.test.yml" EXCLUDE)
+install(DIRECTORY ${deploy}/monitoring ${deploy}/janus ${deploy}/slurm ${deploy}/kubernetes DESTINATION ${documents}
+  COMPONENT server PATTERN "*.test.yml" EXCLUDE)
 # For displays of others.
 install(FILES proto/fanlight.proto DESTINATION ${CMAKE_INSTALL_DATADIR}/fanlight COMPONENT server)
 
