@@ -308,8 +308,10 @@ void Recording::find_directions() {
     const bool falling = first != frames.end() && last->angle_rad < first->angle_rad;
     sweep.direction = falling ? SweepDirection::kBackward : SweepDirection::kForward;
     const auto stated = sequence_.frames[sweep.first_frame].direction;
-    if (measured_ && stated && *stated != sweep.direction) ++contradictions_;
-    if (!measured_ && stated) sweep.direction = *stated;
+    // A single frame, as where a recording begins at the end of a sweep, has no direction of its own.
+    const bool told = measured_ && first != frames.end() && last->angle_rad != first->angle_rad;
+    if (told && stated && *stated != sweep.direction) ++contradictions_;
+    if (!told && stated) sweep.direction = *stated;
   }
 }
 

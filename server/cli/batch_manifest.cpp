@@ -92,20 +92,22 @@ Result<void> check_names(const BatchManifest& manifest) {
   return {};
 }
 
-/// "sweep.17.size" -> 17 and "size".
+/// "sweep.17.size" -> 17 and "size"; "sweep.17", an empty [[sweep]], -> 17 and "".
 std::optional<std::pair<std::size_t, std::string>> in_sweep(const std::string& name) {
   constexpr std::string_view kSweep = "sweep.";
   if (!name.starts_with(kSweep)) return std::nullopt;
   std::size_t number = 0;
   const char* const end = name.data() + name.size();
   const auto read = std::from_chars(name.data() + kSweep.size(), end, number);
-  if (read.ec != std::errc{} || read.ptr == end || *read.ptr != '.') return std::nullopt;
+  if (read.ec != std::errc{}) return std::nullopt;
+  if (read.ptr == end) return std::pair(number, std::string());
+  if (*read.ptr != '.') return std::nullopt;
   return std::pair(number, std::string(read.ptr + 1, end));
 }
 
 Result<void> read_toml(BatchManifest& manifest) {
   auto options = read_configuration(
-      manifest.path, {.what = "manifest", .line = "input = \"liver.igs.mha\"", .most_bytes = kMostBytes});
+      manifest.path, {.name = "manifest", .line = "input = \"liver.igs.mha\"", .most_bytes = kMostBytes});
   if (!options) return options.error();
   std::vector<ConfiguredOption> for_all;
   for (ConfiguredOption& option : *options) {
@@ -120,14 +122,13 @@ Result<void> read_toml(BatchManifest& manifest) {
       BatchSweep& sweep = manifest.sweeps[place->first];
       if (sweep.from.empty()) sweep.from = option.from;
       option.name = std::move(place->second);
-      take(sweep, std::move(option));
+      if (!option.name.empty()) take(sweep, std::move(option));
     } else {
       return bad(option.from,
                  fmt::format("there is no {}, expected folder, [all] and [[sweep]]", printable(option.name)));
     }
   }
   for (BatchSweep& sweep : manifest.sweeps) {
-    if (sweep.from.empty()) sweep.from = printable(manifest.path.string());  // an empty [[sweep]]
     sweep.given.insert(sweep.given.end(), for_all.begin(), for_all.end());
   }
   return {};

@@ -70,8 +70,14 @@ Result<void> collect(const std::string& file, const std::string& prefix, const t
     if (has_tables) {
       std::size_t number = 0;
       for (const auto& each : value.as_array()) {
-        if (auto inner = collect(file, fmt::format("{}.{}.", name, number++), each, options); !inner)
+        const std::string own = fmt::format("{}.{}", name, number++);
+        if (each.as_table().empty()) {
+          const std::size_t line = toml_line(each.location());
+          options.push_back(
+              {line, {.name = own, .value = "", .from = fmt::format("{}, line {}", file, line)}});
+        } else if (auto inner = collect(file, own + ".", each, options); !inner) {
           return inner;
+        }
       }
       continue;
     }
@@ -193,7 +199,7 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   const std::string name = printable(path.string());
   const auto unreadable = [&name, &kind](const std::string& why) {
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the {} {} {}, expected a TOML file of at most {} MB", kind.what, name, why,
+                 fmt::format("the {} {} {}, expected a TOML file of at most {} MB", kind.name, name, why,
                              kind.most_bytes / 1'000'000)};
   };
   std::error_code failure;

@@ -22,7 +22,7 @@ struct ConfiguredOption {
 
 /// What a TOML file is, for the sentences that refuse it.
 struct OptionsFile {
-  const char* what = "configuration";
+  const char* name = "configuration";
   const char* line = "listen = \"127.0.0.1:8080\"";  ///< as an example
   std::uintmax_t most_bytes = 1'000'000;
 };

@@ -28,9 +28,18 @@ async function dragFrom(viewer, { x, y }, right, down) {
   await mouse.up();
 }
 
+/** Lines and handles are drawn anew with each picture, and what has just been replaced has no place. */
+function placeOf(locator) {
+  return until(
+    "a line or a handle",
+    () => locator.boundingBox(),
+    (place) => place !== null,
+  );
+}
+
 /** A point of a line's grip, a share of its length from its start. */
 async function pointOf(locator, share) {
-  const { x, y, width, height } = await locator.boundingBox();
+  const { x, y, width, height } = await placeOf(locator);
   return width > height ? { x: x + share * width, y: y + height / 2 } : { x: x + width / 2, y: y + share * height };
 }
 
@@ -79,7 +88,7 @@ test("the crop box has handles in all four panes, and opens again", async () => 
     await reaches(viewer, "crop.left_mm", left + 60 * mmPerPixel, 3);
     const [before, number] = [await viewer.field("crop.right_mm"), await viewer.page.locator("#planes .face").count()];
     assert.ok(number >= 4, `${number} handles in the 3D pane`);
-    const { x, y } = await viewer.page.locator("#planes .face").nth(1).boundingBox();
+    const { x, y } = await placeOf(viewer.page.locator("#planes .face").nth(1));
     await dragFrom(viewer, { x: x + 6, y: y + 6 }, -40, 0);
     await until(
       "the right side",

@@ -76,6 +76,15 @@ TEST_F(RecordingTest, TakesTheAnglesWhereTheStatedDirectionContradictsThem) {
   EXPECT_TRUE(has_note(recording, "The SweepDirection of 1 of 2 sweeps contradicts"));
 }
 
+TEST_F(RecordingTest, TakesTheStatedDirectionOfASingleFrame) {
+  IgsFile file = test::fan_recording(12, 2, 20);
+  file.set_all("SweepDirection", "BACKWARD");
+  for (std::size_t i = 0; i < 11; ++i) file.set(file.frames[i], "ImageStatus", "INVALID");
+  const Recording recording = open_whole(file);
+  EXPECT_EQ(recording.sweeps()[0].direction, SweepDirection::kBackward);
+  EXPECT_FALSE(has_note(recording, "contradicts"));
+}
+
 TEST_F(RecordingTest, RefusesASweepAFrame) {
   IgsFile file = test::fan_recording(12, 1, 20);
   for (std::size_t i = 0; i < file.frames.size(); ++i)
