@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests in Chromium, against the real server, that an old picture never looks live.
+// Tests in Chromium, against the real server, that an old picture never looks live, and that the page says where its
+// pictures go.
 //   FANLIGHT_BIN           the fanlight binary (required)
 //   FANLIGHT_ARTIFACTS     a folder for screenshots
 //   CHROMIUM               the browser, if not /usr/bin/chromium
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
+import { createSocket } from "node:dgram";
+import { once } from "node:events";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -115,4 +118,48 @@ test("a replay says so on its picture, and is paused, stepped and moved by its b
     ["--ending", "loop"],
   );
   rmSync(folder, { recursive: true });
+});
+
+test("the page says while its pictures are sent beyond the room", async () => {
+  const receiver = createSocket("udp4");
+  receiver.bind(0, "127.0.0.1");
+  await once(receiver, "listening");
+  let packets = 0;
+  receiver.on("message", () => (packets += 1));
+  try {
+    const relay = async (viewer, wish) => {
+      const answer = await viewer.page.evaluate(
+        async (body) =>
+          (await fetch("/api/rtp", { method: "POST", body, headers: { "Content-Type": "application/json" } })).status,
+        JSON.stringify({ wish }),
+      );
+      assert.equal(answer, 200);
+    };
+    await withPage(
+      "sent-outside",
+      "phantom:rate=60,speckle=off",
+      async (viewer, server) => {
+        const badge = viewer.page.locator("#relay");
+        await viewer.firstPicture();
+        assert.equal(await badge.isVisible(), false);
+        await relay(viewer, "start");
+        await badge.waitFor();
+        await until(
+          "packets at the receiver",
+          () => packets,
+          (count) => count > 0,
+        );
+        const later = await server.openPage();
+        await later.page.locator("#relay").waitFor();
+        await later.page.close();
+        await viewer.screenshot("sent-outside");
+        await relay(viewer, "stop");
+        await badge.waitFor({ state: "hidden" });
+        assert.deepEqual(viewer.consoleProblems, []);
+      },
+      ["--rtp-to", `127.0.0.1:${receiver.address().port}`],
+    );
+  } finally {
+    receiver.close();
+  }
 });
