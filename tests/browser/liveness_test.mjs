@@ -152,7 +152,7 @@ test("the page says while its pictures are sent beyond the room", async () => {
         const later = await server.openPage();
         await later.page.locator("#relay").waitFor();
         await later.page.close();
-        await viewer.screenshot("sent-outside");
+        await viewer.screenshot("sent-outside-badge");
         await relay(viewer, "stop");
         await badge.waitFor({ state: "hidden" });
         assert.deepEqual(viewer.consoleProblems, []);
