@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <random>
 #include <utility>
 
@@ -119,6 +120,7 @@ void RtpSender::stop() {
   resolver_.cancel();
   pause_.cancel();
   description_.clear();
+  *is_described_ = false;
   if (!config_.sdp_file.empty()) {
     std::error_code none;
     std::filesystem::remove(config_.sdp_file, none);  // what it describes has ended
@@ -348,10 +350,14 @@ void RtpSender::describe(std::span<const std::span<const std::uint8_t>> units) {
   if (config_.sdp_file.empty()) return;
   // On another thread, since a disk may be slow. For its owner alone, since it may hold a key.
   const auto written = std::make_shared<Result<void>>();
+  is_described_ = std::make_shared<std::atomic<bool>>(true);
   dependencies_.executor(
       EncoderLane::kHeavy,
-      [written, file = config_.sdp_file, text = description_] {
+      [written, file = config_.sdp_file, text = description_, is_described = is_described_] {
         *written = replace_file(file, text, {.mode = 0600});
+        // The stream may have ended meanwhile, and its file have been removed before it was there.
+        std::error_code none;
+        if (!*is_described) std::filesystem::remove(file, none);
       },
       [written] {
         if (!*written)

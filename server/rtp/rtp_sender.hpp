@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -122,6 +123,8 @@ class RtpSender : public PictureSubscriber {
   std::vector<std::uint8_t> sequence_set_;
   std::vector<std::uint8_t> picture_set_;
   std::string description_;
+  std::shared_ptr<std::atomic<bool>> is_described_ =
+      std::make_shared<std::atomic<bool>>(false);  // by the SDP file; read by its writer's thread
 };
 
 }  // namespace fanlight
