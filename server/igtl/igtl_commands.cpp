@@ -93,9 +93,7 @@ IgtlCommands::Reply IgtlCommands::get(const std::vector<std::string>& names) con
   for (const std::string& name : names) {
     if (find_scene_field(name) != nullptr) continue;
     dependencies_.counters.igtl_command_refusals.add();
-    return reply(
-        "GetParameter",
-        fmt::format("{}: expected the name of a field of the scene, such as light.up_mm", printable(name)));
+    return reply("GetParameter", no_scene_field(name).message);
   }
   if (!names.empty()) return reply("GetParameter", "", in_force(names));
   std::vector<std::string> all;

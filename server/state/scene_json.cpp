@@ -8,7 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "proto/base/nearest_name.hpp"
+#include "proto/base/printable.hpp"
 #include "server/state/scene_message.hpp"
 
 namespace fanlight {
@@ -37,7 +40,7 @@ ordered_json value_json(const SceneField& field, const Value& value) {
   return whole ? ordered_json(static_cast<std::int64_t>(number)) : ordered_json(number);
 }
 
-Error wrong(std::string_view name, const char* expected) {
+Error wrong(std::string_view name, std::string_view expected) {
   return {ErrorCode::kInvalidArgument, fmt::format("{}: expected {}", name, expected)};
 }
 
@@ -77,7 +80,7 @@ Result<void> read_fields(v1::Scene& change, const json& object, const std::strin
     } else if (value.is_object() && prefix.empty()) {
       if (auto read = read_fields(change, value, key + "."); !read) return read;
     } else {
-      return wrong(name, "the name of a field of the scene, such as light.right_mm");
+      return no_scene_field(name);
     }
   }
   return {};
@@ -92,6 +95,14 @@ ordered_json scene_json(const Scene& scene) {
         field.is_text() ? ordered_json(field.get_text(scene)) : value_json(field, field.get(scene));
   }
   return object;
+}
+
+Error no_scene_field(const std::string& name) {
+  std::vector<std::string> known;
+  for (const SceneField& field : scene_fields()) known.emplace_back(field.name);
+  const std::string meant = nearest_name(name, known);
+  return wrong(printable(name), meant.empty() ? "the name of a field of the scene, such as light.right_mm"
+                                              : fmt::format("a field of the scene, did you mean {}?", meant));
 }
 
 Result<v1::Scene> scene_change_from_json(const json& change) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "proto/base/result.hpp"
 #include "proto/fanlight.pb.h"
@@ -15,6 +16,9 @@ nlohmann::ordered_json scene_json(const Scene& scene);
 /// Reads some of the fields from JSON. changed_scene() checks their ranges. Error, kInvalidArgument: there is
 /// no field of that name, or the value has the wrong type.
 Result<v1::Scene> scene_change_from_json(const nlohmann::json& change);
+
+/// The refusal of a name that no field has, with the field that was probably meant.
+Error no_scene_field(const std::string& name);
 
 /// The fields of a change as JSON, in the same form.
 nlohmann::ordered_json change_json(const v1::Scene& change);

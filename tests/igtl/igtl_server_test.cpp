@@ -152,6 +152,11 @@ TEST(IgtlServer, CarriesOutCommands) {
                   "<Command Name=\"SetParameter\"><Parameter Name=\"light.up_mm\" Value=\"1e9\"/></Command>")
           .find("Status=\"FAIL\""),
       std::string::npos);
+  for (const char* const command : {"GetParameter", "SetParameter"}) {
+    const std::string misspelt =
+        fmt::format("<Command Name=\"{}\"><Parameter Name=\"light.upp_mm\" Value=\"1\"/></Command>", command);
+    EXPECT_NE(carried_out(client, command, misspelt).find("did you mean light.up_mm?"), std::string::npos);
+  }
   EXPECT_NE(carried_out(client, "Reboot", "<Command Name=\"Reboot\"/>").find("there is no command Reboot"),
             std::string::npos);
   EXPECT_NE(carried_out(client, "SetParameter", "light=20").find("no XML"), std::string::npos);
