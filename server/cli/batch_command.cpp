@@ -134,7 +134,8 @@ class BatchShard {
       case SweepEnd::kRendered:
         ++totals_.rendered;
         totals_.volumes += record.volumes.size();
-        fmt::print(stderr, "{}: {} volumes in {:.1f} s\n", name, record.volumes.size(), record.seconds);
+        fmt::print(stderr, "{}: {} volume{} in {:.1f} s\n", name, record.volumes.size(),
+                   record.volumes.size() == 1 ? "" : "s", record.seconds);
         break;
       case SweepEnd::kThere:
         ++totals_.there;

@@ -43,6 +43,13 @@ bool is_this_machine(const std::string& host) {
   return none ? host == "localhost" : address.is_loopback();
 }
 
+/// Its many receivers would report to one sender at once, and no SFU needs it.
+bool is_multicast(const std::string& host) {
+  boost::system::error_code none;
+  const auto address = boost::asio::ip::make_address(host, none);
+  return !none && address.is_multicast();
+}
+
 }  // namespace
 
 void RtpOptions::add_to(CLI::App& command) {
@@ -50,9 +57,9 @@ void RtpOptions::add_to(CLI::App& command) {
   command
       .add_option(
           "--rtp-to", to,
-          "Where an admin may send the pictures to: an SFU such as Janus, for displays beyond the room; "
-          "RTP goes to this port, RTCP to the next one; default: nowhere")
-      ->type_name("HOST:PORT");
+          "HOST:PORT where an admin may send the pictures to: an SFU such as Janus, for displays beyond the "
+          "room; RTP goes to this port, RTCP to the next one; default: nowhere")
+      ->type_name("RECEIVER");
   command.add_flag("--rtp-start", start, "Send from the start on; else with POST /api/rtp of an admin");
   command
       .add_option("--rtp-key", key,
@@ -88,6 +95,10 @@ Result<std::optional<RtpSender::Config>> RtpOptions::config() const {
                  fmt::format("--rtp-to {} is no receiver, expected HOST:PORT such as 127.0.0.1:5004, "
                              "janus.example:5004 or [::1]:5004, with a port from 1 to 65534",
                              printable(to))};
+  }
+  if (is_multicast(receiver->host)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("--rtp-to {} is a multicast address, expected one receiver", printable(to))};
   }
   if (key.empty() && !is_this_machine(receiver->host)) {
     return Error{

@@ -305,6 +305,7 @@ Result<void> serve(ServeOptions& options) {
   print_address(description.name, url);
   spdlog::info("listens on {}", url);
   if (const auto igtl_endpoint = server->igtl_endpoint()) log_igtl(*igtl_endpoint);
+  log_rtp(options.rtp);
   ServiceNotifier::ready(url);
   Result<void> served = server->run();
   const bool stopped = (*pipeline)->stop();

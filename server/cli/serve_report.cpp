@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <string>
 #include <vector>
+
+#include "proto/base/printable.hpp"
 
 namespace fanlight {
 
@@ -55,6 +58,17 @@ void log_igtl(const boost::asio::ip::tcp::endpoint& endpoint) {
   if (endpoint.address().is_loopback()) return;
   spdlog::warn("OpenIGTLink has neither encryption nor logins: everyone who reaches {} sees the pictures",
                endpoint.address().to_string());
+}
+
+void log_rtp(const RtpOptions& options) {
+  if (options.to.empty()) return;
+  if (!options.start) spdlog::info("an admin may send the pictures to {}", printable(options.to));
+  struct stat status {};
+  if (stat(options.key.c_str(), &status) == 0 && (status.st_mode & (S_IROTH | S_IWOTH)) != 0) {
+    spdlog::warn(
+        "{}: every user of this machine may read or write the key of the RTP stream, expected chmod 600",
+        printable(options.key));
+  }
 }
 
 void log_device(const Pipeline& pipeline) {

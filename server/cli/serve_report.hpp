@@ -31,6 +31,9 @@ void log_source(const SourceDescription& source);
 /// Where OpenIGTLink is served; a warning where others than this machine reach it.
 void log_igtl(const boost::asio::ip::tcp::endpoint& endpoint);
 
+/// Where pictures may be sent to by RTP; a warning where everyone on this machine may read the stream's key.
+void log_rtp(const RtpOptions& options);
+
 /// "phantom: delivers 60 frames a volume, each of ...", for people.
 std::string source_words(const SourceDescription& source);
 

@@ -115,6 +115,7 @@ Result<void> RtpSender::start() {
 
 void RtpSender::stop() {
   if (!std::exchange(sending_, false)) return;
+  spdlog::info("sends no more pictures to {}", to());
   if (control_.is_open()) report_ourselves(true);
   close();
   resolver_.cancel();
