@@ -57,6 +57,9 @@ void DisplayState::take(const v1::ServerMessage& message, std::int64_t now_ns) {
     case v1::ServerMessage::kLiveness:
       liveness_ = message.liveness();
       return;
+    case v1::ServerMessage::kRelay:
+      is_relayed_ = message.relay().sending();
+      return;
     case v1::ServerMessage::kCine:
       cine_ = message.cine();
       return;

@@ -36,6 +36,8 @@ class DisplayState {
 
   const std::string& title() const { return hello_.title(); }
   const v1::CineStatus& cine() const { return cine_; }
+  /// Whether the pictures are sent to displays beyond the room as well.
+  bool is_relayed() const { return is_relayed_; }
   /// The newest refusal, for four seconds; empty where there is none.
   std::string refusal(std::int64_t now_ns) const;
 
@@ -81,6 +83,7 @@ class DisplayState {
   v1::Liveness liveness_;
   v1::CineStatus cine_;
   v1::EchoLevels levels_;
+  bool is_relayed_ = false;
   bool any_picture_ = false;
   std::int64_t captured_ns_ = 0;  // of the picture on show, by the server's clock
   // The server's clock, by the message that was fastest on its way; forgotten slowly, since clocks drift.

@@ -221,7 +221,8 @@ void PictureWindow::draw(const Texts& texts) {
   x += draw_text(bold_, texts.condition.text, x, middle, colour_of(texts.condition.word)) + 18;
   x += draw_text(small_, texts.on_bar, x, middle, kText) + 18;
   draw_text(small_, texts.condition.reason, x, middle, kText);
-  draw_text(small_, texts.title, width - kMargin, middle, kQuiet, true);
+  const int title = draw_text(small_, texts.title, width - kMargin, middle, kQuiet, true);
+  draw_text(small_, texts.reach, width - kMargin - title - 18, middle, kText, true);
   draw_text(small_, texts.hint, kMargin, height - kHintHeight / 2, texts.hint_is_refusal ? kRefused : kQuiet);
   SDL_RenderPresent(renderer_);
 }

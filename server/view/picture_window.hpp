@@ -19,6 +19,7 @@ class PictureWindow {
   struct Texts {
     DisplayState::Condition condition;
     std::string title;   ///< what is shown
+    std::string reach;   ///< "Sent outside" where displays beyond the room show it too
     std::string hint;    ///< the keys, or what was refused
     std::string on_bar;  ///< such as which volume of the cine is on show
     bool hint_is_refusal = false;

@@ -249,6 +249,7 @@ class View {
 
   void draw(std::int64_t now) {
     PictureWindow::Texts texts{.condition = state_->condition(now), .title = state_->title(), .hint = kKeys};
+    if (client_ && state_->is_relayed()) texts.reach = "Sent outside";
     const v1::CineStatus& cine = state_->cine();
     if (client_ && cine.state() != v1::CineStatus::LIVE)
       texts.on_bar = fmt::format("volume {} of {}, for all displays", cine.volume() + 1, cine.volumes());

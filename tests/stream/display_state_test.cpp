@@ -145,6 +145,16 @@ TEST_F(DisplayStateTest, ShowsARefusalForFourSeconds) {
   EXPECT_EQ(state_.refusal(now_ns_ + 4 * kSecond), "");
 }
 
+TEST_F(DisplayStateTest, KnowsWhetherItsPicturesAreSentBeyondTheRoom) {
+  EXPECT_FALSE(state_.is_relayed());
+  for (const bool sending : {true, false}) {
+    v1::ServerMessage message;
+    message.mutable_relay()->set_sending(sending);
+    state_.take(message, now_ns_);
+    EXPECT_EQ(state_.is_relayed(), sending);
+  }
+}
+
 TEST_F(DisplayStateTest, ForgetsARefusedChange) {
   state_.turn(50, 0);
   v1::ServerMessage refused;
