@@ -36,6 +36,11 @@ constexpr std::int64_t kSilentNs = 10 * kSecondNs;
 constexpr std::size_t kMostPayloadBytes = 1150;
 constexpr int kSendBufferBytes = 1 << 20;  // a key picture at once
 
+/// A time in ticks of RTP's clock. 64 bits, since a picture on show may be older than half the range of 32.
+std::int64_t ticks_at(std::int64_t time_ns) {
+  return time_ns / kSecondNs * kRtpClockHz + time_ns % kSecondNs * kRtpClockHz / kSecondNs;
+}
+
 std::uint64_t random_number() {
   std::random_device device;
   return static_cast<std::uint64_t>(device()) << 32 | device();
@@ -84,7 +89,7 @@ std::string RtpSender::to() const {
 }
 
 std::optional<ReceptionReport> RtpSender::report() const {
-  if (!has_report_ || now_ns() - heard_ns_ > kSilentNs) return std::nullopt;
+  if (!has_report_ || now_ns() - reported_ns_ > kSilentNs) return std::nullopt;
   return report_;
 }
 
@@ -100,9 +105,10 @@ Result<void> RtpSender::start() {
   source_ = static_cast<std::uint32_t>(random_number());
   sequence_ = static_cast<std::uint16_t>(random_number() & 0x7fff);  // room below the wrap, for SRTP
   first_timestamp_ = static_cast<std::uint32_t>(random_number());
-  last_timestamp_ = timestamp_at(now_ns());
+  last_ticks_ = ticks_at(now_ns());
   session_ = utc_now_ns();
   packets_sent_ = payload_bytes_sent_ = 0;
+  description_version_ = 0;
   last_picture_id_ = 0;
   key_sent_ns_ = heard_ns_ = 0;
   has_report_ = complained_ = false;
@@ -116,12 +122,13 @@ Result<void> RtpSender::start() {
 void RtpSender::stop() {
   if (!std::exchange(sending_, false)) return;
   spdlog::info("sends no more pictures to {}", to());
-  if (control_.is_open()) report_ourselves(true);
+  // Who has sent nothing says no BYE (RFC 3550, section 6.3.7).
+  if (control_.is_open() && (packets_sent_ > 0 || report_due_ns_ > 0)) report_ourselves(true);
   close();
   resolver_.cancel();
   pause_.cancel();
   description_.clear();
-  *is_described_ = false;
+  ++file_->version;
   if (!config_.sdp_file.empty()) {
     std::error_code none;
     std::filesystem::remove(config_.sdp_file, none);  // what it describes has ended
@@ -143,26 +150,42 @@ void RtpSender::keep_alive() {
 }
 
 void RtpSender::resolve() {
-  if (std::exchange(resolving_, true)) return;
+  if (!resolve_chain_.broken()) return;
   resolved_ns_ = now_ns();
   resolver_.async_resolve(
       config_.host, std::to_string(config_.port),
-      [this](boost::system::error_code failure, const Udp::resolver::results_type& found) {
-        resolving_ = false;
-        if (failure == asio::error::operation_aborted || !sending_) return;
-        Result<void> connected;
-        if (failure || found.empty()) {
-          connected = Error{ErrorCode::kNotFound, failure.message()};
-        } else if (control_.is_open() &&
-                   control_.remote_endpoint(failure).address() == found.begin()->endpoint().address()) {
-          return;  // it is where it was
+      [this, link = resolve_chain_.link()](boost::system::error_code failure,
+                                           const Udp::resolver::results_type& found) {
+        if (!sending_) return;
+        if (failure == asio::error::operation_aborted) {
+          resolved_ns_ = 0;  // of a stream that was stopped and started meanwhile: the next tick tries again
         } else {
-          connected = connect(found.begin()->endpoint());
+          resolved(failure, found);
         }
-        if (connected || std::exchange(complained_, true)) return;
-        spdlog::warn("pictures cannot be sent to {}: {}; tries again every 10 s", to(),
-                     connected.error().message);
       });
+}
+
+void RtpSender::resolved(boost::system::error_code failure, const Udp::resolver::results_type& found) {
+  Result<void> connected;
+  if (failure || found.empty()) {
+    if (control_.is_open()) return;  // it goes on to where it went
+    connected = Error{ErrorCode::kNotFound, failure.message()};
+  } else if (reaches_one_of(found)) {
+    return;
+  } else {
+    connected = connect(found.begin()->endpoint());
+  }
+  if (connected || std::exchange(complained_, true)) return;
+  spdlog::warn("pictures cannot be sent to {}: {}; tries again every 10 s", to(), connected.error().message);
+}
+
+bool RtpSender::reaches_one_of(const Udp::resolver::results_type& found) const {
+  if (!control_.is_open()) return false;
+  boost::system::error_code failure;
+  const auto now = control_.remote_endpoint(failure).address();
+  return !failure && std::ranges::any_of(found, [&now](const auto& entry) {
+    return entry.endpoint().address() == now;  // a name with several addresses has them in any order
+  });
 }
 
 Result<void> RtpSender::connect(const Udp::endpoint& receiver) {
@@ -180,13 +203,20 @@ Result<void> RtpSender::connect(const Udp::endpoint& receiver) {
   }
   boost::system::error_code none;  // a smaller buffer does too
   packets_.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), none);
-  complained_ = false;
+  complained_ = has_report_ = false;
   wants_key_ = true;
   report_due_ns_ = 0;
+  description_.clear();  // it names the receiver
+  ++connection_;
   spdlog::info("sends the pictures as {} to {} ({})", encrypted() ? "SRTP" : "RTP", to(),
                receiver.address().to_string());
+  try {
+    dependencies_.hub.add(*this);
+  } catch (...) {
+    close();  // so that the next try adds it
+    throw;
+  }
   receive();
-  dependencies_.hub.add(*this);
   return {};
 }
 
@@ -213,45 +243,46 @@ void RtpSender::ticked() {
 }
 
 void RtpSender::receive() {
-  control_.async_receive(asio::buffer(incoming_), [this, link = receive_chain_.link()](
-                                                      boost::system::error_code failure, std::size_t bytes) {
-    if (failure == asio::error::operation_aborted || !sending_ || !control_.is_open()) return;
-    // Where nobody listens, the system says so: connection_refused.
-    if (!failure) received(bytes);
-    receive();
-  });
+  control_.async_receive(
+      asio::buffer(incoming_), [this, link = receive_chain_.link(), connection = connection_](
+                                   boost::system::error_code failure, std::size_t bytes) {
+        // What came from an earlier receiver must not begin a second chain.
+        if (failure == asio::error::operation_aborted || !sending_ || connection != connection_) return;
+        if (!control_.is_open()) return;
+        // Where nobody listens, the system says so: connection_refused.
+        if (!failure) received(bytes);
+        receive();
+      });
 }
 
 void RtpSender::received(std::size_t bytes) {
   std::vector<std::uint8_t> packet(incoming_.begin(), incoming_.begin() + static_cast<std::ptrdiff_t>(bytes));
-  // Some SFUs send their feedback unprotected. It can do no more than ask for a key picture a second.
-  if (srtp_ != nullptr) (void)srtp_->unprotect_rtcp(packet);
+  // Some SFUs send their feedback unprotected. It may ask for a key picture, of which the hub makes one a
+  // second at most, and is believed in nothing else.
+  const bool is_authentic = srtp_ == nullptr || srtp_->unprotect_rtcp(packet);
   const auto feedback = parse_rtcp(packet, source_);
   if (!feedback) return dependencies_.counters.rtp_feedback_refused.add();
-  heard_ns_ = now_ns();
-  if (feedback->report) {
-    report_ = *feedback->report;
-    has_report_ = true;
-    dependencies_.counters.rtp_reports_received.add();
-  }
-  dependencies_.counters.rtp_packets_not_resent.add(feedback->packets_wanted);
+  if (is_authentic) believe(*feedback);
   if (!feedback->key_wanted) return;
   dependencies_.counters.rtp_keys_requested.add();
   wants_key_ = true;
   dependencies_.hub.resync(*this);
 }
 
-std::uint32_t RtpSender::timestamp_at(std::int64_t time_ns) const {
-  const auto seconds = static_cast<std::uint64_t>(time_ns / kSecondNs);
-  const auto rest_ns = static_cast<std::uint64_t>(time_ns % kSecondNs);
-  return first_timestamp_ +
-         static_cast<std::uint32_t>(seconds * kRtpClockHz + rest_ns * kRtpClockHz / kSecondNs);
+void RtpSender::believe(const RtcpFeedback& feedback) {
+  heard_ns_ = now_ns();
+  dependencies_.counters.rtp_packets_not_resent.add(feedback.packets_wanted);
+  if (!feedback.report) return;
+  report_ = *feedback.report;
+  reported_ns_ = heard_ns_;
+  has_report_ = true;
+  dependencies_.counters.rtp_reports_received.add();
 }
 
 void RtpSender::report_ourselves(bool ends) {
   std::vector<std::uint8_t> packet = rtcp_packet({.source = source_,
                                                   .ntp = ntp_time(utc_now_ns()),
-                                                  .timestamp = timestamp_at(now_ns()),
+                                                  .timestamp = timestamp_of(ticks_at(now_ns())),
                                                   .packets = packets_sent_,
                                                   .bytes = payload_bytes_sent_},
                                                  fmt::format("fanlight-{:08x}", source_), ends);
@@ -278,10 +309,7 @@ void RtpSender::offer(const PictureOffer& offered) {
   const std::int64_t now = now_ns();
   // A picture that is encoded once more, as a key picture, has a time of its own.
   const bool is_new = std::exchange(last_picture_id_, picture.picture_id()) != picture.picture_id();
-  const std::uint32_t timestamp = timestamp_at(is_new ? picture.finished_time_ns() : now);
-  // The difference is signed, since timestamps wrap.
-  last_timestamp_ =
-      static_cast<std::int32_t>(timestamp - last_timestamp_) > 0 ? timestamp : last_timestamp_ + 1;
+  last_ticks_ = std::max(ticks_at(is_new ? picture.finished_time_ns() : now), last_ticks_ + 1);
   if (offered.key) {
     key_sent_ns_ = now;
     wants_key_ = false;
@@ -295,7 +323,7 @@ void RtpSender::offer(const PictureOffer& offered) {
   });
   units.insert(picture_begins, data);
   if (offered.key) describe(units);
-  send_units(units, last_timestamp_);
+  send_units(units, timestamp_of(last_ticks_));
 }
 
 void RtpSender::send_units(std::span<const std::span<const std::uint8_t>> units, std::uint32_t timestamp) {
@@ -344,6 +372,7 @@ void RtpSender::describe(std::span<const std::span<const std::uint8_t>> units) {
                       .port = there.port(),
                       .source = source_,
                       .session = session_,
+                      .version = ++description_version_,
                       .name = fmt::format("fanlight-{:08x}", source_),
                       .sequence_set = sequence_set_,
                       .picture_set = picture_set_,
@@ -351,14 +380,15 @@ void RtpSender::describe(std::span<const std::span<const std::uint8_t>> units) {
   if (config_.sdp_file.empty()) return;
   // On another thread, since a disk may be slow. For its owner alone, since it may hold a key.
   const auto written = std::make_shared<Result<void>>();
-  is_described_ = std::make_shared<std::atomic<bool>>(true);
   dependencies_.executor(
       EncoderLane::kHeavy,
-      [written, file = config_.sdp_file, text = description_, is_described = is_described_] {
-        *written = replace_file(file, text, {.mode = 0600});
-        // The stream may have ended meanwhile, and its file have been removed before it was there.
+      [written, path = config_.sdp_file, text = description_, file = file_, version = ++file_->version] {
+        const std::scoped_lock one_by_one(file->writing);
+        if (file->version != version) return;
+        *written = replace_file(path, text, {.mode = 0600});
+        // Where the stream ended meanwhile, its file was removed before it was there.
         std::error_code none;
-        if (!*is_described) std::filesystem::remove(file, none);
+        if (file->version != version) std::filesystem::remove(path, none);
       },
       [written] {
         if (!*written)

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -49,7 +50,7 @@ class RtpSender : public PictureSubscriber {
   RtpSender(boost::asio::io_context& loop, const Config& config, Dependencies dependencies);
   ~RtpSender() override;
 
-  /// Begins to send, with a key picture. kUnavailable: it sends already, or the system has no socket.
+  /// Begins to send, with a key picture. kUnavailable: it sends already, or libsrtp refuses.
   Result<void> start();
   /// Tells the receiver that the stream ends.
   void stop();
@@ -77,18 +78,29 @@ class RtpSender : public PictureSubscriber {
  private:
   using Udp = boost::asio::ip::udp;
 
+  /// What the jobs that write the description share with this object.
+  struct DescriptionFile {
+    std::mutex writing;                      // of the writers' threads alone
+    std::atomic<std::uint64_t> version = 0;  // of the newest; a job with another has been superseded
+  };
+
   void resolve();
+  void resolved(boost::system::error_code failure, const Udp::resolver::results_type& found);
+  bool reaches_one_of(const Udp::resolver::results_type& found) const;
   Result<void> connect(const Udp::endpoint& receiver);
   void close();
   void tick();
   void ticked();
   void receive();
   void received(std::size_t bytes);
+  void believe(const RtcpFeedback& feedback);
   void report_ourselves(bool ends);
   void send_units(std::span<const std::span<const std::uint8_t>> units, std::uint32_t timestamp);
   bool send(Udp::socket& socket, const std::vector<std::uint8_t>& packet);
   void describe(std::span<const std::span<const std::uint8_t>> units);
-  std::uint32_t timestamp_at(std::int64_t time_ns) const;
+  std::uint32_t timestamp_of(std::int64_t ticks) const {
+    return first_timestamp_ + static_cast<std::uint32_t>(ticks);
+  }
 
   Config config_;
   Dependencies dependencies_;
@@ -99,15 +111,16 @@ class RtpSender : public PictureSubscriber {
   boost::asio::steady_timer pause_;
   LoopChain tick_chain_;
   LoopChain receive_chain_;
+  LoopChain resolve_chain_;
   std::unique_ptr<SrtpContext> srtp_;  // nullptr: not encrypted
   bool sending_ = false;
-  bool resolving_ = false;
   bool complained_ = false;   // of a receiver that does not answer, or has no address
   bool wants_key_ = false;    // a picture went out cut, or the receiver is new
   std::uint32_t source_ = 0;  // SSRC
   std::uint16_t sequence_ = 0;
   std::uint32_t first_timestamp_ = 0;
-  std::uint32_t last_timestamp_ = 0;
+  std::int64_t last_ticks_ = 0;
+  std::uint64_t connection_ = 0;  // counts the receivers that this object was connected to
   std::uint64_t session_ = 0;
   std::uint64_t last_picture_id_ = 0;
   std::uint32_t packets_sent_ = 0;
@@ -115,7 +128,8 @@ class RtpSender : public PictureSubscriber {
   std::int64_t key_sent_ns_ = 0;
   std::int64_t report_due_ns_ = 0;
   std::int64_t resolved_ns_ = 0;
-  std::int64_t heard_ns_ = 0;  // of the receiver, or when the last address was taken
+  std::int64_t heard_ns_ = 0;  // of the receiver
+  std::int64_t reported_ns_ = 0;
   ReceptionReport report_;
   bool has_report_ = false;
   std::array<std::uint8_t, 1500> incoming_{};
@@ -123,8 +137,8 @@ class RtpSender : public PictureSubscriber {
   std::vector<std::uint8_t> sequence_set_;
   std::vector<std::uint8_t> picture_set_;
   std::string description_;
-  std::shared_ptr<std::atomic<bool>> is_described_ =
-      std::make_shared<std::atomic<bool>>(false);  // by the SDP file; read by its writer's thread
+  std::uint64_t description_version_ = 0;
+  std::shared_ptr<DescriptionFile> file_ = std::make_shared<DescriptionFile>();
 };
 
 }  // namespace fanlight

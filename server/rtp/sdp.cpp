@@ -28,7 +28,8 @@ std::string sdp(const RtpDescription& description) {
   const char* const family = description.v6 ? "IP6" : "IP4";
   const bool encrypted = !description.srtp_key.empty();
   std::string text = "v=0\r\n";
-  text += fmt::format("o=- {} 1 IN {} {}\r\n", description.session, family, description.from);
+  text += fmt::format("o=- {} {} IN {} {}\r\n", description.session, description.version, family,
+                      description.from);
   text += fmt::format("s={}\r\n", one_line(description.title));
   text += fmt::format("c=IN {} {}\r\n", family, description.to);
   text += "t=0 0\r\n";

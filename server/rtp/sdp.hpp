@@ -17,6 +17,7 @@ struct RtpDescription {
   std::uint16_t port = 0;                        ///< RTCP goes to the next one
   std::uint32_t source = 0;                      ///< SSRC
   std::uint64_t session = 0;                     ///< number of this stream
+  std::uint64_t version = 1;                     ///< of this description; raised with each change
   std::string name;                              ///< CNAME
   std::span<const std::uint8_t> sequence_set{};  ///< NAL units of the encoder; empty before the first picture
   std::span<const std::uint8_t> picture_set{};

@@ -49,7 +49,9 @@ bool in_place(std::vector<std::uint8_t>& packet, srtp_t session, Protect protect
 
 Result<std::vector<std::uint8_t>> read_srtp_key(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) {
+  std::error_code none;
+  // A folder opens like a file, and cannot be read.
+  if (!file || std::filesystem::is_directory(path, none)) {
     return Error{ErrorCode::kNotFound,
                  fmt::format("the file {} cannot be read, expected a file with an SRTP key",
                              printable(path.string()))};

@@ -102,6 +102,21 @@ TEST(RtpSender, SendsEachPictureWithWhatIsKnownOfIt) {
   EXPECT_EQ(server.counters().rtp_pictures_cut.value(), 0U);
 }
 
+TEST(RtpSender, KeepsItsClockWithAPictureThatIsHoursOld) {
+  // Seven hours are more than half the range of 32 bits at 90 kHz, and less than all of it.
+  constexpr std::int64_t kHoursNs = 7 * 3600 * std::int64_t{1'000'000'000};
+  RtpReceiver receiver;
+  ServerFixture server(sending_to(receiver));
+  server.show({.picture_id = 1, .finished_time_ns = now_ns() - kHoursNs}, 50);
+  ASSERT_TRUE(next_picture(receiver).key());
+  const std::uint32_t before = receiver.timestamp();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  server.show({.picture_id = 2, .finished_time_ns = now_ns()}, 60);
+  ASSERT_FALSE(next_picture(receiver).units.empty());
+  EXPECT_GE(receiver.timestamp() - before, 45'000U);
+  EXPECT_LT(receiver.timestamp() - before, 60U * 90'000);
+}
+
 TEST(RtpSender, MakesAKeyPictureWhereTheReceiverAsksForOne) {
   RtpReceiver receiver;
   ServerFixture server(sending_to(receiver));
@@ -253,6 +268,16 @@ TEST(RtpSender, EncryptsForAReceiverWithTheKey) {
   ASSERT_TRUE((*context)->unprotect_rtcp(opened));
   EXPECT_TRUE(parse_rtcp(opened, 0));
   EXPECT_LT(opened.size(), control->size());
+
+  // Without the key, a report about its source is not believed, and a picture may be asked for.
+  std::vector<std::uint8_t> forged = {0x81, 201,       0,         7,         0,         0, 0,
+                                      9,    opened[4], opened[5], opened[6], opened[7], 32};
+  forged.resize(32);
+  receiver.answer(forged);
+  receiver.answer(picture_loss());
+  EXPECT_TRUE(soon([&] { return server.counters().rtp_keys_requested.value() == 1; }));
+  EXPECT_EQ(server.counters().rtp_reports_received.value(), 0U);
+  EXPECT_FALSE(json::parse(talk(server, "GET", "/api/rtp").body).contains("receiver"));
 }
 
 }  // namespace rtp_sender_tests
