@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/http/rtp_api.hpp"
 
-#include "server/rtp/sdp.hpp"
+#include "server/rtp/rtp_clock.hpp"
 
 namespace fanlight {
 

@@ -36,11 +36,6 @@ constexpr std::int64_t kSilentNs = 10 * kSecondNs;
 constexpr std::size_t kMostPayloadBytes = 1150;
 constexpr int kSendBufferBytes = 1 << 20;  // a key picture at once
 
-/// A time in ticks of RTP's clock. 64 bits, since a picture on show may be older than half the range of 32.
-std::int64_t ticks_at(std::int64_t time_ns) {
-  return time_ns / kSecondNs * kRtpClockHz + time_ns % kSecondNs * kRtpClockHz / kSecondNs;
-}
-
 std::uint64_t random_number() {
   std::random_device device;
   return static_cast<std::uint64_t>(device()) << 32 | device();
@@ -104,8 +99,7 @@ Result<void> RtpSender::start() {
   // By RFC 3550, sequence and timestamp begin at random.
   source_ = static_cast<std::uint32_t>(random_number());
   sequence_ = static_cast<std::uint16_t>(random_number() & 0x7fff);  // room below the wrap, for SRTP
-  first_timestamp_ = static_cast<std::uint32_t>(random_number());
-  last_ticks_ = ticks_at(now_ns());
+  clock_ = RtpClock(static_cast<std::uint32_t>(random_number()), now_ns());
   session_ = utc_now_ns();
   packets_sent_ = payload_bytes_sent_ = 0;
   description_version_ = 0;
@@ -282,7 +276,7 @@ void RtpSender::believe(const RtcpFeedback& feedback) {
 void RtpSender::report_ourselves(bool ends) {
   std::vector<std::uint8_t> packet = rtcp_packet({.source = source_,
                                                   .ntp = ntp_time(utc_now_ns()),
-                                                  .timestamp = timestamp_of(ticks_at(now_ns())),
+                                                  .timestamp = clock_.at(now_ns()),
                                                   .packets = packets_sent_,
                                                   .bytes = payload_bytes_sent_},
                                                  fmt::format("fanlight-{:08x}", source_), ends);
@@ -309,7 +303,7 @@ void RtpSender::offer(const PictureOffer& offered) {
   const std::int64_t now = now_ns();
   // A picture that is encoded once more, as a key picture, has a time of its own.
   const bool is_new = std::exchange(last_picture_id_, picture.picture_id()) != picture.picture_id();
-  last_ticks_ = std::max(ticks_at(is_new ? picture.finished_time_ns() : now), last_ticks_ + 1);
+  const std::uint32_t timestamp = clock_.next(is_new ? picture.finished_time_ns() : now);
   if (offered.key) {
     key_sent_ns_ = now;
     wants_key_ = false;
@@ -323,7 +317,7 @@ void RtpSender::offer(const PictureOffer& offered) {
   });
   units.insert(picture_begins, data);
   if (offered.key) describe(units);
-  send_units(units, timestamp_of(last_ticks_));
+  send_units(units, timestamp);
 }
 
 void RtpSender::send_units(std::span<const std::span<const std::uint8_t>> units, std::uint32_t timestamp) {

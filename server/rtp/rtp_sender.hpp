@@ -18,6 +18,7 @@
 #include "server/metrics/server_counters.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/rtp/rtcp.hpp"
+#include "server/rtp/rtp_clock.hpp"
 #include "server/rtp/srtp_context.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/stream/picture_hub.hpp"
@@ -98,9 +99,6 @@ class RtpSender : public PictureSubscriber {
   void send_units(std::span<const std::span<const std::uint8_t>> units, std::uint32_t timestamp);
   bool send(Udp::socket& socket, const std::vector<std::uint8_t>& packet);
   void describe(std::span<const std::span<const std::uint8_t>> units);
-  std::uint32_t timestamp_of(std::int64_t ticks) const {
-    return first_timestamp_ + static_cast<std::uint32_t>(ticks);
-  }
 
   Config config_;
   Dependencies dependencies_;
@@ -118,8 +116,7 @@ class RtpSender : public PictureSubscriber {
   bool wants_key_ = false;    // a picture went out cut, or the receiver is new
   std::uint32_t source_ = 0;  // SSRC
   std::uint16_t sequence_ = 0;
-  std::uint32_t first_timestamp_ = 0;
-  std::int64_t last_ticks_ = 0;
+  RtpClock clock_;
   std::uint64_t connection_ = 0;  // counts the receivers that this object was connected to
   std::uint64_t session_ = 0;
   std::uint64_t last_picture_id_ = 0;

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
+#include "server/rtp/rtp_clock.hpp"
+
 namespace fanlight {
 
 namespace {

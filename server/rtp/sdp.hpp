@@ -25,7 +25,6 @@ struct RtpDescription {
 };
 
 inline constexpr std::uint8_t kRtpPayloadType = 96;  // dynamic, as all of H.264
-inline constexpr std::uint32_t kRtpClockHz = 90'000;
 
 /// A session description (RFC 8866) with the parameters of RFC 6184, for a receiver at RtpDescription::to.
 /// With a key it holds a secret (RFC 4568).

@@ -8,6 +8,7 @@
 
 #include "server/rtp/h264_payloads.hpp"
 #include "server/rtp/rtcp.hpp"
+#include "server/rtp/rtp_clock.hpp"
 #include "server/rtp/rtp_packet.hpp"
 #include "server/rtp/sdp.hpp"
 #include "server/rtp/srtp_context.hpp"
@@ -34,6 +35,22 @@ TEST(RtpPacket, HasTheHeaderOfRfc3550) {
       bytes, {.payload_type = 96, .marker = true, .sequence = 0x1234, .timestamp = 0x89abcdef, .source = 7});
   EXPECT_EQ(bytes, (Bytes{0x80, 0x80 | 96, 0x12, 0x34, 0x89, 0xab, 0xcd, 0xef, 0, 0, 0, 7}));
   EXPECT_EQ(bytes.size(), kRtpHeaderBytes);
+}
+
+TEST(RtpClock, GoesOnWithTimeWhateverThePicturesAge) {
+  constexpr std::int64_t kSecondNs = 1'000'000'000;
+  constexpr std::int64_t kHourNs = 3600 * kSecondNs;
+  // Seven hours are more than half the range of 32 bits, fourteen more than all of it.
+  for (const std::int64_t hours : {1, 7, 14}) {
+    RtpClock clock(0xffff'fff0, 100 * kHourNs);  // about to wrap
+    const std::uint32_t old = clock.next((100 - hours) * kHourNs);
+    EXPECT_EQ(old, clock.at(100 * kHourNs) + 1) << hours << " h old";
+    EXPECT_EQ(clock.next((100 - hours) * kHourNs), old + 1) << "once more";
+    const std::int64_t later_ns = 100 * kHourNs + kSecondNs / 2;
+    EXPECT_EQ(clock.next(later_ns) - old, 45'000U - 1);
+    EXPECT_EQ(clock.next(later_ns + hours * kHourNs), clock.at(later_ns + hours * kHourNs));
+  }
+  EXPECT_EQ(RtpClock(7, 0).at(-kSecondNs), 7U - 90'000U);  // soon after the machine's start
 }
 
 TEST(NalUnits, AreFoundBetweenStartCodesOfBothLengths) {
