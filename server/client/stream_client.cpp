@@ -6,7 +6,6 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/ssl/host_name_verification.hpp>
 #include <utility>
 
 #include "server/client/server_url.hpp"
@@ -45,8 +44,8 @@ Error broken_tls(const std::string& url, const boost::system::error_code& why) {
   return broken("TLS with " + url, why);
 }
 
-Result<std::unique_ptr<asio::ssl::context>> client_context(const StreamClient::Config& config) {
-  auto context = std::make_unique<asio::ssl::context>(asio::ssl::context::tls_client);
+Result<std::shared_ptr<asio::ssl::context>> client_context(const StreamClient::Config& config) {
+  auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_client);
   boost::system::error_code failure;
   context->set_verify_mode(asio::ssl::verify_peer);
   if (config.server_ca.empty()) {
@@ -80,9 +79,8 @@ boost::system::error_code StreamClient::finish(Start start) {
 }
 
 /// Tries the addresses of a host one after the other: the first may drop packets.
-template <typename Socket>
-boost::system::error_code StreamClient::connect_to(Socket& socket,
-                                                   const tcp::resolver::results_type& endpoints) {
+boost::system::error_code StreamClient::connect_to(const tcp::resolver::results_type& endpoints) {
+  auto& socket = socket_->next_layer().next_layer();
   boost::system::error_code failure = asio::error::host_not_found;
   for (const auto& endpoint : endpoints) {
     socket.expires_after(kPatience);
@@ -91,12 +89,6 @@ boost::system::error_code StreamClient::connect_to(Socket& socket,
     socket.close();
   }
   return failure;
-}
-
-template <typename Use>
-auto StreamClient::on_socket(Use use) {
-  if (auto* const tls = std::get_if<Tls>(&socket_)) return use(*tls);
-  return use(std::get<Plain>(socket_));
 }
 
 Result<std::unique_ptr<StreamClient>> StreamClient::connect(const Config& config) {
@@ -121,44 +113,36 @@ Result<void> StreamClient::open(const Config& config) {
   if (url->tls) {
     auto context = client_context(config);
     if (!context) return context.error();
-    context_ = std::move(*context);
-    Tls& socket = socket_.emplace<Tls>(loop_, *context_);
-    socket.next_layer().set_verify_callback(asio::ssl::host_name_verification(url->host));
-    SSL_set_tlsext_host_name(socket.next_layer().native_handle(), url->host.c_str());
-    auto& lowest = beast::get_lowest_layer(socket);
-    failure = connect_to(lowest, endpoints);
-    if (failure) return broken("connecting to " + server, failure);
-    lowest.expires_after(kPatience);
-    failure =
-        finish([&](auto done) { socket.next_layer().async_handshake(asio::ssl::stream_base::client, done); });
-    if (failure) return broken_tls(server, failure);
-    lowest.expires_never();
+    socket_.emplace(tcp::socket(loop_), *std::move(context));
+    socket_->next_layer().expect_host(url->host);
   } else {
-    auto& lowest = beast::get_lowest_layer(socket_.emplace<Plain>(loop_));
-    failure = connect_to(lowest, endpoints);
-    if (failure) return broken("connecting to " + server, failure);
-    lowest.expires_never();
+    socket_.emplace(tcp::socket(loop_));
   }
+  failure = connect_to(endpoints);
+  if (failure) return broken("connecting to " + server, failure);
+  Connection& connection = socket_->next_layer();
+  if (url->tls) {
+    connection.next_layer().expires_after(kPatience);
+    failure = finish([&](auto done) { connection.async_handshake(asio::ssl::stream_base::client, done); });
+    if (failure) return broken_tls(server, failure);
+  }
+  connection.next_layer().expires_never();
   const auto decorate = [](websocket::request_type& request) {
     request.set(beast::http::field::sec_websocket_protocol, "fanlight.v2");
   };
-  std::string answer;
-  const auto shake = [&](auto& socket) {
-    socket.set_option(websocket::stream_base::decorator(decorate));
-    socket.read_message_max(kLargestMessageBytes);
-    socket.binary(true);
-    socket.set_option(websocket::stream_base::timeout{.handshake_timeout = kPatience,
+  socket_->set_option(websocket::stream_base::decorator(decorate));
+  socket_->read_message_max(kLargestMessageBytes);
+  socket_->binary(true);
+  socket_->set_option(websocket::stream_base::timeout{.handshake_timeout = kPatience,
                                                       .idle_timeout = websocket::stream_base::none(),
                                                       .keep_alive_pings = false});
-    websocket::response_type response;
-    failure =
-        finish([&](auto done) { socket.async_handshake(response, url->host_and_port(), "/stream", done); });
-    // Fanlight says why in one line; other programs answer with pages.
-    const bool is_text =
-        std::string_view(response[beast::http::field::content_type]).starts_with("text/plain");
-    if (failure == websocket::error::upgrade_declined && is_text) answer = response.body();
-  };
-  on_socket(shake);
+  websocket::response_type response;
+  failure =
+      finish([&](auto done) { socket_->async_handshake(response, url->host_and_port(), "/stream", done); });
+  // Fanlight says why in one line; other programs answer with pages.
+  const bool is_text = std::string_view(response[beast::http::field::content_type]).starts_with("text/plain");
+  const std::string answer =
+      failure == websocket::error::upgrade_declined && is_text ? response.body() : std::string();
   if (!answer.empty()) return Error{ErrorCode::kUnavailable, answer.substr(0, answer.find('\n'))};
   if (failure == beast::error::timeout) return silent(server);
   if (failure) {
@@ -203,20 +187,16 @@ Result<v1::ServerMessage> StreamClient::next() {
 }
 
 Result<std::optional<v1::ServerMessage>> StreamClient::next_within(std::chrono::milliseconds time) {
-  const auto read = [this](auto& socket) {
-    socket.async_read(incoming_,
-                      [this](boost::system::error_code failure, std::size_t /*bytes*/) { read_ = failure; });
-  };
   if (!std::exchange(reading_, true)) {
     read_.reset();
-    on_socket(read);
+    socket_->async_read(
+        incoming_, [this](boost::system::error_code failure, std::size_t /*bytes*/) { read_ = failure; });
   }
   loop_.restart();
   loop_.run_for(time);
   if (!read_) return std::optional<v1::ServerMessage>();
   reading_ = false;
-  const std::string reason =
-      on_socket([](auto& socket) { return std::string(socket.reason().reason.c_str()); });
+  const std::string reason = socket_->reason().reason.c_str();
   if (*read_ == websocket::error::closed || (*read_ && !reason.empty())) {
     return Error{ErrorCode::kStopped,
                  fmt::format("the server closed{}{}", reason.empty() ? "" : ": ", reason)};
@@ -231,8 +211,7 @@ Result<std::optional<v1::ServerMessage>> StreamClient::next_within(std::chrono::
 
 Result<void> StreamClient::send(const v1::ClientMessage& message) {
   const std::string bytes = message.SerializeAsString();
-  boost::system::error_code failure;
-  on_socket([&](auto& socket) { socket.write(asio::buffer(bytes), failure); });
+  const auto failure = finish([&](auto done) { socket_->async_write(asio::buffer(bytes), done); });
   if (failure) return broken("writing to the server", failure);
   return {};
 }

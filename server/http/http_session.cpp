@@ -82,18 +82,19 @@ void HttpSession::start() {
   });
   if (!connection_.is_tls()) return read();
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
-  connection_.async_handshake([self = shared_from_this()](beast::error_code failure) {
-    if (failure) {
-      self->dependencies_.counters.handshakes_failed.add();
-      if (const std::string wrong = self->connection_.certificate_trouble(); !wrong.empty()) {
-        self->dependencies_.audit.note(
-            {.name = "unknown", .address = self->address_},
-            {.what = "login", .result = "refused: the certificate shown: " + wrong});
-      }
-    } else {
-      self->read();
-    }
-  });
+  connection_.async_handshake(
+      boost::asio::ssl::stream_base::server, [self = shared_from_this()](beast::error_code failure) {
+        if (failure) {
+          self->dependencies_.counters.handshakes_failed.add();
+          if (const std::string wrong = self->connection_.certificate_trouble(); !wrong.empty()) {
+            self->dependencies_.audit.note(
+                {.name = "unknown", .address = self->address_},
+                {.what = "login", .result = "refused: the certificate shown: " + wrong});
+          }
+        } else {
+          self->read();
+        }
+      });
 }
 
 void HttpSession::read() {

@@ -3,14 +3,22 @@
 
 #include <openssl/ssl.h>
 
+#include <boost/asio/ssl/host_name_verification.hpp>
+
 #include "server/net/tls_context.hpp"
 
 namespace fanlight {
 
 namespace beast = boost::beast;
 
-void Connection::async_handshake(Done done) {
-  std::get<Tls>(stream_).async_handshake(boost::asio::ssl::stream_base::server, std::move(done));
+void Connection::async_handshake(boost::asio::ssl::stream_base::handshake_type end, Done done) {
+  std::get<Tls>(stream_).async_handshake(end, std::move(done));
+}
+
+void Connection::expect_host(const std::string& host) {
+  Tls& tls = std::get<Tls>(stream_);
+  tls.set_verify_callback(boost::asio::ssl::host_name_verification(host));
+  SSL_set_tlsext_host_name(tls.native_handle(), host.c_str());
 }
 
 void Connection::read_some(const MutableBuffers& buffers, Moved moved) {

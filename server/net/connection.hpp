@@ -22,7 +22,7 @@
 namespace fanlight {
 
 /// A TCP connection with or without TLS, as one type of stream for HTTP and WebSocket (Beast's concept
-/// AsyncStream). Server thread only.
+/// AsyncStream), for either end. One thread: that of its socket's executor.
 class Connection {
  public:
   using next_layer_type = boost::beast::basic_stream<boost::asio::ip::tcp, boost::asio::any_io_executor,
@@ -41,8 +41,12 @@ class Connection {
 
   using Done = std::function<void(boost::beast::error_code)>;
 
-  /// Precondition: is_tls().
-  void async_handshake(Done done);
+  /// `end`: server or client. Precondition: is_tls().
+  void async_handshake(boost::asio::ssl::stream_base::handshake_type end, Done done);
+
+  /// For a client, before the handshake: tells the server which host is meant (SNI), and accepts no
+  /// certificate that was made for another one. Precondition: is_tls().
+  void expect_host(const std::string& host);
 
   /// Fingerprint of the certificate that the client sent. It was verified: signed by --client-ca and not
   /// expired.

@@ -133,7 +133,7 @@ class StreamSession : public StreamRequests::Session,
 
   const Dependencies& dependencies_;
   ConnectionPermit permit_;
-  boost::beast::websocket::stream<Connection> socket_;
+  boost::beast::websocket::stream<Connection, false> socket_;  // pictures are compressed already
   State state_ = State::kUpgrading;
   int seconds_in_state_ = 0;
   std::optional<Principal> shown_principal_;  // with the upgrade request
