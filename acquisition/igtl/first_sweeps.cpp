@@ -74,8 +74,7 @@ void FirstSweeps::add(const IgtlImage& image) {
     brightest_.assign(std::size_t{image.body.size[0]} * image.body.size[1], 0);
     grey_.resize(brightest_.size());
     levels_.emplace(format, whole_window(format));
-    values_.reset();
-    if (!format.is_grey()) values_.emplace(format);
+    values_ = format.is_grey() ? std::nullopt : std::optional(ValueHistogram(format));
   }
   first_ = image.body;
   if (seen_.size() == kMostImages) seen_.erase(seen_.begin(), seen_.begin() + kMostImages / 2);

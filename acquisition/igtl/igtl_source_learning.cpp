@@ -125,8 +125,7 @@ Result<void> IgtlSource::use(LearnedFan fan) {
   fan.source.name = config_.address.text();
   fan.source.largest_frame_bytes = most_frame_bytes_;
   fan_ = std::move(fan);
-  levels_.reset();
-  if (!fan_.format.is_grey()) levels_.emplace(fan_.format, fan_.window);
+  levels_ = fan_.format.is_grey() ? std::nullopt : std::optional(GreyLevels(fan_.format, fan_.window));
   grey_.resize(bytes);
   learning_.reset();
   return {};
