@@ -77,7 +77,7 @@ Result<void> look_at_frames(OpenedSequence& opened, FileFacts& facts) {
   return {};
 }
 
-/// Lines of a geometry file.
+/// Lines of a geometry file. A guess is rounded to what it is worth: more digits would look like knowledge.
 class Draft {
  public:
   void line(std::string_view key, const std::string& value, std::string_view origin) {
@@ -86,6 +86,10 @@ class Draft {
   }
   void number(std::string_view key, double value, std::string_view origin) {
     line(key, fmt::format("{:.6g}", value), origin);
+  }
+  /// `step`: what the value is good to, for example 0.5 mm.
+  void guess(std::string_view key, double value, double step, std::string_view origin) {
+    number(key, std::round(value / step) * step + 0.0, origin);  // plus zero: no -0
   }
   void comment(std::string_view sentence) { text_ += fmt::format("# {}\n", sentence); }
   const std::string& text() const { return text_; }
@@ -96,18 +100,29 @@ class Draft {
 
 constexpr std::string_view kUnknownMotor =
     "UNKNOWN, a usual value: no frame shows it; ask the maker of the probe";
+// What guesses are good to. Edges in the frames are found within a pixel or two.
+constexpr double kToPixels = 0.5;
+constexpr double kToDegrees = 0.5;
+constexpr double kToMm = 1;
+
+/// A step that leaves so many digits.
+double step_of_digits(double value, int digits) {
+  return value == 0 ? 1 : std::pow(10.0, std::floor(std::log10(std::abs(value))) + 1 - digits);
+}
 
 double draft_of_lines(const FileFacts& facts, Draft& draft) {
   constexpr std::string_view kAsk = "UNKNOWN, a usual value: no frame shows it; see the scanner's settings";
   constexpr double kProbeRadiusMm = 40;
   draft.line("frame_kind", "\"convex-lines\"",
              "or \"linear-lines\", with pixel_width_mm in place of the two below");
-  draft.number("line_pitch_deg", 70.0 / facts.columns, kAsk);
-  draft.number("probe_radius_mm", kProbeRadiusMm, kAsk);
-  draft.number("pixel_height_mm", kUsualDepthMm / facts.rows, kAsk);
+  const double pitch_deg = 70.0 / facts.columns;
+  const double height_mm = kUsualDepthMm / facts.rows;
+  draft.guess("line_pitch_deg", pitch_deg, step_of_digits(pitch_deg, 2), kAsk);
+  draft.guess("probe_radius_mm", kProbeRadiusMm, kToMm, kAsk);
+  draft.guess("pixel_height_mm", height_mm, step_of_digits(height_mm, 2), kAsk);
   draft.number("face_column", (facts.columns - 1) / 2.0, "the middle line");
   draft.number("face_row", 0, "lines that begin at the probe's face");
-  draft.number("motor_radius_mm", kUsualMotorShare * kProbeRadiusMm, kUnknownMotor);
+  draft.guess("motor_radius_mm", kUsualMotorShare * kProbeRadiusMm, kToMm, kUnknownMotor);
   return kUsualMotorShare * kProbeRadiusMm;
 }
 
@@ -121,32 +136,38 @@ double draft_of_images(const FileFacts& facts, Draft& draft) {
           ? facts.pixel_size_origin
           : "UNKNOWN, as if the frame were 150 mm deep: measure the depth scale beside the picture";
   draft.line("frame_kind", "\"cartesian\"", "an image, scan converted by the scanner");
-  draft.number("pixel_width_mm", width_mm, size_origin);
-  draft.number("pixel_height_mm", height_mm, size_origin);
+  if (facts.pixel_size) {
+    draft.number("pixel_width_mm", width_mm, size_origin);
+    draft.number("pixel_height_mm", height_mm, size_origin);
+  } else {
+    draft.guess("pixel_width_mm", width_mm, step_of_digits(width_mm, 2), size_origin);
+    draft.guess("pixel_height_mm", height_mm, step_of_digits(height_mm, 2), size_origin);
+  }
   const auto& sector = facts.sector;
   const std::string_view face_origin = sector ? kSeen : "UNKNOWN: no edge was found in the frames";
   const double face_row = sector ? sector->face_row : 0;
-  draft.number("face_column", sector ? sector->face_column : (facts.columns - 1) / 2.0, face_origin);
-  draft.number("face_row", face_row, face_origin);
+  draft.guess("face_column", sector ? sector->face_column : (facts.columns - 1) / 2.0, kToPixels,
+              face_origin);
+  draft.guess("face_row", face_row, kToPixels, face_origin);
   double motor_radius_mm = kUsualMotorRadiusMm;
   constexpr double kFlatMm = 1000;  // an array of a larger radius is flat
   constexpr double kPointMm = 10;   // one of a smaller radius tells nothing of the motor
   const double probe_radius_mm = sector ? (sector->face_row - sector->apex_row) * height_mm : 0;
   if (sector && sector->diverges && probe_radius_mm < kFlatMm) {
     const auto follows = [&](double rows) {
-      return fmt::format("GUESS, by the edges: {:.1f} rows; change it with pixel_height_mm", rows);
+      return fmt::format("GUESS, by the edges: {:.0f} rows; change it with pixel_height_mm", rows);
     };
-    draft.number("probe_radius_mm", probe_radius_mm, follows(sector->face_row - sector->apex_row));
-    draft.number("sector_half_angle_deg", sector->half_angle_deg, kSeen);
-    draft.number("sector_reach_mm", (sector->last_row - sector->apex_row) * height_mm,
-                 follows(sector->last_row - sector->apex_row));
+    draft.guess("probe_radius_mm", probe_radius_mm, kToMm, follows(sector->face_row - sector->apex_row));
+    draft.guess("sector_half_angle_deg", sector->half_angle_deg, kToDegrees, kSeen);
+    draft.guess("sector_reach_mm", (sector->last_row - sector->apex_row) * height_mm, kToMm,
+                follows(sector->last_row - sector->apex_row));
     if (probe_radius_mm > kPointMm) motor_radius_mm = kUsualMotorShare * probe_radius_mm;
   }
-  if (facts.fit) motor_radius_mm = face_row * height_mm - facts.fit->axis_mm;
-  draft.number("motor_radius_mm", motor_radius_mm,
-               facts.fit ? fmt::format("the poses of the frames, which miss the axis by {:.1f} mm",
-                                       facts.fit->residual_mm)
-                         : kUnknownMotor);
+  if (facts.fit) motor_radius_mm = axis_behind_face_mm(facts);
+  draft.guess("motor_radius_mm", motor_radius_mm, kToMm,
+              facts.fit ? fmt::format("the poses of the frames, which miss the axis by {:.1f} mm",
+                                      facts.fit->residual_mm)
+                        : kUnknownMotor);
   return motor_radius_mm;
 }
 
@@ -162,15 +183,21 @@ void draft_angles(const FileFacts& facts, double motor_radius_mm, Draft& draft) 
     const double steps = static_cast<double>(facts.frames) / facts.sweeps - 1;
     half_deg = std::clamp(step_deg * steps / 2, 0.1, 89.0);
     origin = fmt::format(
-        "GUESS, by the speckle of neighbouring frames: {:.2f} deg from frame to frame, good to a "
+        "GUESS, by the speckle of neighbouring frames: {:.1g} deg from frame to frame, good to a "
         "factor of two",
         step_deg);
   }
-  draft.number("first_angle_deg", -half_deg, origin);
-  draft.number("last_angle_deg", half_deg, origin);
+  const double step_deg = step_of_digits(half_deg, half_deg < 10 ? 1 : 2);
+  draft.guess("first_angle_deg", -half_deg, step_deg, origin);
+  draft.guess("last_angle_deg", half_deg, step_deg, origin);
 }
 
 }  // namespace
+
+double axis_behind_face_mm(const FileFacts& facts) {
+  const double height_mm = facts.pixel_size ? facts.pixel_size->height_mm : kUsualDepthMm / facts.rows;
+  return (facts.sector ? facts.sector->face_row : 0) * height_mm - facts.fit->axis_mm;
+}
 
 Result<FileFacts> look_into(const std::filesystem::path& path, std::uint64_t max_bytes) {
   auto opened = open_igs_sequence(path, max_bytes);

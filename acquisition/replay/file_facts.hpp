@@ -41,8 +41,12 @@ struct FileFacts {
 /// IgsPixels::read().
 Result<FileFacts> look_into(const std::filesystem::path& path, std::uint64_t max_bytes);
 
+/// Distance of the axis that the poses turn about from the probe's face, as far as the frames show where that
+/// is; else from row 0. Precondition: facts.fit.
+double axis_behind_face_mm(const FileFacts& facts);
+
 /// A geometry file to edit: what the file says, what was found in its frames (marked GUESS), and what nothing
-/// tells (marked UNKNOWN, with a usual value). `name`: of the recording.
+/// tells (marked UNKNOWN, with a usual value), each rounded to what it is worth. `name`: of the recording.
 std::string geometry_draft(const FileFacts& facts, const std::string& name);
 
 /// Writes the draft beside the recording as FILE.toml. kInvalidArgument where that file is there already.

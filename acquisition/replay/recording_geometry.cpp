@@ -120,7 +120,8 @@ std::optional<double> value_in(const Key& key, std::string_view text) {
 }
 
 std::string shown_value(const Key& key, double value) {
-  if (key.choices.empty()) return fmt::format("{}", value);
+  // Six digits: a header has a float as a double. Plus zero: none reads -0.
+  if (key.choices.empty()) return fmt::format("{:.6g}", value + 0.0);
   return std::string(key.choices[static_cast<std::size_t>(value)]);
 }
 
@@ -355,9 +356,11 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
     const bool is_file = std::filesystem::exists(recording_path, failure);
     const std::string beside =
         is_file ? fmt::format("{}, in ", shown(sidecar(recording_path).filename())) : "";
-    return bad(recording_path, fmt::format("the fan geometry lacks {}", fmt::join(missing, ", ")),
-               fmt::format("a value for each in {}a file given by --geometry, or in the {} as {}", beside,
-                           is_file ? "header" : "metadata", fmt::join(missing_fields, ", ")));
+    Error lacks = bad(recording_path, fmt::format("the fan geometry lacks {}", fmt::join(missing, ", ")),
+                      fmt::format("a value for each in {}a file given by --geometry, or in the {} as {}",
+                                  beside, is_file ? "header" : "metadata", fmt::join(missing_fields, ", ")));
+    lacks.code = ErrorCode::kUnsupported;
+    return lacks;
   }
   if (found.window_black.has_value() != found.window_white.has_value() ||
       (found.window_black && *found.window_black >= *found.window_white)) {

@@ -13,12 +13,12 @@ namespace fanlight {
 enum class ErrorCode {
   kInvalidArgument,  ///< a value from a user or a client is out of its range
   kBadInput,         ///< the content of a file or a stream is wrong
-  kUnsupported,      ///< well formed, but in a form that Fanlight does not support
-  kNotFound,         ///< a file, a volume or a device does not exist
-  kUnavailable,      ///< a resource exists but is not available now (a port, memory, a GPU)
-  kStopped,          ///< a stop request ended the wait; no fault
-  kBroken,           ///< an invariant or a driver failed; the process cannot continue
-  kLost,             ///< the GPU was lost, or does not answer; a new device may serve
+  kUnsupported,  ///< well formed, but not in a form that Fanlight can use, such as frames without geometry
+  kNotFound,     ///< a file, a volume or a device does not exist
+  kUnavailable,  ///< a resource exists but is not available now (a port, memory, a GPU)
+  kStopped,      ///< a stop request ended the wait; no fault
+  kBroken,       ///< an invariant or a driver failed; the process cannot continue
+  kLost,         ///< the GPU was lost, or does not answer; a new device may serve
 };
 
 /// A failure. `message` is one sentence for a user: what was wrong and what was expected.

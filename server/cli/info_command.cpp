@@ -146,7 +146,7 @@ Result<void> write_pictures(const InfoOptions& options, const FileFacts* facts, 
   return write_picture(options.plot_path, *picture, {});
 }
 
-/// The file cannot be played: tells what is there, what lacks and how to supply it. Returns the reason.
+/// The file cannot be played: prints what is there, what lacks and how to supply it.
 Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
   if (why.code == ErrorCode::kNotFound) return why;  // the geometry file that was asked for, too
   const auto facts = look_into(options.file, kMostBytes);
@@ -159,7 +159,8 @@ Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
   }
   if (auto written = write_pictures(options, &*facts, nullptr); !written) return written;
   // A geometry helps nothing where the frames form no fan.
-  if (!facts->no_fan.empty() || facts->frames < 2) return why;
+  const bool forms_no_fan = !facts->no_fan.empty() || facts->frames < 2;
+  if (forms_no_fan && options.writes_geometry) return why;
   const std::string draft =
       geometry_draft(*facts, printable(std::filesystem::path(options.file).filename().string()));
   if (options.writes_geometry) {
@@ -171,10 +172,15 @@ Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
     auto recording = Recording::open({.path = options.file, .pixels = Recording::Pixels::kFromFile});
     return recording ? write_pictures(options, &*facts, &*recording) : Result<void>(recording.error());
   }
-  if (!options.json)
-    fmt::print("\nA geometry to edit; --write-geometry writes it to {}.toml:\n\n{}\n", name, draft);
-  std::fflush(stdout);  // before the reason
-  return why;
+  if (!options.json) {
+    if (!forms_no_fan)
+      fmt::print("\nA geometry to edit; --write-geometry writes it to {}.toml:\n\n{}\n", name, draft);
+    fmt::print("Not playable{}: {}.\n", forms_no_fan ? "" : " yet", why.message);
+  }
+  std::fflush(stdout);  // before an error
+  // A recording without geometry, or of frames that form no fan, is a finding; a damaged one is an error.
+  const bool is_finding = why.code == ErrorCode::kUnsupported || !facts->no_fan.empty();
+  return is_finding ? Result<void>() : Result<void>(why);
 }
 
 Result<void> tell_of_recording(const InfoOptions& options) {
@@ -214,8 +220,8 @@ Result<void> tell_of_phantom(const InfoOptions& options) {
 Result<void> tell_of_surface(const InfoOptions& options) {
   Doorbell bell;
   ProbeLink probe(bell, bell);
-  auto source =
-      open_source(options.file, {.geometry_path = options.geometry_path, .as_fast_as_taken = true}, probe);
+  auto source = open_source(
+      options.file, {.geometry_path = options.geometry_path, .pace = SourcePace::kAsFastAsTaken}, probe);
   if (!source) return source.error();
   const SourceDescription& description = (*source)->description();
   OfflineVolumes volumes(**source);

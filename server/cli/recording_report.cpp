@@ -41,6 +41,11 @@ std::string geometry_words(const FanGeometry& geometry) {
                      geometry.depth_mm(), geometry.motor_radius_mm);
 }
 
+/// Rounded to what it is worth; never -0.
+double to_step(double value, double step) {
+  return std::round(value / step) / std::round(1 / step) + 0.0;
+}
+
 }  // namespace
 
 std::string angle_plot(const Recording& recording, int columns, int rows) {
@@ -82,7 +87,8 @@ std::string recording_text(const Recording& recording) {
   add("  invalid     {}, of them {} by their angle; lost while recording {}\n", summary.frames_invalid,
       summary.angle_outliers, summary.frames_lost);
   add("  sweeps      {}, the longest of {} frames\n", summary.sweeps, summary.frames_in_longest_sweep);
-  add("  angles      {:.2f} to {:.2f} deg\n", summary.smallest_angle_deg, summary.largest_angle_deg);
+  add("  angles      {:.2f} to {:.2f} deg\n", to_step(summary.smallest_angle_deg, 0.01),
+      to_step(summary.largest_angle_deg, 0.01));
   add("  time        {:.2f} s, {:.1f} frames a second\n", summary.duration_s, summary.frame_rate_hz);
   if (const RecordedStream* const stream = recording.stream()) {
     add("  recorded    {:%Y-%m-%d %H:%M:%S} UTC from {}\n",
@@ -151,14 +157,14 @@ std::string facts_text(const FileFacts& facts, const std::string& name) {
   }
   if (facts.fit) {
     text += fmt::format(
-        "  fan         by the poses: {:.1f} deg about an axis {:.1f} mm behind row 0, which they "
-        "miss by {:.1f} mm\n",
+        "  fan         by the poses: {:.1f} deg about an axis {:.0f} mm behind {}, which they miss by {:.1f} "
+        "mm\n",
         degrees(std::ranges::max(facts.fit->angles_rad) - std::ranges::min(facts.fit->angles_rad)),
-        -facts.fit->axis_mm, facts.fit->residual_mm);
+        axis_behind_face_mm(facts), facts.sector ? "the probe's face" : "row 0", facts.fit->residual_mm);
   }
   if (const auto& sector = facts.sector; sector && sector->diverges) {
     text += fmt::format(
-        "  seen        a sector of {:.1f} deg; its edges meet at column {:.0f}, row {:.0f}; the face is "
+        "  seen        a sector of {:.0f} deg; its edges meet at column {:.0f}, row {:.0f}; the face is "
         "at row {:.0f}\n",
         2 * sector->half_angle_deg, sector->face_column, sector->apex_row, sector->face_row);
   } else if (sector) {
@@ -186,15 +192,16 @@ nlohmann::ordered_json facts_json(const FileFacts& facts, const std::string& nam
     told["pixel_height_mm"] = facts.pixel_size->height_mm;
   }
   if (facts.fit) {
-    told["axis_behind_row_0_mm"] = -facts.fit->axis_mm;
-    told["axis_misfit_mm"] = facts.fit->residual_mm;
+    told[facts.sector ? "axis_behind_face_mm" : "axis_behind_row_0_mm"] =
+        to_step(axis_behind_face_mm(facts), 0.1);
+    told["axis_misfit_mm"] = to_step(facts.fit->residual_mm, 0.1);
   }
   if (const auto& sector = facts.sector) {
-    told["face_column"] = sector->face_column;
-    told["face_row"] = sector->face_row;
+    told["face_column"] = to_step(sector->face_column, 0.5);
+    told["face_row"] = to_step(sector->face_row, 0.5);
     if (sector->diverges) {
-      told["apex_row"] = sector->apex_row;
-      told["sector_half_angle_deg"] = sector->half_angle_deg;
+      told["apex_row"] = to_step(sector->apex_row, 1);
+      told["sector_half_angle_deg"] = to_step(sector->half_angle_deg, 0.5);
     }
   }
   told["geometry_draft"] = geometry_draft(facts, name);

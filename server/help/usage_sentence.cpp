@@ -21,6 +21,11 @@ std::string one_of(const std::string& list) {
   return words;
 }
 
+/// CLI11 writes a bound such as 1e6 as 1000000.000000.
+std::string without_empty_decimals(const std::string& sentence) {
+  return std::regex_replace(sentence, std::regex("\\b(\\d+)\\.0+\\b"), "$1");
+}
+
 }  // namespace
 
 std::string usage_sentence(const std::string& of_cli11) {
@@ -44,7 +49,7 @@ std::string usage_sentence(const std::string& of_cli11) {
     return fmt::format("{} is {}, expected {}", parts.str(1), parts.str(2), one_of(parts.str(3)));
   for (const Form& form : kForms) {
     if (const std::regex pattern(form.pattern); std::regex_match(of_cli11, pattern))
-      return std::regex_replace(of_cli11, pattern, form.sentence);
+      return without_empty_decimals(std::regex_replace(of_cli11, pattern, form.sentence));
   }
   return of_cli11;
 }
