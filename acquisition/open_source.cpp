@@ -21,9 +21,21 @@ constexpr std::string_view kReplay = "replay:";
 constexpr std::string_view kUsb = "usb:";
 constexpr std::string_view kIgtl = "igtl:";
 
+PhantomSource::Pace phantom_pace(SourcePace pace) {
+  switch (pace) {
+    case SourcePace::kRealTime:
+      return PhantomSource::Pace::kRealTime;
+    case SourcePace::kPatient:
+      return PhantomSource::Pace::kPatient;
+    case SourcePace::kAsFastAsTaken:
+      return PhantomSource::Pace::kUnpaced;
+  }
+  return PhantomSource::Pace::kRealTime;
+}
+
 Result<std::unique_ptr<FrameSource>> open_phantom(std::string_view text, const SourceOptions& options) {
-  PhantomSource::Config config;
-  if (options.as_fast_as_taken) config.pace = PhantomSource::Pace::kUnpaced;
+  PhantomSource::Config config = PhantomSource::usual();
+  config.pace = phantom_pace(options.pace);
   const auto parsed = PhantomSource::parse(text, config);
   if (!parsed) return parsed.error();
   auto source = PhantomSource::create(*parsed);
@@ -33,14 +45,15 @@ Result<std::unique_ptr<FrameSource>> open_phantom(std::string_view text, const S
 
 Result<std::unique_ptr<FrameSource>> open_recording(std::string_view path, const SourceOptions& options,
                                                     ReplayLink* link) {
-  auto source = ReplaySource::create(
-      {.recording = {.path = path, .geometry_path = options.geometry_path},
-       .pace = options.as_fast_as_taken ? ReplaySource::Pace::kAsFastAsTaken : ReplaySource::Pace::kRecorded,
-       .speed = options.speed,
-       .ending = options.ending,
-       .from_s = options.from_s,
-       .paused = options.paused,
-       .link = link});
+  auto source = ReplaySource::create({.recording = {.path = path, .geometry_path = options.geometry_path},
+                                      .pace = options.pace == SourcePace::kAsFastAsTaken
+                                                  ? ReplaySource::Pace::kAsFastAsTaken
+                                                  : ReplaySource::Pace::kRecorded,
+                                      .speed = options.speed,
+                                      .ending = options.ending,
+                                      .from_s = options.from_s,
+                                      .paused = options.paused,
+                                      .link = link});
   if (!source) return source.error();
   return std::unique_ptr<FrameSource>(*std::move(source));
 }

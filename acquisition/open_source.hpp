@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -13,11 +14,19 @@
 
 namespace fanlight {
 
+/// How a source without a device keeps time. A probe or scanner is always in real time.
+enum class SourcePace : std::uint8_t {
+  /// As a probe: frames are due at their times, and what comes too late is lost.
+  kRealTime,
+  kPatient,        ///< the same, but frames wait for a slow caller, and none is lost
+  kAsFastAsTaken,  ///< no pacing: capture times are simulated, and no frame is lost
+};
+
 /// Options of a source that are not part of its name.
 struct SourceOptions {
   std::filesystem::path geometry_path;  ///< of a recording or of OpenIGTLink; empty: see RecordingGeometry
   double speed = 1;                     ///< of a recording: 1 as recorded; 0.01 to 1000
-  bool as_fast_as_taken = false;        ///< no pacing: capture times are simulated, and no frame is lost
+  SourcePace pace = SourcePace::kRealTime;    ///< of a recording or the simulated probe
   ReplayEnding ending = ReplayEnding::kOnce;  ///< of a recording; other sources never end
   double from_s = 0;                          ///< of a recording: where it begins
   bool paused = false;                        ///< of a recording: shows its first sweep and waits for orders
@@ -26,7 +35,7 @@ struct SourceOptions {
   std::function<bool()> stopped{};            ///< of OpenIGTLink: see IgtlSource::Config
 };
 
-/// Opens the source that a text names: "phantom:" with options (PhantomSource::parse), "replay:PATH" or the
+/// Opens the source that a text names: "phantom:" (PhantomSource::usual()) with options, "replay:PATH" or the
 /// PATH of a recording alone, "usb:VENDOR:PRODUCT[:SERIAL]" (UsbAddress), or "igtl:HOST[:PORT]"
 /// (IgtlAddress). Reads files, and blocks until a probe is found, or the geometry of a scanner's images;
 /// errors as of the source's own create(). The links must outlive the source. A USB probe and OpenIGTLink use

@@ -47,6 +47,8 @@ class IgtlSource final : public FrameSource {
 
   const SourceDescription& description() const override { return fan_.source; }
   Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
+  /// A replay at the other end that jumps leaves a gap of 64 at least.
+  std::uint64_t longest_loss() const override { return 63; }
   FrameFault known_fault() const override { return announced_.fault; }
   FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;
 

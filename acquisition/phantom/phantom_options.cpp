@@ -145,9 +145,9 @@ constexpr Option kOptions[] = {
      [](std::string_view text, Config& config) {
        return read_switch(text, config.motion, PhantomScene::Motion::kMoving, PhantomScene::Motion::kStill);
      }},
-    {"probe", "Frames, scan lines and radii of a probe", "r1 or r2",
+    {"probe", "Frames, scan lines and radii of a probe", "r2 or r1",
      [](std::string_view text, Config& config) { return read_probe(text, config); }},
-    {"scene", "The body", "relief, face, sphere or plane",
+    {"scene", "The body", "face, relief, sphere or plane",
      [](std::string_view text, Config& config) { return read_scene(text, config.scene); }},
     {"scan", "What a frame is: pixels, or scan lines of a convex or a linear array",
      "cartesian, convex or linear",
@@ -181,6 +181,12 @@ std::vector<PhantomSource::OptionText> PhantomSource::option_texts() {
   std::vector<OptionText> texts;
   for (const Option& option : kOptions) texts.push_back({option.name, option.text, option.expected});
   return texts;
+}
+
+Config PhantomSource::usual() {
+  Config config{.scene = Scene::kFace};
+  read_probe("r2", config);
+  return config;
 }
 
 Result<Config> PhantomSource::parse(std::string_view options, Config base) {

@@ -168,15 +168,16 @@ bool PhantomSource::lost(std::uint64_t sequence) const {
 }
 
 Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop) {
-  if (config_.pace == Pace::kRealTime && next_sequence_ == 0) start_ns_ = now_ns();
+  const bool paced = config_.pace != Pace::kUnpaced;
+  if (paced && next_sequence_ == 0) start_ns_ = now_ns();
   while (lost(next_sequence_)) ++next_sequence_;
   if (config_.pace == Pace::kRealTime) {
     const double late_ns = static_cast<double>(now_ns() - capture_time_ns(next_sequence_));
     const double late_frames = std::floor(late_ns * config_.frame_rate_hz / kNsPerS);
     if (late_frames > kBufferedFrames)
       next_sequence_ += static_cast<std::uint64_t>(late_frames - kBufferedFrames);
-    if (!pacer_.wait_until(capture_time_ns(next_sequence_), stop)) return std::optional<FrameStamp>{};
   }
+  if (paced && !pacer_.wait_until(capture_time_ns(next_sequence_), stop)) return std::optional<FrameStamp>{};
   const PhantomMotor::Position position = motor_.at(next_sequence_);
   const bool ended = config_.volumes > 0 && position.sweep >= config_.volumes;
   if (ended || stop.stop_requested()) return std::optional<FrameStamp>{};

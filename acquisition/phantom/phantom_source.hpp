@@ -24,6 +24,10 @@ class PhantomSource final : public FrameSource {
     /// Frames are due at their capture times. Like a probe, the source buffers a few and does not wait: older
     /// frames that the caller did not take are lost, and appear as a gap in the sequence.
     kRealTime,
+    /// Frames are due at their capture times, and wait for a slow caller: none is lost, and equal options
+    /// give
+    /// equal frames.
+    kPatient,
     /// Frames are due at once and none is lost. Capture times advance by the frame period from
     /// kSimulatedStartNs, so that every run is equal.
     kUnpaced,
@@ -76,6 +80,9 @@ class PhantomSource final : public FrameSource {
   };
   static std::vector<OptionText> option_texts();
 
+  /// What `phantom:` means: the fetal face with a hand and the cord, seen by the usual 4D probe r2.
+  static Config usual();
+
   /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied; or
   /// kInvalidArgument with the accepted values. Other options: columns, rows, sweep, volumes, beam,
   /// probe=r1 or probe=r2, scene=relief, face, sphere or plane, scan=cartesian, scan=convex or scan=linear,
@@ -90,6 +97,10 @@ class PhantomSource final : public FrameSource {
   const SourceDescription& description() const override { return description_; }
   Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
   FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;
+  bool waits() const override { return config_.pace != Pace::kRealTime; }
+  std::uint64_t longest_loss() const override {
+    return config_.lost_percent > 0 ? 0 : FrameSource::longest_loss();
+  }
 
   /// With Scene::kRelief.
   const PhantomScene& scene() const { return scene_; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <stop_token>
 
 #include "acquisition/source/frame_source.hpp"
@@ -14,8 +15,18 @@ enum class FullQueue : std::uint8_t {
   kWait,       ///< a source without a pace of its own does
 };
 
+/// What a pump saw.
+struct PumpedFrames {
+  std::uint64_t frames = 0;
+  std::uint64_t lost = 0;  ///< sequence numbers that never came, where those are losses
+  /// Gaps too long to be losses of single frames: a probe that was unplugged, a replay at the other end that
+  /// jumped. Their length says nothing about frames.
+  std::uint64_t interruptions = 0;
+};
+
 /// Passes all frames of a source to a tap, until the source ends or a stop is requested. Nothing is assembled
-/// or rendered. Blocks; the thread of the source. Errors: the source's.
-Result<void> pump_frames(FrameSource& source, FrameTap& tap, FullQueue full, const std::stop_token& stop);
+/// or rendered. `pumped`: valid also after an error. Blocks; the thread of the source. Errors: the source's.
+Result<void> pump_frames(FrameSource& source, FrameTap& tap, FullQueue full, const std::stop_token& stop,
+                         PumpedFrames& pumped);
 
 }  // namespace fanlight

@@ -50,6 +50,8 @@ class ReplaySource final : public FrameSource {
 
   const SourceDescription& description() const override { return description_; }
   Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) override;
+  bool waits() const override { return true; }
+  std::uint64_t longest_loss() const override { return 0; }
   bool rests() const override { return rests_; }
   FrameFault known_fault() const override;
   FrameFault read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) override;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -60,6 +61,14 @@ class FrameSource {
 
   /// Fault of that frame as far as it is known before its pixels; the pixels are then not read.
   virtual FrameFault known_fault() const { return FrameFault::kNone; }
+
+  /// Whether it keeps a frame until the caller takes it, however late. A probe does not.
+  virtual bool waits() const { return false; }
+
+  /// Most frames that were lost on their way where so many sequence numbers are missing; a longer gap is an
+  /// interruption, which says nothing about frames. 0 where the source has gaps of its own: a recording's, or
+  /// those that a simulation was asked for.
+  virtual std::uint64_t longest_loss() const { return std::numeric_limits<std::uint64_t>::max(); }
 
   /// How often the source was later than its own times, so far.
   virtual std::uint64_t delays() const { return 0; }

@@ -32,8 +32,8 @@ double sum_ms(const Picture& picture, Stage first, Stage last) {
 
 /// The row r1/paper in another size.
 BenchRow row_of(const Size& size, std::string& input) {
-  input =
-      fmt::format("phantom:compression=linear,columns={0},rows={0},frames={1}", size.columns, size.frames);
+  input = fmt::format("phantom:scene=relief,probe=r1,compression=linear,columns={0},rows={0},frames={1}",
+                      size.columns, size.frames);
   BenchRow row = bench_rows().front();
   row.input = input;
   row.picture = size.picture;

@@ -15,7 +15,7 @@ Result<BenchVolumes> BenchVolumes::create(const BenchRow& row, std::uint32_t cou
   ProbeLink probe(bell, bell);
   auto source = open_source(
       std::string(row.input),
-      {.geometry_path = std::filesystem::path(row.geometry_path), .as_fast_as_taken = true}, probe);
+      {.geometry_path = std::filesystem::path(row.geometry_path), .pace = SourcePace::kAsFastAsTaken}, probe);
   if (!source) return source.error();
   const SourceDescription description = (*source)->description();
   OfflineVolumes picker(**source);

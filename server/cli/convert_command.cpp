@@ -36,8 +36,8 @@ Result<void> write_grid(const std::string& out, const GridVolume& grid, const Di
 Result<void> convert_to_grid(const ConvertOptions& options) {
   Doorbell bell;
   ProbeLink probe(bell, bell);
-  auto source =
-      open_source(options.input, {.geometry_path = options.geometry_path, .as_fast_as_taken = true}, probe);
+  auto source = open_source(
+      options.input, {.geometry_path = options.geometry_path, .pace = SourcePace::kAsFastAsTaken}, probe);
   if (!source) return source.error();
   OfflineVolumes volumes(**source);
   const auto volume = volumes.pick(options.volume);

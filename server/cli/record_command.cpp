@@ -37,7 +37,18 @@ struct RecordOptions {
   double seconds = 0;
   double megabytes = 0;
   double last_s = 0;
+  bool fast = false;
+  bool real_time = false;
   bool json = false;
+};
+
+/// Frames that the recording lacks.
+struct Losses {
+  std::uint64_t by_source = 0;
+  std::uint64_t interruptions = 0;  ///< of the source; no frames
+  std::uint64_t by_recorder = 0;    ///< the disk did not take them in time
+
+  std::uint64_t all() const { return by_source + by_recorder; }
 };
 
 /// The source on a thread of its own, until it ends or stop() is called.
@@ -45,7 +56,7 @@ class Pump {
  public:
   Pump(FrameSource& source, FrameTap& tap, FullQueue full)
       : thread_([this, &source, &tap, full](const std::stop_token& stop) {
-          result_ = pump_frames(source, tap, full, stop);
+          result_ = pump_frames(source, tap, full, stop, pumped_);
           ended_.store(true, std::memory_order_release);
         }) {}
   bool ended() const { return ended_.load(std::memory_order_acquire); }
@@ -55,9 +66,12 @@ class Pump {
     thread_.join();
     return result_;
   }
+  /// After stop().
+  const PumpedFrames& pumped() const { return pumped_; }
 
  private:
   Result<void> result_;
+  PumpedFrames pumped_;
   std::atomic<bool> ended_{false};
   std::jthread thread_;
 };
@@ -78,19 +92,32 @@ void show_progress(const RecordingStatus& status) {
   std::fflush(stderr);
 }
 
-nlohmann::ordered_json recording_json(const RecordingStatus& status) {
-  return {{"file", status.last_file},   {"frames", status.last_frames},
-          {"bytes", status.last_bytes}, {"duration_s", status.last_duration_s},
-          {"files", status.finished},   {"frames_missed", status.frames_missed}};
+nlohmann::ordered_json recording_json(const RecordingStatus& status, const Losses& losses) {
+  return {{"file", status.last_file},
+          {"frames", status.last_frames},
+          {"bytes", status.last_bytes},
+          {"duration_s", status.last_duration_s},
+          {"files", status.finished},
+          {"frames_missed", losses.by_recorder},
+          {"frames_lost_by_source", losses.by_source},
+          {"interruptions", losses.interruptions}};
 }
 
-void print_recording(const RecordOptions& options, const RecordingStatus& status) {
+std::string losses_text(const Losses& losses) {
+  std::string text = losses.all() == 0 ? "no frame lost" : fmt::format("{} frames lost", losses.all());
+  if (losses.by_source > 0) text += fmt::format(", {} before they reached Fanlight", losses.by_source);
+  if (losses.by_recorder > 0) text += fmt::format(", {} since the disk was too slow", losses.by_recorder);
+  if (losses.interruptions > 0)
+    text += fmt::format("; the source was interrupted {} times", losses.interruptions);
+  return text;
+}
+
+/// The last line is the result: the file, its frames, and the losses.
+void print_recording(const RecordOptions& options, const RecordingStatus& status, const Losses& losses) {
   if (options.json) {
-    fmt::print("{}\n", json_text(recording_json(status)));
+    fmt::print("{}\n", json_text(recording_json(status, losses)));
     return;
   }
-  fmt::print("{}: {} frames in {:.1f} s, {}\n", status.last_file, status.last_frames, status.last_duration_s,
-             size_text(status.last_bytes));
   if (status.finished == 1 &&
       std::filesystem::path(status.last_file).extension() != std::filesystem::path(options.out).extension()) {
     fmt::print("There was no room for a copy of the pixels: they stay in a file beside the header.\n");
@@ -101,9 +128,13 @@ void print_recording(const RecordOptions& options, const RecordingStatus& status
         "disk is full\n",
         status.finished);
   }
-  if (status.frames_missed > 0) {
-    fmt::print("{} frames are missing: the disk did not take them in time\n", status.frames_missed);
-  }
+  fmt::print("{}: {} frames in {:.1f} s, {}; {}\n", status.last_file, status.last_frames,
+             status.last_duration_s, size_text(status.last_bytes), losses_text(losses));
+}
+
+SourcePace pace_of(const RecordOptions& options) {
+  if (options.fast) return SourcePace::kAsFastAsTaken;
+  return options.real_time ? SourcePace::kRealTime : SourcePace::kPatient;
 }
 
 /// Nothing may be lost by a name that is taken, or a folder that is not there.
@@ -160,6 +191,7 @@ Result<void> record(const RecordOptions& options) {
   Doorbell bell;
   ProbeLink probe(bell, bell);
   SourceOptions playing = options.playing;
+  playing.pace = pace_of(options);
   playing.stopped = [&signals] { return signals.wait_ms(0); };
   if (const std::string note = opening_note(options.input, playing); !note.empty())
     fmt::print(stderr, "fanlight record: {}\n", note);
@@ -181,8 +213,8 @@ Result<void> record(const RecordOptions& options) {
     status_bell.wait(100'000'000);
     if (const RecordingStatus* newest = link.status.newest()) status = *newest;
   }
-  Pump pump(**source, recorder.tap(),
-            options.playing.as_fast_as_taken ? FullQueue::kWait : FullQueue::kLoseFrame);
+  const bool waits = (*source)->waits() && !options.real_time;
+  Pump pump(**source, recorder.tap(), waits ? FullQueue::kWait : FullQueue::kLoseFrame);
   watch_recording(signals, recorder, pump, options.seconds, status);
   auto pumped = pump.stop();
   recorder.end(Recorder::Finish::kWait);
@@ -197,13 +229,23 @@ Result<void> record(const RecordOptions& options) {
   }
   for (const std::string& note : (*source)->description().notes)
     fmt::print(stderr, "note: {}\n", printable(note));
-  print_recording(options, status);
+  const Losses losses{.by_source = pump.pumped().lost,
+                      .interruptions = pump.pumped().interruptions,
+                      .by_recorder = status.frames_missed};
+  print_recording(options, status, losses);
+  std::fflush(stdout);  // before an error
   if (status.unfinished > 0) {
     return Error{ErrorCode::kUnavailable,
                  fmt::format("{} of {} files could not be finished, expected fanlight recover to do so",
                              status.unfinished, status.finished)};
   }
   if (!status.trouble.empty()) return Error{ErrorCode::kUnavailable, status.trouble};
+  if (pumped && losses.all() > 0 && !options.real_time) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} frames are missing in the recording, expected all of them; with --real-time "
+                             "losses are no error",
+                             losses.all())};
+  }
   return pumped;
 }
 
@@ -266,8 +308,15 @@ Command add_record_command(CLI::App& program) {
       ->type_name("S");
   command->add_option("--geometry", options->playing.geometry_path, "TOML file with a recording's geometry")
       ->type_name("FILE");
-  command->add_flag("--fast", options->playing.as_fast_as_taken,
-                    "Take the frames of a recording or the simulated probe as fast as the disk takes them");
+  CLI::Option* const fast = command->add_flag(
+      "--fast", options->fast,
+      "Take the frames of a recording or the simulated probe as fast as the disk takes them");
+  command
+      ->add_flag(
+          "--real-time", options->real_time,
+          "Lose frames that come too late, as with a probe, and accept lost frames: without it they end "
+          "the command with exit code 1")
+      ->excludes(fast);
   command->add_flag("--json", options->json, "Print the report as JSON");
   add_probe_options(*command, options->playing);
   return [options]() { return record(*options); };

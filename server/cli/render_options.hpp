@@ -16,7 +16,7 @@ namespace fanlight {
 /// What `fanlight render` renders, and each sweep of `fanlight batch`.
 struct RenderOptions {
   std::string input;
-  SourceOptions playing{.as_fast_as_taken = true};
+  SourceOptions playing{.pace = SourcePace::kAsFastAsTaken};
   RenderFiles files;
   std::optional<std::uint64_t> volume;  // absent: the first that the source gives
   bool all = false;

@@ -82,7 +82,7 @@ std::uint32_t affordable_cine(std::uint32_t wanted, const SourceDescription& sou
 
 RingPolicy policy_of(const ServeOptions& options) {
   const RingPolicy suitable =
-      options.playing.as_fast_as_taken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins;
+      options.playing.pace == SourcePace::kAsFastAsTaken ? RingPolicy::kProcessAll : RingPolicy::kNewestWins;
   return options.policy.value_or(suitable);
 }
 

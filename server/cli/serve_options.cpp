@@ -162,8 +162,9 @@ void ServeOptions::add_source_options(CLI::App& command) {
       ->type_name("SECONDS");
   command.add_flag("--paused", playing.paused,
                    "Show the recording's first sweep, and wait for a display to play on");
-  command.add_flag("--fast", playing.as_fast_as_taken,
-                   "Play as fast as volumes are rendered, and render them all");
+  command.add_flag_callback(
+      "--fast", [this] { playing.pace = SourcePace::kAsFastAsTaken; },
+      "Play as fast as volumes are rendered, and render them all");
 }
 
 void ServeOptions::add_picture_options(CLI::App& command) {
@@ -275,7 +276,8 @@ Result<void> ServeOptions::check_inputs() const {
     const auto address = IgtlAddress::parse(std::string_view(source).substr(kIgtl.size()));
     if (!address) return placed("source", address.error());
   } else if (source.starts_with(kPhantom)) {  // which takes a second to make
-    const auto parsed = PhantomSource::parse(std::string_view(source).substr(kPhantom.size()), {});
+    const auto parsed =
+        PhantomSource::parse(std::string_view(source).substr(kPhantom.size()), PhantomSource::usual());
     if (!parsed) return placed("source", parsed.error());
     if (const auto shown = scene.applied_to(Scene{}); !shown) return shown.error();
   } else if (!is_unfinished(source)) {  // to open one would finish it

@@ -26,7 +26,7 @@ namespace fanlight {
 
 /// The options of `fanlight serve`, by the command line, the environment and a configuration.
 struct ServeOptions {
-  std::string source = "phantom:scene=face,probe=r2";
+  std::string source = "phantom:";
   std::string title;
   SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
   std::string listen = "127.0.0.1:8080";

@@ -133,7 +133,7 @@ std::vector<Example> examples_of(std::string_view command) {
       {"", {"fanlight serve liver.igs.mha", "a recording, over and over"}},
       {"", {"fanlight render liver.igs.mha --out liver.png", "a recording to a picture"}},
       {"serve", {"fanlight serve", "the simulated probe on http://127.0.0.1:8080/"}},
-      {"serve", {"fanlight serve phantom:scene=relief,lost=5", "another body, and frames that are lost"}},
+      {"serve", {"fanlight serve phantom:scene=sphere,lost=5", "another body, and frames that are lost"}},
       {"serve", {"fanlight serve liver.igs.mha --speed 0.5", "a recording at half its speed"}},
       {"serve", {"fanlight serve usb:1d50:6190 --title \"Theatre 3\"", "a probe on USB"}},
       {"serve", {"fanlight serve igtl:scanner.local", "a PlusServer, or a scanner, by OpenIGTLink"}},

@@ -180,7 +180,8 @@ bool compare(const Volume& volume, DepthRig& rig, const Scene& suggested) {
 int run(const std::string& recording, const std::string& geometry_path) {
   Doorbell bell;
   ProbeLink no_probe(bell, bell);
-  auto source = open_source(recording, {.geometry_path = geometry_path, .as_fast_as_taken = true}, no_probe);
+  auto source =
+      open_source(recording, {.geometry_path = geometry_path, .pace = SourcePace::kAsFastAsTaken}, no_probe);
   if (!source) throw std::runtime_error(source.error().message);
   const SourceDescription& description = (*source)->description();
   OfflineVolumes volumes(**source);

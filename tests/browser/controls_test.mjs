@@ -8,8 +8,8 @@ import AxeBuilder from "@axe-core/playwright";
 import { until } from "./viewer_page.mjs";
 import { withPage } from "./with_page.mjs";
 
-const kMovingSource = "phantom:rate=20,speckle=off";
-const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:volumes=1,rate=20";
+const kMovingSource = "phantom:scene=relief,probe=r1,rate=20,speckle=off";
+const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
 
 const wordOf = (viewer) => viewer.page.locator("#connection [role=status]").textContent();
 const press = (viewer, key) => viewer.page.keyboard.press(key);

@@ -8,7 +8,7 @@ import { ServerProcess } from "./server_process.mjs";
 import { launchChromium } from "./viewer_page.mjs";
 
 const kInputs = 20;
-const kSource = process.env.FANLIGHT_LATENCY_SOURCE ?? "phantom:";
+const kSource = process.env.FANLIGHT_LATENCY_SOURCE ?? "phantom:scene=relief,probe=r1";
 
 const median = (numbers) => [...numbers].sort((a, b) => a - b)[Math.floor(numbers.length / 2)];
 

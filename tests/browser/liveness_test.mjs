@@ -15,7 +15,7 @@ import { test } from "node:test";
 import { until } from "./viewer_page.mjs";
 import { withPage } from "./with_page.mjs";
 
-const kMovingSource = "phantom:rate=20,speckle=off";
+const kMovingSource = "phantom:scene=relief,probe=r1,rate=20,speckle=off";
 
 function waitForWord(viewer, expected) {
   return until(
@@ -61,7 +61,7 @@ test("a server that is stopped with its socket open is seen, and a change says t
 });
 
 test("the last volume of a source that has ended is marked, also when it is lit again", async () => {
-  await withPage("source-ended", "phantom:volumes=1,rate=20", async (viewer, server) => {
+  await withPage("source-ended", "phantom:scene=relief,probe=r1,volumes=1,rate=20", async (viewer, server) => {
     await viewer.firstPicture();
     await waitForWord(viewer, "Lost");
     await waitForNotice(viewer, /The recording has ended.*The last volume stays on display\./);
@@ -87,7 +87,7 @@ test("a replay says so on its picture, and is paused, stepped and moved by its b
   const folder = mkdtempSync(join(tmpdir(), "fanlight-"));
   const recording = join(folder, "sweeps.igs.mha");
   execFileSync(process.env.FANLIGHT_BIN, [
-    ..."record phantom:columns=64,rows=64,volumes=8,rate=100 --fast --out".split(" "),
+    ..."record phantom:scene=relief,probe=r1,columns=64,rows=64,volumes=8,rate=100 --fast --out".split(" "),
     recording,
   ]);
   await withPage(
@@ -137,7 +137,7 @@ test("the page says while its pictures are sent beyond the room", async () => {
     };
     await withPage(
       "sent-outside",
-      "phantom:rate=60,speckle=off",
+      "phantom:scene=relief,probe=r1,rate=60,speckle=off",
       async (viewer, server) => {
         const badge = viewer.page.locator("#relay");
         await viewer.firstPicture();

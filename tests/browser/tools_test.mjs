@@ -11,8 +11,8 @@ import { setTimeout as pause } from "node:timers/promises";
 import { until } from "./viewer_page.mjs";
 import { withPage } from "./with_page.mjs";
 
-const kMovingSource = "phantom:rate=20,speckle=off";
-const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:volumes=1,rate=20";
+const kMovingSource = "phantom:scene=relief,probe=r1,rate=20,speckle=off";
+const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
 
 const press = (viewer, key) => viewer.page.keyboard.press(key);
 const click = (viewer, selector) => viewer.page.locator(selector).click();
@@ -280,7 +280,7 @@ test("a display without control freezes its own picture only, and says so", asyn
 });
 
 test("an own light works on the default source", async () => {
-  await withPage("own-light", "phantom:", async (viewer) => {
+  await withPage("own-light", "phantom:scene=relief,probe=r1", async (viewer) => {
     await viewer.firstPicture();
     await click(viewer, "#own-view input");
     await viewer.drag([0.2, 0.2], [0.6, 0.3]);

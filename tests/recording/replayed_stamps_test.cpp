@@ -16,7 +16,7 @@ class ReplayedStampsTest : public RecorderTest, public testing::WithParamInterfa
   static std::unique_ptr<FrameSource> source_of(const std::string& text) {
     static Doorbell bell;
     static ProbeLink probe(bell, bell);
-    auto source = open_source(text, {.as_fast_as_taken = true}, probe);
+    auto source = open_source(text, {.pace = SourcePace::kAsFastAsTaken}, probe);
     if (!source) {
       ADD_FAILURE() << source.error().message;
       std::abort();
@@ -28,7 +28,8 @@ class ReplayedStampsTest : public RecorderTest, public testing::WithParamInterfa
     const auto source = source_of(text);
     source_ = source->description();
     begin({.path = path_});
-    ASSERT_TRUE(pump_frames(*source, recorder_->tap(), FullQueue::kWait, {}));
+    PumpedFrames pumped;
+    ASSERT_TRUE(pump_frames(*source, recorder_->tap(), FullQueue::kWait, {}, pumped));
     end();
   }
 
@@ -77,13 +78,15 @@ TEST_P(ReplayedStampsTest, GiveTheSameVolumes) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, ReplayedStampsTest,
-    testing::Values("phantom:columns=64,rows=64,frames=20,volumes=6",
-                    "phantom:columns=64,rows=64,frames=20,volumes=6,lag=1,jitter=0.3,lost=3",
-                    "phantom:columns=64,rows=64,frames=20,volumes=6,index=off,lag=1,lost=3,turning=3",
-                    "phantom:columns=64,rows=64,frames=20,volumes=9,scan=convex,lost=8"));
+    testing::Values(
+        "phantom:scene=relief,probe=r1,columns=64,rows=64,frames=20,volumes=6",
+        "phantom:scene=relief,probe=r1,columns=64,rows=64,frames=20,volumes=6,lag=1,jitter=0.3,lost=3",
+        "phantom:scene=relief,probe=r1,columns=64,rows=64,frames=20,volumes=6,index=off,lag=1,lost=3,turning="
+        "3",
+        "phantom:scene=relief,probe=r1,columns=64,rows=64,frames=20,volumes=9,scan=convex,lost=8"));
 
 TEST_F(ReplayedStampsTest, GoOnInFurtherPasses) {
-  record("phantom:columns=64,rows=64,frames=10,volumes=3,lost=2");
+  record("phantom:scene=relief,probe=r1,columns=64,rows=64,frames=10,volumes=3,lost=2");
   auto source = ReplaySource::create({.recording = {.path = path_, .geometry_path = {}},
                                       .pace = ReplaySource::Pace::kAsFastAsTaken,
                                       .ending = ReplaySource::Ending::kLoop});

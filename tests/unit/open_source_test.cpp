@@ -29,7 +29,7 @@ TEST(OpenSource, OpensARecordingWithAndWithoutItsScheme) {
   const auto path = folder / "sweep.igs.mha";
   test::write_file(path, test::fan_recording(4, 1, 20).bytes());
   for (const std::string& text : {path.string(), "replay:" + path.string()}) {
-    const auto source = opened(text, {.geometry_path = {}, .as_fast_as_taken = true});
+    const auto source = opened(text, {.geometry_path = {}, .pace = SourcePace::kAsFastAsTaken});
     ASSERT_TRUE(source) << source.error().message;
     EXPECT_EQ((*source)->description().name, "replay:" + path.string());
   }
@@ -41,7 +41,7 @@ TEST(OpenSource, PassesItsOptionsOn) {
   test::write_file(path, test::fan_recording(4, 1, 20).bytes());
   test::write_file(folder / "geometry.toml", "motor_radius_mm = 44\n");
   const auto source = opened(path.string(), {.geometry_path = folder / "geometry.toml",
-                                             .as_fast_as_taken = true,
+                                             .pace = SourcePace::kAsFastAsTaken,
                                              .ending = ReplaySource::Ending::kToAndFro});
   ASSERT_TRUE(source) << source.error().message;
   EXPECT_EQ((*source)->description().geometry.motor_radius_mm, 44);

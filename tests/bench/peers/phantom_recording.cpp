@@ -75,7 +75,7 @@ int main(int count, char** arguments) {
   std::uint64_t volumes = 2;
   CLI::App program("Writes volumes of the simulated probe to a recording");
   program.add_option("FILE", path, "The recording to write, such as x.igs.mha")->required();
-  program.add_option("--phantom", options, "Its options, as after \"phantom:\"");
+  program.add_option("--phantom", options, "Its options, as after \"phantom:scene=relief,probe=r1,\"");
   program.add_option("--volumes", volumes, "How many")->check(CLI::Range(1, 100));
   CLI11_PARSE(program, count, arguments);
   fanlight::record(path, options, volumes);

@@ -12,7 +12,7 @@ import { launchChromium, until } from "./viewer_page.mjs";
 const { WORK, NAMESPACE, DEPLOY } = process.env;
 const ADDRESS = "10.77.0.1";
 const JANUS = `ws://${ADDRESS}:8188`;
-const SOURCE = "phantom:columns=128,rows=192,frames=24,rate=480";
+const SOURCE = "phantom:scene=relief,probe=r1,columns=128,rows=192,frames=24,rate=480";
 const KEY = randomBytes(30).toString("base64");
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)] ?? NaN;

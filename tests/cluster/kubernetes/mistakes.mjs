@@ -334,7 +334,7 @@ const ofProgram = [
     /no volume that can be written/,
   ),
   inBase("a variable that is no option", "FANLIGHT_TITLE=", "FANLIGHT_TITEL=", /reads no variable FANLIGHT_TITEL/),
-  inBase("a source that is refused", "scene=face", "scene=fase", /print-config: .*fase/),
+  inBase("a source that is refused", 'phantom:"', 'phantom:scene=fase"', /print-config: .*fase/),
 ];
 
 const ofJob = [

@@ -34,7 +34,7 @@ export class Program {
     execFileSync(fanlight, token, quietly);
     mkdirSync(file("archive"));
     for (const number of [1, 2]) {
-      const source = `phantom:columns=32,rows=32,frames=8,rate=100,volumes=2,seed=${number}`;
+      const source = `phantom:scene=relief,probe=r1,columns=32,rows=32,frames=8,rate=100,volumes=2,seed=${number}`;
       const out = join(file("archive"), `sweep-${number}.igs.mha`);
       execFileSync(fanlight, ["record", source, "--fast", "--out", out], quietly);
     }
