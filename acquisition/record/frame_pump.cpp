@@ -18,8 +18,9 @@ class SequenceRuns {
   /// `longest_loss`: as of FrameSource.
   explicit SequenceRuns(std::uint64_t longest_loss) : longest_loss_(longest_loss) {}
 
-  void add(std::uint64_t sequence) {
-    if (frames_ > 0 && (sequence > last_ && sequence - last_ - 1 > longest_loss_)) {
+  void add(std::uint64_t sequence, bool after_interruption) {
+    const bool jumped = frames_ > 0 && sequence > last_ && sequence - last_ - 1 > longest_loss_;
+    if (jumped || (after_interruption && frames_ > 0)) {
       lost_before_ += lost_in_run();
       ++interruptions_;
       frames_ = 0;
@@ -60,7 +61,7 @@ Result<void> pump_frames(FrameSource& source, FrameTap& tap, FullQueue full, con
     if (!next) return next.error();
     const std::optional<FrameStamp>& frame = *next;
     if (!frame) return {};
-    runs.add(frame->sequence);
+    runs.add(frame->sequence, frame->after_interruption);
     pumped = runs.counts();
     while (full == FullQueue::kWait && queue.is_full() && !stop.stop_requested())
       std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -126,23 +126,26 @@ double draft_of_lines(const FileFacts& facts, Draft& draft) {
   return kUsualMotorShare * kProbeRadiusMm;
 }
 
+/// As the file says, else a usual value, rounded as it is written: lengths follow from it.
+double pixel_height_mm(const FileFacts& facts) {
+  if (facts.pixel_size) return facts.pixel_size->height_mm;
+  const double height_mm = kUsualDepthMm / facts.rows;
+  const double step = step_of_digits(height_mm, 2);
+  return std::round(height_mm / step) * step;
+}
+
 /// The motor radius.
 double draft_of_images(const FileFacts& facts, Draft& draft) {
   constexpr std::string_view kSeen = "GUESS, by the edges of what is bright in the frames";
-  const double height_mm = facts.pixel_size ? facts.pixel_size->height_mm : kUsualDepthMm / facts.rows;
+  const double height_mm = pixel_height_mm(facts);
   const double width_mm = facts.pixel_size ? facts.pixel_size->width_mm : height_mm;
   const std::string_view size_origin =
       facts.pixel_size
           ? facts.pixel_size_origin
           : "UNKNOWN, as if the frame were 150 mm deep: measure the depth scale beside the picture";
   draft.line("frame_kind", "\"cartesian\"", "an image, scan converted by the scanner");
-  if (facts.pixel_size) {
-    draft.number("pixel_width_mm", width_mm, size_origin);
-    draft.number("pixel_height_mm", height_mm, size_origin);
-  } else {
-    draft.guess("pixel_width_mm", width_mm, step_of_digits(width_mm, 2), size_origin);
-    draft.guess("pixel_height_mm", height_mm, step_of_digits(height_mm, 2), size_origin);
-  }
+  draft.number("pixel_width_mm", width_mm, size_origin);
+  draft.number("pixel_height_mm", height_mm, size_origin);
   const auto& sector = facts.sector;
   const std::string_view face_origin = sector ? kSeen : "UNKNOWN: no edge was found in the frames";
   const double face_row = sector ? sector->face_row : 0;
@@ -176,16 +179,16 @@ void draft_angles(const FileFacts& facts, double motor_radius_mm, Draft& draft) 
   double half_deg = kUsualHalfSweepDeg;
   std::string origin = "UNKNOWN, a usual value: the frames have no angles";
   if (facts.step && facts.sector) {
-    const double height_mm = facts.pixel_size ? facts.pixel_size->height_mm : kUsualDepthMm / facts.rows;
+    const double height_mm = pixel_height_mm(facts);
     const double width_mm = facts.pixel_size ? facts.pixel_size->width_mm : height_mm;
     const double from_axis_mm = (facts.step->row - facts.sector->face_row) * height_mm + motor_radius_mm;
     const double step_deg = degrees(facts.step->step_columns * width_mm / from_axis_mm);
     const double steps = static_cast<double>(facts.frames) / facts.sweeps - 1;
     half_deg = std::clamp(step_deg * steps / 2, 0.1, 89.0);
     origin = fmt::format(
-        "GUESS, by the speckle of neighbouring frames: {:.1g} deg from frame to frame, good to a "
+        "GUESS, by the speckle of neighbouring frames: {} deg from frame to frame, good to a "
         "factor of two",
-        step_deg);
+        std::round(step_deg / step_of_digits(step_deg, 1)) * step_of_digits(step_deg, 1));
   }
   const double step_deg = step_of_digits(half_deg, half_deg < 10 ? 1 : 2);
   draft.guess("first_angle_deg", -half_deg, step_deg, origin);
@@ -195,7 +198,7 @@ void draft_angles(const FileFacts& facts, double motor_radius_mm, Draft& draft) 
 }  // namespace
 
 double axis_behind_face_mm(const FileFacts& facts) {
-  const double height_mm = facts.pixel_size ? facts.pixel_size->height_mm : kUsualDepthMm / facts.rows;
+  const double height_mm = pixel_height_mm(facts);
   return (facts.sector ? facts.sector->face_row : 0) * height_mm - facts.fit->axis_mm;
 }
 

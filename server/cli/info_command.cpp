@@ -151,6 +151,8 @@ Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
   if (why.code == ErrorCode::kNotFound) return why;  // the geometry file that was asked for, too
   const auto facts = look_into(options.file, kMostBytes);
   if (!facts) return why;
+  // A recording without geometry, or of frames that form no fan, is a finding; a damaged one is an error.
+  const bool is_finding = why.code == ErrorCode::kUnsupported || !facts->no_fan.empty();
   const std::string name = printable(options.file);
   if (options.json) {
     fmt::print("{}\n", json_text(facts_json(*facts, name, why.message), 1));
@@ -175,11 +177,9 @@ Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
   if (!options.json) {
     if (!forms_no_fan)
       fmt::print("\nA geometry to edit; --write-geometry writes it to {}.toml:\n\n{}\n", name, draft);
-    fmt::print("Not playable{}: {}.\n", forms_no_fan ? "" : " yet", why.message);
+    if (is_finding) fmt::print("Not playable{}: {}.\n", forms_no_fan ? "" : " yet", why.message);
   }
   std::fflush(stdout);  // before an error
-  // A recording without geometry, or of frames that form no fan, is a finding; a damaged one is an error.
-  const bool is_finding = why.code == ErrorCode::kUnsupported || !facts->no_fan.empty();
   return is_finding ? Result<void>() : Result<void>(why);
 }
 

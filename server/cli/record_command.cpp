@@ -103,12 +103,17 @@ nlohmann::ordered_json recording_json(const RecordingStatus& status, const Losse
           {"interruptions", losses.interruptions}};
 }
 
+std::string counted(std::uint64_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 std::string losses_text(const Losses& losses) {
-  std::string text = losses.all() == 0 ? "no frame lost" : fmt::format("{} frames lost", losses.all());
+  std::string text =
+      losses.all() == 0 ? "no frame lost" : fmt::format("{} lost", counted(losses.all(), "frame"));
   if (losses.by_source > 0) text += fmt::format(", {} before they reached Fanlight", losses.by_source);
-  if (losses.by_recorder > 0) text += fmt::format(", {} since the disk was too slow", losses.by_recorder);
+  if (losses.by_recorder > 0) text += fmt::format(", {} because the disk was too slow", losses.by_recorder);
   if (losses.interruptions > 0)
-    text += fmt::format("; the source was interrupted {} times", losses.interruptions);
+    text += fmt::format("; the source was interrupted {}", counted(losses.interruptions, "time"));
   return text;
 }
 
@@ -242,9 +247,8 @@ Result<void> record(const RecordOptions& options) {
   if (!status.trouble.empty()) return Error{ErrorCode::kUnavailable, status.trouble};
   if (pumped && losses.all() > 0 && !options.real_time) {
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} frames are missing in the recording, expected all of them; with --real-time "
-                             "losses are no error",
-                             losses.all())};
+                 fmt::format("{} missing from the recording, expected none; use --real-time to accept losses",
+                             counted(losses.all(), "frame"))};
   }
   return pumped;
 }
@@ -314,8 +318,8 @@ Command add_record_command(CLI::App& program) {
   command
       ->add_flag(
           "--real-time", options->real_time,
-          "Lose frames that come too late, as with a probe, and accept lost frames: without it they end "
-          "the command with exit code 1")
+          "Drop frames that arrive too late, as a real probe does, and do not treat lost frames as an error "
+          "(otherwise the exit code is 1)")
       ->excludes(fast);
   command->add_flag("--json", options->json, "Print the report as JSON");
   add_probe_options(*command, options->playing);

@@ -21,9 +21,12 @@ std::string one_of(const std::string& list) {
   return words;
 }
 
-/// CLI11 writes a bound such as 1e6 as 1000000.000000.
+/// CLI11 writes the bound 1e6 as 1000000.000000. The user's own value, which stands before, is kept.
 std::string without_empty_decimals(const std::string& sentence) {
-  return std::regex_replace(sentence, std::regex("\\b(\\d+)\\.0+\\b"), "$1");
+  const std::size_t bounds = sentence.rfind(", expected ");
+  if (bounds == std::string::npos) return sentence;
+  return sentence.substr(0, bounds) +
+         std::regex_replace(sentence.substr(bounds), std::regex("\\b(\\d+)\\.0+\\b"), "$1");
 }
 
 }  // namespace

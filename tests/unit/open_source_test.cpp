@@ -21,7 +21,17 @@ TEST(OpenSource, OpensThePhantomWithItsOptions) {
   EXPECT_EQ((*source)->description().name, "phantom:");
   EXPECT_EQ((*source)->description().geometry.columns, 32U);
   EXPECT_EQ((*source)->description().frames_per_volume, 9U);
-  EXPECT_TRUE(opened("phantom:", {}));
+}
+
+TEST(OpenSource, ShowsTheFaceByTheUsualProbeWhereNothingIsSaid) {
+  const auto source = opened("phantom:", {});
+  ASSERT_TRUE(source) << source.error().message;
+  const SourceDescription& usual = (*source)->description();
+  EXPECT_EQ(usual.geometry.kind, FrameKind::kConvexLines);
+  EXPECT_EQ(usual.geometry.columns, 192U);
+  EXPECT_EQ(usual.frames_per_volume, 60U);
+  EXPECT_EQ(usual.geometry.motor_radius_mm, 23);
+  EXPECT_TRUE(usual.subject) << "only the face has a subject to look at";
 }
 
 TEST(OpenSource, OpensARecordingWithAndWithoutItsScheme) {
