@@ -282,6 +282,13 @@ test("a display without control freezes its own picture only, and says so", asyn
 test("an own light works on the default source", async () => {
   await withPage("own-light", "phantom:scene=relief,probe=r1", async (viewer) => {
     await viewer.firstPicture();
+    // The first pictures pay for the shaders, and the cost of an own light is estimated by the last ones.
+    const first = await viewer.number("volume-id");
+    await until(
+      "steady pictures",
+      () => viewer.number("volume-id"),
+      (id) => id > first + 3,
+    );
     await click(viewer, "#own-view input");
     await viewer.drag([0.2, 0.2], [0.6, 0.3]);
     await viewer.settled();
