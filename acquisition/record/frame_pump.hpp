@@ -19,8 +19,8 @@ enum class FullQueue : std::uint8_t {
 struct PumpedFrames {
   std::uint64_t frames = 0;
   std::uint64_t lost = 0;  ///< sequence numbers that never came, where those are losses
-  /// Frames that came after an interruption: a probe that was unplugged, a replay at the other end that jumped.
-  /// How many frames did not come meanwhile is not known.
+  /// Frames that came after an interruption: a probe that was unplugged, a replay at the other end that
+  /// jumped. How many frames did not come meanwhile is not known.
   std::uint64_t interruptions = 0;
 };
 
