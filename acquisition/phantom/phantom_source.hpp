@@ -24,9 +24,7 @@ class PhantomSource final : public FrameSource {
     /// Frames are due at their capture times. Like a probe, the source buffers a few and does not wait: older
     /// frames that the caller did not take are lost, and appear as a gap in the sequence.
     kRealTime,
-    /// Frames are due at their capture times, and wait for a slow caller: none is lost, and equal options
-    /// give
-    /// equal frames.
+    /// Frames are due at their capture times, and wait for a slow caller: none is lost.
     kPatient,
     /// Frames are due at once and none is lost. Capture times advance by the frame period from
     /// kSimulatedStartNs, so that every run is equal.
