@@ -77,7 +77,7 @@ Result<void> look_at_frames(OpenedSequence& opened, FileFacts& facts) {
   return {};
 }
 
-/// Lines of a geometry file. A guess is rounded to what it is worth: more digits would look like knowledge.
+/// Lines of a geometry file. A guess is rounded to its accuracy: more digits would suggest more.
 class Draft {
  public:
   void line(std::string_view key, const std::string& value, std::string_view origin) {
@@ -105,7 +105,7 @@ constexpr double kToPixels = 0.5;
 constexpr double kToDegrees = 0.5;
 constexpr double kToMm = 1;
 
-/// A step that leaves so many digits.
+/// The step that keeps this number of significant digits.
 double step_of_digits(double value, int digits) {
   return value == 0 ? 1 : std::pow(10.0, std::floor(std::log10(std::abs(value))) + 1 - digits);
 }

@@ -65,9 +65,8 @@ class FrameSource {
   /// Whether it keeps a frame until the caller takes it, however late. A probe does not.
   virtual bool waits() const { return false; }
 
-  /// Most frames that were lost on their way where so many sequence numbers are missing; a longer gap is an
-  /// interruption, which says nothing about frames. 0 where the source has gaps of its own: a recording's, or
-  /// those that a simulation was asked for.
+  /// Longest gap in the sequence numbers that counts as lost frames; a longer one is an interruption of the
+  /// source. 0 where gaps are no losses: those of a recording, or of a simulation that was asked for them.
   virtual std::uint64_t longest_loss() const { return std::numeric_limits<std::uint64_t>::max(); }
 
   /// How often the source was later than its own times, so far.

@@ -45,7 +45,7 @@ struct RecordOptions {
 /// Frames that the recording lacks.
 struct Losses {
   std::uint64_t by_source = 0;
-  std::uint64_t interruptions = 0;  ///< of the source; no frames
+  std::uint64_t interruptions = 0;  ///< of the source; not a number of frames
   std::uint64_t by_recorder = 0;    ///< the disk did not take them in time
 
   std::uint64_t all() const { return by_source + by_recorder; }

@@ -192,8 +192,8 @@ nlohmann::ordered_json facts_json(const FileFacts& facts, const std::string& nam
     told["pixel_height_mm"] = facts.pixel_size->height_mm;
   }
   if (facts.fit) {
-    told[facts.sector ? "axis_behind_face_mm" : "axis_behind_row_0_mm"] =
-        to_step(axis_behind_face_mm(facts), 0.1);
+    told["axis_behind_row_0_mm"] = to_step(-facts.fit->axis_mm, 0.1);
+    if (facts.sector) told["axis_behind_face_mm"] = to_step(axis_behind_face_mm(facts), 0.1);
     told["axis_misfit_mm"] = to_step(facts.fit->residual_mm, 0.1);
   }
   if (const auto& sector = facts.sector) {
