@@ -16,11 +16,6 @@ Error refusal(std::string sentence) {
   return {ErrorCode::kInvalidArgument, std::move(sentence)};
 }
 
-Result<void> check_role(Role role) {
-  if (role != Role::kViewer) return {};
-  return refusal("this session is a viewer's, expected an operator's or an admin's for a change");
-}
-
 }  // namespace
 
 Error ControlLease::held() const {
@@ -39,20 +34,18 @@ void ControlLease::hand_on(std::int64_t now_ms) {
   if (!state_.asking.empty()) give(Party(state_.asking.front()), now_ms);
 }
 
-Result<void> ControlLease::may_change(const Party& who, Role role) const {
-  if (auto may = check_role(role); !may) return may;
-  if (state_.holder.session != 0 && !holds(who.session)) return held();
+Result<void> ControlLease::may_change(std::uint64_t session) const {
+  if (state_.holder.session != 0 && !holds(session)) return held();
   return {};
 }
 
-Result<void> ControlLease::use(const Party& who, Role role, std::int64_t now_ms) {
-  if (auto may = may_change(who, role); !may) return may;
+Result<void> ControlLease::use(const Party& who, std::int64_t now_ms) {
+  if (auto may = may_change(who.session); !may) return may;
   give(who, now_ms);
   return {};
 }
 
-Result<bool> ControlLease::ask(const Party& who, Role role, std::int64_t now_ms) {
-  if (auto may = check_role(role); !may) return may.error();
+Result<bool> ControlLease::ask(const Party& who, std::int64_t now_ms) {
   if (state_.holder.session == 0 || holds(who.session)) {
     give(who, now_ms);
     return true;
@@ -87,13 +80,7 @@ Result<bool> ControlLease::grant(std::uint64_t from, std::uint64_t to, std::int6
   return false;
 }
 
-Result<bool> ControlLease::take_over(const Party& who, Role role, std::int64_t now_ms) {
-  if (role != Role::kAdmin) {
-    return refusal("this session is not an admin's, expected it to be to take the control over");
-  }
-  give(who, now_ms);
-  return true;
-}
+void ControlLease::take_over(const Party& who, std::int64_t now_ms) { give(who, now_ms); }
 
 Result<bool> ControlLease::keep(std::uint64_t session, std::int64_t now_ms) {
   if (!holds(session)) return refusal("this session is not in control, expected it to be to keep it");

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
-#include "server/access/role.hpp"
 
 namespace fanlight {
 
-/// The lease for control of the scene and the probe. At most one session holds it. An operator acquires it
-/// with its first change if it is free, loses it after `lapse_ms` without activity, and may grant it to
-/// another session. Pure logic: sessions are numbers and names, and time is a parameter. Server thread only.
+/// The lease for control of the scene and the probe. At most one session holds it. A session acquires it with
+/// its first change if it is free, loses it after `lapse_ms` without activity, and may grant it to another
+/// session. Roles are checked before: see command_rules.hpp. Pure logic: sessions are numbers and names, and time
+/// is a parameter. Server thread only.
 class ControlLease {
  public:
   struct Party {
@@ -31,18 +31,18 @@ class ControlLease {
   void set_lapse_ms(std::int64_t lapse_ms) { lapse_ms_ = lapse_ms; }
   bool holds(std::uint64_t session) const { return session != 0 && state_.holder.session == session; }
 
-  /// Call this before a change. Acquires control if it is free. Errors, kInvalidArgument: the role is viewer,
-  /// or another session holds control.
-  Result<void> use(const Party& who, Role role, std::int64_t now_ms);
+  /// Whether a change is allowed: control is free, or this session holds it. Session 0 never holds it. Error,
+  /// kInvalidArgument: another session holds it.
+  Result<void> may_change(std::uint64_t session) const;
 
-  /// Like use(), but does not acquire control: succeeds if it is free or this session holds it.
-  Result<void> may_change(const Party& who, Role role) const;
+  /// Acquires control if it is free. Errors: as of may_change().
+  Result<void> use(const Party& who, std::int64_t now_ms);
 
   // Requests of a session. Return whether the session holds control afterwards. Errors: kInvalidArgument.
-  Result<bool> ask(const Party& who, Role role, std::int64_t now_ms);
+  Result<bool> ask(const Party& who, std::int64_t now_ms);
   Result<bool> release(std::uint64_t session, std::int64_t now_ms);
   Result<bool> grant(std::uint64_t from, std::uint64_t to, std::int64_t now_ms);
-  Result<bool> take_over(const Party& who, Role role, std::int64_t now_ms);
+  void take_over(const Party& who, std::int64_t now_ms);
   Result<bool> keep(std::uint64_t session, std::int64_t now_ms);
 
   /// The session changed its name. Returns whether the state changed.

@@ -15,6 +15,15 @@ enum class Role : std::uint8_t {
   kAdmin,     ///< take control from an operator
 };
 
+/// Whether `role` is `least`, or includes it.
+constexpr bool has_role(Role role, Role least) { return role >= least; }
+
+// Least roles for what is no command. Those of commands: server/command/command_rules.cpp.
+inline constexpr Role kReadsSourcePath = Role::kAdmin;       ///< it may name a patient
+inline constexpr Role kReadsRelayDescription = Role::kAdmin; ///< it may hold the key of the stream
+inline constexpr Role kReplacesAdminsPresets = Role::kAdmin;
+inline constexpr Role kEncodesFirst = Role::kOperator;       ///< see PictureSubscriber::privileged()
+
 /// "viewer", "operator", "admin".
 std::string_view role_name(Role role);
 std::optional<Role> find_role(std::string_view name);

@@ -28,9 +28,9 @@
 #include "server/cli/serve_options.hpp"
 #include "server/cli/serve_report.hpp"
 #include "server/cli/service_notifier.hpp"
-#include "server/http/stream_server.hpp"
 #include "server/net/listen_address.hpp"
 #include "server/pipeline/pipeline.hpp"
+#include "server/service/stream_server.hpp"
 #include "server/state/path_privacy.hpp"
 
 namespace fanlight {
@@ -117,43 +117,34 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
   std::_Exit(served ? 0 : 1);
 }
 
-/// The server's configuration but for the scenes, the source and the device.
-StreamServer::Config server_config(const ServeOptions& options, const PictureSize& size) {
-  return {.facts = {.picture_width = size.width,
-                    .picture_height = size.height,
-                    .jpeg_quality = options.jpeg_quality},
-          .tls = options.tls,
-          .hsts = options.hsts,
-          .credentials = options.tokens,
-          .presets = options.presets.empty() ? usual_presets_file() : std::filesystem::path(options.presets),
-          .audit_log = options.audit_log,
-          .audit_rotate_bytes = options.audit_log_mb * 1'000'000,
-          .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
-          .probe_control = options.probe_control,
-          .most_private_views = options.private_views,
-          .recording = options.recording.config()};
-}
-
-StreamServer::Dependencies server_dependencies(Pipeline& pipeline, SourceLink& link,
-                                               ServerCounters& counters) {
-  return {.bell = link.server_bell,
-          .pictures = pipeline.pictures(),
-          .scenes = pipeline.scenes(),
-          .failures = pipeline.failures(),
-          .pipeline = pipeline.counters(),
-          .probe = link.probe,
-          .replay = link.replay,
-          .counters = counters,
-          .source_state = [&pipeline] { return pipeline.source_state(); },
-          .private_views = &pipeline.private_views(),
-          .private_view_ends = &pipeline.private_view_ends(),
-          .render_health = &pipeline.render_health(),
-          .survey_orders = &pipeline.survey_orders(),
-          .survey_results = &pipeline.survey_results(),
-          .volume_orders = &pipeline.volume_orders(),
-          .volume_answers = &pipeline.volume_answers(),
-          .recording = pipeline.recording(),
-          .cine = &pipeline.cine()};
+/// The server's configuration but for what open_pipeline() adds. Refuses what is wrong before any device is opened.
+Result<StreamServer::Config> server_config(const ServeOptions& options) {
+  const auto size = parse_picture_size(options.size);
+  if (!size) return options.placed("size", size.error());
+  const auto endpoint = listen_endpoint(options);
+  if (!endpoint) return options.placed("listen", endpoint.error());
+  auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty());
+  if (!igtl) return options.placed("igtl-listen", igtl.error());
+  auto rtp = options.rtp.config();
+  if (!rtp) return wrong_configuration(options.placed("rtp-to", rtp.error()));
+  if (auto made = options.recording.make_folder(); !made) return options.placed("recordings", made.error());
+  return StreamServer::Config{
+      .endpoint = *endpoint,
+      .state = {.description = {.picture_width = size->width,
+                                .picture_height = size->height,
+                                .jpeg_quality = options.jpeg_quality},
+                .probe_control = options.probe_control,
+                .most_private_views = options.private_views,
+                .recording = options.recording.config()},
+      .tls = options.tls,
+      .hsts = options.hsts,
+      .credentials = options.tokens,
+      .presets = options.presets.empty() ? usual_presets_file() : std::filesystem::path(options.presets),
+      .audit_log = options.audit_log,
+      .audit_rotate_bytes = options.audit_log_mb * 1'000'000,
+      .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
+      .igtl = *std::move(igtl),
+      .rtp = *std::move(rtp)};
 }
 
 /// Before the server answers its signals, and after: a file that may be read again is read at the start
@@ -207,44 +198,46 @@ void read_again(ServeOptions& options, StreamServer& server, spdlog::level::leve
   spdlog::set_level(options.log_level.empty() ? usual_level : spdlog::level::from_str(options.log_level));
 }
 
-Result<void> serve(ServeOptions& options) {
-  OwnTerminal terminal;
-  ignore_harmless_signals();
+/// Begins the log as the options say. The level that it had.
+spdlog::level::level_enum begin_service_log(const ServeOptions& options) {
   const auto usual_level = spdlog::get_level();
   begin_log(options.log_format == "json");
   if (!options.log_level.empty()) spdlog::set_level(spdlog::level::from_str(options.log_level));
   for (const std::string& sentence : options.misspelt) spdlog::warn("{}", sentence);
-  const auto size = parse_picture_size(options.size);
-  if (!size) return options.placed("size", size.error());
-  StreamServer::Config config = server_config(options, *size);
-  const auto endpoint = listen_endpoint(options);
-  if (!endpoint) return options.placed("listen", endpoint.error());
-  auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty());
-  if (!igtl) return options.placed("igtl-listen", igtl.error());
-  auto rtp = options.rtp.config();
-  if (!rtp) return wrong_configuration(options.placed("rtp-to", rtp.error()));
-  if (auto made = options.recording.make_folder(); !made) return options.placed("recordings", made.error());
-  config.endpoint = *endpoint;
-  config.igtl = *std::move(igtl);
-  config.rtp = *std::move(rtp);
+  return usual_level;
+}
 
-  SourceLink link;
+/// A source and the pipeline that renders it.
+struct RenderedSource {
+  std::unique_ptr<FrameSource> source;
+  std::unique_ptr<Pipeline> pipeline;
+  std::uint32_t cine_volumes = 0;
+};
+
+/// What the source says of itself, for clients.
+void describe_source(const ServeOptions& options, const SourceDescription& source, ServerState::Config& state) {
+  ServerDescription& description = state.description;
+  description.source = printable(source.name);
+  description.title = options.title.empty() ? usual_title(options.source) : printable(options.title);
+  description.path = recording_path(source);
+  for (const std::string& note : source.notes)
+    description.notes.push_back(without_path(printable(note), description.path, "the recording"));
+  state.suggested_scene = suggested_scene(source);
+  state.finds_view = finds_view(options.automatic, options.scene, source);
+}
+
+/// Opens the source and the GPU; completes the configuration of the server.
+Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& link, ServerState::Config& state) {
   if (const std::string note = opening_note(options.source, options.playing); !note.empty())
     spdlog::info("{}", note);
-  const auto source = open_source(options.source, options.playing, link.probe, &link.replay);
+  auto source = open_source(options.source, options.playing, link.probe, &link.replay);
   if (!source) return refused_source(options, source.error());
   const SourceDescription& description = (*source)->description();
-  config.facts.source = printable(description.name);
-  config.facts.title = options.title.empty() ? usual_title(options.source) : printable(options.title);
-  config.facts.path = recording_path(description);
-  for (const std::string& note : description.notes)
-    config.facts.notes.push_back(without_path(printable(note), config.facts.path, "the recording"));
-  config.suggested_scene = suggested_scene(description);
-  const auto scene = options.scene.applied_to(config.suggested_scene);
+  describe_source(options, description, state);
+  const auto scene = options.scene.applied_to(state.suggested_scene);
   if (!scene) return scene.error();
-  config.initial_scene = {.revision = 1, .scene = *scene};
-  config.chosen_fields = options.scene.given();
-  config.finds_view = finds_view(options.automatic, options.scene, description);
+  state.initial_scene = {.revision = 1, .scene = *scene};
+  state.chosen_fields = options.scene.given();
 
   const auto open = [](const std::string& name) {
     auto opened = open_device(name, {.own_light_device = true});
@@ -253,64 +246,89 @@ Result<void> serve(ServeOptions& options) {
                    opened->light_refusal);
     return opened;
   };
+  const PictureSize size{state.description.picture_width, state.description.picture_height};
   const std::uint32_t cine_volumes = affordable_cine(options.cine_volumes, description);
-  const auto pipeline = Pipeline::create(pipeline_config(options, *size, *scene, cine_volumes),
-                                         {.open_device = open, .source = **source, .link = link});
+  auto pipeline = Pipeline::create(pipeline_config(options, size, *scene, cine_volumes),
+                                   {.open_device = open, .source = **source, .link = link});
   if (!pipeline) return pipeline.error();
-  config.facts.device = (*pipeline)->gpu().name;
+  state.description.device = (*pipeline)->gpu().name;
   if (moves_smoothly(options, (*pipeline)->gpu())) {
-    config.suggested_scene.deadline.plan = config.initial_scene.scene.deadline.plan =
+    state.suggested_scene.deadline.plan = state.initial_scene.scene.deadline.plan =
         DeadlinePlan::kSmoothWhileMoving;
-    (*pipeline)->scenes().draft() = config.initial_scene;
-    (*pipeline)->scenes().publish();
+    (*pipeline)->ports().scenes.draft() = state.initial_scene;
+    (*pipeline)->ports().scenes.publish();
   }
-  ServerCounters counters;
-  StreamServer::Dependencies dependencies = server_dependencies(**pipeline, link, counters);
-  RecordingFacts sent_facts = facts_of(description);
-  sent_facts.source = config.facts.title;  // a path may name a patient
+  return RenderedSource{*std::move(source), *std::move(pipeline), cine_volumes};
+}
+
+void log_start(const ServeOptions& options, const RenderedSource& rendered) {
+  spdlog::info("fanlight {}", version());
+  log_service(options);
+  log_device(*rendered.pipeline);
+  log_source(rendered.source->description());
+  spdlog::info("the ring of volumes takes up to {:.0f} MB, with the last {} volumes for a frozen display",
+               static_cast<double>(rendered.pipeline->ring_capacity_bytes()) / 1e6, rendered.cine_volumes);
+}
+
+/// Starts the threads, and serves until the server ends.
+Result<void> run(const ServeOptions& options, const RenderedSource& rendered, StreamServer& server) {
+  rendered.pipeline->start();
+  const std::string url = page_url(server.endpoint(), !options.tls.empty());
+  print_address(rendered.source->description().name, url);
+  spdlog::info("listens on {}", url);
+  if (const auto igtl_endpoint = server.igtl_endpoint()) log_igtl(*igtl_endpoint);
+  log_rtp(options.rtp);
+  ServiceNotifier::ready(url);
+  return server.run();
+}
+
+Result<void> serve(ServeOptions& options) {
+  OwnTerminal terminal;
+  ignore_harmless_signals();
+  const auto usual_level = begin_service_log(options);
+  auto config = server_config(options);
+  if (!config) return config.error();
+  SourceLink link;
+  auto rendered = open_pipeline(options, link, config->state);
+  if (!rendered) return rendered.error();
+  Pipeline& pipeline = *rendered->pipeline;
+
+  RecordingFacts sent_facts = facts_of(rendered->source->description());
+  sent_facts.source = config->state.description.title;  // a path may name a patient
   SentFrames sent_frames(sent_facts);
-  dependencies.frames = (*pipeline)->frame_tap();
-  dependencies.write_frame = [&sent_frames](const QueuedFrame& frame, std::uint64_t utc_ns,
-                                            igtl::HeadVersion version) {
-    return sent_frames.message(frame, utc_ns, version);
-  };
-  if (may_rest(options)) dependencies.audience = &(*pipeline)->audience();
-  ServiceNotifier notifier(loops_of(**pipeline));
+  PipelinePorts ports = pipeline.ports();
+  if (!may_rest(options)) ports.audience = nullptr;
+  ServerCounters counters;
+  ServiceNotifier notifier(loops_of(pipeline));
   std::unique_ptr<StreamServer> server;
-  dependencies.second_passed = [&](const PictureLiveness::Report& report) {
-    notifier.second_passed(report);
-    terminal.second_passed();
-  };
-  dependencies.read_again = [&] {
-    if (terminal.has_closed()) return false;
-    read_again(options, *server, usual_level);
-    return true;
-  };
-  dependencies.was_read_again = [] { ServiceNotifier::reloaded(); };
-  dependencies.ends = [] { ServiceNotifier::stopping(); };
-  auto made = StreamServer::create(config, dependencies);
+  auto made = StreamServer::create(
+      *config, {.ports = ports,
+                .counters = counters,
+                .write_frame = [&](const QueuedFrame& frame, std::uint64_t utc_ns,
+                                   igtl::HeadVersion version) { return sent_frames.message(frame, utc_ns, version); },
+                .hooks = {.second_passed =
+                              [&](const PictureLiveness::Report& report) {
+                                notifier.second_passed(report);
+                                terminal.second_passed();
+                              },
+                          .read_again =
+                              [&] {
+                                if (terminal.has_closed()) return false;
+                                read_again(options, *server, usual_level);
+                                return true;
+                              },
+                          .was_read_again = [] { ServiceNotifier::reloaded(); },
+                          .ends = [] { ServiceNotifier::stopping(); }}});
   if (!made) return wrong_configuration(made.error());
   server = *std::move(made);
 
-  spdlog::info("fanlight {}", version());
-  log_service(options);
-  log_device(**pipeline);
-  log_source(description);
+  log_start(options, *rendered);
   if (terminal.has_closed()) return Error{ErrorCode::kStopped, "the terminal was closed, so the server ends"};
-  spdlog::info("the ring of volumes takes up to {:.0f} MB, with the last {} volumes for a frozen display",
-               static_cast<double>((*pipeline)->ring_capacity_bytes()) / 1e6, cine_volumes);
   const std::int64_t began_ns = now_ns();
-  (*pipeline)->start();
-  const std::string url = page_url(server->endpoint(), !options.tls.empty());
-  print_address(description.name, url);
-  spdlog::info("listens on {}", url);
-  if (const auto igtl_endpoint = server->igtl_endpoint()) log_igtl(*igtl_endpoint);
-  log_rtp(options.rtp);
-  ServiceNotifier::ready(url);
-  Result<void> served = server->run();
-  const bool stopped = (*pipeline)->stop();
-  log_recording(**pipeline);
-  log_end((*pipeline)->counters(), counters, static_cast<double>(now_ns() - began_ns) / 1e9);
+  Result<void> served = run(options, *rendered, *server);
+  const bool stopped = pipeline.stop();
+  log_recording(pipeline);
+  log_end(pipeline.counters(), counters, static_cast<double>(now_ns() - began_ns) / 1e9);
   if (!stopped) {
     server.reset();  // it closes its files and connections
     leave_hung_gpu(served);

@@ -156,7 +156,7 @@ void log_end(const PipelineCounters& pipeline, const ServerCounters& server, dou
 }
 
 void log_recording(Pipeline& pipeline) {
-  const auto link = pipeline.recording();
+  const auto link = pipeline.ports().recording;
   const RecordingStatus* const status = link ? link->status.newest() : nullptr;
   if (status == nullptr) return;
   if (status->state == RecordingStatus::State::kFinishing) {

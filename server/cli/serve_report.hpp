@@ -7,7 +7,7 @@
 
 #include "acquisition/source/frame_source.hpp"
 #include "server/cli/serve_options.hpp"
-#include "server/metrics/server_counters.hpp"
+#include "server/state/server_counters.hpp"
 #include "server/pipeline/pipeline.hpp"
 
 namespace fanlight {

@@ -85,7 +85,7 @@ void HttpSession::start() {
   connection_.async_handshake(
       boost::asio::ssl::stream_base::server, [self = shared_from_this()](beast::error_code failure) {
         if (failure) {
-          self->dependencies_.counters.handshakes_failed.add();
+          self->dependencies_.state.counters.handshakes_failed.add();
           if (const std::string wrong = self->connection_.certificate_trouble(); !wrong.empty()) {
             self->dependencies_.audit.note(
                 {.name = "unknown", .address = self->address_},
@@ -204,7 +204,7 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
   if (given.starts_with(kBearer)) {
     auto principal = dependencies_.access.by_token(given.substr(kBearer.size()), address_);
     if (principal) return std::optional(std::move(*principal));
-    dependencies_.counters.logins_refused.add();
+    dependencies_.state.counters.logins_refused.add();
     return principal.error();
   }
   const bool stream = path_of(request) == "/stream";
@@ -213,7 +213,7 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
   if (const auto fingerprint = connection_.client_fingerprint()) {
     auto principal = dependencies_.access.by_certificate(*fingerprint, address_);
     if (principal) return std::optional(std::move(*principal));
-    dependencies_.counters.logins_refused.add();
+    dependencies_.state.counters.logins_refused.add();
     if (!stream) return principal.error();
     login_reason_ = principal.error().message;  // a person can still log in with a token
   }
@@ -252,7 +252,7 @@ HttpSession::Response HttpSession::respond(const Request& request,
   if (path.starts_with("/api/")) {
     Response response = dependencies_.rest_api.respond(request, path, *principal);
     if (http::to_status_class(response.result()) == http::status_class::client_error) {
-      dependencies_.counters.requests_refused.add();
+      dependencies_.state.counters.requests_refused.add();
     }
     return response;
   }
@@ -265,7 +265,7 @@ HttpSession::Response HttpSession::respond(const Request& request,
   if (path == "/readyz") return readiness();
   if (path == "/metrics") {
     return response_with(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
-                         metrics_text(dependencies_.metrics));
+                         metrics_text(dependencies_.state, dependencies_.hub));
   }
   return respond_with_page(request);
 }
@@ -279,13 +279,13 @@ constexpr std::int64_t kLongestCompilationNs = 15'000'000'000;
 
 HttpSession::Response HttpSession::health() {
   using Cause = PictureLiveness::Cause;
-  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  const PictureLiveness::Report& report = dependencies_.state.liveness.report();
   // A supervisor that restarts the server on 503 must not do so because a probe was unplugged or a recording
   // ended.
-  const bool source_over = report.cause == Cause::kSourceFailed && dependencies_.source_state() != "running";
+  const bool source_over = report.cause == Cause::kSourceFailed && dependencies_.state.source_state() != "running";
   const bool failing = source_over || report.cause == Cause::kGpuHung || report.cause == Cause::kGpuRemade ||
-                       dependencies_.liveness.driver_silent_ns() > kLongestCompilationNs;
-  const std::string source = dependencies_.probe.lost() ? "probe lost" : dependencies_.source_state();
+                       dependencies_.state.liveness.driver_silent_ns() > kLongestCompilationNs;
+  const std::string source = dependencies_.state.probe.lost() ? "probe lost" : dependencies_.state.source_state();
   const std::string age = report.age_s < 0 ? "" : fmt::format(", {:.1f} s old", report.age_s);
   return response_with(failing ? http::status::service_unavailable : http::status::ok,
                        "text/plain; charset=utf-8",
@@ -294,7 +294,7 @@ HttpSession::Response HttpSession::health() {
 }
 
 HttpSession::Response HttpSession::readiness() {
-  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  const PictureLiveness::Report& report = dependencies_.state.liveness.report();
   return response_with(report.ready() ? http::status::ok : http::status::service_unavailable,
                        "text/plain; charset=utf-8",
                        fmt::format("{}; {}\n", report.ready() ? "ready" : "not ready", report.sentence));
@@ -312,7 +312,7 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
                    "/api/presets, /api/recording, /api/replay or /api/cine");
   }
   // Whoever loads the page connects as a display next: its first picture is rendered meanwhile.
-  if (path == "/" && !dependencies_.access.asks()) dependencies_.demand.asked(now_ns());
+  if (path == "/" && !dependencies_.access.asks()) dependencies_.state.demand.asked(now_ns());
   const bool compressed = accepts_gzip(request);
   Response response =
       response_with(http::status::ok, content_type(name), std::string(compressed ? file->gzip : file->bytes));
@@ -322,7 +322,7 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
 }
 
 HttpSession::Response HttpSession::refusal(http::status status, const std::string& sentence) {
-  dependencies_.counters.requests_refused.add();
+  dependencies_.state.counters.requests_refused.add();
   return response_with(status, "text/plain; charset=utf-8", sentence + "\n");
 }
 

@@ -29,18 +29,14 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   using Response = boost::beast::http::response<boost::beast::http::string_body>;
 
   struct Dependencies {
-    ServerCounters& counters;
+    ServerState& state;
+    const PictureHub& hub;
     AuditLog& audit;
     Authenticator& access;
-    const ProbeProxy& probe;
-    const std::function<std::string()>& source_state;  ///< "running", "ended", or why it failed
-    const PictureLiveness& liveness;
+    RestApi& rest_api;
+    const StreamSession::Dependencies& stream;
     bool hsts;           ///< tell browsers to come over TLS only
     bool loopback_only;  ///< the server listens on loopback, and requests must name a loopback host
-    RestApi& rest_api;
-    PictureDemand& demand;
-    MetricsSources metrics;
-    const StreamSession::Dependencies& stream;
   };
 
   /// `dependencies` and all that it refers to must outlive the session.

@@ -121,22 +121,22 @@ void add_process(std::vector<prometheus::MetricFamily>& families) {
 
 }  // namespace
 
-std::string metrics_text(const MetricsSources& sources) {
+std::string metrics_text(const ServerState& state, const PictureHub& hub) {
   std::vector<prometheus::MetricFamily> families;
-  for (const NamedCount& count : named_counts(sources.pipeline, sources.counters)) {
+  for (const NamedCount& count : named_counts(state.pipeline, state.counters)) {
     const bool total = count.kind == CountKind::kTotal;
     families.push_back(family(fmt::format("fanlight_{}{}", count.name, total ? "_total" : ""), count.help,
                               total ? prometheus::MetricType::Counter : prometheus::MetricType::Gauge,
                               static_cast<double>(count.value)));
   }
-  for (const NamedValue& value : named_values(sources.pipeline)) {
+  for (const NamedValue& value : named_values(state.pipeline)) {
     families.push_back(family(fmt::format("fanlight_{}", value.name), value.help,
                               prometheus::MetricType::Gauge, value.value));
   }
   families.push_back(family(
       "fanlight_probe_streaming", "1 while a probe streams, 0 while it is lost or there is none",
-      prometheus::MetricType::Gauge, sources.probe.status().state == ProbeStatus::State::kStreaming ? 1 : 0));
-  const PictureLiveness::Report& liveness = sources.liveness.report();
+      prometheus::MetricType::Gauge, state.probe.status().state == ProbeStatus::State::kStreaming ? 1 : 0));
+  const PictureLiveness::Report& liveness = state.liveness.report();
   families.push_back(family("fanlight_picture_live",
                             "1 while the main view shows what the probe sees now, 0 while its picture is old",
                             prometheus::MetricType::Gauge, liveness.live() ? 1 : 0));
@@ -160,8 +160,8 @@ std::string metrics_text(const MetricsSources& sources) {
                             "1 while a display that comes sees pictures of the source, as /readyz says",
                             prometheus::MetricType::Gauge, liveness.ready() ? 1 : 0));
   families.push_back(family("fanlight_replay", "1 while the source is a recording, 0 while it is live",
-                            prometheus::MetricType::Gauge, sources.replay.is_replay() ? 1 : 0));
-  const RecordingStatus& recording = sources.recording.status();
+                            prometheus::MetricType::Gauge, state.replay.is_replay() ? 1 : 0));
+  const RecordingStatus& recording = state.recording.status();
   families.push_back(
       family("fanlight_recording", "1 while frames are recorded, also to keep the last minutes; else 0",
              prometheus::MetricType::Gauge, recording.state == RecordingStatus::State::kRecording ? 1 : 0));
@@ -174,11 +174,11 @@ std::string metrics_text(const MetricsSources& sources) {
   families.push_back(family("fanlight_recordings_ended_total", "Recordings that have ended",
                             prometheus::MetricType::Counter, static_cast<double>(recording.finished)));
   families.push_back(family("fanlight_sessions", "Displays connected", prometheus::MetricType::Gauge,
-                            static_cast<double>(sources.hub.subscriber_count())));
+                            static_cast<double>(hub.subscriber_count())));
   families.push_back(family("fanlight_scene_revision", "Number of the scene in force",
                             prometheus::MetricType::Gauge,
-                            static_cast<double>(sources.scene_store.in_force().revision)));
-  add_times(sources.times, families);
+                            static_cast<double>(state.scene_store.in_force().revision)));
+  add_times(state.times, families);
   add_process(families);
   prometheus::MetricFamily build =
       family("fanlight_build_info", "1; the version is its label", prometheus::MetricType::Gauge, 1);

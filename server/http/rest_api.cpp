@@ -3,14 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "proto/base/printable.hpp"
 #include "server/http/api_response.hpp"
 #include "server/state/scene_json.hpp"
-#include "server/state/scene_message.hpp"
-#include "server/stream/preset_author.hpp"
 
 namespace fanlight {
 
@@ -80,201 +78,202 @@ ordered_json state_json(const NumberedScene& scene) {
   return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
 }
 
+/// The status of a refused command.
+http::status status_of(const ClientCommand& command, const CommandResult& result) {
+  using Refused = CommandResult::Refused;
+  if (result.refused == Refused::kByRole) return http::status::forbidden;
+  if (result.refused == Refused::kByControl) return http::status::conflict;
+  if (result.error.code == ErrorCode::kNotFound) return http::status::not_found;
+  if (result.error.code != ErrorCode::kInvalidArgument) return http::status::conflict;
+  return std::holds_alternative<ChangeScene>(command) ? http::status::unprocessable_entity
+                                                      : http::status::bad_request;
+}
+
+/// The member of an object where it is a text; else empty.
+std::string text_of(const json& object, const char* key) {
+  const auto value = object.is_object() ? object.value(key, json()) : json();
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
+
+/// {"save": NAME} with or without "scene", or {"remove": NAME}.
+Result<v1::PresetRequest> preset_request(const json& body) {
+  const bool removes = body.is_object() && body.contains("remove");
+  if (!body.is_object() || body.contains("save") == removes)
+    return Error{ErrorCode::kInvalidArgument, R"(expected {"save": NAME} or {"remove": NAME})"};
+  v1::PresetRequest request;
+  if (removes) {
+    request.set_remove(text_of(body, "remove"));
+    return request;
+  }
+  request.mutable_save()->set_name(text_of(body, "save"));
+  if (body.contains("scene")) {
+    auto scene = scene_change_from_json(body["scene"]);
+    if (!scene) return scene.error();
+    *request.mutable_save()->mutable_scene() = *std::move(scene);
+  }
+  return request;
+}
+
 }  // namespace
 
 RestApi::Response RestApi::respond(const Request& request, std::string_view path,
                                    const Principal& principal) {
-  const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
-  if (path == "/api/scene" && reads) return scene();
-  if (path == "/api/scene" && request.method() == http::verb::patch) return change_scene(request, principal);
-  if (path == "/api/recording" && reads) return recording();
-  if (path == "/api/recording" && request.method() == http::verb::post) return record(request, principal);
-  if (path == "/api/replay" && reads) return replay();
-  if (path == "/api/replay" && request.method() == http::verb::post)
-    return control_replay(request, principal);
-  if (path == "/api/cine" && reads) return cine();
-  if (path == "/api/cine" && request.method() == http::verb::post) return control_cine(request, principal);
-  if (path == "/api/presets" && reads) return presets();
-  if (path == "/api/presets" && request.method() == http::verb::post)
-    return change_presets(request, principal);
-  if (path == "/api/rtp") return dependencies_.rtp.respond(request, principal);
-  if (path == "/api/scene") return wrong_method("GET or PATCH", "GET, HEAD, PATCH");
+  struct Route {
+    std::string_view path;
+    std::function<Response()> read;
+    http::verb change_verb;
+    std::function<Response()> change;
+  };
+  const std::array<Route, 6> routes{{
+      {"/api/scene", [&] { return scene(); }, http::verb::patch, [&] { return change_scene(request, principal); }},
+      {"/api/presets", [&] { return presets(); }, http::verb::post,
+       [&] { return change_presets(request, principal); }},
+      {"/api/recording", [&] { return recording(); }, http::verb::post, [&] { return record(request, principal); }},
+      {"/api/replay", [&] { return replay(); }, http::verb::post,
+       [&] { return control_replay(request, principal); }},
+      {"/api/cine", [&] { return cine(); }, http::verb::post, [&] { return control_cine(request, principal); }},
+      {"/api/rtp", [&] { return relay(principal); }, http::verb::post,
+       [&] { return control_relay(request, principal); }},
+  }};
   if (path == "/api/picture.png") return wrong_method("GET", "GET, HEAD");
-  if (path == "/api/recording" || path == "/api/replay" || path == "/api/cine" || path == "/api/presets")
-    return wrong_method("GET or POST", "GET, HEAD, POST");
-  return refusal(
-      http::status::not_found,
-      "there is nothing here, expected /api/scene, /api/picture.png, /api/presets, /api/recording, "
-      "/api/replay, /api/cine or /api/rtp");
+  const auto route = std::ranges::find(routes, path, &Route::path);
+  if (route == routes.end()) {
+    return refusal(
+        http::status::not_found,
+        "there is nothing here, expected /api/scene, /api/picture.png, /api/presets, /api/recording, "
+        "/api/replay, /api/cine or /api/rtp");
+  }
+  if (request.method() == http::verb::get || request.method() == http::verb::head) return route->read();
+  if (request.method() == route->change_verb) return is_json(request) ? route->change() : expected_json();
+  const std::string verb(http::to_string(route->change_verb));
+  return wrong_method("GET or " + verb, "GET, HEAD, " + verb);
 }
+
+RestApi::Response RestApi::execute(const Principal& principal, const ClientCommand& command,
+                                   const std::function<Response(const CommandResult&)>& done) {
+  SessionlessRequester script(dependencies_.audit, principal);
+  Response response;
+  dependencies_.commands.execute(script.requester(), command, [&](const CommandResult& result) {
+    response = result ? done(result) : refusal(status_of(command, result), result.error.message, result.field);
+  });
+  return response;
+}
+
+RestApi::Response RestApi::reject(const Principal& principal, const ClientCommand& kind, http::status status,
+                                  const std::string& reason) {
+  SessionlessRequester script(dependencies_.audit, principal);
+  dependencies_.commands.reject(script.requester(), kind, reason);
+  return refusal(status, reason);
+}
+
+// ---- the scene
 
 RestApi::Response RestApi::scene() const {
-  return json_response(http::status::ok, state_json(dependencies_.scene_store.in_force()));
+  return json_response(http::status::ok, state_json(dependencies_.state.scene_store.in_force()));
 }
 
-RestApi::Response RestApi::recording() const {
-  return json_response(http::status::ok, recording_json(dependencies_.recording.message()));
-}
-
-RestApi::Response RestApi::record(const Request& request, const Principal& principal) {
-  if (!is_json(request)) return expected_json();
+RestApi::Response RestApi::change_scene(const Request& request, const Principal& principal) {
   const auto parsed = json::parse(request.body(), nullptr, false);
-  const auto word = parsed.is_object() ? parsed.value("wish", json()) : json();
-  const auto wish = word.is_string() ? recording_wish(word.get<std::string>()) : std::nullopt;
-  if (!wish) {
-    dependencies_.counters.recording_refusals.add();
-    return refusal(http::status::bad_request,
-                   R"(the wish is not known, expected {"wish": "start"}, "stop" or "keep")");
+  if (parsed.is_discarded()) {
+    return reject(principal, ChangeScene(), http::status::bad_request,
+                  "the body is no JSON, expected an object with fields of the scene");
   }
-  const auto may = dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
-  const auto file = may ? dependencies_.recording.request(*wish) : Result<std::string>(may.error());
-  json details = {{"wish", recording_word(*wish)}};
-  if (!file) {
-    dependencies_.counters.recording_refusals.add();
-    dependencies_.audit.note(principal, {.what = "recording", .result = "refused: " + file.error().message},
-                             details);
-    return refusal(principal.role == Role::kViewer ? http::status::forbidden : http::status::conflict,
-                   file.error().message);
-  }
-  details["file"] = *file;
-  dependencies_.audit.note(principal, {.what = "recording", .result = "done"}, details);
-  return json_response(http::status::ok, {{"file", *file}});
+  const auto change = scene_change_from_json(parsed);
+  if (!change)
+    return reject(principal, ChangeScene(), http::status::unprocessable_entity, change.error().message);
+  return execute(principal, ChangeScene{*change}, [&](const CommandResult&) { return scene(); });
 }
 
-RestApi::Response RestApi::replay() const {
-  return json_response(http::status::ok, replay_json(dependencies_.replay.message()));
-}
-
-template <typename Proxy, typename Wish>
-RestApi::Response RestApi::carry_out(const WishKind& kind, const Result<Wish>& wish, Proxy& proxy,
-                                     const std::string& words, const Principal& principal) {
-  if (!wish) {
-    kind.refusals.add();
-    return refusal(http::status::bad_request, wish.error().message);
-  }
-  const auto may = dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
-  const Result<void> done = may ? proxy.request(*wish) : Result<void>(may.error());
-  dependencies_.audit.note(principal,
-                           {.what = kind.name, .result = done ? "done" : "refused: " + done.error().message},
-                           {{"wish", words}});
-  if (done) return json_response(http::status::ok, {{"taken", words}});
-  kind.refusals.add();
-  const bool bad = may && done.error().code == ErrorCode::kInvalidArgument;
-  return refusal(principal.role == Role::kViewer ? http::status::forbidden
-                 : bad                           ? http::status::bad_request
-                                                 : http::status::conflict,
-                 done.error().message);
-}
-
-RestApi::Response RestApi::control_replay(const Request& request, const Principal& principal) {
-  if (!is_json(request)) return expected_json();
-  const auto wish = replay_request(wish_text(request));
-  return carry_out({.name = "replay", .refusals = dependencies_.counters.replay_refusals}, wish,
-                   dependencies_.replay, wish ? replay_words(*wish) : "", principal);
-}
+// ---- presets
 
 RestApi::Response RestApi::presets() const {
-  RestApi::Response response(http::status::ok, 11);
+  Response response(http::status::ok, 11);
   response.set(http::field::content_type, "application/json");
-  response.body() = dependencies_.presets.json();
+  response.body() = dependencies_.state.presets.json();
   return response;
 }
 
 RestApi::Response RestApi::change_presets(const Request& request, const Principal& principal) {
-  if (!is_json(request)) return expected_json();
-  const auto refused = [&](http::status status, const std::string& sentence, const json& details) {
-    dependencies_.counters.preset_refusals.add();
-    dependencies_.audit.note(principal, {.what = "preset", .result = "refused: " + sentence}, details);
-    return refusal(status, sentence);
-  };
-  if (principal.role == Role::kViewer)
-    return refused(http::status::forbidden, "a viewer saves no presets, expected the role of an operator",
-                   {});
-  const auto parsed = json::parse(request.body(), nullptr, false);
-  const auto text_of = [&](const char* key) {
-    const auto value = parsed.is_object() ? parsed.value(key, json()) : json();
-    return value.is_string() ? value.get<std::string>() : std::string();
-  };
-  v1::PresetRequest wish;
-  const bool removes = parsed.is_object() && parsed.contains("remove");
-  if (!parsed.is_object() || parsed.contains("save") == removes)
-    return refused(http::status::bad_request, R"(expected {"save": NAME} or {"remove": NAME})", {});
-  if (removes) {
-    wish.set_remove(text_of("remove"));
-  } else {
-    wish.mutable_save()->set_name(text_of("save"));
+  const auto wish = preset_request(json::parse(request.body(), nullptr, false));
+  if (!wish) return reject(principal, ChangePresets(), http::status::bad_request, wish.error().message);
+  return execute(principal, ChangePresets{*wish}, [&](const CommandResult&) { return presets(); });
+}
+
+// ---- recorder, replay and cine
+
+RestApi::Response RestApi::recording() const {
+  return json_response(http::status::ok, recording_json(dependencies_.state.recording.message()));
+}
+
+RestApi::Response RestApi::record(const Request& request, const Principal& principal) {
+  const auto wish = recording_wish(wish_text(request));
+  if (!wish) {
+    return reject(principal, ControlRecorder(), http::status::bad_request,
+                  R"(the wish is not known, expected {"wish": "start"}, "stop" or "keep")");
   }
-  const std::string name = printable(removes ? wish.remove() : wish.save().name());
-  const json details = {{removes ? "remove" : "save", name}};
-  if (!removes && parsed.contains("scene")) {
-    auto scene = scene_change_from_json(parsed["scene"]);
-    if (!scene) return refused(http::status::bad_request, scene.error().message, details);
-    *wish.mutable_save()->mutable_scene() = *std::move(scene);
-  }
-  const auto done = dependencies_.presets.request(
-      wish, scene_message(dependencies_.scene_store.in_force().scene), preset_author(principal));
-  if (!done) {
-    const ErrorCode code = done.error().code;
-    return refused(code == ErrorCode::kNotFound          ? http::status::not_found
-                   : code == ErrorCode::kInvalidArgument ? http::status::bad_request
-                                                         : http::status::conflict,
-                   done.error().message, details);
-  }
-  dependencies_.audit.note(principal, {.what = "preset", .result = "done"}, details);
-  return presets();
+  return execute(principal, ControlRecorder{wish}, [](const CommandResult& result) {
+    return json_response(http::status::ok, {{"file", result.file}});
+  });
+}
+
+RestApi::Response RestApi::replay() const {
+  return json_response(http::status::ok, replay_json(dependencies_.state.replay.message()));
+}
+
+RestApi::Response RestApi::control_replay(const Request& request, const Principal& principal) {
+  const auto wish = replay_request(wish_text(request));
+  if (!wish) return reject(principal, ControlReplay(), http::status::bad_request, wish.error().message);
+  return execute(principal, ControlReplay{*wish}, [&](const CommandResult&) {
+    return json_response(http::status::ok, {{"taken", replay_words(*wish)}});
+  });
 }
 
 RestApi::Response RestApi::cine() const {
-  return json_response(http::status::ok, cine_json(dependencies_.cine.message()));
+  return json_response(http::status::ok, cine_json(dependencies_.state.cine.message()));
 }
 
 RestApi::Response RestApi::control_cine(const Request& request, const Principal& principal) {
-  if (!is_json(request)) return expected_json();
   const auto wish = cine_request(wish_text(request));
-  return carry_out({.name = "cine", .refusals = dependencies_.counters.cine_refusals}, wish,
-                   dependencies_.cine, wish ? cine_words(*wish) : "", principal);
+  if (!wish) return reject(principal, ControlCine(), http::status::bad_request, wish.error().message);
+  return execute(principal, ControlCine{*wish}, [&](const CommandResult&) {
+    return json_response(http::status::ok, {{"taken", cine_words(*wish)}});
+  });
 }
 
-void RestApi::audit_change(const Principal& principal, const std::string& result, const json& details) const {
-  dependencies_.audit.note(principal, {.what = "scene_change", .result = result}, details);
+// ---- the RTP receiver
+
+RestApi::Response RestApi::relay(const Principal& principal) const {
+  if (dependencies_.state.relay == nullptr) return json_response(http::status::ok, {{"state", "no_receiver"}});
+  const RelayReport report = dependencies_.state.relay->report();
+  ordered_json body = {{"state", report.sending ? "sending" : "stopped"},
+                       {"to", report.to},
+                       {"encrypted", report.encrypted}};
+  if (report.reception) {
+    body["receiver"] = {{"lost_percent", report.reception->lost_percent},
+                        {"lost_packets", report.reception->lost_packets},
+                        {"jitter_ms", report.reception->jitter_ms}};
+  }
+  if (has_role(principal.role, kReadsRelayDescription)) body["sdp"] = report.description;
+  return json_response(http::status::ok, body);
 }
 
-RestApi::Response RestApi::change_scene(const Request& request, const Principal& principal) {
-  if (!is_json(request)) return expected_json();
-  if (const auto may =
-          dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
-      !may) {
-    dependencies_.counters.scene_refusals.add();
-    audit_change(principal, "refused: " + may.error().message, nullptr);
-    return refusal(principal.role == Role::kViewer ? http::status::forbidden : http::status::conflict,
-                   may.error().message);
+RestApi::Response RestApi::control_relay(const Request& request, const Principal& principal) {
+  const std::string wish = wish_text(request);
+  if (wish != "start" && wish != "stop") {
+    return reject(principal, ControlRelay(), http::status::bad_request,
+                  R"(the wish is not known, expected {"wish": "start"} or "stop")");
   }
-  const auto parsed = json::parse(request.body(), nullptr, false);
-  if (parsed.is_discarded()) {
-    dependencies_.counters.scene_refusals.add();
-    return refusal(http::status::bad_request,
-                   "the body is no JSON, expected an object with fields of the scene");
-  }
-  const auto change = scene_change_from_json(parsed);
-  const SceneField* refused = nullptr;
-  const auto applied =
-      change ? dependencies_.scene_store.apply(*change, &refused) : Result<bool>(change.error());
-  if (!applied) {
-    dependencies_.counters.scene_refusals.add();
-    if (change) audit_change(principal, "refused: " + applied.error().message, change_json(*change));
-    return refusal(http::status::unprocessable_entity, applied.error().message, refused);
-  }
-  dependencies_.counters.scene_changes.add();
-  audit_change(principal, "done", change_json(*change));
-  if (*applied) dependencies_.sessions.scene_changed(0);
-  return scene();
+  return execute(principal, ControlRelay{.sends = wish == "start"},
+                 [&](const CommandResult&) { return relay(principal); });
 }
+
+// ---- pictures
 
 void RestApi::picture(const Principal& principal, const std::function<void(Response)>& answer,
                       std::int64_t now_ns) {
-  dependencies_.demand.asked(now_ns);
+  dependencies_.state.demand.asked(now_ns);
   if (dependencies_.hub.newest_picture() != nullptr) return encode_picture(principal, answer);
-  const bool is_coming = dependencies_.demand.resting() || !waiting_.empty();
+  const bool is_coming = dependencies_.state.demand.resting() || !waiting_.empty();
   if (!is_coming || waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
   waiting_.push_back({principal, answer, now_ns + kMostWaitNs});
 }

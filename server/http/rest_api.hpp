@@ -6,23 +6,16 @@
 #include <vector>
 
 #include "server/access/audit_log.hpp"
-#include "server/access/control_lease.hpp"
 #include "server/access/role.hpp"
+#include "server/command/command_executor.hpp"
 #include "server/http/api_response.hpp"
-#include "server/http/rtp_api.hpp"
-#include "server/metrics/server_counters.hpp"
-#include "server/state/cine_proxy.hpp"
-#include "server/state/picture_demand.hpp"
-#include "server/state/preset_store.hpp"
-#include "server/state/recording_proxy.hpp"
-#include "server/state/replay_proxy.hpp"
-#include "server/state/scene_store.hpp"
+#include "server/state/server_state.hpp"
 #include "server/stream/picture_hub.hpp"
-#include "server/stream/session_registry.hpp"
 
 namespace fanlight {
 
-/// Requests of scripts over plain HTTP, with the rights that the same principal has in a session:
+/// Requests of scripts over plain HTTP, translated into commands. Scripts are never in control, so their changes are
+/// refused while a session is:
 ///
 ///   GET   /api/scene         the scene in force, as JSON
 ///   PATCH /api/scene         changes some of its fields: {"light": {"up_mm": 20}}
@@ -35,7 +28,9 @@ namespace fanlight {
 ///   POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see replay_request()
 ///   GET   /api/cine          which of the last volumes is on show, as JSON
 ///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
-///   /api/rtp                 the stream that leaves the room: see RtpApi
+///   GET   /api/rtp           whether pictures are sent to an RTP receiver, to which, and how they arrive; for an
+///                            admin also the SDP
+///   POST  /api/rtp           {"wish": "start"} or "stop"; for an admin
 ///
 /// Server thread only.
 class RestApi {
@@ -45,18 +40,10 @@ class RestApi {
 
   /// All must outlive this object.
   struct Dependencies {
-    ServerCounters& counters;
-    SceneStore& scene_store;
+    ServerState& state;
+    CommandExecutor& commands;
     PictureHub& hub;
-    const ControlLease& control;
     AuditLog& audit;
-    SessionRegistry& sessions;
-    RecordingProxy& recording;
-    ReplayProxy& replay;
-    CineProxy& cine;
-    PresetStore& presets;
-    PictureDemand& demand;
-    RtpApi& rtp;
   };
   explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
 
@@ -77,24 +64,22 @@ class RestApi {
  private:
   Response scene() const;
   Response recording() const;
-  Response record(const Request& request, const Principal& principal);
   Response replay() const;
-  Response control_replay(const Request& request, const Principal& principal);
-  Response presets() const;
-  Response change_presets(const Request& request, const Principal& principal);
   Response cine() const;
-  Response control_cine(const Request& request, const Principal& principal);
-  /// The name of a kind of wishes in the audit log, and where refused ones are counted.
-  struct WishKind {
-    const char* name;
-    Counter& refusals;
-  };
-  template <typename Proxy, typename Wish>
-  Response carry_out(const WishKind& kind, const Result<Wish>& wish, Proxy& proxy, const std::string& words,
-                     const Principal& principal);
+  Response presets() const;
+  Response relay(const Principal& principal) const;
   Response change_scene(const Request& request, const Principal& principal);
-  void audit_change(const Principal& principal, const std::string& result,
-                    const nlohmann::json& details) const;
+  Response record(const Request& request, const Principal& principal);
+  Response control_replay(const Request& request, const Principal& principal);
+  Response control_cine(const Request& request, const Principal& principal);
+  Response change_presets(const Request& request, const Principal& principal);
+  Response control_relay(const Request& request, const Principal& principal);
+  /// Carries out a command. `done`: makes the response where it was not refused.
+  Response execute(const Principal& principal, const ClientCommand& command,
+                   const std::function<Response(const CommandResult&)>& done);
+  /// The response to a request that could not be read as a command of this kind.
+  Response reject(const Principal& principal, const ClientCommand& kind, boost::beast::http::status status,
+                  const std::string& reason);
 
   struct Waiting {
     Principal principal;

@@ -63,7 +63,7 @@ IgtlCommands::Reply IgtlCommands::carry_out(std::string_view name, std::string_v
   constexpr const char* kExpected =
       "expected <Command Name=\"SetParameter\"> or GetParameter, with <Parameter Name=... Value=.../>";
   const auto refused = [&](std::string_view command, const std::string& trouble) {
-    dependencies_.counters.igtl_command_refusals.add();
+    dependencies_.state.counters.igtl_command_refusals.add();
     return reply(command, trouble);
   };
   pugi::xml_document document;
@@ -92,7 +92,7 @@ IgtlCommands::Reply IgtlCommands::carry_out(std::string_view name, std::string_v
 IgtlCommands::Reply IgtlCommands::get(const std::vector<std::string>& names) const {
   for (const std::string& name : names) {
     if (find_scene_field(name) != nullptr) continue;
-    dependencies_.counters.igtl_command_refusals.add();
+    dependencies_.state.counters.igtl_command_refusals.add();
     return reply("GetParameter", no_scene_field(name).message);
   }
   if (!names.empty()) return reply("GetParameter", "", in_force(names));
@@ -102,7 +102,7 @@ IgtlCommands::Reply IgtlCommands::get(const std::vector<std::string>& names) con
 }
 
 IgtlCommands::Values IgtlCommands::in_force(const std::vector<std::string>& names) const {
-  const nlohmann::ordered_json scene = scene_json(dependencies_.scene_store.in_force().scene);
+  const nlohmann::ordered_json scene = scene_json(dependencies_.state.scene_store.in_force().scene);
   Values values;
   for (const std::string& name : names) values.emplace_back(name, text_of(value_of(scene, name)));
   return values;
@@ -115,22 +115,21 @@ IgtlCommands::Reply IgtlCommands::set(const Values& values, const Principal& pri
     change[name] = json_value(value);
     names.push_back(name);
   }
+  SessionlessRequester client(dependencies_.audit, principal);
   const auto refused = [&](const std::string& why) {
-    dependencies_.counters.igtl_command_refusals.add();
-    dependencies_.counters.scene_refusals.add();
-    dependencies_.audit.note(principal, {.what = "scene_change", .result = "refused: " + why}, change);
+    dependencies_.state.counters.igtl_command_refusals.add();
     return reply("SetParameter", why);
   };
-  const auto may = dependencies_.control.may_change({.session = 0, .name = principal.name}, principal.role);
-  if (!may) return refused(may.error().message);
   const auto fields = scene_change_from_json(change);
-  if (!fields) return refused(fields.error().message);
-  const auto applied = dependencies_.scene_store.apply(*fields);
-  if (!applied) return refused(applied.error().message);
-  dependencies_.counters.scene_changes.add();
-  dependencies_.audit.note(principal, {.what = "scene_change", .result = "done"}, change_json(*fields));
-  if (*applied) dependencies_.sessions.scene_changed(0);
-  return reply("SetParameter", "", in_force(names));
+  if (!fields) {
+    dependencies_.commands.reject(client.requester(), ChangeScene(), fields.error().message);
+    return refused(fields.error().message);
+  }
+  Reply answer;
+  dependencies_.commands.execute(client.requester(), ChangeScene{*fields}, [&](const CommandResult& result) {
+    answer = result ? reply("SetParameter", "", in_force(names)) : refused(result.error.message);
+  });
+  return answer;
 }
 
 }  // namespace fanlight

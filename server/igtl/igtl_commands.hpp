@@ -7,15 +7,13 @@
 #include <vector>
 
 #include "server/access/audit_log.hpp"
-#include "server/access/control_lease.hpp"
 #include "server/access/role.hpp"
-#include "server/metrics/server_counters.hpp"
-#include "server/state/scene_store.hpp"
-#include "server/stream/session_registry.hpp"
+#include "server/command/command_executor.hpp"
+#include "server/state/server_state.hpp"
 
 namespace fanlight {
 
-/// Carries out commands in PLUS's XML, with the checks and rights that REST has:
+/// Translates commands in PLUS's XML, and the answers back:
 ///
 ///   <Command Name="GetParameter"><Parameter Name="light.up_mm"/></Command>    without a Parameter: all
 ///   <Command Name="SetParameter"><Parameter Name="light.up_mm" Value="20"/></Command>    all of them or none
@@ -27,11 +25,9 @@ class IgtlCommands {
  public:
   /// All must outlive this object.
   struct Dependencies {
-    ServerCounters& counters;
-    SceneStore& scene_store;
-    const ControlLease& control;
+    ServerState& state;
+    CommandExecutor& commands;
     AuditLog& audit;
-    SessionRegistry& sessions;
   };
   explicit IgtlCommands(const Dependencies& dependencies) : dependencies_(dependencies) {}
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "server/igtl/stream_message.hpp"
-#include "server/metrics/server_counters.hpp"
+#include "server/state/server_counters.hpp"
 
 namespace fanlight {
 

@@ -77,10 +77,12 @@ struct IgtlServer::Job {
 IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencies dependencies)
     : config_(config),
       dependencies_(std::move(dependencies)),
-      commands_(dependencies_.commands),
-      session_dependencies_{.counters = dependencies_.counters,
+      commands_({.state = dependencies_.state,
+                 .commands = dependencies_.commands,
+                 .audit = dependencies_.audit}),
+      session_dependencies_{.counters = dependencies_.state.counters,
                             .commands = commands_,
-                            .state = dependencies_.state,
+                            .state = [this] { return igtl_state(dependencies_.state.liveness.report()); },
                             .asked = [this] { show_newest(); },
                             .wants_changed = [this] { wants_changed(); },
                             .bytes_waiting = bytes_waiting_,
@@ -93,16 +95,17 @@ IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencie
       limit_(config.most_clients, config.most_clients_a_host),
       acceptor_(loop),
       pause_(loop),
+      frames_(dependencies_.ports.frames),
       job_(std::make_shared<Job>()),
-      volumes_(config.spacing_mm, {.orders = dependencies_.volume_orders,
-                                   .answers = dependencies_.volume_answers,
+      volumes_(config.spacing_mm, {.orders = dependencies_.ports.volume_orders,
+                                   .answers = dependencies_.ports.volume_answers,
                                    .executor = dependencies_.executor,
                                    .utc_ns = utc_ns,
                                    .made = [this](const IgtlVolumes::Made& made) { offer_volume(made); }}) {}
 
 IgtlServer::~IgtlServer() {
   dependencies_.wants_changed = [] {};  // nobody is left to be told
-  dependencies_.frames = nullptr;
+  frames_ = nullptr;
   for (const auto& session : std::vector(sessions_)) session->leave();
 }
 
@@ -128,7 +131,7 @@ void IgtlServer::accept() {
   acceptor_.async_accept([this, link = chain_.link()](boost::system::error_code failure, tcp::socket socket) {
     if (failure == asio::error::operation_aborted) return;
     if (failure) {
-      dependencies_.counters.connections_refused.add();
+      dependencies_.state.counters.connections_refused.add();
       pause_.expires_after(std::chrono::milliseconds(100));
       return pause_.async_wait([this, link](boost::system::error_code stopped) {
         if (!stopped) accept();
@@ -137,7 +140,7 @@ void IgtlServer::accept() {
     try {
       begin(std::move(socket));
     } catch (const std::bad_alloc&) {
-      dependencies_.counters.connections_refused.add();
+      dependencies_.state.counters.connections_refused.add();
     }
     accept();
   });
@@ -148,7 +151,7 @@ void IgtlServer::begin(tcp::socket socket) {
   const auto remote = socket.remote_endpoint(ignored);
   auto permit = limit_.take(remote.address());
   if (!permit) {
-    dependencies_.counters.connections_refused.add();  // the destructor closes the socket
+    dependencies_.state.counters.connections_refused.add();  // the destructor closes the socket
     return;
   }
   socket.set_option(tcp::no_delay(true), ignored);
@@ -176,7 +179,7 @@ bool IgtlServer::wants_pictures() const {
 
 void IgtlServer::wants_changed() {
   if (!wanted().has(IgtlStream::kVolume)) volumes_.stop();
-  if (dependencies_.frames != nullptr) dependencies_.frames->open(wanted().has(IgtlStream::kFrames));
+  if (frames_ != nullptr) frames_->open(wanted().has(IgtlStream::kFrames));
   dependencies_.wants_changed();
 }
 
@@ -194,7 +197,7 @@ IgtlWanted IgtlServer::wanted_of(const PictureStamp& stamp) const {
 }
 
 void IgtlServer::show_newest() {
-  if (const Picture* const picture = dependencies_.newest_picture()) show(*picture);
+  if (const Picture* const picture = dependencies_.hub.newest_picture()) show(*picture);
 }
 
 void IgtlServer::show(const Picture& picture) {
@@ -255,7 +258,7 @@ void IgtlServer::write_messages(const Picture& picture, const IgtlWanted& now) {
 
 void IgtlServer::written(Job& job) {
   busy_ = false;
-  if (job.no_memory) dependencies_.counters.handlers_out_of_memory.add();
+  if (job.no_memory) dependencies_.state.counters.handlers_out_of_memory.add();
   if (!job.video_trouble.empty() && !video_failed_)
     spdlog::warn("OpenIGTLink clients get no video: {}", job.video_trouble);
   const bool has_video = job.messages.at(IgtlStream::kVideo).any();
@@ -284,11 +287,11 @@ void IgtlServer::offer_volume(const IgtlVolumes::Made& made) {
 
 void IgtlServer::bell_rang() {
   volumes_.look_for_answer();
-  if (dependencies_.frames != nullptr) send_frames();
+  if (frames_ != nullptr) send_frames();
 }
 
 void IgtlServer::send_frames() {
-  FrameQueue& queue = dependencies_.frames->queue();
+  FrameQueue& queue = frames_->queue();
   const IgtlWanted all = wanted();
   while (const QueuedFrame* const frame = queue.front()) {
     for (const auto version : {igtl::HeadVersion::kOne, igtl::HeadVersion::kTwo}) {
@@ -308,8 +311,8 @@ void IgtlServer::state_changed() {
 }
 
 void IgtlServer::second_passed() {
-  if (dependencies_.frames != nullptr)
-    dependencies_.counters.igtl_frames_missed.set(dependencies_.frames->frames_missed());
+  if (frames_ != nullptr)
+    dependencies_.state.counters.igtl_frames_missed.set(frames_->frames_missed());
   for (const auto& session : std::vector(sessions_)) session->second_passed();
   if (--seconds_to_state_ <= 0) state_changed();
   show_newest();  // what was put off: a key picture of the video, a volume

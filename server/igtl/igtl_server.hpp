@@ -37,21 +37,19 @@ class IgtlServer {
     std::size_t most_clients_a_host = 16;  ///< except this machine
     std::uint32_t most_messages = 500;     ///< that are read of a client in a second
   };
-  /// All must outlive this object.
+  /// Writes the message of a frame of the source, which is valid until the next call.
+  using WriteFrame = std::function<std::span<const std::uint8_t>(
+      const QueuedFrame& frame, std::uint64_t utc_ns, igtl::HeadVersion version)>;
+  /// All must outlive this object. Of `ports` it uses volumes and frames.
   struct Dependencies {
-    ServerCounters& counters;
-    IgtlCommands::Dependencies commands;
-    std::function<IgtlState()> state;                ///< of the picture
-    std::function<const Picture*()> newest_picture;  ///< of the main view; null: none
+    ServerState& state;
+    CommandExecutor& commands;
+    AuditLog& audit;
+    const PictureHub& hub;
     PictureHub::Executor executor;
-    std::function<void()> wants_changed;            ///< wants_pictures() may have changed
-    Mailbox<VolumeOrder>* volume_orders = nullptr;  ///< nullptr: it sends no volumes
-    Mailbox<VolumeAnswer>* volume_answers = nullptr;
-    FrameTap* frames = nullptr;  ///< of the source; nullptr: it sends no frames
-    /// Writes the message of a frame, which is valid until the next call. Not empty where there are frames.
-    std::function<std::span<const std::uint8_t>(const QueuedFrame& frame, std::uint64_t utc_ns,
-                                                igtl::HeadVersion version)>
-        write_frame{};
+    const PipelinePorts& ports;
+    WriteFrame write_frame{};             ///< not empty where there are frames
+    std::function<void()> wants_changed;  ///< wants_pictures() may have changed
   };
   IgtlServer(boost::asio::io_context& loop, const Config& config, Dependencies dependencies);
   ~IgtlServer();
@@ -101,6 +99,7 @@ class IgtlServer {
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::steady_timer pause_;
   LoopChain chain_;
+  FrameTap* frames_;  // of the source; null: none are sent
   std::vector<std::shared_ptr<IgtlSession>> sessions_;
   std::shared_ptr<Job> job_;  // its memory is used again
   IgtlVolumes volumes_;

@@ -97,6 +97,28 @@ Result<DeviceRenderer> Pipeline::remake(const NumberedScene& scene) {
   return make_renderer(std::move(*device), scene);
 }
 
+PipelinePorts Pipeline::ports() {
+  return {.bell = link_.server_bell,
+          .pictures = pictures_,
+          .scenes = scenes_,
+          .failures = failures_,
+          .counters = counters(),
+          .probe = link_.probe,
+          .replay = link_.replay,
+          .source_state = [this] { return source_state(); },
+          .private_views = &private_views_,
+          .private_view_ends = &private_view_ends_,
+          .render_health = &render_health_,
+          .survey_orders = &survey_orders_,
+          .survey_results = &survey_results_,
+          .volume_orders = &volume_orders_,
+          .volume_answers = &volume_answers_,
+          .recording = recorder_ ? std::optional(recorder_->link()) : std::nullopt,
+          .cine = &cine_,
+          .audience = &audience_,
+          .frames = sent_frames_ ? &*sent_frames_ : nullptr};
+}
+
 void Pipeline::start() {
   render_thread_.emplace(
       std::move(renderer_),

@@ -12,19 +12,13 @@
 #include "acquisition/acquisition_thread.hpp"
 #include "acquisition/record/recorder.hpp"
 #include "proto/base/result.hpp"
-#include "proto/exchange/cine_link.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/frame_tap.hpp"
-#include "proto/exchange/mailbox.hpp"
-#include "proto/exchange/private_view.hpp"
+#include "proto/exchange/pipeline_ports.hpp"
 #include "proto/exchange/probe_link.hpp"
 #include "proto/exchange/pulse.hpp"
-#include "proto/exchange/recording_link.hpp"
-#include "proto/exchange/render_health.hpp"
 #include "proto/exchange/replay_link.hpp"
-#include "proto/exchange/survey.hpp"
-#include "proto/exchange/volume_order.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/picture.hpp"
 #include "proto/model/pipeline_counters.hpp"
@@ -97,29 +91,11 @@ class Pipeline {
   /// "running", "ended", or the sentence why the source failed. "ended" too before start() and after stop().
   std::string source_state() const;
 
-  // The server thread's ends of the mailboxes. SourceLink::server_bell rings for those that it reads.
-  Mailbox<Picture>& pictures() { return pictures_; }
-  Mailbox<Error>& failures() { return failures_; }  ///< of the render thread, which has then ended
-  Mailbox<NumberedScene>& scenes() { return scenes_; }
-  Mailbox<PrivateViews>& private_views() { return private_views_; }
-  Mailbox<PrivateViewEnds>& private_view_ends() { return private_view_ends_; }
-  Mailbox<RenderHealth>& render_health() { return render_health_; }
-  CineLink& cine() { return cine_; }
+  /// The server thread's ends of all that it exchanges with the pipeline. The frame tap is absent where the
+  /// configuration says that no frames are sent, the recorder without a folder for recordings.
+  PipelinePorts ports();
   const Pulse& acquisition_pulse() const { return acquisition_pulse_; }
   const Pulse& render_pulse() const { return render_pulse_; }
-  Audience& audience() { return audience_; }
-  Mailbox<SurveyOrder>& survey_orders() { return survey_orders_; }
-  Mailbox<SurveyResult>& survey_results() { return survey_results_; }
-  Mailbox<VolumeOrder>& volume_orders() { return volume_orders_; }
-  Mailbox<VolumeAnswer>& volume_answers() { return volume_answers_; }
-
-  /// The recorder's mailboxes; absent without a folder for recordings.
-  std::optional<RecordingLink> recording() {
-    return recorder_ ? std::optional(recorder_->link()) : std::nullopt;
-  }
-
-  /// The source's frames for the server thread; nullptr where the configuration says that it sends none.
-  FrameTap* frame_tap() { return sent_frames_ ? &*sent_frames_ : nullptr; }
 
   PipelineCounters counters() const {
     return {acquisition_counters_, ring_.counters(),     queue_.counters(),

@@ -83,9 +83,14 @@ std::string RtpSender::to() const {
             : fmt::format("{}:{}", config_.host, config_.port);
 }
 
-std::optional<ReceptionReport> RtpSender::report() const {
-  if (!has_report_ || now_ns() - reported_ns_ > kSilentNs) return std::nullopt;
-  return report_;
+RelayReport RtpSender::report() const {
+  RelayReport report{
+      .sending = sending_, .to = to(), .encrypted = encrypted(), .description = description_, .reception = {}};
+  if (!has_report_ || now_ns() - reported_ns_ > kSilentNs) return report;
+  report.reception = {.lost_percent = 100 * report_.lost_share,
+                      .lost_packets = report_.lost,
+                      .jitter_ms = report_.jitter / (kRtpClockHz / 1000.0)};
+  return report;
 }
 
 Result<void> RtpSender::start() {
@@ -255,22 +260,22 @@ void RtpSender::received(std::size_t bytes) {
   // second at most, and is believed in nothing else.
   const bool is_authentic = srtp_ == nullptr || srtp_->unprotect_rtcp(packet);
   const auto feedback = parse_rtcp(packet, source_);
-  if (!feedback) return dependencies_.counters.rtp_feedback_refused.add();
+  if (!feedback) return dependencies_.state.counters.rtp_feedback_refused.add();
   if (is_authentic) believe(*feedback);
   if (!feedback->key_wanted) return;
-  dependencies_.counters.rtp_keys_requested.add();
+  dependencies_.state.counters.rtp_keys_requested.add();
   wants_key_ = true;
   dependencies_.hub.resync(*this);
 }
 
 void RtpSender::believe(const RtcpFeedback& feedback) {
   heard_ns_ = now_ns();
-  dependencies_.counters.rtp_packets_not_resent.add(feedback.packets_wanted);
+  dependencies_.state.counters.rtp_packets_not_resent.add(feedback.packets_wanted);
   if (!feedback.report) return;
   report_ = *feedback.report;
   reported_ns_ = heard_ns_;
   has_report_ = true;
-  dependencies_.counters.rtp_reports_received.add();
+  dependencies_.state.counters.rtp_reports_received.add();
 }
 
 void RtpSender::report_ourselves(bool ends) {
@@ -280,7 +285,7 @@ void RtpSender::report_ourselves(bool ends) {
                                                   .packets = packets_sent_,
                                                   .bytes = payload_bytes_sent_},
                                                  fmt::format("fanlight-{:08x}", source_), ends);
-  if (srtp_ != nullptr && !srtp_->protect_rtcp(packet)) return dependencies_.counters.rtp_send_failures.add();
+  if (srtp_ != nullptr && !srtp_->protect_rtcp(packet)) return dependencies_.state.counters.rtp_send_failures.add();
   (void)send(control_, packet);
 }
 
@@ -289,7 +294,7 @@ bool RtpSender::send(Udp::socket& socket, const std::vector<std::uint8_t>& packe
   socket.send(asio::buffer(packet), 0, failure);
   // The system tells of an earlier packet that nobody took; this one was not sent.
   if (failure == asio::error::connection_refused) socket.send(asio::buffer(packet), 0, failure);
-  if (failure) dependencies_.counters.rtp_send_failures.add();
+  if (failure) dependencies_.state.counters.rtp_send_failures.add();
   return !failure;
 }
 
@@ -309,7 +314,7 @@ void RtpSender::offer(const PictureOffer& offered) {
     wants_key_ = false;
   }
   const std::vector<std::uint8_t> data =
-      user_data_sei(picture_data(picture, dependencies_.liveness.report(), dependencies_.title()));
+      user_data_sei(picture_data(picture, dependencies_.state.liveness.report(), dependencies_.state.description.title));
   auto units = nal_units({reinterpret_cast<const std::uint8_t*>(stream->data()), stream->size()});
   // After the parameter sets, before the picture (H.264, 7.4.1.2.3).
   const auto picture_begins = std::ranges::find_if(units, [](const auto& unit) {
@@ -331,17 +336,17 @@ void RtpSender::send_units(std::span<const std::span<const std::uint8_t>> units,
                              .source = source_});
     packet_.insert(packet_.end(), payload.begin(), payload.end());
     const bool is_protected = srtp_ == nullptr || srtp_->protect_rtp(packet_);
-    if (!is_protected) dependencies_.counters.rtp_send_failures.add();
+    if (!is_protected) dependencies_.state.counters.rtp_send_failures.add();
     if (!is_protected || !send(packets_, packet_)) {
       wants_key_ = true;  // the rest of this picture is of no use, nor what refers to it
-      return dependencies_.counters.rtp_pictures_cut.add();
+      return dependencies_.state.counters.rtp_pictures_cut.add();
     }
     ++packets_sent_;
     payload_bytes_sent_ += static_cast<std::uint32_t>(payload.size());
-    dependencies_.counters.rtp_packets_sent.add();
-    dependencies_.counters.rtp_bytes_sent.add(packet_.size());
+    dependencies_.state.counters.rtp_packets_sent.add();
+    dependencies_.state.counters.rtp_bytes_sent.add(packet_.size());
   }
-  dependencies_.counters.rtp_pictures_sent.add();
+  dependencies_.state.counters.rtp_pictures_sent.add();
 }
 
 void RtpSender::describe(std::span<const std::span<const std::uint8_t>> units) {
@@ -359,7 +364,7 @@ void RtpSender::describe(std::span<const std::span<const std::uint8_t>> units) {
   const auto here = packets_.local_endpoint(failure);
   const auto there = packets_.remote_endpoint(failure);
   if (failure) return;
-  description_ = sdp({.title = dependencies_.title(),
+  description_ = sdp({.title = dependencies_.state.description.title,
                       .from = here.address().to_string(),
                       .to = there.address().to_string(),
                       .v6 = there.address().is_v6(),

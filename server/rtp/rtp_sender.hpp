@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
-#include "server/metrics/server_counters.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/rtp/rtcp.hpp"
 #include "server/rtp/rtp_clock.hpp"
 #include "server/rtp/srtp_context.hpp"
-#include "server/state/picture_liveness.hpp"
+#include "server/state/relay.hpp"
+#include "server/state/server_state.hpp"
 #include "server/stream/picture_hub.hpp"
 
 namespace fanlight {
@@ -28,7 +28,7 @@ namespace fanlight {
 /// Sends the pictures of the main view as RTP to one receiver, which serves them to many: an SFU such as
 /// Janus (proto/RTP.md). They are encoded once, together with those of displays that ask for the same H.264.
 /// Server thread only.
-class RtpSender : public PictureSubscriber {
+class RtpSender : public PictureSubscriber, public Relay {
  public:
   struct Config {
     std::string host;        ///< name or address of the receiver
@@ -40,32 +40,27 @@ class RtpSender : public PictureSubscriber {
   };
   /// All must outlive this object.
   struct Dependencies {
-    ServerCounters& counters;
+    ServerState& state;
     PictureHub& hub;
-    std::uint64_t id = 0;  ///< as a subscriber, never 0
-    const PictureLiveness& liveness;
-    PictureHub::Executor executor;       ///< for files
-    std::function<std::string()> title;  ///< of the source
-    std::function<void()> changed;       ///< sending() has changed
+    std::uint64_t id = 0;           ///< as a subscriber, never 0
+    PictureHub::Executor executor;  ///< for files
+    std::function<void()> changed;  ///< sending() has changed
   };
   RtpSender(boost::asio::io_context& loop, const Config& config, Dependencies dependencies);
   ~RtpSender() override;
 
+  // Relay.
   /// Begins to send, with a key picture. kUnavailable: it sends already, or libsrtp refuses.
-  Result<void> start();
+  Result<void> start() override;
   /// Tells the receiver that the stream ends.
-  void stop();
-  bool sending() const { return sending_; }
+  void stop() override;
+  bool sending() const override { return sending_; }
+  std::string to() const override;
+  /// Its description: see sdp().
+  RelayReport report() const override;
+
   /// Begins the chains again that a lack of memory has ended.
   void keep_alive();
-
-  /// Where to, as "HOST:PORT".
-  std::string to() const;
-  /// What the receiver needs to know; see sdp(). Empty before the first picture.
-  const std::string& description() const { return description_; }
-  /// Of the receiver's last report; nullopt: none came for ten seconds.
-  std::optional<ReceptionReport> report() const;
-  bool encrypted() const { return !config_.srtp_key.empty(); }
 
   // PictureSubscriber.
   std::uint64_t id() const override { return dependencies_.id; }
@@ -85,6 +80,7 @@ class RtpSender : public PictureSubscriber {
     std::atomic<std::uint64_t> version = 0;  // of the newest; a job with another has been superseded
   };
 
+  bool encrypted() const { return !config_.srtp_key.empty(); }
   void resolve();
   void resolved(boost::system::error_code failure, const Udp::resolver::results_type& found);
   bool reaches_one_of(const Udp::resolver::results_type& found) const;

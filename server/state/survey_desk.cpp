@@ -9,10 +9,9 @@ namespace fanlight {
 
 namespace {
 
-/// What the render thread has found, for one wish.
-v1::SurveyReply reply_to(std::uint64_t request_id, const SurveyResult& result) {
+/// What the render thread has found.
+v1::SurveyReply reply_of(const SurveyResult& result) {
   v1::SurveyReply reply;
-  reply.set_request_id(request_id);
   switch (result.outcome) {
     case SurveyResult::Outcome::kNoVolume:
       reply.mutable_refused()->set_message("there is no volume yet, expected one to look at");
@@ -34,21 +33,21 @@ v1::SurveyReply reply_to(std::uint64_t request_id, const SurveyResult& result) {
 
 }  // namespace
 
-Result<void> SurveyDesk::wish(std::uint64_t session, std::uint64_t request_id, const Scene& scene) {
+Result<void> SurveyDesk::wish(std::uint64_t asker, const Scene& scene) {
   if (orders_ == nullptr || results_ == nullptr)
     return Error{ErrorCode::kUnavailable, "this server finds no surfaces"};
   if (wishes_.size() >= kMostWishes) {
     return Error{ErrorCode::kUnavailable,
                  fmt::format("{} displays wait for the surface, expected some patience", kMostWishes)};
   }
-  wishes_.push_back({.session = session, .request_id = request_id});
+  wishes_.push_back({.asker = asker});
   if (!looking_) order(scene);
   return {};
 }
 
 bool SurveyDesk::look(const Scene& scene) {
   if (orders_ == nullptr || results_ == nullptr || looking_) return false;
-  wishes_.push_back({.session = kServer});
+  wishes_.push_back({.asker = kServer});
   order(scene);
   return true;
 }
@@ -68,8 +67,7 @@ std::vector<SurveyDesk::Answer> SurveyDesk::answers(const Scene& scene) {
   looking_ = false;
   for (const Wish& wish : wishes_) {
     if (wish.order == ordered_)
-      all.push_back(
-          {.session = wish.session, .outcome = result->outcome, .reply = reply_to(wish.request_id, *result)});
+      all.push_back({.asker = wish.asker, .outcome = result->outcome, .reply = reply_of(*result)});
   }
   std::erase_if(wishes_, [&](const Wish& wish) { return wish.order == ordered_; });
   if (!wishes_.empty()) order(scene);

@@ -12,28 +12,29 @@
 
 namespace fanlight {
 
-/// Passes displays' wishes to find the surface to the render thread, one at a time, and its answers back. A
-/// wish that comes while the render thread looks waits for the next look. Server thread only.
+/// Passes requests to find the surface to the render thread, one at a time, and its answers back. A request that
+/// comes while the render thread looks waits for the next look. Server thread only.
 class SurveyDesk {
  public:
   /// Wishes that wait for an answer.
   static constexpr std::size_t kMostWishes = 16;
-  /// The session of the server's own wish.
+  /// The asker of the server's own request.
   static constexpr std::uint64_t kServer = 0;
 
   /// The answer to one wish.
   struct Answer {
-    std::uint64_t session = 0;
+    std::uint64_t asker = kServer;
     SurveyResult::Outcome outcome = SurveyResult::Outcome::kNoVolume;
-    v1::SurveyReply reply;
+    v1::SurveyReply reply;  ///< without a request id
   };
 
   /// Both must outlive this object; null: there is no renderer that looks.
   SurveyDesk(Mailbox<SurveyOrder>* orders, Mailbox<SurveyResult>* results)
       : orders_(orders), results_(results) {}
 
-  /// `scene`: the scene in force. Error: kUnavailable where too many wishes wait, or nobody looks.
-  Result<void> wish(std::uint64_t session, std::uint64_t request_id, const Scene& scene);
+  /// `asker`: any number but kServer. `scene`: the scene in force. Error: kUnavailable where too many requests
+  /// wait, or there is no renderer that looks.
+  Result<void> wish(std::uint64_t asker, const Scene& scene);
 
   /// The server's own wish. False where the render thread looks for somebody already, or nobody looks.
   bool look(const Scene& scene);
@@ -43,8 +44,7 @@ class SurveyDesk {
 
  private:
   struct Wish {
-    std::uint64_t session = 0;
-    std::uint64_t request_id = 0;
+    std::uint64_t asker = kServer;
     std::uint64_t order = 0;  // 0: waits for the next one
   };
   void order(const Scene& scene);

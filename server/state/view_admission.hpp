@@ -13,7 +13,7 @@
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/private_view.hpp"
 #include "proto/fanlight.pb.h"
-#include "server/metrics/server_counters.hpp"
+#include "server/state/server_counters.hpp"
 #include "server/state/scene_store.hpp"
 
 namespace fanlight {

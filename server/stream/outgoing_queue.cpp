@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/stream/outgoing_queue.hpp"
 
+#include <bit>
 #include <algorithm>
 #include <utility>
 
@@ -41,15 +42,11 @@ void OutgoingQueue::begin_stream(bool needs_key) {
   needs_key_ = needs_key;
 }
 
-std::optional<OutgoingQueue::Notice> OutgoingQueue::take_notice() {
-  for (const Notice notice : {Notice::kControl, Notice::kScene, Notice::kView, Notice::kProbe,
-                              Notice::kLiveness, Notice::kRecording, Notice::kReplay, Notice::kCine,
-                              Notice::kPresets, Notice::kRelay, Notice::kStatistics}) {
-    if ((notices_due_ & bit(notice)) == 0) continue;
-    notices_due_ &= ~bit(notice);
-    return notice;
-  }
-  return std::nullopt;
+std::optional<Notice> OutgoingQueue::take_notice() {
+  if (notices_due_ == 0) return std::nullopt;
+  const auto first = static_cast<Notice>(std::countr_zero(notices_due_));
+  notices_due_ &= notices_due_ - 1;
+  return first;
 }
 
 OutgoingQueue::Item OutgoingQueue::next() {

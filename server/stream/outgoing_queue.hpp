@@ -6,7 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "server/metrics/server_counters.hpp"
+#include "server/state/server_counters.hpp"
+#include "server/state/notice.hpp"
 #include "server/stream/picture_subscriber.hpp"
 
 namespace fanlight {
@@ -16,21 +17,6 @@ namespace fanlight {
 /// counted as skipped. Pure logic: no socket, no time. One thread.
 class OutgoingQueue {
  public:
-  /// States whose newest value is sent when the socket is free, in the order in which they are sent.
-  enum class Notice : std::uint8_t {
-    kControl,
-    kScene,
-    kView,
-    kProbe,
-    kLiveness,
-    kRecording,
-    kReplay,
-    kCine,
-    kPresets,
-    kRelay,
-    kStatistics
-  };
-
   /// A client wants to know which picture is the first to show its change.
   struct ShownRequest {
     std::uint64_t view_id = 0;   ///< 0: the main view

@@ -15,7 +15,7 @@
 #include "proto/model/picture.hpp"
 #include "server/codec/encoder_pool.hpp"
 #include "server/codec/picture_coder.hpp"
-#include "server/metrics/server_counters.hpp"
+#include "server/state/server_counters.hpp"
 #include "server/stream/picture_snapshot.hpp"
 #include "server/stream/picture_subscriber.hpp"
 

@@ -13,14 +13,14 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   v1::Hello& hello = *message.mutable_hello();
   hello.set_protocol_version(kProtocolVersion);
   hello.set_server_version(version());
-  const ServerDescription& description = dependencies_.description;
-  const bool may_know = session.principal->role == Role::kAdmin;
+  const ServerDescription& description = state_.description;
+  const bool may_know = has_role(session.principal->role, kReadsSourcePath);
   hello.set_title(description.title);
   hello.set_source(may_know ? description.source : description.title);
-  hello.set_device(dependencies_.description.device);
-  hello.set_picture_width(dependencies_.description.picture_width);
-  hello.set_picture_height(dependencies_.description.picture_height);
-  for (const std::string& note : dependencies_.description.notes) hello.add_notes(note);
+  hello.set_device(description.device);
+  hello.set_picture_width(description.picture_width);
+  hello.set_picture_height(description.picture_height);
+  for (const std::string& note : description.notes) hello.add_notes(note);
   hello.set_session_id(session.id);
   hello.set_role(static_cast<v1::Role>(session.principal->role));
   hello.set_name(session.name);
@@ -28,8 +28,8 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   add_scene_fields(hello);
   add_looks(hello);
   add_presets(hello);
-  *hello.mutable_scene() = scene_state(dependencies_.scene_store.in_force());
-  *hello.mutable_default_scene() = scene_message(dependencies_.scene_store.default_scene());
+  *hello.mutable_scene() = scene_state(state_.scene_store.in_force());
+  *hello.mutable_default_scene() = scene_message(state_.scene_store.default_scene());
   return message;
 }
 
@@ -55,28 +55,28 @@ v1::ServerMessage ServerMessages::control(std::uint64_t session) const {
 
 v1::ServerMessage ServerMessages::scene() const {
   v1::ServerMessage message;
-  *message.mutable_scene() = scene_state(dependencies_.scene_store.in_force());
+  *message.mutable_scene() = scene_state(state_.scene_store.in_force());
   *message.mutable_scene()->mutable_default_scene() =
-      scene_message(dependencies_.scene_store.default_scene());
-  for (const std::string& note : dependencies_.description.notes) message.mutable_scene()->add_notes(note);
+      scene_message(state_.scene_store.default_scene());
+  for (const std::string& note : state_.description.notes) message.mutable_scene()->add_notes(note);
   return message;
 }
 
 v1::ServerMessage ServerMessages::view(std::uint64_t session, const std::string& ended) const {
   v1::ServerMessage message;
-  *message.mutable_view() = dependencies_.views.state(session);
+  *message.mutable_view() = state_.views.state(session);
   message.mutable_view()->set_ended(ended);
   return message;
 }
 
 v1::ServerMessage ServerMessages::probe_status() const {
   v1::ServerMessage message;
-  *message.mutable_probe_status() = dependencies_.probe.message();
+  *message.mutable_probe_status() = state_.probe.message();
   return message;
 }
 
 v1::ServerMessage ServerMessages::liveness() const {
-  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  const PictureLiveness::Report& report = state_.liveness.report();
   v1::ServerMessage message;
   v1::Liveness& to = *message.mutable_liveness();
   to.set_state(static_cast<v1::Liveness::State>(report.state));
@@ -84,42 +84,42 @@ v1::ServerMessage ServerMessages::liveness() const {
   to.set_sentence(report.sentence);
   to.set_age_s(report.age_s);
   to.set_pictures_per_second(report.pictures_per_second);
-  to.set_limit_s(static_cast<double>(dependencies_.liveness.limit_ns()) / 1e9);
+  to.set_limit_s(static_cast<double>(state_.liveness.limit_ns()) / 1e9);
   return message;
 }
 
 v1::ServerMessage ServerMessages::recording() const {
   v1::ServerMessage message;
-  *message.mutable_recording() = dependencies_.recording.message();
+  *message.mutable_recording() = state_.recording.message();
   return message;
 }
 
 v1::ServerMessage ServerMessages::replay() const {
   v1::ServerMessage message;
-  *message.mutable_replay() = dependencies_.replay.message();
+  *message.mutable_replay() = state_.replay.message();
   return message;
 }
 
 v1::ServerMessage ServerMessages::presets() const {
   v1::ServerMessage message;
-  *message.mutable_presets() = dependencies_.presets.message();
+  *message.mutable_presets() = state_.presets.message();
   return message;
 }
 
 v1::ServerMessage ServerMessages::cine() const {
   v1::ServerMessage message;
-  *message.mutable_cine() = dependencies_.cine.message();
+  *message.mutable_cine() = state_.cine.message();
   return message;
 }
 
 v1::ServerMessage ServerMessages::relay() const {
   v1::ServerMessage message;
-  message.mutable_relay()->set_sending(dependencies_.relayed);
+  message.mutable_relay()->set_sending(state_.is_relayed());
   return message;
 }
 
 v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts& pictures) const {
-  const PipelineCounters& pipeline = dependencies_.pipeline;
+  const PipelineCounters& pipeline = state_.pipeline;
   v1::ServerMessage message;
   v1::Statistics& to = *message.mutable_statistics();
   to.set_server_time_ns(now_ns());
@@ -140,8 +140,8 @@ v1::ServerMessage ServerMessages::statistics(const OutgoingQueue::PictureCounts&
   to.set_pictures_offered(pictures.offered);
   to.set_pictures_sent(pictures.sent);
   to.set_pictures_skipped(pictures.skipped);
-  to.set_sessions(static_cast<std::uint32_t>(dependencies_.hub.subscriber_count()));
-  to.set_source_state(dependencies_.probe.lost() ? "probe lost" : dependencies_.source_state());
+  to.set_sessions(static_cast<std::uint32_t>(hub_.subscriber_count()));
+  to.set_source_state(state_.probe.lost() ? "probe lost" : state_.source_state());
   return message;
 }
 
@@ -157,12 +157,12 @@ v1::ServerMessage ServerMessages::scene_shown(const OutgoingQueue::ShownRequest&
 }
 
 v1::ControlState ServerMessages::control_state(std::uint64_t session) const {
-  const ControlLease::State& state = dependencies_.control.state();
+  const ControlLease::State& state = control_.state();
   v1::ControlState message;
   message.set_holder_session(state.holder.session);
   message.set_holder_name(state.holder.name);
-  message.set_lapses_after_s(static_cast<double>(dependencies_.control.lapse_ms()) / 1000);
-  message.set_mine(dependencies_.control.holds(session));
+  message.set_lapses_after_s(static_cast<double>(control_.lapse_ms()) / 1000);
+  message.set_mine(control_.holds(session));
   for (const ControlLease::Party& party : state.asking) {
     v1::ControlState::Asking& asking = *message.add_asking();
     asking.set_session(party.session);

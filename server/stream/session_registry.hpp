@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/state/notice.hpp"
 #include "server/state/view_admission.hpp"
 
 namespace fanlight {
@@ -26,38 +27,8 @@ class RegisteredSession {
   /// second_passed(), end() and abandon().
   virtual bool is_open() const = 0;
 
-  /// The scene of the main view has changed.
-  virtual void scene_changed() = 0;
-
-  /// Another session holds control, or none.
-  virtual void control_changed() = 0;
-
-  /// The state of the probe has changed.
-  virtual void probe_changed() = 0;
-
-  /// The main view's picture is live, or is not live any more, or for another reason.
-  virtual void liveness_changed() = 0;
-
-  /// The state of the recorder has changed.
-  virtual void recording_changed() = 0;
-
-  /// The state of the player of a recording has changed.
-  virtual void replay_changed() = 0;
-
-  /// Another of the last volumes is shown, or new ones are again.
-  virtual void cine_changed() = 0;
-
-  /// A preset was saved or removed.
-  virtual void presets_changed() = 0;
-
-  /// The pictures are sent beyond the room, or are not any more.
-  virtual void relay_changed() = 0;
-
-  /// The render thread has looked for the surface, as this session wished.
-  virtual void survey_answered(const v1::SurveyReply& reply) = 0;
-
-  /// The scene of its private view has changed.
-  virtual void view_changed() = 0;
+  /// The state has changed.
+  virtual void notify(Notice notice) = 0;
 
   /// The server has ended its private view.
   virtual void view_ended(const std::string& reason) = 0;
@@ -98,20 +69,9 @@ class SessionRegistry {
   /// All sessions, in the order of their numbers, also those that are not open.
   std::vector<std::shared_ptr<RegisteredSession>> all() const;
 
-  /// Notifies every open session except one (0: no exception), and those whose private views follow the main
-  /// view's scene.
-  void scene_changed(std::uint64_t except_session);
-  void control_changed();
-  void probe_changed();
-  void liveness_changed();
-  void recording_changed();
-  void replay_changed();
-  void cine_changed();
-  void relay_changed();
-  void presets_changed();
-
-  /// Passes the answer on to the session, where it is still there.
-  void survey_answered(std::uint64_t session, const v1::SurveyReply& reply);
+  /// Notifies every open session except one; 0: no exception. After kScene also, with kView, those whose private
+  /// views follow the main view's scene.
+  void notify(Notice notice, std::uint64_t except_session = 0);
 
   /// The server has ended the private view of this session.
   void view_ended(std::uint64_t session, const std::string& reason);

@@ -46,16 +46,17 @@ class StreamSession::Operation {
 StreamSession::StreamSession(Connection connection, ConnectionPermit permit, const Dependencies& dependencies,
                              std::string address)
     : dependencies_(dependencies),
+      shared_(dependencies.shared),
       permit_(std::move(permit)),
       socket_(std::move(connection)),
-      identity_{.id = dependencies.sessions.next_id(),
+      identity_{.id = shared_.sessions.next_id(),
                 .address = std::move(address),
                 .principal = std::nullopt,
                 .name = ""},
-      settings_{.quality = dependencies.requests.jpeg_quality},
-      queue_(dependencies.counters),
+      settings_{.quality = shared_.state.description.jpeg_quality},
+      queue_(shared_.state.counters),
       audit_(dependencies.audit, identity_),
-      requests_(dependencies.requests, *this, audit_, queue_, budget_) {}
+      requests_(shared_, *this, audit_, queue_, budget_) {}
 
 void StreamSession::enter(State state) {
   state_ = state;
@@ -94,7 +95,7 @@ void StreamSession::start(const beast::http::request<beast::http::string_body>& 
 void StreamSession::accepted(beast::error_code failure, std::size_t /*none*/) {
   if (failure) return;
   enter(State::kLogin);
-  dependencies_.sessions.add(shared_from_this());
+  shared_.sessions.add(shared_from_this());
   if (shown_principal_) {
     open(*shown_principal_, "");
   } else {
@@ -111,19 +112,19 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   socket_.read_message_max(SessionLimits::kReadBytes);
   // A session that is being closed stays so.
   if (state_ == State::kLogin) enter(State::kOpen);
-  dependencies_.counters.sessions_opened.add();
+  shared_.state.counters.sessions_opened.add();
   audit_.note("session_opened", "done");
-  queue_.add_answer(serialised(dependencies_.messages.hello(identity_)));
-  if (dependencies_.probe.status().state != ProbeStatus::State::kAbsent)
-    queue_.add_notice(OutgoingQueue::Notice::kProbe);
-  queue_.add_notice(OutgoingQueue::Notice::kLiveness);
-  queue_.add_notice(OutgoingQueue::Notice::kRecording);
-  queue_.add_notice(OutgoingQueue::Notice::kReplay);
-  queue_.add_notice(OutgoingQueue::Notice::kCine);
-  queue_.add_notice(OutgoingQueue::Notice::kPresets);
-  if (dependencies_.messages.is_relayed()) queue_.add_notice(OutgoingQueue::Notice::kRelay);
-  dependencies_.hub.add(*this);
-  dependencies_.sessions.opened();
+  queue_.add_answer(serialised(shared_.messages.hello(identity_)));
+  if (shared_.state.probe.status().state != ProbeStatus::State::kAbsent)
+    queue_.add_notice(Notice::kProbe);
+  queue_.add_notice(Notice::kLiveness);
+  queue_.add_notice(Notice::kRecording);
+  queue_.add_notice(Notice::kReplay);
+  queue_.add_notice(Notice::kCine);
+  queue_.add_notice(Notice::kPresets);
+  if (shared_.state.is_relayed()) queue_.add_notice(Notice::kRelay);
+  shared_.hub.add(*this);
+  shared_.sessions.opened();
 }
 
 void StreamSession::leave() {
@@ -131,22 +132,22 @@ void StreamSession::leave() {
   const auto self = shared_from_this();  // the registry may hold the last reference
   const bool was_open = is_open();
   enter(State::kGone);
-  dependencies_.sessions.remove(id());
+  shared_.sessions.remove(id());
   // A pending operation to a peer that has gone, or that does not read, would keep the connection for ever.
   beast::get_lowest_layer(socket_).close();
   if (!was_open) return;
-  dependencies_.hub.remove(*this);
-  dependencies_.views.leave(id());
-  dependencies_.counters.sessions_closed.add();
+  shared_.hub.remove(*this);
+  shared_.state.views.leave(id());
+  shared_.state.counters.sessions_closed.add();
   queue_.end();
   audit_.flush_changes();
   audit_.note("session_closed",
               close_reason_ ? std::string(close_reason_->reason.c_str()) : "the display left");
-  if (dependencies_.control.left(id(), now_ns() / 1'000'000)) dependencies_.sessions.control_changed();
+  shared_.commands.forget(id());
 }
 
 void StreamSession::encoding_failed() {
-  dependencies_.counters.encodings_failed.add();
+  shared_.state.counters.encodings_failed.add();
   close(websocket::close_code::internal_error, "the picture could not be encoded");
 }
 
@@ -168,38 +169,32 @@ void StreamSession::set_view(std::uint64_t view_id) {
   queue_.begin_stream(settings_.codec == StreamSettings::Codec::kH264);
 }
 
-void StreamSession::notify(OutgoingQueue::Notice notice) {
+void StreamSession::notify(Notice notice) {
+  // Of the view that the server had ended nothing is said any more, once it has another.
+  if (notice == Notice::kView) view_end_.clear();
+  add_notice(notice);
+}
+
+void StreamSession::add_notice(Notice notice) {
   guarded([&] {
     queue_.add_notice(notice);
     pump();
   });
 }
 
-void StreamSession::view_changed() {
-  view_end_.clear();
-  notify(OutgoingQueue::Notice::kView);
-}
-
 void StreamSession::view_ended(const std::string& reason) {
   guarded([&] {
-    dependencies_.hub.forget_view(*this);
+    shared_.hub.forget_view(*this);
     view_end_ = reason;
   });
-  notify(OutgoingQueue::Notice::kView);
+  add_notice(Notice::kView);
 }
 
-void StreamSession::survey_answered(const v1::SurveyReply& reply) {
+void StreamSession::send_late(const std::function<v1::ServerMessage()>& make) {
   guarded([&] {
-    v1::ServerMessage message;
-    *message.mutable_survey_reply() = reply;
-    queue_.add_answer(serialised(message));
+    queue_.add_answer(serialised(make()));
     pump();
   });
-}
-
-void StreamSession::probe_changed() {
-  guarded([&] { requests_.answer_probe_changes(); });
-  notify(OutgoingQueue::Notice::kProbe);
 }
 
 void StreamSession::count_control_frame(websocket::frame_type kind) {
@@ -218,30 +213,30 @@ void StreamSession::check_limits() {
   if (state_ == State::kClosing && seconds_in_state_ >= limits.stalled_s)
     return cut("it was told to go and did not");
   if (out_of_memory_) {
-    dependencies_.counters.sessions_out_of_memory.add();
+    shared_.state.counters.sessions_out_of_memory.add();
     return cut("the server had no memory for it");
   }
   audit_.flush_changes();
   const int stalled = progress_.seconds_stalled(beast::get_lowest_layer(socket_).socket().native_handle(),
                                                 under_way_ != nullptr);
   if (stalled >= limits.stalled_s) {
-    dependencies_.counters.sessions_stalled.add();
+    shared_.state.counters.sessions_stalled.add();
     return cut(fmt::format("it took nothing for {} s", limits.stalled_s));
   }
   if (too_many_pings_ && state_ != State::kClosing) {
-    dependencies_.counters.messages_refused.add();
+    shared_.state.counters.messages_refused.add();
     close(websocket::close_code::policy_error,
           fmt::format("over {} pings within a second", InputBudget::kPingsPerSecond));
   }
   if (state_ == State::kLogin && seconds_in_state_ >= limits.login_s)
     close(websocket::close_code::policy_error, "no token came");
-  if (state_ == State::kOpen && !dependencies_.access.may_stay(*identity_.principal)) {
+  if (state_ == State::kOpen && !shared_.access.may_stay(*identity_.principal)) {
     close(websocket::close_code::policy_error, "the token or certificate is not valid any more");
   }
   if (is_open()) {
-    queue_.add_notice(OutgoingQueue::Notice::kLiveness);
-    if (dependencies_.recording.is_active()) queue_.add_notice(OutgoingQueue::Notice::kRecording);
-    queue_.add_notice(OutgoingQueue::Notice::kStatistics);
+    queue_.add_notice(Notice::kLiveness);
+    if (shared_.state.recording.is_active()) queue_.add_notice(Notice::kRecording);
+    queue_.add_notice(Notice::kStatistics);
   }
   read();
   pump();
@@ -269,7 +264,7 @@ void StreamSession::cut(const std::string& why) {
 void StreamSession::fail(beast::error_code failure) {
   // The time-out ends the read and the write under way, in either order.
   if (failure != beast::error::timeout || !is_connected()) return leave();
-  dependencies_.counters.sessions_unanswered.add();
+  shared_.state.counters.sessions_unanswered.add();
   const auto limit = std::chrono::duration_cast<std::chrono::seconds>(dependencies_.limits.unanswered);
   cut(fmt::format("it answered no ping for {} s", limit.count()));
 }
@@ -285,7 +280,7 @@ void StreamSession::read() {
 void StreamSession::received(beast::error_code failure, std::size_t bytes) {
   reading_ = false;
   if (failure) {
-    if (failure == websocket::error::message_too_big) dependencies_.counters.messages_refused.add();
+    if (failure == websocket::error::message_too_big) shared_.state.counters.messages_refused.add();
     fail(failure);
     return;
   }
@@ -340,36 +335,36 @@ void StreamSession::pump() {
     case Kind::kShown:
       return write(serialised(ServerMessages::scene_shown(item.shown, item.picture_id)));
     case Kind::kNeedsKey:
-      return dependencies_.hub.resync(*this);
+      return shared_.hub.resync(*this);
   }
 }
 
-v1::ServerMessage StreamSession::notice_message(OutgoingQueue::Notice notice) {
+v1::ServerMessage StreamSession::notice_message(Notice notice) {
   switch (notice) {
-    case OutgoingQueue::Notice::kControl:
-      return dependencies_.messages.control(id());
-    case OutgoingQueue::Notice::kScene:
-      return dependencies_.messages.scene();
-    case OutgoingQueue::Notice::kView:
-      return dependencies_.messages.view(id(), std::exchange(view_end_, {}));
-    case OutgoingQueue::Notice::kProbe:
-      return dependencies_.messages.probe_status();
-    case OutgoingQueue::Notice::kLiveness:
-      return dependencies_.messages.liveness();
-    case OutgoingQueue::Notice::kRecording:
-      return dependencies_.messages.recording();
-    case OutgoingQueue::Notice::kReplay:
-      return dependencies_.messages.replay();
-    case OutgoingQueue::Notice::kCine:
-      return dependencies_.messages.cine();
-    case OutgoingQueue::Notice::kPresets:
-      return dependencies_.messages.presets();
-    case OutgoingQueue::Notice::kRelay:
-      return dependencies_.messages.relay();
-    case OutgoingQueue::Notice::kStatistics:
+    case Notice::kControl:
+      return shared_.messages.control(id());
+    case Notice::kScene:
+      return shared_.messages.scene();
+    case Notice::kView:
+      return shared_.messages.view(id(), std::exchange(view_end_, {}));
+    case Notice::kProbe:
+      return shared_.messages.probe_status();
+    case Notice::kLiveness:
+      return shared_.messages.liveness();
+    case Notice::kRecording:
+      return shared_.messages.recording();
+    case Notice::kReplay:
+      return shared_.messages.replay();
+    case Notice::kCine:
+      return shared_.messages.cine();
+    case Notice::kPresets:
+      return shared_.messages.presets();
+    case Notice::kRelay:
+      return shared_.messages.relay();
+    case Notice::kStatistics:
       break;
   }
-  return dependencies_.messages.statistics(queue_.picture_counts());
+  return shared_.messages.statistics(queue_.picture_counts());
 }
 
 void StreamSession::write(const SharedMessage& message) {

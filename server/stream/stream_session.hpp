@@ -12,13 +12,13 @@
 #include <string_view>
 
 #include "proto/fanlight.pb.h"
+#include "server/command/session_audit.hpp"
 #include "server/net/connection.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/net/send_progress.hpp"
 #include "server/stream/input_budget.hpp"
 #include "server/stream/outgoing_queue.hpp"
 #include "server/stream/server_messages.hpp"
-#include "server/stream/session_audit.hpp"
 #include "server/stream/session_limits.hpp"
 #include "server/stream/session_registry.hpp"
 #include "server/stream/stream_requests.hpp"
@@ -36,17 +36,8 @@ class StreamSession : public StreamRequests::Session,
                       public std::enable_shared_from_this<StreamSession> {
  public:
   struct Dependencies {
-    ServerCounters& counters;
-    const ProbeProxy& probe;
-    const RecordingProxy& recording;
-    ViewAdmission& views;
-    PictureHub& hub;
-    const Authenticator& access;
-    ControlLease& control;
+    const StreamRequests::Dependencies& shared;
     AuditLog& audit;
-    SessionRegistry& sessions;
-    const ServerMessages& messages;
-    const StreamRequests::Dependencies& requests;
     SessionLimits limits;
   };
 
@@ -65,24 +56,14 @@ class StreamSession : public StreamRequests::Session,
   void set_view(std::uint64_t view_id) override;
   const StreamSettings& settings() const override { return settings_; }
   bool privileged() const override {
-    return identity_.principal && identity_.principal->role != Role::kViewer;
+    return identity_.principal && has_role(identity_.principal->role, kEncodesFirst);
   }
   void offer(const PictureOffer& picture) override;
   void encoding_failed() override;
 
   // RegisteredSession.
   bool is_open() const override { return identity_.principal.has_value(); }
-  void scene_changed() override { notify(OutgoingQueue::Notice::kScene); }
-  void control_changed() override { notify(OutgoingQueue::Notice::kControl); }
-  void probe_changed() override;
-  void liveness_changed() override { notify(OutgoingQueue::Notice::kLiveness); }
-  void recording_changed() override { notify(OutgoingQueue::Notice::kRecording); }
-  void replay_changed() override { notify(OutgoingQueue::Notice::kReplay); }
-  void cine_changed() override { notify(OutgoingQueue::Notice::kCine); }
-  void presets_changed() override { notify(OutgoingQueue::Notice::kPresets); }
-  void relay_changed() override { notify(OutgoingQueue::Notice::kRelay); }
-  void survey_answered(const v1::SurveyReply& reply) override;
-  void view_changed() override;
+  void notify(Notice notice) override;
   void view_ended(const std::string& reason) override;
   void second_passed() override;
   void end(const std::string& reason) override;
@@ -94,6 +75,7 @@ class StreamSession : public StreamRequests::Session,
   void set_name(const std::string& name) override { identity_.name = name; }
   void set_settings(const StreamSettings& settings) override;
   void forget_view_end() override { view_end_.clear(); }
+  void send_late(const std::function<v1::ServerMessage()>& make) override;
   void close(boost::beast::websocket::close_code code, const std::string& reason) override;
 
  private:
@@ -116,10 +98,10 @@ class StreamSession : public StreamRequests::Session,
   template <typename Handle>
   void guarded(Handle handle);
   class Operation;
-  void notify(OutgoingQueue::Notice notice);
+  void add_notice(Notice notice);
   /// Writes what is due next, unless a write is under way.
   void pump();
-  v1::ServerMessage notice_message(OutgoingQueue::Notice notice);
+  v1::ServerMessage notice_message(Notice notice);
   void write(const SharedMessage& message);
   void written(boost::beast::error_code failure, std::size_t bytes);
   void closed(boost::beast::error_code failure, std::size_t bytes);
@@ -132,6 +114,7 @@ class StreamSession : public StreamRequests::Session,
   void leave();
 
   const Dependencies& dependencies_;
+  const StreamRequests::Dependencies& shared_;
   ConnectionPermit permit_;
   boost::beast::websocket::stream<Connection, false> socket_;  // pictures are compressed already
   State state_ = State::kUpgrading;

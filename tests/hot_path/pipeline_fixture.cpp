@@ -52,7 +52,8 @@ PipelineFixture::PipelineFixture(FrameSource& source, RingPolicy policy,
        .link = link_});
   if (!pipeline) throw std::runtime_error(pipeline.error().message);
   pipeline_ = std::move(*pipeline);
-  if (const auto recorder = pipeline_->recording()) {
+  ports_.emplace(pipeline_->ports());
+  if (const auto recorder = ports_->recording) {
     recorder->send(
         {.number = 1, .wish = RecordingOrder::Wish::kRecord, .path = recordings / "frames.igs.mha"});
     while (recording().state != RecordingStatus::State::kRecording) link_.server_bell.wait(kLongestNs);
@@ -63,25 +64,25 @@ PipelineFixture::PipelineFixture(FrameSource& source, RingPolicy policy,
 }
 
 RecordingStatus PipelineFixture::recording() {
-  const RecordingStatus* newest = pipeline_->recording()->status.newest();
+  const RecordingStatus* newest = ports_->recording->status.newest();
   if (newest != nullptr) recording_ = *newest;
   return recording_;
 }
 
 std::uint64_t PipelineFixture::show(const Scene& scene) {
-  pipeline_->scenes().draft() = {.revision = ++revision_, .scene = scene};
-  pipeline_->scenes().publish();
+  ports_->scenes.draft() = {.revision = ++revision_, .scene = scene};
+  ports_->scenes.publish();
   return revision_;
 }
 
 const Picture& PipelineFixture::next_picture() {
   const std::int64_t deadline_ns = now_ns() + kLongestNs;
   for (;;) {
-    if (const Error* failure = pipeline_->failures().newest()) throw std::runtime_error(failure->message);
+    if (const Error* failure = ports_->failures.newest()) throw std::runtime_error(failure->message);
     if (const std::string state = pipeline_->source_state(); state != "running") {
       throw std::runtime_error("the source is no longer running: " + state);
     }
-    if (const Picture* picture = pipeline_->pictures().newest()) return *picture;
+    if (const Picture* picture = ports_->pictures.newest()) return *picture;
     const std::int64_t left_ns = deadline_ns - now_ns();
     if (left_ns <= 0) throw std::runtime_error("no picture came within half a minute");
     link_.server_bell.wait(left_ns);

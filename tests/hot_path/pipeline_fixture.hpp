@@ -46,6 +46,7 @@ class PipelineFixture {
   SourceLink link_;
   RecordingStatus recording_;
   std::unique_ptr<Pipeline> pipeline_;
+  std::optional<PipelinePorts> ports_;
   std::int64_t started_ns_ = 0;
   std::vector<pid_t> thread_ids_;
   // Destroyed first: the end of a thread is not part of the hot path.

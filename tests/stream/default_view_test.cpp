@@ -32,7 +32,7 @@ class DefaultViewTest : public testing::Test {
     results_.publish();
     const auto answers = surveys_.answers(store_.in_force().scene);
     EXPECT_EQ(answers.size(), 1U);
-    EXPECT_EQ(answers.at(0).session, SurveyDesk::kServer);
+    EXPECT_EQ(answers.at(0).asker, SurveyDesk::kServer);
     return view_.answered(answers.at(0));
   }
   /// A picture of a volume that was captured just then is shown.
@@ -193,7 +193,7 @@ TEST_F(DefaultViewTest, DoesNothingWhereAViewWasChosen) {
 }
 
 TEST(DefaultViewStream, ReachesTheDisplays) {
-  ServerFixture fixture(StreamServer::Config{.finds_view = true});
+  ServerFixture fixture(StreamServer::Config{.state = {.finds_view = true}});
   TestDisplay display(fixture.endpoint());
   EXPECT_EQ(display.next(Body::kHello).hello().notes_size(), 0);
   fixture.show(1, 100);

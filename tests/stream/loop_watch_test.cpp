@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "proto/exchange/doorbell.hpp"
-#include "server/metrics/picture_times.hpp"
+#include "server/state/picture_times.hpp"
 
 namespace fanlight::test {
 namespace {

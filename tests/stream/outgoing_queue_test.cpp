@@ -11,7 +11,6 @@ namespace {
 
 using Item = OutgoingQueue::Item;
 using Kind = OutgoingQueue::Item::Kind;
-using Notice = OutgoingQueue::Notice;
 
 SharedMessage text(const std::string& bytes) {
   return std::make_shared<const std::string>(bytes);

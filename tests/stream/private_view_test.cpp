@@ -164,7 +164,7 @@ TEST_F(PrivateViewStream, EndsAViewThatTheMainViewLeavesNoTime) {
 }
 
 TEST(PrivateViewStreamWithoutViews, RefusesThem) {
-  ServerFixture fixture(StreamServer::Config{.most_connections = 8, .most_private_views = 0});
+  ServerFixture fixture(StreamServer::Config{.state = {.most_private_views = 0}, .most_connections = 8});
   TestDisplay client(fixture.endpoint());
   v1::ClientMessage message;
   message.mutable_view()->mutable_scene()->mutable_light()->set_right_mm(1);

@@ -115,7 +115,7 @@ TEST_F(RecordingProxyTest, RefusesWithoutAFolder) {
 
 StreamServer::Config config_with(const std::filesystem::path& folder) {
   StreamServer::Config config;
-  config.recording.folder = folder;
+  config.state.recording.folder = folder;
   return config;
 }
 

@@ -12,6 +12,14 @@ namespace {
 
 using Told = std::vector<std::string>;
 
+std::string name_of(Notice notice) {
+  return notice == Notice::kScene     ? "scene"
+         : notice == Notice::kView    ? "view"
+         : notice == Notice::kControl ? "control"
+         : notice == Notice::kProbe   ? "probe"
+                                      : "liveness";
+}
+
 /// A session that keeps what it is told.
 class Spy : public RegisteredSession {
  public:
@@ -19,19 +27,7 @@ class Spy : public RegisteredSession {
 
   std::uint64_t id() const override { return id_; }
   bool is_open() const override { return open_; }
-  void scene_changed() override { told.emplace_back("scene"); }
-  void control_changed() override { told.emplace_back("control"); }
-  void probe_changed() override { told.emplace_back("probe"); }
-  void liveness_changed() override { told.emplace_back("liveness"); }
-  void recording_changed() override { told.emplace_back("recording"); }
-  void replay_changed() override {}
-  void cine_changed() override {}
-  void relay_changed() override {}
-  void presets_changed() override {}
-  void survey_answered(const v1::SurveyReply& reply) override {
-    told.push_back("survey " + std::to_string(reply.request_id()));
-  }
-  void view_changed() override { told.emplace_back("view"); }
+  void notify(Notice notice) override { told.push_back(name_of(notice)); }
   void view_ended(const std::string& reason) override { told.push_back("view ended: " + reason); }
   void second_passed() override { told.emplace_back("second"); }
   void end(const std::string& reason) override { told.push_back("end: " + reason); }
@@ -79,19 +75,19 @@ TEST_F(SessionRegistryTest, NumbersSessionsFromOneAndNeverTwice) {
 }
 
 TEST_F(SessionRegistryTest, TellsOpenSessionsOnly) {
-  registry_.control_changed();
-  registry_.probe_changed();
-  registry_.liveness_changed();
+  registry_.notify(Notice::kControl);
+  registry_.notify(Notice::kProbe);
+  registry_.notify(Notice::kLiveness);
   EXPECT_EQ(first_->told, (Told{"control", "probe", "liveness"}));
   EXPECT_EQ(second_->told, first_->told);
   EXPECT_EQ(closed_->told, Told());
 }
 
 TEST_F(SessionRegistryTest, TellsASceneToAllButWhoChangedIt) {
-  registry_.scene_changed(1);
+  registry_.notify(Notice::kScene, 1);
   EXPECT_EQ(first_->told, Told());
   EXPECT_EQ(second_->told, (Told{"scene"}));
-  registry_.scene_changed(0);
+  registry_.notify(Notice::kScene, 0);
   EXPECT_EQ(first_->told, (Told{"scene"}));
 }
 
@@ -103,7 +99,7 @@ TEST_F(SessionRegistryTest, TellsAChangedPrivateViewToItsSessionAlone) {
   v1::Scene main;
   main.mutable_detector()->set_threshold(77);
   ASSERT_TRUE(scene_store_.apply(main));
-  registry_.scene_changed(1);
+  registry_.notify(Notice::kScene, 1);
   EXPECT_EQ(first_->told, Told());
   EXPECT_EQ(second_->told, (Told{"scene", "view"}));
 }
@@ -123,7 +119,7 @@ TEST_F(SessionRegistryTest, ListsAllSessionsInOrderUntilTheyAreRemoved) {
   registry_.remove(1);
   ASSERT_EQ(registry_.all().size(), 2U);
   EXPECT_EQ(registry_.all().front()->id(), 2U);
-  registry_.control_changed();
+  registry_.notify(Notice::kControl);
   EXPECT_EQ(first_->told, Told());
 }
 

@@ -436,16 +436,16 @@ TEST(Stream, ReportsWhyItCannotListen) {
   ReplayLink replay(bell);
   ServerCounters counters;
   const auto second =
-      StreamServer::create({.endpoint = fixture.endpoint(), .facts = {}, .initial_scene = {}},
-                           {.bell = bell,
-                            .pictures = pictures,
-                            .scenes = scenes,
-                            .failures = failures,
-                            .pipeline = {acquisition, ring, feed, render, probe.counters, probe.igtl},
-                            .probe = probe,
-                            .replay = replay,
-                            .counters = counters,
-                            .source_state = {}});
+      StreamServer::create({.endpoint = fixture.endpoint(), .state = {}},
+                           {.ports = {.bell = bell,
+                                      .pictures = pictures,
+                                      .scenes = scenes,
+                                      .failures = failures,
+                                      .counters = {acquisition, ring, feed, render, probe.counters, probe.igtl},
+                                      .probe = probe,
+                                      .replay = replay,
+                                      .source_state = {}},
+                            .counters = counters});
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::kUnavailable);
   EXPECT_NE(second.error().message.find("in use"), std::string::npos) << second.error().message;

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "proto/base/clock.hpp"
-#include "server/http/stream_server.hpp"
+#include "server/service/stream_server.hpp"
 
 namespace fanlight::test {
 
@@ -24,35 +24,36 @@ class ServerFixture {
 
   explicit ServerFixture(std::size_t most_connections = 64, std::string source_state = "running",
                          ProbeControl probe_control = ProbeControl::kEveryone)
-      : ServerFixture({.probe_control = probe_control, .most_connections = most_connections},
+      : ServerFixture(StreamServer::Config{.state = {.probe_control = probe_control},
+                                           .most_connections = most_connections},
                       std::move(source_state)) {}
 
   /// Uses the access options and limits of `config`; sets the endpoint, the description and the scene itself.
   explicit ServerFixture(StreamServer::Config config, std::string source_state = "running")
       : source_state_(std::move(source_state)) {
     config.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0};
-    config.facts = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
-    config.initial_scene = {.revision = 1, .scene = {}};
+    config.state.description = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
+    config.state.initial_scene = {.revision = 1, .scene = {}};
     std::optional<RecordingLink> recording;
-    if (!config.recording.folder.empty())
+    if (!config.state.recording.folder.empty())
       recording.emplace(RecordingLink{recording_orders_, scene_bell_, recording_status_, picture_notes_});
     auto server = StreamServer::create(
-        config, {.bell = bell_,
-                 .pictures = pictures_,
-                 .scenes = scenes_,
-                 .failures = failures_,
-                 .pipeline = {acquisition_, ring_, feed_, render_, probe_.counters, probe_.igtl},
-                 .probe = probe_,
-                 .replay = replay_,
-                 .counters = counters_,
-                 .source_state = [this] { return source_state_; },
-                 .private_views = &private_views_,
-                 .survey_orders = &survey_orders_,
-                 .survey_results = &survey_results_,
-                 .volume_orders = &volume_orders_,
-                 .volume_answers = &volume_answers_,
-                 .recording = recording,
-                 .cine = &cine_});
+        config, {.ports = {.bell = bell_,
+                           .pictures = pictures_,
+                           .scenes = scenes_,
+                           .failures = failures_,
+                           .counters = {acquisition_, ring_, feed_, render_, probe_.counters, probe_.igtl},
+                           .probe = probe_,
+                           .replay = replay_,
+                           .source_state = [this] { return source_state_; },
+                           .private_views = &private_views_,
+                           .survey_orders = &survey_orders_,
+                           .survey_results = &survey_results_,
+                           .volume_orders = &volume_orders_,
+                           .volume_answers = &volume_answers_,
+                           .recording = recording,
+                           .cine = &cine_},
+                 .counters = counters_});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
     endpoint_ = server_->endpoint();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/metrics/server_counters.hpp"
+#include "server/state/server_counters.hpp"
 
 namespace fanlight {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/view/picture_window.hpp"
+#include "server/client/picture_window.hpp"
 
 #include <fmt/format.h>
 #include <fontconfig/fontconfig.h>

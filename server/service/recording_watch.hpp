@@ -7,16 +7,12 @@
 
 namespace fanlight {
 
-/// Tells displays, the log and the audit log what the recorder did. Server thread only.
+/// Notifies sessions, and writes to the log and the audit log what the recorder did. Server thread only.
 class RecordingWatch {
  public:
   /// All must outlive this object.
-  struct Dependencies {
-    RecordingProxy& proxy;
-    SessionRegistry& sessions;
-    AuditLog& audit;
-  };
-  explicit RecordingWatch(const Dependencies& dependencies) : dependencies_(dependencies) {}
+  RecordingWatch(RecordingProxy& recording, SessionRegistry& sessions, AuditLog& audit)
+      : recording_(recording), sessions_(sessions), audit_(audit) {}
 
   /// Call this when the recorder may have written a status.
   void update();
@@ -24,7 +20,9 @@ class RecordingWatch {
  private:
   void tell_end(const RecordingStatus& status);
 
-  Dependencies dependencies_;
+  RecordingProxy& recording_;
+  SessionRegistry& sessions_;
+  AuditLog& audit_;
 };
 
 }  // namespace fanlight

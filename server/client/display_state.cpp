@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/view/display_state.hpp"
+#include "server/client/display_state.hpp"
 
 #include <fmt/format.h>
 

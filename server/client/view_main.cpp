@@ -22,8 +22,8 @@
 #include "server/client/stream_client.hpp"
 #include "server/help/command_help.hpp"
 #include "server/help/usage_sentence.hpp"
-#include "server/view/display_state.hpp"
-#include "server/view/picture_window.hpp"
+#include "server/client/display_state.hpp"
+#include "server/client/picture_window.hpp"
 
 namespace fanlight {
 

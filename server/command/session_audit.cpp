@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/stream/session_audit.hpp"
+#include "server/command/session_audit.hpp"
 
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -17,6 +17,7 @@ void SessionAudit::note(const char* what, const std::string& result, const nlohm
 }
 
 void SessionAudit::add_change(const v1::Scene& change) {
+  if (session_.id == 0) return note("scene_change", "done", change_json(change));
   changes_.MergeFrom(change);
   ++change_count_;
 }

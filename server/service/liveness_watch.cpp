@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/http/liveness_watch.hpp"
+#include "server/service/liveness_watch.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -36,40 +36,29 @@ PictureLiveness::Source liveness_source(const std::string& source_state, bool pr
 
 }  // namespace
 
-void LivenessWatch::start() {
-  if (chain_.broken()) wait();
-}
-
-void LivenessWatch::wait() {
-  pause_.expires_after(kInterval);
-  pause_.async_wait([this, link = chain_.link()](boost::system::error_code failure) {
-    if (failure) return;
-    update();
-    wait();
-  });
-}
+LivenessWatch::LivenessWatch(boost::asio::io_context& loop, const Dependencies& dependencies)
+    : dependencies_(dependencies), timer_(loop, kInterval, [this] { update(); }) {}
 
 void LivenessWatch::update() {
-  PictureLiveness& liveness = dependencies_.liveness;
-  const std::size_t others = dependencies_.other_clients ? dependencies_.other_clients() : 0;
-  const bool demand_changed = dependencies_.demand.update(dependencies_.sessions.open_count() + others,
-                                                          dependencies_.recording.is_active(), now_ns());
-  if (demand_changed && dependencies_.demand.resting()) dependencies_.hub.forget_main_view();
+  ServerState& state = dependencies_.state;
+  const std::size_t clients = dependencies_.sessions.open_count() + dependencies_.other_clients();
+  const bool demand_changed = state.demand.update(clients, state.recording.is_active(), now_ns());
+  if (demand_changed && state.demand.resting()) dependencies_.hub.forget_main_view();
   if (dependencies_.health != nullptr) {
-    if (const RenderHealth* const health = dependencies_.health->newest()) liveness.health_changed(*health);
+    if (const RenderHealth* const health = dependencies_.health->newest())
+      state.liveness.health_changed(*health);
   }
-  auto source =
-      liveness_source(dependencies_.source_state(), dependencies_.probe.lost(), dependencies_.replay.status(),
-                      dependencies_.cine.is_frozen(), dependencies_.demand.resting());
-  source.trouble = dependencies_.probe.trouble();
-  if (!liveness.update(source, now_ns())) return;
+  auto source = liveness_source(state.source_state(), state.probe.lost(), state.replay.status(),
+                                state.cine.is_frozen(), state.demand.resting());
+  source.trouble = state.probe.trouble();
+  if (!state.liveness.update(source, now_ns())) return;
   log();
-  dependencies_.sessions.liveness_changed();
-  if (dependencies_.changed) dependencies_.changed();
+  dependencies_.sessions.notify(Notice::kLiveness);
+  dependencies_.changed();
 }
 
 void LivenessWatch::log() const {
-  const PictureLiveness::Report& report = dependencies_.liveness.report();
+  const PictureLiveness::Report& report = dependencies_.state.liveness.report();
   if (report.live() || report.state == PictureLiveness::State::kWaiting ||
       report.state == PictureLiveness::State::kReplay || report.state == PictureLiveness::State::kResting ||
       report.state == PictureLiveness::State::kFrozen)

@@ -20,7 +20,7 @@ class ServerSignals {
     std::function<void()> end;
     std::function<void()> end_now;
     std::function<void()> read_again;
-    std::function<void()> tell_state;
+    std::function<void()> log_state;
   };
 
   ServerSignals(boost::asio::io_context& loop, Actions actions);

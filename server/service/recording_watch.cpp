@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/http/recording_watch.hpp"
+#include "server/service/recording_watch.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -9,18 +9,18 @@
 namespace fanlight {
 
 void RecordingWatch::update() {
-  const RecordingProxy::News news = dependencies_.proxy.update();
-  const RecordingStatus& status = dependencies_.proxy.status();
+  const RecordingProxy::News news = recording_.update();
+  const RecordingStatus& status = recording_.status();
   if (news.ended) tell_end(status);
   if (!news.changed) return;
   if (!status.trouble.empty()) spdlog::error("nothing is recorded until there is room: {}", status.trouble);
-  dependencies_.sessions.recording_changed();
+  sessions_.notify(Notice::kRecording);
 }
 
 void RecordingWatch::tell_end(const RecordingStatus& status) {
   const std::string file = std::filesystem::path(status.last_file).filename().string();
   const bool done = status.last_trouble.empty();
-  dependencies_.audit.note({.name = "fanlight"},
+  audit_.note({.name = "fanlight"},
                            {.what = "recording",
                             .result = !done                     ? status.last_trouble
                                       : status.last_was_cut_off ? "finished after it was cut off"

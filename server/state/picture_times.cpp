@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/metrics/picture_times.hpp"
+#include "server/state/picture_times.hpp"
 
 #include <algorithm>
 

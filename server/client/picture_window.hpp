@@ -9,7 +9,7 @@
 #include <string>
 
 #include "proto/base/result.hpp"
-#include "server/view/display_state.hpp"
+#include "server/client/display_state.hpp"
 
 namespace fanlight {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/http/server_signals.hpp"
+#include "server/service/server_signals.hpp"
 
 #include <csignal>
 #include <utility>
@@ -37,7 +37,7 @@ void ServerSignals::received(int signal) {
     case SIGHUP:
       return actions_.read_again();
     case SIGUSR1:
-      return actions_.tell_state();
+      return actions_.log_state();
     default:
       if (std::exchange(ending_, true)) return actions_.end_now();
       return actions_.end();

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "server/access/control_lease.hpp"
+#include "server/access/role.hpp"
+
+namespace fanlight {
+
+/// The client of a session; or a script or an OpenIGTLink client, which have none.
+struct SessionIdentity {
+  std::uint64_t id = 0;  ///< 0: no session
+  std::string address;
+  std::optional<Principal> principal;  ///< empty until the client is authenticated
+  std::string name;                    ///< as the other sessions see it
+
+  ControlLease::Party party() const { return {.session = id, .name = name}; }
+};
+
+}  // namespace fanlight

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/service/loop_executor.hpp"
+
+#include <boost/asio/post.hpp>
+#include <chrono>
+#include <memory>
+#include <new>
+#include <thread>
+#include <utility>
+
+namespace fanlight {
+
+namespace {
+
+void post(boost::asio::io_context& loop, const std::shared_ptr<std::function<void()>>& done) {
+  while (!loop.stopped()) {
+    try {
+      return boost::asio::post(loop, [done] { (*done)(); });
+    } catch (const std::bad_alloc&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+}
+
+}  // namespace
+
+void LoopExecutor::run(EncoderLane lane, std::function<void()> work, std::function<void()> done) {
+  // Shared, so that nothing is lost where it cannot be handed over at once.
+  const auto kept = std::make_shared<std::function<void()>>(std::move(done));
+  encoders_.submit(lane, [this, work = std::move(work), kept] {
+    work();
+    post(loop_, kept);
+  });
+}
+
+}  // namespace fanlight
