@@ -36,8 +36,10 @@ PhantomSource::Pace phantom_pace(SourcePace pace) {
 Result<std::unique_ptr<FrameSource>> open_phantom(std::string_view text, const SourceOptions& options) {
   PhantomSource::Config config = PhantomSource::usual();
   config.pace = phantom_pace(options.pace);
-  const auto parsed = PhantomSource::parse(text, config);
+  auto parsed = PhantomSource::parse(text, config);
   if (!parsed) return parsed.error();
+  if (options.ends_whole && parsed->volumes > 0 && parsed->pace == PhantomSource::Pace::kRealTime)
+    parsed->pace = PhantomSource::Pace::kPatient;
   auto source = PhantomSource::create(*parsed);
   if (!source) return source.error();
   return std::unique_ptr<FrameSource>(*std::move(source));

@@ -26,7 +26,10 @@ enum class SourcePace : std::uint8_t {
 struct SourceOptions {
   std::filesystem::path geometry_path;  ///< of a recording or of OpenIGTLink; empty: see RecordingGeometry
   double speed = 1;                     ///< of a recording: 1 as recorded; 0.01 to 1000
-  SourcePace pace = SourcePace::kRealTime;    ///< of a recording or the simulated probe
+  SourcePace pace = SourcePace::kRealTime;  ///< of a recording or the simulated probe
+  /// In real time too, a simulated probe of limited volumes loses no frame: the last volume may be all that
+  /// there is to show.
+  bool ends_whole = false;
   ReplayEnding ending = ReplayEnding::kOnce;  ///< of a recording; other sources never end
   double from_s = 0;                          ///< of a recording: where it begins
   bool paused = false;                        ///< of a recording: shows its first sweep and waits for orders

@@ -3,18 +3,9 @@
 
 namespace fanlight {
 
-Cine::Cine(VolumeRing& ring, CineLink* link) : ring_(ring), link_(link), player_(ring.most_kept() + 1) {
-  tell();
-}
-
-bool Cine::take_orders(const Volume* shown, std::int64_t now_ns) {
-  if (link_ == nullptr) return false;
+void Cine::advance(const Volume* shown, std::int64_t now_ns) {
   player_.advance(now_ns);
-  bool reload = false;
   if (freeze_waits_ && shown != nullptr) freeze(*shown);
-  while (const auto order = link_->orders.take()) reload |= obey(*order, shown, now_ns);
-  tell();
-  return reload;
 }
 
 bool Cine::obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns) {
@@ -58,13 +49,10 @@ const Volume* Cine::due() const {
   return is_frozen() && loaded_ != player_.volume() ? volume(player_.volume()) : nullptr;
 }
 
-void Cine::tell() {
-  if (link_ == nullptr) return;
+CineStatus Cine::status() const {
   CineStatus status = player_.status();
   status.capacity = ring_.most_kept();
-  if (status == told_) return;
-  told_ = link_->status.draft() = status;
-  link_->status.publish();
+  return status;
 }
 
 }  // namespace fanlight

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "proto/exchange/cine_link.hpp"
+#include "proto/exchange/cine.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "renderer/schedule/cine_player.hpp"
 
@@ -15,12 +15,18 @@ namespace fanlight {
 /// only.
 class Cine {
  public:
-  /// Both must outlive this object; `link` may be null: nothing is ever frozen then.
-  Cine(VolumeRing& ring, CineLink* link);
+  /// `ring` must outlive this object.
+  explicit Cine(VolumeRing& ring) : ring_(ring), player_(ring.most_kept() + 1) {}
 
-  /// Carries out the orders. `shown`: the volume on show, which its lease keeps; null before the first one.
-  /// True where the newest volume must be loaded again, because an older one is on show.
-  bool take_orders(const Volume* shown, std::int64_t now_ns);
+  /// Updates the volume on show; call it before the others. `shown`: the newest volume, which its lease
+  /// keeps; null before the first one.
+  void advance(const Volume* shown, std::int64_t now_ns);
+
+  /// Carries out an order. True where the newest volume must be loaded again, because an older one is on
+  /// show.
+  bool obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns);
+
+  CineStatus status() const;
 
   bool is_frozen() const { return player_.is_frozen(); }
 
@@ -39,19 +45,15 @@ class Cine {
   std::optional<std::int64_t> next_change_ns() const { return player_.next_change_ns(); }
 
  private:
-  bool obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns);
   void freeze(const Volume& shown);
   bool go_live();
-  void tell();
   const Volume* volume(std::uint32_t index) const;
 
   VolumeRing& ring_;
-  CineLink* link_;
   CinePlayer player_;
   const Volume* newest_ = nullptr;  // while frozen: the one on show at the freeze
   std::optional<std::uint32_t> loaded_;
   bool freeze_waits_ = false;  // for the first volume
-  CineStatus told_;
 };
 
 }  // namespace fanlight

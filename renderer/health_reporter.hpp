@@ -4,17 +4,16 @@
 #include <cstdint>
 #include <string_view>
 
-#include "proto/exchange/mailbox.hpp"
-#include "proto/exchange/render_health.hpp"
+#include "proto/exchange/render_link.hpp"
 
 namespace fanlight {
 
-/// Publishes the health of the renderer in a mailbox, whenever it changes and only then. Render thread only.
-/// No function allocates as long as the sentences are shorter than those of roomy_health().
+/// Sends the health of the renderer to the server, whenever it changes and only then. Render thread only.
+/// Allocates nothing.
 class HealthReporter {
  public:
-  /// `to` must outlive this object; null: nothing is published.
-  explicit HealthReporter(Mailbox<RenderHealth>* to);
+  /// `link` must outlive this object.
+  explicit HealthReporter(RenderLink& link) : link_(link) {}
 
   /// `cause`: a sentence; empty for kRunning.
   void set_state(RenderHealth::State state, std::string_view cause, std::int64_t now_ns);
@@ -27,19 +26,25 @@ class HealthReporter {
   /// Counts a loss; the next change of the state publishes it.
   void count_loss() { ++health_.devices_lost; }
 
+  /// Whether the server had no room for the newest state.
+  bool is_due() const { return due_; }
+  /// Sends again what the server had no room for.
+  void flush() {
+    if (due_) send();
+  }
+
   const RenderHealth& health() const { return health_; }
 
  private:
+  using Sentence = decltype(RenderHealth::cause);
   void update_refusal();
-  void publish();
+  void send() { due_ = !link_.answer(health_); }
 
-  Mailbox<RenderHealth>* to_;
+  RenderLink& link_;
   RenderHealth health_;
-  std::string volume_refusal_;
-  std::string scene_refusal_;
+  Sentence volume_refusal_;
+  Sentence scene_refusal_;
+  bool due_ = false;
 };
-
-/// A value for the slots of the mailbox, whose sentences have room for those of the renderer.
-RenderHealth roomy_health();
 
 }  // namespace fanlight

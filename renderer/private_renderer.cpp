@@ -22,7 +22,7 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
         state.wanted.view_id == last_end.view_id && state.wanted.scene.revision <= last_end.revision;
     if (ended) state.wanted.view_id = 0;
     if (state.wanted.view_id == 0 || state.view) continue;
-    auto view = ViewRenderer::create(gpu_, pipelines_, view_config_);
+    auto view = ViewRenderer::create(device_, view_config_);
     if (view) {
       state.view = std::move(*view);
     } else if (view.error().code == ErrorCode::kLost) {
@@ -35,8 +35,9 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
 }
 
 void PrivateRenderer::end(ViewState& state, const Error& error) {
-  ends_[static_cast<std::size_t>(&state - states_.data())] = {
-      .view_id = state.wanted.view_id, .revision = state.wanted.scene.revision, .reason = error.message};
+  ends_[static_cast<std::size_t>(&state - states_.data())] = {.view_id = state.wanted.view_id,
+                                                              .revision = state.wanted.scene.revision,
+                                                              .reason = std::string_view(error.message)};
   ends_changed_ = true;
   counters_.private_views_refused.add();
   // Half of its work may be recorded: the next view of this index gets memory of its own. Nothing of this one
@@ -165,19 +166,19 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
       return light(state, history);
     case PrivateStep::kLightShared:
       take_request(state, shown);
-      view.copy_cast(gpu_, shown.slot.view(), shown.slot.bindings());
+      view.copy_cast(shown.slot.view(), shown.slot.bindings());
       if (history == ViewRenderer::History::kUsable) shown.previous.share_steady();
-      view.follow(gpu_, shown.previous.view());
+      view.follow(shown.previous.view());
       return light(state, history);
     case PrivateStep::kBeginCast:
       take_request(state, shown);
       return begin_cast(state, shown);
     case PrivateStep::kCastBand:
-      return view.cast_next_band(gpu_, pipelines_, state.slot->bindings());
+      return view.cast_next_band(state.slot->bindings());
     case PrivateStep::kLightCast:
       return light(state, ViewRenderer::History::kNone);
     case PrivateStep::kLightPiece:
-      return view.light_next_piece(gpu_, pipelines_);
+      return view.light_next_piece();
   }
   return {};
 }
@@ -204,29 +205,27 @@ void PrivateRenderer::take_request(ViewState& state, const Shown& shown) {
 
 Result<void> PrivateRenderer::begin_cast(ViewState& state, const Shown& shown) {
   ViewRenderer& view = *state.view;
-  view.bind(gpu_, shown.slot.bindings());
-  if (auto begun = view.begin_cast(gpu_, pipelines_, state.scene, shown.slot.bindings()); !begun)
-    return begun;
+  view.bind(shown.slot.bindings());
+  if (auto begun = view.begin_cast(state.scene, shown.slot.bindings()); !begun) return begun;
   state.phase = WorkPhase::kCasting;
   counters_.private_casts.add();
-  return view.cast_next_band(gpu_, pipelines_, shown.slot.bindings());
+  return view.cast_next_band(shown.slot.bindings());
 }
 
 Result<void> PrivateRenderer::light(ViewState& state, ViewRenderer::History history) {
   state.phase = WorkPhase::kLighting;
   state.stamp.view = picture_view(state.scene, view_config_.size);
   ViewRenderer& view = *state.view;
-  if (auto begun = view.begin_light(gpu_, pipelines_, state.scene, state.slot->bindings(), history); !begun)
-    return begun;
-  return view.light_next_piece(gpu_, pipelines_);
+  if (auto begun = view.begin_light(state.scene, state.slot->bindings(), history); !begun) return begun;
+  return view.light_next_piece();
 }
 
 bool PrivateRenderer::collect() {
   bool any = false;
   for (ViewState& state : states_) {
-    if (!state.awaits_collection() || state.outstanding(gpu_)) continue;
-    const auto stage_ms = state.view->stage_ms(gpu_);
-    if (gpu_.fault() != nullptr)
+    if (!state.awaits_collection() || state.outstanding()) continue;
+    const auto stage_ms = state.view->stage_ms();
+    if (device_.gpu->fault() != nullptr)
       return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
     state.drawn = state.wanted.view_id == state.stamp.view_id;
@@ -250,20 +249,18 @@ bool PrivateRenderer::collect() {
 }
 
 const ViewRenderer* PrivateRenderer::outstanding_view() const {
-  const auto state =
-      std::ranges::find_if(states_, [this](const ViewState& each) { return each.outstanding(gpu_); });
+  const auto state = std::ranges::find_if(states_, [](const ViewState& each) { return each.outstanding(); });
   return state == states_.end() ? nullptr : &*state->view;
 }
 
 bool PrivateRenderer::busy() const {
-  return std::ranges::any_of(states_, [this](const ViewState& state) {
-    return state.awaits_collection() || state.outstanding(gpu_);
-  });
+  return std::ranges::any_of(
+      states_, [](const ViewState& state) { return state.awaits_collection() || state.outstanding(); });
 }
 
 bool PrivateRenderer::reads(const VolumeInFlight& slot) const {
   return std::ranges::any_of(
-      states_, [&](const ViewState& state) { return state.slot == &slot && state.outstanding(gpu_); });
+      states_, [&](const ViewState& state) { return state.slot == &slot && state.outstanding(); });
 }
 
 }  // namespace fanlight

@@ -22,9 +22,8 @@ namespace fanlight {
 /// renderer/schedule/private_schedule.hpp decides the order of the work. Render thread only.
 class PrivateRenderer {
  public:
-  PrivateRenderer(const Gpu& gpu, Pipelines& pipelines, RenderCounters& counters,
-                  const ViewRenderer::Config& view_config)
-      : gpu_(gpu), pipelines_(pipelines), counters_(counters), view_config_(view_config) {}
+  PrivateRenderer(const PassDevice& device, RenderCounters& counters, const ViewRenderer::Config& view_config)
+      : device_(device), counters_(counters), view_config_(view_config) {}
 
   /// Sets the requested views. Allocates for each new view. A view that the GPU has no memory for, or fails
   /// to draw, is counted and ends; the others stay. Error: kLost.
@@ -104,7 +103,7 @@ class PrivateRenderer {
     bool awaits_collection() const {
       return phase == WorkPhase::kLighting && view->light_steps().submitted();
     }
-    bool outstanding(const Gpu& gpu) const { return view && view->outstanding(gpu) > 0; }
+    bool outstanding() const { return view && view->outstanding() > 0; }
   };
   static bool inputs_lost(const ViewState& state);
   std::array<PrivateStatus, kMostPrivateViews> status(const Shown& shown) const;
@@ -115,8 +114,7 @@ class PrivateRenderer {
   Result<void> begin_cast(ViewState& state, const Shown& shown);
   Result<void> light(ViewState& state, ViewRenderer::History history);
 
-  const Gpu& gpu_;
-  Pipelines& pipelines_;
+  PassDevice device_;
   RenderCounters& counters_;
   ViewRenderer::Config view_config_;
   std::array<ViewState, kMostPrivateViews> states_;

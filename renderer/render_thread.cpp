@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "proto/base/clock.hpp"
-#include "renderer/survey/auto_scene.hpp"
 
 namespace fanlight {
 
@@ -20,6 +19,8 @@ namespace {
 constexpr std::int64_t kPollNs = 2'000'000;
 // Window over which the main view's busy share is measured.
 constexpr std::int64_t kWindowNs = 1'000'000'000;
+// While the server has no room for an answer, it is tried again at this interval.
+constexpr std::int64_t kAnswerPollNs = 10'000'000;
 // At an end without hurry the GPU may finish its work: longer than any watchdog.
 constexpr std::int64_t kMostSettleNs = 600'000'000'000;
 // So many volumes without memory in a row are more than a short lack of it.
@@ -32,15 +33,14 @@ RenderThread::RenderThread(DeviceRenderer renderer, const Dependencies& dependen
       to_(dependencies),
       requested_(device_.renderer->scene()),
       finest_mm_(device_.renderer->config().geometry.finest_mm()),
-      cine_(dependencies.ring, dependencies.cine),
-      health_(dependencies.health),
+      cine_(dependencies.ring),
+      health_(dependencies.link),
       settle_ns_(kMostSettleNs),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 void RenderThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "render");
-  std::optional<Pulse::OfThisThread> pulse;
-  if (to_.pulse != nullptr) pulse.emplace(*to_.pulse);
+  const Pulse::OfThisThread pulse(to_.link.pulse);
   governor_.scene_came(requested_.scene, now_ns());
   while (!stop.stop_requested()) {
     Pulse::beat();
@@ -52,7 +52,7 @@ void RenderThread::run(const std::stop_token& stop) {
 }
 
 void RenderThread::take_scene() {
-  if (const NumberedScene* newest = to_.scenes.newest()) {
+  if (const NumberedScene* newest = to_.link.scenes.newest()) {
     requested_ = *newest;
     governor_.scene_came(requested_.scene, now_ns());
     renderer().show(requested_);
@@ -70,13 +70,17 @@ void RenderThread::show_degraded() {
 void RenderThread::rest() {
   const std::int64_t now = now_ns();
   if (governor_.in_force(now) != renderer().scene().deadline) return;  // it has just changed
+  // Orders behind one that was answered in this turn: their ring is used up.
+  if (!volume_order_ && !to_.link.orders.empty()) return;
   auto change_ns = governor_.next_change_ns(now);
   if (const auto try_ns = renderer().next_scene_try_ns())
     change_ns = std::min(change_ns.value_or(*try_ns), *try_ns);
   if (const auto cine_ns = cine_.next_change_ns())
     change_ns = std::min(change_ns.value_or(*cine_ns), *cine_ns);
+  // The server does not ring when it has made room.
+  if (has_unsent()) change_ns = std::min(change_ns.value_or(INT64_MAX), now + kAnswerPollNs);
   to_.counters.turn_began_ns.set(0);
-  to_.bell.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
+  to_.link.to_renderer.wait(change_ns ? std::max<std::int64_t>(*change_ns - now, 0) : -1);
 }
 
 Result<void> RenderThread::step_within_memory() {
@@ -101,7 +105,7 @@ bool RenderThread::recover_within_memory(const Error& cause, const std::stop_tok
 Result<void> RenderThread::step() {
   take_scene();
   look_for_audience();
-  take_cine_orders();
+  take_orders();
   if (auto taken = take_private_views(); !taken) return taken;
   const bool private_turn =
       private_share_.is_turn(renderer().private_due(), renderer().main_busy(), now_ns());
@@ -109,15 +113,14 @@ Result<void> RenderThread::step() {
     if (auto taken = take_volume(); !taken) return taken;
     take_frames();
   }
-  take_survey_order();
   report();
   const auto new_work = private_turn ? Renderer::NewWork::kWaits : Renderer::NewWork::kBegins;
   if (auto advanced = renderer().advance(new_work); !advanced) return advanced;
-  take_volume_order();  // the GPU has its work meanwhile
-  if (renderer().collect(to_.pictures.draft())) {
+  answer_volume_order();  // the GPU has its work meanwhile
+  if (Mailbox<Picture>& pictures = to_.link.pictures; renderer().collect(pictures.draft())) {
     losses_.picture_finished();
-    governor_.picture_finished(to_.pictures.draft().stamp);
-    if (to_.pictures.publish()) to_.counters.pictures_replaced.add();
+    governor_.picture_finished(pictures.draft().stamp);
+    if (pictures.publish()) to_.counters.pictures_replaced.add();
     return {};  // its slot is free now: look for work before waiting
   }
   if (renderer().collect_private()) {
@@ -155,10 +158,9 @@ void RenderThread::measure_busy() {
   busy_ns_ = 0;
 }
 
-/// Whoever comes after a rest has no picture yet, whether or not a newer volume has come meanwhile.
+/// A client that comes after a rest has no picture yet, whether or not a newer volume has come meanwhile.
 void RenderThread::look_for_audience() {
-  if (to_.audience == nullptr) return;
-  const std::uint64_t arrivals = to_.audience->arrivals();
+  const std::uint64_t arrivals = to_.link.audience.arrivals();
   if (std::exchange(arrivals_seen_, arrivals) == arrivals) return;
   if (cine_.is_frozen()) {
     cine_.forget_loaded();
@@ -167,10 +169,30 @@ void RenderThread::look_for_audience() {
   }
 }
 
-void RenderThread::take_cine_orders() {
-  if (cine_.take_orders(volume_ ? &*volume_ : nullptr, now_ns())) volume_due_ = true;
+/// Answers may take several turns: further orders wait for them.
+void RenderThread::take_orders() {
+  cine_.advance(volume_ ? &*volume_ : nullptr, now_ns());
+  while (!volume_order_) {
+    auto order = to_.link.orders.take();
+    if (!order) break;
+    std::visit([this](auto& each) { obey(each); }, *order);
+  }
+  report_cine();
   // The newest volume was to be loaded again: as a kept one now.
   if (cine_.is_frozen() && std::exchange(volume_due_, false)) cine_.forget_loaded();
+}
+
+void RenderThread::obey(const CineOrder& order) {
+  if (cine_.obey(order, volume_ ? &*volume_ : nullptr, now_ns())) volume_due_ = true;
+}
+
+void RenderThread::obey(VolumeOrder& order) {
+  volume_order_ = std::move(order);
+}
+
+void RenderThread::report_cine() {
+  const CineStatus status = cine_.status();
+  if (status != reported_cine_ && to_.link.answer(status)) reported_cine_ = status;
 }
 
 /// Whether take_volume() has one to load as soon as the renderer wants one.
@@ -243,8 +265,7 @@ Result<void> RenderThread::load(Renderer::Loading loading) {
 }
 
 Result<void> RenderThread::take_private_views() {
-  if (to_.private_views == nullptr) return {};
-  if (const PrivateViews* const views = to_.private_views->newest()) {
+  if (const PrivateViews* const views = to_.link.private_views.newest()) {
     views_ = *views;
     views_due_ = true;
   }
@@ -257,37 +278,13 @@ const Volume* RenderThread::volume_on_show() const {
   return volume_ ? &*volume_ : nullptr;
 }
 
-void RenderThread::take_survey_order() {
-  if (to_.survey_orders == nullptr) return;
-  const SurveyOrder* const order = to_.survey_orders->newest();
-  if (order == nullptr) return;
-  using Outcome = SurveyResult::Outcome;
-  SurveyResult& result = to_.survey_results->draft();
-  result.number = order->number;
-  result.choices.clear();
-  result.outcome = Outcome::kNoVolume;
-  if (const Volume* const shown = volume_on_show()) {
-    try {
-      const auto found = auto_scene(*shown, order->scene, renderer().config().size);
-      result.outcome = found ? Outcome::kFound : Outcome::kNoSurface;
-      if (found) {
-        result.scene = found->scene;
-        result.choices = found->choices;
-      }
-    } catch (const std::bad_alloc&) {
-      result.outcome = Outcome::kNoMemory;  // the picture goes on
-    }
-  }
-  to_.survey_results->publish();
-  to_.counters.turn_began_ns.set(now_ns());  // the driver had no part in this
+bool RenderThread::has_unsent() const {
+  return volume_order_ || ends_due_ || health_.is_due() || cine_.status() != reported_cine_;
 }
 
-void RenderThread::take_volume_order() {
-  if (to_.volume_orders == nullptr) return;
-  const VolumeOrder* const order = to_.volume_orders->newest();
-  if (order == nullptr) return;
-  to_.volume_answers->draft() = answer_to(*order, volume_on_show());
-  to_.volume_answers->publish();
+void RenderThread::answer_volume_order() {
+  if (!volume_order_ || !to_.link.has_room_for_answer()) return;
+  to_.link.answer(answer_to(*std::exchange(volume_order_, std::nullopt), volume_on_show()));
   to_.counters.turn_began_ns.set(now_ns());  // the driver had no part in this
 }
 
@@ -296,10 +293,9 @@ void RenderThread::report() {
   health_.set_state(slow ? RenderHealth::State::kSlow : RenderHealth::State::kRunning,
                     slow ? "the GPU works on one submission for longer than usual" : "", now_ns());
   health_.set_scene_refusal(renderer().scene_refusal());
-  const PrivateViewEnds* const ends = renderer().ended_views();
-  if (ends == nullptr || to_.private_view_ends == nullptr) return;
-  to_.private_view_ends->draft() = *ends;
-  to_.private_view_ends->publish();
+  health_.flush();
+  if (const PrivateViewEnds* const ends = renderer().ended_views()) ends_due_ = *ends;
+  if (ends_due_ && to_.link.answer(*ends_due_)) ends_due_.reset();
 }
 
 void RenderThread::take_frames() {

@@ -3,18 +3,13 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <thread>
 
-#include "proto/exchange/audience.hpp"
-#include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
-#include "proto/exchange/mailbox.hpp"
-#include "proto/exchange/pulse.hpp"
-#include "proto/exchange/render_health.hpp"
-#include "proto/exchange/survey.hpp"
-#include "proto/exchange/volume_order.hpp"
+#include "proto/exchange/render_link.hpp"
 #include "proto/exchange/volume_ring.hpp"
-#include "proto/model/picture.hpp"
+#include "proto/model/pipeline_counters.hpp"
 #include "renderer/cine.hpp"
 #include "renderer/device_disposal.hpp"
 #include "renderer/health_reporter.hpp"
@@ -25,50 +20,26 @@
 
 namespace fanlight {
 
-/// The thread that owns the renderer. It takes volumes from the ring and scenes from a mailbox, and publishes
-/// pictures in another mailbox. It keeps the picture rate where the scene has a plan for it. It sleeps on its
-/// bell while there is no work. Starts in the constructor.
+/// The thread that owns the renderer. It takes volumes from the ring, and scenes and orders from the link,
+/// and sends pictures and answers back. It keeps the picture rate where the scene has a plan for it. While no
+/// client is present, new volumes are taken and counted, but not rendered. It sleeps on its bell while there
+/// is no work. Starts in the constructor.
 ///
-/// Where the GPU is lost, hangs or has no memory left, the thread makes the device and the renderer anew and
-/// goes on: with the newest scene, the private views, and the last volume until the next one comes. Numbers
-/// of pictures and counters continue. It gives up where LossRecord says so.
+/// Where the GPU is lost, hangs or has no memory left, the thread makes a new device and a new renderer and
+/// continues: with the newest scene, the private views, and the last volume until the next one comes. Numbers
+/// of pictures and counters continue. It gives up where LossRecord says so: then it sends an Error, and ends.
 class RenderThread {
  public:
   /// Opens a device and creates a renderer of this scene. Called on the render thread; may block for seconds.
   using Remake = std::function<Result<DeviceRenderer>(const NumberedScene& scene)>;
 
-  /// All must outlive the thread. `bell` is the bell that the ring and the scene mailbox ring for their
-  /// reader.
+  /// All must outlive the thread. The ring and the feed ring the bell of the link's reader.
   struct Dependencies {
     VolumeRing& ring;
-    Mailbox<NumberedScene>& scenes;
-    Mailbox<Picture>& pictures;
+    RenderLink& link;
     RenderCounters& counters;
-    Doorbell& bell;
-    /// Receives one error if the renderer cannot continue; the thread has then ended.
-    Mailbox<Error>& failures;
-    /// Frames ahead of their volumes; may be null.
-    FrameQueue* feed = nullptr;
-    /// Requested private views; may be null.
-    Mailbox<PrivateViews>* private_views = nullptr;
-    /// Receives the private views that ended because of an error; may be null.
-    Mailbox<PrivateViewEnds>* private_view_ends = nullptr;
-    /// Orders to look for the surface of the last volume, and what was found; both null, or neither.
-    Mailbox<SurveyOrder>* survey_orders = nullptr;
-    Mailbox<SurveyResult>* survey_results = nullptr;
-    /// Orders for a copy of the volume on show, and the answers; both null, or neither.
-    Mailbox<VolumeOrder>* volume_orders = nullptr;
-    Mailbox<VolumeAnswer>* volume_answers = nullptr;
-    /// Orders to freeze and to show the last volumes; may be null.
-    CineLink* cine = nullptr;
-    /// While nobody is present, new volumes are taken and counted, but not rendered; null: they always are.
-    const Audience* audience = nullptr;
-    /// Beats while the thread's loop comes round; null: nobody watches.
-    Pulse* pulse = nullptr;
-    /// Receives the health whenever it changes; may be null. Its slots are roomy_health().
-    Mailbox<RenderHealth>* health = nullptr;
-    /// Empty: a lost GPU ends the thread.
-    Remake remake{};
+    FrameQueue* feed = nullptr;  ///< frames ahead of their volumes; may be null
+    Remake remake{};             ///< empty: a lost GPU ends the thread
   };
 
   RenderThread(DeviceRenderer renderer, const Dependencies& dependencies);
@@ -91,15 +62,18 @@ class RenderThread {
   Result<void> load_kept(const Volume& volume);
   void follow_geometry(const Volume& volume);
   bool volume_waits() const;
-  bool is_watched() const { return to_.audience == nullptr || to_.audience->present(); }
+  bool is_watched() const { return to_.link.audience.present(); }
   void look_for_audience();
-  void take_cine_orders();
+  void take_orders();
+  void obey(const CineOrder& order);
+  void obey(VolumeOrder& order);
   void take_frames();
   Result<void> take_private_views();
   const Volume* volume_on_show() const;
-  void take_survey_order();
-  void take_volume_order();
+  void answer_volume_order();
+  bool has_unsent() const;
   void report();
+  void report_cine();
   void measure_busy();
   void take_scene();
   void show_degraded();
@@ -128,6 +102,9 @@ class RenderThread {
   // For the time after a loss. The volume that was loaded last keeps its slot of the ring.
   VolumeRing::Lease volume_;
   Cine cine_;
+  CineStatus reported_cine_;
+  std::optional<VolumeOrder> volume_order_;  // to be answered
+  std::optional<PrivateViewEnds> ends_due_;  // to be reported
   PrivateViews views_;
   LossRecord losses_;
   std::size_t short_in_a_row_ = 0;   // volumes for which there was no memory

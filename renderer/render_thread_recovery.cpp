@@ -81,12 +81,11 @@ bool RenderThread::remake(const NumberedScene& scene, const std::stop_token& sto
 void RenderThread::pause(std::int64_t until_ns, const std::stop_token& stop) const {
   // The bell rings for volumes and frames as well.
   while (!stop.stop_requested() && now_ns() < until_ns)
-    to_.bell.wait(std::max<std::int64_t>(until_ns - now_ns(), 1));
+    to_.link.to_renderer.wait(std::max<std::int64_t>(until_ns - now_ns(), 1));
 }
 
 void RenderThread::fail(const Error& error) {
-  to_.failures.draft() = error;
-  to_.failures.publish();
+  to_.link.answer(error);
 }
 
 void RenderThread::retire() {
@@ -108,7 +107,7 @@ bool RenderThread::end(std::int64_t timeout_ns) {
     // The other half is for what the thread does besides waiting for the GPU.
     settle_ns_ = timeout_ns / 2;
     thread_.request_stop();
-    to_.bell.ring();
+    to_.link.to_renderer.ring();
     if (!ended_.wait(timeout_ns)) return false;
     thread_.join();
   }
@@ -117,7 +116,7 @@ bool RenderThread::end(std::int64_t timeout_ns) {
 
 RenderThread::~RenderThread() {
   thread_.request_stop();
-  to_.bell.ring();
+  to_.link.to_renderer.ring();
 }
 
 }  // namespace fanlight

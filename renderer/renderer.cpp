@@ -87,11 +87,10 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
 }
 
 Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling sampling) {
-  std::optional<LightDevice> light;
-  if (!on_one_device()) light.emplace(LightDevice{.gpu = light_gpu_, .pipelines = *light_pipelines_});
+  const PassDevice light{.gpu = &light_gpu_, .pipelines = light_pipelines_.get()};
   for (auto& state : slots_) {
     auto slot = VolumeInFlight::create(
-        gpu_, *pipelines_,
+        {.gpu = &gpu_, .pipelines = pipelines_.get()},
         {.size = config_.size,
          .geometry = config_.geometry,
          .first_angle_rad = config_.first_angle_rad,
@@ -101,14 +100,14 @@ Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling samplin
          .band_samples = band_samples,
          .skipping = config_.skipping,
          .sampling = sampling},
-        light ? &*light : nullptr);
+        on_one_device() ? nullptr : &light);
     if (!slot) return too_large(config_, gpu_, slot.error());
-    if (auto ready = slot->prepare(gpu_, *pipelines_, scene_.scene); !ready) return ready.error();
+    if (auto ready = slot->prepare(scene_.scene); !ready) return ready.error();
     state.reset(new SlotState{
         .slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}, .filtered_view = {}});
   }
-  slots_[0]->slot.follow(gpu_, slots_[1]->slot);
-  slots_[1]->slot.follow(gpu_, slots_[0]->slot);
+  slots_[0]->slot.follow(slots_[1]->slot);
+  slots_[1]->slot.follow(slots_[0]->slot);
   return {};
 }
 
@@ -116,8 +115,8 @@ MainStatus Renderer::status() const {
   const auto status_of = [this](const SlotState& state) {
     return SlotStatus{.phase = state.phase,
                       .loaded = state.slot.loaded(),
-                      .outstanding = state.slot.outstanding(gpu_) > 0,
-                      .light_outstanding = state.slot.light_outstanding(gpu_) > 0,
+                      .outstanding = state.slot.outstanding() > 0,
+                      .light_outstanding = state.slot.light_outstanding() > 0,
                       .light_begun = state.slot.light_begun(),
                       .light_submitted = state.slot.light_submitted(),
                       .read_by_private_view = private_.reads(state.slot),
@@ -149,7 +148,7 @@ Result<void> Renderer::load(const Volume& volume, Loading loading) {
 Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
   SlotState& next = *slots_[1 - newest_];
   next.awaits_picture = loading == Loading::kNew;
-  if (auto loaded = next.slot.load(gpu_, volume, levels()); !loaded) {
+  if (auto loaded = next.slot.load(volume, levels()); !loaded) {
     if (is_breakage(loaded.error())) return loaded;
     next.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
@@ -163,7 +162,7 @@ Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
 Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
   SlotState& state = *slots_[newest_];
   if (std::exchange(state.awaits_picture, loading == Loading::kNew)) counters_.volumes_skipped.add();
-  if (auto completed = state.slot.complete(gpu_, volume, levels()); !completed) {
+  if (auto completed = state.slot.complete(volume, levels()); !completed) {
     if (is_breakage(completed.error())) return completed;
     state.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
@@ -212,7 +211,7 @@ Result<void> Renderer::begin_cast(SlotState& state) {
 }
 
 Result<void> Renderer::begin_cast_of_scene(SlotState& state) {
-  if (auto begun = state.slot.begin_cast(gpu_, *pipelines_, scene_.scene); !begun) return begun;
+  if (auto begun = state.slot.begin_cast(scene_.scene); !begun) return begun;
   if (state.slot.filter_left_out()) counters_.volumes_unfiltered.add();
   state.cast_scene = scene_;
   count_cast(state);
@@ -220,7 +219,7 @@ Result<void> Renderer::begin_cast_of_scene(SlotState& state) {
 }
 
 Result<void> Renderer::recast(SlotState& state) {
-  if (auto cast = state.slot.recast(gpu_, *pipelines_, state.cast_scene.scene); !cast) return cast;
+  if (auto cast = state.slot.recast(state.cast_scene.scene); !cast) return cast;
   count_cast(state);
   return {};
 }
@@ -255,7 +254,7 @@ Result<void> Renderer::execute(MainStep step) {
     case MainStep::kRecast:
       return recast(newest);
     case MainStep::kCastBand:
-      return newest.slot.cast_next_band(gpu_, *pipelines_);
+      return newest.slot.cast_next_band();
     case MainStep::kLightCast:
       return light(newest);
     case MainStep::kLightPiece:
@@ -270,7 +269,7 @@ Result<void> Renderer::execute(MainStep step) {
 
 Result<void> Renderer::prepare_ahead() {
   VolumeInFlight& slot = slots_[1 - newest_]->slot;
-  auto begun = slot.prepare_ahead(gpu_, *pipelines_, scene_.scene, levels());
+  auto begun = slot.prepare_ahead(scene_.scene, levels());
   if (!begun && !falls_back(begun.error())) return begun.error();
   return {};
 }
@@ -282,7 +281,7 @@ bool Renderer::collect(Picture& picture) {
   const auto is_lit = [this](std::size_t index) {
     const SlotState& state = *slots_[index];
     return state.phase == WorkPhase::kLighting && state.slot.light_submitted() &&
-           state.slot.light_outstanding(gpu_) == 0;
+           state.slot.light_outstanding() == 0;
   };
   const bool newest_is_lit = is_lit(newest_);
   const bool older_is_lit = is_lit(1 - newest_);
@@ -290,7 +289,7 @@ bool Renderer::collect(Picture& picture) {
   for (const std::size_t index : {1 - newest_, newest_}) {
     if (!(index == newest_ ? newest_is_lit : older_is_lit)) continue;
     SlotState& state = *slots_[index];
-    const auto stage_ms = state.slot.stage_ms(gpu_);
+    const auto stage_ms = state.slot.stage_ms();
     if (fault() != nullptr) return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
     const bool first = std::exchange(state.awaits_picture, false);
@@ -343,8 +342,8 @@ PrivateRenderer::Shown Renderer::shown_for_private_views() const {
 }
 
 bool Renderer::main_busy() const {
-  return std::ranges::any_of(slots_, [this](const auto& state) {
-    return state->phase != WorkPhase::kIdle || state->slot.outstanding(gpu_) > 0;
+  return std::ranges::any_of(slots_, [](const auto& state) {
+    return state->phase != WorkPhase::kIdle || state->slot.outstanding() > 0;
   });
 }
 
@@ -360,7 +359,7 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
   for (const auto& state : slots_) {
     const VolumeInFlight& slot = state->slot;
     if (slot.timeline().outstanding(gpu_) > 0) consider(earliest, slot.timeline());
-    if (slot.light_timeline() != nullptr && slot.light_outstanding(gpu_) > 0)
+    if (slot.light_timeline() != nullptr && slot.light_outstanding() > 0)
       consider(lighting, *slot.light_timeline());
   }
   if (const ViewRenderer* const view = private_.outstanding_view()) consider(earliest, view->timeline());
@@ -378,7 +377,7 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
 }
 
 Result<DepthMaps> Renderer::read_depth() {
-  return slots_[shown_]->slot.read_depth(gpu_);
+  return slots_[shown_]->slot.read_depth();
 }
 
 }  // namespace fanlight

@@ -127,7 +127,7 @@ class Renderer {
 
   /// When each stage of the picture collected last ran. Precondition: its slot has not taken another volume
   /// since. For benchmarks.
-  std::array<StageSpan, kStages> stage_spans() const { return slots_[shown_]->slot.stage_spans(gpu_); }
+  std::array<StageSpan, kStages> stage_spans() const { return slots_[shown_]->slot.stage_spans(); }
 
   /// Sets the private views of what the main view shows. Allocates for each new view. A view that cannot be
   /// drawn ends alone; see ended_views(). Error: kLost.
@@ -225,7 +225,7 @@ class Renderer {
         light_gpu_(dependencies.light_gpu != nullptr ? *dependencies.light_gpu : dependencies.gpu),
         counters_(dependencies.counters),
         pipelines_(std::move(pipelines)),
-        private_(gpu_, *pipelines_, counters_, private_views),
+        private_({&gpu_, pipelines_.get()}, counters_, private_views),
         watchdog_(config.watchdog.value_or(default_limits(gpu_))),
         wanted_(scene),
         scene_(scene),

@@ -90,9 +90,8 @@ bool Renderer::settle(std::int64_t timeout_ns) {
   const std::int64_t deadline_ns = now_ns() + timeout_ns;
   while (fault() == nullptr) {
     const bool outstanding =
-        private_.outstanding_view() != nullptr || std::ranges::any_of(slots_, [this](const auto& state) {
-          return state && state->slot.outstanding(gpu_) > 0;
-        });
+        private_.outstanding_view() != nullptr ||
+        std::ranges::any_of(slots_, [](const auto& state) { return state && state->slot.outstanding() > 0; });
     const std::int64_t left_ns = deadline_ns - now_ns();
     if (!outstanding) return fault() == nullptr;
     if (left_ns <= 0 || !wait(std::min(left_ns, kSettlePollNs))) return false;

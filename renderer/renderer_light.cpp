@@ -21,10 +21,10 @@ Result<void> Renderer::light(SlotState& state) {
   // The shown volume goes without the weights where another one is cast, whose picture will have them.
   const bool takes_time = state.phase == WorkPhase::kCasting || &state == slots_[newest_].get();
   const bool weighs = scene_.scene.filter.weights == FilterWeights::kConfidence;
-  if (takes_time && weighs && state.slot.frames_ready() && state.slot.outstanding(gpu_) == 0) {
+  if (takes_time && weighs && state.slot.frames_ready() && state.slot.outstanding() == 0) {
     // A private view still reads the weights that this would overwrite: the next call tries again.
     if (private_.reads(state.slot)) return {};
-    auto added = state.slot.add_confidence(gpu_, *pipelines_, relit(state.cast_scene.scene, scene_.scene));
+    auto added = state.slot.add_confidence(relit(state.cast_scene.scene, scene_.scene));
     if (!added && !falls_back(added.error())) return added.error();
     if (added && *added) state.phase = WorkPhase::kCasting;  // its light follows when this is done
     if (!added || *added) return {};
@@ -60,7 +60,7 @@ Result<void> Renderer::submit_light_piece(SlotState& state) {
 
 Result<void> Renderer::submit_light(SlotState& state) {
   take_light_scene(state);
-  if (auto lit = state.slot.light(gpu_, *pipelines_, state.lit_scene.scene, history_of(state)); !lit) {
+  if (auto lit = state.slot.light(state.lit_scene.scene, history_of(state)); !lit) {
     // The next advance() lights it by the scene that is in force then.
     return falls_back(lit.error()) ? Result<void>{} : lit;
   }

@@ -20,18 +20,12 @@
 
 namespace fanlight {
 
-/// A device for passes 2 and 3 alone. Both outlive their users.
-struct LightDevice {
-  const Gpu& gpu;
-  Pipelines& pipelines;
-};
-
 /// All GPU resources of one volume in flight. Owns its frames, its angle table, and the main view of it. Two
 /// volumes may be in flight. They share one thing: the temporal filter of each reads the last depth map of
 /// the other, on the queue that runs both filters. Render thread only.
 ///
-/// With a LightDevice the main view is two: one casts on the device of the functions' `gpu`, the other runs
-/// passes 2 and 3 on its own, and the host copies the depth map in between (decision renderer/010).
+/// With a second device the main view is two: one casts on the first, the other runs passes 2 and 3 on the
+/// second, and the host copies the depth map in between (decision renderer/010).
 ///
 /// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light),
@@ -51,17 +45,17 @@ class VolumeInFlight {
     Sampling sampling = Sampling::kTexture;
   };
 
-  /// `light`: may be null.
-  static Result<VolumeInFlight> create(const Gpu& gpu, const Pipelines& pipelines, const Config& config,
-                                       const LightDevice* light);
+  /// `light`: for passes 2 and 3; null: they run on `device` too.
+  static Result<VolumeInFlight> create(const PassDevice& device, const Config& config,
+                                       const PassDevice* light);
 
   /// Allocates the memory of pass 0 and builds the pipelines that casting this scene needs, ahead of the
   /// first volume. Error: a pipeline that cannot be built.
-  Result<void> prepare(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);
+  Result<void> prepare(const Scene& scene);
 
   /// Sets the slot of the volumes before and after this one's, whose depth map the temporal filter reads.
   /// Once, before the first volume.
-  void follow(const Gpu& gpu, const VolumeInFlight& other);
+  void follow(const VolumeInFlight& other);
 
   /// Copies those frames of the volume that are not staged yet, in ascending order of angle, to memory that
   /// the GPU reads; the volume is not needed afterwards. Where its columns or rows differ from the last
@@ -69,7 +63,7 @@ class VolumeInFlight {
   /// Precondition: nothing is outstanding. Errors as FrameStore::create; then light() still works on the last
   /// depth map, but begin_cast() needs a load() that succeeds.
   /// `levels`: for what scenes leave to the data.
-  Result<void> load(const Gpu& gpu, const Volume& volume, const EchoLevels& levels);
+  Result<void> load(const Volume& volume, const EchoLevels& levels);
 
   /// Copies a frame of the next volume, which is estimated to have `frames` frames, ahead of the others. The
   /// last depth map can still be lit. Does nothing where the frame does not fit. Precondition: nothing is
@@ -79,8 +73,7 @@ class VolumeInFlight {
 
   /// Submits pass 0 for frames that are staged ahead; false where there are none, or where the filter needs
   /// their neighbours first. `levels`: those that load() will get. Precondition: nothing is outstanding.
-  Result<bool> prepare_ahead(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
-                             const EchoLevels& levels);
+  Result<bool> prepare_ahead(const Scene& scene, const EchoLevels& levels);
 
   /// Replaces one frame of the cast volume by a newer one, at an angle between its neighbours' angles, and
   /// updates volume(). Returns false and does nothing where the frame does not fit. Precondition: nothing is
@@ -92,7 +85,7 @@ class VolumeInFlight {
 
   /// Completes the volume that replace() assembled frame by frame: takes its missing frames, its angles and
   /// its stamp. Precondition: suits(volume). Error as load(). Other levels need a begin_cast().
-  Result<void> complete(const Gpu& gpu, const Volume& volume, const EchoLevels& levels);
+  Result<void> complete(const Volume& volume, const EchoLevels& levels);
 
   /// Whether the frames changed since the cast, and whether recast() suffices; otherwise begin_cast() is
   /// needed.
@@ -101,24 +94,22 @@ class VolumeInFlight {
 
   /// Submits passes 0 and 1 for the replaced frames; pass 1 casts the dirty tiles only. light() comes next.
   /// Precondition: can_recast(), nothing is outstanding, the scene is that of the cast.
-  Result<void> recast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);
+  Result<void> recast(const Scene& scene);
 
   /// Sets passes 0 and 1 up and gives up a cast under way; submits nothing. Precondition: nothing is
   /// outstanding. Error: a pipeline that cannot be built.
-  Result<void> begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);
+  Result<void> begin_cast(const Scene& scene);
 
   /// Angles of the last volume's frames, with replaced frames, ascending.
   std::span<const double> angles_rad() const { return angles_rad_; }
 
   // As the functions of ViewRenderer.
-  Result<void> cast_next_band(const Gpu& gpu, const Pipelines& pipelines) {
-    return view_.cast_next_band(gpu, pipelines, bindings());
-  }
+  Result<void> cast_next_band() { return view_.cast_next_band(bindings()); }
   bool cast_submitted() const { return frames_.done() && view_.cast_submitted(); }
   using History = ViewRenderer::History;
-  /// Without a LightDevice all of passes 2 and 3, with one the first piece.
-  Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, History history);
-  std::uint64_t outstanding(const Gpu& gpu) const;
+  /// On one device all of passes 2 and 3, on two the first piece.
+  Result<void> light(const Scene& scene, History history);
+  std::uint64_t outstanding() const;
   Result<void> retry_held();
   void drop_held();
 
@@ -134,19 +125,19 @@ class VolumeInFlight {
 
   /// Submits what light() needs of the frames where passes 2 and 3 cannot read them; false where that is
   /// nothing. light() follows when it is done. Precondition: no cast is under way, nothing is outstanding.
-  Result<bool> add_confidence(const Gpu& gpu, Pipelines& pipelines, const Scene& scene);
+  Result<bool> add_confidence(const Scene& scene);
 
   /// Number of submissions of passes 2 and 3 that are not finished; with one device also of the others.
-  std::uint64_t light_outstanding(const Gpu& gpu) const {
-    return light_ ? light_->view.outstanding(light_->device.gpu) : view_.outstanding(gpu);
+  std::uint64_t light_outstanding() const {
+    return light_ ? light_->view.outstanding() : view_.outstanding();
   }
 
   // As the functions of ViewRenderer, of the main view. Precondition: nothing is outstanding.
   std::span<const std::uint8_t> picture() const { return lit_view().picture(); }
   std::span<const float> depth_mm() const { return lit_view().depth_mm(); }
-  std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const;
-  std::array<double, kStages> stage_ms(const Gpu& gpu) const;
-  Result<DepthMaps> read_depth(const Gpu& gpu);
+  std::array<StageSpan, kStages> stage_spans() const;
+  std::array<double, kStages> stage_ms() const;
+  Result<DepthMaps> read_depth();
 
   /// Makes the temporally filtered depth map available to private views, which follow() view().
   /// Precondition: nothing is outstanding.
@@ -198,7 +189,6 @@ class VolumeInFlight {
  private:
   /// Passes 2 and 3 of the main view on a device of their own.
   struct SeparateLight {
-    LightDevice device;
     ViewRenderer view;
     bool copy_due = false;         // the maps of view_ have changed
     bool cast_new = false;         // there was no picture of the last cast
@@ -206,22 +196,24 @@ class VolumeInFlight {
   };
 
   const ViewRenderer& lit_view() const { return light_ ? light_->view : view_; }
-  explicit VolumeInFlight(const Config& config)
-      : config_(config), table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {
+  VolumeInFlight(const PassDevice& device, const Config& config)
+      : device_(device),
+        config_(config),
+        table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {
     angles_rad_.reserve(config.frame_capacity);
   }
-  Result<void> create_frames(const Gpu& gpu, const FanGeometry& geometry, std::uint32_t frames);
-  Result<void> replace_frames(const Gpu& gpu, const Volume& volume);
-  Result<void> begin_frames(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
-                            const EchoLevels& levels);
+  Result<void> create_frames(const FanGeometry& geometry, std::uint32_t frames);
+  Result<void> replace_frames(const Volume& volume);
+  Result<void> begin_frames(const Scene& scene, const EchoLevels& levels);
   Scene effective(const Scene& scene, const EchoLevels& levels) const {
     return effective_scene(scene, geometry_, config_.size, levels);
   }
-  void bind_view(const Gpu& gpu);
+  void bind_view();
   void note_cast();
   void mark_changed(std::uint32_t frame_index);
   void update_angles();
 
+  PassDevice device_;
   Config config_;
   AngleTable table_;
   std::vector<double> angles_rad_;  // of the frames, ascending

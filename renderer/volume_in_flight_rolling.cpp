@@ -35,7 +35,7 @@ bool VolumeInFlight::replace(const QueuedFrame& frame, std::uint32_t frame_index
   return true;
 }
 
-Result<void> VolumeInFlight::complete(const Gpu& gpu, const Volume& volume, const EchoLevels& levels) {
+Result<void> VolumeInFlight::complete(const Volume& volume, const EchoLevels& levels) {
   const auto frames = static_cast<std::uint32_t>(angles_rad_.size());
   const bool same_layout =
       frames_.suits(volume) && volume.geometry() == geometry_ && volume.stamp().frames == frames;
@@ -46,14 +46,14 @@ Result<void> VolumeInFlight::complete(const Gpu& gpu, const Volume& volume, cons
     same_angles &= angles_rad_[frame_index] == volume.angles_rad()[order[frame_index]];
   }
   changed_beyond_ |= !same_angles || levels != levels_;
-  return load(gpu, volume, levels);
+  return load(volume, levels);
 }
 
-Result<void> VolumeInFlight::recast(const Gpu& gpu, Pipelines& pipelines, const Scene& scene) {
-  if (auto begun = begin_frames(gpu, pipelines, scene, levels_); !begun) return begun;
+Result<void> VolumeInFlight::recast(const Scene& scene) {
+  if (auto begun = begin_frames(scene, levels_); !begun) return begun;
   frames_gone_ = false;
   note_cast();
-  return view_.recast(gpu, pipelines, bindings(), *std::exchange(changed_, {}));
+  return view_.recast(bindings(), *std::exchange(changed_, {}));
 }
 
 }  // namespace fanlight

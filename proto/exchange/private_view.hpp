@@ -3,8 +3,8 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 
+#include "proto/base/fixed_text.hpp"
 #include "proto/exchange/mailbox.hpp"
 #include "proto/model/picture.hpp"
 #include "proto/model/scene.hpp"
@@ -35,7 +35,7 @@ using PrivateViews = std::array<PrivateView, kMostPrivateViews>;
 struct PrivateViewEnd {
   std::uint64_t view_id = 0;   ///< 0: no view of this index has ended yet
   std::uint64_t revision = 0;  ///< of its scene
-  std::string reason;          ///< a sentence
+  FixedText<300> reason;       ///< a sentence
 };
 /// The last view that ended, for each index of PrivateViews.
 using PrivateViewEnds = std::array<PrivateViewEnd, kMostPrivateViews>;

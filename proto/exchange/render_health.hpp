@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
+
+#include "proto/base/fixed_text.hpp"
 
 namespace fanlight {
 
-/// Whether the renderer can make pictures. The render thread publishes it in a mailbox when it changes; the
-/// server tells displays.
+/// Whether the renderer can make pictures. The render thread sends it when it changes; the server notifies
+/// displays. Copies allocate nothing.
 struct RenderHealth {
   enum class State : std::uint8_t {
     kRunning,
@@ -18,8 +19,8 @@ struct RenderHealth {
   State state = State::kRunning;
   std::int64_t since_ns = 0;       ///< fanlight::now_ns of the last change of `state`
   std::uint64_t devices_lost = 0;  ///< since the start
-  std::string cause;               ///< a sentence, where `state` is not kRunning
-  std::string refusal;             ///< why the newest volume or scene was refused; empty: both were taken
+  FixedText<500> cause;            ///< a sentence, where `state` is not kRunning
+  FixedText<500> refusal;          ///< why the newest volume or scene was refused; empty: both were taken
 };
 
 }  // namespace fanlight

@@ -15,6 +15,11 @@ namespace fanlight {
 template <typename T, std::size_t kCapacity>
 class SmallQueue {
  public:
+  /// Writer: how many values can be put.
+  std::size_t room() const {
+    return kCapacity - static_cast<std::size_t>(put_.load(std::memory_order_relaxed) -
+                                                taken_.load(std::memory_order_acquire));
+  }
   /// Writer. False where the queue is full.
   bool put(T value) {
     const std::uint64_t put = put_.load(std::memory_order_relaxed);
@@ -22,6 +27,10 @@ class SmallQueue {
     values_[put % values_.size()] = std::move(value);
     put_.store(put + 1, std::memory_order_release);
     return true;
+  }
+  /// Reader.
+  bool empty() const {
+    return taken_.load(std::memory_order_relaxed) == put_.load(std::memory_order_acquire);
   }
   /// Reader: the oldest; nullopt: none.
   std::optional<T> take() {

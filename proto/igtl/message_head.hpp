@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "proto/igtl/fixed_text.hpp"
+#include "proto/base/fixed_text.hpp"
 
 namespace fanlight::igtl {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/igtl/fixed_text.hpp"
+#include "proto/base/fixed_text.hpp"
 #include "proto/igtl/message_head.hpp"
 
 namespace fanlight::igtl {

@@ -71,4 +71,10 @@ class Pipelines {
   std::map<PipelineKey, PipelineHandle> pipelines_;
 };
 
+/// A device with the pipelines that were built for it. Both outlive their users.
+struct PassDevice {
+  const Gpu* gpu = nullptr;
+  Pipelines* pipelines = nullptr;
+};
+
 }  // namespace fanlight

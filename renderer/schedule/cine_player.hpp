@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "proto/exchange/cine_link.hpp"
+#include "proto/exchange/cine.hpp"
 
 namespace fanlight {
 

@@ -53,7 +53,7 @@ struct VolumeBindings {
 /// One view of a volume: its depth map, its picture, and the commands of the passes.
 ///
 /// Owns the view's buffers, descriptor sets, command buffers, time stamps and timeline. Borrows the volume
-/// (VolumeBindings) for each call, and pipelines from Pipelines. Render thread only.
+/// (VolumeBindings) for each call. Render thread only.
 ///
 /// Life: create() -> bind(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light) or
@@ -71,26 +71,27 @@ class ViewRenderer {
   };
 
   ViewRenderer() = default;
-  /// Allocates all memory of the view. Error: no memory on the GPU.
-  static Result<ViewRenderer> create(const Gpu& gpu, const Pipelines& pipelines, const Config& config);
+  /// Allocates all memory of the view, on the device whose GPU and pipelines it uses from then on. Error: no
+  /// memory on the GPU.
+  static Result<ViewRenderer> create(const PassDevice& device, const Config& config);
 
   /// Sets the volume that the view casts; to be repeated where the volume's buffers were replaced.
   /// Precondition for this and the next two: nothing is outstanding.
-  void bind(const Gpu& gpu, const VolumeBindings& volume);
+  void bind(const VolumeBindings& volume);
 
   /// Sets the view whose filtered depth map is the temporal filter's input: that of the volumes before and
   /// after this one's.
-  void follow(const Gpu& gpu, const ViewRenderer& other);
+  void follow(const ViewRenderer& other);
 
   /// Takes over what another view has cast, as the first piece of light() or begin_light(), which comes next,
   /// copies it. The other view may cast again once that piece is done. `volume` is the other view's, as in
   /// bind().
-  void copy_cast(const Gpu& gpu, const ViewRenderer& other, const VolumeBindings& volume);
+  void copy_cast(const ViewRenderer& other, const VolumeBindings& volume);
 
   /// The same between two devices, from a view of ViewPasses::kCast to one of kLight: copies now.
   /// Passes 2 and 3 then compute only what has changed since the last picture, where that is less than half
   /// of it. Precondition: nothing of either is outstanding.
-  void take_cast(const Gpu& gpu, const ViewRenderer& other);
+  void take_cast(const ViewRenderer& other);
 
   /// Takes the temporally filtered depth map of a view on another device, from ViewPasses::kLight to kCast,
   /// where follow() then finds it. Precondition: as take_cast().
@@ -100,26 +101,24 @@ class ViewRenderer {
   /// for none, where they are known, and where the frames are gone. For ViewPasses::kCast, whose frames
   /// passes 2 and 3 cannot read; the other views compute them in light(). Precondition: nothing is
   /// outstanding.
-  Result<bool> add_confidence(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
-                              const VolumeBindings& volume);
+  Result<bool> add_confidence(const Scene& wanted, const VolumeBindings& volume);
 
   /// Builds the pipelines that casting this effective_scene() needs. Error: a pipeline that cannot be built.
-  Result<void> find_cast_pipelines(Pipelines& pipelines, const Scene& scene, FrameKind kind);
+  Result<void> find_cast_pipelines(const Scene& scene, FrameKind kind);
 
   /// Sets pass 1 up and gives up a cast under way; submits nothing. Precondition: nothing is outstanding.
   /// Error: a pipeline that cannot be built.
-  Result<void> begin_cast(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
-                          const VolumeBindings& volume);
+  Result<void> begin_cast(const Scene& wanted, const VolumeBindings& volume);
 
   /// Submits the next piece of work: a piece of pass 0 (some frames), or a band of pass 1 (some tiles of the
   /// picture; the first band comes with the upload of the tables). Precondition: nothing is outstanding.
-  Result<void> cast_next_band(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume);
+  Result<void> cast_next_band(const VolumeBindings& volume);
 
   /// Whether all bands of pass 1 were submitted.
   bool cast_submitted() const { return next_tile_ == cast_tiles_; }
 
   /// Submits one piece of pass 0 only. Precondition: nothing is outstanding, and the frames are not done.
-  Result<void> prepare_ahead(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume);
+  Result<void> prepare_ahead(const VolumeBindings& volume);
 
   /// Whether the cast recorded how far its rays went, which recast() needs.
   bool notes_reach() const { return notes_reach_; }
@@ -131,30 +130,27 @@ class ViewRenderer {
   };
   /// Submits pass 0 for replaced frames, and pass 1 for the tiles whose rays they can have changed (dirty
   /// tiles). Precondition: notes_reach(), nothing is outstanding, the scene is that of the cast.
-  Result<void> recast(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume,
-                      FrameRange changed);
+  Result<void> recast(const VolumeBindings& volume, FrameRange changed);
 
   /// Whether the depth map of follow() is that of the last volume under the same view.
   enum class History : std::uint8_t { kNone, kUsable };
 
   /// Submits passes 2 and 3 and the read-back, after the bands of pass 1 submitted before. The filter of the
   /// depth map is left out where its input and options have not changed.
-  Result<void> light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene, const VolumeBindings& volume,
-                     History history);
+  Result<void> light(const Scene& scene, const VolumeBindings& volume, History history);
 
   /// The same in pieces of about 4 ms: sets passes 2 and 3 up and submits nothing. Precondition: nothing is
   /// outstanding. Error: a pipeline that cannot be built.
-  Result<void> begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
-                           const VolumeBindings& volume, History history);
+  Result<void> begin_light(const Scene& wanted, const VolumeBindings& volume, History history);
 
   /// Submits the next piece; the last one has the read-back. Only the first piece reads the frames and what
   /// another view has drawn. Precondition: as begin_light().
-  Result<void> light_next_piece(const Gpu& gpu, const Pipelines& pipelines);
+  Result<void> light_next_piece();
 
   /// Between two pieces: lights by another scene, whose depth filter and camera are the same, with what is
   /// filtered so far. Precondition: nothing is outstanding, and the light was not begun
   /// (light_steps().begun()). Error: a pipeline that cannot be built.
-  Result<void> change_light(Pipelines& pipelines, const Scene& wanted, const VolumeBindings& volume);
+  Result<void> change_light(const Scene& wanted, const VolumeBindings& volume);
 
   /// Whether passes 2 and 3 compute a part of the picture only; see take_cast().
   bool lights_a_part() const { return partly_; }
@@ -165,7 +161,7 @@ class ViewRenderer {
   const SubmissionTimeline& timeline() const { return timeline_; }
 
   /// Number of submissions that the GPU has not finished.
-  std::uint64_t outstanding(const Gpu& gpu) const { return timeline_.outstanding(gpu); }
+  std::uint64_t outstanding() const { return timeline_.outstanding(*device_.gpu); }
 
   // As SubmissionTimeline::retry() and drop_held().
   Result<void> retry_held() { return timeline_.retry(); }
@@ -184,49 +180,50 @@ class ViewRenderer {
   }
 
   /// When each stage ran; 0 for stages that the last submissions did not contain.
-  std::array<StageSpan, kStages> stage_spans(const Gpu& gpu) const { return timestamps_.spans(gpu); }
+  std::array<StageSpan, kStages> stage_spans() const { return timestamps_.spans(*device_.gpu); }
 
   /// Milliseconds of each stage; 0 for stages that the last submissions did not contain. Of a view that
   /// pauses, the upload counts as part of the cast, and the read-back as part of the finish.
-  std::array<double, kStages> stage_ms(const Gpu& gpu) const;
+  std::array<double, kStages> stage_ms() const;
 
   /// The depth maps of pass 1 and of pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none, and the
   /// confidence: height x width, top row first. Blocks until they are copied, and allocates: for tests and
   /// one-shot rendering.
-  Result<DepthMaps> read_depth(const Gpu& gpu);
+  Result<DepthMaps> read_depth();
 
  private:
-  explicit ViewRenderer(const Config& config) : config_(config) {}
-  Result<void> create_commands(const Gpu& gpu);
-  void set_tiles(const Gpu& gpu, const Scene& scene, const shaders::CastParameters& parameters);
-  Result<void> submit_frames(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume);
+  ViewRenderer(const PassDevice& device, const Config& config) : device_(device), config_(config) {}
+  Result<void> create_commands();
+  void set_tiles(const Scene& scene, const shaders::CastParameters& parameters);
+  Result<void> submit_frames(const VolumeBindings& volume);
   void record_tables(VkCommandBuffer commands, AngleBuffer& angles);
   void record_before_rays(VkCommandBuffer commands, AngleBuffer& angles);
   void record_empty_space(VkCommandBuffer commands) const;
   void record_frame_steps(VkCommandBuffer commands) const;
   void record_slices(VkCommandBuffer commands) const;
-  void record_dirty_tiles(VkCommandBuffer commands, const Pipelines& pipelines, const FrameStore& frames,
+  void record_dirty_tiles(VkCommandBuffer commands, const FrameStore& frames,
                           FrameRange frames_changed) const;
-  Result<VkPipeline> confidence_pipeline(Pipelines& pipelines, const PipelineKey& key, const Scene& scene,
-                                         bool frames_gone, shaders::LightParameters& parameters) const;
+  Result<VkPipeline> confidence_pipeline(const PipelineKey& key, const Scene& scene, bool frames_gone,
+                                         shaders::LightParameters& parameters) const;
   void choose_regions(const Scene& scene, shaders::LightParameters& parameters);
   LightStep on_tiles(VkPipeline pipeline, const PixelRect& part) const;
-  Result<void> add_filter_steps(Pipelines& pipelines, const LightKeys& keys, VkPipeline confidence);
-  Result<void> add_light_steps(Pipelines& pipelines, const LightKeys& keys, const Scene& scene);
-  Result<void> submit_light(const Gpu& gpu, const Pipelines& pipelines, std::size_t end_step);
+  Result<void> add_filter_steps(const LightKeys& keys, VkPipeline confidence);
+  Result<void> add_light_steps(const LightKeys& keys, const Scene& scene);
+  Result<void> submit_light(std::size_t end_step);
   void record_clear_min_depth(VkCommandBuffer commands) const;
-  void record_light_steps(VkCommandBuffer commands, const Pipelines& pipelines, std::size_t end_step) const;
+  void record_light_steps(VkCommandBuffer commands, std::size_t end_step) const;
   void record_read_back(VkCommandBuffer commands) const;
   void record_maps_for_host(VkCommandBuffer commands) const;
-  void bind_no_volume(const Gpu& gpu);
-  void reset_times(const Gpu& gpu);
-  void begin_piece(const Gpu& gpu, VkCommandBuffer commands, Stage stage);
+  void bind_no_volume();
+  void reset_times();
+  void begin_piece(VkCommandBuffer commands, Stage stage);
   void end_piece(VkCommandBuffer commands) const;
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
   // Of pixels. Pass 1 casts tiles of 8 x 8 rays, which are the same where each pixel has its ray.
   std::uint32_t tiles_across() const { return groups(config_.size.width, kTileSide); }
   std::uint32_t tiles_down() const { return groups(config_.size.height, kTileSide); }
 
+  PassDevice device_;
   Config config_;
   std::optional<TransferFunction> transferred_;  // transfer function of the table on the GPU, and the step
   float transferred_step_mm_ = 0;                // that the table is for

@@ -16,34 +16,31 @@ constexpr std::uint32_t kTilesInGroup = 8;
 
 }  // namespace
 
-Result<void> ViewRenderer::prepare_ahead(const Gpu& gpu, const Pipelines& pipelines,
-                                         const VolumeBindings& volume) {
+Result<void> ViewRenderer::prepare_ahead(const VolumeBindings& volume) {
   if (auto begun = begin_commands(cast_commands_); !begun) return begun;
-  descriptors_.bind(cast_commands_, pipelines, DescriptorSets::Order::kLitToDiffused);
-  volume.frames.record_piece(cast_commands_, pipelines);
-  return timeline_.submit(gpu.cast_queue(), cast_commands_, other_work_);
+  descriptors_.bind(cast_commands_, *device_.pipelines, DescriptorSets::Order::kLitToDiffused);
+  volume.frames.record_piece(cast_commands_, *device_.pipelines);
+  return timeline_.submit(device_.gpu->cast_queue(), cast_commands_, other_work_);
 }
 
-Result<void> ViewRenderer::submit_frames(const Gpu& gpu, const Pipelines& pipelines,
-                                         const VolumeBindings& volume) {
+Result<void> ViewRenderer::submit_frames(const VolumeBindings& volume) {
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
-  descriptors_.bind(commands, pipelines, DescriptorSets::Order::kLitToDiffused);
-  begin_piece(gpu, commands, Stage::kPrepare);
+  descriptors_.bind(commands, *device_.pipelines, DescriptorSets::Order::kLitToDiffused);
+  begin_piece(commands, Stage::kPrepare);
   if (!std::exchange(preparing_, true)) timestamps_.stamp(commands, GpuTimestamps::kPrepareBegin);
-  volume.frames.record_piece(commands, pipelines);
+  volume.frames.record_piece(commands, *device_.pipelines);
   if (volume.frames.done()) timestamps_.stamp(commands, GpuTimestamps::kPrepareEnd);
   end_piece(commands);
-  return timeline_.submit(gpu.cast_queue(), commands, other_work_);
+  return timeline_.submit(device_.gpu->cast_queue(), commands, other_work_);
 }
 
-Result<void> ViewRenderer::cast_next_band(const Gpu& gpu, const Pipelines& pipelines,
-                                          const VolumeBindings& volume) {
-  if (!volume.frames.done()) return submit_frames(gpu, pipelines, volume);
+Result<void> ViewRenderer::cast_next_band(const VolumeBindings& volume) {
+  if (!volume.frames.done()) return submit_frames(volume);
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
-  descriptors_.bind(commands, pipelines, DescriptorSets::Order::kLitToDiffused);
-  begin_piece(gpu, commands, Stage::kCast);
+  descriptors_.bind(commands, *device_.pipelines, DescriptorSets::Order::kLitToDiffused);
+  begin_piece(commands, Stage::kCast);
   if (next_tile_ == 0) record_before_rays(commands, volume.angles);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.cast);
   // Not a push constant: lavapipe keeps a copy of the shader for each value.
@@ -56,23 +53,22 @@ Result<void> ViewRenderer::cast_next_band(const Gpu& gpu, const Pipelines& pipel
   if (cast_submitted()) record_maps_for_host(commands);
   if (cast_submitted()) timestamps_.stamp(commands, GpuTimestamps::kCastEnd);
   end_piece(commands);
-  return timeline_.submit(gpu.cast_queue(), commands, other_work_);
+  return timeline_.submit(device_.gpu->cast_queue(), commands, other_work_);
 }
 
-Result<void> ViewRenderer::recast(const Gpu& gpu, const Pipelines& pipelines, const VolumeBindings& volume,
-                                  FrameRange frames_changed) {
-  reset_times(gpu);
+Result<void> ViewRenderer::recast(const VolumeBindings& volume, FrameRange frames_changed) {
+  reset_times();
 
   const VkCommandBuffer commands = cast_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
-  descriptors_.bind(commands, pipelines, DescriptorSets::Order::kLitToDiffused);
+  descriptors_.bind(commands, *device_.pipelines, DescriptorSets::Order::kLitToDiffused);
   timestamps_.stamp(commands, GpuTimestamps::kPrepareBegin);
-  while (!volume.frames.done()) volume.frames.record_piece(commands, pipelines);
+  while (!volume.frames.done()) volume.frames.record_piece(commands, *device_.pipelines);
   timestamps_.stamp(commands, GpuTimestamps::kPrepareEnd);
   timestamps_.stamp(commands, GpuTimestamps::kUploadBegin);
   record_tables(commands, volume.angles);
   timestamps_.stamp(commands, GpuTimestamps::kCastBegin);
-  record_dirty_tiles(commands, pipelines, volume.frames, frames_changed);
+  record_dirty_tiles(commands, volume.frames, frames_changed);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.cast_listed);
   vkCmdDispatchIndirect(commands, memory_.tile_list.get(), 0);
   record_frame_steps(commands);
@@ -81,7 +77,7 @@ Result<void> ViewRenderer::recast(const Gpu& gpu, const Pipelines& pipelines, co
   timestamps_.stamp(commands, GpuTimestamps::kCastEnd);
   confidence_known_ = false;
   cast_since_light_ = true;
-  return timeline_.submit(gpu.cast_queue(), commands, other_work_);
+  return timeline_.submit(device_.gpu->cast_queue(), commands, other_work_);
 }
 
 void ViewRenderer::record_tables(VkCommandBuffer commands, AngleBuffer& angles) {
@@ -135,8 +131,8 @@ void ViewRenderer::record_maps_for_host(VkCommandBuffer commands) const {
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
 }
 
-void ViewRenderer::record_dirty_tiles(VkCommandBuffer commands, const Pipelines& pipelines,
-                                      const FrameStore& frames, FrameRange frames_changed) const {
+void ViewRenderer::record_dirty_tiles(VkCommandBuffer commands, const FrameStore& frames,
+                                      FrameRange frames_changed) const {
   constexpr std::array<std::uint32_t, 3> kNone = {0, 1, 1};
   const VkBufferCopy all{.size = memory_.segments.bytes()};
   vkCmdCopyBuffer(commands, memory_.segments.get(), memory_.old_segments.get(), 1, &all);
@@ -150,7 +146,7 @@ void ViewRenderer::record_dirty_tiles(VkCommandBuffer commands, const Pipelines&
   const auto reach = static_cast<std::int32_t>(frames.reach_frames());
   const std::array<std::int32_t, 2> range = {static_cast<std::int32_t>(frames_changed.first) - reach,
                                              static_cast<std::int32_t>(frames_changed.last) + reach};
-  vkCmdPushConstants(commands, pipelines.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof range,
+  vkCmdPushConstants(commands, device_.pipelines->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof range,
                      range.data());
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, cast_pipelines_.dirty_tiles);
   vkCmdDispatch(commands, groups(cast_tiles_, kTilesInGroup), 1, 1);

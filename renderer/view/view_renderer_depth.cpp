@@ -11,12 +11,12 @@
 
 namespace fanlight {
 
-Result<DepthMaps> ViewRenderer::read_depth(const Gpu& gpu) {
+Result<DepthMaps> ViewRenderer::read_depth() {
   // Without passes 2 and 3 there is no filtered map: VolumeInFlight::read_depth() has it from their device.
   const GpuBuffer& smooth = memory_.smooth_depth.bytes() > 0 ? memory_.smooth_depth : memory_.depth;
   const GpuBuffer* const maps[] = {&memory_.depth, &memory_.confidence, &smooth};
   const std::uint64_t maps_bytes = std::size(maps) * memory_.depth.bytes();
-  auto copy = GpuBuffer::create(gpu, "depth map copies", maps_bytes + memory_.segments.bytes(),
+  auto copy = GpuBuffer::create(*device_.gpu, "depth map copies", maps_bytes + memory_.segments.bytes(),
                                 VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu);
   if (!copy) return copy.error();
   if (auto begun = begin_commands(light_commands_); !begun) return begun.error();
@@ -28,13 +28,13 @@ Result<DepthMaps> ViewRenderer::read_depth(const Gpu& gpu) {
   vkCmdCopyBuffer(light_commands_, memory_.segments.get(), copy->get(), 1, &region);
   barrier(light_commands_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
-  if (auto submitted = timeline_.submit(gpu.light_queue(), light_commands_, other_work_); !submitted)
+  if (auto submitted = timeline_.submit(device_.gpu->light_queue(), light_commands_, other_work_); !submitted)
     return submitted.error();
   constexpr std::uint64_t kMostNs = 60'000'000'000;  // copies only
-  if (auto waited = timeline_.wait(gpu, kMostNs); !waited) return waited.error();
-  if (timeline_.outstanding(gpu) > 0) {
+  if (auto waited = timeline_.wait(*device_.gpu, kMostNs); !waited) return waited.error();
+  if (timeline_.outstanding(*device_.gpu) > 0) {
     const Error hung{ErrorCode::kLost, "the GPU did not copy the depth maps within a minute"};
-    gpu.note_fault(Gpu::Condition::kHung, hung);
+    device_.gpu->note_fault(Gpu::Condition::kHung, hung);
     return hung;
   }
   const auto* values = reinterpret_cast<const float*>(copy->mapped().data());

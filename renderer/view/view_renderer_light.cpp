@@ -86,11 +86,10 @@ void ViewRenderer::choose_regions(const Scene& scene, shaders::LightParameters& 
   maps_.reset();
 }
 
-Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKeys& keys,
-                                            VkPipeline confidence) {
-  auto rows = pipelines.get(keys.filter_rows);
+Result<void> ViewRenderer::add_filter_steps(const LightKeys& keys, VkPipeline confidence) {
+  auto rows = device_.pipelines->get(keys.filter_rows);
   if (!rows) return rows.error();
-  auto columns = pipelines.get(keys.filter_columns);
+  auto columns = device_.pipelines->get(keys.filter_columns);
   if (!columns) return columns.error();
   const LightRegions& parts = regions_;
   LightStep confidences = on_tiles(confidence, PixelRect::whole(config_.size));
@@ -102,15 +101,15 @@ Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKey
   // The moving average runs along whole rows and columns, the other filters on tiles.
   const bool mean = keys.filter_rows.shader == Shader::kMeanRows;
   const std::array<LightStep, LightSteps::kMostFilterSteps> steps = {
-      on_tiles(pipelines.fixed(Shader::kTemporal), parts.changed),
-      on_tile_rows(pipelines.fixed(Shader::kTileDepthRange), parts.changed),
-      on_tile_rows(pipelines.fixed(Shader::kCleanupTiles), parts.uneven),
-      on_tiles(pipelines.fixed(Shader::kIslands), parts.cleaned),
+      on_tiles(device_.pipelines->fixed(Shader::kTemporal), parts.changed),
+      on_tile_rows(device_.pipelines->fixed(Shader::kTileDepthRange), parts.changed),
+      on_tile_rows(device_.pipelines->fixed(Shader::kCleanupTiles), parts.uneven),
+      on_tiles(device_.pipelines->fixed(Shader::kIslands), parts.cleaned),
       confidences,
-      on_tiles(pipelines.fixed(Shader::kHoles), parts.filled),
+      on_tiles(device_.pipelines->fixed(Shader::kHoles), parts.filled),
       mean ? on_lines(*rows, parts.rows.top, parts.rows.bottom) : on_tiles(*rows, parts.rows),
       mean ? on_lines(*columns, parts.smooth.left, parts.smooth.right) : on_tiles(*columns, parts.smooth),
-      on_lines(pipelines.fixed(Shader::kMinDepth), 0, static_cast<int>(config_.size.height))};
+      on_lines(device_.pipelines->fixed(Shader::kMinDepth), 0, static_cast<int>(config_.size.height))};
   for (const LightStep& step : steps) {
     if (step.pipeline != VK_NULL_HANDLE) light_steps_.add(step);
   }
@@ -118,18 +117,18 @@ Result<void> ViewRenderer::add_filter_steps(Pipelines& pipelines, const LightKey
 }
 
 /// The steps of the light and of pass 3.
-Result<void> ViewRenderer::add_light_steps(Pipelines& pipelines, const LightKeys& keys, const Scene& scene) {
+Result<void> ViewRenderer::add_light_steps(const LightKeys& keys, const Scene& scene) {
   // Of half the picture's width and height.
   for (const auto& key : {keys.soft_light, keys.scatter_rows, keys.scatter_columns}) {
     if (!key) continue;
-    const auto pipeline = pipelines.get(*key);
+    const auto pipeline = device_.pipelines->get(*key);
     if (!pipeline) return pipeline.error();
     light_steps_.add({.pipeline = *pipeline,
                       .groups_across = groups(config_.size.width, 2 * kTileSide),
                       .groups_down = groups(config_.size.height, 2 * kTileSide),
                       .stage = Stage::kLight});
   }
-  const auto lit = pipelines.get(keys.light);
+  const auto lit = device_.pipelines->get(keys.light);
   if (!lit) return lit.error();
   LightStep light_step = on_tiles(*lit, regions_.lit);
   light_step.stage = Stage::kLight;
@@ -137,14 +136,14 @@ Result<void> ViewRenderer::add_light_steps(Pipelines& pipelines, const LightKeys
   const std::size_t light_steps = light_steps_.count_of(Stage::kLight);
   if (light_steps != measured_light_steps_) light_step_ms_[static_cast<std::size_t>(Stage::kLight)] = 0;
   measured_light_steps_ = light_steps;
-  LightStep step = on_tiles(pipelines.fixed(Shader::kDiffuse), regions_.finished);
+  LightStep step = on_tiles(device_.pipelines->fixed(Shader::kDiffuse), regions_.finished);
   step.stage = Stage::kFinish;
   const int steps = diffusion_steps(scene);
   for (int done = 0; done < steps; ++done) {
     step.order = order_after(done);
     light_steps_.add(step);
   }
-  step.pipeline = pipelines.fixed(Shader::kFinish);
+  step.pipeline = device_.pipelines->fixed(Shader::kFinish);
   step.order = order_after(steps);
   light_steps_.add(step);
   return {};
@@ -158,8 +157,7 @@ void ViewRenderer::record_clear_min_depth(VkCommandBuffer commands) const {
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
 }
 
-void ViewRenderer::record_light_steps(VkCommandBuffer commands, const Pipelines& pipelines,
-                                      std::size_t end_step) const {
+void ViewRenderer::record_light_steps(VkCommandBuffer commands, std::size_t end_step) const {
   for (std::size_t index = light_steps_.next(); index < end_step; ++index) {
     const LightStep& step = light_steps_[index];
     const bool first_of_stage = index == 0 || light_steps_[index - 1].stage != step.stage;
@@ -171,7 +169,7 @@ void ViewRenderer::record_light_steps(VkCommandBuffer commands, const Pipelines&
       timestamps_.stamp(commands, GpuTimestamps::kLightBegin);
     if (first_of_stage && step.stage == Stage::kFinish) timestamps_.stamp(commands, GpuTimestamps::kLightEnd);
     if (index == light_steps_.next() || light_steps_[index - 1].order != step.order)
-      descriptors_.bind(commands, pipelines, step.order);
+      descriptors_.bind(commands, *device_.pipelines, step.order);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, step.pipeline);
     vkCmdDispatchBase(commands, step.first_across, step.first_down, 0, step.groups_across, step.groups_down,
                       1);
@@ -195,8 +193,8 @@ void ViewRenderer::record_read_back(VkCommandBuffer commands) const {
 
 /// The pipeline that computes the filter's weights; null where the scene does not ask for them, or where they
 /// are known already. Where they cannot be had any more, all weights become 1 in `parameters`.
-Result<VkPipeline> ViewRenderer::confidence_pipeline(Pipelines& pipelines, const PipelineKey& key,
-                                                     const Scene& scene, bool frames_gone,
+Result<VkPipeline> ViewRenderer::confidence_pipeline(const PipelineKey& key, const Scene& scene,
+                                                     bool frames_gone,
                                                      shaders::LightParameters& parameters) const {
   const VkPipeline none = VK_NULL_HANDLE;
   if (scene.filter.weights != FilterWeights::kConfidence || confidence_known_) return none;
@@ -205,43 +203,41 @@ Result<VkPipeline> ViewRenderer::confidence_pipeline(Pipelines& pipelines, const
     parameters.confidence_counts = 0;
     return none;
   }
-  return pipelines.get(key);
+  return device_.pipelines->get(key);
 }
 
-Result<bool> ViewRenderer::add_confidence(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
-                                          const VolumeBindings& volume) {
+Result<bool> ViewRenderer::add_confidence(const Scene& wanted, const VolumeBindings& volume) {
   const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
   const bool due =
       scene.filter.weights == FilterWeights::kConfidence && !confidence_known_ && !volume.frames_gone;
   if (!due) return false;
-  const auto pipeline = pipelines.get(light_keys(scene, volume.geometry.kind).confidence);
+  const auto pipeline = device_.pipelines->get(light_keys(scene, volume.geometry.kind).confidence);
   if (!pipeline) return pipeline.error();
   if (auto begun = begin_commands(cast_commands_); !begun) return begun.error();
-  descriptors_.bind(cast_commands_, pipelines, DescriptorSets::Order::kLitToDiffused);
+  descriptors_.bind(cast_commands_, *device_.pipelines, DescriptorSets::Order::kLitToDiffused);
   vkCmdBindPipeline(cast_commands_, VK_PIPELINE_BIND_POINT_COMPUTE, *pipeline);
   vkCmdDispatch(cast_commands_, tiles_across(), tiles_down(), 1);
   record_maps_for_host(cast_commands_);
-  if (auto submitted = timeline_.submit(gpu.cast_queue(), cast_commands_, other_work_); !submitted)
+  if (auto submitted = timeline_.submit(device_.gpu->cast_queue(), cast_commands_, other_work_); !submitted)
     return submitted.error();
   confidence_known_ = true;
   return true;
 }
 
-Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, const Scene& wanted,
-                                       const VolumeBindings& volume, History history) {
+Result<void> ViewRenderer::begin_light(const Scene& wanted, const VolumeBindings& volume, History history) {
   const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
   const LightKeys keys = light_keys(scene, volume.geometry.kind);
   shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
   if (history == History::kNone) parameters.steady = 0;
   // A cast has reset all time stamps, and the GPU may be writing the cast's now.
-  if (!cast_since_light_ || config_.passes == ViewPasses::kLight) reset_times(gpu);
+  if (!cast_since_light_ || config_.passes == ViewPasses::kLight) reset_times();
   light_steps_.clear();
   confidence_due_ = false;
 
   const bool filters = cast_since_light_ || filter_ != scene.filter;
   VkPipeline confidence = VK_NULL_HANDLE;
   if (filters) {
-    const auto known = confidence_pipeline(pipelines, keys.confidence, scene, volume.frames_gone, parameters);
+    const auto known = confidence_pipeline(keys.confidence, scene, volume.frames_gone, parameters);
     if (!known) return known.error();
     confidence = *known;
   } else {
@@ -253,16 +249,15 @@ Result<void> ViewRenderer::begin_light(const Gpu& gpu, Pipelines& pipelines, con
   memory_.light_parameters.mapped_as<shaders::LightParameters>() = parameters;
   if (filters) {
     confidence_due_ = confidence != VK_NULL_HANDLE;
-    if (auto added = add_filter_steps(pipelines, keys, confidence); !added) return added;
+    if (auto added = add_filter_steps(keys, confidence); !added) return added;
     if (filter_due_ != scene.filter) light_step_ms_[static_cast<std::size_t>(Stage::kFilter)] = 0;
     filter_due_ = scene.filter;
     filter_.reset();
   }
-  return add_light_steps(pipelines, keys, scene);
+  return add_light_steps(keys, scene);
 }
 
-Result<void> ViewRenderer::change_light(Pipelines& pipelines, const Scene& wanted,
-                                        const VolumeBindings& volume) {
+Result<void> ViewRenderer::change_light(const Scene& wanted, const VolumeBindings& volume) {
   const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
   auto& parameters = memory_.light_parameters.mapped_as<shaders::LightParameters>();
   shaders::LightParameters changed = light_parameters(scene, config_.size, farthest_mm_);
@@ -275,14 +270,14 @@ Result<void> ViewRenderer::change_light(Pipelines& pipelines, const Scene& wante
   set_smooth_part(changed, regions_.smooth);
   parameters = changed;
   light_steps_.drop_from(Stage::kLight);
-  return add_light_steps(pipelines, light_keys(scene, volume.geometry.kind), scene);
+  return add_light_steps(light_keys(scene, volume.geometry.kind), scene);
 }
 
 /// Submits the steps before end_step that were not submitted yet, and after the last one the read-back.
-Result<void> ViewRenderer::submit_light(const Gpu& gpu, const Pipelines& pipelines, std::size_t end_step) {
+Result<void> ViewRenderer::submit_light(std::size_t end_step) {
   const VkCommandBuffer commands = light_commands_;
   if (auto begun = begin_commands(commands); !begun) return begun;
-  begin_piece(gpu, commands, light_steps_[light_steps_.next()].stage);
+  begin_piece(commands, light_steps_[light_steps_.next()].stage);
   // The other slot's filter may run just before this one's, and reads its buffers.
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
@@ -290,11 +285,11 @@ Result<void> ViewRenderer::submit_light(const Gpu& gpu, const Pipelines& pipelin
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
               VK_ACCESS_2_TRANSFER_WRITE_BIT);
   if (cast_to_copy_ != nullptr) memory_.copy_cast(commands, *cast_to_copy_);
-  record_light_steps(commands, pipelines, end_step);
+  record_light_steps(commands, end_step);
   const bool last = end_step == light_steps_.count();
   if (last) record_read_back(commands);
   end_piece(commands);
-  if (auto submitted = timeline_.submit(gpu.light_queue(), commands, other_work_); !submitted)
+  if (auto submitted = timeline_.submit(device_.gpu->light_queue(), commands, other_work_); !submitted)
     return submitted;
   cast_to_copy_ = nullptr;
   light_steps_.submit_until(end_step);
@@ -309,23 +304,22 @@ Result<void> ViewRenderer::submit_light(const Gpu& gpu, const Pipelines& pipelin
   return {};
 }
 
-Result<void> ViewRenderer::light(const Gpu& gpu, Pipelines& pipelines, const Scene& scene,
-                                 const VolumeBindings& volume, History history) {
-  if (auto begun = begin_light(gpu, pipelines, scene, volume, history); !begun) return begun;
-  return submit_light(gpu, pipelines, light_steps_.count());
+Result<void> ViewRenderer::light(const Scene& scene, const VolumeBindings& volume, History history) {
+  if (auto begun = begin_light(scene, volume, history); !begun) return begun;
+  return submit_light(light_steps_.count());
 }
 
-Result<void> ViewRenderer::light_next_piece(const Gpu& gpu, const Pipelines& pipelines) {
+Result<void> ViewRenderer::light_next_piece() {
   const Stage next = light_steps_[light_steps_.next()].stage;
   // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
   if (config_.passes == ViewPasses::kLight && next != Stage::kFilter)
-    return submit_light(gpu, pipelines, light_steps_.count());
+    return submit_light(light_steps_.count());
   const auto stage = static_cast<std::size_t>(next);
   const double known_ms = light_step_ms_[stage];
   const double whole_ms = known_ms > 0 ? known_ms : kPieceMs;
   const double share = static_cast<double>(regions_.smooth.pixels()) / pixels();
   const double step_ms = next == Stage::kFilter ? share * whole_ms : whole_ms;
-  return submit_light(gpu, pipelines, light_steps_.end_of_piece(step_ms, kPieceMs));
+  return submit_light(light_steps_.end_of_piece(step_ms, kPieceMs));
 }
 
 }  // namespace fanlight

@@ -80,7 +80,9 @@ Result<bool> ControlLease::grant(std::uint64_t from, std::uint64_t to, std::int6
   return false;
 }
 
-void ControlLease::take_over(const Party& who, std::int64_t now_ms) { give(who, now_ms); }
+void ControlLease::take_over(const Party& who, std::int64_t now_ms) {
+  give(who, now_ms);
+}
 
 Result<bool> ControlLease::keep(std::uint64_t session, std::int64_t now_ms) {
   if (!holds(session)) return refusal("this session is not in control, expected it to be to keep it");

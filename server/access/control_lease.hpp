@@ -11,8 +11,8 @@ namespace fanlight {
 
 /// The lease for control of the scene and the probe. At most one session holds it. A session acquires it with
 /// its first change if it is free, loses it after `lapse_ms` without activity, and may grant it to another
-/// session. Roles are checked before: see command_rules.hpp. Pure logic: sessions are numbers and names, and time
-/// is a parameter. Server thread only.
+/// session. Roles are checked before: see command_rules.hpp. Pure logic: sessions are numbers and names, and
+/// time is a parameter. Server thread only.
 class ControlLease {
  public:
   struct Party {

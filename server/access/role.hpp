@@ -16,13 +16,15 @@ enum class Role : std::uint8_t {
 };
 
 /// Whether `role` is `least`, or includes it.
-constexpr bool has_role(Role role, Role least) { return role >= least; }
+constexpr bool has_role(Role role, Role least) {
+  return role >= least;
+}
 
-// Least roles for what is no command. Those of commands: server/command/command_rules.cpp.
-inline constexpr Role kReadsSourcePath = Role::kAdmin;       ///< it may name a patient
-inline constexpr Role kReadsRelayDescription = Role::kAdmin; ///< it may hold the key of the stream
+// Least roles for reading and for priority. Those of commands: server/command/command_rules.cpp.
+inline constexpr Role kReadsSourcePath = Role::kAdmin;        ///< it may name a patient
+inline constexpr Role kReadsRelayDescription = Role::kAdmin;  ///< it may hold the key of the stream
 inline constexpr Role kReplacesAdminsPresets = Role::kAdmin;
-inline constexpr Role kEncodesFirst = Role::kOperator;       ///< see PictureSubscriber::privileged()
+inline constexpr Role kEncodesFirst = Role::kOperator;  ///< see PictureSubscriber::privileged()
 
 /// "viewer", "operator", "admin".
 std::string_view role_name(Role role);

@@ -20,6 +20,7 @@
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
 #include "proto/base/version.hpp"
+#include "renderer/survey/auto_scene.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
@@ -117,7 +118,8 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
   std::_Exit(served ? 0 : 1);
 }
 
-/// The server's configuration but for what open_pipeline() adds. Refuses what is wrong before any device is opened.
+/// The server's configuration but for what open_pipeline() adds. Refuses what is wrong before any device is
+/// opened.
 Result<StreamServer::Config> server_config(const ServeOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return options.placed("size", size.error());
@@ -135,6 +137,7 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
                                 .jpeg_quality = options.jpeg_quality},
                 .probe_control = options.probe_control,
                 .most_private_views = options.private_views,
+                .renders_unwatched = !may_rest(options),
                 .recording = options.recording.config()},
       .tls = options.tls,
       .hsts = options.hsts,
@@ -198,6 +201,16 @@ void read_again(ServeOptions& options, StreamServer& server, spdlog::level::leve
   spdlog::set_level(options.log_level.empty() ? usual_level : spdlog::level::from_str(options.log_level));
 }
 
+/// Finds surfaces for pictures of this size.
+SurfaceFinder surface_finder(const ServerDescription& server) {
+  const PictureSize size{server.picture_width, server.picture_height};
+  return [size](const Volume& volume, const Scene& scene) -> std::optional<FoundSurface> {
+    auto found = auto_scene(volume, scene, size);
+    if (!found) return std::nullopt;
+    return FoundSurface{.scene = found->scene, .choices = std::move(found->choices)};
+  };
+}
+
 /// Begins the log as the options say. The level that it had.
 spdlog::level::level_enum begin_service_log(const ServeOptions& options) {
   const auto usual_level = spdlog::get_level();
@@ -214,8 +227,9 @@ struct RenderedSource {
   std::uint32_t cine_volumes = 0;
 };
 
-/// What the source says of itself, for clients.
-void describe_source(const ServeOptions& options, const SourceDescription& source, ServerState::Config& state) {
+/// Fills in the source's description for clients.
+void describe_source(const ServeOptions& options, const SourceDescription& source,
+                     ServerState::Config& state) {
   ServerDescription& description = state.description;
   description.source = printable(source.name);
   description.title = options.title.empty() ? usual_title(options.source) : printable(options.title);
@@ -227,7 +241,8 @@ void describe_source(const ServeOptions& options, const SourceDescription& sourc
 }
 
 /// Opens the source and the GPU; completes the configuration of the server.
-Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& link, ServerState::Config& state) {
+Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& link,
+                                     ServerState::Config& state) {
   if (const std::string note = opening_note(options.source, options.playing); !note.empty())
     spdlog::info("{}", note);
   auto source = open_source(options.source, options.playing, link.probe, &link.replay);
@@ -255,8 +270,9 @@ Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& li
   if (moves_smoothly(options, (*pipeline)->gpu())) {
     state.suggested_scene.deadline.plan = state.initial_scene.scene.deadline.plan =
         DeadlinePlan::kSmoothWhileMoving;
-    (*pipeline)->ports().scenes.draft() = state.initial_scene;
-    (*pipeline)->ports().scenes.publish();
+    Mailbox<NumberedScene>& scenes = (*pipeline)->ports().render.scenes;
+    scenes.draft() = state.initial_scene;
+    scenes.publish();
   }
   return RenderedSource{*std::move(source), *std::move(pipeline), cine_volumes};
 }
@@ -296,29 +312,29 @@ Result<void> serve(ServeOptions& options) {
   RecordingFacts sent_facts = facts_of(rendered->source->description());
   sent_facts.source = config->state.description.title;  // a path may name a patient
   SentFrames sent_frames(sent_facts);
-  PipelinePorts ports = pipeline.ports();
-  if (!may_rest(options)) ports.audience = nullptr;
   ServerCounters counters;
   ServiceNotifier notifier(loops_of(pipeline));
   std::unique_ptr<StreamServer> server;
   auto made = StreamServer::create(
-      *config, {.ports = ports,
-                .counters = counters,
-                .write_frame = [&](const QueuedFrame& frame, std::uint64_t utc_ns,
-                                   igtl::HeadVersion version) { return sent_frames.message(frame, utc_ns, version); },
-                .hooks = {.second_passed =
-                              [&](const PictureLiveness::Report& report) {
-                                notifier.second_passed(report);
-                                terminal.second_passed();
-                              },
-                          .read_again =
-                              [&] {
-                                if (terminal.has_closed()) return false;
-                                read_again(options, *server, usual_level);
-                                return true;
-                              },
-                          .was_read_again = [] { ServiceNotifier::reloaded(); },
-                          .ends = [] { ServiceNotifier::stopping(); }}});
+      *config,
+      {.ports = pipeline.ports(),
+       .counters = counters,
+       .find_surface = surface_finder(config->state.description),
+       .write_frame = [&](const QueuedFrame& frame, std::uint64_t utc_ns,
+                          igtl::HeadVersion version) { return sent_frames.message(frame, utc_ns, version); },
+       .hooks = {.second_passed =
+                     [&](const PictureLiveness::Report& report) {
+                       notifier.second_passed(report);
+                       terminal.second_passed();
+                     },
+                 .read_again =
+                     [&] {
+                       if (terminal.has_closed()) return false;
+                       read_again(options, *server, usual_level);
+                       return true;
+                     },
+                 .was_read_again = [] { ServiceNotifier::reloaded(); },
+                 .ends = [] { ServiceNotifier::stopping(); }}});
   if (!made) return wrong_configuration(made.error());
   server = *std::move(made);
 

@@ -28,7 +28,7 @@ namespace fanlight {
 struct ServeOptions {
   std::string source = "phantom:";
   std::string title;
-  SourceOptions playing{.ending = ReplaySource::Ending::kToAndFro};
+  SourceOptions playing{.ends_whole = true, .ending = ReplaySource::Ending::kToAndFro};
   std::string listen = "127.0.0.1:8080";
   IgtlOptions igtl;
   RtpOptions rtp;

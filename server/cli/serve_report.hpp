@@ -7,8 +7,8 @@
 
 #include "acquisition/source/frame_source.hpp"
 #include "server/cli/serve_options.hpp"
-#include "server/state/server_counters.hpp"
 #include "server/pipeline/pipeline.hpp"
+#include "server/state/server_counters.hpp"
 
 namespace fanlight {
 

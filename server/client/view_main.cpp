@@ -19,11 +19,11 @@
 #include "proto/base/printable.hpp"
 #include "proto/base/version.hpp"
 #include "server/client/client_options.hpp"
+#include "server/client/display_state.hpp"
+#include "server/client/picture_window.hpp"
 #include "server/client/stream_client.hpp"
 #include "server/help/command_help.hpp"
 #include "server/help/usage_sentence.hpp"
-#include "server/client/display_state.hpp"
-#include "server/client/picture_window.hpp"
 
 namespace fanlight {
 

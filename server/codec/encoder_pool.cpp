@@ -17,7 +17,7 @@ struct LaneFacts {
   int nice;  // of 19: below the renderer, and still a share of a busy processor
 };
 constexpr std::array<LaneFacts, kEncoderLanes> kLaneFacts = {
-    {{"encode", 0}, {"encode heavy", 10}, {"encode slow", 15}}};
+    {{"encode", 0}, {"encode heavy", 10}, {"encode slow", 15}, {"survey", 0}}};
 
 }  // namespace
 
@@ -25,10 +25,14 @@ std::size_t EncoderPool::usual_threads() {
   return std::max<std::size_t>(1, std::thread::hardware_concurrency() / 4);
 }
 
-EncoderPool::EncoderPool(std::size_t threads) {
+EncoderPool::EncoderPool(std::size_t threads) : lane_threads_(threads) {
+  const auto start = [this](EncoderLane lane) {
+    threads_.emplace_back([this, lane](const std::stop_token& stop) { run(stop, lane); });
+  };
+  start(EncoderLane::kSurvey);
   for (std::size_t thread = 0; thread < threads; ++thread) {
     for (const EncoderLane lane : {EncoderLane::kQuick, EncoderLane::kHeavy, EncoderLane::kBackground})
-      threads_.emplace_back([this, lane](const std::stop_token& stop) { run(stop, lane); });
+      start(lane);
   }
 }
 

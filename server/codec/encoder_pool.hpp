@@ -15,16 +15,22 @@ namespace fanlight {
 
 /// Whether an encoding delays the others: a PNG or a depth map takes ten times a JPEG, the scan conversion of
 /// a volume a hundred times.
-enum class EncoderLane : std::uint8_t { kQuick, kHeavy, kBackground };
-inline constexpr std::size_t kEncoderLanes = 3;
+/// Surveys are not encodings, but what a user waits for: they run at the usual priority, and delay no
+/// picture.
+enum class EncoderLane : std::uint8_t { kQuick, kHeavy, kBackground, kSurvey };
+inline constexpr std::size_t kEncoderLanes = 4;
+
+/// Runs `work` on a thread of the lane, and then `done` on the server thread.
+using Executor =
+    std::function<void(EncoderLane lane, std::function<void()> work, std::function<void()> done)>;
 
 /// Threads that encode pictures, so that the event loop does not. Each lane has threads of its own; those of
-/// the other lanes than the quick one run at a low priority, since nobody watches a moving heart in PNG.
+/// the heavy and the background lane run at a low priority.
 class EncoderPool {
  public:
   using Work = std::function<void()>;
 
-  /// `threads`: of each lane, 1 or more.
+  /// `threads`: of each lane but kSurvey, 1 or more.
   explicit EncoderPool(std::size_t threads = usual_threads());
   /// Waits for the work that runs; the work that waits is dropped.
   ~EncoderPool();
@@ -35,7 +41,7 @@ class EncoderPool {
   /// threads() a lane are ever useful.
   void submit(EncoderLane lane, Work work);
 
-  std::size_t threads() const { return threads_.size() / kEncoderLanes; }
+  std::size_t threads() const { return lane_threads_; }
 
   /// A quarter of the processors for each lane: the rest is the renderer's and the acquisition's.
   static std::size_t usual_threads();
@@ -47,6 +53,7 @@ class EncoderPool {
   };
   void run(const std::stop_token& stop, EncoderLane lane);
 
+  std::size_t lane_threads_;
   std::mutex mutex_;
   std::array<Queue, kEncoderLanes> queues_;
   std::vector<std::jthread> threads_;  // last: they use the others

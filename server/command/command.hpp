@@ -16,8 +16,8 @@
 
 namespace fanlight {
 
-// What clients may ask for, through any protocol. Settings of a client's own stream are no commands: they concern
-// its connection alone.
+// What clients may ask for, through any protocol. Settings of a client's own stream are no commands: they
+// concern its connection alone.
 
 /// Changes fields of the scene of the main view.
 struct ChangeScene {
@@ -58,8 +58,9 @@ struct ChangeControl {
   std::uint64_t to_session = 0;  ///< GRANT: to whom
 };
 
-using ClientCommand = std::variant<ChangeScene, ChangeView, LeaveView, ChangeProbe, FindSurface, ControlRecorder,
-                             ControlReplay, ControlCine, ChangePresets, ControlRelay, ChangeControl>;
+using ClientCommand =
+    std::variant<ChangeScene, ChangeView, LeaveView, ChangeProbe, FindSurface, ControlRecorder, ControlReplay,
+                 ControlCine, ChangePresets, ControlRelay, ChangeControl>;
 
 /// Who asks. Both must outlive the answer, or CommandExecutor::forget().
 struct Requester {
@@ -94,7 +95,7 @@ struct CommandResult {
   Refused refused = Refused::kNot;
   Error error{};                      ///< where it was refused
   const SceneField* field = nullptr;  ///< the field of the scene that was refused, if one was
-  bool changed = false;               ///< the state differs now
+  bool view_ended = false;            ///< LeaveView: there was a view
   std::string file{};                 ///< ControlRecorder: the recording's name
   v1::SurveyFound found{};            ///< FindSurface: the scene that shows the surface
 

@@ -30,9 +30,9 @@ CommandResult result_of(const Result<void>& done) {
   return done ? CommandResult() : refusal(done.error());
 }
 
-/// Only sessions have a view of their own.
-Error no_session() {
-  return {ErrorCode::kInvalidArgument, "a private view belongs to a session, expected one at /stream"};
+/// For what lasts longer than a request without a session.
+Error needs_session() {
+  return {ErrorCode::kInvalidArgument, "this needs a session, expected one at /stream"};
 }
 
 }  // namespace
@@ -48,16 +48,12 @@ CommandResult CommandExecutor::permission(const CommandRule& rule, const Request
 void CommandExecutor::execute(const Requester& who, const ClientCommand& command, const Answer& answer) {
   const CommandRule rule = rule_of(command);
   Outcome outcome{.result = permission(rule, who)};
-  if (outcome.result)
-    outcome = std::visit([&](const auto& each) { return apply(each, who); }, command);
+  if (outcome.result) outcome = std::visit([&](const auto& each) { return apply(each, who); }, command);
   // Only a command that was accepted acquires control; it is free again where the probe refuses later.
   const bool acquired = outcome.result && acquire(rule, who.identity);
-  if (outcome.waits_for == 0) {
-    finish(who, command, outcome, answer);
-  } else {
-    auto& waiting = std::holds_alternative<ChangeProbe>(command) ? probe_changes_ : surveys_;
-    waiting.push_back({outcome.waits_for, who, command, answer, acquired});
-  }
+  if (outcome.waits_for == 0) return finish(who, command, outcome, answer, acquired);
+  auto& waiting = std::holds_alternative<ChangeProbe>(command) ? probe_changes_ : surveys_;
+  waiting.push_back({outcome.waits_for, who, command, answer, acquired});
   if (acquired) notify_(Notice::kControl, 0);
 }
 
@@ -69,7 +65,7 @@ bool CommandExecutor::acquire(const CommandRule& rule, const SessionIdentity& wh
 }
 
 void CommandExecutor::finish(const Requester& who, const ClientCommand& command, const Outcome& outcome,
-                             const Answer& answer) {
+                             const Answer& answer, bool control_changed) {
   const CommandRule rule = rule_of(command);
   if (!outcome.result) {
     (state_.counters.*rule.refusals).add();
@@ -78,16 +74,16 @@ void CommandExecutor::finish(const Requester& who, const ClientCommand& command,
   }
   note(who, command, outcome);
   answer(outcome.result);
+  if (control_changed) notify_(Notice::kControl, 0);
   if (!outcome.notice) return;
-  // Who changed the scene was answered with it.
+  // The session that changed the scene has it in its answer.
   notify_(*outcome.notice, *outcome.notice == Notice::kScene ? who.identity.id : 0);
 }
 
 void CommandExecutor::note(const Requester& who, const ClientCommand& command, const Outcome& outcome) const {
   const char* const name = rule_of(command).name;
   const CommandResult& result = outcome.result;
-  if (!result)
-    return who.audit.note(name, "refused: " + result.error.message, details(command, result));
+  if (!result) return who.audit.note(name, "refused: " + result.error.message, details(command, result));
   if (const auto* change = std::get_if<ChangeScene>(&command)) return who.audit.add_change(change->fields);
   if (outcome.audited != nullptr) who.audit.note(name, outcome.audited, details(command, result));
 }
@@ -99,7 +95,8 @@ json CommandExecutor::details(const ClientCommand& command, const CommandResult&
     if (result) details["file"] = result.file;
     return details;
   }
-  if (const auto* replay = std::get_if<ControlReplay>(&command)) return {{"wish", replay_words(replay->request)}};
+  if (const auto* replay = std::get_if<ControlReplay>(&command))
+    return {{"wish", replay_words(replay->request)}};
   if (const auto* cine = std::get_if<ControlCine>(&command)) return {{"wish", cine_words(cine->request)}};
   if (const auto* presets = std::get_if<ChangePresets>(&command)) {
     const v1::PresetRequest& request = presets->request;
@@ -117,10 +114,14 @@ json CommandExecutor::details(const ClientCommand& command, const CommandResult&
   return nullptr;
 }
 
-void CommandExecutor::reject(const Requester& who, const ClientCommand& kind, const std::string& reason) {
+CommandResult CommandExecutor::reject(const Requester& who, const ClientCommand& kind, const Error& error,
+                                      const json& details) {
   const CommandRule rule = rule_of(kind);
+  CommandResult result = permission(rule, who);
+  if (result) result = refusal(error);
   (state_.counters.*rule.refusals).add();
-  who.audit.note(rule.name, "refused: " + reason);
+  who.audit.note(rule.name, "refused: " + result.error.message, details);
+  return result;
 }
 
 // ---- each command
@@ -133,17 +134,15 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangeScene& change, const
     result.error = applied.error();
     return {.result = std::move(result)};
   }
-  result.changed = *applied;
-  return {.result = std::move(result), .notice = *applied ? std::optional(Notice::kScene) : std::nullopt};
+  return {.result = {}, .notice = *applied ? std::optional(Notice::kScene) : std::nullopt};
 }
 
 CommandExecutor::Outcome CommandExecutor::apply(const ChangeView& change, const Requester& who) {
   const std::uint64_t session = who.identity.id;
-  if (session == 0) return {.result = refusal(no_session())};
+  if (session == 0) return {.result = refusal(needs_session())};
   CommandResult result;
   const bool had_view = state_.views.has(session);
   const auto changed = state_.views.change(session, change.fields, &result.field, now_ns());
-  result.changed = static_cast<bool>(changed);
   if (!changed) {
     result.refused = Refused::kByCommand;
     result.error = changed.error();
@@ -153,10 +152,11 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangeView& change, const 
 
 CommandExecutor::Outcome CommandExecutor::apply(const LeaveView& /*change*/, const Requester& who) {
   const bool left = state_.views.leave(who.identity.id);
-  return {.result = {.changed = left}, .audited = left ? "left" : nullptr};
+  return {.result = {.view_ended = left}, .audited = left ? "left" : nullptr};
 }
 
 CommandExecutor::Outcome CommandExecutor::apply(const ChangeProbe& change, const Requester& who) {
+  if (who.identity.id == 0) return {.result = refusal(needs_session())};
   const auto waiting = std::ranges::count_if(
       probe_changes_, [&](const Pending& each) { return each.who.identity.id == who.identity.id; });
   // The answer comes later, and the session must be able to read meanwhile.
@@ -170,9 +170,10 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangeProbe& change, const
   return {.waits_for = *order};
 }
 
-CommandExecutor::Outcome CommandExecutor::apply(const FindSurface& /*command*/, const Requester& /*who*/) {
-  const auto wished = state_.surveys.wish(last_asker_ + 1, state_.scene_store.in_force().scene);
-  if (!wished) return {.result = refusal(wished.error())};
+CommandExecutor::Outcome CommandExecutor::apply(const FindSurface& /*command*/, const Requester& who) {
+  if (who.identity.id == 0) return {.result = refusal(needs_session())};
+  const auto requested = state_.surveys.request(last_asker_ + 1);
+  if (!requested) return {.result = refusal(requested.error())};
   return {.waits_for = ++last_asker_};
 }
 
@@ -181,7 +182,7 @@ CommandExecutor::Outcome CommandExecutor::apply(const ControlRecorder& command, 
     return {.result = refusal({ErrorCode::kInvalidArgument, "wish: expected START, STOP or KEEP"})};
   auto file = state_.recording.request(*command.wish);
   if (!file) return {.result = refusal(file.error())};
-  return {.result = {.changed = true, .file = *std::move(file)}};
+  return {.result = {.file = *std::move(file)}};
 }
 
 CommandExecutor::Outcome CommandExecutor::apply(const ControlReplay& command, const Requester& /*who*/) {
@@ -196,23 +197,27 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangePresets& command, co
   const Principal& principal = *who.identity.principal;
   const PresetStore::Author author{.name = principal.name,
                                    .is_admin = has_role(principal.role, kReplacesAdminsPresets)};
-  return {.result = result_of(state_.presets.request(
-              command.request, scene_message(state_.scene_store.in_force().scene), author))};
+  const auto done =
+      state_.presets.request(command.request, scene_message(state_.scene_store.in_force().scene), author);
+  if (!done) return {.result = refusal(done.error())};
+  return {.notice = Notice::kPresets};
 }
 
 CommandExecutor::Outcome CommandExecutor::apply(const ControlRelay& command, const Requester& /*who*/) {
   Relay* const relay = state_.relay;
   if (relay == nullptr) {
-    return {.result = refusal({ErrorCode::kUnavailable,
-                               "the server was given no receiver, expected the option --rtp-to"})};
+    return {.result = refusal(
+                {ErrorCode::kUnavailable, "the server was given no receiver, expected the option --rtp-to"})};
   }
-  if (command.sends) return {.result = result_of(relay->start())};
+  if (command.sends) {
+    if (auto started = relay->start(); !started) return {.result = refusal(started.error())};
+    return {.notice = Notice::kRelay};
+  }
   if (!relay->sending()) {
-    return {.result =
-                refusal({ErrorCode::kUnavailable, "nothing is sent, so there is nothing to stop"})};
+    return {.result = refusal({ErrorCode::kUnavailable, "nothing is sent, so there is nothing to stop"})};
   }
   relay->stop();
-  return {};
+  return {.notice = Notice::kRelay};
 }
 
 Result<void> CommandExecutor::apply_to_lease(const ChangeControl& command, const SessionIdentity& who) {
@@ -236,14 +241,14 @@ Result<void> CommandExecutor::apply_to_lease(const ChangeControl& command, const
 
 CommandExecutor::Outcome CommandExecutor::apply(const ChangeControl& command, const Requester& who) {
   if (who.identity.id == 0) {
-    return {.result = refusal({ErrorCode::kInvalidArgument,
-                               "only a session can be in control, expected one at /stream"})};
+    return {.result = refusal(
+                {ErrorCode::kInvalidArgument, "only a session can be in control, expected one at /stream"})};
   }
   const auto done = apply_to_lease(command, who.identity);
   if (!done) return {.result = refusal(done.error())};
   // Frequent, and changes nothing to report.
   if (command.wish == v1::ControlRequest::KEEP) return {.audited = nullptr};
-  return {.result = {.changed = true}, .notice = Notice::kControl};
+  return {.notice = Notice::kControl};
 }
 
 // ---- answers that come later
@@ -258,8 +263,7 @@ void CommandExecutor::probe_changed() {
     if (refused) outcome.result = refusal({ErrorCode::kInvalidArgument, status.refusal});
     const bool freed = refused && pending.acquired_control && control_.holds(pending.who.identity.id) &&
                        control_.release(pending.who.identity.id, now_ms());
-    finish(pending.who, pending.command, outcome, pending.answer);
-    if (freed) notify_(Notice::kControl, 0);
+    finish(pending.who, pending.command, outcome, pending.answer, freed);
   }
 }
 

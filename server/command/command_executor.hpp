@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <list>
 #include <functional>
+#include <list>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -16,8 +16,9 @@
 
 namespace fanlight {
 
-/// The one way in which clients change anything, whatever protocol they speak: checks role and control, applies
-/// the command, counts and audits it, answers, and notifies the other sessions, in this order. Server thread only.
+/// The one way in which clients change anything, whatever protocol they speak: checks role and control,
+/// applies the command, counts and audits it, answers, and notifies the other sessions, in this order. Server
+/// thread only.
 class CommandExecutor {
  public:
   /// Called once with the answer, before other sessions are notified.
@@ -32,13 +33,16 @@ class CommandExecutor {
   CommandExecutor(ServerState& state, ControlLease& control, Notify notify)
       : state_(state), control_(control), notify_(std::move(notify)) {}
 
-  /// Carries out a command. `answer` is called before this returns, but for ChangeProbe and FindSurface that were
-  /// not refused at once: then by probe_changed() or survey_answered(), unless the session is forgotten before.
+  /// Carries out a command. `answer` is called before this returns, but for ChangeProbe and FindSurface that
+  /// were not refused at once: then by probe_changed() or survey_answered(), unless the session is forgotten
+  /// before.
   void execute(const Requester& who, const ClientCommand& command, const Answer& answer);
 
-  /// Counts and audits a request that could not be read as a command. `kind`: what it tried to be. The caller
-  /// answers.
-  void reject(const Requester& who, const ClientCommand& kind, const std::string& reason);
+  /// Refuses a request that could not be read as a command: counts and audits it. `kind`: what it tried to
+  /// be. The result is refused by role or control where the command itself would be; else it has `error`.
+  /// `details`: for the audit log.
+  CommandResult reject(const Requester& who, const ClientCommand& kind, const Error& error,
+                       const nlohmann::json& details = nullptr);
 
   /// The state of the probe has changed: answers those whose orders it has answered. Call it before
   /// Notice::kProbe.
@@ -81,7 +85,8 @@ class CommandExecutor {
   Result<void> apply_to_lease(const ChangeControl& command, const SessionIdentity& who);
   nlohmann::json details(const ClientCommand& command, const CommandResult& result) const;
   void note(const Requester& who, const ClientCommand& command, const Outcome& outcome) const;
-  void finish(const Requester& who, const ClientCommand& command, const Outcome& outcome, const Answer& answer);
+  void finish(const Requester& who, const ClientCommand& command, const Outcome& outcome,
+              const Answer& answer, bool control_changed);
   bool acquire(const CommandRule& rule, const SessionIdentity& who);
 
   ServerState& state_;

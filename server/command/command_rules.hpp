@@ -18,12 +18,12 @@ enum class ControlRule : std::uint8_t {
 
 /// Who may give a command, and what is counted.
 struct CommandRule {
-  const char* name;               ///< in the audit log
-  Role least_role;                ///< checked here alone, for all protocols
-  const char* role_refusal;       ///< the sentence for a lesser role
-  ControlRule control;            ///< see ControlLease
-  Counter ServerCounters::* refusals;
-  Counter ServerCounters::* done;  ///< null: not counted
+  const char* name;          ///< in the audit log
+  Role least_role;           ///< checked here alone, for all protocols
+  const char* role_refusal;  ///< the sentence for a lesser role
+  ControlRule control;       ///< see ControlLease
+  Counter ServerCounters::*refusals;
+  Counter ServerCounters::*done;  ///< null: not counted
 };
 
 /// The row of the table for this command.

@@ -10,7 +10,8 @@
 
 namespace fanlight {
 
-/// Writes the audit lines of one client. Precondition of all methods: it is authenticated. Server thread only.
+/// Writes the audit lines of one client. Precondition of all methods: it is authenticated. Server thread
+/// only.
 class SessionAudit {
  public:
   /// Both must outlive this object.
@@ -20,8 +21,8 @@ class SessionAudit {
   void note(const char* what, const std::string& result);
   void note(const char* what, const std::string& result, const nlohmann::json& details);
 
-  /// The scene was changed. A second's changes of a session make one line: see flush_changes(). Without a session
-  /// each makes one, within the budget.
+  /// The scene was changed. A second's changes of a session make one line: see flush_changes(). Without a
+  /// session each makes one, within the budget.
   void add_change(const v1::Scene& change);
 
   /// Called once a second and at the end: writes a line about the changes since the last call, if any.

@@ -282,10 +282,12 @@ HttpSession::Response HttpSession::health() {
   const PictureLiveness::Report& report = dependencies_.state.liveness.report();
   // A supervisor that restarts the server on 503 must not do so because a probe was unplugged or a recording
   // ended.
-  const bool source_over = report.cause == Cause::kSourceFailed && dependencies_.state.source_state() != "running";
+  const bool source_over =
+      report.cause == Cause::kSourceFailed && dependencies_.state.source_state() != "running";
   const bool failing = source_over || report.cause == Cause::kGpuHung || report.cause == Cause::kGpuRemade ||
                        dependencies_.state.liveness.driver_silent_ns() > kLongestCompilationNs;
-  const std::string source = dependencies_.state.probe.lost() ? "probe lost" : dependencies_.state.source_state();
+  const std::string source =
+      dependencies_.state.probe.lost() ? "probe lost" : dependencies_.state.source_state();
   const std::string age = report.age_s < 0 ? "" : fmt::format(", {:.1f} s old", report.age_s);
   return response_with(failing ? http::status::service_unavailable : http::status::ok,
                        "text/plain; charset=utf-8",

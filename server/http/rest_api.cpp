@@ -7,6 +7,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "proto/base/printable.hpp"
 #include "server/http/api_response.hpp"
 #include "server/state/scene_json.hpp"
 
@@ -125,13 +126,16 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
     std::function<Response()> change;
   };
   const std::array<Route, 6> routes{{
-      {"/api/scene", [&] { return scene(); }, http::verb::patch, [&] { return change_scene(request, principal); }},
+      {"/api/scene", [&] { return scene(); }, http::verb::patch,
+       [&] { return change_scene(request, principal); }},
       {"/api/presets", [&] { return presets(); }, http::verb::post,
        [&] { return change_presets(request, principal); }},
-      {"/api/recording", [&] { return recording(); }, http::verb::post, [&] { return record(request, principal); }},
+      {"/api/recording", [&] { return recording(); }, http::verb::post,
+       [&] { return record(request, principal); }},
       {"/api/replay", [&] { return replay(); }, http::verb::post,
        [&] { return control_replay(request, principal); }},
-      {"/api/cine", [&] { return cine(); }, http::verb::post, [&] { return control_cine(request, principal); }},
+      {"/api/cine", [&] { return cine(); }, http::verb::post,
+       [&] { return control_cine(request, principal); }},
       {"/api/rtp", [&] { return relay(principal); }, http::verb::post,
        [&] { return control_relay(request, principal); }},
   }};
@@ -154,16 +158,19 @@ RestApi::Response RestApi::execute(const Principal& principal, const ClientComma
   SessionlessRequester script(dependencies_.audit, principal);
   Response response;
   dependencies_.commands.execute(script.requester(), command, [&](const CommandResult& result) {
-    response = result ? done(result) : refusal(status_of(command, result), result.error.message, result.field);
+    response =
+        result ? done(result) : refusal(status_of(command, result), result.error.message, result.field);
   });
   return response;
 }
 
-RestApi::Response RestApi::reject(const Principal& principal, const ClientCommand& kind, http::status status,
-                                  const std::string& reason) {
+RestApi::Response RestApi::reject(const Principal& principal, const ClientCommand& kind,
+                                  const std::string& reason, http::status status, const json& details) {
   SessionlessRequester script(dependencies_.audit, principal);
-  dependencies_.commands.reject(script.requester(), kind, reason);
-  return refusal(status, reason);
+  const CommandResult result =
+      dependencies_.commands.reject(script.requester(), kind, {ErrorCode::kInvalidArgument, reason}, details);
+  const bool malformed = result.refused == CommandResult::Refused::kByCommand;
+  return refusal(malformed ? status : status_of(kind, result), result.error.message);
 }
 
 // ---- the scene
@@ -175,12 +182,12 @@ RestApi::Response RestApi::scene() const {
 RestApi::Response RestApi::change_scene(const Request& request, const Principal& principal) {
   const auto parsed = json::parse(request.body(), nullptr, false);
   if (parsed.is_discarded()) {
-    return reject(principal, ChangeScene(), http::status::bad_request,
+    return reject(principal, ChangeScene(),
                   "the body is no JSON, expected an object with fields of the scene");
   }
   const auto change = scene_change_from_json(parsed);
   if (!change)
-    return reject(principal, ChangeScene(), http::status::unprocessable_entity, change.error().message);
+    return reject(principal, ChangeScene(), change.error().message, http::status::unprocessable_entity);
   return execute(principal, ChangeScene{*change}, [&](const CommandResult&) { return scene(); });
 }
 
@@ -194,8 +201,13 @@ RestApi::Response RestApi::presets() const {
 }
 
 RestApi::Response RestApi::change_presets(const Request& request, const Principal& principal) {
-  const auto wish = preset_request(json::parse(request.body(), nullptr, false));
-  if (!wish) return reject(principal, ChangePresets(), http::status::bad_request, wish.error().message);
+  const auto body = json::parse(request.body(), nullptr, false);
+  const auto wish = preset_request(body);
+  if (!wish) {
+    const json details =
+        text_of(body, "save").empty() ? json() : json{{"save", printable(text_of(body, "save"))}};
+    return reject(principal, ChangePresets(), wish.error().message, http::status::bad_request, details);
+  }
   return execute(principal, ChangePresets{*wish}, [&](const CommandResult&) { return presets(); });
 }
 
@@ -208,7 +220,7 @@ RestApi::Response RestApi::recording() const {
 RestApi::Response RestApi::record(const Request& request, const Principal& principal) {
   const auto wish = recording_wish(wish_text(request));
   if (!wish) {
-    return reject(principal, ControlRecorder(), http::status::bad_request,
+    return reject(principal, ControlRecorder(),
                   R"(the wish is not known, expected {"wish": "start"}, "stop" or "keep")");
   }
   return execute(principal, ControlRecorder{wish}, [](const CommandResult& result) {
@@ -222,7 +234,7 @@ RestApi::Response RestApi::replay() const {
 
 RestApi::Response RestApi::control_replay(const Request& request, const Principal& principal) {
   const auto wish = replay_request(wish_text(request));
-  if (!wish) return reject(principal, ControlReplay(), http::status::bad_request, wish.error().message);
+  if (!wish) return reject(principal, ControlReplay(), wish.error().message);
   return execute(principal, ControlReplay{*wish}, [&](const CommandResult&) {
     return json_response(http::status::ok, {{"taken", replay_words(*wish)}});
   });
@@ -234,7 +246,7 @@ RestApi::Response RestApi::cine() const {
 
 RestApi::Response RestApi::control_cine(const Request& request, const Principal& principal) {
   const auto wish = cine_request(wish_text(request));
-  if (!wish) return reject(principal, ControlCine(), http::status::bad_request, wish.error().message);
+  if (!wish) return reject(principal, ControlCine(), wish.error().message);
   return execute(principal, ControlCine{*wish}, [&](const CommandResult&) {
     return json_response(http::status::ok, {{"taken", cine_words(*wish)}});
   });
@@ -243,11 +255,11 @@ RestApi::Response RestApi::control_cine(const Request& request, const Principal&
 // ---- the RTP receiver
 
 RestApi::Response RestApi::relay(const Principal& principal) const {
-  if (dependencies_.state.relay == nullptr) return json_response(http::status::ok, {{"state", "no_receiver"}});
+  if (dependencies_.state.relay == nullptr)
+    return json_response(http::status::ok, {{"state", "no_receiver"}});
   const RelayReport report = dependencies_.state.relay->report();
-  ordered_json body = {{"state", report.sending ? "sending" : "stopped"},
-                       {"to", report.to},
-                       {"encrypted", report.encrypted}};
+  ordered_json body = {
+      {"state", report.sending ? "sending" : "stopped"}, {"to", report.to}, {"encrypted", report.encrypted}};
   if (report.reception) {
     body["receiver"] = {{"lost_percent", report.reception->lost_percent},
                         {"lost_packets", report.reception->lost_packets},
@@ -260,7 +272,7 @@ RestApi::Response RestApi::relay(const Principal& principal) const {
 RestApi::Response RestApi::control_relay(const Request& request, const Principal& principal) {
   const std::string wish = wish_text(request);
   if (wish != "start" && wish != "stop") {
-    return reject(principal, ControlRelay(), http::status::bad_request,
+    return reject(principal, ControlRelay(),
                   R"(the wish is not known, expected {"wish": "start"} or "stop")");
   }
   return execute(principal, ControlRelay{.sends = wish == "start"},

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -14,8 +16,8 @@
 
 namespace fanlight {
 
-/// Requests of scripts over plain HTTP, translated into commands. Scripts are never in control, so their changes are
-/// refused while a session is:
+/// Requests of scripts over plain HTTP, translated into commands. Scripts are never in control, so their
+/// changes are refused while a session is:
 ///
 ///   GET   /api/scene         the scene in force, as JSON
 ///   PATCH /api/scene         changes some of its fields: {"light": {"up_mm": 20}}
@@ -28,7 +30,8 @@ namespace fanlight {
 ///   POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see replay_request()
 ///   GET   /api/cine          which of the last volumes is on show, as JSON
 ///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
-///   GET   /api/rtp           whether pictures are sent to an RTP receiver, to which, and how they arrive; for an
+///   GET   /api/rtp           whether pictures are sent to an RTP receiver, to which, and how they arrive;
+///   for an
 ///                            admin also the SDP
 ///   POST  /api/rtp           {"wish": "start"} or "stop"; for an admin
 ///
@@ -77,9 +80,11 @@ class RestApi {
   /// Carries out a command. `done`: makes the response where it was not refused.
   Response execute(const Principal& principal, const ClientCommand& command,
                    const std::function<Response(const CommandResult&)>& done);
-  /// The response to a request that could not be read as a command of this kind.
-  Response reject(const Principal& principal, const ClientCommand& kind, boost::beast::http::status status,
-                  const std::string& reason);
+  /// The response to a request that could not be read as a command of this kind: `status`, where its
+  /// principal may give such commands at all.
+  Response reject(const Principal& principal, const ClientCommand& kind, const std::string& reason,
+                  boost::beast::http::status status = boost::beast::http::status::bad_request,
+                  const nlohmann::json& details = nullptr);
 
   struct Waiting {
     Principal principal;

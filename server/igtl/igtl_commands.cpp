@@ -116,19 +116,17 @@ IgtlCommands::Reply IgtlCommands::set(const Values& values, const Principal& pri
     names.push_back(name);
   }
   SessionlessRequester client(dependencies_.audit, principal);
-  const auto refused = [&](const std::string& why) {
+  const auto answered = [&](const CommandResult& result) {
+    if (result) return reply("SetParameter", "", in_force(names));
     dependencies_.state.counters.igtl_command_refusals.add();
-    return reply("SetParameter", why);
+    return reply("SetParameter", result.error.message);
   };
   const auto fields = scene_change_from_json(change);
-  if (!fields) {
-    dependencies_.commands.reject(client.requester(), ChangeScene(), fields.error().message);
-    return refused(fields.error().message);
-  }
+  if (!fields)
+    return answered(dependencies_.commands.reject(client.requester(), ChangeScene(), fields.error(), change));
   Reply answer;
-  dependencies_.commands.execute(client.requester(), ChangeScene{*fields}, [&](const CommandResult& result) {
-    answer = result ? reply("SetParameter", "", in_force(names)) : refused(result.error.message);
-  });
+  dependencies_.commands.execute(client.requester(), ChangeScene{*fields},
+                                 [&](const CommandResult& result) { answer = answered(result); });
   return answer;
 }
 

@@ -77,9 +77,8 @@ struct IgtlServer::Job {
 IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencies dependencies)
     : config_(config),
       dependencies_(std::move(dependencies)),
-      commands_({.state = dependencies_.state,
-                 .commands = dependencies_.commands,
-                 .audit = dependencies_.audit}),
+      commands_(
+          {.state = dependencies_.state, .commands = dependencies_.commands, .audit = dependencies_.audit}),
       session_dependencies_{.counters = dependencies_.state.counters,
                             .commands = commands_,
                             .state = [this] { return igtl_state(dependencies_.state.liveness.report()); },
@@ -97,8 +96,7 @@ IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencie
       pause_(loop),
       frames_(dependencies_.ports.frames),
       job_(std::make_shared<Job>()),
-      volumes_(config.spacing_mm, {.orders = dependencies_.ports.volume_orders,
-                                   .answers = dependencies_.ports.volume_answers,
+      volumes_(config.spacing_mm, {.copier = dependencies_.state.volumes,
                                    .executor = dependencies_.executor,
                                    .utc_ns = utc_ns,
                                    .made = [this](const IgtlVolumes::Made& made) { offer_volume(made); }}) {}
@@ -286,7 +284,6 @@ void IgtlServer::offer_volume(const IgtlVolumes::Made& made) {
 }
 
 void IgtlServer::bell_rang() {
-  volumes_.look_for_answer();
   if (frames_ != nullptr) send_frames();
 }
 
@@ -311,8 +308,7 @@ void IgtlServer::state_changed() {
 }
 
 void IgtlServer::second_passed() {
-  if (frames_ != nullptr)
-    dependencies_.state.counters.igtl_frames_missed.set(frames_->frames_missed());
+  if (frames_ != nullptr) dependencies_.state.counters.igtl_frames_missed.set(frames_->frames_missed());
   for (const auto& session : std::vector(sessions_)) session->second_passed();
   if (--seconds_to_state_ <= 0) state_changed();
   show_newest();  // what was put off: a key picture of the video, a volume

@@ -40,13 +40,13 @@ class IgtlServer {
   /// Writes the message of a frame of the source, which is valid until the next call.
   using WriteFrame = std::function<std::span<const std::uint8_t>(
       const QueuedFrame& frame, std::uint64_t utc_ns, igtl::HeadVersion version)>;
-  /// All must outlive this object. Of `ports` it uses volumes and frames.
+  /// All must outlive this object. Of `ports` it uses the frames.
   struct Dependencies {
     ServerState& state;
     CommandExecutor& commands;
     AuditLog& audit;
     const PictureHub& hub;
-    PictureHub::Executor executor;
+    Executor executor;
     const PipelinePorts& ports;
     WriteFrame write_frame{};             ///< not empty where there are frames
     std::function<void()> wants_changed;  ///< wants_pictures() may have changed

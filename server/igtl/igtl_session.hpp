@@ -20,9 +20,9 @@
 #include "server/igtl/igtl_state.hpp"
 #include "server/igtl/igtl_streams.hpp"
 #include "server/igtl/stream_message.hpp"
-#include "server/state/server_counters.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/net/send_progress.hpp"
+#include "server/state/server_counters.hpp"
 
 namespace fanlight {
 

@@ -52,44 +52,31 @@ struct IgtlVolumes::Job {
 };
 
 void IgtlVolumes::order(const IgtlWanted& wanted, std::uint64_t volume_id) {
-  if (dependencies_.orders == nullptr || waits_ || job_ != nullptr || now_ns() < not_before_ns_) return;
+  if (*self_ == nullptr || waits_ || job_ != nullptr || now_ns() < not_before_ns_) return;
   wanted_ = wanted;
   volume_id_ = volume_id;
-  send_order();
+  is_wanted_ = true;
+  waits_ =
+      dependencies_.copier.copy(EncoderLane::kBackground, copy_, [self = self_](VolumeCopier::Copy copy) {
+        if (*self != nullptr) (*self)->copied(std::move(copy));
+      });
+  if (!waits_) fail("the renderer has many orders to carry out");
 }
 
-void IgtlVolumes::send_order() {
-  waits_ = true;
-  dependencies_.orders->draft() = {.number = ++ordered_, .into = copy_};
-  dependencies_.orders->publish();
-}
-
-void IgtlVolumes::look_for_answer() {
-  const VolumeAnswer* const answer =
-      dependencies_.answers == nullptr ? nullptr : dependencies_.answers->newest();
-  if (answer == nullptr || answer->number != ordered_ || !std::exchange(waits_, false)) return;
-  switch (answer->outcome) {
-    case VolumeAnswer::Outcome::kNoVolume:
+void IgtlVolumes::copied(VolumeCopier::Copy copy) {
+  waits_ = false;
+  copy_ = std::move(copy.volume);
+  if (!is_wanted_) return;
+  switch (copy.outcome) {
+    case VolumeCopier::Outcome::kNoVolume:
       return fail("there is none yet");
-    case VolumeAnswer::Outcome::kTooSmall:
-      return make_room(*answer);
-    case VolumeAnswer::Outcome::kCopied:
+    case VolumeCopier::Outcome::kNoMemory:
+      return fail("there is no memory for a copy of it");
+    case VolumeCopier::Outcome::kBusy:
+      return fail("the renderer has many orders to carry out");
+    case VolumeCopier::Outcome::kCopied:
       return convert();
   }
-}
-
-/// The render thread shall not wait for the system's memory: the pages are in use before it gets them.
-void IgtlVolumes::make_room(const VolumeAnswer& answer) {
-  copy_.reset();
-  const auto job = std::make_shared<Job>();
-  job->work = [geometry = answer.geometry, frames = answer.frames](Job& self) {
-    self.volume = std::make_shared<Volume>(geometry, frames);
-    self.volume->use_pages();
-  };
-  run(job, [this, job] {
-    copy_ = job->volume;
-    send_order();
-  });
 }
 
 void IgtlVolumes::convert() {
@@ -146,12 +133,12 @@ void IgtlVolumes::fail(const std::string& reason) {
 }
 
 void IgtlVolumes::stop() {
+  is_wanted_ = false;
   if (job_ != nullptr) job_->stopped = true;
 }
 
 void IgtlVolumes::end() {
-  dependencies_.orders = nullptr;
-  dependencies_.answers = nullptr;
+  *self_ = nullptr;
   if (job_ != nullptr) job_->is_orphan = true;
   stop();
 }

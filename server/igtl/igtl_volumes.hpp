@@ -6,17 +6,15 @@
 #include <memory>
 #include <string>
 
-#include "proto/exchange/mailbox.hpp"
-#include "proto/exchange/volume_order.hpp"
+#include "server/codec/encoder_pool.hpp"
 #include "server/igtl/stream_message.hpp"
-#include "server/stream/picture_hub.hpp"
+#include "server/state/volume_copier.hpp"
 
 namespace fanlight {
 
-/// Scan conversion of the volume on show, for OpenIGTLink clients: asks the render thread for a copy, and a
-/// thread of the background lane puts it on a grid of cubes and writes the messages. One volume at a time.
-/// After one that could not be made, it waits for some seconds. Keeps the memory of one volume from the first
-/// order on. Server thread only.
+/// Scan conversion of the volume that is shown, for OpenIGTLink clients: a thread of the background lane puts
+/// a copy on a grid of cubes and writes the messages. One volume at a time. After one that could not be made,
+/// it waits for some seconds. Keeps the memory of one volume from the first order on. Server thread only.
 class IgtlVolumes {
  public:
   /// A message has at most so many voxels, one byte each.
@@ -31,9 +29,8 @@ class IgtlVolumes {
   };
   /// All must outlive this object, except what the executor runs.
   struct Dependencies {
-    Mailbox<VolumeOrder>* orders;  ///< null: there are no volumes
-    Mailbox<VolumeAnswer>* answers;
-    PictureHub::Executor executor;
+    VolumeCopier& copier;
+    Executor executor;
     std::function<std::uint64_t(std::int64_t steady_ns)> utc_ns;
     std::function<void(const Made& made)> made;  ///< not called after end()
   };
@@ -47,8 +44,6 @@ class IgtlVolumes {
   /// Somebody wants the volume of the newest picture. He gets the one on show, which may be newer. Ignored
   /// while one is under way, and in a pause: ask again later.
   void order(const IgtlWanted& wanted, std::uint64_t volume_id);
-  /// Takes the render thread's answer, if there is one.
-  void look_for_answer();
   /// Nobody wants volumes any more: stops the conversion that is under way.
   void stop();
   /// stop(), and nothing is told any more.
@@ -56,8 +51,7 @@ class IgtlVolumes {
 
  private:
   struct Job;
-  void send_order();
-  void make_room(const VolumeAnswer& answer);
+  void copied(VolumeCopier::Copy copy);
   void convert();
   void run(const std::shared_ptr<Job>& job, std::function<void()> done);
   void fail(const std::string& reason);
@@ -66,12 +60,13 @@ class IgtlVolumes {
   Dependencies dependencies_;
   IgtlWanted wanted_;  // by the newest order
   std::uint64_t volume_id_ = 0;
-  std::shared_ptr<Volume> copy_;  // the render thread's while an order is under way, then the job's
+  std::shared_ptr<Volume> copy_;  // of the last conversion: its memory is used again
   std::shared_ptr<Job> job_;      // runs
-  std::uint64_t ordered_ = 0;     // number of the newest order
   std::int64_t not_before_ns_ = 0;
-  bool waits_ = false;  // for the answer
-  std::string told_;    // why the last volume could not be made
+  bool waits_ = false;      // for the copy
+  bool is_wanted_ = false;  // since the newest order, which is not stopped
+  std::string told_;        // why the last volume could not be made
+  std::shared_ptr<IgtlVolumes*> self_ = std::make_shared<IgtlVolumes*>(this);  // null after end()
 };
 
 }  // namespace fanlight

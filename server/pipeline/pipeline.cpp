@@ -48,13 +48,7 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
       ring_(ring_config(source_.description(), config),
             {.reader_bell = render_bell_, .writer_bell = link_.acquisition_bell}),
       queue_(queue_config(source_.description()), {.reader_bell = render_bell_}),
-      cine_(render_bell_, link_.server_bell),
-      pictures_(link_.server_bell, blank_picture(config.size.width, config.size.height)),
-      failures_(link_.server_bell),
-      private_view_ends_(link_.server_bell),
-      render_health_(link_.server_bell, roomy_health()),
-      survey_results_(link_.server_bell),
-      volume_answers_(link_.server_bell) {
+      render_link_(render_bell_, link_.server_bell, blank_picture(config.size.width, config.size.height)) {
   if (!config.recordings.folder.empty())
     recorder_.emplace(source_.description(), link_.server_bell, config.recordings);
   // A third of a second at 100 MB/s: the server does not wait for a disk.
@@ -99,23 +93,12 @@ Result<DeviceRenderer> Pipeline::remake(const NumberedScene& scene) {
 
 PipelinePorts Pipeline::ports() {
   return {.bell = link_.server_bell,
-          .pictures = pictures_,
-          .scenes = scenes_,
-          .failures = failures_,
-          .counters = counters(),
+          .render = render_link_,
           .probe = link_.probe,
           .replay = link_.replay,
+          .counters = counters(),
           .source_state = [this] { return source_state(); },
-          .private_views = &private_views_,
-          .private_view_ends = &private_view_ends_,
-          .render_health = &render_health_,
-          .survey_orders = &survey_orders_,
-          .survey_results = &survey_results_,
-          .volume_orders = &volume_orders_,
-          .volume_answers = &volume_answers_,
           .recording = recorder_ ? std::optional(recorder_->link()) : std::nullopt,
-          .cine = &cine_,
-          .audience = &audience_,
           .frames = sent_frames_ ? &*sent_frames_ : nullptr};
 }
 
@@ -123,22 +106,9 @@ void Pipeline::start() {
   render_thread_.emplace(
       std::move(renderer_),
       RenderThread::Dependencies{.ring = ring_,
-                                 .scenes = scenes_,
-                                 .pictures = pictures_,
+                                 .link = render_link_,
                                  .counters = render_counters_,
-                                 .bell = render_bell_,
-                                 .failures = failures_,
                                  .feed = &queue_,
-                                 .private_views = &private_views_,
-                                 .private_view_ends = &private_view_ends_,
-                                 .survey_orders = &survey_orders_,
-                                 .survey_results = &survey_results_,
-                                 .volume_orders = &volume_orders_,
-                                 .volume_answers = &volume_answers_,
-                                 .cine = &cine_,
-                                 .audience = &audience_,
-                                 .pulse = &render_pulse_,
-                                 .health = &render_health_,
                                  .remake = [this](const NumberedScene& scene) { return remake(scene); }});
   acquisition_thread_.emplace(
       AcquisitionThread::Dependencies{

@@ -95,7 +95,7 @@ class Pipeline {
   /// configuration says that no frames are sent, the recorder without a folder for recordings.
   PipelinePorts ports();
   const Pulse& acquisition_pulse() const { return acquisition_pulse_; }
-  const Pulse& render_pulse() const { return render_pulse_; }
+  const Pulse& render_pulse() const { return render_link_.pulse; }
 
   PipelineCounters counters() const {
     return {acquisition_counters_, ring_.counters(),     queue_.counters(),
@@ -122,20 +122,8 @@ class Pipeline {
   RenderCounters render_counters_;
   VolumeRing ring_;
   FrameQueue queue_;
-  Mailbox<NumberedScene> scenes_{render_bell_};
-  Mailbox<PrivateViews> private_views_{render_bell_};
-  Mailbox<SurveyOrder> survey_orders_{render_bell_};
-  Mailbox<VolumeOrder> volume_orders_{render_bell_};
-  CineLink cine_;
-  Audience audience_{render_bell_};
+  RenderLink render_link_;
   Pulse acquisition_pulse_;
-  Pulse render_pulse_;
-  Mailbox<Picture> pictures_;
-  Mailbox<Error> failures_;
-  Mailbox<PrivateViewEnds> private_view_ends_;
-  Mailbox<RenderHealth> render_health_;
-  Mailbox<SurveyResult> survey_results_;
-  Mailbox<VolumeAnswer> volume_answers_;
   std::optional<Recorder> recorder_;
   std::optional<FrameTap> sent_frames_;
   DeviceRenderer renderer_;  // null from start() on: the render thread owns it

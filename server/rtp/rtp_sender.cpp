@@ -7,12 +7,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <random>
 #include <utility>
 
 #include "proto/base/clock.hpp"
-#include "proto/base/file_replacement.hpp"
 #include "proto/fanlight.pb.h"
 #include "server/rtp/h264_payloads.hpp"
 #include "server/rtp/rtp_packet.hpp"
@@ -66,6 +64,7 @@ std::string picture_data(v1::Picture& picture, const PictureLiveness::Report& re
 RtpSender::RtpSender(asio::io_context& loop, const Config& config, Dependencies dependencies)
     : config_(config),
       dependencies_(std::move(dependencies)),
+      file_(config.sdp_file, dependencies_.executor),
       settings_{.codec = StreamSettings::Codec::kH264, .bit_rate_kbps = config.bit_rate_kbps},
       resolver_(loop),
       packets_(loop),
@@ -84,8 +83,11 @@ std::string RtpSender::to() const {
 }
 
 RelayReport RtpSender::report() const {
-  RelayReport report{
-      .sending = sending_, .to = to(), .encrypted = encrypted(), .description = description_, .reception = {}};
+  RelayReport report{.sending = sending_,
+                     .to = to(),
+                     .encrypted = encrypted(),
+                     .description = description_,
+                     .reception = {}};
   if (!has_report_ || now_ns() - reported_ns_ > kSilentNs) return report;
   report.reception = {.lost_percent = 100 * report_.lost_share,
                       .lost_packets = report_.lost,
@@ -127,11 +129,7 @@ void RtpSender::stop() {
   resolver_.cancel();
   pause_.cancel();
   description_.clear();
-  ++file_->version;
-  if (!config_.sdp_file.empty()) {
-    std::error_code none;
-    std::filesystem::remove(config_.sdp_file, none);  // what it describes has ended
-  }
+  file_.remove();
   dependencies_.changed();
 }
 
@@ -285,7 +283,8 @@ void RtpSender::report_ourselves(bool ends) {
                                                   .packets = packets_sent_,
                                                   .bytes = payload_bytes_sent_},
                                                  fmt::format("fanlight-{:08x}", source_), ends);
-  if (srtp_ != nullptr && !srtp_->protect_rtcp(packet)) return dependencies_.state.counters.rtp_send_failures.add();
+  if (srtp_ != nullptr && !srtp_->protect_rtcp(packet))
+    return dependencies_.state.counters.rtp_send_failures.add();
   (void)send(control_, packet);
 }
 
@@ -313,8 +312,8 @@ void RtpSender::offer(const PictureOffer& offered) {
     key_sent_ns_ = now;
     wants_key_ = false;
   }
-  const std::vector<std::uint8_t> data =
-      user_data_sei(picture_data(picture, dependencies_.state.liveness.report(), dependencies_.state.description.title));
+  const std::vector<std::uint8_t> data = user_data_sei(
+      picture_data(picture, dependencies_.state.liveness.report(), dependencies_.state.description.title));
   auto units = nal_units({reinterpret_cast<const std::uint8_t*>(stream->data()), stream->size()});
   // After the parameter sets, before the picture (H.264, 7.4.1.2.3).
   const auto picture_begins = std::ranges::find_if(units, [](const auto& unit) {
@@ -376,23 +375,7 @@ void RtpSender::describe(std::span<const std::span<const std::uint8_t>> units) {
                       .sequence_set = sequence_set_,
                       .picture_set = picture_set_,
                       .srtp_key = config_.srtp_key});
-  if (config_.sdp_file.empty()) return;
-  // On another thread, since a disk may be slow. For its owner alone, since it may hold a key.
-  const auto written = std::make_shared<Result<void>>();
-  dependencies_.executor(
-      EncoderLane::kHeavy,
-      [written, path = config_.sdp_file, text = description_, file = file_, version = ++file_->version] {
-        const std::scoped_lock one_by_one(file->writing);
-        if (file->version != version) return;
-        *written = replace_file(path, text, {.mode = 0600});
-        // Where the stream ended meanwhile, its file was removed before it was there.
-        std::error_code none;
-        if (file->version != version) std::filesystem::remove(path, none);
-      },
-      [written] {
-        if (!*written)
-          spdlog::error("the description of the RTP stream was not written: {}", written->error().message);
-      });
+  file_.write(description_);
 }
 
 void RtpSender::encoding_failed() {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -10,12 +9,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "proto/base/result.hpp"
 #include "server/net/loop_chain.hpp"
+#include "server/rtp/description_file.hpp"
 #include "server/rtp/rtcp.hpp"
 #include "server/rtp/rtp_clock.hpp"
 #include "server/rtp/srtp_context.hpp"
@@ -43,7 +42,7 @@ class RtpSender : public PictureSubscriber, public Relay {
     ServerState& state;
     PictureHub& hub;
     std::uint64_t id = 0;           ///< as a subscriber, never 0
-    PictureHub::Executor executor;  ///< for files
+    Executor executor;              ///< for files
     std::function<void()> changed;  ///< sending() has changed
   };
   RtpSender(boost::asio::io_context& loop, const Config& config, Dependencies dependencies);
@@ -74,12 +73,6 @@ class RtpSender : public PictureSubscriber, public Relay {
  private:
   using Udp = boost::asio::ip::udp;
 
-  /// What the jobs that write the description share with this object.
-  struct DescriptionFile {
-    std::mutex writing;                      // of the writers' threads alone
-    std::atomic<std::uint64_t> version = 0;  // of the newest; a job with another has been superseded
-  };
-
   bool encrypted() const { return !config_.srtp_key.empty(); }
   void resolve();
   void resolved(boost::system::error_code failure, const Udp::resolver::results_type& found);
@@ -98,6 +91,7 @@ class RtpSender : public PictureSubscriber, public Relay {
 
   Config config_;
   Dependencies dependencies_;
+  DescriptionFile file_;
   StreamSettings settings_;
   Udp::resolver resolver_;
   Udp::socket packets_;  // RTP
@@ -131,7 +125,6 @@ class RtpSender : public PictureSubscriber, public Relay {
   std::vector<std::uint8_t> picture_set_;
   std::string description_;
   std::uint64_t description_version_ = 0;
-  std::shared_ptr<DescriptionFile> file_ = std::make_shared<DescriptionFile>();
 };
 
 }  // namespace fanlight

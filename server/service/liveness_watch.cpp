@@ -44,10 +44,6 @@ void LivenessWatch::update() {
   const std::size_t clients = dependencies_.sessions.open_count() + dependencies_.other_clients();
   const bool demand_changed = state.demand.update(clients, state.recording.is_active(), now_ns());
   if (demand_changed && state.demand.resting()) dependencies_.hub.forget_main_view();
-  if (dependencies_.health != nullptr) {
-    if (const RenderHealth* const health = dependencies_.health->newest())
-      state.liveness.health_changed(*health);
-  }
   auto source = liveness_source(state.source_state(), state.probe.lost(), state.replay.status(),
                                 state.cine.is_frozen(), state.demand.resting());
   source.trouble = state.probe.trouble();

@@ -4,8 +4,6 @@
 #include <boost/asio/io_context.hpp>
 #include <functional>
 
-#include "proto/exchange/mailbox.hpp"
-#include "proto/exchange/render_health.hpp"
 #include "server/net/loop_timer.hpp"
 #include "server/state/server_state.hpp"
 #include "server/stream/picture_hub.hpp"
@@ -13,8 +11,8 @@
 
 namespace fanlight {
 
-/// Updates PictureDemand and PictureLiveness several times a second; notifies sessions, and logs what has changed.
-/// Server thread only.
+/// Updates PictureDemand and PictureLiveness several times a second; notifies sessions, and logs what has
+/// changed. Server thread only.
 class LivenessWatch {
  public:
   /// All must outlive this object.
@@ -22,9 +20,8 @@ class LivenessWatch {
     ServerState& state;
     PictureHub& hub;
     SessionRegistry& sessions;
-    Mailbox<RenderHealth>* health;                ///< null: the renderer is always healthy
-    std::function<std::size_t()> other_clients;   ///< that need pictures, and are no sessions
-    std::function<void()> changed;                ///< the liveness has changed
+    std::function<std::size_t()> other_clients;  ///< that need pictures, and are no sessions
+    std::function<void()> changed;               ///< the liveness has changed
   };
   LivenessWatch(boost::asio::io_context& loop, const Dependencies& dependencies);
 

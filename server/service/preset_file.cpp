@@ -13,7 +13,7 @@
 
 namespace fanlight {
 
-PresetFile::PresetFile(std::filesystem::path path, PresetStore& presets, PictureHub::Executor executor)
+PresetFile::PresetFile(std::filesystem::path path, PresetStore& presets, Executor executor)
     : path_(std::move(path)), presets_(presets), executor_(std::move(executor)) {}
 
 void PresetFile::load() {

@@ -10,15 +10,16 @@
 
 namespace fanlight {
 
-/// The file in which presets are kept. Written on a thread of the encoders, at most once at a time. Server thread
-/// only.
+/// The file in which presets are kept. Written on a thread of the encoders, at most once at a time. Server
+/// thread only.
 class PresetFile {
  public:
-  /// `path` empty: presets are kept until the end only. `presets` must outlive this object, and no work may run
-  /// after its end.
-  PresetFile(std::filesystem::path path, PresetStore& presets, PictureHub::Executor executor);
+  /// `path` empty: presets are kept until the end only. `presets` must outlive this object, and no work may
+  /// run after its end.
+  PresetFile(std::filesystem::path path, PresetStore& presets, Executor executor);
 
-  /// Reads the presets. A file that cannot be read, or not whole, is copied aside before anything replaces it.
+  /// Reads the presets. A file that cannot be read, or not whole, is copied aside before anything replaces
+  /// it.
   void load();
 
   /// The presets have changed: writes them soon.
@@ -33,7 +34,7 @@ class PresetFile {
 
   std::filesystem::path path_;
   PresetStore& presets_;
-  PictureHub::Executor executor_;
+  Executor executor_;
   bool writing_ = false;
   bool unwritten_ = false;  // they have changed since the last writing began, or it has failed
 };

@@ -21,11 +21,11 @@ void RecordingWatch::tell_end(const RecordingStatus& status) {
   const std::string file = std::filesystem::path(status.last_file).filename().string();
   const bool done = status.last_trouble.empty();
   audit_.note({.name = "fanlight"},
-                           {.what = "recording",
-                            .result = !done                     ? status.last_trouble
-                                      : status.last_was_cut_off ? "finished after it was cut off"
-                                                                : "finished"},
-                           {{"file", file}, {"frames", status.last_frames}});
+              {.what = "recording",
+               .result = !done                     ? status.last_trouble
+                         : status.last_was_cut_off ? "finished after it was cut off"
+                                                   : "finished"},
+              {{"file", file}, {"frames", status.last_frames}});
   if (done) {
     spdlog::info("{} has {} frames in {:.1f} s{}", file, status.last_frames, status.last_duration_s,
                  status.last_was_cut_off ? "; it was cut off, and is finished now" : "");

@@ -9,8 +9,8 @@
 
 namespace fanlight {
 
-/// Reads the newest state of the probe and of the player of a recording. Logs what has changed, answers changes of
-/// the probe, suggests a scene for a probe's geometry, and notifies sessions. Server thread only.
+/// Reads the newest state of the probe and of the player of a recording. Logs what has changed, answers
+/// changes of the probe, suggests a scene for a probe's geometry, and notifies sessions. Server thread only.
 class SourceWatch {
  public:
   /// All must outlive this object.

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "proto/base/clock.hpp"
@@ -30,11 +31,13 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                            Authenticator access)
     : config_(config),
       dependencies_(dependencies),
-      state_(config.state, dependencies_.ports, dependencies.counters,
-             [this] {
-               sessions_.notify(Notice::kPresets);
-               preset_file_.presets_changed();
-             }),
+      state_(config.state,
+             {.ports = dependencies_.ports,
+              .counters = dependencies.counters,
+              .executor = executor(),
+              .find_surface = dependencies.find_surface,
+              .survey_answered = [this](const SurveyDesk::Answer& answer) { survey_answered(answer); },
+              .presets_changed = [this] { preset_file_.presets_changed(); }}),
       hub_(dependencies.counters, {.executor = executor(), .threads = EncoderPool::usual_threads()}),
       sessions_(state_.views),
       audit_(std::move(audit)),
@@ -70,7 +73,6 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       liveness_watch_(loop_, {.state = state_,
                               .hub = hub_,
                               .sessions = sessions_,
-                              .health = dependencies.ports.render_health,
                               .other_clients = [this] { return other_clients(); },
                               .changed =
                                   [this] {
@@ -98,11 +100,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                                          .hub = hub_,
                                          .id = sessions_.next_id(),
                                          .executor = executor(),
-                                         .changed =
-                                             [this] {
-                                               sessions_.notify(Notice::kRelay);
-                                               liveness_watch_.update();
-                                             }});
+                                         .changed = [this] { liveness_watch_.update(); }});
     state_.relay = &*rtp_;
   }
   access_.audit_to(audit_);
@@ -111,7 +109,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
   google::protobuf::SetLogHandler(nullptr);
 }
 
-PictureHub::Executor StreamServer::executor() {
+Executor StreamServer::executor() {
   return [this](EncoderLane lane, std::function<void()> work, std::function<void()> done) {
     executor_.run(lane, std::move(work), std::move(done));
   };
@@ -149,8 +147,8 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
 }
 
 Result<void> StreamServer::run() {
-  const double session_mb = static_cast<double>(SessionLimits::most_bytes(state_.description.picture_width,
-                                                                          state_.description.picture_height)) /
+  const double session_mb = static_cast<double>(SessionLimits::most_bytes(
+                                state_.description.picture_width, state_.description.picture_height)) /
                             1e6;
   spdlog::info("a display takes up to {:.1f} MB of memory; {} connections at most", session_mb,
                config_.most_connections);
@@ -262,21 +260,36 @@ void StreamServer::watch_bell() {
 }
 
 void StreamServer::bell_rang() {
-  if (const Error* broken = dependencies_.ports.failures.newest()) return fail(*broken);
   source_watch_.update();
   recording_watch_.update();
-  if (state_.cine.update()) sessions_.notify(Notice::kCine);
+  take_answers();
   if (igtl_) igtl_->bell_rang();
   take_picture();
   liveness_watch_.update();
   rest_api_.answer_waiting(now_ns());
-  take_survey_answers();
-  end_views(state_.views.ended_by_renderer());
   show_private_views();
 }
 
+/// What the render thread has reported.
+void StreamServer::take_answers() {
+  struct Taker {
+    StreamServer& server;
+    void operator()(const CineStatus& status) const {
+      server.state_.cine.changed(status);
+      server.sessions_.notify(Notice::kCine);
+    }
+    void operator()(VolumeAnswer& answer) const { server.state_.volumes.answered(std::move(answer)); }
+    void operator()(const RenderHealth& health) const { server.state_.liveness.health_changed(health); }
+    void operator()(const PrivateViewEnds& ends) const {
+      server.end_views(server.state_.views.ended_by_renderer(ends));
+    }
+    void operator()(const Error& error) const { server.fail(error); }
+  };
+  while (auto answer = dependencies_.ports.render.answers.take()) std::visit(Taker{*this}, *answer);
+}
+
 void StreamServer::take_picture() {
-  const Picture* const picture = dependencies_.ports.pictures.newest();
+  const Picture* const picture = dependencies_.ports.render.pictures.newest();
   if (picture == nullptr) return;
   state_.picture_shown(*picture, now_ns());
   if (state_.demand.resting()) return;
@@ -284,13 +297,11 @@ void StreamServer::take_picture() {
   if (igtl_) igtl_->show(*picture);
 }
 
-void StreamServer::take_survey_answers() {
-  for (const SurveyDesk::Answer& answer : state_.surveys.answers(state_.scene_store.in_force().scene)) {
-    if (answer.asker != SurveyDesk::kServer) {
-      commands_.survey_answered(answer);
-    } else if (state_.default_view.answered(answer)) {
-      sessions_.notify(Notice::kScene);
-    }
+void StreamServer::survey_answered(const SurveyDesk::Answer& answer) {
+  if (answer.asker != SurveyDesk::kServer) {
+    commands_.survey_answered(answer);
+  } else if (state_.default_view.answered(answer)) {
+    sessions_.notify(Notice::kScene);
   }
 }
 

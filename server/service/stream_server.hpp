@@ -37,22 +37,22 @@
 
 namespace fanlight {
 
-/// The server: owns the state, the protocols (HTTP and WebSocket on one port, OpenIGTLink, RTP) and the event loop,
-/// and connects them. All run on the thread that calls run(), the server thread.
+/// The server: owns the state, the protocols (HTTP and WebSocket on one port, OpenIGTLink, RTP) and the event
+/// loop, and connects them. All run on the thread that calls run(), the server thread.
 class StreamServer {
  public:
   struct Config {
     boost::asio::ip::tcp::endpoint endpoint;
     ServerState::Config state;
-    TlsFiles tls;  ///< empty: no TLS
+    TlsFiles tls;                          ///< empty: no TLS
     bool hsts = false;                     ///< with TLS: browsers come to this host over TLS only, for a year
     std::filesystem::path credentials;     ///< empty: every client is an admin
     std::filesystem::path presets;         ///< keeps what people save; empty: until the end only
     std::filesystem::path audit_log;       ///< empty: no audit log
     std::uint64_t audit_rotate_bytes = 0;  ///< see AuditFile::open()
     std::int64_t control_lapse_ms = 60'000;
-    /// The server ends with an error where a call of the GPU's driver takes longer: a supervisor restarts it. Longer
-    /// than a driver takes to build a pipeline.
+    /// The server ends with an error where a call of the GPU's driver takes longer: a supervisor restarts it.
+    /// Longer than a driver takes to build a pipeline.
     std::int64_t most_driver_ms = 60'000;
     std::int64_t most_end_ms = 1'000;  ///< for displays to take their close frame
     std::size_t most_connections = 2048;
@@ -72,6 +72,7 @@ class StreamServer {
   struct Dependencies {
     PipelinePorts ports;
     ServerCounters& counters;
+    SurfaceFinder find_surface{};  ///< empty: no surfaces are found
     IgtlServer::WriteFrame write_frame{};
     Hooks hooks{};
   };
@@ -105,7 +106,7 @@ class StreamServer {
 
  private:
   StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, Authenticator access);
-  PictureHub::Executor executor();
+  Executor executor();
   void start_relay();
   /// Runs the loop until stop(). Where memory runs out in a handler, the others continue.
   void run_loop();
@@ -121,8 +122,9 @@ class StreamServer {
   void watch_bell();
   /// Reads all mailboxes.
   void bell_rang();
+  void take_answers();
   void take_picture();
-  void take_survey_answers();
+  void survey_answered(const SurveyDesk::Answer& answer);
   void show_private_views();
   void second_passed();
   void expire_control();

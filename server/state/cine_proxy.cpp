@@ -103,18 +103,10 @@ std::string cine_words(const CineRequest& request) {
 }
 
 Result<void> CineProxy::request(const CineRequest& request) {
-  if (link_ == nullptr) return Error{ErrorCode::kUnavailable, "this server keeps no volumes"};
   const auto order = order_of(request);
   if (!order) return order.error();
-  if (link_->send(*order)) return {};
+  if (link_.send(*order)) return {};
   return Error{ErrorCode::kUnavailable, "the renderer has many requests to carry out, try again in a moment"};
-}
-
-bool CineProxy::update() {
-  const CineStatus* const newest = link_ != nullptr ? link_->status.newest() : nullptr;
-  if (newest == nullptr) return false;
-  status_ = *newest;
-  return true;
 }
 
 v1::CineStatus CineProxy::message() const {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "proto/base/result.hpp"
-#include "proto/exchange/cine_link.hpp"
+#include "proto/exchange/render_link.hpp"
 #include "proto/fanlight.pb.h"
 
 namespace fanlight {
@@ -21,21 +21,21 @@ std::string cine_words(const v1::CineRequest& request);
 /// render thread. Server thread only.
 class CineProxy {
  public:
-  /// `link` must outlive this object; null: there is no cine.
-  explicit CineProxy(CineLink* link) : link_(link) {}
+  /// `link` must outlive this object.
+  explicit CineProxy(RenderLink& link) : link_(link) {}
 
-  /// Passes a request on. Errors: kUnavailable where there is no cine, or too many requests wait;
-  /// kInvalidArgument for a value out of its range.
+  /// Passes a request on. Errors: kUnavailable where too many requests wait; kInvalidArgument for a value out
+  /// of its range.
   Result<void> request(const v1::CineRequest& request);
 
-  /// Reads the newest state. Whether there is one.
-  bool update();
+  /// The render thread has reported a state.
+  void changed(const CineStatus& status) { status_ = status; }
 
   bool is_frozen() const { return status_.state != CineStatus::State::kLive; }
   v1::CineStatus message() const;
 
  private:
-  CineLink* link_;
+  RenderLink& link_;
   CineStatus status_;
 };
 

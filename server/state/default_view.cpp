@@ -38,7 +38,7 @@ void DefaultView::picture_shown(const PictureStamp& stamp, std::int64_t now_ns) 
 bool DefaultView::answered(const SurveyDesk::Answer& answer) {
   looking_ = false;
   if (std::exchange(outdated_, false) || !untouched()) return false;
-  using Outcome = SurveyResult::Outcome;
+  using Outcome = SurveyDesk::Outcome;
   if (answer.outcome == Outcome::kNoSurface) {
     Scene slices = for_source_;
     slices.mode = Mode::kSlices;

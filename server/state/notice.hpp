@@ -5,8 +5,8 @@
 
 namespace fanlight {
 
-/// States that sessions are notified of, in the order in which a session sends them. A new one takes a row here
-/// and a case in StreamSession::notice_message().
+/// States that sessions are notified of, in the order in which a session sends them. A new one takes a row
+/// here and a case in StreamSession::notice_message().
 enum class Notice : std::uint8_t {
   kControl,     ///< another session holds control, or none
   kScene,       ///< the scene of the main view

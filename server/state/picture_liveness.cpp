@@ -197,9 +197,9 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
     case Cause::kProbeLost:
       return "The probe is lost.";
     case Cause::kGpuRemade:
-      return fmt::format("The GPU was lost and is started again: {}.", health_.cause);
+      return fmt::format("The GPU was lost and is started again: {}.", health_.cause.view());
     case Cause::kGpuHung:
-      return fmt::format("The GPU does not answer: {}.", health_.cause);
+      return fmt::format("The GPU does not answer: {}.", health_.cause.view());
     case Cause::kDriverSilent:
       return fmt::format("The GPU's driver has not answered for {:.0f} s.", seconds(driver_.silent_ns()));
     case Cause::kNoFrames:
@@ -207,7 +207,7 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
                          source.trouble.empty() ? "" : " ", source.trouble);
     case Cause::kVolumesRefused:
       return fmt::format("The GPU refuses every volume{}.",
-                         health_.refusal.empty() ? "" : ": " + health_.refusal);
+                         health_.refusal.empty() ? "" : fmt::format(": {}", health_.refusal.view()));
     case Cause::kRendererBehind:
       return fmt::format("The renderer has finished no picture for {}.", ago(progressed_ns_));
     case Cause::kSweepsDropped:

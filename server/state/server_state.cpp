@@ -1,36 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/state/server_state.hpp"
 
-#include <utility>
-
 #include "proto/base/clock.hpp"
 #include "server/state/path_privacy.hpp"
 
 namespace fanlight {
 
-ServerState::ServerState(const Config& config, const PipelinePorts& ports, ServerCounters& server_counters,
-                         std::function<void()> presets_changed)
-    : counters(server_counters),
-      pipeline(ports.counters),
+ServerState::ServerState(const Config& config, const Dependencies& dependencies)
+    : counters(dependencies.counters),
+      pipeline(dependencies.ports.counters),
       description(config.description),
-      scene_store(config.initial_scene, config.suggested_scene, ports.scenes, config.chosen_fields),
-      probe(ports.probe, config.probe_control),
+      scene_store(config.initial_scene, config.suggested_scene, dependencies.ports.render.scenes,
+                  config.chosen_fields),
+      probe(dependencies.ports.probe, config.probe_control),
       liveness(pipeline, now_ns()),
-      views({.views = ports.private_views,
-             .ends = ports.private_view_ends,
-             .bell = ports.bell,
+      views({.link = dependencies.ports.render,
              .scene_store = scene_store,
              .render = pipeline.render,
              .counters = counters},
             config.most_private_views, description.picture_width, description.picture_height),
-      surveys(ports.survey_orders, ports.survey_results),
-      recording(config.recording, ports.recording, utc_now_s),
-      replay(ports.replay, description.path),
-      cine(ports.cine),
-      demand(ports.audience),
-      presets(std::move(presets_changed)),
+      volumes(dependencies.ports.render, dependencies.executor),
+      surveys({.find = dependencies.find_surface,
+               .volumes = volumes,
+               .executor = dependencies.executor,
+               .scene_in_force = [this] { return scene_store.in_force().scene; },
+               .answered = dependencies.survey_answered}),
+      recording(config.recording, dependencies.ports.recording, utc_now_s),
+      replay(dependencies.ports.replay, description.path),
+      cine(dependencies.ports.render),
+      demand(config.renders_unwatched ? nullptr : &dependencies.ports.render.audience),
+      presets(dependencies.presets_changed),
       default_view(config.finds_view, scene_store, surveys, description.notes),
-      source_state_(ports.source_state) {}
+      source_state_(dependencies.ports.source_state) {}
 
 void ServerState::picture_shown(const Picture& picture, std::int64_t now) {
   views.main_shown(picture.stamp, now);

@@ -7,20 +7,21 @@
 #include <vector>
 
 #include "proto/exchange/pipeline_ports.hpp"
-#include "server/state/picture_times.hpp"
-#include "server/state/server_counters.hpp"
 #include "server/state/cine_proxy.hpp"
 #include "server/state/default_view.hpp"
 #include "server/state/picture_demand.hpp"
 #include "server/state/picture_liveness.hpp"
+#include "server/state/picture_times.hpp"
 #include "server/state/preset_store.hpp"
 #include "server/state/probe_proxy.hpp"
 #include "server/state/recording_proxy.hpp"
 #include "server/state/relay.hpp"
 #include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
+#include "server/state/server_counters.hpp"
 #include "server/state/survey_desk.hpp"
 #include "server/state/view_admission.hpp"
+#include "server/state/volume_copier.hpp"
 
 namespace fanlight {
 
@@ -47,11 +48,19 @@ struct ServerState {
     bool finds_view = false;                       ///< no option chose a view: see DefaultView
     ProbeControl probe_control = ProbeControl::kEveryone;
     std::size_t most_private_views = kMostPrivateViews;
+    bool renders_unwatched = false;  ///< every volume is rendered, even without clients
     RecordingProxy::Config recording;
   };
-  /// `ports` and `counters` must outlive this object. `presets_changed`: see PresetStore.
-  ServerState(const Config& config, const PipelinePorts& ports, ServerCounters& counters,
-              std::function<void()> presets_changed);
+  /// All must outlive this object, except what the executor runs.
+  struct Dependencies {
+    const PipelinePorts& ports;
+    ServerCounters& counters;
+    Executor executor;
+    SurfaceFinder find_surface;  ///< empty: no surfaces are found
+    std::function<void(const SurveyDesk::Answer&)> survey_answered;
+    std::function<void()> presets_changed;  ///< see PresetStore
+  };
+  ServerState(const Config& config, const Dependencies& dependencies);
   ServerState(const ServerState&) = delete;
   ServerState& operator=(const ServerState&) = delete;
 
@@ -70,6 +79,7 @@ struct ServerState {
   PictureLiveness liveness;
   PictureTimes times;
   ViewAdmission views;
+  VolumeCopier volumes;
   SurveyDesk surveys;
   RecordingProxy recording;
   ReplayProxy replay;

@@ -3,29 +3,37 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <new>
+
 #include "server/state/scene_message.hpp"
 
 namespace fanlight {
 
 namespace {
 
-/// What the render thread has found.
-v1::SurveyReply reply_of(const SurveyResult& result) {
+constexpr const char* kBusySentence = "the renderer has many requests to carry out, try again in a moment";
+
+v1::SurveyReply reply_of(SurveyDesk::Outcome outcome, const FoundSurface& found) {
+  using Outcome = SurveyDesk::Outcome;
   v1::SurveyReply reply;
-  switch (result.outcome) {
-    case SurveyResult::Outcome::kNoVolume:
+  switch (outcome) {
+    case Outcome::kNoVolume:
       reply.mutable_refused()->set_message("there is no volume yet, expected one to look at");
       break;
-    case SurveyResult::Outcome::kNoMemory:
+    case Outcome::kNoMemory:
       reply.mutable_refused()->set_message("the server has no memory left to look for the surface");
       break;
-    case SurveyResult::Outcome::kNoSurface:
+    case Outcome::kBusy:
+      reply.mutable_refused()->set_message(kBusySentence);
+      break;
+    case Outcome::kNoSurface:
       reply.mutable_refused()->set_message(
           "no surface stands out of this volume; its slices (mode slices) show more");
       break;
-    case SurveyResult::Outcome::kFound:
-      *reply.mutable_found()->mutable_scene() = scene_message(result.scene);
-      for (const std::string& choice : result.choices) reply.mutable_found()->add_choices(choice);
+    case Outcome::kFound:
+      *reply.mutable_found()->mutable_scene() = scene_message(found.scene);
+      for (const std::string& choice : found.choices) reply.mutable_found()->add_choices(choice);
       break;
   }
   return reply;
@@ -33,45 +41,97 @@ v1::SurveyReply reply_of(const SurveyResult& result) {
 
 }  // namespace
 
-Result<void> SurveyDesk::wish(std::uint64_t asker, const Scene& scene) {
-  if (orders_ == nullptr || results_ == nullptr)
-    return Error{ErrorCode::kUnavailable, "this server finds no surfaces"};
-  if (wishes_.size() >= kMostWishes) {
+Result<void> SurveyDesk::request(std::uint64_t asker) {
+  if (!dependencies_.find) return Error{ErrorCode::kUnavailable, "this server finds no surfaces"};
+  if (requests_.size() >= kMostRequests) {
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} displays wait for the surface, expected some patience", kMostWishes)};
+                 fmt::format("{} displays wait for the surface, expected some patience", kMostRequests)};
   }
-  wishes_.push_back({.asker = asker});
-  if (!looking_) order(scene);
-  return {};
+  requests_.push_back({.asker = asker});
+  try {
+    if (looking_ || begin(dependencies_.scene_in_force())) return {};
+  } catch (const std::bad_alloc&) {
+    requests_.pop_back();
+    throw;
+  }
+  requests_.pop_back();
+  return Error{ErrorCode::kUnavailable, kBusySentence};
 }
 
 bool SurveyDesk::look(const Scene& scene) {
-  if (orders_ == nullptr || results_ == nullptr || looking_) return false;
-  wishes_.push_back({.asker = kServer});
-  order(scene);
-  return true;
-}
-
-void SurveyDesk::order(const Scene& scene) {
-  looking_ = true;
-  ++ordered_;
-  for (Wish& wish : wishes_) wish.order = ordered_;
-  orders_->draft() = {.number = ordered_, .scene = scene};
-  orders_->publish();
-}
-
-std::vector<SurveyDesk::Answer> SurveyDesk::answers(const Scene& scene) {
-  std::vector<Answer> all;
-  const SurveyResult* const result = results_ == nullptr ? nullptr : results_->newest();
-  if (result == nullptr || result->number != ordered_) return all;
-  looking_ = false;
-  for (const Wish& wish : wishes_) {
-    if (wish.order == ordered_)
-      all.push_back({.asker = wish.asker, .outcome = result->outcome, .reply = reply_of(*result)});
+  if (!dependencies_.find || looking_) return false;
+  requests_.push_back({.asker = kServer});
+  try {
+    if (begin(scene)) return true;
+  } catch (const std::bad_alloc&) {
+    // As if too many orders waited: the caller tries again later.
   }
-  std::erase_if(wishes_, [&](const Wish& wish) { return wish.order == ordered_; });
-  if (!wishes_.empty()) order(scene);
-  return all;
+  requests_.pop_back();
+  return false;
+}
+
+/// Begins a survey for all that wait. False: the renderer has too many orders.
+bool SurveyDesk::begin(const Scene& scene) {
+  looking_ = dependencies_.volumes.copy(EncoderLane::kSurvey, copy_, [this, scene](VolumeCopier::Copy copy) {
+    copied(std::move(copy), scene);
+  });
+  for (Request& request : requests_) request.is_looked_for = looking_;
+  return looking_;
+}
+
+void SurveyDesk::copied(VolumeCopier::Copy copy, const Scene& scene) {
+  copy_ = copy.volume;
+  if (copy.outcome == VolumeCopier::Outcome::kNoVolume) return end(Outcome::kNoVolume, {});
+  if (copy.outcome == VolumeCopier::Outcome::kBusy) return end(Outcome::kBusy, {});
+  if (copy.outcome == VolumeCopier::Outcome::kNoMemory) return end(Outcome::kNoMemory, {});
+  struct Survey {
+    Outcome outcome = Outcome::kNoSurface;
+    FoundSurface found;
+  };
+  try {
+    const auto survey = std::make_shared<Survey>();
+    dependencies_.executor(
+        EncoderLane::kSurvey,
+        [survey, scene, volume = std::move(copy.volume), find = dependencies_.find] {
+          try {
+            if (auto found = find(*volume, scene)) *survey = {Outcome::kFound, *std::move(found)};
+          } catch (const std::bad_alloc&) {
+            survey->outcome = Outcome::kNoMemory;
+          }
+        },
+        [this, survey] { end(survey->outcome, survey->found); });
+  } catch (const std::bad_alloc&) {
+    end(Outcome::kNoMemory, {});  // nothing was handed over
+  }
+}
+
+void SurveyDesk::end(Outcome outcome, const FoundSurface& found) {
+  answer_all(outcome, found);
+  looking_ = false;
+  if (requests_.empty()) return copy_.reset();
+  try {
+    if (begin(dependencies_.scene_in_force())) return;
+    outcome = Outcome::kBusy;
+  } catch (const std::bad_alloc&) {
+    outcome = Outcome::kNoMemory;
+  }
+  for (Request& request : requests_) request.is_looked_for = true;
+  answer_all(outcome, {});
+}
+
+/// Answers those whose survey has ended. Where memory runs out for one answer, the others are still given.
+void SurveyDesk::answer_all(Outcome outcome, const FoundSurface& found) {
+  const auto is_answered = [](const Request& request) { return request.is_looked_for; };
+  for (auto next = std::ranges::find_if(requests_, is_answered); next != requests_.end();
+       next = std::ranges::find_if(requests_, is_answered)) {
+    const std::uint64_t asker = next->asker;
+    requests_.erase(next);
+    try {
+      dependencies_.answered({.asker = asker, .outcome = outcome, .reply = reply_of(outcome, found)});
+    } catch (const std::bad_alloc&) {
+      // Its session has marked itself, and leaves with the next second.
+    }
+  }
 }
 
 }  // namespace fanlight

@@ -3,57 +3,79 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "proto/base/result.hpp"
-#include "proto/exchange/mailbox.hpp"
-#include "proto/exchange/survey.hpp"
 #include "proto/fanlight.pb.h"
+#include "proto/model/scene.hpp"
+#include "proto/model/volume.hpp"
+#include "server/codec/encoder_pool.hpp"
+#include "server/state/volume_copier.hpp"
 
 namespace fanlight {
 
-/// Passes requests to find the surface to the render thread, one at a time, and its answers back. A request that
-/// comes while the render thread looks waits for the next look. Server thread only.
+/// A scene that shows the surface of a volume.
+struct FoundSurface {
+  Scene scene;
+  std::vector<std::string> choices;  ///< a sentence for each
+};
+/// Finds the surface; nullopt: none stands out. `scene`: what is not chosen stays as it is there. Any thread;
+/// may take a second.
+using SurfaceFinder = std::function<std::optional<FoundSurface>(const Volume& volume, const Scene& scene)>;
+
+/// Finds the surface of the volume that is shown, for clients and for the server itself: on a thread of its
+/// own, one survey at a time. A request that comes meanwhile waits for the next survey. Server thread only.
 class SurveyDesk {
  public:
-  /// Wishes that wait for an answer.
-  static constexpr std::size_t kMostWishes = 16;
+  /// Requests that wait for an answer.
+  static constexpr std::size_t kMostRequests = 16;
   /// The asker of the server's own request.
   static constexpr std::uint64_t kServer = 0;
 
-  /// The answer to one wish.
+  enum class Outcome : std::uint8_t { kNoVolume, kNoMemory, kBusy, kNoSurface, kFound };
+  /// The answer to one request.
   struct Answer {
     std::uint64_t asker = kServer;
-    SurveyResult::Outcome outcome = SurveyResult::Outcome::kNoVolume;
+    Outcome outcome = Outcome::kNoVolume;
     v1::SurveyReply reply;  ///< without a request id
   };
+  /// All must outlive this object.
+  struct Dependencies {
+    SurfaceFinder find;  ///< empty: this server finds no surfaces
+    VolumeCopier& volumes;
+    Executor executor;
+    std::function<Scene()> scene_in_force;
+    std::function<void(const Answer& answer)> answered;
+  };
+  explicit SurveyDesk(Dependencies dependencies) : dependencies_(std::move(dependencies)) {}
 
-  /// Both must outlive this object; null: there is no renderer that looks.
-  SurveyDesk(Mailbox<SurveyOrder>* orders, Mailbox<SurveyResult>* results)
-      : orders_(orders), results_(results) {}
+  /// Answered later. `asker`: any number but kServer. The scene in force is where the survey starts. Error,
+  /// kUnavailable: too many requests wait, or this server finds no surfaces.
+  Result<void> request(std::uint64_t asker);
 
-  /// `asker`: any number but kServer. `scene`: the scene in force. Error: kUnavailable where too many requests
-  /// wait, or there is no renderer that looks.
-  Result<void> wish(std::uint64_t asker, const Scene& scene);
-
-  /// The server's own wish. False where the render thread looks for somebody already, or nobody looks.
+  /// The server's own request, with a scene of its own; answered later. False where a survey runs, the
+  /// renderer has too many orders, or this server finds no surfaces.
   bool look(const Scene& scene);
 
-  /// The answers that have come since the last call. `scene`: as above, for the wishes that waited.
-  std::vector<Answer> answers(const Scene& scene);
-
  private:
-  struct Wish {
+  struct Request {
     std::uint64_t asker = kServer;
-    std::uint64_t order = 0;  // 0: waits for the next one
+    bool is_looked_for = false;  // by the survey that runs; else it waits for the next one
   };
-  void order(const Scene& scene);
+  bool begin(const Scene& scene);
+  void copied(VolumeCopier::Copy copy, const Scene& scene);
+  void end(Outcome outcome, const FoundSurface& found);
+  void answer_all(Outcome outcome, const FoundSurface& found);
 
-  Mailbox<SurveyOrder>* orders_;
-  Mailbox<SurveyResult>* results_;
-  std::vector<Wish> wishes_;
-  std::uint64_t ordered_ = 0;  // number of the newest order
+  Dependencies dependencies_;
+  std::vector<Request> requests_;
   bool looking_ = false;
+  std::shared_ptr<Volume> copy_;  // its memory is used again while requests wait
 };
 
 }  // namespace fanlight

@@ -125,7 +125,8 @@ Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
   }
   View& view = *free;
   if (view.pictures == nullptr)
-    view.pictures = std::make_unique<Mailbox<Picture>>(dependencies_.bell, blank_picture(width_, height_));
+    view.pictures =
+        std::make_unique<Mailbox<Picture>>(dependencies_.link.to_server, blank_picture(width_, height_));
   view.wanted = {.view_id = session, .pictures = view.pictures.get()};
   view.own.clear();
   view.seconds_behind = 0;
@@ -136,7 +137,7 @@ Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
 
 Result<void> ViewAdmission::change(std::uint64_t session, const v1::Scene& change, const SceneField** refused,
                                    std::int64_t now_ns) {
-  if (dependencies_.views == nullptr || most_views_ == 0)
+  if (most_views_ == 0)
     return Error{ErrorCode::kUnavailable, "there are no private views here, expected the main view"};
   const auto groups = private_groups(change);
   if (!groups) return groups.error();
@@ -168,13 +169,13 @@ bool ViewAdmission::leave(std::uint64_t session) {
 }
 
 void ViewAdmission::publish() {
-  PrivateViews& draft = dependencies_.views->draft();
+  PrivateViews& draft = dependencies_.link.private_views.draft();
   std::uint64_t open = 0;
   for (std::size_t index = 0; index < views_.size(); ++index) {
     draft[index] = views_[index].wanted;
     open += draft[index].view_id != 0 ? 1 : 0;
   }
-  dependencies_.views->publish();
+  dependencies_.link.private_views.publish();
   dependencies_.counters.private_views.set(open);
 }
 
@@ -246,15 +247,13 @@ bool ViewAdmission::over_budget(std::int64_t now_ns) const {
   return all_ms > left_ms(now_ns);
 }
 
-std::vector<ViewAdmission::EndedView> ViewAdmission::ended_by_renderer() {
+std::vector<ViewAdmission::EndedView> ViewAdmission::ended_by_renderer(const PrivateViewEnds& ends) {
   std::vector<EndedView> ended;
-  const PrivateViewEnds* const ends = dependencies_.ends == nullptr ? nullptr : dependencies_.ends->newest();
-  if (ends == nullptr) return ended;
-  for (const PrivateViewEnd& end : *ends) {
+  for (const PrivateViewEnd& end : ends) {
     const View* const view = find(end.view_id);
     // A later change of the view opens it again.
     if (view == nullptr || view->wanted.scene.revision > end.revision) continue;
-    ended.push_back({.session = end.view_id, .reason = end.reason});
+    ended.push_back({.session = end.view_id, .reason = std::string(end.reason.view())});
   }
   for (const EndedView& view : ended) leave(view.session);
   return ended;

@@ -10,11 +10,10 @@
 #include <vector>
 
 #include "proto/base/counter.hpp"
-#include "proto/exchange/doorbell.hpp"
-#include "proto/exchange/private_view.hpp"
+#include "proto/exchange/render_link.hpp"
 #include "proto/fanlight.pb.h"
-#include "server/state/server_counters.hpp"
 #include "server/state/scene_store.hpp"
+#include "server/state/server_counters.hpp"
 
 namespace fanlight {
 
@@ -29,13 +28,9 @@ namespace fanlight {
 /// ends.
 class ViewAdmission {
  public:
-  /// All must outlive this object. `views` null: private views are not available. `bell`: of the server
-  /// thread.
+  /// All must outlive this object.
   struct Dependencies {
-    Mailbox<PrivateViews>* views = nullptr;
-    Mailbox<PrivateViewEnds>* ends =
-        nullptr;  ///< of views that the renderer could not go on with; may be null
-    Doorbell& bell;
+    RenderLink& link;
     const SceneStore& scene_store;
     const RenderCounters& render;
     ServerCounters& counters;
@@ -83,8 +78,8 @@ class ViewAdmission {
   /// admitted.
   std::vector<EndedView> second_passed(std::int64_t now_ns);
 
-  /// The views that the renderer has ended since the last call. They have left.
-  std::vector<EndedView> ended_by_renderer();
+  /// The renderer has ended views. Removes them. Returns what their sessions are told.
+  std::vector<EndedView> ended_by_renderer(const PrivateViewEnds& ends);
 
  private:
   /// What each stage of a view took in the last picture that ran it; 0 before its second run. The first one

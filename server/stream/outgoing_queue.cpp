@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/stream/outgoing_queue.hpp"
 
-#include <bit>
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace fanlight {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "server/state/server_counters.hpp"
 #include "server/state/notice.hpp"
+#include "server/state/server_counters.hpp"
 #include "server/stream/picture_subscriber.hpp"
 
 namespace fanlight {

@@ -27,9 +27,6 @@ namespace fanlight {
 class PictureHub {
  public:
   using CoderFactory = std::function<Result<std::unique_ptr<PictureCoder>>(const StreamSettings&)>;
-  /// Runs `work` on a thread of the lane, and then `done` on the server thread.
-  using Executor =
-      std::function<void(EncoderLane lane, std::function<void()> work, std::function<void()> done)>;
   /// A picture of the main view as a PNG file.
   struct PictureFile {
     SharedMessage png;

@@ -56,8 +56,7 @@ v1::ServerMessage ServerMessages::control(std::uint64_t session) const {
 v1::ServerMessage ServerMessages::scene() const {
   v1::ServerMessage message;
   *message.mutable_scene() = scene_state(state_.scene_store.in_force());
-  *message.mutable_scene()->mutable_default_scene() =
-      scene_message(state_.scene_store.default_scene());
+  *message.mutable_scene()->mutable_default_scene() = scene_message(state_.scene_store.default_scene());
   for (const std::string& note : state_.description.notes) message.mutable_scene()->add_notes(note);
   return message;
 }

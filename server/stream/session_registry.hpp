@@ -69,8 +69,8 @@ class SessionRegistry {
   /// All sessions, in the order of their numbers, also those that are not open.
   std::vector<std::shared_ptr<RegisteredSession>> all() const;
 
-  /// Notifies every open session except one; 0: no exception. After kScene also, with kView, those whose private
-  /// views follow the main view's scene.
+  /// Notifies every open session except one; 0: no exception. After kScene also, with kView, those whose
+  /// private views follow the main view's scene.
   void notify(Notice notice, std::uint64_t except_session = 0);
 
   /// The server has ended the private view of this session.

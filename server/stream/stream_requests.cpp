@@ -126,7 +126,7 @@ void StreamRequests::leave_view(std::uint64_t request_id) {
     message.mutable_view_reply()->set_request_id(request_id);
     *message.mutable_view_reply()->mutable_in_force() = dependencies_.state.views.state(identity().id);
     answer(message);
-    if (result.changed) dependencies_.hub.forget_view(session_);
+    if (result.view_ended) dependencies_.hub.forget_view(session_);
   });
 }
 

@@ -20,9 +20,9 @@
 
 namespace fanlight {
 
-/// Translates the messages of one client into commands, and the answers back. Login, the clock, depths and the
-/// settings of its stream concern this client alone and are handled here. Every request is answered through the
-/// outgoing queue. Server thread only.
+/// Translates the messages of one client into commands, and the answers back. Login, the clock, depths and
+/// the settings of its stream concern this client alone and are handled here. Every request is answered
+/// through the outgoing queue. Server thread only.
 class StreamRequests {
  public:
   /// What all sessions share.
@@ -47,8 +47,8 @@ class StreamRequests {
     virtual void set_settings(const StreamSettings& settings) = 0;
     /// The session has a private view again: the end of the one before is no longer reported.
     virtual void forget_view_end() = 0;
-    /// Makes and sends an answer that was perhaps not ready when the request was handled. Where memory runs out, this
-    /// session ends and its caller goes on.
+    /// Makes and sends an answer that was perhaps not ready when the request was handled. Where memory runs
+    /// out, this session ends and its caller goes on.
     virtual void send_late(const std::function<v1::ServerMessage()>& make) = 0;
     /// Sends a close frame with this reason, at most 123 bytes, after the answers.
     virtual void close(boost::beast::websocket::close_code code, const std::string& reason) = 0;

@@ -115,8 +115,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   shared_.state.counters.sessions_opened.add();
   audit_.note("session_opened", "done");
   queue_.add_answer(serialised(shared_.messages.hello(identity_)));
-  if (shared_.state.probe.status().state != ProbeStatus::State::kAbsent)
-    queue_.add_notice(Notice::kProbe);
+  if (shared_.state.probe.status().state != ProbeStatus::State::kAbsent) queue_.add_notice(Notice::kProbe);
   queue_.add_notice(Notice::kLiveness);
   queue_.add_notice(Notice::kRecording);
   queue_.add_notice(Notice::kReplay);
@@ -133,6 +132,8 @@ void StreamSession::leave() {
   const bool was_open = is_open();
   enter(State::kGone);
   shared_.sessions.remove(id());
+  // Before anything that takes memory: the executor refers to this object.
+  shared_.commands.forget(id());
   // A pending operation to a peer that has gone, or that does not read, would keep the connection for ever.
   beast::get_lowest_layer(socket_).close();
   if (!was_open) return;
@@ -143,7 +144,6 @@ void StreamSession::leave() {
   audit_.flush_changes();
   audit_.note("session_closed",
               close_reason_ ? std::string(close_reason_->reason.c_str()) : "the display left");
-  shared_.commands.forget(id());
 }
 
 void StreamSession::encoding_failed() {
@@ -170,7 +170,7 @@ void StreamSession::set_view(std::uint64_t view_id) {
 }
 
 void StreamSession::notify(Notice notice) {
-  // Of the view that the server had ended nothing is said any more, once it has another.
+  // The session has another view: the end of the earlier one is no longer reported.
   if (notice == Notice::kView) view_end_.clear();
   add_notice(notice);
 }

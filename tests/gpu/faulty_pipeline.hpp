@@ -54,14 +54,8 @@ class FaultyPipeline : public testing::Test {
     thread_ = std::make_unique<RenderThread>(
         std::move(*made),
         RenderThread::Dependencies{.ring = ring_,
-                                   .scenes = scenes_,
-                                   .pictures = pictures_,
+                                   .link = link_,
                                    .counters = counters_,
-                                   .bell = render_bell_,
-                                   .failures = failures_,
-                                   .private_views = &private_views_,
-                                   .private_view_ends = &private_view_ends_,
-                                   .health = &health_,
                                    .remake = [this](const NumberedScene& scene) { return make(scene); }});
   }
 
@@ -131,10 +125,10 @@ class FaultyPipeline : public testing::Test {
 
   /// Reads health, failures and ends of private views.
   void read_others() {
-    if (const Error* failure = failures_.newest()) failure_ = *failure;
-    if (const PrivateViewEnds* ends = private_view_ends_.newest()) ends_ = *ends;
-    if (const RenderHealth* newest = health_.newest()) {
-      seen_.push_back(*newest);
+    while (const auto answer = link_.answers.take()) {
+      if (const auto* failure = std::get_if<Error>(&*answer)) failure_ = *failure;
+      if (const auto* ends = std::get_if<PrivateViewEnds>(&*answer)) ends_ = *ends;
+      if (const auto* health = std::get_if<RenderHealth>(&*answer)) seen_.push_back(*health);
     }
   }
   bool saw(RenderHealth::State state) const {
@@ -159,13 +153,11 @@ class FaultyPipeline : public testing::Test {
   Doorbell writer_bell_;
   VolumeRing ring_{{.geometry = kGeometry, .frame_capacity = 9, .largest_frame_bytes = kDeeper.frame_bytes()},
                    {.reader_bell = render_bell_, .writer_bell = writer_bell_}};
-  Mailbox<NumberedScene> scenes_{render_bell_};
-  Mailbox<PrivateViews> private_views_{render_bell_};
-  Mailbox<Picture> pictures_{server_bell_};
+  RenderLink link_{render_bell_, server_bell_};
+  Mailbox<NumberedScene>& scenes_ = link_.scenes;
+  Mailbox<PrivateViews>& private_views_ = link_.private_views;
+  Mailbox<Picture>& pictures_ = link_.pictures;
   Mailbox<Picture> private_pictures_{server_bell_};
-  Mailbox<Error> failures_{server_bell_};
-  Mailbox<PrivateViewEnds> private_view_ends_{server_bell_};
-  Mailbox<RenderHealth> health_{server_bell_, roomy_health()};
   RenderCounters counters_;
   std::uint64_t volumes_ = 0;
   std::uint64_t last_picture_id_ = 0;

@@ -154,7 +154,8 @@ TEST_F(GpuFaultTest, AVolumeWithoutMemoryIsRefusedWithTheReasonAndTheNextIsShown
   publish(kNearMm, kDeeper);
   EXPECT_TRUE(eventually([this] {
     read_others();
-    return !seen_.empty() && seen_.back().refusal.find("VK_ERROR_OUT_OF_DEVICE_MEMORY") != std::string::npos;
+    return !seen_.empty() &&
+           seen_.back().refusal.view().find("VK_ERROR_OUT_OF_DEVICE_MEMORY") != std::string::npos;
   }));
   EXPECT_EQ(counters_.volumes_refused.value(), 1U);
   const std::uint64_t volume = publish(kNearMm, kDeeper);
@@ -192,7 +193,7 @@ TEST_F(GpuFaultTest, AModeWithoutMemoryKeepsTheViewAndIsShownLater) {
   show(2, other);
   EXPECT_TRUE(eventually([this] {
     read_others();
-    return !seen_.empty() && seen_.back().refusal.find("revision 2") != std::string::npos;
+    return !seen_.empty() && seen_.back().refusal.view().find("revision 2") != std::string::npos;
   }));
   const Picture kept = picture_of(publish(kNearMm));
   // The scene is tried again, but not at once; also where no further volume comes.
@@ -250,7 +251,7 @@ TEST_F(GpuHangTest, IsFoundAndCostsTheDevice) {
   EXPECT_EQ(counters_.devices_lost.value(), 1U);
   const auto hung = std::ranges::find(seen_, State::kRemaking, &RenderHealth::state);
   ASSERT_NE(hung, seen_.end());
-  EXPECT_NE(hung->cause.find("has not finished"), std::string::npos) << hung->cause;
+  EXPECT_NE(hung->cause.view().find("has not finished"), std::string::npos) << hung->cause.view();
   EXPECT_EQ(picture_of(publish(kNearMm)).rgba, near.rgba);
   EXPECT_FALSE(failure_);
 }

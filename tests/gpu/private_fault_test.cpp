@@ -47,7 +47,7 @@ class PrivateFaultTest : public FaultyPipeline {
       return ends_[0].view_id == kSession;
     }));
     EXPECT_EQ(ends_[0].revision, 2U);
-    EXPECT_NE(ends_[0].reason.find(reason), std::string::npos) << ends_[0].reason;
+    EXPECT_NE(ends_[0].reason.view().find(reason), std::string::npos) << ends_[0].reason.view();
     EXPECT_EQ(counters_.private_views_refused.value(), 1U);
     EXPECT_EQ(private_pictures_.newest(), nullptr);
     EXPECT_EQ(picture_of(publish(40)).rgba, main_.rgba);

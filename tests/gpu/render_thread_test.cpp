@@ -35,17 +35,9 @@ class RenderThreadTest : public GpuTest {
     // A test can exceed the limits of a texture without using much memory.
     auto renderer =
         made_renderer(kGeometry, angles_rad_, kSize, scene_, counters_, {.sampling = Sampling::kTexture});
-    thread_ = std::make_unique<RenderThread>(DeviceRenderer{.renderer = std::move(renderer)},
-                                             RenderThread::Dependencies{.ring = ring_,
-                                                                        .scenes = scenes_,
-                                                                        .pictures = pictures_,
-                                                                        .counters = counters_,
-                                                                        .bell = render_bell_,
-                                                                        .failures = failures_,
-                                                                        .volume_orders = &volume_orders_,
-                                                                        .volume_answers = &volume_answers_,
-                                                                        .cine = &cine_,
-                                                                        .audience = &audience_});
+    thread_ = std::make_unique<RenderThread>(
+        DeviceRenderer{.renderer = std::move(renderer)},
+        RenderThread::Dependencies{.ring = ring_, .link = link_, .counters = counters_});
   }
 
   /// A volume of a plate at this depth, with that geometry.
@@ -73,12 +65,22 @@ class RenderThreadTest : public GpuTest {
   }
 
   VolumeAnswer ordered_volume(std::uint64_t number, const std::shared_ptr<Volume>& into) {
-    volume_orders_.draft() = {.number = number, .into = into};
-    volume_orders_.publish();
+    link_.send(VolumeOrder{.number = number, .into = into});
     for (;;) {
-      if (const VolumeAnswer* answer = volume_answers_.newest()) return *answer;
+      if (const auto answer = newest<VolumeAnswer>()) return *answer;
       server_bell_.wait(-1);
     }
+  }
+  void send(const CineOrder& order) { link_.send(order); }
+
+  /// The newest answer of this kind since the last call; drops all others.
+  template <typename Answer>
+  std::optional<Answer> newest() {
+    std::optional<Answer> found;
+    while (const auto answer = link_.answers.take()) {
+      if (const auto* each = std::get_if<Answer>(&*answer)) found = *each;
+    }
+    return found;
   }
 
   void request(std::uint64_t revision, const Scene& scene) {
@@ -129,17 +131,36 @@ class RenderThreadTest : public GpuTest {
                     .kept = 3,
                     .largest_frame_bytes = std::max(kDeeper.frame_bytes(), too_wide().frame_bytes())},
                    {.reader_bell = render_bell_, .writer_bell = writer_bell_}};
-  Mailbox<NumberedScene> scenes_{render_bell_};
-  Mailbox<Picture> pictures_{server_bell_};
-  Mailbox<Error> failures_{server_bell_};
-  Mailbox<VolumeOrder> volume_orders_{render_bell_};
-  Mailbox<VolumeAnswer> volume_answers_{server_bell_};
-  CineLink cine_{render_bell_, server_bell_};
-  Audience audience_{render_bell_};
+  RenderLink link_{render_bell_, server_bell_};
+  Mailbox<NumberedScene>& scenes_ = link_.scenes;
+  Mailbox<Picture>& pictures_ = link_.pictures;
+  Audience& audience_ = link_.audience;
   RenderCounters counters_;
   std::int64_t captured_ns_ = 0;
   std::unique_ptr<RenderThread> thread_;  // last: it uses the others
 };
+
+TEST_F(RenderThreadTest, ObeysAnOrderBehindAVolumeOrder) {
+  publish(plate(60));
+  next_picture();
+  rest();
+  for (std::uint64_t number = 1; number <= 20; ++number) {
+    // Both may come within one turn, after which the thread would rest.
+    link_.send(VolumeOrder{.number = number, .into = nullptr});
+    link_.send(CineOrder{.wish = number % 2 == 1 ? CineOrder::Wish::kFreeze : CineOrder::Wish::kLive});
+    bool volume_answered = false;
+    bool cine_answered = false;
+    for (int i = 0; i < 500 && !(volume_answered && cine_answered); ++i) {
+      server_bell_.wait(10'000'000);
+      while (const auto answer = link_.answers.take()) {
+        volume_answered |= std::holds_alternative<VolumeAnswer>(*answer);
+        cine_answered |= std::holds_alternative<CineStatus>(*answer);
+      }
+    }
+    ASSERT_TRUE(volume_answered) << number;
+    ASSERT_TRUE(cine_answered) << number;
+  }
+}
 
 TEST_F(RenderThreadTest, RendersNothingWhileNobodyLooksAndTheNewestVolumeForWhoeverComes) {
   audience_.set_present(false);
@@ -169,7 +190,7 @@ TEST_F(RenderThreadTest, ShowsTheLastVolumeAgainAfterARestWithoutANewOne) {
   rest();
   EXPECT_EQ(volumes_accounted_for(), 1U) << "it is counted once";
 
-  cine_.send({.wish = CineOrder::Wish::kFreeze});
+  send({.wish = CineOrder::Wish::kFreeze});
   audience_.set_present(false);
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   EXPECT_EQ(pictures_.newest(), nullptr);
@@ -204,13 +225,13 @@ TEST_F(RenderThreadTest, ShowsTheLastVolumesAgainWhileFrozen) {
     live.push_back(next_picture());
   }
   const std::uint64_t rendered = counters_.volumes_rendered.value();
-  cine_.send({.wish = Wish::kFreeze});
-  cine_.send({.wish = Wish::kStep, .volumes = -2});
+  send({.wish = Wish::kFreeze});
+  send({.wish = Wish::kStep, .volumes = -2});
   const Picture older = next_picture();
   EXPECT_EQ(older.stamp.volume.volume_id, 4U);
   EXPECT_EQ(older.rgba, live[3].rgba);
-  const CineStatus* const told = cine_.status.newest();
-  ASSERT_NE(told, nullptr);
+  const auto told = newest<CineStatus>();
+  ASSERT_TRUE(told);
   EXPECT_EQ(*told, (CineStatus{.state = CineStatus::State::kFrozen,
                                .capacity = 3,
                                .volumes = 4,
@@ -230,7 +251,7 @@ TEST_F(RenderThreadTest, ShowsTheLastVolumesAgainWhileFrozen) {
   EXPECT_EQ(next_picture_of(3).stamp.volume.volume_id, 4U) << "so does the camera";
   EXPECT_EQ(counters_.volumes_rendered.value(), rendered) << "no volume is counted twice";
 
-  cine_.send({.wish = Wish::kLive});
+  send({.wish = Wish::kLive});
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 7U);
 }
 
@@ -251,8 +272,8 @@ TEST_F(RenderThreadTest, CopiesTheVolumeOnShow) {
 
   publish(plate(50));
   (void)next_picture();
-  cine_.send({.wish = CineOrder::Wish::kFreeze});
-  cine_.send({.wish = CineOrder::Wish::kStep, .volumes = -1});
+  send({.wish = CineOrder::Wish::kFreeze});
+  send({.wish = CineOrder::Wish::kStep, .volumes = -1});
   (void)next_picture();
   ASSERT_EQ(ordered_volume(4, copy).outcome, Outcome::kCopied);
   EXPECT_EQ(copy->stamp().volume_id, 1U) << "the one that the frozen display shows";
@@ -263,15 +284,15 @@ TEST_F(RenderThreadTest, ReturnsToTheNewestVolumeWhereNoOtherComes) {
     publish(plate(35 + 3 * volume));
     next_picture();
   }
-  cine_.send({.wish = CineOrder::Wish::kFreeze});
-  cine_.send({.wish = CineOrder::Wish::kSeek, .volume = 0});
+  send({.wish = CineOrder::Wish::kFreeze});
+  send({.wish = CineOrder::Wish::kSeek, .volume = 0});
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U);
-  cine_.send({.wish = CineOrder::Wish::kLive});
+  send({.wish = CineOrder::Wish::kLive});
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 3U);
 }
 
 TEST_F(RenderThreadTest, FreezesTheFirstVolumeWhereThereWasNone) {
-  cine_.send({.wish = CineOrder::Wish::kFreeze});
+  send({.wish = CineOrder::Wish::kFreeze});
   publish(plate(40));
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U);
   publish(plate(45));
@@ -287,11 +308,11 @@ TEST_F(RenderThreadTest, ShowsTheNewestAgainWhereFrozenBeforeItCameBack) {
     next_picture();
   }
   using Wish = CineOrder::Wish;
-  cine_.send({.wish = Wish::kFreeze});
-  cine_.send({.wish = Wish::kSeek, .volume = 0});
+  send({.wish = Wish::kFreeze});
+  send({.wish = Wish::kSeek, .volume = 0});
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 1U);
-  cine_.send({.wish = Wish::kLive});
-  cine_.send({.wish = Wish::kFreeze});
+  send({.wish = Wish::kLive});
+  send({.wish = Wish::kFreeze});
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 3U);
 }
 
@@ -300,9 +321,9 @@ TEST_F(RenderThreadTest, PlaysTheLastVolumesInALoop) {
     publish(plate(35 + 3 * volume));
     next_picture();
   }
-  cine_.send({.wish = CineOrder::Wish::kSpeed, .speed = 0.1});
-  cine_.send({.wish = CineOrder::Wish::kFreeze});
-  cine_.send({.wish = CineOrder::Wish::kPlay});
+  send({.wish = CineOrder::Wish::kSpeed, .speed = 0.1});
+  send({.wish = CineOrder::Wish::kFreeze});
+  send({.wish = CineOrder::Wish::kPlay});
   std::vector<std::uint64_t> shown;
   while (shown.size() < 4) shown.push_back(next_picture().stamp.volume.volume_id);
   EXPECT_EQ(shown, (std::vector<std::uint64_t>{1, 2, 3, 1}));
@@ -326,7 +347,7 @@ TEST_F(RenderThreadTest, EndsUpAtTheNewestVolumeAndScene) {
   thread_.reset();
   EXPECT_EQ(ring_.counters().volumes_published.value(), kVolumes);
   EXPECT_EQ(ring_.counters().volumes_taken.value() + ring_.counters().volumes_dropped.value(), kVolumes);
-  EXPECT_EQ(failures_.newest(), nullptr);
+  EXPECT_FALSE(newest<Error>());
 }
 
 TEST_F(RenderThreadTest, AccountsForEveryVolumeThatItTook) {
@@ -353,7 +374,7 @@ TEST_F(RenderThreadTest, AccountsForEveryVolumeThatItTook) {
   EXPECT_GT(counters_.volumes_rendered.value(), 0U);
   EXPECT_GT(counters_.volumes_refused.value(), 0U);
   EXPECT_LE(counters_.volumes_rendered.value(), counters_.pictures_finished.value());
-  EXPECT_EQ(failures_.newest(), nullptr);
+  EXPECT_FALSE(newest<Error>());
 }
 
 TEST_F(RenderThreadTest, GoesOnAfterAVolumeThatTheGpuCannotHave) {
@@ -362,7 +383,7 @@ TEST_F(RenderThreadTest, GoesOnAfterAVolumeThatTheGpuCannotHave) {
   EXPECT_EQ(counters_.volumes_refused.value(), 1U);
   publish(plate(45));
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 2U);
-  EXPECT_EQ(failures_.newest(), nullptr);
+  EXPECT_FALSE(newest<Error>());
 }
 
 TEST_F(RenderThreadTest, TakesFromThePicturesWhatTheirRateNeedsAndGivesItBack) {
@@ -422,7 +443,7 @@ TEST_F(RenderThreadTest, TakesFromThePicturesWhatTheirRateNeedsAndGivesItBack) {
   EXPECT_EQ(off.stamp.deadline_level, 0);
   EXPECT_EQ(off.stamp.measures, DeadlineMeasures{});
   EXPECT_EQ(off.rgba, full.rgba);
-  EXPECT_EQ(failures_.newest(), nullptr);
+  EXPECT_FALSE(newest<Error>());
 }
 
 TEST_F(RenderThreadTest, EndsInTheMiddleOfItsWork) {

@@ -70,19 +70,21 @@ RecordingStatus PipelineFixture::recording() {
 }
 
 std::uint64_t PipelineFixture::show(const Scene& scene) {
-  ports_->scenes.draft() = {.revision = ++revision_, .scene = scene};
-  ports_->scenes.publish();
+  ports_->render.scenes.draft() = {.revision = ++revision_, .scene = scene};
+  ports_->render.scenes.publish();
   return revision_;
 }
 
 const Picture& PipelineFixture::next_picture() {
   const std::int64_t deadline_ns = now_ns() + kLongestNs;
   for (;;) {
-    if (const Error* failure = ports_->failures.newest()) throw std::runtime_error(failure->message);
+    while (const auto answer = ports_->render.answers.take()) {
+      if (const auto* failure = std::get_if<Error>(&*answer)) throw std::runtime_error(failure->message);
+    }
     if (const std::string state = pipeline_->source_state(); state != "running") {
       throw std::runtime_error("the source is no longer running: " + state);
     }
-    if (const Picture* picture = ports_->pictures.newest()) return *picture;
+    if (const Picture* picture = ports_->render.pictures.newest()) return *picture;
     const std::int64_t left_ns = deadline_ns - now_ns();
     if (left_ns <= 0) throw std::runtime_error("no picture came within half a minute");
     link_.server_bell.wait(left_ns);

@@ -24,7 +24,7 @@ std::string carried_out(TestClient& client, const std::string& name, const std::
                         std::uint32_t id = 7) {
   igtl::put_command(
       client.writer().begin({.type = "COMMAND", .device = "x", .version = igtl::HeadVersion::kTwo}),
-      {.id = id, .name = igtl::FixedText<128>(std::string_view(name)), .text = xml});
+      {.id = id, .name = FixedText<128>(std::string_view(name)), .text = xml});
   EXPECT_TRUE(client.send(client.writer().finish()));
   const auto reply = client.next_of("RTS_COMMAND");
   if (!reply) return "no reply";

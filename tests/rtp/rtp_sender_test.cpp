@@ -185,7 +185,8 @@ TEST(RtpSender, IsStartedAndStoppedByAnAuditedWish) {
 
   const auto lines = audited(config.audit_log, "rtp", 6);
   ASSERT_EQ(lines.size(), 6U);
-  EXPECT_TRUE(lines[1]["result"].get<std::string>().starts_with("refused: the wish is not known")) << lines[1];
+  EXPECT_TRUE(lines[1]["result"].get<std::string>().starts_with("refused: the wish is not known"))
+      << lines[1];
   EXPECT_EQ(lines[2]["result"], "done");
   EXPECT_EQ(lines[2]["details"]["to"], "127.0.0.1:" + std::to_string(receiver.port()));
   EXPECT_EQ(server.counters().rtp_refusals.value(), 3U);

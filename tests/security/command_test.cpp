@@ -58,34 +58,44 @@ std::vector<Row> table() {
   using Wish = v1::ControlRequest;
   return {
       {"scene", ChangeScene{light_of(20)}, Role::kOperator, true,
-       message_of([](auto& message) { *message.mutable_scene_change()->mutable_scene() = light_of(20); }), "PATCH",
-       "/api/scene", R"({"light": {"up_mm": 20}})",
+       message_of([](auto& message) { *message.mutable_scene_change()->mutable_scene() = light_of(20); }),
+       "PATCH", "/api/scene", R"({"light": {"up_mm": 20}})",
        R"(<Command Name="SetParameter"><Parameter Name="light.up_mm" Value="20"/></Command>)"},
       {"view", ChangeView{light_of(20)}, Role::kViewer, false,
        message_of([](auto& message) { *message.mutable_view()->mutable_scene() = light_of(20); })},
       {"leave view", LeaveView(), Role::kViewer, false,
        message_of([](auto& message) { message.mutable_view()->set_leave(true); })},
-      {"probe", ChangeProbe(), Role::kOperator, true,
-       message_of([](auto& message) { message.mutable_probe_change()->mutable_settings()->set_sweep_deg(40); })},
-      {"survey", FindSurface(), Role::kOperator, true, message_of([](auto& message) { message.mutable_survey(); })},
+      {"probe", ChangeProbe(), Role::kOperator, true, message_of([](auto& message) {
+         message.mutable_probe_change()->mutable_settings()->set_sweep_deg(40);
+       })},
+      {"survey", FindSurface(), Role::kOperator, true,
+       message_of([](auto& message) { message.mutable_survey(); })},
       {"recording", ControlRecorder{RecordingWish::kStop}, Role::kOperator, true,
-       message_of([](auto& message) { message.mutable_recording()->set_wish(v1::RecordingRequest::STOP); }), "POST",
-       "/api/recording", R"({"wish": "stop"})"},
+       message_of([](auto& message) { message.mutable_recording()->set_wish(v1::RecordingRequest::STOP); }),
+       "POST", "/api/recording", R"({"wish": "stop"})"},
       {"replay", ControlReplay(), Role::kOperator, true,
-       message_of([](auto& message) { message.mutable_replay()->set_wish(v1::ReplayRequest::PAUSE); }), "POST", "/api/replay",
-       R"({"wish": "pause"})"},
+       message_of([](auto& message) { message.mutable_replay()->set_wish(v1::ReplayRequest::PAUSE); }),
+       "POST", "/api/replay", R"({"wish": "pause"})"},
       {"cine", ControlCine(), Role::kOperator, true,
-       message_of([](auto& message) { message.mutable_cine()->set_wish(v1::CineRequest::FREEZE); }), "POST", "/api/cine",
-       R"({"wish": "freeze"})"},
+       message_of([](auto& message) { message.mutable_cine()->set_wish(v1::CineRequest::FREEZE); }), "POST",
+       "/api/cine", R"({"wish": "freeze"})"},
       {"preset", ChangePresets{saved_preset()}, Role::kOperator, false,
        message_of([](auto& message) { *message.mutable_preset() = saved_preset(); }), "POST", "/api/presets",
        R"({"save": "mine"})"},
-      {"relay", ControlRelay{.sends = true}, Role::kAdmin, false, {}, "POST", "/api/rtp", R"({"wish": "start"})"},
+      {"relay",
+       ControlRelay{.sends = true},
+       Role::kAdmin,
+       false,
+       {},
+       "POST",
+       "/api/rtp",
+       R"({"wish": "start"})"},
       {"ask", ChangeControl{.wish = Wish::ASK}, Role::kOperator, false, control_message(Wish::ASK)},
       {"release", ChangeControl{.wish = Wish::RELEASE}, Role::kViewer, false, control_message(Wish::RELEASE)},
       {"grant", ChangeControl{.wish = Wish::GRANT}, Role::kViewer, false, control_message(Wish::GRANT)},
       {"keep", ChangeControl{.wish = Wish::KEEP}, Role::kViewer, false, control_message(Wish::KEEP)},
-      {"take over", ChangeControl{.wish = Wish::TAKE_OVER}, Role::kAdmin, false, control_message(Wish::TAKE_OVER)},
+      {"take over", ChangeControl{.wish = Wish::TAKE_OVER}, Role::kAdmin, false,
+       control_message(Wish::TAKE_OVER)},
   };
 }
 
@@ -93,7 +103,8 @@ std::vector<Row> table() {
 class CommandTest : public testing::Test {
  protected:
   CommandResult::Refused give(const ClientCommand& command, Role role, std::uint64_t session) {
-    const SessionIdentity identity{.id = session, .address = "", .principal = Principal{.role = role}, .name = "one"};
+    const SessionIdentity identity{
+        .id = session, .address = "", .principal = Principal{.role = role}, .name = "one"};
     SessionAudit audit(log_, identity);
     auto refused = CommandResult::Refused::kNot;
     executor_.execute({.identity = identity, .audit = audit}, command,
@@ -103,9 +114,7 @@ class CommandTest : public testing::Test {
   }
 
   Doorbell bell_;
-  Mailbox<Picture> pictures_{bell_};
-  Mailbox<NumberedScene> scenes_{bell_};
-  Mailbox<Error> failures_{bell_};
+  RenderLink link_{bell_, bell_};
   AcquisitionCounters acquisition_;
   RingCounters ring_;
   QueueCounters queue_;
@@ -113,17 +122,19 @@ class CommandTest : public testing::Test {
   ProbeLink probe_{bell_, bell_};
   ReplayLink replay_{bell_};
   ServerCounters counters_;
+  PipelinePorts ports_{.bell = bell_,
+                       .render = link_,
+                       .probe = probe_,
+                       .replay = replay_,
+                       .counters = {acquisition_, ring_, queue_, render_, probe_.counters, probe_.igtl},
+                       .source_state = [] { return std::string("running"); }};
   ServerState state_{{},
-                     {.bell = bell_,
-                      .pictures = pictures_,
-                      .scenes = scenes_,
-                      .failures = failures_,
-                      .counters = {acquisition_, ring_, queue_, render_, probe_.counters, probe_.igtl},
-                      .probe = probe_,
-                      .replay = replay_,
-                      .source_state = [] { return std::string("running"); }},
-                     counters_,
-                     [] {}};
+                     {.ports = ports_,
+                      .counters = counters_,
+                      .executor = [](EncoderLane, const auto&, const auto&) {},
+                      .find_surface = [](const Volume&, const Scene&) { return std::nullopt; },
+                      .survey_answered = [](const SurveyDesk::Answer&) {},
+                      .presets_changed = [] {}}};
   ControlLease control_;
   AuditLog log_;
   std::vector<Notice> notices_;
@@ -165,14 +176,15 @@ TEST_F(CommandTest, OnlyAcceptedChangesOfSessionsAcquireControl) {
   EXPECT_EQ(notices_, std::vector{Notice::kScene}) << "a script is never in control";
   notices_.clear();
   give(ChangeScene{light_of(21)}, Role::kOperator, 1);
-  EXPECT_EQ(notices_, (std::vector{Notice::kScene, Notice::kControl, Notice::kControl}))
+  EXPECT_EQ(notices_, (std::vector{Notice::kControl, Notice::kScene, Notice::kControl}))
       << "acquired, and free again after the session";
   EXPECT_EQ(counters_.scene_changes.value(), 2U);
   EXPECT_EQ(counters_.scene_refusals.value(), 1U);
 }
 
 TEST_F(CommandTest, ASessionThatHasEndedIsNotAnsweredLater) {
-  const SessionIdentity identity{.id = 1, .address = "", .principal = Principal{.role = Role::kOperator}, .name = ""};
+  const SessionIdentity identity{
+      .id = 1, .address = "", .principal = Principal{.role = Role::kOperator}, .name = ""};
   SessionAudit audit(log_, identity);
   probe_.status.draft().state = ProbeStatus::State::kStreaming;
   probe_.status.publish();
@@ -199,6 +211,40 @@ TEST_F(CommandTest, ASessionThatHasEndedIsNotAnsweredLater) {
   executor_.probe_changed();
   EXPECT_EQ(answers, 1);
   EXPECT_FALSE(control_.holds(1)) << "the probe has refused";
+}
+
+TEST_F(CommandTest, ASurveyIsAnsweredOnceAndNotAfterItsSession) {
+  int answers = 0;
+  const auto count = [&](const CommandResult& result) {
+    EXPECT_EQ(result.error.message, "none");
+    ++answers;
+  };
+  SurveyDesk::Answer none;
+  none.reply.mutable_refused()->set_message("none");
+  const SessionIdentity identity{
+      .id = 1, .address = "", .principal = Principal{.role = Role::kOperator}, .name = ""};
+  SessionAudit audit(log_, identity);
+  for (none.asker = 1; none.asker <= 2; ++none.asker) {
+    executor_.execute({.identity = identity, .audit = audit}, FindSurface(), count);
+    if (none.asker == 2) executor_.forget(1);
+    executor_.survey_answered(none);
+    executor_.survey_answered(none);
+    EXPECT_EQ(answers, 1);
+  }
+  EXPECT_EQ(counters_.survey_refusals.value(), 0U) << "a volume without a surface is no wrong request";
+}
+
+TEST_F(CommandTest, WhatCannotBeReadIsRefusedForTheRoleFirst) {
+  SessionIdentity identity{.id = 0, .address = "", .principal = Principal{.role = Role::kViewer}, .name = ""};
+  SessionAudit audit(log_, identity);
+  const Error malformed{ErrorCode::kInvalidArgument, "no JSON"};
+  const Requester who{.identity = identity, .audit = audit};
+  EXPECT_EQ(executor_.reject(who, ChangeScene(), malformed).refused, CommandResult::Refused::kByRole);
+  identity.principal->role = Role::kOperator;
+  EXPECT_EQ(executor_.reject(who, ChangeScene(), malformed).error.message, "no JSON");
+  control_.take_over({.session = 9, .name = "other"}, 0);
+  EXPECT_EQ(executor_.reject(who, ChangeScene(), malformed).refused, CommandResult::Refused::kByControl);
+  EXPECT_EQ(counters_.scene_refusals.value(), 3U);
 }
 
 // ---- each protocol
@@ -293,13 +339,16 @@ TEST(CommandOfEachProtocol, IsRefusedByRoleAsTheTableSays) {
       const auto at = fmt::format("{} by {}", row.name, role_name(role));
       const bool is_survey = std::holds_alternative<FindSurface>(row.command);
       // The answer to an accepted survey comes when a renderer has looked: there is none here.
-      if (row.message.body_case() != v1::ClientMessage::BODY_NOT_SET && !(is_survey && may))
-        EXPECT_EQ(!refusal.empty() && server.stream(role, row.message) == refusal, !may) << at << " at /stream";
+      if (row.message.body_case() != v1::ClientMessage::BODY_NOT_SET && !(is_survey && may)) {
+        const bool refused = !refusal.empty() && server.stream(role, row.message) == refusal;
+        EXPECT_EQ(refused, !may) << at << " at /stream";
+      }
       if (!row.rest_method.empty()) {
         const std::string response = server.rest(role, row);
         EXPECT_EQ(response.starts_with("HTTP/1.1 403"), !may) << at << ": " << response;
         EXPECT_EQ(response.find(refusal) != std::string::npos, !may) << at << ": " << response;
-        EXPECT_FALSE(response.starts_with("HTTP/1.1 40") && may && !response.starts_with("HTTP/1.1 409")) << response;
+        EXPECT_FALSE(response.starts_with("HTTP/1.1 40") && may && !response.starts_with("HTTP/1.1 409"))
+            << response;
       }
       if (!row.xml.empty()) {
         const std::string reply = server.open_igtl_link(row.xml);

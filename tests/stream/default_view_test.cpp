@@ -18,22 +18,38 @@ class DefaultViewTest : public testing::Test {
  protected:
   static constexpr std::int64_t kLaterNs = DefaultView::kBetweenNs;
 
-  /// Whether the render thread was asked since the last call.
+  using Outcome = SurveyDesk::Outcome;
+
+  /// Whether a survey was asked for since the last call.
   bool asked() {
-    const SurveyOrder* const order = orders_.newest();
-    if (order != nullptr) order_ = *order;
-    return order != nullptr;
+    auto order = link_.orders.take();
+    if (order) order_ = std::get<VolumeOrder>(*std::move(order));
+    return order_.has_value() && order_->number != std::exchange(asked_, order_->number);
   }
-  /// Answers; true: the scene, or the default, differs now.
-  bool answer(SurveyResult::Outcome outcome, double yaw_deg = 0) {
-    SurveyResult& result = results_.draft();
-    result = {.number = order_.number, .outcome = outcome, .scene = order_.scene, .choices = {"a sheet"}};
-    result.scene.camera.yaw_deg = yaw_deg;
-    results_.publish();
-    const auto answers = surveys_.answers(store_.in_force().scene);
-    EXPECT_EQ(answers.size(), 1U);
-    EXPECT_EQ(answers.at(0).asker, SurveyDesk::kServer);
-    return view_.answered(answers.at(0));
+  /// Answers, as the render thread and the finder; true: the scene, or the default, differs now.
+  bool answer(Outcome outcome, double yaw_deg = 0) {
+    outcome_ = outcome;
+    yaw_deg_ = yaw_deg;
+    answers_.clear();
+    const Volume volume(FanGeometry{.columns = 2, .rows = 2}, 1);
+    while (order_) {
+      auto answered =
+          answer_to(*std::exchange(order_, {}), outcome == Outcome::kNoVolume ? nullptr : &volume);
+      copier_.answered(std::move(answered));
+      if (auto order = link_.orders.take()) order_ = std::get<VolumeOrder>(*std::move(order));
+      if (order_) asked_ = order_->number;  // with memory for the copy
+    }
+    EXPECT_EQ(answers_.size(), 1U);
+    EXPECT_EQ(answers_.at(0).asker, SurveyDesk::kServer);
+    return view_.answered(answers_.at(0));
+  }
+  std::optional<FoundSurface> find(const Scene& scene) {
+    sought_ = scene;
+    if (outcome_ == Outcome::kNoMemory) throw std::bad_alloc();
+    if (outcome_ != Outcome::kFound) return std::nullopt;
+    FoundSurface found{.scene = scene, .choices = {"a sheet"}};
+    found.scene.camera.yaw_deg = yaw_deg_;
+    return found;
   }
   /// A picture of a volume that was captured just then is shown.
   void shown(std::int64_t now_ns) {
@@ -56,20 +72,33 @@ class DefaultViewTest : public testing::Test {
   }
 
   Doorbell bell_;
-  Mailbox<NumberedScene> scenes_{bell_};
-  Mailbox<SurveyOrder> orders_{bell_};
-  Mailbox<SurveyResult> results_{bell_};
+  RenderLink link_{bell_, bell_};
+  Mailbox<NumberedScene>& scenes_ = link_.scenes;
+  static void run_at_once(EncoderLane, const std::function<void()>& work, const std::function<void()>& done) {
+    work();
+    done();
+  }
+  Outcome outcome_ = Outcome::kFound;
+  double yaw_deg_ = 0;
+  Scene sought_;
+  std::vector<SurveyDesk::Answer> answers_;
+  VolumeCopier copier_{link_, run_at_once};
   SceneStore store_{{.revision = 1, .scene = chosen_light()}, Scene{}, scenes_};
-  SurveyDesk surveys_{&orders_, &results_};
+  SurveyDesk surveys_{{.find = [this](const Volume&, const Scene& scene) { return find(scene); },
+                       .volumes = copier_,
+                       .executor = run_at_once,
+                       .scene_in_force = [this] { return store_.in_force().scene; },
+                       .answered = [this](const SurveyDesk::Answer& each) { answers_.push_back(each); }}};
   std::vector<std::string> notes_ = {"angles are assumed"};
   DefaultView view_{true, store_, surveys_, notes_};
-  SurveyOrder order_;
+  std::optional<VolumeOrder> order_;
+  std::uint64_t asked_ = 0;  // number of the newest order that asked() has told of
 };
 
 TEST_F(DefaultViewTest, BecomesTheDefaultAndKeepsWhatWasChosen) {
   shown(0);
   ASSERT_TRUE(asked());
-  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 25));
+  EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, 25));
   EXPECT_EQ(yaw_deg(), 25);
   EXPECT_EQ(store_.default_scene().camera.yaw_deg, 25);
   EXPECT_EQ(store_.in_force().scene.light.up_mm, 17) << "an option of the command line";
@@ -82,7 +111,7 @@ TEST_F(DefaultViewTest, BecomesTheDefaultAndKeepsWhatWasChosen) {
 TEST_F(DefaultViewTest, ShowsSlicesUntilThereIsASurface) {
   shown(0);
   ASSERT_TRUE(asked());
-  EXPECT_TRUE(answer(SurveyResult::Outcome::kNoSurface));
+  EXPECT_TRUE(answer(SurveyDesk::Outcome::kNoSurface));
   EXPECT_EQ(mode(), Mode::kSlices);
   ASSERT_EQ(notes_.size(), 2U);
   EXPECT_NE(notes_[1].find("no surface"), std::string::npos) << notes_[1];
@@ -90,10 +119,10 @@ TEST_F(DefaultViewTest, ShowsSlicesUntilThereIsASurface) {
   EXPECT_FALSE(asked()) << "a look takes time";
   shown(kLaterNs);
   ASSERT_TRUE(asked());
-  EXPECT_FALSE(answer(SurveyResult::Outcome::kNoSurface)) << "as before";
+  EXPECT_FALSE(answer(SurveyDesk::Outcome::kNoSurface)) << "as before";
   shown(2 * kLaterNs);
   ASSERT_TRUE(asked());
-  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, -12));
+  EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, -12));
   EXPECT_EQ(mode(), Mode::kSurface);
   EXPECT_EQ(notes_.size(), 2U) << "in place of the older one";
   EXPECT_EQ(yaw_deg(), -12);
@@ -103,7 +132,7 @@ TEST_F(DefaultViewTest, EndsWhenSomebodyChangesTheScene) {
   shown(0);
   ASSERT_TRUE(asked());
   change_threshold();
-  EXPECT_FALSE(answer(SurveyResult::Outcome::kFound, 25)) << "changed while the render thread looked";
+  EXPECT_FALSE(answer(SurveyDesk::Outcome::kFound, 25)) << "changed during the survey";
   EXPECT_EQ(yaw_deg(), 0);
   EXPECT_EQ(notes_.size(), 1U);
   shown(kLaterNs);
@@ -113,7 +142,7 @@ TEST_F(DefaultViewTest, EndsWhenSomebodyChangesTheScene) {
 TEST_F(DefaultViewTest, LooksAgainAtAnotherGeometry) {
   shown(0);
   ASSERT_TRUE(asked());
-  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 25));
+  EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, 25));
   EXPECT_FALSE(view_.source_changed(Scene{}, 1))
       << "the probe told something else, its geometry is as before";
   EXPECT_EQ(yaw_deg(), 25);
@@ -127,7 +156,7 @@ TEST_F(DefaultViewTest, LooksAgainAtAnotherGeometry) {
   EXPECT_FALSE(asked()) << "this volume was captured before";
   shown(11);
   ASSERT_TRUE(asked());
-  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 30));
+  EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, 30));
   change_threshold();
   deeper.rays.end_mm = 150;
   EXPECT_TRUE(view_.source_changed(deeper, 20));
@@ -142,18 +171,43 @@ TEST_F(DefaultViewTest, IgnoresTheAnswerForTheGeometryBefore) {
   Scene deeper;
   deeper.rays.end_mm = 200;
   EXPECT_TRUE(view_.source_changed(deeper, 10));
-  EXPECT_FALSE(answer(SurveyResult::Outcome::kFound, 25));
+  EXPECT_FALSE(answer(SurveyDesk::Outcome::kFound, 25));
   EXPECT_EQ(yaw_deg(), 0);
   shown(11);
   ASSERT_TRUE(asked());
-  EXPECT_TRUE(answer(SurveyResult::Outcome::kFound, 30));
+  EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, 30));
   EXPECT_EQ(yaw_deg(), 30);
 }
 
-TEST_F(DefaultViewTest, KeepsTheViewWhereTheRenderThreadCouldNotLook) {
+TEST_F(DefaultViewTest, LooksLaterWhereTheRendererHasTooManyOrders) {
+  while (link_.send(CineOrder())) {
+  }
+  shown(0);
+  const auto refused = surveys_.request(7);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  while (link_.orders.take()) {
+  }
+  shown(1);
+  ASSERT_TRUE(asked());
+  ASSERT_TRUE(surveys_.request(7)) << "waits for the next survey";
+  while (link_.send(CineOrder())) {
+  }
+  // Memory for the copy is there, and the order with it finds no room; nor does the next survey.
+  copier_.answered({.number = order_->number,
+                    .outcome = VolumeAnswer::Outcome::kTooSmall,
+                    .geometry = {.columns = 2, .rows = 2},
+                    .frames = 1});
+  ASSERT_EQ(answers_.size(), 2U);
+  EXPECT_EQ(answers_[0].asker, SurveyDesk::kServer);
+  EXPECT_EQ(answers_[1].asker, 7U);
+  for (const SurveyDesk::Answer& each : answers_) EXPECT_EQ(each.outcome, Outcome::kBusy);
+}
+
+TEST_F(DefaultViewTest, KeepsTheViewWhereTheSurveyFailed) {
   shown(0);
   ASSERT_TRUE(asked());
-  EXPECT_FALSE(answer(SurveyResult::Outcome::kNoMemory));
+  EXPECT_FALSE(answer(SurveyDesk::Outcome::kNoMemory));
   EXPECT_EQ(mode(), Mode::kSurface);
   shown(kLaterNs);
   EXPECT_TRUE(asked());
@@ -168,8 +222,8 @@ TEST_F(DefaultViewTest, KeepsAnOptionWithTheDefaultValueAndTellsOfContradictions
   DefaultView view(true, store, surveys_, notes_);
   view.picture_shown({}, 0);
   ASSERT_TRUE(asked());
-  SurveyDesk::Answer found{.outcome = SurveyResult::Outcome::kFound, .reply = {}};
-  Scene scene = order_.scene;
+  SurveyDesk::Answer found{.outcome = SurveyDesk::Outcome::kFound, .reply = {}};
+  Scene scene;
   scene.camera.yaw_deg = 25;
   scene.camera.pitch_deg = 12;
   *found.reply.mutable_found()->mutable_scene() = scene_message(scene);
@@ -197,13 +251,10 @@ TEST(DefaultViewStream, ReachesTheDisplays) {
   TestDisplay display(fixture.endpoint());
   EXPECT_EQ(display.next(Body::kHello).hello().notes_size(), 0);
   fixture.show(1, 100);
-  const SurveyOrder order = fixture.next_survey_order();
-  Scene found = order.scene;
-  found.camera.yaw_deg = 25;
-  fixture.answer_survey({.number = order.number,
-                         .outcome = SurveyResult::Outcome::kFound,
-                         .scene = found,
-                         .choices = {"a sheet of 80 x 60 mm"}});
+  fixture.answer_survey([](Scene scene) {
+    scene.camera.yaw_deg = 25;
+    return FoundSurface{.scene = scene, .choices = {"a sheet of 80 x 60 mm"}};
+  });
   const v1::SceneState scene = display.next(Body::kScene).scene();
   EXPECT_EQ(scene.scene().camera().yaw_deg(), 25);
   EXPECT_EQ(scene.default_scene().camera().yaw_deg(), 25);

@@ -47,17 +47,11 @@ class SessionRegistryTest : public testing::Test {
   }
 
   Doorbell bell_;
-  Mailbox<PrivateViews> private_views_{bell_};
-  Mailbox<NumberedScene> scenes_{bell_};
-  SceneStore scene_store_{{.revision = 1, .scene = {}}, {}, scenes_};
+  RenderLink link_{bell_, bell_};
+  SceneStore scene_store_{{.revision = 1, .scene = {}}, {}, link_.scenes};
   RenderCounters render_;
   ServerCounters counters_;
-  ViewAdmission views_{{.views = &private_views_,
-                        .ends = nullptr,
-                        .bell = bell_,
-                        .scene_store = scene_store_,
-                        .render = render_,
-                        .counters = counters_},
+  ViewAdmission views_{{.link = link_, .scene_store = scene_store_, .render = render_, .counters = counters_},
                        kMostPrivateViews,
                        4,
                        4};

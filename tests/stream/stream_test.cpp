@@ -360,14 +360,11 @@ TEST(Stream, PassesTheSurfaceThatTheRendererFindsToWhoAsked) {
   v1::ClientMessage message;
   message.mutable_survey()->set_request_id(42);
   asker.send(message);
-  const SurveyOrder order = fixture.next_survey_order();
-  EXPECT_EQ(order.scene.camera.yaw_deg, 0);
-  Scene found = order.scene;
-  found.camera.yaw_deg = 25;
-  fixture.answer_survey({.number = order.number,
-                         .outcome = SurveyResult::Outcome::kFound,
-                         .scene = found,
-                         .choices = {"a sheet of 80 x 60 mm"}});
+  fixture.answer_survey([](Scene scene) {
+    EXPECT_EQ(scene.camera.yaw_deg, 0);
+    scene.camera.yaw_deg = 25;
+    return FoundSurface{.scene = scene, .choices = {"a sheet of 80 x 60 mm"}};
+  });
   const v1::SurveyReply reply = asker.next(Body::kSurveyReply).survey_reply();
   EXPECT_EQ(reply.request_id(), 42U);
   EXPECT_EQ(reply.found().scene().camera().yaw_deg(), 25);
@@ -376,9 +373,7 @@ TEST(Stream, PassesTheSurfaceThatTheRendererFindsToWhoAsked) {
   EXPECT_FALSE(fixture.has_scene()) << "nothing changes before the display says so";
 
   other.send(message);
-  const SurveyOrder again = fixture.next_survey_order();
-  EXPECT_GT(again.number, order.number);
-  fixture.answer_survey({.number = again.number, .outcome = SurveyResult::Outcome::kNoSurface});
+  fixture.answer_survey([](const Scene&) { return std::nullopt; });
   EXPECT_NE(other.next(Body::kSurveyReply).survey_reply().refused().message().find("no surface"),
             std::string::npos);
 }
@@ -387,19 +382,16 @@ TEST(Stream, LooksOnceForAllWhoAskMeanwhileAndRefusesACrowd) {
   ServerFixture fixture;
   TestDisplay display(fixture.endpoint());
   v1::ClientMessage message;
-  for (std::uint64_t id = 1; id <= SurveyDesk::kMostWishes + 1; ++id) {
+  for (std::uint64_t id = 1; id <= SurveyDesk::kMostRequests + 1; ++id) {
     message.mutable_survey()->set_request_id(id);
     display.send(message);
   }
   EXPECT_NE(display.next(Body::kSurveyReply).survey_reply().refused().message().find("wait for the surface"),
             std::string::npos);
-  const SurveyOrder first = fixture.next_survey_order();
-  fixture.answer_survey({.number = first.number, .outcome = SurveyResult::Outcome::kNoVolume});
+  fixture.answer_volume_order(nullptr);
   EXPECT_EQ(display.next(Body::kSurveyReply).survey_reply().request_id(), 1U);
-  const SurveyOrder second = fixture.next_survey_order();
-  EXPECT_EQ(second.number, first.number + 1);
-  fixture.answer_survey({.number = second.number, .outcome = SurveyResult::Outcome::kNoVolume});
-  for (std::uint64_t id = 2; id <= SurveyDesk::kMostWishes; ++id)
+  fixture.answer_volume_order(nullptr);
+  for (std::uint64_t id = 2; id <= SurveyDesk::kMostRequests; ++id)
     EXPECT_EQ(display.next(Body::kSurveyReply).survey_reply().request_id(), id);
 }
 
@@ -425,9 +417,7 @@ TEST(Stream, EndsWithAnErrorWhereTheDriverDoesNotReturn) {
 TEST(Stream, ReportsWhyItCannotListen) {
   ServerFixture fixture;
   Doorbell bell;
-  Mailbox<Picture> pictures(bell);
-  Mailbox<NumberedScene> scenes(bell);
-  Mailbox<Error> failures(bell);
+  RenderLink link(bell, bell);
   const AcquisitionCounters acquisition;
   const RingCounters ring;
   const QueueCounters feed;
@@ -435,17 +425,15 @@ TEST(Stream, ReportsWhyItCannotListen) {
   ProbeLink probe(bell, bell);
   ReplayLink replay(bell);
   ServerCounters counters;
-  const auto second =
-      StreamServer::create({.endpoint = fixture.endpoint(), .state = {}},
-                           {.ports = {.bell = bell,
-                                      .pictures = pictures,
-                                      .scenes = scenes,
-                                      .failures = failures,
-                                      .counters = {acquisition, ring, feed, render, probe.counters, probe.igtl},
-                                      .probe = probe,
-                                      .replay = replay,
-                                      .source_state = {}},
-                            .counters = counters});
+  const auto second = StreamServer::create(
+      {.endpoint = fixture.endpoint(), .state = {}},
+      {.ports = {.bell = bell,
+                 .render = link,
+                 .probe = probe,
+                 .replay = replay,
+                 .counters = {acquisition, ring, feed, render, probe.counters, probe.igtl},
+                 .source_state = {}},
+       .counters = counters});
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::kUnavailable);
   EXPECT_NE(second.error().message.find("in use"), std::string::npos) << second.error().message;

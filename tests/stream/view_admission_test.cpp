@@ -67,7 +67,7 @@ class ViewAdmissionTest : public testing::Test {
   }
   /// The views that the renderer knows; null before the first.
   const PrivateViews* published() {
-    if (const PrivateViews* newest = views_.newest()) published_ = newest;
+    if (const PrivateViews* newest = link_.private_views.newest()) published_ = newest;
     return published_;
   }
 
@@ -75,22 +75,16 @@ class ViewAdmissionTest : public testing::Test {
   std::uint64_t volumes_ = 0;
   Doorbell bell_;
   Doorbell render_bell_;
-  Mailbox<PrivateViews> views_{render_bell_};
+  RenderLink link_{render_bell_, bell_};
   const PrivateViews* published_ = nullptr;
-  Mailbox<NumberedScene> scenes_{render_bell_};
-  SceneStore scene_store_{{.revision = 1, .scene = {}}, {}, scenes_};
+  SceneStore scene_store_{{.revision = 1, .scene = {}}, {}, link_.scenes};
   RenderCounters render_;
   ServerCounters counters_;
-  Mailbox<PrivateViewEnds> ends_{bell_};
-  ViewAdmission admission_{{.views = &views_,
-                            .ends = &ends_,
-                            .bell = bell_,
-                            .scene_store = scene_store_,
-                            .render = render_,
-                            .counters = counters_},
-                           kMostPrivateViews,
-                           4,
-                           4};
+  ViewAdmission admission_{
+      {.link = link_, .scene_store = scene_store_, .render = render_, .counters = counters_},
+      kMostPrivateViews,
+      4,
+      4};
 };
 
 TEST_F(ViewAdmissionTest, ViewsFitIntoTheTimeThatTheMainViewLeaves) {
@@ -137,18 +131,11 @@ TEST_F(ViewAdmissionTest, AMainViewWithoutNewPicturesLeavesAllTime) {
 TEST(ViewAdmissionAtTheStart, TheFirstPictureDoesNotCount) {
   // The driver compiles while it is drawn, and a source that stands still shows no second one.
   Doorbell bell;
-  Mailbox<PrivateViews> views(bell);
-  Mailbox<NumberedScene> scenes(bell);
-  Mailbox<PrivateViewEnds> ends(bell);
-  SceneStore scene_store({.revision = 1, .scene = {}}, {}, scenes);
+  RenderLink link(bell, bell);
+  SceneStore scene_store({.revision = 1, .scene = {}}, {}, link.scenes);
   RenderCounters render;
   ServerCounters counters;
-  ViewAdmission admission({.views = &views,
-                           .ends = &ends,
-                           .bell = bell,
-                           .scene_store = scene_store,
-                           .render = render,
-                           .counters = counters},
+  ViewAdmission admission({.link = link, .scene_store = scene_store, .render = render, .counters = counters},
                           kMostPrivateViews, 4, 4);
   PictureStamp slow;
   slow.volume.volume_id = 1;
@@ -256,12 +243,11 @@ TEST_F(ViewAdmissionTest, LeavesAViewThatTheRendererHasEnded) {
   ASSERT_TRUE(change(2, light(2)));
   const std::uint64_t revision = admission_.revision(1);
   const auto end = [this](std::uint64_t view, std::uint64_t of_revision) {
-    ends_.draft() = {};
-    ends_.draft()[0] = {.view_id = view, .revision = of_revision, .reason = "no memory for it"};
-    ends_.publish();
-    return admission_.ended_by_renderer();
+    PrivateViewEnds ends;
+    ends[0] = {.view_id = view, .revision = of_revision, .reason = "no memory for it"};
+    return admission_.ended_by_renderer(ends);
   };
-  EXPECT_TRUE(admission_.ended_by_renderer().empty());
+  EXPECT_TRUE(admission_.ended_by_renderer({}).empty());
   EXPECT_TRUE(end(1, revision - 1).empty()) << "it was changed since, and is opened again";
   const auto ended = end(1, revision);
   ASSERT_EQ(ended.size(), 1U);

@@ -5,7 +5,10 @@
 
 #include <cmath>
 #include <ctime>
+#include <functional>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -32,28 +35,22 @@ class ServerFixture {
   explicit ServerFixture(StreamServer::Config config, std::string source_state = "running")
       : source_state_(std::move(source_state)) {
     config.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0};
-    config.state.description = {.source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
+    config.state.description = {
+        .source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
     config.state.initial_scene = {.revision = 1, .scene = {}};
     std::optional<RecordingLink> recording;
     if (!config.state.recording.folder.empty())
       recording.emplace(RecordingLink{recording_orders_, scene_bell_, recording_status_, picture_notes_});
     auto server = StreamServer::create(
         config, {.ports = {.bell = bell_,
-                           .pictures = pictures_,
-                           .scenes = scenes_,
-                           .failures = failures_,
-                           .counters = {acquisition_, ring_, feed_, render_, probe_.counters, probe_.igtl},
+                           .render = link_,
                            .probe = probe_,
                            .replay = replay_,
+                           .counters = {acquisition_, ring_, feed_, render_, probe_.counters, probe_.igtl},
                            .source_state = [this] { return source_state_; },
-                           .private_views = &private_views_,
-                           .survey_orders = &survey_orders_,
-                           .survey_results = &survey_results_,
-                           .volume_orders = &volume_orders_,
-                           .volume_answers = &volume_answers_,
-                           .recording = recording,
-                           .cine = &cine_},
-                 .counters = counters_});
+                           .recording = recording},
+                 .counters = counters_,
+                 .find_surface = [this](const Volume&, const Scene& scene) { return find_surface(scene); }});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
     endpoint_ = server_->endpoint();
@@ -74,11 +71,17 @@ class ServerFixture {
     replay_.status.publish();
   }
   /// Waits for the next order to the player of a recording.
-  void tell_cine(const CineStatus& status) {
-    cine_.status.draft() = status;
-    cine_.status.publish();
+  void tell_cine(const CineStatus& status) { link_.answer(status); }
+  /// As the render thread: the next order; waits up to 5 s.
+  template <typename Order>
+  Order next_order() {
+    for (int i = 0; i < 500; ++i) {
+      if (auto order = link_.orders.take()) return std::get<Order>(*std::move(order));
+      scene_bell_.wait(10'000'000);
+    }
+    throw std::runtime_error("no order for the render thread has come");
   }
-  CineLink& cine() { return cine_; }
+  CineOrder next_cine_order() { return next_order<CineOrder>(); }
   ReplayOrder next_replay_order() {
     for (int i = 0; i < 2000; ++i) {
       if (const auto order = replay_.orders.take()) return *order;
@@ -170,29 +173,23 @@ class ServerFixture {
   /// As the render thread: when it began the turn that it is in.
   void set_turn_began_ns(std::int64_t time_ns) { render_.turn_began_ns.set(time_ns); }
 
-  /// Blocks until a display wants the surface found, and returns the order.
-  SurveyOrder next_survey_order() {
-    for (;;) {
-      if (const SurveyOrder* order = survey_orders_.newest()) return *order;
-      scene_bell_.wait(-1);
+  /// As the render thread: waits up to 5 s for the next order for the volume that is shown, and answers it.
+  void answer_volume_order(const Volume* shown) { link_.answer(answer_to(next_order<VolumeOrder>(), shown)); }
+  bool has_volume_order() { return link_.orders.take().has_value(); }
+  /// As the render thread and the finder of surfaces: answers the next survey. `find`: called on another
+  /// thread.
+  void answer_survey(std::function<std::optional<FoundSurface>(const Scene& scene)> find) {
+    const Volume volume(FanGeometry{.columns = 2, .rows = 2}, 1);
+    {
+      const std::lock_guard lock(find_mutex_);
+      find_ = std::move(find);
     }
-  }
-  /// As the render thread: waits up to 5 s for the next order for the volume on show, and answers it.
-  void answer_volume_order(const Volume* shown) {
-    for (int i = 0; i < 500; ++i) {
-      if (const VolumeOrder* const order = volume_orders_.newest()) {
-        volume_answers_.draft() = answer_to(*order, shown);
-        volume_answers_.publish();
-        return;
-      }
-      scene_bell_.wait(10'000'000);
-    }
-    throw std::runtime_error("no order for a volume has come");
-  }
-  bool has_volume_order() { return volume_orders_.newest() != nullptr; }
-  void answer_survey(const SurveyResult& result) {
-    survey_results_.draft() = result;
-    survey_results_.publish();
+    VolumeAnswer::Outcome outcome{};
+    do {
+      VolumeAnswer answer = answer_to(next_order<VolumeOrder>(), &volume);
+      outcome = answer.outcome;
+      link_.answer(std::move(answer));
+    } while (outcome == VolumeAnswer::Outcome::kTooSmall);
   }
 
   /// Blocks until the server has an order for the recorder, and returns it.
@@ -212,10 +209,7 @@ class ServerFixture {
   ProbeLink& probe() { return probe_; }
 
   /// Reports a failure of the renderer, which ends the server.
-  void fail(const Error& error) {
-    failures_.draft() = error;
-    failures_.publish();
-  }
+  void fail(const Error& error) { link_.answer(error); }
   /// Blocks until run() of the server has returned, and returns its result.
   Result<void> wait_for_end() {
     thread_.join();
@@ -223,6 +217,10 @@ class ServerFixture {
   }
 
  private:
+  std::optional<FoundSurface> find_surface(const Scene& scene) {
+    const std::lock_guard lock(find_mutex_);
+    return find_ ? find_(scene) : std::nullopt;
+  }
   template <typename Value>
   void show(PictureStamp stamp, std::uint32_t width, std::uint32_t height, Value value) {
     stamp.scene_revision = 1;
@@ -245,17 +243,15 @@ class ServerFixture {
   const std::string source_state_;
   Doorbell bell_;
   Doorbell scene_bell_;
-  Mailbox<Picture> pictures_{bell_};
-  Mailbox<NumberedScene> scenes_{scene_bell_};
-  Mailbox<PrivateViews> private_views_{scene_bell_};
-  Mailbox<SurveyOrder> survey_orders_{scene_bell_};
-  Mailbox<VolumeOrder> volume_orders_{scene_bell_};
-  Mailbox<VolumeAnswer> volume_answers_{bell_};
-  Mailbox<SurveyResult> survey_results_{bell_};
+  RenderLink link_{scene_bell_, bell_};
+  Mailbox<Picture>& pictures_ = link_.pictures;
+  Mailbox<NumberedScene>& scenes_ = link_.scenes;
+  Mailbox<PrivateViews>& private_views_ = link_.private_views;
+  std::mutex find_mutex_;
+  std::function<std::optional<FoundSurface>(const Scene&)> find_;
   RecordingOrders recording_orders_;
   Mailbox<RecordingStatus> recording_status_{bell_};
   LineQueue picture_notes_;
-  Mailbox<Error> failures_{bell_};
   AcquisitionCounters acquisition_;
   RingCounters ring_;
   QueueCounters feed_;
@@ -263,8 +259,6 @@ class ServerFixture {
   Doorbell acquisition_bell_;
   ProbeLink probe_{acquisition_bell_, bell_};
   ReplayLink replay_{bell_};
-  Doorbell render_bell_;
-  CineLink cine_{render_bell_, bell_};
   ServerCounters counters_;
   std::unique_ptr<StreamServer> server_;
   boost::asio::ip::tcp::endpoint endpoint_;

@@ -34,6 +34,12 @@ TEST(OpenSource, ShowsTheFaceByTheUsualProbeWhereNothingIsSaid) {
   EXPECT_TRUE(usual.subject) << "only the face has a subject to look at";
 }
 
+TEST(OpenSource, ASimulatedProbeThatEndsLosesNoFrameWhereThatIsAskedFor) {
+  EXPECT_TRUE((*opened("phantom:volumes=1", {.ends_whole = true}))->waits());
+  EXPECT_FALSE((*opened("phantom:volumes=1", {}))->waits()) << "as a probe";
+  EXPECT_FALSE((*opened("phantom:", {.ends_whole = true}))->waits());
+}
+
 TEST(OpenSource, OpensARecordingWithAndWithoutItsScheme) {
   const test::TemporaryFolder folder;
   const auto path = folder / "sweep.igs.mha";

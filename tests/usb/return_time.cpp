@@ -39,7 +39,9 @@ T value_of(Result<T> made) {
 class Rendering {
  public:
   Rendering(AcquisitionFixture& fixture, PictureSize size)
-      : instance_(value_of(GpuInstance::create({}))), gpu_(value_of(Gpu::create(*instance_, ""))) {
+      : instance_(value_of(GpuInstance::create({}))),
+        gpu_(value_of(Gpu::create(*instance_, ""))),
+        link_(fixture.reader_bell(), bell_) {
     const SourceDescription& source = fixture.description();
     auto renderer = value_of(Renderer::create(
         {.size = size,
@@ -51,19 +53,15 @@ class Rendering {
         {.gpu = *gpu_, .counters = counters_},
         {.revision = 1,
          .scene = scene_for(source.geometry, source.first_angle_rad, source.last_angle_rad, size.height)}));
-    thread_ = std::make_unique<RenderThread>(DeviceRenderer{.renderer = std::move(renderer)},
-                                             RenderThread::Dependencies{.ring = fixture.ring(),
-                                                                        .scenes = scenes_,
-                                                                        .pictures = pictures_,
-                                                                        .counters = counters_,
-                                                                        .bell = fixture.reader_bell(),
-                                                                        .failures = failures_});
+    thread_ = std::make_unique<RenderThread>(
+        DeviceRenderer{.renderer = std::move(renderer)},
+        RenderThread::Dependencies{.ring = fixture.ring(), .link = link_, .counters = counters_});
   }
 
   /// Waits for a picture of a volume that began after this time.
   void wait_for_picture_after(std::int64_t time_ns) {
     for (;;) {
-      const Picture* picture = pictures_.newest();
+      const Picture* picture = link_.pictures.newest();
       if (picture != nullptr && picture->stamp.volume.first_capture_time_ns > time_ns) return;
       constexpr std::int64_t kMostNs = 60'000'000'000;
       if (picture == nullptr && !bell_.wait(kMostNs))
@@ -76,10 +74,7 @@ class Rendering {
   std::unique_ptr<Gpu> gpu_;
   RenderCounters counters_;
   Doorbell bell_;
-  Mailbox<Picture> pictures_{bell_};
-  Doorbell scene_bell_;
-  Mailbox<NumberedScene> scenes_{scene_bell_};
-  Mailbox<Error> failures_{bell_};
+  RenderLink link_;
   std::unique_ptr<RenderThread> thread_;
 };
 

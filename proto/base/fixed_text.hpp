@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-namespace fanlight::igtl {
+namespace fanlight {
 
 /// A text in a field of fixed length, padded with zeros. Holds no memory elsewhere.
 template <std::size_t kLength>
@@ -33,4 +33,4 @@ class FixedText {
   std::array<char, kLength> characters_{};
 };
 
-}  // namespace fanlight::igtl
+}  // namespace fanlight

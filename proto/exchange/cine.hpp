@@ -3,10 +3,6 @@
 
 #include <cstdint>
 
-#include "proto/exchange/doorbell.hpp"
-#include "proto/exchange/mailbox.hpp"
-#include "proto/exchange/small_queue.hpp"
-
 namespace fanlight {
 
 /// What the display of the last volumes (the cine) is asked for.
@@ -45,23 +41,6 @@ struct CineStatus {
   double speed = 1;
 
   bool operator==(const CineStatus&) const = default;
-};
-
-/// Orders on their way from the server thread to the render thread, and the cine's state on its way back.
-struct CineLink {
-  /// Both must outlive the link. The renderer's bell rings with each order, the server's with each state.
-  CineLink(Doorbell& for_renderer, Doorbell& for_server) : renderer_bell(for_renderer), status(for_server) {}
-
-  /// Server thread. False where too many orders wait.
-  bool send(const CineOrder& order) {
-    const bool put = orders.put(order);
-    renderer_bell.ring();
-    return put;
-  }
-
-  Doorbell& renderer_bell;
-  SmallQueue<CineOrder, 16> orders;
-  Mailbox<CineStatus> status;
 };
 
 }  // namespace fanlight
