@@ -15,9 +15,9 @@
 namespace fanlight {
 
 /// The server thread's ends of all that it exchanges with the acquisition thread, the render thread and the
-/// recorder. All must outlive the server.
+/// recorder. All that the server reads, and a change of source_state, ring the bell RenderLink::to_server.
+/// All must outlive the server.
 struct PipelinePorts {
-  Doorbell& bell;  ///< rung by all that the server reads, and when the result of source_state changes
   RenderLink& render;
   ProbeLink& probe;
   ReplayLink& replay;

@@ -34,8 +34,9 @@ Extent extent_along(const SurfaceSurvey& survey, const glm::dvec3& direction, do
 
 }  // namespace
 
-std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, const PictureSize& size) {
-  const auto survey = find_surface(volume);
+std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, const PictureSize& size,
+                                    const std::stop_token& stop) {
+  const auto survey = find_surface(volume, stop);
   if (!survey) return std::nullopt;
   AutoScene made{.scene = scene, .choices = {}};
   Scene& to = made.scene;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,9 @@ struct AutoScene {
   std::vector<std::string> choices;
 };
 
-/// `scene`: what is not chosen stays as it is here. nullopt: the volume has no surface that stands out; a
-/// slice shows more of it. Deterministic.
-std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, const PictureSize& size);
+/// `scene`: what is not chosen stays as it is here. nullopt: the volume has no surface that stands out, and a
+/// slice shows more of it; or a stop was requested. Deterministic.
+std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, const PictureSize& size,
+                                    const std::stop_token& stop = {});
 
 }  // namespace fanlight

@@ -298,11 +298,13 @@ double merit(const SurfaceSurvey& survey) {
   return std::sqrt(survey.covered_share) * survey.contrast * clean * clean;
 }
 
-std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, EdgeSign sign) {
+std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, EdgeSign sign,
+                                        const std::stop_token& stop) {
   const Steps steps(profiles, sign);
   const double clutter = steps.clutter();
   std::optional<SurfaceSurvey> best;
   for (const float least_step : kLeastSteps) {
+    if (stop.stop_requested()) return std::nullopt;
     const std::vector<Peak> sheet = Sheets(profiles, steps, least_step).strongest();
     if (sheet.empty()) continue;
     SurfaceSurvey survey = survey_of(profiles, sheet);
@@ -319,11 +321,11 @@ std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, EdgeSign
 
 }  // namespace
 
-std::optional<SurfaceSurvey> find_surface(const Volume& volume) {
-  const VolumeProfiles profiles(volume);
+std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_token& stop) {
+  const VolumeProfiles profiles(volume, stop);
   // Behind most surfaces of interest, such as skin in fluid, the echo is brighter.
-  if (auto found = find_steps(profiles, EdgeSign::kDarkToBright)) return found;
-  return find_steps(profiles, EdgeSign::kBrightToDark);
+  if (auto found = find_steps(profiles, EdgeSign::kDarkToBright, stop)) return found;
+  return find_steps(profiles, EdgeSign::kBrightToDark, stop);
 }
 
 }  // namespace fanlight

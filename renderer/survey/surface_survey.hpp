@@ -3,6 +3,7 @@
 
 #include <glm/vec3.hpp>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "proto/model/scene.hpp"
@@ -32,8 +33,8 @@ struct SurfaceSurvey {
 /// Length of the mean on either side of a step, mm.
 inline constexpr double kSurveyWindowMm = 5;
 
-/// Deterministic. nullopt: no sheet stands out of the clutter. Precondition: the volume has frames, sorted by
-/// angle.
-std::optional<SurfaceSurvey> find_surface(const Volume& volume);
+/// Deterministic. nullopt: no sheet stands out of the clutter, or a stop was requested: it ends within a
+/// fraction of its time then. Precondition: the volume has frames, sorted by angle.
+std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_token& stop = {});
 
 }  // namespace fanlight

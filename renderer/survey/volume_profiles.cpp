@@ -8,7 +8,8 @@
 
 namespace fanlight {
 
-VolumeProfiles::VolumeProfiles(const Volume& volume) : geometry_(volume.geometry()) {
+VolumeProfiles::VolumeProfiles(const Volume& volume, const std::stop_token& stop)
+    : geometry_(volume.geometry()) {
   const auto order = volume.by_angle();
   across_ = std::min(geometry_.columns, kMostAcross);
   frames_ = std::min(static_cast<std::uint32_t>(order.size()), kMostFrames);
@@ -16,7 +17,7 @@ VolumeProfiles::VolumeProfiles(const Volume& volume) : geometry_(volume.geometry
   cell_mm_ = rows_in_cell_ * geometry_.pixel_height_mm;
   cells_ = geometry_.rows / rows_in_cell_;
   levels_.assign(std::size_t{frames_} * across_ * cells_, kNoData);
-  for (std::uint32_t frame = 0; frame < frames_; ++frame) {
+  for (std::uint32_t frame = 0; frame < frames_ && !stop.stop_requested(); ++frame) {
     const auto index = order[(2 * std::size_t{frame} + 1) * order.size() / (2 * std::size_t{frames_})];
     angles_rad_.push_back(volume.angles_rad()[index]);
     fill(volume, frame, index);

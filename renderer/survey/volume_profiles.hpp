@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <stop_token>
 #include <vector>
 
 #include "proto/model/volume.hpp"
@@ -19,8 +20,9 @@ class VolumeProfiles {
   static constexpr std::uint32_t kMostFrames = 40;
   static constexpr float kNoData = -1;
 
-  /// Precondition: the volume has frames, sorted by angle.
-  explicit VolumeProfiles(const Volume& volume);
+  /// Precondition: the volume has frames, sorted by angle. Where a stop is requested, the profiles are of no
+  /// use.
+  explicit VolumeProfiles(const Volume& volume, const std::stop_token& stop = {});
 
   std::uint32_t across() const { return across_; }
   std::uint32_t frames() const { return frames_; }

@@ -204,14 +204,15 @@ void read_again(ServeOptions& options, StreamServer& server, spdlog::level::leve
 /// Finds surfaces for pictures of this size.
 SurfaceFinder surface_finder(const ServerDescription& server) {
   const PictureSize size{server.picture_width, server.picture_height};
-  return [size](const Volume& volume, const Scene& scene) -> std::optional<FoundSurface> {
-    auto found = auto_scene(volume, scene, size);
+  return [size](const Volume& volume, const Scene& scene,
+                const std::stop_token& stop) -> std::optional<FoundSurface> {
+    auto found = auto_scene(volume, scene, size, stop);
     if (!found) return std::nullopt;
     return FoundSurface{.scene = found->scene, .choices = std::move(found->choices)};
   };
 }
 
-/// Begins the log as the options say. The level that it had.
+/// Sets the log up as the options say. Returns the level that it had.
 spdlog::level::level_enum begin_service_log(const ServeOptions& options) {
   const auto usual_level = spdlog::get_level();
   begin_log(options.log_format == "json");

@@ -15,8 +15,7 @@ namespace fanlight {
 
 /// Whether an encoding delays the others: a PNG or a depth map takes ten times a JPEG, the scan conversion of
 /// a volume a hundred times.
-/// Surveys are not encodings, but what a user waits for: they run at the usual priority, and delay no
-/// picture.
+/// A survey (SurveyDesk) is no encoding, but a user waits for it: it has one thread, at the usual priority.
 enum class EncoderLane : std::uint8_t { kQuick, kHeavy, kBackground, kSurvey };
 inline constexpr std::size_t kEncoderLanes = 4;
 

@@ -30,18 +30,17 @@ CommandResult result_of(const Result<void>& done) {
   return done ? CommandResult() : refusal(done.error());
 }
 
-/// For what lasts longer than a request without a session.
-Error needs_session() {
-  return {ErrorCode::kInvalidArgument, "this needs a session, expected one at /stream"};
-}
-
 }  // namespace
 
 CommandResult CommandExecutor::permission(const CommandRule& rule, const Requester& who) const {
   if (!has_role(who.identity.principal->role, rule.least_role))
     return refusal({ErrorCode::kInvalidArgument, rule.role_refusal}, Refused::kByRole);
-  if (rule.control == ControlRule::kNone) return {};
-  if (auto may = control_.may_change(who.identity.id); !may) return refusal(may.error(), Refused::kByControl);
+  if (rule.control != ControlRule::kNone) {
+    if (auto may = control_.may_change(who.identity.id); !may)
+      return refusal(may.error(), Refused::kByControl);
+  }
+  if (rule.needs_session && who.identity.id == 0)
+    return refusal({ErrorCode::kInvalidArgument, "this needs a session, expected one at /stream"});
   return {};
 }
 
@@ -139,7 +138,6 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangeScene& change, const
 
 CommandExecutor::Outcome CommandExecutor::apply(const ChangeView& change, const Requester& who) {
   const std::uint64_t session = who.identity.id;
-  if (session == 0) return {.result = refusal(needs_session())};
   CommandResult result;
   const bool had_view = state_.views.has(session);
   const auto changed = state_.views.change(session, change.fields, &result.field, now_ns());
@@ -156,7 +154,6 @@ CommandExecutor::Outcome CommandExecutor::apply(const LeaveView& /*change*/, con
 }
 
 CommandExecutor::Outcome CommandExecutor::apply(const ChangeProbe& change, const Requester& who) {
-  if (who.identity.id == 0) return {.result = refusal(needs_session())};
   const auto waiting = std::ranges::count_if(
       probe_changes_, [&](const Pending& each) { return each.who.identity.id == who.identity.id; });
   // The answer comes later, and the session must be able to read meanwhile.
@@ -170,8 +167,7 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangeProbe& change, const
   return {.waits_for = *order};
 }
 
-CommandExecutor::Outcome CommandExecutor::apply(const FindSurface& /*command*/, const Requester& who) {
-  if (who.identity.id == 0) return {.result = refusal(needs_session())};
+CommandExecutor::Outcome CommandExecutor::apply(const FindSurface& /*command*/, const Requester& /*who*/) {
   const auto requested = state_.surveys.request(last_asker_ + 1);
   if (!requested) return {.result = refusal(requested.error())};
   return {.waits_for = ++last_asker_};
@@ -240,10 +236,6 @@ Result<void> CommandExecutor::apply_to_lease(const ChangeControl& command, const
 }
 
 CommandExecutor::Outcome CommandExecutor::apply(const ChangeControl& command, const Requester& who) {
-  if (who.identity.id == 0) {
-    return {.result = refusal(
-                {ErrorCode::kInvalidArgument, "only a session can be in control, expected one at /stream"})};
-  }
   const auto done = apply_to_lease(command, who.identity);
   if (!done) return {.result = refusal(done.error())};
   // Frequent, and changes nothing to report.

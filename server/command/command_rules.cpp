@@ -15,24 +15,32 @@ constexpr const char* kRelayRefusal = "the pictures leave the room by this, expe
 constexpr const char* kTakeOverRefusal =
     "this session is not an admin's, expected it to be to take the control over";
 
+constexpr bool kAnyClient = false;
+constexpr bool kSessionsOnly = true;
 using Counters = ServerCounters;
 using Control = ControlRule;
 
 /// In the order of the alternatives of ClientCommand.
 constexpr auto kRules = std::to_array<CommandRule>({
-    {"scene_change", Role::kOperator, kChangeRefusal, Control::kAcquires, &Counters::scene_refusals,
-     &Counters::scene_changes},
-    {"private_view", Role::kViewer, "", Control::kNone, &Counters::private_view_refusals, nullptr},
-    {"private_view", Role::kViewer, "", Control::kNone, &Counters::private_view_refusals, nullptr},
-    {"probe_change", Role::kOperator, kChangeRefusal, Control::kAcquires, &Counters::probe_refusals,
-     &Counters::probe_changes},
-    {"survey", Role::kOperator, kChangeRefusal, Control::kFree, &Counters::survey_refusals, nullptr},
-    {"recording", Role::kOperator, kChangeRefusal, Control::kFree, &Counters::recording_refusals, nullptr},
-    {"replay", Role::kOperator, kChangeRefusal, Control::kFree, &Counters::replay_refusals, nullptr},
-    {"cine", Role::kOperator, kChangeRefusal, Control::kFree, &Counters::cine_refusals, nullptr},
-    {"preset", Role::kOperator, kPresetRefusal, Control::kNone, &Counters::preset_refusals, nullptr},
-    {"rtp", Role::kAdmin, kRelayRefusal, Control::kNone, &Counters::rtp_refusals, nullptr},
-    {"control", Role::kViewer, "", Control::kNone, &Counters::control_refusals, nullptr},
+    {"scene_change", Role::kOperator, kChangeRefusal, kAnyClient, Control::kAcquires,
+     &Counters::scene_refusals, &Counters::scene_changes},
+    {"private_view", Role::kViewer, "", kSessionsOnly, Control::kNone, &Counters::private_view_refusals,
+     nullptr},
+    {"private_view", Role::kViewer, "", kSessionsOnly, Control::kNone, &Counters::private_view_refusals,
+     nullptr},
+    {"probe_change", Role::kOperator, kChangeRefusal, kSessionsOnly, Control::kAcquires,
+     &Counters::probe_refusals, &Counters::probe_changes},
+    {"survey", Role::kOperator, kChangeRefusal, kSessionsOnly, Control::kFree, &Counters::survey_refusals,
+     nullptr},
+    {"recording", Role::kOperator, kChangeRefusal, kAnyClient, Control::kFree, &Counters::recording_refusals,
+     nullptr},
+    {"replay", Role::kOperator, kChangeRefusal, kAnyClient, Control::kFree, &Counters::replay_refusals,
+     nullptr},
+    {"cine", Role::kOperator, kChangeRefusal, kAnyClient, Control::kFree, &Counters::cine_refusals, nullptr},
+    {"preset", Role::kOperator, kPresetRefusal, kAnyClient, Control::kNone, &Counters::preset_refusals,
+     nullptr},
+    {"rtp", Role::kAdmin, kRelayRefusal, kAnyClient, Control::kNone, &Counters::rtp_refusals, nullptr},
+    {"control", Role::kViewer, "", kSessionsOnly, Control::kNone, &Counters::control_refusals, nullptr},
 });
 static_assert(kRules.size() == std::variant_size_v<ClientCommand>, "a row for each command");
 

@@ -9,7 +9,7 @@
 
 namespace fanlight {
 
-/// What a command takes of a session that is not in control. A client without a session never holds it.
+/// What a command requires of the control lease. A client without a session never holds it.
 enum class ControlRule : std::uint8_t {
   kNone,      ///< it does not matter who is in control
   kFree,      ///< refused while another session is in control
@@ -21,6 +21,7 @@ struct CommandRule {
   const char* name;          ///< in the audit log
   Role least_role;           ///< checked here alone, for all protocols
   const char* role_refusal;  ///< the sentence for a lesser role
+  bool needs_session;        ///< refused to scripts and OpenIGTLink clients
   ControlRule control;       ///< see ControlLease
   Counter ServerCounters::*refusals;
   Counter ServerCounters::*done;  ///< null: not counted

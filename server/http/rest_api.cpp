@@ -79,7 +79,7 @@ ordered_json state_json(const NumberedScene& scene) {
   return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
 }
 
-/// The status of a refused command.
+/// The HTTP status of a refused command.
 http::status status_of(const ClientCommand& command, const CommandResult& result) {
   using Refused = CommandResult::Refused;
   if (result.refused == Refused::kByRole) return http::status::forbidden;

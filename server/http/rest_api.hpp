@@ -16,8 +16,8 @@
 
 namespace fanlight {
 
-/// Requests of scripts over plain HTTP, translated into commands. Scripts are never in control, so their
-/// changes are refused while a session is:
+/// Translates HTTP requests of scripts into commands, and the answers back. A script is never in control, so
+/// its changes are refused while a session is:
 ///
 ///   GET   /api/scene         the scene in force, as JSON
 ///   PATCH /api/scene         changes some of its fields: {"light": {"up_mm": 20}}
@@ -30,9 +30,7 @@ namespace fanlight {
 ///   POST  /api/replay        {"wish": "pause"}, "play", "step=-1", "seek=3.5", ...: see replay_request()
 ///   GET   /api/cine          which of the last volumes is on show, as JSON
 ///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
-///   GET   /api/rtp           whether pictures are sent to an RTP receiver, to which, and how they arrive;
-///   for an
-///                            admin also the SDP
+///   GET   /api/rtp           the RTP receiver: whether pictures are sent, how they arrive; for an admin, SDP
 ///   POST  /api/rtp           {"wish": "start"} or "stop"; for an admin
 ///
 /// Server thread only.

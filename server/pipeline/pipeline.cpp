@@ -92,8 +92,7 @@ Result<DeviceRenderer> Pipeline::remake(const NumberedScene& scene) {
 }
 
 PipelinePorts Pipeline::ports() {
-  return {.bell = link_.server_bell,
-          .render = render_link_,
+  return {.render = render_link_,
           .probe = link_.probe,
           .replay = link_.replay,
           .counters = counters(),

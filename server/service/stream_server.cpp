@@ -142,7 +142,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
     if (auto listening = server->igtl_->open(); !listening) return listening.error();
   }
   // The stream descriptor closes its file descriptor, which belongs to the bell: so it gets a duplicate.
-  server->bell_.assign(dup(dependencies.ports.bell.file_descriptor()));
+  server->bell_.assign(dup(dependencies.ports.render.to_server.file_descriptor()));
   return server;
 }
 
@@ -253,7 +253,7 @@ void StreamServer::watch_bell() {
   bell_.async_wait(asio::posix::descriptor_base::wait_read,
                    [this, link = bell_chain_.link()](boost::system::error_code failure) {
                      if (failure) return;
-                     dependencies_.ports.bell.wait(0);
+                     dependencies_.ports.render.to_server.wait(0);
                      bell_rang();
                      watch_bell();
                    });
@@ -363,6 +363,7 @@ void StreamServer::start_relay() {
 }
 
 StreamServer::~StreamServer() {
+  state_.surveys.stop();
   if (igtl_) igtl_->end();  // nobody waits for a conversion
   rest_api_.abandon();      // its requests hold connections, which must end before the loop
   for (const auto& session : sessions_.all()) session->abandon();

@@ -13,8 +13,8 @@
 namespace fanlight {
 
 /// Finds a view of a source for which no option chose one: looks for the surface after the first picture, and
-/// again every kBetweenNs until it has found one, as long as nobody changes the scene. What it finds becomes
-/// the default scene. Server thread only.
+/// again every kBetweenNs until it has found one, as long as no client changes the scene. What it finds
+/// becomes the default scene. Server thread only.
 class DefaultView {
  public:
   static constexpr std::int64_t kBetweenNs = 5'000'000'000;

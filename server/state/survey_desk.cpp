@@ -92,9 +92,10 @@ void SurveyDesk::copied(VolumeCopier::Copy copy, const Scene& scene) {
     const auto survey = std::make_shared<Survey>();
     dependencies_.executor(
         EncoderLane::kSurvey,
-        [survey, scene, volume = std::move(copy.volume), find = dependencies_.find] {
+        [survey, scene, volume = std::move(copy.volume), find = dependencies_.find,
+         stop = stop_.get_token()] {
           try {
-            if (auto found = find(*volume, scene)) *survey = {Outcome::kFound, *std::move(found)};
+            if (auto found = find(*volume, scene, stop)) *survey = {Outcome::kFound, *std::move(found)};
           } catch (const std::bad_alloc&) {
             survey->outcome = Outcome::kNoMemory;
           }

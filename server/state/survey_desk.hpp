@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,9 +25,10 @@ struct FoundSurface {
   Scene scene;
   std::vector<std::string> choices;  ///< a sentence for each
 };
-/// Finds the surface; nullopt: none stands out. `scene`: what is not chosen stays as it is there. Any thread;
-/// may take a second.
-using SurfaceFinder = std::function<std::optional<FoundSurface>(const Volume& volume, const Scene& scene)>;
+/// Finds the surface. `scene`: what is not chosen stays as it is there. nullopt: none stands out, or a stop
+/// was requested. Any thread; may take a second.
+using SurfaceFinder = std::function<std::optional<FoundSurface>(const Volume& volume, const Scene& scene,
+                                                                const std::stop_token& stop)>;
 
 /// Finds the surface of the volume that is shown, for clients and for the server itself: on a thread of its
 /// own, one survey at a time. A request that comes meanwhile waits for the next survey. Server thread only.
@@ -62,6 +64,9 @@ class SurveyDesk {
   /// renderer has too many orders, or this server finds no surfaces.
   bool look(const Scene& scene);
 
+  /// The survey that runs ends soon. Call it before the end of the executor's threads.
+  void stop() { stop_.request_stop(); }
+
  private:
   struct Request {
     std::uint64_t asker = kServer;
@@ -75,6 +80,7 @@ class SurveyDesk {
   Dependencies dependencies_;
   std::vector<Request> requests_;
   bool looking_ = false;
+  std::stop_source stop_;
   std::shared_ptr<Volume> copy_;  // its memory is used again while requests wait
 };
 

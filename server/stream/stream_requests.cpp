@@ -84,155 +84,96 @@ void StreamRequests::log_in(const v1::Login& login) {
   session_.close(websocket::close_code::policy_error, "the login was refused");
 }
 
+template <typename Reply, typename Done>
+void StreamRequests::execute(const ClientCommand& command, std::uint64_t request_id,
+                             Reply* (v1::ServerMessage::*reply_of)(), Done done) {
+  const auto answer = [this, request_id, reply_of, done](const CommandResult& result) {
+    session_.send([&] {
+      v1::ServerMessage message;
+      Reply& reply = *(message.*reply_of)();
+      reply.set_request_id(request_id);
+      if (result) {
+        done(reply, result);
+      } else {
+        describe(*reply.mutable_refused(), result.error, result.field);
+      }
+      return message;
+    });
+  };
+  dependencies_.commands.execute({.identity = identity(), .audit = audit_}, command, answer);
+}
+
 void StreamRequests::change_scene(const v1::SceneChange& change) {
-  execute(ChangeScene{change.scene()}, [&](const CommandResult& result) {
-    v1::ServerMessage message;
-    v1::SceneReply& reply = *message.mutable_scene_reply();
-    reply.set_request_id(change.request_id());
-    if (result) {
-      *reply.mutable_in_force() = scene_state(dependencies_.state.scene_store.in_force());
-      queue_.add_shown_request(
-          {.view_id = 0, .revision = reply.in_force().revision(), .request_id = change.request_id()});
-    } else {
-      describe(*reply.mutable_refused(), result.error, result.field);
-    }
-    answer(message);
-  });
+  execute(ChangeScene{change.scene()}, change.request_id(), &v1::ServerMessage::mutable_scene_reply,
+          [this](v1::SceneReply& reply, const CommandResult&) {
+            *reply.mutable_in_force() = scene_state(dependencies_.state.scene_store.in_force());
+            queue_.add_shown_request(
+                {.view_id = 0, .revision = reply.in_force().revision(), .request_id = reply.request_id()});
+          });
 }
 
 void StreamRequests::change_view(const v1::ViewChange& change) {
   if (change.leave()) return leave_view(change.request_id());
-  execute(ChangeView{change.scene()}, [&](const CommandResult& result) {
-    v1::ServerMessage message;
-    v1::ViewReply& reply = *message.mutable_view_reply();
-    reply.set_request_id(change.request_id());
-    if (!result) {
-      describe(*reply.mutable_refused(), result.error, result.field);
-      return answer(message);
-    }
-    session_.forget_view_end();
-    const std::uint64_t id = identity().id;
-    *reply.mutable_in_force() = dependencies_.state.views.state(id);
-    answer(message);
-    queue_.add_shown_request({.view_id = id,
-                              .revision = dependencies_.state.views.revision(id),
-                              .request_id = change.request_id()});
-  });
+  execute(ChangeView{change.scene()}, change.request_id(), &v1::ServerMessage::mutable_view_reply,
+          [this](v1::ViewReply& reply, const CommandResult&) {
+            const ViewAdmission& views = dependencies_.state.views;
+            const std::uint64_t id = identity().id;
+            session_.forget_view_end();
+            *reply.mutable_in_force() = views.state(id);
+            queue_.add_shown_request(
+                {.view_id = id, .revision = views.revision(id), .request_id = reply.request_id()});
+          });
 }
 
 void StreamRequests::leave_view(std::uint64_t request_id) {
-  execute(LeaveView(), [&](const CommandResult& result) {
-    v1::ServerMessage message;
-    message.mutable_view_reply()->set_request_id(request_id);
-    *message.mutable_view_reply()->mutable_in_force() = dependencies_.state.views.state(identity().id);
-    answer(message);
-    if (result.view_ended) dependencies_.hub.forget_view(session_);
-  });
+  bool had_view = false;
+  execute(LeaveView(), request_id, &v1::ServerMessage::mutable_view_reply,
+          [this, &had_view](v1::ViewReply& reply, const CommandResult& result) {
+            had_view = result.view_ended;
+            *reply.mutable_in_force() = dependencies_.state.views.state(identity().id);
+          });
+  if (had_view) dependencies_.hub.forget_view(session_);
 }
 
 void StreamRequests::change_probe(const v1::ProbeChange& change) {
-  execute(ChangeProbe{change.settings()}, [this, id = change.request_id()](const CommandResult& result) {
-    session_.send_late([&] {
-      v1::ServerMessage message;
-      v1::ProbeReply& reply = *message.mutable_probe_reply();
-      reply.set_request_id(id);
-      if (result) {
-        *reply.mutable_in_force() = settings_message(dependencies_.state.probe.status().settings);
-      } else {
-        reply.mutable_refused()->set_message(result.error.message);
-      }
-      return message;
-    });
-  });
+  execute(ChangeProbe{change.settings()}, change.request_id(), &v1::ServerMessage::mutable_probe_reply,
+          [this](v1::ProbeReply& reply, const CommandResult&) {
+            *reply.mutable_in_force() = settings_message(dependencies_.state.probe.status().settings);
+          });
 }
 
 void StreamRequests::find_surface(const v1::SurveyRequest& request) {
-  execute(FindSurface(), [this, id = request.request_id()](const CommandResult& result) {
-    session_.send_late([&] {
-      v1::ServerMessage message;
-      v1::SurveyReply& reply = *message.mutable_survey_reply();
-      reply.set_request_id(id);
-      if (result) {
-        *reply.mutable_found() = result.found;
-      } else {
-        reply.mutable_refused()->set_message(result.error.message);
-      }
-      return message;
-    });
-  });
+  execute(FindSurface(), request.request_id(), &v1::ServerMessage::mutable_survey_reply,
+          [](v1::SurveyReply& reply, const CommandResult& result) { *reply.mutable_found() = result.found; });
 }
 
 void StreamRequests::record(const v1::RecordingRequest& request) {
   ControlRecorder command;
   if (v1::RecordingRequest::Wish_IsValid(request.wish()))
     command.wish = static_cast<RecordingWish>(request.wish());
-  execute(command, [&](const CommandResult& result) {
-    v1::ServerMessage message;
-    v1::RecordingReply& reply = *message.mutable_recording_reply();
-    reply.set_request_id(request.request_id());
-    if (result) {
-      reply.set_file(result.file);
-    } else {
-      reply.mutable_refused()->set_message(result.error.message);
-    }
-    answer(message);
-  });
+  execute(command, request.request_id(), &v1::ServerMessage::mutable_recording_reply,
+          [](v1::RecordingReply& reply, const CommandResult& result) { reply.set_file(result.file); });
 }
 
 void StreamRequests::control_replay(const v1::ReplayRequest& request) {
-  execute(ControlReplay{request}, [&](const CommandResult& result) {
-    v1::ServerMessage message;
-    v1::ReplayReply& reply = *message.mutable_replay_reply();
-    reply.set_request_id(request.request_id());
-    if (result) {
-      reply.set_taken(true);
-    } else {
-      reply.mutable_refused()->set_message(result.error.message);
-    }
-    answer(message);
-  });
+  execute(ControlReplay{request}, request.request_id(), &v1::ServerMessage::mutable_replay_reply,
+          [](v1::ReplayReply& reply, const CommandResult&) { reply.set_taken(true); });
 }
 
 void StreamRequests::control_cine(const v1::CineRequest& request) {
-  execute(ControlCine{request}, [&](const CommandResult& result) {
-    v1::ServerMessage message;
-    v1::CineReply& reply = *message.mutable_cine_reply();
-    reply.set_request_id(request.request_id());
-    if (result) {
-      reply.set_taken(true);
-    } else {
-      reply.mutable_refused()->set_message(result.error.message);
-    }
-    answer(message);
-  });
+  execute(ControlCine{request}, request.request_id(), &v1::ServerMessage::mutable_cine_reply,
+          [](v1::CineReply& reply, const CommandResult&) { reply.set_taken(true); });
 }
 
 void StreamRequests::change_presets(const v1::PresetRequest& request) {
-  execute(ChangePresets{request}, [&](const CommandResult& result) {
-    v1::ServerMessage message;
-    v1::PresetReply& reply = *message.mutable_preset_reply();
-    reply.set_request_id(request.request_id());
-    if (result) {
-      reply.set_done(true);
-    } else {
-      reply.mutable_refused()->set_message(result.error.message);
-    }
-    answer(message);
-  });
+  execute(ChangePresets{request}, request.request_id(), &v1::ServerMessage::mutable_preset_reply,
+          [](v1::PresetReply& reply, const CommandResult&) { reply.set_done(true); });
 }
 
 void StreamRequests::change_control(const v1::ControlRequest& request) {
-  execute(ChangeControl{.wish = request.wish(), .to_session = request.to_session()},
-          [&](const CommandResult& result) {
-            v1::ServerMessage message;
-            v1::ControlReply& reply = *message.mutable_control_reply();
-            reply.set_request_id(request.request_id());
-            if (result) {
-              *reply.mutable_state() = dependencies_.messages.control_state(identity().id);
-            } else {
-              reply.mutable_refused()->set_message(result.error.message);
-            }
-            answer(message);
+  execute(ChangeControl{.wish = request.wish(), .to_session = request.to_session()}, request.request_id(),
+          &v1::ServerMessage::mutable_control_reply, [this](v1::ControlReply& reply, const CommandResult&) {
+            *reply.mutable_state() = dependencies_.messages.control_state(identity().id);
           });
 }
 

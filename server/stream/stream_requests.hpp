@@ -47,9 +47,8 @@ class StreamRequests {
     virtual void set_settings(const StreamSettings& settings) = 0;
     /// The session has a private view again: the end of the one before is no longer reported.
     virtual void forget_view_end() = 0;
-    /// Makes and sends an answer that was perhaps not ready when the request was handled. Where memory runs
-    /// out, this session ends and its caller goes on.
-    virtual void send_late(const std::function<v1::ServerMessage()>& make) = 0;
+    /// Makes and sends an answer. Where memory runs out, this session ends and the caller continues.
+    virtual void send(const std::function<v1::ServerMessage()>& make) = 0;
     /// Sends a close frame with this reason, at most 123 bytes, after the answers.
     virtual void close(boost::beast::websocket::close_code code, const std::string& reason) = 0;
   };
@@ -66,9 +65,11 @@ class StreamRequests {
 
  private:
   const SessionIdentity& identity() const { return session_.identity(); }
-  void execute(const ClientCommand& command, const CommandExecutor::Answer& answer) {
-    dependencies_.commands.execute({.identity = identity(), .audit = audit_}, command, answer);
-  }
+  /// Executes a command. The answer is a Reply with the request id, and with the refusal or what `done`
+  /// writes. It may come after this returns: see CommandExecutor::execute().
+  template <typename Reply, typename Done>
+  void execute(const ClientCommand& command, std::uint64_t request_id,
+               Reply* (v1::ServerMessage::*reply_of)(), Done done);
 
   void log_in(const v1::Login& login);
   void change_scene(const v1::SceneChange& change);

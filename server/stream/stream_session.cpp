@@ -190,7 +190,7 @@ void StreamSession::view_ended(const std::string& reason) {
   add_notice(Notice::kView);
 }
 
-void StreamSession::send_late(const std::function<v1::ServerMessage()>& make) {
+void StreamSession::send(const std::function<v1::ServerMessage()>& make) {
   guarded([&] {
     queue_.add_answer(serialised(make()));
     pump();

@@ -75,7 +75,7 @@ class StreamSession : public StreamRequests::Session,
   void set_name(const std::string& name) override { identity_.name = name; }
   void set_settings(const StreamSettings& settings) override;
   void forget_view_end() override { view_end_.clear(); }
-  void send_late(const std::function<v1::ServerMessage()>& make) override;
+  void send(const std::function<v1::ServerMessage()>& make) override;
   void close(boost::beast::websocket::close_code code, const std::string& reason) override;
 
  private:

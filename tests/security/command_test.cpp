@@ -122,19 +122,19 @@ class CommandTest : public testing::Test {
   ProbeLink probe_{bell_, bell_};
   ReplayLink replay_{bell_};
   ServerCounters counters_;
-  PipelinePorts ports_{.bell = bell_,
-                       .render = link_,
+  PipelinePorts ports_{.render = link_,
                        .probe = probe_,
                        .replay = replay_,
                        .counters = {acquisition_, ring_, queue_, render_, probe_.counters, probe_.igtl},
                        .source_state = [] { return std::string("running"); }};
-  ServerState state_{{},
-                     {.ports = ports_,
-                      .counters = counters_,
-                      .executor = [](EncoderLane, const auto&, const auto&) {},
-                      .find_surface = [](const Volume&, const Scene&) { return std::nullopt; },
-                      .survey_answered = [](const SurveyDesk::Answer&) {},
-                      .presets_changed = [] {}}};
+  ServerState state_{
+      {},
+      {.ports = ports_,
+       .counters = counters_,
+       .executor = [](EncoderLane, const auto&, const auto&) {},
+       .find_surface = [](const Volume&, const Scene&, const std::stop_token&) { return std::nullopt; },
+       .survey_answered = [](const SurveyDesk::Answer&) {},
+       .presets_changed = [] {}}};
   ControlLease control_;
   AuditLog log_;
   std::vector<Notice> notices_;

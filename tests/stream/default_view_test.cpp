@@ -44,7 +44,6 @@ class DefaultViewTest : public testing::Test {
     return view_.answered(answers_.at(0));
   }
   std::optional<FoundSurface> find(const Scene& scene) {
-    sought_ = scene;
     if (outcome_ == Outcome::kNoMemory) throw std::bad_alloc();
     if (outcome_ != Outcome::kFound) return std::nullopt;
     FoundSurface found{.scene = scene, .choices = {"a sheet"}};
@@ -80,11 +79,15 @@ class DefaultViewTest : public testing::Test {
   }
   Outcome outcome_ = Outcome::kFound;
   double yaw_deg_ = 0;
-  Scene sought_;
+  bool stopped_ = false;
   std::vector<SurveyDesk::Answer> answers_;
   VolumeCopier copier_{link_, run_at_once};
   SceneStore store_{{.revision = 1, .scene = chosen_light()}, Scene{}, scenes_};
-  SurveyDesk surveys_{{.find = [this](const Volume&, const Scene& scene) { return find(scene); },
+  SurveyDesk surveys_{{.find =
+                           [this](const Volume&, const Scene& scene, const std::stop_token& stop) {
+                             stopped_ = stop.stop_requested();
+                             return find(scene);
+                           },
                        .volumes = copier_,
                        .executor = run_at_once,
                        .scene_in_force = [this] { return store_.in_force().scene; },
@@ -202,6 +205,14 @@ TEST_F(DefaultViewTest, LooksLaterWhereTheRendererHasTooManyOrders) {
   EXPECT_EQ(answers_[0].asker, SurveyDesk::kServer);
   EXPECT_EQ(answers_[1].asker, 7U);
   for (const SurveyDesk::Answer& each : answers_) EXPECT_EQ(each.outcome, Outcome::kBusy);
+}
+
+TEST_F(DefaultViewTest, ASurveyIsStoppedAtTheEnd) {
+  shown(0);
+  ASSERT_TRUE(asked());
+  surveys_.stop();
+  answer(Outcome::kNoSurface);
+  EXPECT_TRUE(stopped_);
 }
 
 TEST_F(DefaultViewTest, KeepsTheViewWhereTheSurveyFailed) {

@@ -427,8 +427,7 @@ TEST(Stream, ReportsWhyItCannotListen) {
   ServerCounters counters;
   const auto second = StreamServer::create(
       {.endpoint = fixture.endpoint(), .state = {}},
-      {.ports = {.bell = bell,
-                 .render = link,
+      {.ports = {.render = link,
                  .probe = probe,
                  .replay = replay,
                  .counters = {acquisition, ring, feed, render, probe.counters, probe.igtl},

@@ -42,15 +42,16 @@ class ServerFixture {
     if (!config.state.recording.folder.empty())
       recording.emplace(RecordingLink{recording_orders_, scene_bell_, recording_status_, picture_notes_});
     auto server = StreamServer::create(
-        config, {.ports = {.bell = bell_,
-                           .render = link_,
+        config, {.ports = {.render = link_,
                            .probe = probe_,
                            .replay = replay_,
                            .counters = {acquisition_, ring_, feed_, render_, probe_.counters, probe_.igtl},
                            .source_state = [this] { return source_state_; },
                            .recording = recording},
                  .counters = counters_,
-                 .find_surface = [this](const Volume&, const Scene& scene) { return find_surface(scene); }});
+                 .find_surface = [this](const Volume&, const Scene& scene, const std::stop_token&) {
+                   return find_surface(scene);
+                 }});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
     endpoint_ = server_->endpoint();

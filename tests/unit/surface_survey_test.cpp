@@ -101,6 +101,13 @@ TEST(SurfaceSurveyTest, TakesTheFadingEchoOfAProbeInAirForNoSheet) {
   EXPECT_FALSE(find_surface(volume));
 }
 
+TEST(SurfaceSurveyTest, FindsNothingWhereAStopIsRequested) {
+  ASSERT_TRUE(find_surface(behind_plane({0, 0})));
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_FALSE(find_surface(behind_plane({0, 0}), stop.get_token()));
+}
+
 TEST(RayStartTest, LiesBeforeTheSheetAndBehindWhatIsBeforeIt) {
   EXPECT_EQ(best_start({}).found, 0U);
   const Start free = best_start({{-HUGE_VAL, 30}});
