@@ -67,7 +67,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   const bool processor = gpu.candidate().kind == kProcessorKind;
   const Sampling sampling = config.sampling.value_or(processor ? Sampling::kGathering : Sampling::kTexture);
   const std::uint64_t band_samples = processor ? kProcessorBand : kGpuBand;
-  auto pipelines = Pipelines::create(gpu, {.sampling = sampling, .cache = config.pipeline_cache});
+  PipelineStore own;
+  PipelineStore& store = dependencies.store != nullptr ? *dependencies.store : own;
+  auto pipelines = store.get(gpu, {.sampling = sampling, .cache = config.pipeline_cache});
   if (!pipelines) return pipelines.error();
   std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene, std::move(*pipelines),
                                               {.size = config.size,
@@ -77,7 +79,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
 
   if (!made->on_one_device()) {
     // The driver has one cache file, which the pipelines of pass 1 fill.
-    auto light_pipelines = Pipelines::create(made->light_gpu_, {.sampling = sampling, .cache = {}});
+    auto light_pipelines = store.get(made->light_gpu_, {.sampling = sampling, .cache = {}});
     if (!light_pipelines) return light_pipelines.error();
     made->light_pipelines_ = std::move(*light_pipelines);
   }

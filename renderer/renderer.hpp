@@ -11,6 +11,7 @@
 #include "proto/model/picture.hpp"
 #include "proto/model/pipeline_counters.hpp"
 #include "proto/model/volume.hpp"
+#include "renderer/passes/pipeline_store.hpp"
 #include "renderer/passes/pipelines.hpp"
 #include "renderer/private_renderer.hpp"
 #include "renderer/schedule/main_schedule.hpp"
@@ -26,7 +27,7 @@ namespace fanlight {
 /// view also pass 1; the newest scene wins. Each volume is shown by its own geometry, and the geometries of
 /// the two volumes in flight may differ.
 ///
-/// Owns the pipelines, the two volume slots and the private views. renderer/schedule decides the order of the
+/// Owns the two volume slots and the private views. renderer/schedule decides the order of the
 /// work; this class executes it.
 ///
 /// One thread, which calls show() and load() as scenes and volumes arrive, then advance(), collect() and
@@ -63,6 +64,8 @@ class Renderer {
     /// The device of passes 2 and 3 of the main view; null: `gpu`. With RenderDevice::light_gpu they run
     /// beside pass 1 on a processor too. A fault of one device counts as a fault of both.
     const Gpu* light_gpu = nullptr;
+    /// Where pipelines are kept for the next renderer on these devices; null: they end with this one.
+    PipelineStore* store = nullptr;
   };
 
   /// Allocates all memory except pass 0's, which is allocated with the first volume that needs it, and builds
@@ -219,7 +222,7 @@ class Renderer {
   };
 
   Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene,
-           std::unique_ptr<Pipelines> pipelines, const ViewRenderer::Config& private_views)
+           std::shared_ptr<Pipelines> pipelines, const ViewRenderer::Config& private_views)
       : config_(config),
         gpu_(dependencies.gpu),
         light_gpu_(dependencies.light_gpu != nullptr ? *dependencies.light_gpu : dependencies.gpu),
@@ -265,8 +268,8 @@ class Renderer {
   const Gpu& gpu_;
   const Gpu& light_gpu_;
   RenderCounters& counters_;
-  std::unique_ptr<Pipelines> pipelines_;
-  std::unique_ptr<Pipelines> light_pipelines_;  // null on one device
+  std::shared_ptr<Pipelines> pipelines_;
+  std::shared_ptr<Pipelines> light_pipelines_;  // null on one device
   std::array<std::unique_ptr<SlotState>, 2> slots_;
   PrivateRenderer private_;
   Watchdog watchdog_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <new>
 
 #include "proto/base/clock.hpp"
 #include "renderer/renderer.hpp"
@@ -69,8 +70,8 @@ Renderer::~Renderer() {
   // The GPU may still write to this memory, so it is left to the end of the process.
   for (auto& state : slots_) static_cast<void>(state.release());
   private_.leave_memory();
-  static_cast<void>(pipelines_.release());
-  static_cast<void>(light_pipelines_.release());
+  // Also where a store has them too: what holds this copy never ends.
+  static_cast<void>(new (std::nothrow) std::array{pipelines_, light_pipelines_});
 }
 
 void Renderer::give_up() {

@@ -125,6 +125,7 @@ class BatchShard {
       if (end.error().code == ErrorCode::kStopped) return end.error();
       ++totals_.troubled;
       fmt::print(stderr, "{}: {}\n", name, printable(end.error().message));
+      run_.pipelines.clear();
       run_.device.reset();
       troubles_ = run_.is_in_trouble ? troubles_ + 1 : 0;
       return troubles_ < kMostTroubles ? Result<void>() : end.error();

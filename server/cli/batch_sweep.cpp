@@ -157,7 +157,7 @@ Result<void> render(const RenderOptions& options, BatchRun& run, BatchRecord& re
     if (!opened) return machine_trouble(run, opened.error());
     run.device = *std::move(opened);
   }
-  auto created = InputRenderer::create(options, run.device);
+  auto created = InputRenderer::create(options, run.device, &run.pipelines);
   if (!created) return created.error();
   InputRenderer& renderer = **created;
   record.device = run.device.name();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "proto/base/result.hpp"
+#include "renderer/passes/pipeline_store.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/batch_manifest.hpp"
 #include "server/cli/batch_record.hpp"
@@ -19,6 +20,7 @@ struct BatchRun {
   std::string host;
   std::string shard;              ///< "2/16"
   RenderDevice device;            ///< opened by the first sweep
+  PipelineStore pipelines;        ///< of the device, kept from sweep to sweep
   std::function<bool()> stopped;  ///< asked between two volumes
   bool is_in_trouble = false;     ///< the GPU or the folder of the outputs: the next sweep will have it, too
 };

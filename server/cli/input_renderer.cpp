@@ -42,7 +42,7 @@ Result<void> check_render(const RenderOptions& options) {
 }
 
 Result<std::unique_ptr<InputRenderer>> InputRenderer::create(const RenderOptions& options,
-                                                             RenderDevice& device) {
+                                                             RenderDevice& device, PipelineStore* store) {
   if (auto good = check_render(options); !good) return good.error();
   std::unique_ptr<InputRenderer> made(new InputRenderer(options, device));
   InputRenderer& self = *made;
@@ -70,7 +70,7 @@ Result<std::unique_ptr<InputRenderer>> InputRenderer::create(const RenderOptions
                                     .last_angle_rad = description.last_angle_rad,
                                     .frame_capacity = description.frames_per_volume,
                                     .usual_frames = description.usual_frames},
-                                   {.gpu = *device.gpu, .counters = self.counters_},
+                                   {.gpu = *device.gpu, .counters = self.counters_, .store = store},
                                    {.revision = 1, .scene = self.scene_});
   if (!renderer) return renderer.error();
   self.renderer_ = *std::move(renderer);

@@ -23,9 +23,11 @@ Result<void> check_render(const RenderOptions& options);
 /// Renders volumes of one input, one after the other, and writes their files. One thread.
 class InputRenderer {
  public:
-  /// `options` and `device` must outlive it. The device is opened where it is not yet. Errors: those of
-  /// check_render(), open_source(), open_device() and Renderer::create().
-  static Result<std::unique_ptr<InputRenderer>> create(const RenderOptions& options, RenderDevice& device);
+  /// All given must outlive it. The device is opened where it is not yet. With a store, pipelines are taken
+  /// from there and kept there. Errors: those of check_render(), open_source(), open_device() and
+  /// Renderer::create().
+  static Result<std::unique_ptr<InputRenderer>> create(const RenderOptions& options, RenderDevice& device,
+                                                       PipelineStore* store = nullptr);
 
   InputRenderer(const InputRenderer&) = delete;
   InputRenderer& operator=(const InputRenderer&) = delete;

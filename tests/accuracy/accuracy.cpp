@@ -39,9 +39,9 @@ void apply(const std::string& change, Scene& scene) {
 }
 
 std::vector<FigureBlock> measured(const Options& options) {
-  const BareGpu bare(options.gpu);
+  BareGpu bare(options.gpu);
   const std::regex rows(options.rows);
-  const Workbench bench{.gpu = bare.gpu(),
+  const Workbench bench{.gpu = bare,
                         .wants = [&](const std::string& row) { return std::regex_search(row, rows); },
                         .change =
                             [&](Scene& scene) {

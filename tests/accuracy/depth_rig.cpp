@@ -23,14 +23,14 @@ T made(Result<T> result) {
 BareGpu::BareGpu(const std::string& name)
     : instance_(made(GpuInstance::create({}))), gpu_(made(Gpu::create(*instance_, name))) {}
 
-DepthRig::DepthRig(const Gpu& gpu, const ScannedFan& fan, std::uint32_t frames, PictureSize size)
+DepthRig::DepthRig(BareGpu& gpu, const ScannedFan& fan, std::uint32_t frames, PictureSize size)
     : renderer_(made(Renderer::create(
           {.size = size,
            .geometry = fan.geometry,
            .first_angle_rad = fan.first_angle_rad,
            .last_angle_rad = fan.last_angle_rad,
            .frame_capacity = frames},
-          {.gpu = gpu, .counters = counters_},
+          {.gpu = gpu.gpu(), .counters = counters_, .store = &gpu.pipelines()},
           {.revision = 0, .scene = scene_for(fan.geometry, fan.first_angle_rad, fan.last_angle_rad)}))) {}
 
 DepthMaps DepthRig::depths(Scene scene) {

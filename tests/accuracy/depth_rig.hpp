@@ -10,11 +10,13 @@
 
 namespace fanlight::test {
 
+class BareGpu;
+
 /// The renderer as a function from a volume and a scene to depth maps. Throws std::runtime_error if the
 /// renderer fails.
 class DepthRig {
  public:
-  DepthRig(const Gpu& gpu, const ScannedFan& fan, std::uint32_t frames, PictureSize size);
+  DepthRig(BareGpu& gpu, const ScannedFan& fan, std::uint32_t frames, PictureSize size);
 
   /// Sets the volume of the next depth maps. It must exist until the next call of depths().
   void set_volume(const Volume& volume) { next_volume_ = &volume; }
@@ -41,10 +43,13 @@ class BareGpu {
  public:
   explicit BareGpu(const std::string& name);
   const Gpu& gpu() const { return *gpu_; }
+  /// Of all renderers on it.
+  PipelineStore& pipelines() { return pipelines_; }
 
  private:
   std::unique_ptr<GpuInstance> instance_;
   std::unique_ptr<Gpu> gpu_;
+  PipelineStore pipelines_;
 };
 
 }  // namespace fanlight::test

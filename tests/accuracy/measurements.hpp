@@ -4,14 +4,14 @@
 #include <functional>
 #include <string>
 
-#include "renderer/vulkan/gpu.hpp"
+#include "tests/accuracy/depth_rig.hpp"
 #include "tests/accuracy/figure_table.hpp"
 
 namespace fanlight::test {
 
 /// The inputs of a measurement. Rows for which `wants` is false are not rendered.
 struct Workbench {
-  const Gpu& gpu;
+  BareGpu& gpu;
   std::function<bool(const std::string& row)> wants;
   std::function<void(Scene& defaults)> change;  ///< changes to the default scene (--set)
 };

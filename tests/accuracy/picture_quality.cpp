@@ -228,7 +228,7 @@ class Likeness {
 /// One work: its volumes, one a seed, and what is true of it.
 class Comparison {
  public:
-  Comparison(const Options& options, const Gpu& gpu, const Work& work)
+  Comparison(const Options& options, BareGpu& gpu, const Work& work)
       : options_(options),
         sources_(sources_of(work, options.seeds)),
         surface_(surface_of(*sources_.front(), middle_of_sweep_s(work, *sources_.front()))),
@@ -387,7 +387,7 @@ std::map<std::string, std::string> depth_files(const std::string& folder, const 
 }
 
 int run(const Options& options) {
-  const BareGpu bare(options.gpu);
+  BareGpu bare(options.gpu);
   const std::regex rows(options.rows);
   FigureBlock block{"pictures of the simulated probe beside pictures of its true surface",
                     "320 x 320 pixels, speckled, at rest and moving. All rays count, the rim and those "
@@ -411,7 +411,7 @@ int run(const Options& options) {
       for (const View& view : kViews) {
         const std::string name = fmt::format("{}/{}/{}", work.name, method.name, view.name);
         if (!std::regex_search(name, rows)) continue;
-        if (!comparison) comparison.emplace(options, bare.gpu(), work);
+        if (!comparison) comparison.emplace(options, bare, work);
         block.rows.push_back(comparison->row(name, view, method));
         if (work.name.starts_with("face") && &view == &kViews[0])
           features.rows.push_back(comparison->features(name, method));
@@ -422,7 +422,7 @@ int run(const Options& options) {
     for (const auto& [method, path] : depth_files(options.depths, prefix)) {
       const std::string name = fmt::format("{}/{}/{}", work.name, method, kViews[0].name);
       if (!std::regex_search(name, rows)) continue;
-      if (!comparison) comparison.emplace(options, bare.gpu(), work);
+      if (!comparison) comparison.emplace(options, bare, work);
       block.rows.push_back(comparison->row_of_depths(name, read_depths(path)));
     }
   }

@@ -187,8 +187,8 @@ int run(const std::string& recording, const std::string& geometry_path) {
   OfflineVolumes volumes(**source);
   const auto volume = volumes.pick(std::nullopt);
   if (!volume) throw std::runtime_error(volume.error().message);
-  const BareGpu bare("");
-  DepthRig rig(bare.gpu(), {description.geometry, description.first_angle_rad, description.last_angle_rad},
+  BareGpu bare("");
+  DepthRig rig(bare, {description.geometry, description.first_angle_rad, description.last_angle_rad},
                description.frames_per_volume, kSheetPicture);
   rig.set_volume(**volume);
   return compare(**volume, rig,

@@ -97,7 +97,8 @@ class GeometryChangeTest : public GpuTest {
                                   .last_angle_rad = radians(half_deg),
                                   .frame_capacity = kFrameCapacity,
                                   .sampling = sampling},
-                                 {.gpu = gpu(), .counters = counters}, {.revision = 1, .scene = scene});
+                                 {.gpu = gpu(), .counters = counters, .store = &gpu_rig.pipelines()},
+                                 {.revision = 1, .scene = scene});
     if (!made) throw std::runtime_error(made.error().message);
     return std::move(*made);
   }
@@ -207,7 +208,8 @@ TEST_F(GeometryChangeTest, MakesRoomForMoreFramesThanUsual) {
                                  .last_angle_rad = radians(25),
                                  .frame_capacity = kFrameCapacity,
                                  .usual_frames = 5},
-                                {.gpu = gpu(), .counters = counters}, {.revision = 1, .scene = scene_});
+                                {.gpu = gpu(), .counters = counters, .store = &gpu_rig.pipelines()},
+                                {.revision = 1, .scene = scene_});
   ASSERT_TRUE(roomy);
   std::uint64_t id = 0;
   for (const int frames : {5, 11, static_cast<int>(kFrameCapacity), 5}) {
@@ -340,7 +342,8 @@ TEST_F(GeometryChangeTest, RefusesAVolumeThatTheGpuHasNoMemoryFor) {
                                 .first_angle_rad = radians(-25),
                                 .last_angle_rad = radians(25),
                                 .frame_capacity = most},
-                               {.gpu = gpu(), .counters = counters_}, {.revision = 1, .scene = scene_});
+                               {.gpu = gpu(), .counters = counters_, .store = &gpu_rig.pipelines()},
+                               {.revision = 1, .scene = scene_});
   ASSERT_TRUE(made) << made.error().message;
   ASSERT_TRUE((*made)->load(volume_of(tiny, 1)));
   const Picture before = next_picture(**made);

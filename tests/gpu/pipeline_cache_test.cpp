@@ -143,5 +143,33 @@ TEST(CacheFolderTest, IsTheUsersCacheFolder) {
   EXPECT_TRUE(user_cache_folder(nullptr, nullptr).empty());
 }
 
+TEST_F(PipelineCacheTest, AStoreGivesTheNextRendererThePipelinesOfTheLast) {
+  PipelineStore store;
+  const auto renderer_with_store = [&] {
+    auto made = Renderer::create({.size = {32, 32},
+                                  .geometry = kGeometry,
+                                  .first_angle_rad = -0.4,
+                                  .last_angle_rad = 0.4,
+                                  .frame_capacity = 5,
+                                  .sampling = Sampling::kGathering},
+                                 {.gpu = gpu(), .counters = counters_, .store = &store},
+                                 {.revision = 1, .scene = scene_for(kGeometry, -0.4, 0.4)});
+    if (!made) throw std::runtime_error(made.error().message);
+    return std::move(*made);
+  };
+  const auto kept = [&](Sampling sampling) { return *store.get(gpu(), {.sampling = sampling, .cache = {}}); };
+  renderer_with_store();
+  const auto first = kept(Sampling::kGathering);
+  EXPECT_EQ(first.use_count(), 2) << "the store and this test: the renderer has ended";
+  {
+    const auto renderer = renderer_with_store();
+    EXPECT_EQ(kept(Sampling::kGathering), first);
+    EXPECT_EQ(first.use_count(), 3) << "the renderer took them from the store";
+  }
+  EXPECT_NE(kept(Sampling::kTexture), first) << "another kind of sampling has pipelines of its own";
+  store.clear();
+  EXPECT_EQ(first.use_count(), 1);
+}
+
 }  // namespace
 }  // namespace fanlight::test::pipeline_cache_tests

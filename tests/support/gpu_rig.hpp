@@ -42,7 +42,11 @@ class GpuRig : public testing::Environment {
   }
   std::uint64_t messages() const { return messages_.value(); }
 
+  /// The pipelines of all renderers on these devices: to build them takes longer than most tests.
+  PipelineStore& pipelines() { return pipelines_; }
+
   void TearDown() override {
+    pipelines_.clear();
     for (Opened* const each : {&light_gpus_[0], &light_gpus_[1], &other_gpu_, &gpu_}) {
       each->gpu.reset();
       each->instance.reset();
@@ -67,6 +71,7 @@ class GpuRig : public testing::Environment {
   Opened gpu_;
   Opened other_gpu_;
   std::array<Opened, 2> light_gpus_;
+  PipelineStore pipelines_;
 };
 inline GpuRig& gpu_rig = static_cast<GpuRig&>(*testing::AddGlobalTestEnvironment(new GpuRig));
 
@@ -95,15 +100,16 @@ class GpuTest : public testing::Test {
     const Gpu* const lights = apart ? &gpu_rig.light_gpu(chosen.buffer_access()) : nullptr;
     return GpuRig::required(
 
-        Renderer::create({.size = size,
-                          .geometry = geometry,
-                          .first_angle_rad = first,
-                          .last_angle_rad = last,
-                          .frame_capacity = static_cast<std::uint32_t>(angles_rad.size()),
-                          .skipping = casting.skipping,
-                          .sampling = casting.sampling},
-                         {.gpu = chosen, .counters = counters, .light_gpu = lights},
-                         {.revision = 1, .scene = scene}));
+        Renderer::create(
+            {.size = size,
+             .geometry = geometry,
+             .first_angle_rad = first,
+             .last_angle_rad = last,
+             .frame_capacity = static_cast<std::uint32_t>(angles_rad.size()),
+             .skipping = casting.skipping,
+             .sampling = casting.sampling},
+            {.gpu = chosen, .counters = counters, .light_gpu = lights, .store = &gpu_rig.pipelines()},
+            {.revision = 1, .scene = scene}));
   }
 
   /// Advances the renderer until it has finished a picture, and returns the picture. Blocks. Throws on errors
