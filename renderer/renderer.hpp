@@ -27,8 +27,8 @@ namespace fanlight {
 /// view also pass 1; the newest scene wins. Each volume is shown by its own geometry, and the geometries of
 /// the two volumes in flight may differ.
 ///
-/// Owns the two volume slots and the private views. renderer/schedule decides the order of the
-/// work; this class executes it.
+/// Owns the two volume slots and the private views. renderer/schedule decides the order of the work; this
+/// class executes it.
 ///
 /// One thread, which calls show() and load() as scenes and volumes arrive, then advance(), collect() and
 /// wait() in turn.
@@ -64,7 +64,7 @@ class Renderer {
     /// The device of passes 2 and 3 of the main view; null: `gpu`. With RenderDevice::light_gpu they run
     /// beside pass 1 on a processor too. A fault of one device counts as a fault of both.
     const Gpu* light_gpu = nullptr;
-    /// Where pipelines are kept for the next renderer on these devices; null: they end with this one.
+    /// Keeps the pipelines for the next renderer on these devices; null: they end with this renderer.
     PipelineStore* store = nullptr;
   };
 

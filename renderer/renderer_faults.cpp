@@ -70,7 +70,7 @@ Renderer::~Renderer() {
   // The GPU may still write to this memory, so it is left to the end of the process.
   for (auto& state : slots_) static_cast<void>(state.release());
   private_.leave_memory();
-  // Also where a store has them too: what holds this copy never ends.
+  // A reference that is never dropped: a store may hold the pipelines too.
   static_cast<void>(new (std::nothrow) std::array{pipelines_, light_pipelines_});
 }
 

@@ -8,15 +8,16 @@
 
 namespace fanlight {
 
-/// Keeps the pipelines of a device for the next renderer on it, which then need not build them: that takes
-/// the driver of a processor about a second. Outlives its renderers; the devices outlive it. One thread.
+/// Keeps the pipelines of a device for the next renderer on it, so that it does not build them again, which
+/// takes a second or more on a processor. Keeps every variant that was asked for (detector window, mode, kind
+/// of frames) until clear(). Must outlive its renderers; the devices must outlive it. One thread.
 class PipelineStore {
  public:
-  /// The pipelines of that device and sampling; built, with the cache of `config`, where there are none yet.
-  /// Error: a pipeline that cannot be built.
+  /// The pipelines of a device and a sampling. The first call for them builds them with the cache of
+  /// `config`; later calls ignore that cache. Error: a pipeline that cannot be built.
   Result<std::shared_ptr<Pipelines>> get(const Gpu& gpu, const Pipelines::Config& config);
 
-  /// Forgets all, before the devices end.
+  /// Drops all pipelines. Call it before a device is destroyed.
   void clear() { kept_.clear(); }
 
  private:

@@ -43,7 +43,7 @@ class BareGpu {
  public:
   explicit BareGpu(const std::string& name);
   const Gpu& gpu() const { return *gpu_; }
-  /// Of all renderers on it.
+  /// Shared by all renderers on it.
   PipelineStore& pipelines() { return pipelines_; }
 
  private:

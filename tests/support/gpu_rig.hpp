@@ -42,7 +42,7 @@ class GpuRig : public testing::Environment {
   }
   std::uint64_t messages() const { return messages_.value(); }
 
-  /// The pipelines of all renderers on these devices: to build them takes longer than most tests.
+  /// Shared by all renderers on these devices: building the pipelines takes longer than most tests.
   PipelineStore& pipelines() { return pipelines_; }
 
   void TearDown() override {
