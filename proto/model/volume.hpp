@@ -68,17 +68,7 @@ class Volume {
   void use_pages() { std::fill_n(pixels_.get(), capacity_bytes_, std::uint8_t{0}); }
 
   /// Becomes a copy of another volume. False where its frames do not fit; this volume stays as it is then.
-  bool copy_from(const Volume& other) {
-    const std::uint64_t bytes = other.geometry_.frame_bytes() * other.stamp_.frames;
-    if (other.stamp_.frames > frame_capacity_ || bytes > capacity_bytes_) return false;
-    geometry_ = other.geometry_;
-    stamp_ = other.stamp_;
-    std::copy_n(other.pixels_.get(), bytes, pixels_.get());
-    std::copy_n(other.angles_rad_.begin(), stamp_.frames, angles_rad_.begin());
-    std::copy_n(other.commit_numbers_.begin(), stamp_.frames, commit_numbers_.begin());
-    std::copy_n(other.by_angle_.begin(), stamp_.frames, by_angle_.begin());
-    return true;
-  }
+  bool copy_from(const Volume& other);
 
   /// Memory for the next frame's pixels: rows x columns bytes, row major. Precondition: not full().
   std::span<std::uint8_t> next_frame_pixels() {
