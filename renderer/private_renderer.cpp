@@ -21,17 +21,34 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
     const bool ended =
         state.wanted.view_id == last_end.view_id && state.wanted.scene.revision <= last_end.revision;
     if (ended) state.wanted.view_id = 0;
-    if (state.wanted.view_id == 0 || state.view) continue;
-    auto view = ViewRenderer::create(device_, view_config_);
-    if (view) {
-      state.view = std::move(*view);
-    } else if (view.error().code == ErrorCode::kLost) {
-      return view.error();
-    } else {
-      end(state, view.error());
-    }
+    if (state.wanted.view_id == 0) continue;
+    const auto created = create_passes(state);
+    if (created) continue;
+    if (created.error().code == ErrorCode::kLost) return created;
+    end(state, created.error());
   }
   return {};
+}
+
+/// Creates the passes that the wanted view needs and does not have.
+Result<void> PrivateRenderer::create_passes(ViewState& state) const {
+  if (!state.light) {
+    auto light = LightPass::create(
+        device_, {.size = cast_config_.size, .copies = LightPass::Config::Copies::kOnDevice, .pauses = true});
+    if (!light) return light.error();
+    state.light = std::move(*light);
+  }
+  if (state.wanted.own_camera && !state.cast) {
+    auto cast = CastPass::create(device_, cast_config_);
+    if (!cast) return cast.error();
+    state.cast = std::move(*cast);
+  }
+  return {};
+}
+
+void PrivateRenderer::drop_passes(ViewState& state) {
+  state.light.reset();
+  state.cast.reset();
 }
 
 void PrivateRenderer::end(ViewState& state, const Error& error) {
@@ -42,7 +59,7 @@ void PrivateRenderer::end(ViewState& state, const Error& error) {
   counters_.private_views_refused.add();
   // Half of its work may be recorded: the next view of this index gets memory of its own. Nothing of this one
   // is outstanding, since it failed before it was submitted.
-  state.view.reset();
+  drop_passes(state);
   state.slot = nullptr;
   state.phase = WorkPhase::kIdle;
   state.drawn = false;
@@ -67,8 +84,9 @@ void PrivateRenderer::resume(const Progress& progress) {
 
 Result<void> PrivateRenderer::retry_held() {
   for (ViewState& state : states_) {
-    if (!state.view) continue;
-    auto retried = state.view->retry_held();
+    Result<void> retried;
+    if (state.cast) retried = state.cast->recorder().retry_held();
+    if (retried && state.light) retried = state.light->recorder().retry_held();
     if (retried) continue;
     if (retried.error().code == ErrorCode::kLost) return retried;
     end(state, retried.error());
@@ -78,23 +96,25 @@ Result<void> PrivateRenderer::retry_held() {
 
 void PrivateRenderer::drop_held() {
   for (ViewState& state : states_) {
-    if (state.view) state.view->drop_held();
+    if (state.cast) state.cast->recorder().drop_held();
+    if (state.light) state.light->recorder().drop_held();
   }
 }
 
 void PrivateRenderer::leave_memory() {
   for (ViewState& state : states_) {
-    if (state.view) static_cast<void>(new ViewRenderer(std::move(*state.view)));
+    if (state.cast) static_cast<void>(new CastPass(std::move(*state.cast)));
+    if (state.light) static_cast<void>(new LightPass(std::move(*state.light)));
   }
 }
 
 /// Whether the main view has replaced the frames that the next pieces of the picture read, or the memory that
 /// their descriptors name.
 bool PrivateRenderer::inputs_lost(const ViewState& state) {
-  if (state.slot == nullptr || !state.view) return false;
+  if (state.slot == nullptr || !state.light) return false;
   const VolumeInFlight& slot = *state.slot;
   if (state.bindings_version != slot.bindings_version()) return true;
-  // The first piece of passes 2 and 3, which was submitted as they began, has read the frames.
+  // The first piece of passes 2 and 3, which was submitted as they began, has copied the main view's map.
   if (state.phase == WorkPhase::kLighting) return false;
   return state.frames_version != slot.frames_version() || !slot.frames_ready();
 }
@@ -104,7 +124,7 @@ std::array<PrivateStatus, kMostPrivateViews> PrivateRenderer::status(const Shown
   for (std::size_t index = 0; index < all.size(); ++index) {
     const ViewState& state = states_[index];
     all[index] = {.phase = state.phase,
-                  .wanted_view_id = state.view ? state.wanted.view_id : 0,
+                  .wanted_view_id = state.light ? state.wanted.view_id : 0,
                   .wanted_revision = state.wanted.scene.revision,
                   .own_camera = state.wanted.own_camera,
                   .wanted_scene = &state.wanted.scene.scene,
@@ -116,8 +136,8 @@ std::array<PrivateStatus, kMostPrivateViews> PrivateRenderer::status(const Shown
                   .scene = &state.scene,
                   .of_shown_slot = state.slot == &shown.slot,
                   .drawn = state.drawn,
-                  .cast_submitted = state.view && state.view->cast_submitted(),
-                  .light_submitted = state.view && state.view->light_steps().submitted(),
+                  .cast_submitted = state.cast && state.cast->submitted(),
+                  .light_submitted = state.light && state.light->steps().submitted(),
                   .inputs_lost = inputs_lost(state)};
   }
   return all;
@@ -155,30 +175,29 @@ Result<bool> PrivateRenderer::advance(const Shown& shown) {
 }
 
 Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const Shown& shown) {
-  ViewRenderer& view = *state.view;
-  const auto history = state.wanted.own_camera ? ViewRenderer::History::kNone : shown.history;
   switch (step) {
     case PrivateStep::kDrop:
       return {};
     case PrivateStep::kRelight:
+    case PrivateStep::kLightShared: {
+      const bool own = state.wanted.own_camera;
+      const auto added = add_weights(state, own, requested_scene(state, shown), shown.slot);
+      if (!added || *added) return added ? Result<void>{} : added.error();
       take_request(state, shown);
-      if (history == ViewRenderer::History::kUsable) shown.previous.share_steady();
-      return light(state, history);
-    case PrivateStep::kLightShared:
-      take_request(state, shown);
-      view.copy_cast(shown.slot.view(), shown.slot.bindings());
-      if (history == ViewRenderer::History::kUsable) shown.previous.share_steady();
-      view.follow(shown.previous.view());
-      return light(state, history);
+      return light(state, shown, own ? LightPass::History::kNone : shown.history);
+    }
     case PrivateStep::kBeginCast:
       take_request(state, shown);
       return begin_cast(state, shown);
     case PrivateStep::kCastBand:
-      return view.cast_next_band(state.slot->bindings());
-    case PrivateStep::kLightCast:
-      return light(state, ViewRenderer::History::kNone);
+      return state.cast->submit_next(state.slot->bindings());
+    case PrivateStep::kLightCast: {
+      const auto added = add_weights(state, true, state.scene, *state.slot);
+      if (!added || *added) return added ? Result<void>{} : added.error();
+      return light(state, shown, LightPass::History::kNone);
+    }
     case PrivateStep::kLightPiece:
-      return view.light_next_piece();
+      return state.light->submit_next();
   }
   return {};
 }
@@ -194,37 +213,63 @@ void PrivateRenderer::take_request(ViewState& state, const Shown& shown) {
                  .pass2_runs = counters_.pass2_runs.value(),
                  .volume = shown.slot.volume(),
                  .levels = shown.slot.levels()};
-  if (state.wanted.own_camera) {
-    state.scene = state.wanted.scene.scene;
-    state.cast_number = 0;
-  } else {
-    state.scene = relit(shown.cast_scene, state.wanted.scene.scene);
-    state.cast_number = shown.cast_number;
-  }
+  state.scene = requested_scene(state, shown);
+  state.cast_number = state.wanted.own_camera ? 0 : shown.cast_number;
+}
+
+Scene PrivateRenderer::requested_scene(const ViewState& state, const Shown& shown) {
+  const Scene& wanted = state.wanted.scene.scene;
+  return state.wanted.own_camera ? wanted : relit(shown.cast_scene, wanted);
 }
 
 Result<void> PrivateRenderer::begin_cast(ViewState& state, const Shown& shown) {
-  ViewRenderer& view = *state.view;
-  view.bind(shown.slot.bindings());
-  if (auto begun = view.begin_cast(state.scene, shown.slot.bindings()); !begun) return begun;
+  CastPass& cast = *state.cast;
+  cast.bind(shown.slot.bindings());
+  if (auto begun = cast.begin(state.scene, shown.slot.bindings()); !begun) return begun;
   state.phase = WorkPhase::kCasting;
   counters_.private_casts.add();
-  return view.cast_next_band(shown.slot.bindings());
+  return cast.submit_next(shown.slot.bindings());
 }
 
-Result<void> PrivateRenderer::light(ViewState& state, ViewRenderer::History history) {
+/// Submits the weights of the depth filter where they are due; whether it did. The same step is due again
+/// afterwards. `own`: of the view's own cast, else of the slot's.
+Result<bool> PrivateRenderer::add_weights(ViewState& state, bool own, const Scene& scene,
+                                          VolumeInFlight& slot) {
+  if (!(own ? state.cast->weights_due(scene, slot.bindings()) : slot.weights_due(scene))) return false;
+  const auto added = own ? state.cast->add_weights(scene, slot.bindings()) : slot.add_weights(scene);
+  if (!added) return added.error();
+  return true;
+}
+
+/// Submits the first piece of passes 2 and 3.
+Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, LightPass::History history) {
+  VolumeInFlight& slot = *state.slot;
+  LightPass& light = *state.light;
+  if (state.casts()) {
+    light.read(*state.cast);
+  } else {
+    light.copy(slot.cast());
+  }
+  if (history == LightPass::History::kUsable) light.follow(shown.previous.steady_for_private_views());
   state.phase = WorkPhase::kLighting;
-  state.stamp.view = picture_view(state.scene, view_config_.size);
-  ViewRenderer& view = *state.view;
-  if (auto begun = view.begin_light(state.scene, state.slot->bindings(), history); !begun) return begun;
-  return view.light_next_piece();
+  state.stamp.view = picture_view(state.scene, cast_config_.size);
+  if (auto begun = light.begin(slot.effective(state.scene), history); !begun) return begun;
+  return light.submit_next();
+}
+
+std::array<double, kStages> PrivateRenderer::stage_ms(const ViewState& state) {
+  auto ms = state.light->recorder().stage_ms();
+  if (!state.casts() || !state.light->is_first_of_cast()) return ms;
+  const auto cast_ms = state.cast->recorder().stage_ms();
+  for (std::size_t stage = 0; stage < kStages; ++stage) ms[stage] += cast_ms[stage];
+  return ms;
 }
 
 bool PrivateRenderer::collect() {
   bool any = false;
   for (ViewState& state : states_) {
-    if (!state.awaits_collection() || state.outstanding()) continue;
-    const auto stage_ms = state.view->stage_ms();
+    if (!state.awaits_collection() || state.outstanding() > 0) continue;
+    const auto stage_ms = this->stage_ms(state);
     if (device_.gpu->fault() != nullptr)
       return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
@@ -235,11 +280,11 @@ bool PrivateRenderer::collect() {
     state.stamp.finished_time_ns = now_ns();
     Picture& picture = state.wanted.pictures->draft();
     picture.stamp = state.stamp;
-    picture.width = view_config_.size.width;
-    picture.height = view_config_.size.height;
-    const auto rgba = state.view->picture();
+    picture.width = cast_config_.size.width;
+    picture.height = cast_config_.size.height;
+    const auto rgba = state.light->picture();
     picture.rgba.assign(rgba.begin(), rgba.end());
-    const auto depth_mm = state.view->depth_mm();
+    const auto depth_mm = state.light->depth_mm();
     picture.depth_mm.assign(depth_mm.begin(), depth_mm.end());
     state.wanted.pictures->publish();
     counters_.private_pictures.add();
@@ -248,19 +293,29 @@ bool PrivateRenderer::collect() {
   return any;
 }
 
-const ViewRenderer* PrivateRenderer::outstanding_view() const {
-  const auto state = std::ranges::find_if(states_, [](const ViewState& each) { return each.outstanding(); });
-  return state == states_.end() ? nullptr : &*state->view;
+std::array<const SubmissionTimeline*, 2> PrivateRenderer::timelines(std::size_t index) const {
+  const ViewState& state = states_[index];
+  return {state.cast ? &state.cast->recorder().timeline() : nullptr,
+          state.light ? &state.light->recorder().timeline() : nullptr};
+}
+
+const SubmissionTimeline* PrivateRenderer::outstanding_timeline() const {
+  for (std::size_t index = 0; index < states_.size(); ++index) {
+    for (const SubmissionTimeline* const timeline : timelines(index)) {
+      if (timeline != nullptr && timeline->outstanding() > 0) return timeline;
+    }
+  }
+  return nullptr;
 }
 
 bool PrivateRenderer::busy() const {
   return std::ranges::any_of(
-      states_, [](const ViewState& state) { return state.awaits_collection() || state.outstanding(); });
+      states_, [](const ViewState& state) { return state.awaits_collection() || state.outstanding() > 0; });
 }
 
 bool PrivateRenderer::reads(const VolumeInFlight& slot) const {
   return std::ranges::any_of(
-      states_, [&](const ViewState& state) { return state.slot == &slot && state.outstanding(); });
+      states_, [&](const ViewState& state) { return state.slot == &slot && state.outstanding() > 0; });
 }
 
 }  // namespace fanlight

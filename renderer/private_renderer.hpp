@@ -18,12 +18,14 @@ namespace fanlight {
 /// has no work, the main view waits for one such piece at most. A picture whose frames are replaced before it
 /// has read them is given up and begins again; the main view's depth map it copies first.
 ///
-/// Owns one ViewRenderer per private view, allocated when the view is first requested and kept.
+/// Owns a LightPass per private view, and a CastPass for one with a camera of its own, allocated when first
+/// requested and kept. All are on the device of the main view's pass 1.
 /// renderer/schedule/private_schedule.hpp decides the order of the work. Render thread only.
 class PrivateRenderer {
  public:
-  PrivateRenderer(const PassDevice& device, RenderCounters& counters, const ViewRenderer::Config& view_config)
-      : device_(device), counters_(counters), view_config_(view_config) {}
+  /// `cast`: the size of the pictures is that of their passes.
+  PrivateRenderer(const PassDevice& device, RenderCounters& counters, const CastPass::Config& cast)
+      : device_(device), counters_(counters), cast_config_(cast) {}
 
   /// Sets the requested views. Allocates for each new view. A view that the GPU has no memory for, or fails
   /// to draw, is counted and ends; the others stay. Error: kLost.
@@ -50,7 +52,7 @@ class PrivateRenderer {
     const VolumeInFlight& previous;  ///< the slot of the volume before
     const Scene& cast_scene;         ///< of the depth map in the slot
     std::uint64_t cast_number = 0;   ///< of the depth map, from 1
-    ViewRenderer::History history = ViewRenderer::History::kNone;
+    LightPass::History history = LightPass::History::kNone;
   };
 
   /// Submits one piece of the work that is due; whether there was some. Precondition: nothing of the main
@@ -61,10 +63,8 @@ class PrivateRenderer {
   Result<void> retry_held();
   void drop_held();
 
-  /// The timeline of a view by its index; nullptr where it has none.
-  const SubmissionTimeline* timeline(std::size_t index) const {
-    return states_[index].view ? &states_[index].view->timeline() : nullptr;
-  }
+  /// The timelines of the passes of a view by its index; nullptr where it has no such pass.
+  std::array<const SubmissionTimeline*, 2> timelines(std::size_t index) const;
 
   /// Leaves the memory of all views to the end of the process.
   void leave_memory();
@@ -72,8 +72,8 @@ class PrivateRenderer {
   /// Copies the finished pictures to their mailboxes; whether there was one.
   bool collect();
 
-  /// The view whose work is outstanding on the GPU, or nullptr.
-  const ViewRenderer* outstanding_view() const;
+  /// The timeline of the work that is outstanding on the GPU, or nullptr.
+  const SubmissionTimeline* outstanding_timeline() const;
 
   /// Whether work is outstanding on the GPU, or a picture waits for collect().
   bool busy() const;
@@ -87,7 +87,8 @@ class PrivateRenderer {
  private:
   struct ViewState {
     PrivateView wanted;
-    std::optional<ViewRenderer> view;
+    std::optional<LightPass> light;
+    std::optional<CastPass> cast;
     WorkPhase phase = WorkPhase::kIdle;
     // Of the work under way, or done last.
     VolumeInFlight* slot = nullptr;
@@ -100,23 +101,29 @@ class PrivateRenderer {
     std::uint64_t pictures = 0;
     bool drawn = false;  // there was a picture since the view was opened
 
-    bool awaits_collection() const {
-      return phase == WorkPhase::kLighting && view->light_steps().submitted();
+    bool casts() const { return cast_number == 0; }
+    bool awaits_collection() const { return phase == WorkPhase::kLighting && light->steps().submitted(); }
+    std::uint64_t outstanding() const {
+      return (light ? light->recorder().outstanding() : 0) + (cast ? cast->recorder().outstanding() : 0);
     }
-    bool outstanding() const { return view && view->outstanding() > 0; }
   };
+  Result<void> create_passes(ViewState& state) const;
+  static void drop_passes(ViewState& state);
   static bool inputs_lost(const ViewState& state);
   std::array<PrivateStatus, kMostPrivateViews> status(const Shown& shown) const;
   std::optional<PrivateAction> next_action(const Shown& shown) const;
   Result<void> execute(PrivateStep step, ViewState& state, const Shown& shown);
   void end(ViewState& state, const Error& error);
+  static Scene requested_scene(const ViewState& state, const Shown& shown);
   void take_request(ViewState& state, const Shown& shown);
   Result<void> begin_cast(ViewState& state, const Shown& shown);
-  Result<void> light(ViewState& state, ViewRenderer::History history);
+  static Result<bool> add_weights(ViewState& state, bool own, const Scene& scene, VolumeInFlight& slot);
+  Result<void> light(ViewState& state, const Shown& shown, LightPass::History history);
+  static std::array<double, kStages> stage_ms(const ViewState& state);
 
   PassDevice device_;
   RenderCounters& counters_;
-  ViewRenderer::Config view_config_;
+  CastPass::Config cast_config_;
   std::array<ViewState, kMostPrivateViews> states_;
   std::size_t next_ = 0;  // view whose turn it is
   PrivateViewEnds ends_;

@@ -314,7 +314,6 @@ bool Renderer::collect(Picture& picture) {
     picture.rgba.assign(rgba.begin(), rgba.end());
     const auto depth_mm = state.slot.depth_mm();
     picture.depth_mm.assign(depth_mm.begin(), depth_mm.end());
-    state.slot.note_collected();
     if (first) counters_.volumes_rendered.add();
     return true;
   }
@@ -360,17 +359,15 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
   };
   for (const auto& state : slots_) {
     const VolumeInFlight& slot = state->slot;
-    if (slot.timeline().outstanding(gpu_) > 0) consider(earliest, slot.timeline());
-    if (slot.light_timeline() != nullptr && slot.light_outstanding() > 0)
-      consider(lighting, *slot.light_timeline());
+    if (slot.cast_timeline().outstanding() > 0) consider(earliest, slot.cast_timeline());
+    if (slot.light_outstanding() > 0) consider(on_one_device() ? earliest : lighting, slot.light_timeline());
   }
-  if (const ViewRenderer* const view = private_.outstanding_view()) consider(earliest, view->timeline());
+  if (const auto* const timeline = private_.outstanding_timeline()) consider(earliest, *timeline);
   // No call waits for semaphores of two devices.
   if (earliest != nullptr && lighting != nullptr) timeout_ns = std::min(timeout_ns, kBothDevicesNs);
   const SubmissionTimeline* const awaited = lighting != nullptr ? lighting : earliest;
   if (awaited != nullptr) {
-    const Gpu& gpu = lighting != nullptr ? light_gpu_ : gpu_;
-    if (auto waited = awaited->wait(gpu, static_cast<std::uint64_t>(timeout_ns)); !waited) {
+    if (auto waited = awaited->wait(static_cast<std::uint64_t>(timeout_ns)); !waited) {
       note_fault(Gpu::Condition::kLost, waited.error());
       return waited;
     }

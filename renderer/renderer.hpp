@@ -222,13 +222,13 @@ class Renderer {
   };
 
   Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene,
-           std::shared_ptr<Pipelines> pipelines, const ViewRenderer::Config& private_views)
+           std::shared_ptr<Pipelines> pipelines, const CastPass::Config& private_casts)
       : config_(config),
         gpu_(dependencies.gpu),
         light_gpu_(dependencies.light_gpu != nullptr ? *dependencies.light_gpu : dependencies.gpu),
         counters_(dependencies.counters),
         pipelines_(std::move(pipelines)),
-        private_({&gpu_, pipelines_.get()}, counters_, private_views),
+        private_({&gpu_, pipelines_.get()}, counters_, private_casts),
         watchdog_(config.watchdog.value_or(default_limits(gpu_))),
         wanted_(scene),
         scene_(scene),

@@ -91,7 +91,7 @@ bool Renderer::settle(std::int64_t timeout_ns) {
   const std::int64_t deadline_ns = now_ns() + timeout_ns;
   while (fault() == nullptr) {
     const bool outstanding =
-        private_.outstanding_view() != nullptr ||
+        private_.outstanding_timeline() != nullptr ||
         std::ranges::any_of(slots_, [](const auto& state) { return state && state->slot.outstanding() > 0; });
     const std::int64_t left_ns = deadline_ns - now_ns();
     if (!outstanding) return fault() == nullptr;
@@ -124,19 +124,21 @@ Result<void> Renderer::retry_held() {
 }
 
 Result<void> Renderer::observe() {
-  std::array<Watchdog::Lane, 4 + kMostPrivateViews> lanes;
+  std::array<Watchdog::Lane, 4 + 2 * kMostPrivateViews> lanes;
   static_assert(lanes.size() <= Watchdog::kMostLanes);
   std::size_t next = 0;
-  const auto add = [&](const Gpu& gpu, const SubmissionTimeline* timeline) {
+  const auto add = [&](const SubmissionTimeline* timeline) {
     Watchdog::Lane& lane = lanes[next++];
     if (timeline != nullptr)
-      lane = {.submissions = timeline->submissions(), .outstanding = timeline->outstanding(gpu) > 0};
+      lane = {.submissions = timeline->submissions(), .outstanding = timeline->outstanding() > 0};
   };
   for (const auto& state : slots_) {
-    add(gpu_, &state->slot.timeline());
-    add(light_gpu_, state->slot.light_timeline());
+    add(&state->slot.cast_timeline());
+    add(&state->slot.light_timeline());
   }
-  for (std::size_t view = 0; view < kMostPrivateViews; ++view) add(gpu_, private_.timeline(view));
+  for (std::size_t view = 0; view < kMostPrivateViews; ++view) {
+    for (const SubmissionTimeline* const timeline : private_.timelines(view)) add(timeline);
+  }
   pace_ = watchdog_.observe(lanes, now_ns());
   if (pace_ == Watchdog::Pace::kHung) {
     const double limit_s = static_cast<double>(watchdog_.hung_after_ns()) / 1e9;

@@ -18,18 +18,17 @@ VolumeInFlight::History Renderer::history_of(const SlotState& state) const {
 }
 
 Result<void> Renderer::light(SlotState& state) {
-  // The shown volume goes without the weights where another one is cast, whose picture will have them.
+  // The shown volume goes without weights where another one is cast, whose picture will have them.
   const bool takes_time = state.phase == WorkPhase::kCasting || &state == slots_[newest_].get();
-  const bool weighs = scene_.scene.filter.weights == FilterWeights::kConfidence;
-  if (takes_time && weighs && state.slot.frames_ready() && state.slot.outstanding() == 0) {
-    // A private view still reads the weights that this would overwrite: the next call tries again.
-    if (private_.reads(state.slot)) return {};
-    auto added = state.slot.add_confidence(relit(state.cast_scene.scene, scene_.scene));
-    if (!added && !falls_back(added.error())) return added.error();
-    if (added && *added) state.phase = WorkPhase::kCasting;  // its light follows when this is done
-    if (!added || *added) return {};
-  }
-  return submit_light(state);
+  const Scene scene = relit(state.cast_scene.scene, scene_.scene);
+  if (!takes_time || !state.slot.weights_due(scene) || state.slot.outstanding() > 0)
+    return submit_light(state);
+  // A private view still reads the weights that this would overwrite: the next call tries again.
+  if (private_.reads(state.slot)) return {};
+  if (auto added = state.slot.add_weights(scene); !added)
+    return falls_back(added.error()) ? Result<void>{} : added;
+  state.phase = WorkPhase::kCasting;  // the light follows when this is done
+  return {};
 }
 
 void Renderer::take_light_scene(SlotState& state) const {

@@ -12,78 +12,70 @@ Result<VolumeInFlight> VolumeInFlight::create(const PassDevice& device, const Co
   auto angles = AngleBuffer::create(*device.gpu, made.table_.entries().size());
   if (!angles) return angles.error();
   made.angles_ = std::move(*angles);
-  if (auto step = made.create_frames(config.geometry, config.usual_frames); !step) return step.error();
-  ViewRenderer::Config view_config{.size = config.size,
-                                   .band_samples = config.band_samples,
-                                   .skipping = config.skipping,
-                                   .passes = light != nullptr ? ViewPasses::kCast : ViewPasses::kAll};
-  auto view = ViewRenderer::create(device, view_config);
-  if (!view) return view.error();
-  made.view_ = std::move(*view);
-  made.view_.bind(made.bindings());
-  if (light == nullptr) return made;
-  view_config.passes = ViewPasses::kLight;
-  auto light_view = ViewRenderer::create(*light, view_config);
-  if (!light_view) return light_view.error();
-  made.light_.reset(new SeparateLight{.view = std::move(*light_view)});
+  if (auto frames = made.create_frames(config.geometry, config.usual_frames); !frames) return frames.error();
+  if (auto passes = made.create_passes(light); !passes) return passes.error();
   return made;
 }
 
+Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
+  on_one_device_ = light_device == nullptr;
+  auto cast = CastPass::create(device_, {.size = config_.size,
+                                         .band_samples = config_.band_samples,
+                                         .skipping = config_.skipping,
+                                         .maps_for_host = !on_one_device_});
+  if (!cast) return cast.error();
+  cast_ = std::move(*cast);
+  cast_.bind(bindings());
+  using Copies = LightPass::Config::Copies;
+  auto light =
+      LightPass::create(on_one_device_ ? device_ : *light_device,
+                        {.size = config_.size, .copies = on_one_device_ ? Copies::kNone : Copies::kByHost});
+  if (!light) return light.error();
+  light_ = std::move(*light);
+  if (on_one_device_) return {};
+  auto steady = GpuBuffer::create(*device_.gpu, "steady copy", light_.steady().bytes(),
+                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu);
+  if (!steady) return steady.error();
+  steady_copy_ = std::move(*steady);
+  return {};
+}
+
 void VolumeInFlight::follow(const VolumeInFlight& other) {
-  if (light_) {
-    light_->view.follow(other.light_->view);
-  } else {
-    view_.follow(other.view_);
-  }
+  light_.follow(other.light_.steady());
 }
 
 Result<void> VolumeInFlight::light(const Scene& scene, History history) {
-  if (!light_) return view_.light(scene, bindings(), history);
-  SeparateLight& light = *light_;
-  if (std::exchange(light.copy_due, false)) light.view.take_cast(view_);
-  light.cast_in_picture = light.cast_new;
-  auto begun = light.view.begin_light(scene, bindings(), history);
-  return begun ? light.view.light_next_piece() : begun;
+  if (on_one_device_) {
+    light_.read(cast_);
+  } else {
+    light_.copy_by_host(cast_);
+  }
+  if (auto begun = light_.begin(effective(scene), history); !begun) return begun;
+  return on_one_device_ ? light_.submit_all() : light_.submit_next();
 }
 
 Result<void> VolumeInFlight::light_next_piece(const Scene* changed) {
   if (changed != nullptr) {
-    if (auto done = light_->view.change_light(*changed, bindings()); !done) return done;
+    if (auto done = light_.change(effective(*changed)); !done) return done;
   }
-  return light_->view.light_next_piece();
-}
-
-Result<bool> VolumeInFlight::add_confidence(const Scene& scene) {
-  if (!light_) return false;
-  auto added = view_.add_confidence(scene, bindings());
-  light_->copy_due |= added && *added;
-  return added;
-}
-
-void VolumeInFlight::note_cast() {
-  if (light_) light_->copy_due = light_->cast_new = true;
-}
-
-std::uint64_t VolumeInFlight::outstanding() const {
-  return view_.outstanding() + (light_ ? light_outstanding() : 0);
+  return light_.submit_next();
 }
 
 Result<void> VolumeInFlight::retry_held() {
-  if (auto retried = view_.retry_held(); !retried) return retried;
-  return light_ ? light_->view.retry_held() : Result<void>{};
+  auto retried = cast_.recorder().retry_held();
+  return retried ? light_.recorder().retry_held() : retried;
 }
 
 void VolumeInFlight::drop_held() {
-  view_.drop_held();
-  if (light_) light_->view.drop_held();
+  cast_.recorder().drop_held();
+  light_.recorder().drop_held();
 }
 
 std::array<StageSpan, kStages> VolumeInFlight::stage_spans() const {
-  if (!light_) return view_.stage_spans();
-  // Both devices count on the clock of the one processor.
-  auto spans = light_->view.stage_spans();
-  if (!light_->cast_in_picture) return spans;
-  const auto cast = view_.stage_spans();
+  auto spans = light_.recorder().stage_spans();
+  if (!light_.is_first_of_cast()) return spans;
+  // Two devices count on the clock of the one processor.
+  const auto cast = cast_.recorder().stage_spans();
   for (const Stage stage : {Stage::kPrepare, Stage::kUpload, Stage::kCast}) {
     const auto index = static_cast<std::size_t>(stage);
     spans[index] = cast[index];
@@ -98,43 +90,49 @@ std::array<double, kStages> VolumeInFlight::stage_ms() const {
 }
 
 Result<DepthMaps> VolumeInFlight::read_depth() {
-  auto maps = view_.read_depth();
-  if (maps && light_) maps->smooth_mm.assign(depth_mm().begin(), depth_mm().end());
+  auto maps = cast_.read_maps();
+  if (maps) maps->smooth_mm.assign(depth_mm().begin(), depth_mm().end());
   return maps;
 }
 
+const GpuBuffer& VolumeInFlight::steady_for_private_views() const {
+  if (on_one_device_) return light_.steady();
+  std::ranges::copy(light_.steady().mapped(), steady_copy_.mapped().begin());
+  return steady_copy_;
+}
+
 Result<void> VolumeInFlight::create_frames(const FanGeometry& geometry, std::uint32_t frames) {
-  auto made = FrameStore::create(*device_.gpu, {.columns = geometry.columns,
-                                                .rows = geometry.rows,
-                                                .frame_capacity = frames,
-                                                .piece_samples = config_.band_samples,
-                                                .sampling = config_.sampling});
+  auto made = FrameStore::create(device_, {.columns = geometry.columns,
+                                           .rows = geometry.rows,
+                                           .frame_capacity = frames,
+                                           .piece_samples = config_.band_samples,
+                                           .sampling = config_.sampling});
   if (!made) return made.error();
   frames_ = std::move(*made);
   return {};
 }
 
 Result<void> VolumeInFlight::replace_frames(const Volume& volume) {
-  frames_ = FrameStore();  // frees the memory first: two of the largest volumes may not fit
+  frames_ = FrameStore(device_);  // frees the memory first: two of the largest volumes may not fit
   // The sweeps of a motor vary in length. Spare room avoids an allocation for the next longer sweep.
   const std::uint32_t frames = volume.stamp().frames;
   const std::uint32_t with_spare = std::min(frames + frames / 8, config_.frame_capacity);
   auto made = create_frames(volume.geometry(), std::max(frames, with_spare));
-  bind_view();
+  bind_cast();
   return made;
 }
 
-void VolumeInFlight::bind_view() {
+void VolumeInFlight::bind_cast() {
   ++bindings_version_;
-  view_.bind(bindings());
+  cast_.bind(bindings());
 }
 
 Result<void> VolumeInFlight::prepare(const Scene& scene) {
   geometry_ = config_.geometry;
   const Scene known = effective(scene, {});
-  if (auto begun = frames_.begin(*device_.gpu, *device_.pipelines, known.speckle); !begun) return begun;
-  bind_view();
-  return view_.find_cast_pipelines(known, geometry_.kind);
+  if (auto begun = frames_.begin(known.speckle); !begun) return begun;
+  bind_cast();
+  return cast_.find_pipelines(known, geometry_.kind);
 }
 
 Result<void> VolumeInFlight::load(const Volume& volume, const EchoLevels& levels) {
@@ -172,7 +170,7 @@ Result<bool> VolumeInFlight::prepare_ahead(const Scene& scene, const EchoLevels&
   if (!frames_gone_) return false;
   if (auto begun = begin_frames(scene, levels); !begun) return begun.error();
   if (!frames_.prepares_single_frames() || frames_.done()) return false;
-  if (auto submitted = view_.prepare_ahead(bindings()); !submitted) return submitted.error();
+  if (auto submitted = cast_.prepare_ahead(bindings()); !submitted) return submitted.error();
   return true;
 }
 
@@ -181,16 +179,63 @@ Result<void> VolumeInFlight::begin_cast(const Scene& scene) {
   frames_gone_ = false;
   changed_.reset();
   changed_beyond_ = false;
-  note_cast();
-  return view_.begin_cast(scene, bindings());
+  return cast_.begin(scene, bindings());
 }
 
 Result<void> VolumeInFlight::begin_frames(const Scene& scene, const EchoLevels& levels) {
   const Scene::Speckle options = effective(scene, levels).speckle;
-  if (auto begun = frames_.begin(*device_.gpu, *device_.pipelines, options); !begun) return begun;
-  if (frames_.bindings_changed()) bind_view();
+  if (auto begun = frames_.begin(options); !begun) return begun;
+  if (frames_.bindings_changed()) bind_cast();
   if (!frames_.done()) ++frames_version_;
   return {};
+}
+
+void VolumeInFlight::mark_changed(std::uint32_t frame_index) {
+  const CastPass::FrameRange single{frame_index, frame_index};
+  const CastPass::FrameRange known = changed_.value_or(single);
+  changed_ = CastPass::FrameRange{std::min(known.first, frame_index), std::max(known.last, frame_index)};
+}
+
+bool VolumeInFlight::replace(const QueuedFrame& frame, std::uint32_t frame_index, double angle_rad) {
+  const bool fits =
+      frames_.suits(frame.geometry) && frame.geometry == geometry_ && frame_index < angles_rad_.size();
+  // An angle beyond a neighbour's would change the order of the frames.
+  const bool in_order = fits && (frame_index == 0 || angles_rad_[frame_index - 1] < angle_rad) &&
+                        (frame_index + 1 == angles_rad_.size() || angle_rad < angles_rad_[frame_index + 1]);
+  if (!in_order) return false;
+  frames_.stage(frame_index, static_cast<std::uint32_t>(angles_rad_.size()), frame.stamp.commit_number,
+                frame.pixels);
+  mark_changed(frame_index);
+  ++frames_version_;
+  if (angles_rad_[frame_index] != angle_rad) {
+    // The first and the last angle bound the fan, and so the length of every ray.
+    changed_beyond_ |= frame_index == 0 || frame_index + 1 == angles_rad_.size();
+    angles_rad_[frame_index] = angle_rad;
+    update_angles();
+  }
+  volume_.last_frame_sequence = frame.stamp.sequence;
+  volume_.last_capture_time_ns = frame.stamp.capture_time_ns;
+  return true;
+}
+
+Result<void> VolumeInFlight::complete(const Volume& volume, const EchoLevels& levels) {
+  const auto frames = static_cast<std::uint32_t>(angles_rad_.size());
+  const bool same_layout =
+      frames_.suits(volume) && volume.geometry() == geometry_ && volume.stamp().frames == frames;
+  const auto order = volume.by_angle();
+  bool same_angles = same_layout;
+  for (std::uint32_t frame_index = 0; same_layout && frame_index < frames; ++frame_index) {
+    if (!frames_.holds(frame_index, volume.commit_numbers()[order[frame_index]])) mark_changed(frame_index);
+    same_angles &= angles_rad_[frame_index] == volume.angles_rad()[order[frame_index]];
+  }
+  changed_beyond_ |= !same_angles || levels != levels_;
+  return load(volume, levels);
+}
+
+Result<void> VolumeInFlight::recast(const Scene& scene) {
+  if (auto begun = begin_frames(scene, levels_); !begun) return begun;
+  frames_gone_ = false;
+  return cast_.recast(bindings(), *std::exchange(changed_, {}));
 }
 
 }  // namespace fanlight

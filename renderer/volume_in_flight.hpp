@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,18 +13,19 @@
 #include "renderer/parameters/angle_table.hpp"
 #include "renderer/parameters/effective_scene.hpp"
 #include "renderer/passes/pipelines.hpp"
-#include "renderer/view/view_renderer.hpp"
+#include "renderer/view/cast_pass.hpp"
+#include "renderer/view/light_pass.hpp"
 #include "renderer/volume/angle_buffer.hpp"
 #include "renderer/volume/frame_store.hpp"
 
 namespace fanlight {
 
-/// All GPU resources of one volume in flight. Owns its frames, its angle table, and the main view of it. Two
-/// volumes may be in flight. They share one thing: the temporal filter of each reads the last depth map of
-/// the other, on the queue that runs both filters. Render thread only.
+/// All GPU resources of one volume in flight. Owns its frames, its angle table, and the main view of it: a
+/// CastPass and a LightPass. Two volumes may be in flight. They share one thing: the temporal filter of each
+/// reads the last depth map of the other, on the queue that runs both filters. Render thread only.
 ///
-/// With a second device the main view is two: one casts on the first, the other runs passes 2 and 3 on the
-/// second, and the host copies the depth map in between (decision renderer/010).
+/// The LightPass may have a device of its own: the host then copies the depth map to it (decision
+/// renderer/010). Else it reads the map where it is.
 ///
 /// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light),
@@ -90,7 +90,7 @@ class VolumeInFlight {
   /// Whether the frames changed since the cast, and whether recast() suffices; otherwise begin_cast() is
   /// needed.
   bool changed() const { return changed_.has_value() || changed_beyond_; }
-  bool can_recast() const { return changed_.has_value() && !changed_beyond_ && view_.notes_reach(); }
+  bool can_recast() const { return changed_.has_value() && !changed_beyond_ && cast_.notes_reach(); }
 
   /// Submits passes 0 and 1 for the replaced frames; pass 1 casts the dirty tiles only. light() comes next.
   /// Precondition: can_recast(), nothing is outstanding, the scene is that of the cast.
@@ -103,59 +103,51 @@ class VolumeInFlight {
   /// Angles of the last volume's frames, with replaced frames, ascending.
   std::span<const double> angles_rad() const { return angles_rad_; }
 
-  // As the functions of ViewRenderer.
-  Result<void> cast_next_band() { return view_.cast_next_band(bindings()); }
-  bool cast_submitted() const { return frames_.done() && view_.cast_submitted(); }
-  using History = ViewRenderer::History;
-  /// On one device all of passes 2 and 3, on two the first piece.
+  // As the functions of CastPass. Precondition: nothing is outstanding.
+  Result<void> cast_next_band() { return cast_.submit_next(bindings()); }
+  bool weights_due(const Scene& scene) { return cast_.weights_due(scene, bindings()); }
+  Result<void> add_weights(const Scene& scene) { return cast_.add_weights(scene, bindings()); }
+
+  bool cast_submitted() const { return frames_.done() && cast_.submitted(); }
+
+  using History = LightPass::History;
+  /// Submits passes 2 and 3: on one device all, on two the first piece. Precondition: no cast is under way,
+  /// and nothing is outstanding but add_weights().
   Result<void> light(const Scene& scene, History history);
-  std::uint64_t outstanding() const;
+
+  /// Submits the next piece of light(). Before it, where `changed` is not null, takes that scene over as
+  /// LightPass::change(). Precondition: !light_submitted(), light_outstanding() is 0.
+  Result<void> light_next_piece(const Scene* changed);
+  /// Whether light() has submitted all pieces, and whether it has submitted more than the filter.
+  bool light_submitted() const { return light_.steps().submitted(); }
+  bool light_begun() const { return light_.steps().begun(Stage::kLight); }
+
+  /// As LightPass::lights_a_part().
+  bool lights_a_part() const { return light_.lights_a_part(); }
+
+  /// Number of submissions that are not finished: of both passes, or of passes 2 and 3.
+  std::uint64_t outstanding() const { return cast_.recorder().outstanding() + light_outstanding(); }
+  std::uint64_t light_outstanding() const { return light_.recorder().outstanding(); }
   Result<void> retry_held();
   void drop_held();
 
-  /// Submits the next piece of light(). Before it, where `changed` is not null, takes that scene over as
-  /// ViewRenderer::change_light(). Precondition: !light_submitted(), light_outstanding() is 0.
-  Result<void> light_next_piece(const Scene* changed);
-  /// Whether light() has submitted all pieces, and whether it has submitted more than the filter.
-  bool light_submitted() const { return !light_ || light_->view.light_steps().submitted(); }
-  bool light_begun() const { return !light_ || light_->view.light_steps().begun(Stage::kLight); }
-
-  /// As ViewRenderer::lights_a_part().
-  bool lights_a_part() const { return light_ && light_->view.lights_a_part(); }
-
-  /// Submits what light() needs of the frames where passes 2 and 3 cannot read them; false where that is
-  /// nothing. light() follows when it is done. Precondition: no cast is under way, nothing is outstanding.
-  Result<bool> add_confidence(const Scene& scene);
-
-  /// Number of submissions of passes 2 and 3 that are not finished; with one device also of the others.
-  std::uint64_t light_outstanding() const {
-    return light_ ? light_->view.outstanding() : view_.outstanding();
-  }
-
-  // As the functions of ViewRenderer, of the main view. Precondition: nothing is outstanding.
-  std::span<const std::uint8_t> picture() const { return lit_view().picture(); }
-  std::span<const float> depth_mm() const { return lit_view().depth_mm(); }
+  // Of the main view. Precondition: nothing is outstanding.
+  std::span<const std::uint8_t> picture() const { return light_.picture(); }
+  std::span<const float> depth_mm() const { return light_.depth_mm(); }
+  /// Those of the cast are 0 where the picture is not the first of its cast.
   std::array<StageSpan, kStages> stage_spans() const;
   std::array<double, kStages> stage_ms() const;
   Result<DepthMaps> read_depth();
 
-  /// Makes the temporally filtered depth map available to private views, which follow() view().
+  /// The temporally filtered depth map, on the device of pass 1, for LightPass::follow() of private views.
   /// Precondition: nothing is outstanding.
-  void share_steady() const {
-    if (light_) view_.take_steady(light_->view);
-  }
-
-  /// The picture was read: the next one is no longer the first of its cast.
-  void note_collected() {
-    if (light_) light_->cast_new = false;
-  }
+  const GpuBuffer& steady_for_private_views() const;
 
   /// The main view's pass 1, for private views; work goes through the functions above.
-  const ViewRenderer& view() const { return view_; }
+  const CastPass& cast() const { return cast_; }
 
-  /// The timeline of the main view, and of its passes 2 and 3 where they have their own; else null.
-  const SubmissionTimeline& timeline() const { return view_.timeline(); }
-  const SubmissionTimeline* light_timeline() const { return light_ ? &light_->view.timeline() : nullptr; }
+  const SubmissionTimeline& cast_timeline() const { return cast_.recorder().timeline(); }
+  const SubmissionTimeline& light_timeline() const { return light_.recorder().timeline(); }
 
   /// The parts of the volume that views read. Precondition: loaded().
   VolumeBindings bindings() {
@@ -166,7 +158,7 @@ class VolumeInFlight {
             .extent = extent_,
             .levels = levels_,
             .frames_gone = frames_gone_,
-            .written = view_.timeline().newest()};
+            .written = cast_timeline().newest()};
   }
 
   /// Whether the frames that rays sample are those of the main view's cast.
@@ -182,34 +174,27 @@ class VolumeInFlight {
 
   /// Those of load().
   const EchoLevels& levels() const { return levels_; }
+  /// The scene with what it leaves to this volume.
+  Scene effective(const Scene& scene) const { return effective(scene, levels_); }
 
   bool loaded() const { return volume_.frames > 0; }
   const VolumeStamp& volume() const { return volume_; }
 
  private:
-  /// Passes 2 and 3 of the main view on a device of their own.
-  struct SeparateLight {
-    ViewRenderer view;
-    bool copy_due = false;         // the maps of view_ have changed
-    bool cast_new = false;         // there was no picture of the last cast
-    bool cast_in_picture = false;  // the picture is the first of its cast
-  };
-
-  const ViewRenderer& lit_view() const { return light_ ? light_->view : view_; }
+  Scene effective(const Scene& scene, const EchoLevels& levels) const {
+    return effective_scene(scene, geometry_, config_.size, levels);
+  }
   VolumeInFlight(const PassDevice& device, const Config& config)
       : device_(device),
         config_(config),
         table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {
     angles_rad_.reserve(config.frame_capacity);
   }
+  Result<void> create_passes(const PassDevice* light_device);
   Result<void> create_frames(const FanGeometry& geometry, std::uint32_t frames);
   Result<void> replace_frames(const Volume& volume);
   Result<void> begin_frames(const Scene& scene, const EchoLevels& levels);
-  Scene effective(const Scene& scene, const EchoLevels& levels) const {
-    return effective_scene(scene, geometry_, config_.size, levels);
-  }
-  void bind_view();
-  void note_cast();
+  void bind_cast();
   void mark_changed(std::uint32_t frame_index);
   void update_angles();
 
@@ -218,7 +203,7 @@ class VolumeInFlight {
   AngleTable table_;
   std::vector<double> angles_rad_;  // of the frames, ascending
   // Range of frames that were replaced since the cast, and whether a change needs a whole cast.
-  std::optional<ViewRenderer::FrameRange> changed_;
+  std::optional<CastPass::FrameRange> changed_;
   bool changed_beyond_ = false;
   FanGeometry geometry_;  // of the volume, as the next two
   VolumeStamp volume_;
@@ -229,8 +214,11 @@ class VolumeInFlight {
   std::uint64_t bindings_version_ = 0;
   FrameStore frames_;
   AngleBuffer angles_;
-  ViewRenderer view_;                     // after those whose memory its descriptors name
-  std::unique_ptr<SeparateLight> light_;  // null: view_ runs all passes
+  // After those whose memory their descriptors name.
+  CastPass cast_;
+  LightPass light_;
+  bool on_one_device_ = true;
+  GpuBuffer steady_copy_;  // of the map of light_, on the device of cast_; with two devices
 };
 
 }  // namespace fanlight

@@ -295,4 +295,10 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
   return keys;
 }
 
+PipelineKey confidence_key(const Scene& scene, FrameKind kind) {
+  return {.shader = Shader::kConfidence,
+          .constants = {scene.detector.window, 0, kind == FrameKind::kConvexLines ? 1 : 0, 0,
+                        scene.rays.window / 2}};
+}
+
 }  // namespace fanlight

@@ -43,4 +43,7 @@ struct CastKeys {
 };
 CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping);
 
+/// The pipeline that computes the confidence in each surface of a cast, the weights of pass 2's depth filter.
+PipelineKey confidence_key(const Scene& scene, FrameKind kind);
+
 }  // namespace fanlight

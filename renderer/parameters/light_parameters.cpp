@@ -164,7 +164,7 @@ shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, 
   return to;
 }
 
-LightKeys light_keys(const Scene& scene, FrameKind kind) {
+LightKeys light_keys(const Scene& scene) {
   const bool mean = scene.filter.kind == DepthFilter::kMean;
   const bool keeps_edges = scene.filter.kind == DepthFilter::kEdgePreserving;
   const bool perspective = is_perspective(scene.camera);
@@ -173,9 +173,6 @@ LightKeys light_keys(const Scene& scene, FrameKind kind) {
   const bool scatters = soft_light && scene.material.scatter_mm > 0;
   const std::optional<PipelineKey> none;
   return {
-      .confidence = {.shader = Shader::kConfidence,
-                     .constants = {scene.detector.window, 0, kind == FrameKind::kConvexLines ? 1 : 0, 0,
-                                   scene.rays.window / 2}},
       .filter_rows = mean ? PipelineKey{.shader = Shader::kMeanRows} : smooth_key(false, keeps_edges),
       .filter_columns = mean ? PipelineKey{.shader = Shader::kMeanColumns} : smooth_key(true, keeps_edges),
       .soft_light = soft_light ? soft_light_key(perspective, soft_shadows) : none,

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <optional>
 
-#include "proto/model/fan_geometry.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/parameters/pipeline_key.hpp"
 #include "renderer/parameters/view_frame.hpp"
@@ -25,7 +24,6 @@ int shown_by(Mode mode);
 
 /// The pipelines of pass 2 that depend on the scene; the other ones of passes 2 and 3 have no constants.
 struct LightKeys {
-  PipelineKey confidence;                 ///< the weights of the depth filter, where the scene asks for them
   PipelineKey filter_rows;                ///< Shader::kMeanRows or kSmooth
   PipelineKey filter_columns;             ///< Shader::kMeanColumns or kSmooth
   std::optional<PipelineKey> soft_light;  ///< where the light needs it
@@ -33,7 +31,7 @@ struct LightKeys {
   std::optional<PipelineKey> scatter_columns;
   PipelineKey light;
 };
-LightKeys light_keys(const Scene& scene, FrameKind kind);
+LightKeys light_keys(const Scene& scene);
 
 inline constexpr std::size_t kLightVariants = 20;
 /// Every value that the keys of the light and of the smoothing filter can have, to be built before a scene

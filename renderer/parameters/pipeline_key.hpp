@@ -22,11 +22,11 @@ enum class Shader : std::uint8_t {
   kCast,
   kFrameSteps,
   kSlice,
+  kConfidence,
   kTemporal,  // pass 2
   kTileDepthRange,
   kCleanupTiles,
   kIslands,
-  kConfidence,
   kHoles,
   kMeanRows,
   kMeanColumns,

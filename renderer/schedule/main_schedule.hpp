@@ -19,7 +19,7 @@ struct SlotStatus {
   WorkPhase phase = WorkPhase::kIdle;
   bool loaded = false;                        ///< holds a volume
   bool outstanding = false;                   ///< the GPU has not finished its submissions
-  bool light_outstanding = false;             ///< of these, the ones of passes 2 and 3; on one device all
+  bool light_outstanding = false;             ///< of these, the ones of passes 2 and 3
   bool light_begun = true;                    ///< more of passes 2 and 3 was submitted than the filter
   bool light_submitted = true;                ///< all of passes 2 and 3 was submitted
   bool read_by_private_view = false;          ///< work of a private view that reads the slot is outstanding

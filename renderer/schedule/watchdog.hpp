@@ -28,7 +28,7 @@ class Watchdog {
   static constexpr std::size_t kRecent = 64;
   /// Longest time between two calls of observe() that counts as waiting for the GPU.
   static constexpr std::int64_t kMostGapNs = 1'000'000'000;
-  static constexpr std::size_t kMostLanes = 8;
+  static constexpr std::size_t kMostLanes = 12;
 
   enum class Pace : std::uint8_t { kUsual, kSlow, kHung };
 

@@ -24,7 +24,7 @@ struct LightRegions {
 
   /// Where `changed` has other values than in the last picture, which had the same parameters. Each rectangle
   /// is as large as the windows of its pass, and takes in what a later pass has overwritten: the maps of two
-  /// pairs of passes lie in the same memory (ViewBuffers::write_to()).
+  /// pairs of passes lie in the same memory (LightMemory::write_to()).
   ///
   /// `diffuses`: pass 3 takes steps that change both maps of the lit picture.
   static LightRegions of(const PixelRect& changed, const shaders::LightParameters& parameters, bool diffuses,

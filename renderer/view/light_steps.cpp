@@ -25,9 +25,6 @@ std::size_t LightSteps::end_of_piece(double step_ms, double most_ms) const {
     piece_ms += step_ms;
     ++end;
   }
-  for (std::size_t step = count_; step > end; --step) {
-    if (steps_.at(step - 1).reads_frames) return step;
-  }
   return end;
 }
 

@@ -21,14 +21,13 @@ struct LightStep {
   std::uint32_t first_down = 0;
   Stage stage = Stage::kFilter;  ///< kFilter, kLight or kFinish
   DescriptorSets::Order order = DescriptorSets::Order::kLitToDiffused;
-  bool reads_frames = false;  ///< reads the frames of the volume
 };
 
 /// The dispatches of passes 2 and 3 of one picture, in order, and how many of them were submitted. Neither
 /// allocates nor knows a GPU.
 class LightSteps {
  public:
-  static constexpr std::size_t kMostFilterSteps = 9;
+  static constexpr std::size_t kMostFilterSteps = 8;
   static constexpr std::size_t kMostLightSteps = 4;
   static constexpr std::size_t kMostDiffusionSteps = 30;  // of finish.iterations
 
@@ -49,8 +48,7 @@ class LightSteps {
   std::size_t count_of(Stage stage) const;
 
   /// The index past the last step of the next piece: at least one step, all of one stage, and together at
-  /// most most_ms where each step of the stage takes step_ms. But the first piece goes on to the last step
-  /// that reads the frames, which the main view may replace after it. Precondition: not submitted().
+  /// most most_ms where each step of the stage takes step_ms. Precondition: not submitted().
   std::size_t end_of_piece(double step_ms, double most_ms) const;
 
  private:

@@ -35,9 +35,11 @@ Result<void> check_limits(const FrameStore::Config& config, const VkPhysicalDevi
 
 }  // namespace
 
-Result<FrameStore> FrameStore::create(const Gpu& gpu, const Config& config) {
+Result<FrameStore> FrameStore::create(const PassDevice& device, const Config& config) {
+  const Gpu& gpu = *device.gpu;
   if (auto fits = check_limits(config, gpu.limits()); !fits) return fits.error();
   FrameStore made;
+  made.device_ = device;
   made.config_ = config;
   made.commit_numbers_.resize(config.frame_capacity);
   made.prepared_.resize(config.frame_capacity);
@@ -55,11 +57,12 @@ Result<FrameStore> FrameStore::create(const Gpu& gpu, const Config& config) {
     if (!buffer) return buffer.error();
     *each = std::move(*buffer);
   }
-  if (auto volume = made.create_volume(gpu); !volume) return volume.error();
+  if (auto volume = made.create_volume(); !volume) return volume.error();
   return made;
 }
 
-Result<void> FrameStore::create_volume(const Gpu& gpu) {
+Result<void> FrameStore::create_volume() {
+  const Gpu& gpu = *device_.gpu;
   if (config_.sampling == Sampling::kTexture) {
     auto texture = GpuImage::create(gpu, "volume", VK_FORMAT_R8_UNORM,
                                     {config_.columns, config_.rows, std::max(config_.frame_capacity, 2U)});
@@ -122,7 +125,8 @@ void FrameStore::copy_frame(std::uint32_t frame_index, std::uint64_t commit_numb
     prepared_[each] = false;
 }
 
-std::uint64_t FrameStore::frames_at_a_time(const Gpu& gpu, const Scene::Speckle& options) const {
+std::uint64_t FrameStore::frames_at_a_time(const Scene::Speckle& options) const {
+  const Gpu& gpu = *device_.gpu;
   // Larger buffers would save nothing: a dispatch over these frames keeps every GPU busy; a processor needs
   // less.
   const std::uint64_t most_bytes = gpu.candidate().kind == kProcessorKind ? 4 << 20 : 64 << 20;
@@ -137,7 +141,8 @@ std::uint64_t FrameStore::frames_at_a_time(const Gpu& gpu, const Scene::Speckle&
   return std::max(fitting(std::min(limit, most_bytes)), std::min<std::uint64_t>(fitting(limit), 1));
 }
 
-Result<void> FrameStore::create_filter_memory(const Gpu& gpu, const Scene::Speckle& options) {
+Result<void> FrameStore::create_filter_memory(const Scene::Speckle& options) {
+  const Gpu& gpu = *device_.gpu;
   if (options.filter != SpeckleFilter::kNone && filtered_.bytes() == 0) {
     auto made = GpuBuffer::create(gpu, "filtered frames", staged_.bytes(),
                                   kWrittenTexels | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kDevice,
@@ -147,7 +152,7 @@ Result<void> FrameStore::create_filter_memory(const Gpu& gpu, const Scene::Speck
     bindings_changed_ = true;
   }
   if (options.filter != SpeckleFilter::kGuided) return {};
-  const std::uint64_t at_a_time = frames_at_a_time(gpu, options);
+  const std::uint64_t at_a_time = frames_at_a_time(options);
   if (at_a_time == 0) return Error{ErrorCode::kUnsupported, "a frame is too large for the guided filter"};
   const std::uint64_t frames = at_a_time + 2 * (static_cast<std::uint64_t>(options.across) / 2);
   const std::uint64_t bytes = frames * frame_bytes() * sizeof(std::uint32_t);
@@ -176,34 +181,34 @@ FrameStore::Bindings FrameStore::bindings() const {
            {FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS, existing(bounds_)}}};
 }
 
-Result<void> FrameStore::find_pipelines(Pipelines& pipelines) {
+Result<void> FrameStore::find_pipelines() {
   pipelines_ = {};
   const SpeckleKeys speckle(wanted_);
   for (std::size_t half = 0; half < speckle.keys().size(); ++half) {
-    auto pipeline = pipelines.get(speckle.keys()[half]);
+    auto pipeline = device_.pipelines->get(speckle.keys()[half]);
     if (!pipeline) return pipeline.error();
     pipelines_[half] = *pipeline;
   }
   return {};
 }
 
-Result<void> FrameStore::begin(const Gpu& gpu, Pipelines& pipelines, const Scene::Speckle& options) {
+Result<void> FrameStore::begin(const Scene::Speckle& options) {
   if (left_out_ && options == refused_) {
     bindings_changed_ = false;  // requested again with every frame; there would still be no memory
-    piece_frames_ = piece_frames(gpu);
+    piece_frames_ = piece_frames();
     return {};
   }
   const Scene::Speckle before = std::exchange(wanted_, options);
   bindings_changed_ = (before.filter == SpeckleFilter::kNone) != (options.filter == SpeckleFilter::kNone);
-  left_out_ = !create_filter_memory(gpu, options);
+  left_out_ = !create_filter_memory(options);
   if (left_out_) {
     refused_ = options;
     wanted_.filter = SpeckleFilter::kNone;
     bindings_changed_ = true;
   }
   if (wanted_ != before) prepared_.assign(prepared_.size(), false);
-  piece_frames_ = piece_frames(gpu);
-  return find_pipelines(pipelines);
+  piece_frames_ = piece_frames();
+  return find_pipelines();
 }
 
 std::optional<FrameStore::Piece> FrameStore::next_piece() const {
@@ -215,7 +220,7 @@ std::optional<FrameStore::Piece> FrameStore::next_piece() const {
   return piece;
 }
 
-std::uint32_t FrameStore::piece_frames(const Gpu& gpu) const {
+std::uint32_t FrameStore::piece_frames() const {
   const bool guided = wanted_.filter == SpeckleFilter::kGuided;
   // Cost of a pixel of each filter on lavapipe, in samples of pass 1.
   const double window = double{1} * wanted_.size * wanted_.size;
@@ -224,18 +229,18 @@ std::uint32_t FrameStore::piece_frames(const Gpu& gpu) const {
                                                                                       : 1.5);
   const double frames =
       static_cast<double>(config_.piece_samples) / (samples * static_cast<double>(frame_bytes()));
-  const std::uint64_t most = guided ? frames_at_a_time(gpu, wanted_) : std::max(frames_, 1U);
+  const std::uint64_t most = guided ? frames_at_a_time(wanted_) : std::max(frames_, 1U);
   return static_cast<std::uint32_t>(std::clamp(frames, 1.0, static_cast<double>(most)));
 }
 
-void FrameStore::record_piece(VkCommandBuffer commands, const Pipelines& pipelines) {
+void FrameStore::record_piece(VkCommandBuffer commands) {
   const Piece piece = *next_piece();
-  if (filters()) record_filter(commands, pipelines, piece);
-  record_copies(commands, pipelines, piece);
+  if (filters()) record_filter(commands, piece);
+  record_copies(commands, piece);
   std::fill(prepared_.begin() + piece.first, prepared_.begin() + piece.end, true);
 }
 
-void FrameStore::record_filter(VkCommandBuffer commands, const Pipelines& pipelines, Piece piece) {
+void FrameStore::record_filter(VkCommandBuffer commands, Piece piece) {
   const auto [first, end] = piece;
   const bool guided = wanted_.filter == SpeckleFilter::kGuided;
   const std::uint32_t down =
@@ -251,8 +256,8 @@ void FrameStore::record_filter(VkCommandBuffer commands, const Pipelines& pipeli
   static_assert(sizeof constants <= Pipelines::kPushBytes);
   const auto filter = [&](VkPipeline pipeline, std::uint32_t from, std::uint32_t to) {
     constants.first_frame = from;
-    vkCmdPushConstants(commands, pipelines.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants,
-                       &constants);
+    vkCmdPushConstants(commands, device_.pipelines->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                       sizeof constants, &constants);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
     vkCmdDispatch(commands, groups(words_in_row(), kWordsInGroup), down, to - from);
     barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
@@ -264,7 +269,7 @@ void FrameStore::record_filter(VkCommandBuffer commands, const Pipelines& pipeli
   filter(pipelines_[guided ? 1 : 0], first, end);
 }
 
-void FrameStore::record_copies(VkCommandBuffer commands, const Pipelines& pipelines, Piece piece) {
+void FrameStore::record_copies(VkCommandBuffer commands, Piece piece) {
   const std::uint32_t frames = piece.end - piece.first;
   const shaders::PrepareConstants constants{.columns = config_.columns,
                                             .rows = config_.rows,
@@ -274,10 +279,10 @@ void FrameStore::record_copies(VkCommandBuffer commands, const Pipelines& pipeli
                                             .radius_across = 0,
                                             .noise = 0,
                                             .levels = 0};
-  vkCmdPushConstants(commands, pipelines.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants,
+  vkCmdPushConstants(commands, device_.pipelines->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof constants,
                      &constants);
   const auto run = [&](Shader shader, std::uint32_t across, std::uint32_t down) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines.fixed(shader));
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, device_.pipelines->fixed(shader));
     vkCmdDispatch(commands, groups(across, kWordsInGroup), down, frames);
   };
   const std::uint32_t blocks_across = blocks_along(config_.columns);

@@ -36,11 +36,12 @@ class FrameStore {
     Sampling sampling = Sampling::kTexture;
   };
 
-  /// A store without a volume and without memory.
   FrameStore() = default;
+  /// A store without a volume and without memory.
+  explicit FrameStore(const PassDevice& device) : device_(device) {}
   /// Allocates all memory except pass 0's. Errors: kUnsupported where such volumes exceed the GPU's limits,
   /// kUnavailable where the GPU has no memory for them.
-  static Result<FrameStore> create(const Gpu& gpu, const Config& config);
+  static Result<FrameStore> create(const PassDevice& device, const Config& config);
 
   /// Whether the memory has room for the volume, and for no larger frames. Physical sizes do not matter.
   bool suits(const Volume& volume) const {
@@ -63,7 +64,7 @@ class FrameStore {
   /// Sets pass 0 up. Where the GPU has no memory for the filter, the filter is left out. With the options of
   /// the last call, prepared frames stay prepared. Precondition as load(). Error: a pipeline that cannot be
   /// built.
-  Result<void> begin(const Gpu& gpu, Pipelines& pipelines, const Scene::Speckle& options);
+  Result<void> begin(const Scene::Speckle& options);
   bool filter_left_out() const { return left_out_; }
 
   /// Whether all frames are prepared with the options of the last begin() and can be sampled.
@@ -80,9 +81,9 @@ class FrameStore {
   /// Distance, in frames, over which pass 0 mixes frames.
   std::uint32_t reach_frames() const { return speckle_reach_frames(wanted_); }
 
-  /// Records pass 0 for the next piece, some frames. Precondition: !done(), and the view's descriptors are
-  /// bound.
-  void record_piece(VkCommandBuffer commands, const Pipelines& pipelines);
+  /// Records pass 0 for the next piece, some frames. Precondition: !done(), and the descriptors of
+  /// the pass are bound.
+  void record_piece(VkCommandBuffer commands);
 
   /// Null with Sampling::kGathering.
   const GpuImage& texture() const { return texture_; }
@@ -103,18 +104,19 @@ class FrameStore {
   std::uint32_t words_in_row() const { return (config_.columns + kPixelsInWord - 1) / kPixelsInWord; }
   std::uint64_t frame_bytes() const { return std::uint64_t{kPixelsInWord} * words_in_row() * config_.rows; }
   bool filters() const { return wanted_.filter != SpeckleFilter::kNone; }
-  std::uint64_t frames_at_a_time(const Gpu& gpu, const Scene::Speckle& options) const;
-  std::uint32_t piece_frames(const Gpu& gpu) const;
+  std::uint64_t frames_at_a_time(const Scene::Speckle& options) const;
+  std::uint32_t piece_frames() const;
   std::optional<Piece> next_piece() const;
   void set_frame_count(std::uint32_t frames);
   void copy_frame(std::uint32_t frame_index, std::uint64_t commit_number,
                   std::span<const std::uint8_t> pixels);
-  Result<void> create_volume(const Gpu& gpu);
-  Result<void> create_filter_memory(const Gpu& gpu, const Scene::Speckle& options);
-  Result<void> find_pipelines(Pipelines& pipelines);
-  void record_filter(VkCommandBuffer commands, const Pipelines& pipelines, Piece piece);
-  void record_copies(VkCommandBuffer commands, const Pipelines& pipelines, Piece piece);
+  Result<void> create_volume();
+  Result<void> create_filter_memory(const Scene::Speckle& options);
+  Result<void> find_pipelines();
+  void record_filter(VkCommandBuffer commands, Piece piece);
+  void record_copies(VkCommandBuffer commands, Piece piece);
 
+  PassDevice device_;
   Config config_;
   std::uint32_t frames_ = 0;
   Scene::Speckle wanted_;

@@ -91,6 +91,15 @@ Result<GpuBuffer> GpuBuffer::create(const Gpu& gpu, const char* name, std::uint6
   return made;
 }
 
+Result<void> create_buffers(const Gpu& gpu, std::span<const WantedBuffer> wanted) {
+  for (const WantedBuffer& each : wanted) {
+    auto buffer = GpuBuffer::create(gpu, each.name, each.bytes, each.usage, each.place);
+    if (!buffer) return buffer.error();
+    *each.buffer = std::move(*buffer);
+  }
+  return {};
+}
+
 Result<GpuImage> GpuImage::create(const Gpu& gpu, const char* name, VkFormat format, VkExtent3D extent) {
   GpuImage made;
   made.extent_ = extent;

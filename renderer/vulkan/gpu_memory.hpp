@@ -46,6 +46,17 @@ class GpuBuffer {
   std::uint8_t* mapped_ = nullptr;
 };
 
+/// A row of create_buffers(); as the arguments of GpuBuffer::create().
+struct WantedBuffer {
+  const char* name = "";
+  GpuBuffer* buffer = nullptr;
+  std::uint64_t bytes = 0;
+  VkBufferUsageFlags usage = 0;
+  BufferPlace place = BufferPlace::kDevice;
+};
+/// Creates all of them. Error: as GpuBuffer::create(), of the first that failed.
+Result<void> create_buffers(const Gpu& gpu, std::span<const WantedBuffer> wanted);
+
 /// A sampled image in the GPU's own memory, filled by copies: 3D, or 2D where its depth is 1, or 1D where its
 /// depth and height are 1.
 class GpuImage {

@@ -39,30 +39,32 @@ class GpuTimestamps {
     kMoments
   };
 
+  /// `gpu` must outlive the result.
   static Result<GpuTimestamps> create(const Gpu& gpu);
 
   /// Resets all time stamps. Precondition: the GPU writes none of them.
-  void reset(const Gpu& gpu) const;
+  void reset() const;
 
   /// Resets kPieceBegin and kPieceEnd alone. Precondition: the GPU writes neither of them.
-  void reset_piece(const Gpu& gpu) const;
+  void reset_piece() const;
 
   /// Records a time stamp that is written when all commands before it are done.
   void stamp(VkCommandBuffer commands, Moment moment) const;
 
   /// When each stage ran; 0 for stages whose time stamps were not written since reset(). A lost device is
-  /// noted in `gpu`. Precondition: the GPU writes none of them.
-  std::array<StageSpan, kStages> spans(const Gpu& gpu) const;
+  /// noted (Gpu::note_fault). Precondition: the GPU writes none of them.
+  std::array<StageSpan, kStages> spans() const;
 
   /// Duration of each stage in milliseconds.
-  std::array<double, kStages> ms(const Gpu& gpu) const;
+  std::array<double, kStages> ms() const;
 
   /// Milliseconds between kPieceBegin and kPieceEnd; 0 where they were not written since the reset.
-  double piece_ms(const Gpu& gpu) const;
+  double piece_ms() const;
 
  private:
-  std::array<std::uint64_t, kMoments> ticks(const Gpu& gpu, Moment first, Moment end) const;
+  std::array<std::uint64_t, kMoments> ticks(Moment first, Moment end) const;
 
+  const Gpu* gpu_ = nullptr;
   QueryPoolHandle times_;
 };
 

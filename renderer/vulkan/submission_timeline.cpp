@@ -15,6 +15,7 @@ Result<SubmissionTimeline> SubmissionTimeline::create(const Gpu& gpu, const char
   const VkResult result = vkCreateSemaphore(gpu.device(), &info, nullptr, &semaphore);
   if (result != VK_SUCCESS) return vulkan_error("vkCreateSemaphore", result);
   SubmissionTimeline made;
+  made.gpu_ = &gpu;
   made.semaphore_ = SemaphoreHandle(gpu.device(), semaphore);
   set_debug_name(gpu, semaphore, name);
   return made;
@@ -74,30 +75,30 @@ VkResult SubmissionTimeline::submit_held() const {
   return vkQueueSubmit2(held_->queue, 1, &info, VK_NULL_HANDLE);
 }
 
-std::uint64_t SubmissionTimeline::outstanding(const Gpu& gpu) const {
+std::uint64_t SubmissionTimeline::outstanding() const {
   std::uint64_t reached = 0;
-  const VkResult result = vkGetSemaphoreCounterValue(gpu.device(), semaphore_.get(), &reached);
+  const VkResult result = vkGetSemaphoreCounterValue(gpu_->device(), semaphore_.get(), &reached);
   if (result == VK_SUCCESS && reached <= submissions_) return submissions_ - reached;
   // Only what the GPU is known to have done may be read. Some drivers answer for a lost device with a value
   // that no submission has signalled.
   if (!is_out_of_memory(result)) {
-    gpu.note_fault(Gpu::Condition::kLost,
-                   result == VK_SUCCESS
-                       ? Error{ErrorCode::kLost,
-                               "a semaphore has a value that was never submitted, as after a loss "
-                               "of the device; expected one that was"}
-                       : vulkan_error("vkGetSemaphoreCounterValue", result));
+    gpu_->note_fault(Gpu::Condition::kLost,
+                     result == VK_SUCCESS
+                         ? Error{ErrorCode::kLost,
+                                 "a semaphore has a value that was never submitted, as after a loss "
+                                 "of the device; expected one that was"}
+                         : vulkan_error("vkGetSemaphoreCounterValue", result));
   }
   return submissions_;
 }
 
-Result<void> SubmissionTimeline::wait(const Gpu& gpu, std::uint64_t timeout_ns) const {
+Result<void> SubmissionTimeline::wait(std::uint64_t timeout_ns) const {
   const VkSemaphore semaphore = semaphore_.get();
   const VkSemaphoreWaitInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
                                  .semaphoreCount = 1,
                                  .pSemaphores = &semaphore,
                                  .pValues = &submissions_};
-  const VkResult result = vkWaitSemaphores(gpu.device(), &info, timeout_ns);
+  const VkResult result = vkWaitSemaphores(gpu_->device(), &info, timeout_ns);
   // Without memory to wait, the next look at the counter tells as much.
   if (result == VK_SUCCESS || result == VK_TIMEOUT || is_out_of_memory(result)) return {};
   return vulkan_error("vkWaitSemaphores", result);

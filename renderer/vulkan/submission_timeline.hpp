@@ -27,6 +27,7 @@ class SubmissionTimeline {
   static constexpr std::int64_t kPatienceNs = 1'000'000'000;
 
   SubmissionTimeline() = default;
+  /// `gpu` must outlive the result.
   static Result<SubmissionTimeline> create(const Gpu& gpu, const char* name);
 
   /// Ends the command buffer and submits it. It runs after the submission before it and after `other`, where
@@ -37,6 +38,8 @@ class SubmissionTimeline {
   /// Submits a held submission, if there is one. Error: kUnavailable where there was no memory for
   /// kPatienceNs.
   Result<void> retry();
+
+  bool holds() const { return held_.has_value(); }
 
   /// Forgets a held submission; its commands never run.
   void drop_held();
@@ -51,11 +54,11 @@ class SubmissionTimeline {
   std::uint64_t submissions() const { return submissions_; }
 
   /// Number of submissions that the GPU is not known to have finished. Where the GPU cannot be asked, that is
-  /// all of them; a lost device is noted in `gpu`.
-  std::uint64_t outstanding(const Gpu& gpu) const;
+  /// all of them; a lost device is noted (Gpu::note_fault).
+  std::uint64_t outstanding() const;
 
   /// Blocks until everything that was submitted is done, at most timeout_ns. A time-out is no error.
-  Result<void> wait(const Gpu& gpu, std::uint64_t timeout_ns) const;
+  Result<void> wait(std::uint64_t timeout_ns) const;
 
  private:
   struct Submission {
@@ -65,6 +68,7 @@ class SubmissionTimeline {
   };
   VkResult submit_held() const;
 
+  const Gpu* gpu_ = nullptr;
   SemaphoreHandle semaphore_;
   std::uint64_t submissions_ = 0;
   std::int64_t submitted_ns_ = 0;

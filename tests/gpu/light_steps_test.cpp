@@ -35,18 +35,6 @@ TEST(LightStepsTest, APieceEndsWithItsStage) {
   EXPECT_EQ(steps.end_of_piece(0.1, 4), 8U);
 }
 
-TEST(LightStepsTest, TheFirstPieceReadsAllFramesHoweverLongItTakes) {
-  LightSteps steps;
-  steps.add({});
-  steps.add({});
-  steps.add({.reads_frames = true});
-  steps.add({});
-  EXPECT_EQ(steps.end_of_piece(100, 4), 3U);
-  EXPECT_EQ(steps.end_of_piece(1, 4), 4U);
-  steps.submit_until(3);
-  EXPECT_EQ(steps.end_of_piece(100, 4), 4U);
-}
-
 TEST(LightStepsTest, KnowsWhetherAllWereSubmitted) {
   LightSteps steps = made_steps();
   steps.submit_until(4);
