@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/nearest_name.hpp"
@@ -34,9 +35,9 @@ PhantomSource::Pace phantom_pace(SourcePace pace) {
 }
 
 Result<std::unique_ptr<FrameSource>> open_phantom(std::string_view text, const SourceOptions& options) {
-  PhantomSource::Config config = PhantomSource::usual();
+  PhantomSource::Config config = usual_phantom();
   config.pace = phantom_pace(options.pace);
-  auto parsed = PhantomSource::parse(text, config);
+  auto parsed = parse_phantom(text, config);
   if (!parsed) return parsed.error();
   if (options.ends_whole && parsed->volumes > 0 && parsed->pace == PhantomSource::Pace::kRealTime)
     parsed->pace = PhantomSource::Pace::kPatient;

@@ -38,7 +38,7 @@ struct SourceOptions {
   std::function<bool()> stopped{};            ///< of OpenIGTLink: see IgtlSource::Config
 };
 
-/// Opens the source that a text names: "phantom:" (PhantomSource::usual()) with options, "replay:PATH" or the
+/// Opens the source that a text names: "phantom:" (usual_phantom()) with options, "replay:PATH" or the
 /// PATH of a recording alone, "usb:VENDOR:PRODUCT[:SERIAL]" (UsbAddress), or "igtl:HOST[:PORT]"
 /// (IgtlAddress). Reads files, and blocks until a probe is found, or the geometry of a scanner's images;
 /// errors as of the source's own create(). The links must outlive the source. A USB probe and OpenIGTLink use

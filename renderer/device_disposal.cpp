@@ -28,7 +28,7 @@ void DeviceDisposal::take(DeviceRenderer renderer) {
   }
   std::thread([state = state_, disposed = std::move(renderer)]() mutable {
     pthread_setname_np(pthread_self(), "gpu disposal");
-    disposed.renderer->wait_for_end();
+    disposed.renderer->devices().wait_for_end();
     disposed.reset();
     const std::scoped_lock lock(state->mutex);
     --state->pending;

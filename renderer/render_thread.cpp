@@ -29,12 +29,15 @@ constexpr std::size_t kVolumesWithoutMemory = 3;
 }  // namespace
 
 RenderThread::RenderThread(DeviceRenderer renderer, const Dependencies& dependencies)
-    : device_(std::move(renderer)),
-      to_(dependencies),
-      requested_(device_.renderer->scene()),
-      finest_mm_(device_.renderer->config().geometry.finest_mm()),
-      cine_(dependencies.ring),
+    : to_(dependencies),
       health_(dependencies.link),
+      renderer_(std::move(renderer), {.link = dependencies.link,
+                                      .counters = dependencies.counters,
+                                      .health = health_,
+                                      .remake = dependencies.remake}),
+      requested_(renderer_->scenes().wanted()),
+      finest_mm_(renderer_->config().geometry.finest_mm()),
+      cine_(dependencies.ring),
       settle_ns_(kMostSettleNs),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
@@ -47,33 +50,53 @@ void RenderThread::run(const std::stop_token& stop) {
     to_.counters.turn_began_ns.set(now_ns());
     if (const auto done = step_within_memory(); !done && !recover_within_memory(done.error(), stop)) break;
   }
-  retire();
+  to_.counters.turn_began_ns.set(0);
+  volume_ = {};
+  cine_.end();
+  renderer_.end(settle_ns_);
   ended_.ring();
+}
+
+bool RenderThread::end(std::int64_t timeout_ns) {
+  if (thread_.joinable()) {
+    // The other half is for what the thread does besides waiting for the GPU.
+    settle_ns_ = timeout_ns / 2;
+    thread_.request_stop();
+    to_.link.to_renderer.ring();
+    if (!ended_.wait(timeout_ns)) return false;
+    thread_.join();
+  }
+  return renderer_.is_gone();
+}
+
+RenderThread::~RenderThread() {
+  thread_.request_stop();
+  to_.link.to_renderer.ring();
 }
 
 void RenderThread::take_scene() {
   if (const NumberedScene* newest = to_.link.scenes.newest()) {
     requested_ = *newest;
     governor_.scene_came(requested_.scene, now_ns());
-    renderer().show(requested_);
+    renderer_->show(requested_);
   }
-  if (governor_.in_force(now_ns()) != renderer().scene().deadline) show_degraded();
+  if (governor_.in_force(now_ns()) != renderer_->scenes().wanted().deadline) show_degraded();
 }
 
 void RenderThread::show_degraded() {
   const DeadlineState state = governor_.in_force(now_ns());
-  renderer().show({.revision = requested_.revision,
+  renderer_->show({.revision = requested_.revision,
                    .scene = degraded(requested_.scene, state.measures, finest_mm_),
                    .deadline = state});
 }
 
 void RenderThread::rest() {
   const std::int64_t now = now_ns();
-  if (governor_.in_force(now) != renderer().scene().deadline) return;  // it has just changed
+  if (governor_.in_force(now) != renderer_->scenes().wanted().deadline) return;  // it has just changed
   // Orders behind one that was answered in this turn: their ring is used up.
   if (!volume_order_ && !to_.link.orders.empty()) return;
   auto change_ns = governor_.next_change_ns(now);
-  if (const auto try_ns = renderer().next_scene_try_ns())
+  if (const auto try_ns = renderer_->scenes().next_try_ns())
     change_ns = std::min(change_ns.value_or(*try_ns), *try_ns);
   if (const auto cine_ns = cine_.next_change_ns())
     change_ns = std::min(change_ns.value_or(*cine_ns), *cine_ns);
@@ -94,12 +117,16 @@ Result<void> RenderThread::step_within_memory() {
 
 bool RenderThread::recover_within_memory(const Error& cause, const std::stop_token& stop) {
   try {
-    return recover(cause, stop);
+    if (!renderer_.replace(cause, stop)) return false;
   } catch (const std::exception& error) {  // no memory, or no thread
-    fail({ErrorCode::kLost,
-          fmt::format("the process has no memory left for a new renderer ({})", error.what())});
+    renderer_.fail({ErrorCode::kLost,
+                    fmt::format("the process has no memory left for a new renderer ({})", error.what())});
     return false;
   }
+  show_degraded();
+  volume_due_ = views_due_ = true;
+  was_busy_ = false;
+  return true;
 }
 
 Result<void> RenderThread::step() {
@@ -108,40 +135,40 @@ Result<void> RenderThread::step() {
   take_orders();
   if (auto taken = take_private_views(); !taken) return taken;
   const bool private_turn =
-      private_share_.is_turn(renderer().private_due(), renderer().main_busy(), now_ns());
+      private_share_.is_turn(renderer_->private_due(), renderer_->main_busy(), now_ns());
   if (!private_turn) {
     if (auto taken = take_volume(); !taken) return taken;
     take_frames();
   }
   report();
   const auto new_work = private_turn ? Renderer::NewWork::kWaits : Renderer::NewWork::kBegins;
-  if (auto advanced = renderer().advance(new_work); !advanced) return advanced;
+  if (auto advanced = renderer_->advance(new_work); !advanced) return advanced;
   answer_volume_order();  // the GPU has its work meanwhile
-  if (Mailbox<Picture>& pictures = to_.link.pictures; renderer().collect(pictures.draft())) {
-    losses_.picture_finished();
+  if (Mailbox<Picture>& pictures = to_.link.pictures; renderer_->collect(pictures.draft())) {
+    renderer_.note_picture();
     governor_.picture_finished(pictures.draft().stamp);
     if (pictures.publish()) to_.counters.pictures_replaced.add();
     return {};  // its slot is free now: look for work before waiting
   }
-  if (renderer().collect_private()) {
+  if (renderer_->collect_private()) {
     private_share_.picture_finished(now_ns());
     return {};
   }
   measure_busy();
   // One observation decides between waiting for the GPU, more private work, and rest: work that ends between
   // two observations would stay uncollected until the next ring of the bell.
-  if (renderer().busy()) {
+  if (renderer_->busy()) {
     // advance() may have made room for the next volume, whose pass 1 runs beside what it submitted.
-    const bool more = !private_turn && volume_waits() && renderer().wants_volume();
-    return more ? Result<void>{} : renderer().wait(kPollNs);
+    const bool more = !private_turn && volume_waits() && renderer_->wants_volume();
+    return more ? Result<void>{} : renderer_->wait(kPollNs);
   }
   if (private_turn || !volume_waits()) {
-    const auto advanced = renderer().advance_private();
+    const auto advanced = renderer_->advance_private();
     if (!advanced) return advanced.error();
     if (*advanced) return {};
   }
   // The GPU has finished what was slow: that is reported before the thread rests.
-  if (renderer().pace() != Watchdog::Pace::kUsual) return renderer().wait(0);
+  if (renderer_->pace() != Watchdog::Pace::kUsual) return renderer_->wait(0);
   rest();
   return {};
 }
@@ -149,7 +176,7 @@ Result<void> RenderThread::step() {
 void RenderThread::measure_busy() {
   const std::int64_t now = now_ns();
   if (was_busy_) busy_ns_ += now - measured_ns_;
-  was_busy_ = renderer().main_busy();
+  was_busy_ = renderer_->main_busy();
   measured_ns_ = now;
   if (window_ns_ == 0) window_ns_ = now;
   if (now - window_ns_ < kWindowNs) return;
@@ -201,7 +228,7 @@ bool RenderThread::volume_waits() const {
 }
 
 Result<void> RenderThread::take_volume() {
-  if (!renderer().wants_volume()) return {};
+  if (!renderer_->wants_volume()) return {};
   if (cine_.is_frozen()) {
     // New volumes wait in the ring, where they are replaced by newer ones.
     const Volume* const due = cine_.due();
@@ -227,7 +254,7 @@ void RenderThread::follow_geometry(const Volume& volume) {
 
 Result<void> RenderThread::load_kept(const Volume& volume) {
   follow_geometry(volume);
-  const auto loaded = renderer().load(volume, Renderer::Loading::kKept);
+  const auto loaded = renderer_->load(volume, Renderer::Loading::kKept);
   cine_.note_loaded();
   if (loaded) {
     health_.set_volume_refusal("");
@@ -242,7 +269,7 @@ Result<void> RenderThread::load_kept(const Volume& volume) {
 Result<void> RenderThread::load(Renderer::Loading loading) {
   volume_due_ = false;
   follow_geometry(*volume_);
-  const auto loaded = renderer().load(*volume_, loading);
+  const auto loaded = renderer_->load(*volume_, loading);
   if (loaded) {
     health_.set_volume_refusal("");
     short_in_a_row_ = 0;
@@ -255,10 +282,11 @@ Result<void> RenderThread::load(Renderer::Loading loading) {
   // A volume that had room before has none now, again and again: a new device is tried once. For a volume
   // that is too large it would be of no use.
   const std::uint64_t bytes = volume_->geometry().frame_bytes() * volume_->stamp().frames;
-  const bool had_room = bytes <= renderer().largest_volume_bytes();
+  const bool had_room = bytes <= renderer_->largest_volume_bytes();
   volume_ = {};
   if (error.code == ErrorCode::kUnsupported || !had_room) return {};
-  if (++short_in_a_row_ < kVolumesWithoutMemory || remade_for_memory_ || !to_.remake) return {};
+  if (++short_in_a_row_ < kVolumesWithoutMemory || remade_for_memory_ || !renderer_.can_be_replaced())
+    return {};
   short_in_a_row_ = 0;
   remade_for_memory_ = true;
   return error;
@@ -270,7 +298,7 @@ Result<void> RenderThread::take_private_views() {
     views_due_ = true;
   }
   if (!std::exchange(views_due_, false)) return {};
-  return renderer().want(views_);
+  return renderer_->want(views_);
 }
 
 const Volume* RenderThread::volume_on_show() const {
@@ -289,12 +317,12 @@ void RenderThread::answer_volume_order() {
 }
 
 void RenderThread::report() {
-  const bool slow = renderer().pace() != Watchdog::Pace::kUsual;
+  const bool slow = renderer_->pace() != Watchdog::Pace::kUsual;
   health_.set_state(slow ? RenderHealth::State::kSlow : RenderHealth::State::kRunning,
                     slow ? "the GPU works on one submission for longer than usual" : "", now_ns());
-  health_.set_scene_refusal(renderer().scene_refusal());
+  health_.set_scene_refusal(renderer_->scenes().refusal());
   health_.flush();
-  if (const PrivateViewEnds* const ends = renderer().ended_views()) ends_due_ = *ends;
+  if (const PrivateViewEnds* const ends = renderer_->ended_views()) ends_due_ = *ends;
   if (ends_due_ && to_.link.answer(*ends_due_)) ends_due_.reset();
 }
 
@@ -305,10 +333,10 @@ void RenderThread::take_frames() {
     return;
   }
   // A published volume goes first: the queued frames belong to a volume after it.
-  while (!to_.ring.has_published() && renderer().wants_frame()) {
+  while (!to_.ring.has_published() && renderer_->wants_frame()) {
     const QueuedFrame* const frame = to_.feed->front();
     if (frame == nullptr) return;
-    renderer().take_frame(*frame);
+    renderer_->take_frame(*frame);
     to_.feed->pop();
   }
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
 #include <optional>
 #include <thread>
 
@@ -11,10 +10,8 @@
 #include "proto/exchange/volume_ring.hpp"
 #include "proto/model/pipeline_counters.hpp"
 #include "renderer/cine.hpp"
-#include "renderer/device_disposal.hpp"
 #include "renderer/health_reporter.hpp"
-#include "renderer/renderer.hpp"
-#include "renderer/schedule/loss_record.hpp"
+#include "renderer/replaceable_renderer.hpp"
 #include "renderer/schedule/private_share.hpp"
 #include "renderer/schedule/rate_governor.hpp"
 
@@ -25,13 +22,12 @@ namespace fanlight {
 /// client is present, new volumes are taken and counted, but not rendered. It sleeps on its bell while there
 /// is no work. Starts in the constructor.
 ///
-/// Where the GPU is lost, hangs or has no memory left, the thread makes a new device and a new renderer and
-/// continues: with the newest scene, the private views, and the last volume until the next one comes. Numbers
-/// of pictures and counters continue. It gives up where LossRecord says so: then it sends an Error, and ends.
+/// Where the GPU is lost, hangs or has no memory left, the thread continues with a new renderer
+/// (ReplaceableRenderer): with the newest scene, the private views, and the last volume until the next one
+/// comes. Where that gives up, the thread sends an Error, and ends.
 class RenderThread {
  public:
-  /// Opens a device and creates a renderer of this scene. Called on the render thread; may block for seconds.
-  using Remake = std::function<Result<DeviceRenderer>(const NumberedScene& scene)>;
+  using Remake = ReplaceableRenderer::Remake;
 
   /// All must outlive the thread. The ring and the feed ring the bell of the link's reader.
   struct Dependencies {
@@ -79,18 +75,9 @@ class RenderThread {
   void show_degraded();
   void rest();
 
-  // In render_thread_recovery.cpp.
-  bool recover(const Error& cause, const std::stop_token& stop);
-  bool remake(const NumberedScene& scene, const std::stop_token& stop);
-  void dispose(const Error& cause);
-  void fail(const Error& error);
-  void pause(std::int64_t until_ns, const std::stop_token& stop) const;
-  void retire();
-
-  Renderer& renderer() { return *device_.renderer; }
-
-  DeviceRenderer device_;
   Dependencies to_;
+  HealthReporter health_;
+  ReplaceableRenderer renderer_;
   RateGovernor governor_;
   PrivateShare private_share_;
   NumberedScene requested_;       // the renderer shows it as degraded() by the plan
@@ -106,15 +93,12 @@ class RenderThread {
   std::optional<VolumeOrder> volume_order_;  // to be answered
   std::optional<PrivateViewEnds> ends_due_;  // to be reported
   PrivateViews views_;
-  LossRecord losses_;
   std::size_t short_in_a_row_ = 0;   // volumes for which there was no memory
   bool remade_for_memory_ = false;   // and no volume was loaded since
   bool volume_due_ = false;          // the renderer is new, and has no volume yet
   bool views_due_ = false;           // nor its private views
   bool was_busy_ = false;            // at the last measure_busy()
   std::uint64_t arrivals_seen_ = 0;  // Audience::arrivals() at the last look_for_audience()
-  DeviceDisposal disposal_;
-  HealthReporter health_;
 
   std::atomic<std::int64_t> settle_ns_;  // how long the end waits for the GPU
   Doorbell ended_;                       // rings once the thread has nothing more to do

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <new>
 #include <utility>
 
 #include "proto/base/clock.hpp"
@@ -32,6 +34,12 @@ Result<void> check_picture(const Renderer::Config& config, const VkPhysicalDevic
   }
   return {};
 }
+
+// A driver of a GPU resets it after a few seconds by itself, and then says so. A processor that renders has
+// no such limit, shares its time with everything else on the machine, and compiles shaders within a
+// submission.
+constexpr std::int64_t kProcessorHungNs = 30'000'000'000;
+constexpr std::int64_t kSettlePollNs = 10'000'000;
 
 /// Adds the needed memory to an error about missing memory; other errors stay as they are.
 Error too_large(const Renderer::Config& config, const Gpu& gpu, const Error& error) {
@@ -104,7 +112,7 @@ Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling samplin
          .sampling = sampling},
         on_one_device() ? nullptr : &light);
     if (!slot) return too_large(config_, gpu_, slot.error());
-    if (auto ready = slot->prepare(scene_.scene); !ready) return ready.error();
+    if (auto ready = slot->prepare(scene_in_force().scene); !ready) return ready.error();
     state.reset(new SlotState{
         .slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}, .filtered_view = {}});
   }
@@ -213,9 +221,9 @@ Result<void> Renderer::begin_cast(SlotState& state) {
 }
 
 Result<void> Renderer::begin_cast_of_scene(SlotState& state) {
-  if (auto begun = state.slot.begin_cast(scene_.scene); !begun) return begun;
+  if (auto begun = state.slot.begin_cast(scene_in_force().scene); !begun) return begun;
   if (state.slot.filter_left_out()) counters_.volumes_unfiltered.add();
-  state.cast_scene = scene_;
+  state.cast_scene = scene_in_force();
   count_cast(state);
   return {};
 }
@@ -229,12 +237,12 @@ Result<void> Renderer::recast(SlotState& state) {
 Result<void> Renderer::advance(NewWork new_work) {
   if (auto retried = retry_held(); !retried) return retried;
   if (new_work == NewWork::kWaits && !main_busy()) {
-    const Error* const known = fault();
+    const Error* const known = devices_.fault();
     return known == nullptr ? Result<void>{} : *known;
   }
-  try_refused_scene();
-  const MainSteps due = decide(status(), scene_);
-  if (const Error* const known = fault()) return *known;
+  scenes_.try_again(now_ns());
+  const MainSteps due = decide(status(), scene_in_force());
+  if (const Error* const known = devices_.fault()) return *known;
   for (const MainStep step : due.steps()) {
     if (auto done = execute(step); !done) return done;
   }
@@ -271,7 +279,7 @@ Result<void> Renderer::execute(MainStep step) {
 
 Result<void> Renderer::prepare_ahead() {
   VolumeInFlight& slot = slots_[1 - newest_]->slot;
-  auto begun = slot.prepare_ahead(scene_.scene, levels());
+  auto begun = slot.prepare_ahead(scene_in_force().scene, levels());
   if (!begun && !falls_back(begun.error())) return begun.error();
   return {};
 }
@@ -292,7 +300,8 @@ bool Renderer::collect(Picture& picture) {
     if (!(index == newest_ ? newest_is_lit : older_is_lit)) continue;
     SlotState& state = *slots_[index];
     const auto stage_ms = state.slot.stage_ms();
-    if (fault() != nullptr) return false;  // what a lost GPU has left in the memory may be an old picture
+    if (devices_.fault() != nullptr)
+      return false;  // what a lost GPU has left in the memory may be an old picture
     state.phase = WorkPhase::kIdle;
     const bool first = std::exchange(state.awaits_picture, false);
     if (state.stamp.volume.volume_id < shown_volume_id_ && !state.is_kept) {
@@ -330,7 +339,7 @@ bool Renderer::private_due() const {
 
 bool Renderer::private_views_have_input() const {
   const SlotState& shown = *slots_[shown_];
-  return shown.slot.loaded() && shown.cast_number != 0 && !view_changed(shown.cast_scene, scene_);
+  return shown.slot.loaded() && shown.cast_number != 0 && !view_changed(shown.cast_scene, scene_in_force());
 }
 
 PrivateRenderer::Shown Renderer::shown_for_private_views() const {
@@ -368,7 +377,7 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
   const SubmissionTimeline* const awaited = lighting != nullptr ? lighting : earliest;
   if (awaited != nullptr) {
     if (auto waited = awaited->wait(static_cast<std::uint64_t>(timeout_ns)); !waited) {
-      note_fault(Gpu::Condition::kLost, waited.error());
+      devices_.note_fault(Gpu::Condition::kLost, waited.error());
       return waited;
     }
   }
@@ -377,6 +386,182 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
 
 Result<DepthMaps> Renderer::read_depth() {
   return slots_[shown_]->slot.read_depth();
+}
+
+// ---- passes 2 and 3 of the main view
+
+VolumeInFlight::History Renderer::history_of(const SlotState& state) const {
+  using History = VolumeInFlight::History;
+  if (replaces_frames()) return History::kNone;  // a single slot is used, and it keeps no last volume
+  const SlotState& other = &state == slots_[0].get() ? *slots_[1] : *slots_[0];
+  // The cine goes in any direction, and each of its volumes has one picture whatever was shown before.
+  if (state.is_kept || other.is_kept) return History::kNone;
+  const bool before =
+      other.filtered_volume_id > 0 && other.filtered_volume_id < state.slot.volume().volume_id;
+  const bool same_view =
+      before && first_pass_changed(other.filtered_view, state.cast_scene.scene) > FirstPass::kCast;
+  return same_view ? History::kUsable : History::kNone;
+}
+
+Result<void> Renderer::light(SlotState& state) {
+  // The shown volume goes without weights where another one is cast, whose picture will have them.
+  const bool takes_time = state.phase == WorkPhase::kCasting || &state == slots_[newest_].get();
+  const Scene scene = relit(state.cast_scene.scene, scene_in_force().scene);
+  if (!takes_time || !state.slot.weights_due(scene) || state.slot.outstanding() > 0)
+    return submit_light(state);
+  // A private view still reads the weights that this would overwrite: the next call tries again.
+  if (private_.reads(state.slot)) return {};
+  if (auto added = state.slot.add_weights(scene); !added)
+    return falls_back(added.error()) ? Result<void>{} : added;
+  state.phase = WorkPhase::kCasting;  // the light follows when this is done
+  return {};
+}
+
+void Renderer::take_light_scene(SlotState& state) const {
+  state.lit_scene = {.revision = view_changed(state.cast_scene, scene_in_force()) ? state.cast_scene.revision
+                                                                                  : scene_in_force().revision,
+                     .scene = relit(state.cast_scene.scene, scene_in_force().scene)};
+}
+
+Result<void> Renderer::submit_light_piece(SlotState& state) {
+  const Scene now = relit(state.cast_scene.scene, scene_in_force().scene);
+  const bool same_filter = first_pass_changed(state.lit_scene.scene, now) > FirstPass::kFilter;
+  const SlotStatus status{.cast_scene = &state.cast_scene, .lit_scene = &state.lit_scene};
+  // The picture has no light yet: it gets the newest one. Another filter waits for the next picture: one that
+  // never rests would begin this one again and again.
+  if (state.slot.light_begun() || !same_filter || !light_changed(status, scene_in_force()))
+    return state.slot.light_next_piece(nullptr);
+  const NumberedScene before = state.lit_scene;
+  take_light_scene(state);
+  auto lit = state.slot.light_next_piece(&state.lit_scene.scene);
+  if (!lit && falls_back(lit.error())) {
+    state.lit_scene = before;
+    return state.slot.light_next_piece(&state.lit_scene.scene);
+  }
+  if (!lit) return lit;
+  note_light(state);
+  return {};
+}
+
+Result<void> Renderer::submit_light(SlotState& state) {
+  take_light_scene(state);
+  if (auto lit = state.slot.light(state.lit_scene.scene, history_of(state)); !lit) {
+    // The next advance() lights it by the scene that is in force then.
+    return falls_back(lit.error()) ? Result<void>{} : lit;
+  }
+  state.filtered_volume_id = state.slot.volume().volume_id;
+  state.filtered_view = state.cast_scene.scene;
+  state.phase = WorkPhase::kLighting;
+  state.gave_up_cast = false;
+  counters_.pass2_runs.add();
+  if (state.slot.lights_a_part()) counters_.pass2_parts.add();
+  note_light(state);
+  return {};
+}
+
+/// Notes what the picture will show: lit_scene, by the scene in force.
+void Renderer::note_light(SlotState& state) {
+  scenes_.note_drawn();
+  state.stamp = {.scene_revision = state.lit_scene.revision,
+                 .pass1_runs = counters_.pass1_runs.value(),
+                 .pass2_runs = counters_.pass2_runs.value(),
+                 .deadline_level = scene_in_force().deadline.level,
+                 .measures = state.cast_scene.deadline.measures,
+                 .volume = state.slot.volume(),
+                 .levels = state.slot.levels(),
+                 .view = picture_view(state.cast_scene.scene, config_.size)};
+  state.stamp.measures.cheap_filters = scene_in_force().deadline.measures.cheap_filters;
+}
+
+// ---- faults and the end
+
+Watchdog::Limits Renderer::default_limits(const Gpu& gpu) {
+  Watchdog::Limits limits;
+  if (gpu.candidate().kind == kProcessorKind) limits.least_hung_ns = kProcessorHungNs;
+  return limits;
+}
+
+Renderer::~Renderer() {
+  if (!given_up_) {
+    const bool settled = settle(watchdog_.hung_after_ns());
+    if (!settled && devices_.condition() == Gpu::Condition::kSound)
+      devices_.note_fault(Gpu::Condition::kHung,
+                          {ErrorCode::kLost, "the GPU did not finish its work at the end"});
+    if (settled) pipelines_->save_cache();
+    give_up();
+  }
+  if (!devices_.is_at_work()) return;
+  // The GPU may still write to this memory, so it is left to the end of the process.
+  for (auto& state : slots_) static_cast<void>(state.release());
+  private_.leave_memory();
+  // A reference that is never dropped: a store may hold the pipelines too.
+  static_cast<void>(new (std::nothrow) std::array{pipelines_, light_pipelines_});
+}
+
+void Renderer::give_up() {
+  if (std::exchange(given_up_, true)) return;
+  for (const auto& state : slots_) {
+    if (!state) continue;
+    if (state->awaits_picture) counters_.volumes_skipped.add();
+    if (state->phase == WorkPhase::kLighting && devices_.fault() != nullptr) counters_.pictures_lost.add();
+  }
+}
+
+bool Renderer::settle(std::int64_t timeout_ns) {
+  for (const auto& state : slots_) {
+    if (state) state->slot.drop_held();
+  }
+  private_.drop_held();
+  const std::int64_t deadline_ns = now_ns() + timeout_ns;
+  while (devices_.fault() == nullptr) {
+    const bool outstanding =
+        private_.outstanding_timeline() != nullptr ||
+        std::ranges::any_of(slots_, [](const auto& state) { return state && state->slot.outstanding() > 0; });
+    const std::int64_t left_ns = deadline_ns - now_ns();
+    if (!outstanding) return devices_.fault() == nullptr;
+    if (left_ns <= 0 || !wait(std::min(left_ns, kSettlePollNs))) return false;
+  }
+  return false;
+}
+
+bool Renderer::falls_back(const Error& error) {
+  return scenes_.falls_back(error, now_ns());
+}
+
+Result<void> Renderer::retry_held() {
+  for (const auto& state : slots_) {
+    if (auto retried = state->slot.retry_held(); !retried) return retried;
+  }
+  return private_.retry_held();
+}
+
+Result<void> Renderer::observe() {
+  std::array<Watchdog::Lane, 4 + 2 * kMostPrivateViews> lanes;
+  static_assert(lanes.size() <= Watchdog::kMostLanes);
+  std::size_t next = 0;
+  const auto add = [&](const SubmissionTimeline* timeline) {
+    Watchdog::Lane& lane = lanes[next++];
+    if (timeline != nullptr)
+      lane = {.submissions = timeline->submissions(), .outstanding = timeline->outstanding() > 0};
+  };
+  for (const auto& state : slots_) {
+    add(&state->slot.cast_timeline());
+    add(&state->slot.light_timeline());
+  }
+  for (std::size_t view = 0; view < kMostPrivateViews; ++view) {
+    for (const SubmissionTimeline* const timeline : private_.timelines(view)) add(timeline);
+  }
+  pace_ = watchdog_.observe(lanes, now_ns());
+  if (pace_ == Watchdog::Pace::kHung) {
+    const double limit_s = static_cast<double>(watchdog_.hung_after_ns()) / 1e9;
+    devices_.note_fault(
+        Gpu::Condition::kHung,
+        {ErrorCode::kLost, fmt::format("the GPU has not finished a submission for {:.0f} s, expected it "
+                                       "within a few times the longest before",
+                                       limit_s)});
+  }
+  const Error* const known = devices_.fault();
+  return known == nullptr ? Result<void>{} : *known;
 }
 
 }  // namespace fanlight

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/model/picture.hpp"
@@ -15,9 +14,11 @@
 #include "renderer/passes/pipelines.hpp"
 #include "renderer/private_renderer.hpp"
 #include "renderer/schedule/main_schedule.hpp"
+#include "renderer/schedule/scene_fallback.hpp"
 #include "renderer/schedule/watchdog.hpp"
 #include "renderer/survey/echo_survey.hpp"
 #include "renderer/volume_in_flight.hpp"
+#include "renderer/vulkan/device_health.hpp"
 #include "renderer/vulkan/gpu.hpp"
 
 namespace fanlight {
@@ -79,21 +80,13 @@ class Renderer {
 
   /// Sets the scene of all following pictures. A scene whose pipelines the driver does not build is refused
   /// when its turn comes, and the one before stays; it is tried again later.
-  void show(const NumberedScene& scene) {
-    wanted_ = scene_ = scene;
-    scene_rest_ns_ = kLeastSceneRestNs;
-  }
+  void show(const NumberedScene& scene) { scenes_.want(scene); }
 
-  /// Why the scene of show() is not shown; empty where it is, or will be.
-  const std::string& scene_refusal() const { return scene_refusal_; }
-  /// When advance() tries a refused scene again; absent where none is refused.
-  std::optional<std::int64_t> next_scene_try_ns() const {
-    if (scene_refusal_.empty() || scene_.revision == wanted_.revision) return {};
-    return scene_refused_ns_ + scene_rest_ns_;
-  }
+  /// The scene of show(), and why it is not shown where it is not.
+  const SceneFallback& scenes() const { return scenes_; }
 
   /// Whether load() accepts a volume: no pass 1 is under way and a slot is free.
-  bool wants_volume() const { return accepts_volume(status(), scene_); }
+  bool wants_volume() const { return accepts_volume(status(), scene_in_force()); }
 
   /// Only a kNew volume is counted. kAgain: a renderer before this one has loaded it. kKept: one of the last
   /// volumes, of the cine; the grey levels in force stay.
@@ -113,7 +106,7 @@ class Renderer {
   std::uint64_t largest_volume_bytes() const { return largest_volume_bytes_; }
 
   /// Whether take_frame() accepts a frame: the slot of the next volume is free.
-  bool wants_frame() const { return accepts_frame(status(), scene_); }
+  bool wants_frame() const { return accepts_frame(status(), scene_in_force()); }
 
   /// Copies a frame of the next volume, so that pass 0 can prepare it before the other frames arrive. Its
   /// index is estimated from its angle and the angles of the last volume; load() corrects wrong estimates.
@@ -170,13 +163,8 @@ class Renderer {
   /// call.
   void give_up();
 
-  /// See Gpu::wait_for_end(). Of a hung GPU only.
-  void wait_for_end() const;
-
-  /// Whether the devices work; kLost where either is lost.
-  Gpu::Condition condition() const;
-  /// As Gpu::note_fault(), of either device.
-  void note_fault(Gpu::Condition condition, const Error& error) const;
+  /// Whether the devices work.
+  const DeviceHealth& devices() const { return devices_; }
 
   /// The numbers that a new renderer continues.
   struct Progress {
@@ -195,17 +183,8 @@ class Renderer {
 
   const Config& config() const { return config_; }
   const Gpu& gpu() const { return gpu_; }
-  /// The scene of show().
-  const NumberedScene& scene() const { return wanted_; }
-  /// The last scene that a picture was made of: its pipelines could be built.
-  const NumberedScene& proven_scene() const { return proven_; }
 
  private:
-  // A refused scene is tried again after this time, and then after twice the time before, since each try
-  // costs a cast and may cost a compilation.
-  static constexpr std::int64_t kLeastSceneRestNs = 1'000'000'000;
-  static constexpr std::int64_t kMostSceneRestNs = 64'000'000'000;
-
   struct SlotState {
     VolumeInFlight slot;
     WorkPhase phase = WorkPhase::kIdle;
@@ -226,13 +205,12 @@ class Renderer {
       : config_(config),
         gpu_(dependencies.gpu),
         light_gpu_(dependencies.light_gpu != nullptr ? *dependencies.light_gpu : dependencies.gpu),
+        devices_(gpu_, light_gpu_),
         counters_(dependencies.counters),
         pipelines_(std::move(pipelines)),
         private_({&gpu_, pipelines_.get()}, counters_, private_casts),
         watchdog_(config.watchdog.value_or(default_limits(gpu_))),
-        wanted_(scene),
-        scene_(scene),
-        proven_(scene) {}
+        scenes_(scene) {}
   static Watchdog::Limits default_limits(const Gpu& gpu);
   MainStatus status() const;
   Result<void> execute(MainStep step);
@@ -245,20 +223,19 @@ class Renderer {
   Result<void> submit_light_piece(SlotState& state);
   void take_light_scene(SlotState& state) const;
   void note_light(SlotState& state);
-  const Error* fault() const;
-  bool on_one_device() const { return &gpu_ == &light_gpu_; }
+  const NumberedScene& scene_in_force() const { return scenes_.in_force(); }
+  bool on_one_device() const { return devices_.on_one_device(); }
   Result<void> prepare_ahead();
   Result<void> load_into_other(const Volume& volume, Loading loading);
   Result<void> complete_newest(const Volume& volume, Loading loading);
   void count_cast(SlotState& state);
   bool falls_back(const Error& error);
-  void try_refused_scene();
   Result<void> retry_held();
   Result<void> observe();
   std::uint32_t nearest_frame_index(double angle_rad) const;
   bool replaces_frames() const {
     const SlotState& newest = *slots_[newest_];
-    return fanlight::replaces_frames(newest.slot.loaded(), newest.cast_scene, scene_);
+    return fanlight::replaces_frames(newest.slot.loaded(), newest.cast_scene, scene_in_force());
   }
   VolumeInFlight::History history_of(const SlotState& state) const;
   bool private_views_have_input() const;
@@ -267,6 +244,7 @@ class Renderer {
   Config config_;
   const Gpu& gpu_;
   const Gpu& light_gpu_;
+  DeviceHealth devices_;
   RenderCounters& counters_;
   std::shared_ptr<Pipelines> pipelines_;
   std::shared_ptr<Pipelines> light_pipelines_;  // null on one device
@@ -275,9 +253,8 @@ class Renderer {
   Watchdog watchdog_;
   Watchdog::Pace pace_ = Watchdog::Pace::kUsual;
   bool given_up_ = false;
-  mutable bool either_lost_ = false;  // of note_fault()
-  std::size_t newest_ = 0;            // slot loaded last; the other one takes the next volume
-  std::size_t shown_ = 0;             // slot whose picture was collected last
+  std::size_t newest_ = 0;  // slot loaded last; the other one takes the next volume
+  std::size_t shown_ = 0;   // slot whose picture was collected last
   std::uint64_t shown_volume_id_ = 0;
   std::uint64_t newest_commit_number_ = 0;  // largest of the frames of the last volume
   std::uint64_t largest_volume_bytes_ = 0;
@@ -285,12 +262,7 @@ class Renderer {
 
   SteadyLevels levels_;
   std::optional<EchoLevels> fixed_levels_;
-  NumberedScene wanted_;  // of show()
-  NumberedScene scene_;   // in force: wanted_, or proven_ where wanted_ was refused
-  NumberedScene proven_;
-  std::string scene_refusal_;
-  std::int64_t scene_refused_ns_ = 0;
-  std::int64_t scene_rest_ns_ = kLeastSceneRestNs;  // until the next try
+  SceneFallback scenes_;
   std::uint64_t pictures_ = 0;
 };
 

@@ -27,10 +27,7 @@ Assembler::Assembler(const Dependencies& dependencies, const Config& config)
     : dependencies_(dependencies),
       config_(config),
       reversal_(config.range),
-      stamps_(dependencies.ring.frame_capacity()),
-      angle_check_(dependencies.ring.frame_capacity()) {
-  by_sequence_.reserve(stamps_.size());
-  frames_to_check_.reserve(stamps_.size());
+      volume_(dependencies.ring, dependencies.writer_bell) {
   if (config.correction == MismatchCorrection::kOn) {
     hysteresis_.emplace(dependencies.ring.frame_capacity(), dependencies.counters);
   }
@@ -58,14 +55,14 @@ std::span<std::uint8_t> Assembler::place(const FrameStamp& frame, const FanGeome
     return {};
   }
   if (arrival == Arrival::kNewest && config_.cut == SweepCut::kByTurning) follow_angle(frame, stop);
-  if (sweep_.finished || (volume_ != nullptr && volume_->full())) {
+  if (sweep_.finished || (volume_.is_open() && volume_->full())) {
     placed_.reset();
     count_unplaced(counters.frames_over_capacity);
     mark(frame, SequenceWindow::Frame::kUsable);
     leave_sweep_after(frame);
     return {};
   }
-  if (volume_ == nullptr && !open_volume(geometry, stop)) {
+  if (!volume_.is_open() && !volume_.open(geometry, stop)) {
     if (!stop.stop_requested()) reject(frame, FrameFault::kMisfit);
     return {};
   }
@@ -83,8 +80,7 @@ void Assembler::commit() {
     if (placed_arrival_ == Arrival::kReordered) counters.frames_reordered.add();
   }
   const std::uint32_t index = volume_->stamp().frames;
-  stamps_[index] = frame;
-  volume_->add_frame(frame);
+  volume_.add(frame);
   // Before leave_sweep_after(): it may end the sweep and hand the volume to the reader.
   if (dependencies_.frame_queue != nullptr) {
     dependencies_.frame_queue->put(frame, volume_->geometry(), volume_->frame_pixels(index));
@@ -115,9 +111,8 @@ void Assembler::end_of_source() {
 void Assembler::abandon() {
   settle_below(window_.next());
   sweep_.gaps = {};
-  if (volume_ == nullptr) return;
-  dependencies_.ring.abandon();
-  volume_ = nullptr;
+  if (!volume_.is_open()) return;
+  volume_.abandon();
   settle_pending(dependencies_.counters.frames_abandoned, pending_);
 }
 
@@ -178,9 +173,9 @@ void Assembler::follow_geometry(const FrameStamp& frame) {
 
 /// Counts the frames that the open sweep lacks of `frames`, because it ends in its middle.
 void Assembler::cut_off_below(std::uint64_t frames) {
-  if (volume_ == nullptr) return;
+  if (!volume_.is_open()) return;
   sweep_.cut_off +=
-      saturating_difference(frames, volume_->stamp().frames + sweep_.gaps.without_frame + sweep_.cut_off);
+      saturating_difference(frames, volume_.frames() + sweep_.gaps.without_frame + sweep_.cut_off);
 }
 
 void Assembler::enter_sweep_of(const FrameStamp& frame) {
@@ -217,41 +212,111 @@ void Assembler::follow_angle(const FrameStamp& frame, const std::stop_token& sto
 void Assembler::end_sweep_at_reversal(const std::stop_token& stop) {
   // A reversal is detected some frames after the extreme. These frames belong to the sweep that begins.
   const std::uint64_t extreme = reversal_.extreme_sequence();
-  const auto stamps = std::span(stamps_).first(volume_ == nullptr ? 0 : volume_->stamp().frames);
+  const auto stamps = volume_.is_open() ? volume_.stamps() : std::span<const FrameStamp>();
   const auto after =
       std::ranges::find_if(stamps, [extreme](const FrameStamp& stamp) { return stamp.sequence > extreme; });
   const auto kept = static_cast<std::uint32_t>(after - stamps.begin());
-  const auto carried = static_cast<std::uint32_t>(stamps.end() - after);
   settle_below(extreme + 1);
   // A frame from before the extreme that arrived after it stays with the frames it arrived with.
   sweep_.gaps.without_frame += static_cast<std::uint64_t>(std::count_if(
       after, stamps.end(), [extreme](const FrameStamp& stamp) { return stamp.sequence < extreme; }));
   if (kept > 0) {
-    const Volume& ended = *volume_;
-    volume_->keep_first(kept, *std::ranges::max_element(stamps.first(kept), {}, &FrameStamp::sequence));
+    const OpenVolume::Rest rest = volume_.cut(kept);
     finish_volume();
-    sweep_ = {.index = sweep_.index + 1};
-    if (carried > 0) carry_over(ended, kept, carried, stop);
+    if (rest.frames > 0 && !volume_.carry_over(rest, stop))
+      settle_pending(dependencies_.counters.frames_abandoned, rest.frames);
+  }
+  sweep_ = {.index = sweep_.index + 1};
+}
+
+// ---- the end of a volume ----
+
+/// The places of removed frames in the sequence become gaps.
+AngleCheck::Findings Assembler::remove_outliers() {
+  const OpenVolume::Angles angles = volume_.remove_outliers();
+  sweep_.gaps.longest = std::max(sweep_.gaps.longest, angles.longest_run);
+  sweep_.gaps.without_frame += angles.removed;
+  if (angles.removed > 0) settle_pending(dependencies_.counters.frames_invalid, angles.removed);
+  return angles.findings;
+}
+
+std::optional<DroppedSweep::Reason> Assembler::reason_to_drop(double gap_rad) const {
+  using Reason = DroppedSweep::Reason;
+  const std::uint32_t frames = volume_.frames();
+  const SequenceGaps& gaps = sweep_.gaps;
+  const auto all = static_cast<double>(frames + gaps.without_frame + sweep_.cut_off);
+  const auto too_many = [&](std::uint64_t missing) {
+    return missing > 1 && static_cast<double>(missing) > config_.most_missing_share * all;
+  };
+  if (too_many(gaps.without_frame)) return Reason::kMissing;
+  if (gaps.longest > config_.longest_gap_frames) return Reason::kRun;
+  if (gap_rad > 0) return Reason::kGap;
+  if (too_many(gaps.without_frame + sweep_.cut_off)) return Reason::kCutOff;
+  if (frames < 2 || !volume_.has_moved()) return Reason::kStill;
+  return std::nullopt;
+}
+
+void Assembler::finish_volume() {
+  if (!volume_.is_open()) return;
+  if (volume_.frames() == 0) return volume_.abandon();
+  const AngleCheck::Findings angles = remove_outliers();
+  if (const auto reason = reason_to_drop(angles.gap_rad)) {
+    drop(*reason, angles);
   } else {
-    sweep_ = {.index = sweep_.index + 1};
+    publish();
   }
 }
 
-void Assembler::carry_over(const Volume& ended, std::uint32_t first, std::uint32_t frames,
-                           const std::stop_token& stop) {
-  // The ring may lend `ended` to the reader meanwhile, but overwrites it only by returning it from begin().
-  // In that case the frames are moved to the front of the same volume.
-  volume_ = wait_for_volume(stop);
-  if (volume_ == nullptr) {
-    settle_pending(dependencies_.counters.frames_abandoned, frames);
-    return;
+void Assembler::drop(DroppedSweep::Reason reason, const AngleCheck::Findings& angles) {
+  using Reason = DroppedSweep::Reason;
+  AcquisitionCounters& counters = dependencies_.counters;
+  const std::uint32_t frames = volume_.frames();
+  if (dependencies_.dropped != nullptr) {
+    dependencies_.dropped->put({.volume_index = config_.cut == SweepCut::kByTurning
+                                                    ? sweep_.index
+                                                    : volume_->stamp().source_volume_index,
+                                .reason = reason,
+                                .frames = frames,
+                                .missing = sweep_.gaps.without_frame,
+                                .longest_run = sweep_.gaps.longest,
+                                .gap_deg = degrees(angles.gap_rad),
+                                .usual_step_deg = degrees(angles.usual_step_rad)});
   }
-  volume_->set_geometry(ended.geometry());
-  for (std::uint32_t i = 0; i < frames; ++i) {
-    stamps_[i] = stamps_[first + i];
-    std::ranges::copy(ended.frame_pixels(first + i), volume_->next_frame_pixels().begin());
-    volume_->add_frame(stamps_[i]);
+  volume_.abandon();
+  if (reason == Reason::kCutOff) {
+    settle_pending(counters.frames_abandoned, frames);
+  } else if (reason == Reason::kStill) {
+    counters.volumes_short.add();
+    settle_pending(counters.frames_in_short_volumes, frames);
+  } else {
+    counters.volumes_incomplete.add();
+    settle_pending(counters.frames_in_incomplete_volumes, frames);
   }
+}
+
+void Assembler::correct_as_recorded() {
+  const std::uint64_t first = volume_->stamp().first_frame_sequence;
+  const auto found =
+      std::ranges::lower_bound(config_.recorded, first, {}, &RecordedCorrection::first_frame_sequence);
+  if (found != config_.recorded.end() && found->first_frame_sequence == first)
+    volume_->turn_by(found->correction_rad);
+}
+
+void Assembler::publish() {
+  VolumeStamp& stamp = volume_->stamp();
+  AcquisitionCounters& counters = dependencies_.counters;
+  if (config_.cut == SweepCut::kByTurning) {
+    stamp.source_volume_index = sweep_.index;
+    stamp.direction = sweep_.direction;
+  }
+  stamp.frames_missing = static_cast<std::uint32_t>(sweep_.gaps.without_frame);
+  if (stamp.frames_missing > 0) counters.volumes_interpolated.add();
+  last_sweep_frames_ = stamp.frames + stamp.frames_missing;
+  volume_->sort_by_angle();
+  if (hysteresis_) hysteresis_->correct(*volume_, volume_.stamps());
+  if (!hysteresis_) correct_as_recorded();
+  settle_pending(counters.frames_assembled, stamp.frames);
+  volume_.publish();
 }
 
 // ---- counting ----

@@ -6,9 +6,9 @@
 #include <optional>
 #include <span>
 #include <stop_token>
-#include <vector>
 
 #include "acquisition/assembly/dropped_sweeps.hpp"
+#include "acquisition/assembly/open_volume.hpp"
 #include "acquisition/assembly/reversal_detector.hpp"
 #include "acquisition/assembly/sequence_window.hpp"
 #include "acquisition/assembly/sweep_hysteresis.hpp"
@@ -134,13 +134,8 @@ class Assembler {
   void leave_sweep_after(const FrameStamp& frame);
   void follow_angle(const FrameStamp& frame, const std::stop_token& stop);
   void end_sweep_at_reversal(const std::stop_token& stop);
-  void carry_over(const Volume& ended, std::uint32_t first, std::uint32_t frames,
-                  const std::stop_token& stop);
 
-  bool open_volume(const FanGeometry& geometry, const std::stop_token& stop);
-  Volume* wait_for_volume(const std::stop_token& stop);
-  AngleCheck::Findings check_angles();
-  void remove_outliers(std::span<const std::size_t> outliers);
+  AngleCheck::Findings remove_outliers();
   std::optional<DroppedSweep::Reason> reason_to_drop(double gap_rad) const;
   void drop(DroppedSweep::Reason reason, const AngleCheck::Findings& angles);
   void finish_volume();
@@ -158,11 +153,7 @@ class Assembler {
   SequenceWindow window_;
   ReversalDetector reversal_;
   std::optional<SweepHysteresis> hysteresis_;
-  Volume* volume_ = nullptr;        // of the open sweep; nullptr before its first usable frame
-  std::vector<FrameStamp> stamps_;  // of its frames, in order of arrival
-  AngleCheck angle_check_;
-  std::vector<std::uint32_t> by_sequence_;          // indices of the frames, while their angles are checked
-  std::vector<AngleCheck::Frame> frames_to_check_;  // in that order
+  OpenVolume volume_;  // of the open sweep; not open before its first usable frame
   std::uint32_t pending_ = 0;
   std::uint64_t committed_ = 0;  // frames since construction
   std::optional<FrameStamp> placed_;

@@ -9,6 +9,7 @@
 
 #include "acquisition/source/printable.hpp"
 #include "proto/base/clock.hpp"
+#include "proto/base/printable.hpp"
 #include "proto/exchange/pulse.hpp"
 #include "proto/igtl/pose_bodies.hpp"
 #include "proto/igtl/timestamp.hpp"
@@ -24,6 +25,8 @@ constexpr std::uint32_t kMostLost = 1000;
 // A knock at the tracker is no other fan.
 constexpr std::int64_t kMostBesideFanNs = 2'000'000'000;
 constexpr std::uint32_t kLeastBesideFan = 20;
+// Three sweeps of a hundred and fifty images.
+constexpr std::size_t kMostLearnedAgain = 450;
 
 /// PLUS says in the metadata whether a pose is one: NameStatus is OK, or OUT_OF_VIEW, MISSING and others.
 bool is_good(const igtl::Metadata& metadata, std::string_view name) {
@@ -177,6 +180,116 @@ void IgtlSource::take_part(const igtl::ReceivedImage& image, Held& held) {
   held.is_there = true;
 }
 
+// ---- what the images are
+
+Result<void> IgtlSource::not_stopped() const {
+  if (!config_.stopped || !config_.stopped()) return {};
+  return Error{ErrorCode::kStopped,
+               fmt::format("{}: stopped before its images were known", config_.address.text())};
+}
+
+std::string IgtlSource::what_came() const {
+  std::string text = printable(seen_);
+  const auto add = [&text](const Counter& count, const char* what) {
+    if (count.value() > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count.value(), what);
+  };
+  add(counters_.messages_damaged, "messages with a wrong checksum");
+  add(counters_.messages_malformed, "messages whose content contradicts their type or length");
+  add(counters_.messages_too_long, "messages longer than any image");
+  add(counters_.places_lost, "times bytes that are no OpenIGTLink");
+  return text.empty() ? "nothing" : text;
+}
+
+void IgtlSource::begin_to_learn() {
+  learning_.emplace(config_.address, config_.geometry_path, poses_);
+  seen_.clear();
+}
+
+Result<void> IgtlSource::learn_until_known() {
+  begin_to_learn();
+  const std::int64_t give_up_ns = now_ns() + static_cast<std::int64_t>(std::min(config_.learn_s, 1e9) * 1e9);
+  for (;;) {
+    const bool late = now_ns() >= give_up_ns;
+    if (auto goes_on = not_stopped(); !goes_on) return goes_on.error();
+    if (connection_.step() == IgtlConnection::Event::kMessage) take_message();
+    if (held_.is_there) {
+      const auto known = learn_of_held(late);
+      if (!known) return known.error();
+      if (*known) return {};
+      forget_held();
+    } else if (late) {
+      // An image that came last stays among those that were seen.
+      if (learning_->images() == 0) {
+        return Error{
+            ErrorCode::kBadInput,
+            fmt::format("{}: no image that can be used came in {} s, expected an IMAGE with 2D grey levels; "
+                        "what came: {}",
+                        config_.address.text(), config_.learn_s, what_came())};
+      }
+      auto fan = learning_->result(true);
+      if (!fan) return fan.error();
+      return use(**std::move(fan));
+    }
+  }
+}
+
+Result<bool> IgtlSource::learn_of_held(bool at_once) {
+  if (held_.fault != FrameFault::kNone) return false;
+  shape_ = ImageShape::of(held_.image);
+  learning_->add(held_.image);
+  auto fan = learning_->result(at_once);
+  if (!fan) return fan.error();
+  if (!*fan) {
+    counters_.images_before_fan.add();
+    return false;
+  }
+  if (auto used = use(**std::move(fan)); !used) return used.error();
+  // A Fanlight's images are frames from the first one on. The others were looked at, this one too.
+  return true;
+}
+
+Result<void> IgtlSource::use(LearnedFan fan) {
+  const bool first = most_frame_bytes_ == 0;
+  const std::uint64_t bytes = fan.source.geometry.frame_bytes();
+  if (!first && fan.source.counts_volumes != fan_.source.counts_volumes) {
+    return Error{ErrorCode::kUnsupported,
+                 fmt::format("{}: the images {} count their volumes now, expected the same as at the start",
+                             config_.address.text(), fan.source.counts_volumes ? "do" : "do not")};
+  }
+  if (first) {
+    most_frame_bytes_ = bytes;
+  } else {
+    ++geometry_revision_;
+    // The ring was made for the first geometry.
+    fan.source.frames_per_volume = fan_.source.frames_per_volume;
+  }
+  fan.source.name = config_.address.text();
+  fan.source.largest_frame_bytes = most_frame_bytes_;
+  fan_ = std::move(fan);
+  levels_ = fan_.format.is_grey() ? std::nullopt : std::optional(GreyLevels(fan_.format, fan_.window));
+  grey_.resize(bytes);
+  learning_.reset();
+  return {};
+}
+
+/// Images that do not tell what they are now may do so later: the source goes on.
+bool IgtlSource::learn_again() {
+  const auto known = learn_of_held(false);
+  if (known) {
+    if (*known) connection_.tell_trouble("");
+    // Images of the way to another place are no part of its fan.
+    if (!*known && learning_->images() >= kMostLearnedAgain) {
+      const auto why_not = learning_->result(true);
+      if (!why_not) connection_.tell_trouble(why_not.error().message);
+      begin_to_learn();
+    }
+    return *known;
+  }
+  connection_.tell_trouble(known.error().message);
+  begin_to_learn();
+  return false;
+}
+
 // ---- frames
 
 Result<std::optional<FrameStamp>> IgtlSource::next_frame(std::stop_token stop) {
@@ -184,7 +297,7 @@ Result<std::optional<FrameStamp>> IgtlSource::next_frame(std::stop_token stop) {
     Pulse::beat();
     if (std::exchange(was_announced_, false)) forget_held();
     if (held_.is_there && held_.fault == FrameFault::kNone) {
-      if (!learning_ && has_new_shape()) {
+      if (!learning_ && !ImageShape::of(held_.image).matches(shape_)) {
         if (held_.image.body.size[0] * std::uint64_t{held_.image.body.size[1]} > most_frame_bytes_) {
           held_.fault = FrameFault::kMisfit;
         } else {

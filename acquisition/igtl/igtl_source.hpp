@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -14,6 +13,7 @@
 #include "acquisition/igtl/igtl_address.hpp"
 #include "acquisition/igtl/igtl_connection.hpp"
 #include "acquisition/igtl/image_parts.hpp"
+#include "acquisition/igtl/image_shape.hpp"
 #include "acquisition/igtl/pose_history.hpp"
 #include "acquisition/igtl/rising_number.hpp"
 #include "acquisition/source/device_clock.hpp"
@@ -66,14 +66,6 @@ class IgtlSource final : public FrameSource {
     FrameStamp stamp;
     FrameFault fault = FrameFault::kNone;
   };
-  /// What images of one geometry have in common.
-  struct Shape {
-    std::array<std::uint16_t, 3> size{};
-    PixelFormat format;
-    std::array<double, 2> pixel_mm{};
-    std::uint64_t told = 0;  // checksum of the fields named Fanlight...
-  };
-
   IgtlSource(const Config& config, ProbeLink& link);
 
   // Messages.
@@ -98,8 +90,6 @@ class IgtlSource final : public FrameSource {
   void begin_to_learn();
   bool learn_again();
   Result<void> use(LearnedFan fan);
-  Shape shape_of(const IgtlImage& image) const;
-  bool has_new_shape() const;
 
   // Frames.
   struct Placed {
@@ -131,7 +121,7 @@ class IgtlSource final : public FrameSource {
   std::uint32_t beside_fan_ = 0;  // images, one after the other
   std::int64_t beside_fan_since_ns_ = 0;
   std::uint64_t most_frame_bytes_ = 0;  // of the first geometry, for which the ring was made
-  Shape shape_;
+  ImageShape shape_;
   std::optional<GreyLevels> levels_;
   std::vector<std::uint8_t> grey_;  // of an image, before it is turned
   std::uint32_t geometry_revision_ = 0;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "acquisition/phantom/phantom_options.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/phantom/phantom_source.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/nearest_name.hpp"
 
@@ -34,7 +35,7 @@ double most_turning(const Config& config) {
 
 }  // namespace
 
-Result<void> PhantomSource::check(const Config& config) {
+Result<void> check_phantom(const Config& config) {
   const Bound bounds[] = {
       {"rate", config.frame_rate_hz, 0.1, 1000, " frames a second"},
       {"frames", static_cast<double>(config.frames_per_volume), 2, 1024, " a volume"},
@@ -177,19 +178,19 @@ constexpr Option kOptions[] = {
 
 }  // namespace
 
-std::vector<PhantomSource::OptionText> PhantomSource::option_texts() {
-  std::vector<OptionText> texts;
+std::vector<PhantomOption> phantom_option_texts() {
+  std::vector<PhantomOption> texts;
   for (const Option& option : kOptions) texts.push_back({option.name, option.text, option.expected});
   return texts;
 }
 
-Config PhantomSource::usual() {
-  Config config{.scene = Scene::kFace};
+Config usual_phantom() {
+  Config config{.scene = PhantomSource::Scene::kFace};
   read_probe("r2", config);
   return config;
 }
 
-Result<Config> PhantomSource::parse(std::string_view options, Config base) {
+Result<Config> parse_phantom(std::string_view options, Config base) {
   while (!options.empty()) {
     const std::string_view item = options.substr(0, options.find(','));
     options.remove_prefix(std::min(item.size() + 1, options.size()));
@@ -211,7 +212,7 @@ Result<Config> PhantomSource::parse(std::string_view options, Config base) {
                                                             in_quotes(value), option->expected)};
     }
   }
-  if (const auto checked = check(base); !checked) return checked.error();
+  if (const auto checked = check_phantom(base); !checked) return checked.error();
   return base;
 }
 

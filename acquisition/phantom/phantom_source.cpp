@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "proto/base/clock.hpp"
 
 namespace fanlight {
@@ -82,7 +83,7 @@ std::optional<SourceDescription::Subject> subject_of(PhantomSource::Scene scene)
 }  // namespace
 
 Result<std::unique_ptr<PhantomSource>> PhantomSource::create(const Config& config) {
-  if (const auto checked = check(config); !checked) return checked.error();
+  if (const auto checked = check_phantom(config); !checked) return checked.error();
   return std::unique_ptr<PhantomSource>(new PhantomSource(config));
 }
 

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <string_view>
 #include <vector>
 
 #include "acquisition/phantom/body_frames.hpp"
@@ -70,25 +69,7 @@ class PhantomSource final : public FrameSource {
     Pace pace = Pace::kRealTime;
   };
 
-  /// An option of the text below, for people.
-  struct OptionText {
-    std::string_view name;
-    std::string_view text;      ///< what it is
-    std::string_view expected;  ///< its values
-  };
-  static std::vector<OptionText> option_texts();
-
-  /// What `phantom:` means: the fetal face with a hand and the cord, seen by the usual 4D probe r2.
-  static Config usual();
-
-  /// `base` with the options of a text such as "rate=20,frames=35,seed=7,speckle=off,moving=off" applied; or
-  /// kInvalidArgument with the accepted values. Other options: columns, rows, sweep, volumes, beam,
-  /// probe=r1 or probe=r2, scene=relief, face, sphere or plane, scan=cartesian, scan=convex or scan=linear,
-  /// compression=log or compression=linear, range and gain (dB), lag, jitter, turning, index=on or index=off,
-  /// lost. An empty text changes nothing.
-  static Result<Config> parse(std::string_view options, Config base);
-
-  /// kInvalidArgument where a value is out of its range. Takes about 20 ms, most of it for the speckle; the
+  /// Error as check_phantom(). Takes about 20 ms, most of it for the speckle; the
   /// first face in a process most of a second.
   static Result<std::unique_ptr<PhantomSource>> create(const Config& config);
 
@@ -110,8 +91,6 @@ class PhantomSource final : public FrameSource {
 
  private:
   explicit PhantomSource(const Config& config);
-
-  static Result<void> check(const Config& config);
 
   /// Position of a row's pixels in the plane of a frame: pixel i lies at x = scale_mm * across_[i], at depth
   /// depth_mm + scale_mm * ahead_[i].

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "proto/base/version.hpp"
 #include "server/help/command_help.hpp"
@@ -118,7 +119,7 @@ std::string man_page(const CLI::App& command) {
   }
   if (takes_source(command)) {
     text += ".SH SIMULATED PROBE\n" + plain("phantom:NAME=VALUE,NAME=VALUE,... with these names:") + "\n";
-    for (const PhantomSource::OptionText& each : PhantomSource::option_texts())
+    for (const PhantomOption& each : phantom_option_texts())
       text += fmt::format(".TP\n{}\n{}: {}.\n", bold(each.name), plain(each.text), plain(each.expected));
   }
   if (!command.get_footer().empty()) text += ".SH NOTES\n" + plain(command.get_footer()) + "\n";

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <set>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "acquisition/record/recover_recording.hpp"
 #include "acquisition/source/suggested_scene.hpp"
@@ -276,8 +277,7 @@ Result<void> ServeOptions::check_inputs() const {
     const auto address = IgtlAddress::parse(std::string_view(source).substr(kIgtl.size()));
     if (!address) return placed("source", address.error());
   } else if (source.starts_with(kPhantom)) {  // which takes a second to make
-    const auto parsed =
-        PhantomSource::parse(std::string_view(source).substr(kPhantom.size()), PhantomSource::usual());
+    const auto parsed = parse_phantom(std::string_view(source).substr(kPhantom.size()), usual_phantom());
     if (!parsed) return placed("source", parsed.error());
     if (const auto shown = scene.applied_to(Scene{}); !shown) return shown.error();
   } else if (!is_unfinished(source)) {  // to open one would finish it

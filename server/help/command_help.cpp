@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "proto/base/nearest_name.hpp"
 #include "proto/base/printable.hpp"
@@ -161,7 +162,7 @@ std::string command_help(const CLI::App& command, bool all) {
   text += groups_text(command, all);
   if (takes_source(command)) {
     text += "\nThe simulated probe, phantom:NAME=VALUE,NAME=VALUE,...:\n";
-    for (const PhantomSource::OptionText& each : PhantomSource::option_texts())
+    for (const PhantomOption& each : phantom_option_texts())
       text += row_text(std::string(each.name), fmt::format("{}: {}", each.text, each.expected));
   }
   if (!command.get_footer().empty()) text += "\n" + command.get_footer() + "\n";

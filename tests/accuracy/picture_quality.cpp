@@ -16,6 +16,7 @@
 #include <regex>
 #include <string>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "server/cli/picture_file.hpp"
 #include "tests/accuracy/depth_errors.hpp"
 #include "tests/accuracy/depth_normals.hpp"
@@ -303,9 +304,9 @@ class Comparison {
   static std::vector<std::unique_ptr<PhantomSource>> sources_of(const Work& work, std::uint64_t seeds) {
     std::vector<std::unique_ptr<PhantomSource>> sources;
     for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-      const auto config = PhantomSource::parse(
-          fmt::format("{},moving={},seed={}", work.options, work.moves ? "on" : "off", seed),
-          {.pace = PhantomSource::Pace::kUnpaced});
+      const auto config =
+          parse_phantom(fmt::format("{},moving={},seed={}", work.options, work.moves ? "on" : "off", seed),
+                        {.pace = PhantomSource::Pace::kUnpaced});
       if (!config) throw std::runtime_error(config.error().message);
       sources.push_back(made_phantom(*config));
     }

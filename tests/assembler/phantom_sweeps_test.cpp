@@ -6,6 +6,7 @@
 #include <string>
 
 #include "acquisition/acquisition_thread.hpp"
+#include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "tests/assembler/assembler_fixture.hpp"
 
@@ -22,7 +23,7 @@ struct Played {
 
 Played play(const std::string& options, AcquisitionCounters& counters) {
   const auto config =
-      PhantomSource::parse(options, {.columns = 16, .rows = 16, .pace = PhantomSource::Pace::kUnpaced});
+      parse_phantom(options, {.columns = 16, .rows = 16, .pace = PhantomSource::Pace::kUnpaced});
   EXPECT_TRUE(config) << config.error().message;
   const auto source = PhantomSource::create(*config);
   Doorbell reader;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "acquisition/assembly/assembler.hpp"
+#include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 
 namespace fanlight {
@@ -23,7 +24,7 @@ constexpr double kReportDeg = 0.15;
 class Rig {
  public:
   explicit Rig(const std::string& options, MismatchCorrection correction = MismatchCorrection::kOn)
-      : config_(PhantomSource::parse(options, {.pace = PhantomSource::Pace::kUnpaced}).value()),
+      : config_(parse_phantom(options, {.pace = PhantomSource::Pace::kUnpaced}).value()),
         source_(PhantomSource::create(config_).value()),
         ring_({.geometry = source_->description().geometry,
                .frame_capacity = source_->description().frames_per_volume},

@@ -9,6 +9,7 @@
 #include <functional>
 #include <ostream>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "acquisition/source/suggested_scene.hpp"
 #include "proto/model/look.hpp"
@@ -159,7 +160,7 @@ std::vector<std::uint8_t> read_rgb(const std::string& path) {
 class GoldenTest : public GpuTest, public testing::WithParamInterface<Golden> {
  protected:
   static Picture render(const Golden& golden) {
-    const auto config = PhantomSource::parse(golden.phantom, {.pace = PhantomSource::Pace::kUnpaced});
+    const auto config = parse_phantom(golden.phantom, {.pace = PhantomSource::Pace::kUnpaced});
     const auto source = PhantomSource::create(config.value());
     const SourceDescription& description = (*source)->description();
     Volume volume(description.geometry, description.frames_per_volume);

@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "tests/unit/phantom_frames.hpp"
 
 namespace fanlight::test {
@@ -112,7 +113,7 @@ TEST(PhantomMotor, ItCanLoseFrames) {
 }
 
 TEST(PhantomOptions, AreRead) {
-  const auto config = PhantomSource::parse(
+  const auto config = parse_phantom(
       "rate=20,frames=9,columns=64,rows=32,sweep=60.5,seed=7,speckle=off,moving=off,volumes=3,beam=2.5,"
       "scan=convex,lag=-1.5,jitter=0.25,turning=3,index=off,lost=2.5",
       {});
@@ -133,15 +134,15 @@ TEST(PhantomOptions, AreRead) {
   EXPECT_EQ(config->turning_frames, 3U);
   EXPECT_EQ(config->index, PhantomSource::Index::kOff);
   EXPECT_EQ(config->lost_percent, 2.5);
-  EXPECT_TRUE(PhantomSource::parse("", {}));
-  EXPECT_EQ(PhantomSource::parse("scan=cartesian", {})->scan, FrameKind::kCartesian);
-  EXPECT_EQ(PhantomSource::parse("scan=linear", {})->scan, FrameKind::kLinearLines);
-  EXPECT_EQ(PhantomSource::parse("speckle=on", {.speckle = PhantomSource::Speckle::kOff})->speckle,
+  EXPECT_TRUE(parse_phantom("", {}));
+  EXPECT_EQ(parse_phantom("scan=cartesian", {})->scan, FrameKind::kCartesian);
+  EXPECT_EQ(parse_phantom("scan=linear", {})->scan, FrameKind::kLinearLines);
+  EXPECT_EQ(parse_phantom("speckle=on", {.speckle = PhantomSource::Speckle::kOff})->speckle,
             PhantomSource::Speckle::kOn);
 }
 
 TEST(PhantomOptions, AProbeSetsWhatComesBeforeIt) {
-  const auto r2 = PhantomSource::parse("frames=9,beam=4,probe=r2,columns=100,scene=face", {});
+  const auto r2 = parse_phantom("frames=9,beam=4,probe=r2,columns=100,scene=face", {});
   ASSERT_TRUE(r2) << r2.error().message;
   EXPECT_EQ(r2->frames_per_volume, 60U);
   EXPECT_EQ(r2->beam_mm, 2.5);
@@ -149,17 +150,17 @@ TEST(PhantomOptions, AProbeSetsWhatComesBeforeIt) {
   EXPECT_EQ(r2->scan, FrameKind::kConvexLines);
   EXPECT_EQ(r2->probe_radius_mm, 40);
   EXPECT_EQ(r2->scene, PhantomSource::Scene::kFace);
-  const auto r1 = PhantomSource::parse("probe=r2,probe=r1", {});
+  const auto r1 = parse_phantom("probe=r2,probe=r1", {});
   ASSERT_TRUE(r1);
   EXPECT_EQ(r1->frames_per_volume, PhantomSource::Config{}.frames_per_volume);
   EXPECT_EQ(r1->probe_radius_mm, PhantomSource::Config{}.probe_radius_mm);
-  EXPECT_FALSE(PhantomSource::parse("scene=mesh", {}));
-  EXPECT_FALSE(PhantomSource::parse("probe=r3", {}));
+  EXPECT_FALSE(parse_phantom("scene=mesh", {}));
+  EXPECT_FALSE(parse_phantom("probe=r3", {}));
 }
 
 TEST(PhantomOptions, AreRefusedInOneSentence) {
   const auto refusal = [](std::string_view text) {
-    const auto config = PhantomSource::parse(text, {});
+    const auto config = parse_phantom(text, {});
     return config ? std::string("taken") : config.error().message;
   };
   EXPECT_EQ(refusal("colums=2"), "the phantom has no option \"colums\", did you mean columns?");

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "tests/support/igs_file.hpp"
 
@@ -55,7 +56,7 @@ test::IgsFile recording_of(PhantomSource& source) {
 }
 
 void record(const std::string& path, const std::string& options, std::uint64_t volumes) {
-  auto config = PhantomSource::parse(options, {.pace = PhantomSource::Pace::kUnpaced});
+  auto config = parse_phantom(options, {.pace = PhantomSource::Pace::kUnpaced});
   if (!config) fail(config.error());
   config->volumes = volumes;
   if (config->scan != FrameKind::kCartesian) {

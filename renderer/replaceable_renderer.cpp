@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// RenderThread: a new device after a loss, and the end of the thread.
+#include "renderer/replaceable_renderer.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "proto/base/clock.hpp"
-#include "renderer/render_thread.hpp"
 
 namespace fanlight {
 
@@ -23,11 +24,11 @@ constexpr std::int64_t kRemakePauseNs = 250'000'000;
 
 }  // namespace
 
-bool RenderThread::recover(const Error& cause, const std::stop_token& stop) {
+bool ReplaceableRenderer::replace(const Error& cause, const std::stop_token& stop) {
   to_.counters.devices_lost.add();
-  health_.count_loss();
-  const Renderer::Progress progress = renderer().progress();
-  const NumberedScene proven = renderer().proven_scene();
+  to_.health.count_loss();
+  const Renderer::Progress progress = device_.renderer->progress();
+  const NumberedScene proven = device_.renderer->scenes().proven();
   dispose(cause);
   if (!to_.remake) {
     fail(cause);
@@ -41,25 +42,23 @@ bool RenderThread::recover(const Error& cause, const std::stop_token& stop) {
     return false;
   }
   disposal_.wait(kDisposalNs);
-  health_.set_state(State::kRemaking, cause.message, now_ns());
+  to_.health.set_state(State::kRemaking, cause.message, now_ns());
   if (!remake(proven, stop)) return false;
-  renderer().resume(progress);
-  show_degraded();
-  volume_due_ = views_due_ = true;
-  was_busy_ = false;
+  device_.renderer->resume(progress);
   return true;
 }
 
-void RenderThread::dispose(const Error& cause) {
-  if (cause.code == ErrorCode::kLost) renderer().note_fault(Gpu::Condition::kLost, cause);
-  if (renderer().condition() == Gpu::Condition::kSound && !renderer().settle(kSettleNs))
-    renderer().note_fault(Gpu::Condition::kHung, cause);
-  const bool hung = renderer().condition() == Gpu::Condition::kHung;
-  health_.set_state(hung ? State::kHung : State::kRemaking, cause.message, now_ns());
+void ReplaceableRenderer::dispose(const Error& cause) {
+  Renderer& renderer = *device_.renderer;
+  if (cause.code == ErrorCode::kLost) renderer.devices().note_fault(Gpu::Condition::kLost, cause);
+  if (renderer.devices().condition() == Gpu::Condition::kSound && !renderer.settle(kSettleNs))
+    renderer.devices().note_fault(Gpu::Condition::kHung, cause);
+  const bool hung = renderer.devices().condition() == Gpu::Condition::kHung;
+  to_.health.set_state(hung ? State::kHung : State::kRemaking, cause.message, now_ns());
   disposal_.take(std::move(device_));
 }
 
-bool RenderThread::remake(const NumberedScene& scene, const std::stop_token& stop) {
+bool ReplaceableRenderer::remake(const NumberedScene& scene, const std::stop_token& stop) {
   const std::int64_t deadline_ns = now_ns() + kRemakeNs;
   while (!stop.stop_requested()) {
     to_.counters.turn_began_ns.set(now_ns());
@@ -78,45 +77,21 @@ bool RenderThread::remake(const NumberedScene& scene, const std::stop_token& sto
   return false;
 }
 
-void RenderThread::pause(std::int64_t until_ns, const std::stop_token& stop) const {
+void ReplaceableRenderer::pause(std::int64_t until_ns, const std::stop_token& stop) const {
   // The bell rings for volumes and frames as well.
   while (!stop.stop_requested() && now_ns() < until_ns)
     to_.link.to_renderer.wait(std::max<std::int64_t>(until_ns - now_ns(), 1));
 }
 
-void RenderThread::fail(const Error& error) {
-  to_.link.answer(error);
-}
-
-void RenderThread::retire() {
-  to_.counters.turn_began_ns.set(0);
-  volume_ = {};
-  cine_.end();
+void ReplaceableRenderer::end(std::int64_t settle_ns) {
   if (device_.renderer == nullptr) return;
-  if (renderer().settle(settle_ns_)) {
+  if (device_.renderer->settle(settle_ns)) {
     device_.reset();
     return;
   }
-  renderer().note_fault(Gpu::Condition::kHung,
-                        {ErrorCode::kLost, "the GPU did not finish its work at the end"});
+  device_.renderer->devices().note_fault(Gpu::Condition::kHung,
+                                         {ErrorCode::kLost, "the GPU did not finish its work at the end"});
   disposal_.take(std::move(device_));
-}
-
-bool RenderThread::end(std::int64_t timeout_ns) {
-  if (thread_.joinable()) {
-    // The other half is for what the thread does besides waiting for the GPU.
-    settle_ns_ = timeout_ns / 2;
-    thread_.request_stop();
-    to_.link.to_renderer.ring();
-    if (!ended_.wait(timeout_ns)) return false;
-    thread_.join();
-  }
-  return disposal_.idle();
-}
-
-RenderThread::~RenderThread() {
-  thread_.request_stop();
-  to_.link.to_renderer.ring();
 }
 
 }  // namespace fanlight
