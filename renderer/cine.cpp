@@ -4,11 +4,13 @@
 namespace fanlight {
 
 void Cine::advance(const Volume* shown, std::int64_t now_ns) {
+  thread_owner_.check();
   player_.advance(now_ns);
   if (freeze_waits_ && shown != nullptr) freeze(*shown);
 }
 
 bool Cine::obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns) {
+  thread_owner_.check();
   if (order.wish == CineOrder::Wish::kLive) return go_live();
   if (order.wish == CineOrder::Wish::kFreeze) {
     freeze_waits_ = shown == nullptr;

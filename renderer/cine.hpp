@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/cine.hpp"
 #include "proto/exchange/volume_ring.hpp"
 #include "renderer/schedule/cine_player.hpp"
@@ -54,6 +55,7 @@ class Cine {
   const Volume* newest_ = nullptr;  // while frozen: the one on show at the freeze
   std::optional<std::uint32_t> loaded_;
   bool freeze_waits_ = false;  // for the first volume
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

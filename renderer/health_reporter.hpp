@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/render_link.hpp"
 
 namespace fanlight {
@@ -45,6 +46,7 @@ class HealthReporter {
   Sentence volume_refusal_;
   Sentence scene_refusal_;
   bool due_ = false;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

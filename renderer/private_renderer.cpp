@@ -9,6 +9,7 @@
 namespace fanlight {
 
 Result<void> PrivateRenderer::want(const PrivateViews& views) {
+  thread_owner_.check();
   for (std::size_t index = 0; index < views.size(); ++index) {
     ViewState& state = states_[index];
     // A new view counts its pictures from 1. collect() drops work under way for the view before.
@@ -156,6 +157,7 @@ bool PrivateRenderer::due(const Shown& shown) const {
 }
 
 Result<bool> PrivateRenderer::advance(const Shown& shown) {
+  thread_owner_.check();
   const auto action = next_action(shown);
   if (!action) return false;
   ViewState& state = states_[action->view];
@@ -266,6 +268,7 @@ std::array<double, kStages> PrivateRenderer::stage_ms(const ViewState& state) {
 }
 
 bool PrivateRenderer::collect() {
+  thread_owner_.check();
   bool any = false;
   for (ViewState& state : states_) {
     if (!state.awaits_collection() || state.outstanding() > 0) continue;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/private_view.hpp"
 #include "proto/model/pipeline_counters.hpp"
 #include "renderer/schedule/private_schedule.hpp"
@@ -128,6 +129,7 @@ class PrivateRenderer {
   std::size_t next_ = 0;  // view whose turn it is
   PrivateViewEnds ends_;
   bool ends_changed_ = false;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

@@ -141,6 +141,7 @@ MainStatus Renderer::status() const {
 }
 
 Result<void> Renderer::load(const Volume& volume, Loading loading) {
+  thread_owner_.check();
   const auto commit_numbers = volume.commit_numbers();
   newest_commit_number_ = commit_numbers.empty() ? 0 : *std::ranges::max_element(commit_numbers);
   const EchoLevels measured = loading == Loading::kKept ? EchoLevels{} : measured_levels(volume);
@@ -192,6 +193,7 @@ std::uint32_t Renderer::nearest_frame_index(double angle_rad) const {
 }
 
 void Renderer::take_frame(const QueuedFrame& frame) {
+  thread_owner_.check();
   // The frame waited in the queue while its volume, or a newer one, was loaded.
   if (frame.stamp.commit_number != 0 && frame.stamp.commit_number <= newest_commit_number_) return;
   if (replaces_frames()) {
@@ -235,6 +237,7 @@ Result<void> Renderer::recast(SlotState& state) {
 }
 
 Result<void> Renderer::advance(NewWork new_work) {
+  thread_owner_.check();
   if (auto retried = retry_held(); !retried) return retried;
   if (new_work == NewWork::kWaits && !main_busy()) {
     const Error* const known = devices_.fault();
@@ -285,6 +288,7 @@ Result<void> Renderer::prepare_ahead() {
 }
 
 bool Renderer::collect(Picture& picture) {
+  thread_owner_.check();
   // Asked of the newer volume first: the older one's light is submitted before it, so that it is done too
   // where the newer one's is. Asked the other way round, both may end in between, and the older picture be
   // skipped.
@@ -330,6 +334,7 @@ bool Renderer::collect(Picture& picture) {
 }
 
 Result<bool> Renderer::advance_private() {
+  thread_owner_.check();
   return !busy() && private_views_have_input() ? private_.advance(shown_for_private_views()) : false;
 }
 
@@ -358,6 +363,7 @@ bool Renderer::main_busy() const {
 }
 
 Result<void> Renderer::wait(std::int64_t timeout_ns) {
+  thread_owner_.check();
   // Waits for one semaphore, that of the earliest submission of a device: Mesa waits for any of two
   // semaphores in a busy loop, which costs lavapipe half of two cores. With two queues the later submission
   // may finish first; timeout_ns bounds that delay.
@@ -385,6 +391,7 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
 }
 
 Result<DepthMaps> Renderer::read_depth() {
+  thread_owner_.check();
   return slots_[shown_]->slot.read_depth();
 }
 

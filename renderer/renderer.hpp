@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/model/picture.hpp"
 #include "proto/model/pipeline_counters.hpp"
@@ -264,6 +265,7 @@ class Renderer {
   std::optional<EchoLevels> fixed_levels_;
   SceneFallback scenes_;
   std::uint64_t pictures_ = 0;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

@@ -39,6 +39,7 @@ Assembler::~Assembler() {
 
 std::span<std::uint8_t> Assembler::place(const FrameStamp& frame, const FanGeometry& geometry,
                                          const std::stop_token& stop) {
+  thread_owner_.check();
   AcquisitionCounters& counters = dependencies_.counters;
   placed_.reset();
   const Arrival arrival = classify(frame);
@@ -70,6 +71,7 @@ std::span<std::uint8_t> Assembler::place(const FrameStamp& frame, const FanGeome
 }
 
 void Assembler::commit() {
+  thread_owner_.check();
   FrameStamp frame = *std::exchange(placed_, std::nullopt);
   frame.commit_number = ++committed_;
   {
@@ -90,6 +92,7 @@ void Assembler::commit() {
 }
 
 void Assembler::reject(const FrameStamp& frame, FrameFault fault) {
+  thread_owner_.check();
   const bool was_placed = placed_ && placed_->sequence == frame.sequence;
   const Arrival arrival = was_placed ? placed_arrival_ : classify(frame);
   placed_.reset();
@@ -102,6 +105,7 @@ void Assembler::reject(const FrameStamp& frame, FrameFault fault) {
 }
 
 void Assembler::end_of_source() {
+  thread_owner_.check();
   settle_below(window_.next());
   if (sweep_.announced > 0) cut_off_below(sweep_.announced);
   finish_volume();

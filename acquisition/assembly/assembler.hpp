@@ -13,6 +13,7 @@
 #include "acquisition/assembly/sequence_window.hpp"
 #include "acquisition/assembly/sweep_hysteresis.hpp"
 #include "acquisition/source/angle_check.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/exchange/volume_ring.hpp"
@@ -161,6 +162,7 @@ class Assembler {
   Sweep sweep_;
   std::uint32_t last_sweep_frames_ = 0;  // of the last sweep published
   std::optional<std::uint32_t> geometry_revision_;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

@@ -293,6 +293,7 @@ bool IgtlSource::learn_again() {
 // ---- frames
 
 Result<std::optional<FrameStamp>> IgtlSource::next_frame(std::stop_token stop) {
+  thread_owner_.check();
   while (!stop.stop_requested()) {
     Pulse::beat();
     if (std::exchange(was_announced_, false)) forget_held();
@@ -428,6 +429,7 @@ SweepDirection IgtlSource::direction_of(const FrameNotes& notes, double angle_ra
 }
 
 FrameFault IgtlSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token) {
+  thread_owner_.check();
   const IgtlImage& image = held_.image;
   const FrameSize size = frame_size(image.body, config_.address.orientation);
   std::span<const std::uint8_t> grey = image.pixels;

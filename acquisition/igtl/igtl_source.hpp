@@ -18,6 +18,7 @@
 #include "acquisition/igtl/rising_number.hpp"
 #include "acquisition/source/device_clock.hpp"
 #include "acquisition/source/frame_source.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/probe_link.hpp"
 #include "proto/igtl/opened_message.hpp"
 
@@ -137,6 +138,7 @@ class IgtlSource final : public FrameSource {
   std::uint64_t connection_of_last_ = 0;     // of the last frame
   std::uint64_t connection_of_message_ = 0;  // of the last message
   Announced announced_;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

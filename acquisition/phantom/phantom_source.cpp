@@ -169,6 +169,7 @@ bool PhantomSource::lost(std::uint64_t sequence) const {
 }
 
 Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop) {
+  thread_owner_.check();
   const bool paced = config_.pace != Pace::kUnpaced;
   if (paced && next_sequence_ == 0) start_ns_ = now_ns();
   while (lost(next_sequence_)) ++next_sequence_;
@@ -188,6 +189,7 @@ Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop
 }
 
 FrameFault PhantomSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
+  thread_owner_.check();
   const std::uint64_t speckle_roll = mixed_bits(config_.seed + mixed_bits(current_.sequence + 1));
   if (bodies_) {
     bodies_->draw({.time_s = scene_time_s(current_),

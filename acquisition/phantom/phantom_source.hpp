@@ -12,6 +12,7 @@
 #include "acquisition/phantom/speckle_tile.hpp"
 #include "acquisition/source/frame_source.hpp"
 #include "acquisition/source/pacer.hpp"
+#include "proto/base/thread_owner.hpp"
 
 namespace fanlight {
 
@@ -134,6 +135,7 @@ class PhantomSource final : public FrameSource {
   std::uint64_t next_sequence_ = 0;
   FrameStamp current_;
   double true_angle_rad_ = 0;  // of current_
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

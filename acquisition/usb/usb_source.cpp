@@ -178,6 +178,7 @@ bool UsbSource::start_stream() {
 }
 
 Result<std::optional<FrameStamp>> UsbSource::next_frame(std::stop_token stop) {
+  thread_owner_.check();
   while (!stop.stop_requested()) {
     negotiation_.answer_order(probe_.get());
     if (state_ == SourceState::kWaiting) {
@@ -193,6 +194,7 @@ Result<std::optional<FrameStamp>> UsbSource::next_frame(std::stop_token stop) {
 }
 
 FrameFault UsbSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token stop) {
+  thread_owner_.check();
   pipe_.take_pixels(pixels);
   const std::uint64_t stream_number = stream_.number;
   while (!stop.stop_requested() && in_stream() && stream_.number == stream_number) {

@@ -14,6 +14,7 @@
 #include "acquisition/usb/stream_numbering.hpp"
 #include "acquisition/usb/usb_bus.hpp"
 #include "acquisition/usb/usb_probe.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/probe_link.hpp"
 
 namespace fanlight {
@@ -103,6 +104,7 @@ class UsbSource final : public FrameSource {
   std::unique_ptr<UsbBus> bus_;
   std::unique_ptr<UsbProbe> probe_;  // nullptr in kWaiting
   FramePipe pipe_;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

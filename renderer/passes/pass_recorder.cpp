@@ -46,6 +46,7 @@ Result<void> PassRecorder::create_commands(const char* name) {
 }
 
 Result<VkCommandBuffer> PassRecorder::begin() const {
+  thread_owner_.check();
   if (auto begun = begin_commands(commands_); !begun) return begun.error();
   descriptors_.bind(commands_, DescriptorSets::Order::kLitToDiffused);
   return commands_;
@@ -61,6 +62,7 @@ void PassRecorder::begin_piece(Stage stage) {
 }
 
 Result<void> PassRecorder::submit(VkQueue queue, const TimelinePoint& other) {
+  thread_owner_.check();
   if (std::exchange(in_piece_, false)) stamp(GpuTimestamps::kPieceEnd);
   return timeline_.submit(queue, commands_, other);
 }

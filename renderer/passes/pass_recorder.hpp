@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "proto/base/thread_owner.hpp"
 #include "proto/model/picture.hpp"
 #include "renderer/passes/descriptor_sets.hpp"
 #include "renderer/passes/pipelines.hpp"
@@ -78,6 +79,7 @@ class PassRecorder {
   std::array<double, kStages> done_ms_{};
   Stage piece_stage_ = Stage::kPrepare;
   bool in_piece_ = false;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

@@ -89,6 +89,7 @@ void FrameStore::set_frame_count(std::uint32_t frames) {
 }
 
 void FrameStore::load(const Volume& volume) {
+  thread_owner_.check();
   left_out_ = false;  // the memory that was missing may be there now
   set_frame_count(volume.stamp().frames);
   const auto order = volume.by_angle();
@@ -101,6 +102,7 @@ void FrameStore::load(const Volume& volume) {
 
 void FrameStore::stage(std::uint32_t frame_index, std::uint32_t frames, std::uint64_t commit_number,
                        std::span<const std::uint8_t> pixels) {
+  thread_owner_.check();
   set_frame_count(frames);
   copy_frame(frame_index, commit_number, pixels);
 }
@@ -193,6 +195,7 @@ Result<void> FrameStore::find_pipelines() {
 }
 
 Result<void> FrameStore::begin(const Scene::Speckle& options) {
+  thread_owner_.check();
   if (left_out_ && options == refused_) {
     bindings_changed_ = false;  // requested again with every frame; there would still be no memory
     piece_frames_ = piece_frames();
@@ -234,6 +237,7 @@ std::uint32_t FrameStore::piece_frames() const {
 }
 
 void FrameStore::record_piece(VkCommandBuffer commands) {
+  thread_owner_.check();
   const Piece piece = *next_piece();
   if (filters()) record_filter(commands, piece);
   record_copies(commands, piece);

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/base/thread_owner.hpp"
 #include "proto/model/scene.hpp"
 #include "proto/model/volume.hpp"
 #include "renderer/parameters/speckle_filter.hpp"
@@ -138,6 +139,7 @@ class FrameStore {
   GpuBuffer packed_;  // this or the texture, by Sampling
   GpuImage texture_;
   bool texture_written_ = false;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

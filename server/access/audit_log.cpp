@@ -27,10 +27,12 @@ Result<AuditLog> AuditLog::open(const std::filesystem::path& path, std::uint64_t
 }
 
 void AuditLog::note(const Principal& who, const Event& event) {
+  thread_owner_.check();
   note(who, event, nullptr);
 }
 
 void AuditLog::note(const Principal& who, const Event& event, const nlohmann::json& details) {
+  thread_owner_.check();
   if (writer_ == nullptr) return;
   try {
     if (budget_->take(who, event, details)) append(who, event, details);
@@ -57,10 +59,12 @@ void AuditLog::append_folded(bool all) {
 }
 
 void AuditLog::second_passed() {
+  thread_owner_.check();
   if (writer_ != nullptr) append_folded(false);
 }
 
 void AuditLog::reopen() {
+  thread_owner_.check();
   if (writer_ != nullptr) writer_->reopen();
 }
 

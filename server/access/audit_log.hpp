@@ -8,6 +8,7 @@
 #include <string>
 
 #include "proto/base/result.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "server/access/audit_chain.hpp"
 #include "server/access/audit_entry.hpp"
 #include "server/access/digest.hpp"
@@ -68,6 +69,7 @@ class AuditLog {
 
   std::unique_ptr<AuditWriter> writer_;  // null: no log
   std::unique_ptr<AuditBudget> budget_;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

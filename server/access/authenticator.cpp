@@ -65,10 +65,12 @@ Result<Principal> Authenticator::judge(const Result<Credentials::Entry>& entry, 
 }
 
 Result<Principal> Authenticator::by_token(std::string_view token, const std::string& address) {
+  thread_owner_.check();
   return judge(known_.token(token, unix_s()), address);
 }
 
 Result<Principal> Authenticator::by_certificate(const Digest& fingerprint, const std::string& address) {
+  thread_owner_.check();
   return judge(known_.certificate(fingerprint, unix_s()), address);
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "proto/base/result.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "server/access/audit_log.hpp"
 #include "server/access/credentials.hpp"
 #include "server/access/file_version.hpp"
@@ -53,6 +54,7 @@ class Authenticator {
   FileVersion read_;
   std::string trouble_;
   LoginBackoff guard_;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

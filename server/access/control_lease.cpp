@@ -40,12 +40,14 @@ Result<void> ControlLease::may_change(std::uint64_t session) const {
 }
 
 Result<void> ControlLease::use(const Party& who, std::int64_t now_ms) {
+  thread_owner_.check();
   if (auto may = may_change(who.session); !may) return may;
   give(who, now_ms);
   return {};
 }
 
 Result<bool> ControlLease::ask(const Party& who, std::int64_t now_ms) {
+  thread_owner_.check();
   if (state_.holder.session == 0 || holds(who.session)) {
     give(who, now_ms);
     return true;
@@ -60,6 +62,7 @@ Result<bool> ControlLease::ask(const Party& who, std::int64_t now_ms) {
 }
 
 Result<bool> ControlLease::release(std::uint64_t session, std::int64_t now_ms) {
+  thread_owner_.check();
   if (holds(session)) {
     hand_on(now_ms);
     return false;
@@ -71,6 +74,7 @@ Result<bool> ControlLease::release(std::uint64_t session, std::int64_t now_ms) {
 }
 
 Result<bool> ControlLease::grant(std::uint64_t from, std::uint64_t to, std::int64_t now_ms) {
+  thread_owner_.check();
   if (!holds(from)) return refusal("this session is not in control, expected it to be before it hands it on");
   const auto asking = std::ranges::find(state_.asking, to, &Party::session);
   if (asking == state_.asking.end()) {
@@ -81,16 +85,19 @@ Result<bool> ControlLease::grant(std::uint64_t from, std::uint64_t to, std::int6
 }
 
 void ControlLease::take_over(const Party& who, std::int64_t now_ms) {
+  thread_owner_.check();
   give(who, now_ms);
 }
 
 Result<bool> ControlLease::keep(std::uint64_t session, std::int64_t now_ms) {
+  thread_owner_.check();
   if (!holds(session)) return refusal("this session is not in control, expected it to be to keep it");
   heard_ms_ = now_ms;
   return true;
 }
 
 bool ControlLease::renamed(const Party& who) {
+  thread_owner_.check();
   bool known = holds(who.session);
   if (known) state_.holder.name = who.name;
   for (Party& asking : state_.asking) {
@@ -102,6 +109,7 @@ bool ControlLease::renamed(const Party& who) {
 }
 
 bool ControlLease::left(std::uint64_t session, std::int64_t now_ms) {
+  thread_owner_.check();
   const bool asked =
       std::erase_if(state_.asking, [&](const Party& one) { return one.session == session; }) > 0;
   if (!holds(session)) return asked;
@@ -110,6 +118,7 @@ bool ControlLease::left(std::uint64_t session, std::int64_t now_ms) {
 }
 
 bool ControlLease::expire(std::int64_t now_ms) {
+  thread_owner_.check();
   if (state_.holder.session == 0 || now_ms - heard_ms_ < lapse_ms_) return false;
   hand_on(now_ms);
   return true;

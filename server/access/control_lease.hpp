@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
+#include "proto/base/thread_owner.hpp"
 
 namespace fanlight {
 
@@ -62,6 +63,7 @@ class ControlLease {
   std::int64_t lapse_ms_;
   State state_;
   std::int64_t heard_ms_ = 0;  // last activity of the holder
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

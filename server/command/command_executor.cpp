@@ -45,6 +45,7 @@ CommandResult CommandExecutor::permission(const CommandRule& rule, const Request
 }
 
 void CommandExecutor::execute(const Requester& who, const ClientCommand& command, const Answer& answer) {
+  thread_owner_.check();
   const CommandRule rule = rule_of(command);
   Outcome outcome{.result = permission(rule, who)};
   if (outcome.result) outcome = std::visit([&](const auto& each) { return apply(each, who); }, command);
@@ -246,6 +247,7 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangeControl& command, co
 // ---- answers that come later
 
 void CommandExecutor::probe_changed() {
+  thread_owner_.check();
   const ProbeStatus& status = state_.probe.status();
   while (!probe_changes_.empty() && probe_changes_.front().order <= status.order_answered) {
     const Pending pending = std::move(probe_changes_.front());
@@ -260,6 +262,7 @@ void CommandExecutor::probe_changed() {
 }
 
 void CommandExecutor::survey_answered(const SurveyDesk::Answer& answer) {
+  thread_owner_.check();
   const auto found = std::ranges::find(surveys_, answer.asker, &Pending::order);
   if (found == surveys_.end()) return;  // its session has ended
   const Pending pending = std::move(*found);
@@ -271,6 +274,7 @@ void CommandExecutor::survey_answered(const SurveyDesk::Answer& answer) {
 }
 
 void CommandExecutor::forget(std::uint64_t session) {
+  thread_owner_.check();
   const auto is_of_session = [session](const Pending& each) { return each.who.identity.id == session; };
   std::erase_if(probe_changes_, is_of_session);
   std::erase_if(surveys_, is_of_session);

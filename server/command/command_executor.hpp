@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "proto/base/thread_owner.hpp"
 #include "server/access/control_lease.hpp"
 #include "server/command/command.hpp"
 #include "server/command/command_rules.hpp"
@@ -95,6 +96,7 @@ class CommandExecutor {
   std::list<Pending> probe_changes_;  // in the order of their numbers
   std::list<Pending> surveys_;
   std::uint64_t last_asker_ = SurveyDesk::kServer;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

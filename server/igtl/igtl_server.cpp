@@ -199,6 +199,7 @@ void IgtlServer::show_newest() {
 }
 
 void IgtlServer::show(const Picture& picture) {
+  thread_owner_.check();
   IgtlWanted now = wanted_of(picture.stamp);
   if (now.has(IgtlStream::kVolume)) volumes_.order(now, picture.stamp.volume.volume_id);
   now.remove(IgtlStream::kVolume);
@@ -284,6 +285,7 @@ void IgtlServer::offer_volume(const IgtlVolumes::Made& made) {
 }
 
 void IgtlServer::bell_rang() {
+  thread_owner_.check();
   if (frames_ != nullptr) send_frames();
 }
 
@@ -303,11 +305,13 @@ void IgtlServer::send_frames() {
 }
 
 void IgtlServer::state_changed() {
+  thread_owner_.check();
   seconds_to_state_ = kStatusSeconds;
   for (const auto& session : std::vector(sessions_)) session->tell_status();
 }
 
 void IgtlServer::second_passed() {
+  thread_owner_.check();
   if (frames_ != nullptr) dependencies_.state.counters.igtl_frames_missed.set(frames_->frames_missed());
   for (const auto& session : std::vector(sessions_)) session->second_passed();
   if (--seconds_to_state_ <= 0) state_changed();

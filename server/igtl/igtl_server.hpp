@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/frame_tap.hpp"
 #include "proto/model/picture.hpp"
 #include "server/codec/encoder_pool.hpp"
@@ -109,6 +110,7 @@ class IgtlServer {
   bool busy_ = false;              // the job runs
   bool newer_waits_ = false;       // a picture, or a wish, came meanwhile
   int seconds_to_state_ = 0;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

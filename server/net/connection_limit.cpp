@@ -38,6 +38,7 @@ std::string ConnectionLimit::host_of(const asio::ip::address& address) {
 }
 
 std::optional<ConnectionPermit> ConnectionLimit::take(const asio::ip::address& address) {
+  thread_owner_.check();
   const std::string host = host_of(address);
   const bool loopback = host.empty();
   const auto known = by_host_.find(host);

@@ -9,6 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "proto/base/thread_owner.hpp"
+
 namespace fanlight {
 
 class ConnectionLimit;
@@ -73,6 +75,7 @@ class ConnectionLimit {
   std::size_t anonymous_count_ = 0;  // without those on loopback, and without those that were told to close
   std::map<std::string, std::size_t> by_host_;
   std::size_t evicted_ = 0;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 /// Open files besides connections: the GPU's, the source's, the logs.

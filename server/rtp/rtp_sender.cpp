@@ -96,6 +96,7 @@ RelayReport RtpSender::report() const {
 }
 
 Result<void> RtpSender::start() {
+  thread_owner_.check();
   if (sending_) return Error{ErrorCode::kUnavailable, fmt::format("pictures are sent to {} already", to())};
   srtp_.reset();
   if (encrypted()) {
@@ -298,6 +299,7 @@ bool RtpSender::send(Udp::socket& socket, const std::vector<std::uint8_t>& packe
 }
 
 void RtpSender::offer(const PictureOffer& offered) {
+  thread_owner_.check();
   if (!packets_.is_open()) return;
   v1::ServerMessage message;
   if (!message.ParseFromString(*offered.message) || !message.has_picture()) return;
@@ -379,6 +381,7 @@ void RtpSender::describe(std::span<const std::span<const std::uint8_t>> units) {
 }
 
 void RtpSender::encoding_failed() {
+  thread_owner_.check();
   // The hub counts it, and the next picture tries again; it must be a key picture then.
   wants_key_ = true;
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/rtp/description_file.hpp"
 #include "server/rtp/rtcp.hpp"
@@ -125,6 +126,7 @@ class RtpSender : public PictureSubscriber, public Relay {
   std::vector<std::uint8_t> picture_set_;
   std::string description_;
   std::uint64_t description_version_ = 0;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

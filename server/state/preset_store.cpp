@@ -66,6 +66,7 @@ Result<void> PresetStore::check_author(std::string_view name, const Author& auth
 }
 
 Result<void> PresetStore::save(const std::string& name, const v1::Scene& scene, const Author& author) {
+  thread_owner_.check();
   if (auto named = check_name(name); !named) return named;
   if (auto allowed = check_author(name, author); !allowed) return allowed;
   v1::Scene part = preset_part(scene);
@@ -91,6 +92,7 @@ Result<void> PresetStore::save(const std::string& name, const v1::Scene& scene, 
 }
 
 Result<void> PresetStore::remove(std::string_view name, const Author& author) {
+  thread_owner_.check();
   const auto found = std::ranges::find(presets_, name, &Preset::name);
   if (found == presets_.end()) {
     return Error{ErrorCode::kNotFound,
@@ -105,6 +107,7 @@ Result<void> PresetStore::remove(std::string_view name, const Author& author) {
 
 Result<void> PresetStore::request(const v1::PresetRequest& request, const v1::Scene& in_force,
                                   const Author& author) {
+  thread_owner_.check();
   switch (request.wish_case()) {
     case v1::PresetRequest::kSave:
       return save(request.save().name(), request.save().has_scene() ? request.save().scene() : in_force,

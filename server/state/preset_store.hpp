@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "proto/fanlight.pb.h"
 
 namespace fanlight {
@@ -67,6 +68,7 @@ class PresetStore {
 
   std::function<void()> changed_;
   std::vector<Preset> presets_;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

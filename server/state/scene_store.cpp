@@ -8,6 +8,7 @@
 namespace fanlight {
 
 Result<bool> SceneStore::apply(const v1::Scene& change, const SceneField** refused) {
+  thread_owner_.check();
   auto changed = changed_scene(in_force_.scene, change, refused);
   if (!changed) return changed.error();
   if (first_pass_changed(in_force_.scene, *changed) == FirstPass::kNone) return false;
@@ -31,6 +32,7 @@ const Scene* SceneStore::of_revision(std::uint64_t revision) const {
 }
 
 Result<bool> SceneStore::suggest(const Scene& suggested) {
+  thread_owner_.check();
   Scene default_scene = default_;
   Scene scene = in_force_.scene;
   for (const SceneField& field : scene_fields()) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/mailbox.hpp"
 #include "proto/fanlight.pb.h"
 #include "proto/model/scene.hpp"
@@ -53,6 +54,7 @@ class SceneStore {
   std::deque<NumberedScene> earlier_;  // a picture may show one of them
   Mailbox<NumberedScene>& scenes_;
   std::vector<const SceneField*> chosen_;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 /// The scene in force as a message.

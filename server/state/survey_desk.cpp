@@ -42,6 +42,7 @@ v1::SurveyReply reply_of(SurveyDesk::Outcome outcome, const FoundSurface& found)
 }  // namespace
 
 Result<void> SurveyDesk::request(std::uint64_t asker) {
+  thread_owner_.check();
   if (!dependencies_.find) return Error{ErrorCode::kUnavailable, "this server finds no surfaces"};
   if (requests_.size() >= kMostRequests) {
     return Error{ErrorCode::kUnavailable,
@@ -80,6 +81,7 @@ bool SurveyDesk::begin(const Scene& scene) {
 }
 
 void SurveyDesk::copied(VolumeCopier::Copy copy, const Scene& scene) {
+  thread_owner_.check();
   copy_ = copy.volume;
   if (copy.outcome == VolumeCopier::Outcome::kNoVolume) return end(Outcome::kNoVolume, {});
   if (copy.outcome == VolumeCopier::Outcome::kBusy) return end(Outcome::kBusy, {});

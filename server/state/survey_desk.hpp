@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "proto/fanlight.pb.h"
 #include "proto/model/scene.hpp"
 #include "proto/model/volume.hpp"
@@ -82,6 +83,7 @@ class SurveyDesk {
   bool looking_ = false;
   std::stop_source stop_;
   std::shared_ptr<Volume> copy_;  // its memory is used again while requests wait
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

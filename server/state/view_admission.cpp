@@ -137,6 +137,7 @@ Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
 
 Result<void> ViewAdmission::change(std::uint64_t session, const v1::Scene& change, const SceneField** refused,
                                    std::int64_t now_ns) {
+  thread_owner_.check();
   if (most_views_ == 0)
     return Error{ErrorCode::kUnavailable, "there are no private views here, expected the main view"};
   const auto groups = private_groups(change);
@@ -161,6 +162,7 @@ Result<void> ViewAdmission::change(std::uint64_t session, const v1::Scene& chang
 }
 
 bool ViewAdmission::leave(std::uint64_t session) {
+  thread_owner_.check();
   View* const view = find(session);
   if (view == nullptr) return false;
   view->wanted.view_id = 0;
@@ -196,6 +198,7 @@ std::uint64_t ViewAdmission::revision(std::uint64_t session) const {
 }
 
 std::vector<std::uint64_t> ViewAdmission::main_changed() {
+  thread_owner_.check();
   std::vector<std::uint64_t> changed;
   for (View& view : views_) {
     if (view.wanted.view_id == 0) continue;
@@ -210,12 +213,14 @@ std::vector<std::uint64_t> ViewAdmission::main_changed() {
 }
 
 void ViewAdmission::main_shown(const PictureStamp& stamp, std::int64_t now_ns) {
+  thread_owner_.check();
   main_shown_ns_ = now_ns;
   main_volume_ = stamp.volume.volume_id;
   main_times_.note(stamp.stage_ms);
 }
 
 std::vector<const Picture*> ViewAdmission::newest(std::int64_t now_ns) {
+  thread_owner_.check();
   std::vector<const Picture*> pictures;
   has_more_ = false;
   for (View& view : views_) {
@@ -248,6 +253,7 @@ bool ViewAdmission::over_budget(std::int64_t now_ns) const {
 }
 
 std::vector<ViewAdmission::EndedView> ViewAdmission::ended_by_renderer(const PrivateViewEnds& ends) {
+  thread_owner_.check();
   std::vector<EndedView> ended;
   for (const PrivateViewEnd& end : ends) {
     const View* const view = find(end.view_id);
@@ -260,6 +266,7 @@ std::vector<ViewAdmission::EndedView> ViewAdmission::ended_by_renderer(const Pri
 }
 
 std::vector<ViewAdmission::EndedView> ViewAdmission::second_passed(std::int64_t now_ns) {
+  thread_owner_.check();
   std::vector<EndedView> ended;
   for (View& view : views_) {
     if (view.wanted.view_id == 0 || main_shown_ns_ == 0) continue;

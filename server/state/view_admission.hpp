@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/base/counter.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "proto/exchange/render_link.hpp"
 #include "proto/fanlight.pb.h"
 #include "server/state/scene_store.hpp"
@@ -125,6 +126,7 @@ class ViewAdmission {
   int seconds_over_budget_ = 0;
   std::uint64_t main_volume_ = 0;
   std::uint64_t revisions_ = 0;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

@@ -202,6 +202,7 @@ std::shared_ptr<PictureSnapshot> PictureHub::snapshot_of(Shown& shown) {
 }
 
 void PictureHub::finished(Job& job) {
+  thread_owner_.check();
   --lanes_[static_cast<std::size_t>(lane_of(job.encoding_key.second))].running;
   const auto found = encodings_.find(job.encoding_key);
   // It may have been dropped meanwhile, and made anew.
@@ -236,6 +237,7 @@ void PictureHub::deliver(const EncodingKey& encoding_key, const std::set<std::ui
 }
 
 void PictureHub::show(const Picture& picture) {
+  thread_owner_.check();
   const std::uint64_t view_id = picture.stamp.view_id;
   const std::int64_t shown_ns = picture.stamp.finished_time_ns;
   for (auto& [encoding_key, encoding] : encodings_) {
@@ -255,6 +257,7 @@ void PictureHub::show(const Picture& picture) {
 }
 
 void PictureHub::add(PictureSubscriber& subscriber) {
+  thread_owner_.check();
   subscribers_.insert(&subscriber);
   resync(subscriber);
 }
@@ -266,6 +269,7 @@ void PictureHub::remove(PictureSubscriber& subscriber) {
 }
 
 void PictureHub::forget_view(PictureSubscriber& subscriber) {
+  thread_owner_.check();
   shown_.erase(subscriber.id());
   if (subscriber.view_id() == 0) return;
   subscriber.set_view(0);
@@ -273,6 +277,7 @@ void PictureHub::forget_view(PictureSubscriber& subscriber) {
 }
 
 void PictureHub::forget_main_view() {
+  thread_owner_.check();
   for (auto& [encoding_key, encoding] : encodings_) {
     if (encoding_key.first == 0) encoding.offer.message = nullptr;
   }
@@ -306,6 +311,7 @@ Result<void> PictureHub::has_room(const PictureSubscriber& subscriber, const Str
 }
 
 void PictureHub::resync(PictureSubscriber& subscriber) {
+  thread_owner_.check();
   drop_unused_encodings();
   const auto shown = shown_.find(subscriber.view_id());
   if (shown == shown_.end()) return;
@@ -346,6 +352,7 @@ void PictureHub::drop_unused_encodings() {
 }
 
 void PictureHub::png(FileReady ready) {
+  thread_owner_.check();
   if (png_->newest && !png_->running) return ready(png_->made);
   if (png_->waiting.size() >= kMostFileRequests) {
     return ready(Error{

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "proto/base/clock.hpp"
+#include "proto/base/thread_owner.hpp"
 #include "proto/model/picture.hpp"
 #include "server/codec/encoder_pool.hpp"
 #include "server/codec/picture_coder.hpp"
@@ -146,6 +147,7 @@ class PictureHub {
   std::array<Lane, kEncoderLanes> lanes_;
   std::vector<std::shared_ptr<PictureSnapshot>> snapshots_;  // those that nobody uses are used again
   std::shared_ptr<PngFile> png_;                             // shared with the job that runs
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight

@@ -13,6 +13,7 @@ std::vector<std::shared_ptr<RegisteredSession>> SessionRegistry::all() const {
 }
 
 void SessionRegistry::notify(Notice notice, std::uint64_t except_session) {
+  thread_owner_.check();
   for_each_open([&](RegisteredSession& session) {
     if (session.id() != except_session) session.notify(notice);
   });
@@ -24,6 +25,7 @@ void SessionRegistry::notify(Notice notice, std::uint64_t except_session) {
 }
 
 void SessionRegistry::view_ended(std::uint64_t session, const std::string& reason) {
+  thread_owner_.check();
   const auto found = sessions_.find(session);
   if (found != sessions_.end() && found->second->is_open()) found->second->view_ended(reason);
 }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/base/thread_owner.hpp"
 #include "server/state/notice.hpp"
 #include "server/state/view_admission.hpp"
 
@@ -88,6 +89,7 @@ class SessionRegistry {
   std::function<void()> opened_;
   std::map<std::uint64_t, std::shared_ptr<RegisteredSession>> sessions_;
   std::uint64_t last_id_ = 0;
+  [[no_unique_address]] ThreadOwner thread_owner_;
 };
 
 }  // namespace fanlight
