@@ -29,7 +29,7 @@
 #define FANLIGHT_BINDING_DEPTH 8
 // float a pixel: the surface that each ray has found, mm. frame_steps.comp makes the depth map from it.
 #define FANLIGHT_BINDING_RAY_DEPTH 35
-// float a pixel: contrast of the edge over the noise beside it.
+// float a pixel: contrast of the edge over the noise next to it.
 #define FANLIGHT_BINDING_CONFIDENCE 9
 // Packed RGBA8 a pixel: the colours of pass 1.
 #define FANLIGHT_BINDING_VOLUME_COLOUR 10
@@ -96,12 +96,6 @@
 #define FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS FANLIGHT_BINDING_BLOCK_MIN_MAX
 #define FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX
 #endif
-
-#define FANLIGHT_BINDINGS 36
-// Storage buffers among the bindings. The others are two uniform buffers, two textures and texel buffers.
-#define FANLIGHT_STORAGE_BUFFERS 24
-// Further ones with FANLIGHT_STORAGE: angle table, frames, filtered and prepared frames, packed columns.
-#define FANLIGHT_FURTHER_STORAGE_BUFFERS 5
 
 // Side of a block of a frame, in pixels, and side of the neighbourhood of a block, in blocks.
 #define FANLIGHT_BLOCK 4

@@ -161,7 +161,7 @@ RayResult cast_ray(Ray ray, uvec4 segment_mask) {
         index = run.first;
         run_end = run.end;
       }
-      // A run goes on where an edge is pending: its peak may lie in the next segment.
+      // A run continues where an edge is pending: its peak may lie in the next segment.
       while (index < samples.end && !stops && (index < run_end || detector.edge.pending)) {
         float batch[kBatch];
         samples_from(ray, index, batch);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass 1, where the weights of pass 2 need it: the confidence of each surface, the contrast of its edge over
-// the noise beside it (renderer/ALGORITHM.md, pass 2). Contrast: the difference of the means of kWindow / 2
+// the noise next to it (renderer/ALGORITHM.md, pass 2). Contrast: the difference of the means of kWindow / 2
 // samples before and behind the surface. Noise: the root mean square of their standard deviations, at least
 // one grey level.
 //

@@ -79,7 +79,7 @@ vec3 shade(ivec2 pixel, float depth) {
   float away = 1.0 - max(dot(normal, to_eye), 0.0);
   float rim = lighting.rim * away * away * away;
   // A shadow reduces the direct light only. The paper (README.md) scales the whole pixel. Then a side that
-  // faces away from the light, with ambient light only, is brighter than a shadow beside it.
+  // faces away from the light, with ambient light only, is brighter than a shadow next to it.
   vec3 from_body = ((lighting.ambient + rim) * soft.sky + lighting.diffuse * matt) * lighting.material;
   return lighting.light_colour * (from_body + vec3(lighting.specular * highlight * soft.direct));
 }

@@ -56,7 +56,7 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
   // Soft light.
   float occlusion;        // share of the ambient light that hollows may lose
   float occlusion_reach;  // radius of the neighbourhood that hides it, mm
-  vec3 scattered;         // share of the matt light that has gone under the surface, by colour
+  vec3 scattered;         // share of the matt light that enters the surface, by colour
   int scatter_radius;     // of the window, in places of soft_light.h
   float scatter_fall;     // Gaussian: 1 / (2 sigma^2), per mm^2
   float glow;             // share of the light from behind that a thin part lets through

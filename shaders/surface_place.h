@@ -81,7 +81,7 @@ const int kLevelSamples = (kWindow + kHalf + kLevelStride - 1) / kLevelStride;
 const int kWindowSamples = (kWindow + kLevelStride - 1) / kLevelStride;
 // Samples of which the means are compared with the level of the tissue.
 const int kLevelMean = kHalf < 8 ? kHalf : 4;
-// Samples of which the mean tells a thin bright surface from fluid.
+// Samples whose mean distinguishes a thin bright surface from fluid.
 const int kShortMean = (kLevelMean + 1) / 2;
 
 // The samples from `first` towards the tissue. Where nothing was scanned, and outside the run, 0. Unrolled:

@@ -8,35 +8,10 @@
 
 namespace fanlight {
 
-/// The shaders, in the order in which they run.
+/// The shaders, in the order in which they run: the rows of shaders/passes.inc, and of shaders::passes().
 enum class Shader : std::uint8_t {
-  kBox,  // pass 0
-  kMedian,
-  kGuidedFit,
-  kGuidedApply,
-  kBlockMinMax,
-  kNeighbourMinMax,
-  kPack,
-  kEmptySpace,  // pass 1
-  kDirtyTiles,
-  kCast,
-  kFrameSteps,
-  kSlice,
-  kConfidence,
-  kTemporal,  // pass 2
-  kTileDepthRange,
-  kCleanupTiles,
-  kIslands,
-  kHoles,
-  kMeanRows,
-  kMeanColumns,
-  kSmooth,
-  kMinDepth,
-  kSoftLight,
-  kScatter,
-  kLight,
-  kDiffuse,  // pass 3
-  kFinish
+#define FANLIGHT_PASS(name, enumerator, variants, pipelines) enumerator,
+#include "shaders/passes.inc"
 };
 
 /// File name of the shader without its extension ("cast"); names the pipelines in debugging tools.

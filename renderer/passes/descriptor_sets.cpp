@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "renderer/vulkan/shader_interface.hpp"
 #include "renderer/vulkan/vulkan_result.hpp"
 #include "shaders/bindings.h"
 
@@ -25,10 +26,8 @@ Result<void> DescriptorSets::create_sets() {
                                                 {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 0},
                                                 {VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER, 0},
                                                 {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 0}}};
-  for (std::uint32_t binding = 0; binding < FANLIGHT_BINDINGS; ++binding) {
-    const auto size =
-        std::ranges::find(sizes, Pipelines::descriptor_type(gpu, binding), &VkDescriptorPoolSize::type);
-    if (Pipelines::has_binding(gpu, binding)) size->descriptorCount += kSets;
+  for (const auto& type : binding_types(gpu.buffer_access())) {
+    if (type) std::ranges::find(sizes, *type, &VkDescriptorPoolSize::type)->descriptorCount += kSets;
   }
   // Vulkan takes no pool of none: texel buffers may have no binding.
   const auto used = std::ranges::partition(sizes, [](const VkDescriptorPoolSize& size) {
@@ -66,8 +65,9 @@ Result<void> DescriptorSets::create_placeholders() {
   auto image = GpuImage::create(*device_.gpu, "no image", VK_FORMAT_R32G32B32A32_SFLOAT, {1, 1, 1});
   if (!image) return image.error();
   no_image_ = std::move(*image);
-  for (std::uint32_t binding = 0; binding < FANLIGHT_BINDINGS; ++binding) {
-    if (Pipelines::descriptor_type(*device_.gpu, binding) == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER) {
+  const BindingTypes& types = binding_types(device_.gpu->buffer_access());
+  for (std::uint32_t binding = 0; binding < types.size(); ++binding) {
+    if (types[binding] == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER) {
       write(binding, no_image_);
     } else {
       write(binding, no_buffer_);
@@ -78,7 +78,9 @@ Result<void> DescriptorSets::create_placeholders() {
 
 void DescriptorSets::write(std::uint32_t binding, const GpuBuffer& buffer) const {
   const Gpu& gpu = *device_.gpu;
-  if (!Pipelines::has_binding(gpu, binding)) return;
+  // Storage buffers have one binding for both reading and writing.
+  const auto type = binding_types(gpu.buffer_access()).at(binding);
+  if (!type) return;
   const GpuBuffer& named = buffer.bytes() > 0 ? buffer : no_buffer_;
   for (std::size_t set = 0; set < sets_.size(); ++set) {
     std::uint32_t swapped = binding;
@@ -90,7 +92,7 @@ void DescriptorSets::write(std::uint32_t binding, const GpuBuffer& buffer) const
                                      .dstSet = sets_[set],
                                      .dstBinding = swapped,
                                      .descriptorCount = 1,
-                                     .descriptorType = Pipelines::descriptor_type(gpu, binding),
+                                     .descriptorType = *type,
                                      .pBufferInfo = &info,
                                      .pTexelBufferView = &texels};
     vkUpdateDescriptorSets(gpu.device(), 1, &write, 0, nullptr);

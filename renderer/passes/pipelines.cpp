@@ -4,122 +4,29 @@
 #include <array>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "renderer/parameters/light_parameters.hpp"
 #include "renderer/vulkan/debug_name.hpp"
+#include "renderer/vulkan/shader_interface.hpp"
 #include "renderer/vulkan/vulkan_result.hpp"
-#include "shaders/bindings.h"
 #include "shaders/spirv.hpp"
 
 namespace fanlight {
 
-bool Pipelines::has_binding(const Gpu& gpu, std::uint32_t binding) {
-  const bool twice = binding == FANLIGHT_BINDING_PACKED_TEXELS ||
-                     binding == FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS ||
-                     binding == FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS;
-  return gpu.buffer_access() == BufferAccess::kTexels || !twice;
-}
-
-VkDescriptorType Pipelines::descriptor_type(const Gpu& gpu, std::uint32_t binding) {
-  const bool texels = gpu.buffer_access() == BufferAccess::kTexels;
-  switch (binding) {
-    case FANLIGHT_BINDING_CAST_PARAMETERS:
-    case FANLIGHT_BINDING_LIGHT_PARAMETERS:
-      return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
-    case FANLIGHT_BINDING_VOLUME:
-    case FANLIGHT_BINDING_TRANSFER:
-      return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-    case FANLIGHT_BINDING_ANGLE_TABLE:
-    case FANLIGHT_BINDING_FRAMES:
-    case FANLIGHT_BINDING_PREPARED_FRAMES:
-    case FANLIGHT_BINDING_PACKED_TEXELS:
-    case FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS:
-    case FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS:
-      return texels ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-    case FANLIGHT_BINDING_FILTERED_FRAMES:
-    case FANLIGHT_BINDING_PACKED:
-      return texels ? VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-    default:
-      return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-  }
-}
-
 std::span<const std::uint32_t> Pipelines::spirv_of(Shader shader) const {
-  using Words = std::span<const std::uint32_t>;
-  const bool gathering = sampling_ == Sampling::kGathering;
+  const shaders::Pass& pass = shaders::passes()[static_cast<std::size_t>(shader)];
   const bool is_storage = gpu_.buffer_access() == BufferAccess::kStorage;
-  const auto pick = [&](Words texels, Words storage) { return is_storage ? storage : texels; };
-  switch (shader) {
-    case Shader::kBox:
-      return pick(shaders::box_spirv, shaders::box_storage_spirv);
-    case Shader::kMedian:
-      return pick(shaders::median_spirv, shaders::median_storage_spirv);
-    case Shader::kGuidedFit:
-      return pick(shaders::guided_fit_spirv, shaders::guided_fit_storage_spirv);
-    case Shader::kGuidedApply:
-      return pick(shaders::guided_apply_spirv, shaders::guided_apply_storage_spirv);
-    case Shader::kBlockMinMax:
-      return pick(shaders::block_min_max_spirv, shaders::block_min_max_storage_spirv);
-    case Shader::kNeighbourMinMax:
-      return pick(shaders::neighbour_min_max_spirv, shaders::neighbour_min_max_storage_spirv);
-    case Shader::kPack:
-      return pick(shaders::pack_spirv, shaders::pack_storage_spirv);
-    case Shader::kEmptySpace:
-      return pick(shaders::empty_space_spirv, shaders::empty_space_storage_spirv);
-    case Shader::kDirtyTiles:
-      return pick(shaders::dirty_tiles_spirv, shaders::dirty_tiles_storage_spirv);
-    case Shader::kCast:
-      return gathering ? pick(shaders::cast_gathering_spirv, shaders::cast_gathering_storage_spirv)
-                       : pick(shaders::cast_spirv, shaders::cast_storage_spirv);
-    case Shader::kFrameSteps:
-      return pick(shaders::frame_steps_spirv, shaders::frame_steps_storage_spirv);
-    case Shader::kSlice:
-      return gathering ? pick(shaders::slice_gathering_spirv, shaders::slice_gathering_storage_spirv)
-                       : pick(shaders::slice_spirv, shaders::slice_storage_spirv);
-    case Shader::kConfidence:
-      return gathering
-                 ? pick(shaders::confidence_gathering_spirv, shaders::confidence_gathering_storage_spirv)
-                 : pick(shaders::confidence_spirv, shaders::confidence_storage_spirv);
-    case Shader::kTemporal:
-      return shaders::temporal_spirv;
-    case Shader::kTileDepthRange:
-      return shaders::tile_depth_range_spirv;
-    case Shader::kCleanupTiles:
-      return shaders::cleanup_tiles_spirv;
-    case Shader::kIslands:
-      return shaders::islands_spirv;
-    case Shader::kHoles:
-      return shaders::holes_spirv;
-    case Shader::kMeanRows:
-      return shaders::mean_rows_spirv;
-    case Shader::kMeanColumns:
-      return shaders::mean_columns_spirv;
-    case Shader::kSmooth:
-      return shaders::smooth_spirv;
-    case Shader::kMinDepth:
-      return shaders::min_depth_spirv;
-    case Shader::kSoftLight:
-      return shaders::soft_light_spirv;
-    case Shader::kScatter:
-      return shaders::scatter_spirv;
-    case Shader::kLight:
-      return shaders::light_spirv;
-    case Shader::kDiffuse:
-      return shaders::diffuse_spirv;
-    case Shader::kFinish:
-      return shaders::finish_spirv;
-  }
-  return {};
+  if (sampling_ == Sampling::kGathering) return is_storage ? pass.gathering_storage : pass.gathering_texels;
+  return is_storage ? pass.storage : pass.texels;
 }
 
 Result<std::unique_ptr<Pipelines>> Pipelines::create(const Gpu& gpu, const Config& config) {
   std::unique_ptr<Pipelines> made(new Pipelines(gpu, config));
   if (auto layouts = made->create_layouts(); !layouts) return layouts.error();
-  for (const Shader shader :
-       {Shader::kBlockMinMax, Shader::kNeighbourMinMax, Shader::kPack, Shader::kTemporal,
-        Shader::kTileDepthRange, Shader::kCleanupTiles, Shader::kIslands, Shader::kHoles, Shader::kMeanRows,
-        Shader::kMeanColumns, Shader::kMinDepth, Shader::kDiffuse, Shader::kFinish}) {
-    if (auto built = made->get(PipelineKey{.shader = shader}); !built) return built.error();
+  for (std::size_t row = 0; row < shaders::passes().size(); ++row) {
+    if (!shaders::passes()[row].has_fixed_pipeline) continue;
+    if (auto built = made->get(PipelineKey{.shader = static_cast<Shader>(row)}); !built) return built.error();
   }
   for (const PipelineKey& key : light_variants()) {
     if (auto built = made->get(key); !built) return built.error();
@@ -144,18 +51,19 @@ Result<void> Pipelines::create_layouts() {
   if (result != VK_SUCCESS) return vulkan_error("vkCreateSampler", result);
   sampler_ = SamplerHandle(gpu_.device(), sampler);
 
-  std::array<VkDescriptorSetLayoutBinding, FANLIGHT_BINDINGS> bindings{};
-  for (std::uint32_t binding = 0; binding < bindings.size(); ++binding) {
-    const VkDescriptorType type = descriptor_type(gpu_, binding);
-    bindings[binding] = {
-        .binding = binding,
-        .descriptorType = type,
-        .descriptorCount = has_binding(gpu_, binding) ? 1U : 0U,
-        .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-        .pImmutableSamplers = type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER ? &sampler : nullptr};
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  const BindingTypes& types = binding_types(gpu_.buffer_access());
+  for (std::uint32_t binding = 0; binding < types.size(); ++binding) {
+    if (!types[binding]) continue;
+    const bool is_texture = types[binding] == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+    bindings.push_back({.binding = binding,
+                        .descriptorType = *types[binding],
+                        .descriptorCount = 1,
+                        .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
+                        .pImmutableSamplers = is_texture ? &sampler : nullptr});
   }
   const VkDescriptorSetLayoutCreateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-                                                 .bindingCount = bindings.size(),
+                                                 .bindingCount = static_cast<std::uint32_t>(bindings.size()),
                                                  .pBindings = bindings.data()};
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
   result = vkCreateDescriptorSetLayout(gpu_.device(), &set_info, nullptr, &set_layout);

@@ -30,10 +30,6 @@ class Pipelines {
   /// requested, and kept. Error: a pipeline that cannot be built.
   static Result<std::unique_ptr<Pipelines>> create(const Gpu& gpu, const Config& config);
 
-  /// Whether any shader uses a binding: storage buffers have one for both reading and writing.
-  static bool has_binding(const Gpu& gpu, std::uint32_t binding);
-  static VkDescriptorType descriptor_type(const Gpu& gpu, std::uint32_t binding);
-
   Sampling sampling() const { return sampling_; }
 
   VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }

@@ -17,7 +17,8 @@ struct AccessTrial {
 };
 
 /// Reads a small buffer in both ways as pass 1 does (shaders/access_trial.comp), some times each in turn, and
-/// tells the shortest times. Blocks for some tens of ms, most of it the driver's compiler. Error: of Vulkan.
+/// returns the shortest times. Blocks for some tens of ms, most of it the driver's compiler. Error: of
+/// Vulkan.
 Result<AccessTrial> try_buffer_access(const Gpu& gpu);
 
 }  // namespace fanlight

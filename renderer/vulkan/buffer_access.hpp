@@ -5,8 +5,6 @@
 
 #include <cstdint>
 
-#include "shaders/bindings.h"
-
 namespace fanlight {
 
 /// How shaders read and write buffers by index (shaders/buffer_access.h).
@@ -19,11 +17,6 @@ enum class BufferAccess : std::uint8_t {
 /// million.
 inline bool has_useful_texels(const VkPhysicalDeviceLimits& limits) {
   return limits.maxTexelBufferElements >= 1U << 26;
-}
-
-/// Storage buffers that a shader may refer to.
-constexpr std::uint32_t storage_buffers(BufferAccess access) {
-  return FANLIGHT_STORAGE_BUFFERS + (access == BufferAccess::kStorage ? FANLIGHT_FURTHER_STORAGE_BUFFERS : 0);
 }
 
 }  // namespace fanlight

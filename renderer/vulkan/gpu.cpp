@@ -9,6 +9,7 @@
 
 #include "renderer/vulkan/access_trial.hpp"
 #include "renderer/vulkan/debug_name.hpp"
+#include "renderer/vulkan/shader_interface.hpp"
 #include "renderer/vulkan/vulkan_result.hpp"
 
 namespace fanlight {

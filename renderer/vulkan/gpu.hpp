@@ -126,7 +126,7 @@ class Gpu {
   const Error* fault() const { return fault_ ? &*fault_ : nullptr; }
   Condition condition() const { return condition_; }
 
-  /// Blocks until the device has finished all work, for ever where it hangs: for a thread that nobody waits
+  /// Blocks until the device has finished all work, for ever where it hangs: for a thread that no one waits
   /// for. Afterwards the device counts as lost, and its objects can be destroyed.
   void wait_for_end() const;
 

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "renderer/vulkan/gpu.hpp"
+#include "renderer/vulkan/shader_interface.hpp"
 #include "renderer/vulkan/vulkan_result.hpp"
 
 namespace fanlight {

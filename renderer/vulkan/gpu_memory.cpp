@@ -15,7 +15,7 @@ namespace {
 // Vulkan forbids requests beyond these limits; a driver need not refuse them.
 Error exceeds(std::uint64_t most_bytes, std::uint64_t bytes) {
   return {ErrorCode::kUnavailable,
-          fmt::format("{} bytes of GPU memory were asked for, expected at most {}", bytes, most_bytes)};
+          fmt::format("{} bytes of GPU memory were requested, expected at most {}", bytes, most_bytes)};
 }
 
 Result<MemoryHandle> allocate(const Gpu& gpu, const VkMemoryRequirements& needs, VkMemoryPropertyFlags wanted,

@@ -99,7 +99,7 @@ Result<void> SubmissionTimeline::wait(std::uint64_t timeout_ns) const {
                                  .pSemaphores = &semaphore,
                                  .pValues = &submissions_};
   const VkResult result = vkWaitSemaphores(gpu_->device(), &info, timeout_ns);
-  // Without memory to wait, the next look at the counter tells as much.
+  // Without memory to wait, the next look at the counter is as good.
   if (result == VK_SUCCESS || result == VK_TIMEOUT || is_out_of_memory(result)) return {};
   return vulkan_error("vkWaitSemaphores", result);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structs that C++ and GLSL share: compares every offset in C++ with the offset in the SPIR-V.
+// What C++ and GLSL share: compares the offsets of structs in C++ and in the SPIR-V, and reads the kinds of
+// descriptors.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -9,6 +10,8 @@
 #include <span>
 #include <string>
 
+#include "renderer/vulkan/shader_interface.hpp"
+#include "shaders/bindings.h"
 #include "shaders/cast_parameters.h"
 #include "shaders/light_parameters.h"
 #include "shaders/prepare_constants.h"
@@ -204,6 +207,38 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
 }
 
 #undef OFFSET
+
+TEST(ShaderInterfaceTest, AllPassesAgreeOnTheKindOfEachBinding) {
+  std::size_t compared = 0;
+  for (const auto access : {BufferAccess::kTexels, BufferAccess::kStorage}) {
+    const bool texels = access == BufferAccess::kTexels;
+    for (const shaders::Pass& pass : shaders::passes()) {
+      for (const auto spirv :
+           {texels ? pass.texels : pass.storage, texels ? pass.gathering_texels : pass.gathering_storage}) {
+        const BindingTypes types = bindings_of(spirv);
+        ASSERT_FALSE(types.empty()) << pass.name;
+        for (std::size_t binding = 0; binding < types.size(); ++binding) {
+          if (!types[binding]) continue;
+          EXPECT_EQ(types[binding], binding_types(access)[binding]) << pass.name << ", binding " << binding;
+          ++compared;
+        }
+      }
+    }
+  }
+  EXPECT_GT(compared, 200U);
+}
+
+TEST(ShaderInterfaceTest, ReadsEachKindOfDescriptor) {
+  const BindingTypes& texels = binding_types(BufferAccess::kTexels);
+  EXPECT_EQ(texels[FANLIGHT_BINDING_CAST_PARAMETERS], VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
+  EXPECT_EQ(texels[FANLIGHT_BINDING_VOLUME], VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
+  EXPECT_EQ(texels[FANLIGHT_BINDING_ANGLE_TABLE], VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);
+  EXPECT_EQ(texels[FANLIGHT_BINDING_FILTERED_FRAMES], VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER);
+  EXPECT_EQ(texels[FANLIGHT_BINDING_DEPTH], VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
+  const BindingTypes& storage = binding_types(BufferAccess::kStorage);
+  EXPECT_EQ(storage[FANLIGHT_BINDING_ANGLE_TABLE], VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
+  EXPECT_FALSE(storage[FANLIGHT_BINDING_PACKED_TEXELS]) << "the same buffer as for writing";
+}
 
 }  // namespace
 }  // namespace fanlight::test::layout_tests
