@@ -11,7 +11,7 @@ namespace fanlight {
 
 /// A renderer, and the device that it renders with where it owns that device.
 struct DeviceRenderer {
-  RenderDevice device;  ///< empty where the device belongs to somebody else
+  RenderDevice device;  ///< empty where the device has another owner
   std::unique_ptr<Renderer> renderer;
 
   /// Destroys the renderer, then the device. May block as long as the watchdog allows.

@@ -58,10 +58,12 @@ void PrivateRenderer::end(ViewState& state, const Error& error) {
                                                               .reason = std::string_view(error.message)};
   ends_changed_ = true;
   counters_.private_views_refused.add();
-  // Half of its work may be recorded: the next view of this index gets memory of its own. Nothing of this one
-  // is outstanding, since it failed before it was submitted.
-  drop_passes(state);
-  state.slot = nullptr;
+  // Half of its work may be recorded: the next view of this index gets memory of its own. But what the GPU
+  // uses stays, where a piece before the failure is outstanding.
+  if (state.outstanding() == 0) {
+    drop_passes(state);
+    state.slot = nullptr;
+  }
   state.phase = WorkPhase::kIdle;
   state.drawn = false;
   state.wanted.view_id = 0;
@@ -114,7 +116,7 @@ void PrivateRenderer::leave_memory() {
 bool PrivateRenderer::inputs_lost(const ViewState& state) {
   if (state.slot == nullptr || !state.light) return false;
   const VolumeInFlight& slot = *state.slot;
-  if (state.bindings_version != slot.bindings_version()) return true;
+  if (state.bindings_version != slot.bindings_version()) return true;  // frames of another size
   // The first piece of passes 2 and 3, which was submitted as they began, has copied the main view's map.
   if (state.phase == WorkPhase::kLighting) return false;
   return state.frames_version != slot.frames_version() || !slot.frames_ready();
@@ -181,23 +183,16 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
     case PrivateStep::kDrop:
       return {};
     case PrivateStep::kRelight:
-    case PrivateStep::kLightShared: {
-      const bool own = state.wanted.own_camera;
-      const auto added = add_weights(state, own, requested_scene(state, shown), shown.slot);
-      if (!added || *added) return added ? Result<void>{} : added.error();
+    case PrivateStep::kLightShared:
       take_request(state, shown);
-      return light(state, shown, own ? LightPass::History::kNone : shown.history);
-    }
+      return light(state, shown, state.casts() ? LightPass::History::kNone : shown.history);
     case PrivateStep::kBeginCast:
       take_request(state, shown);
       return begin_cast(state, shown);
     case PrivateStep::kCastBand:
       return state.cast->submit_next(state.slot->bindings());
-    case PrivateStep::kLightCast: {
-      const auto added = add_weights(state, true, state.scene, *state.slot);
-      if (!added || *added) return added ? Result<void>{} : added.error();
+    case PrivateStep::kLightCast:
       return light(state, shown, LightPass::History::kNone);
-    }
     case PrivateStep::kLightPiece:
       return state.light->submit_next();
   }
@@ -233,20 +228,26 @@ Result<void> PrivateRenderer::begin_cast(ViewState& state, const Shown& shown) {
   return cast.submit_next(shown.slot.bindings());
 }
 
-/// Submits the weights of the depth filter where they are due; whether it did. The same step is due again
-/// afterwards. `own`: of the view's own cast, else of the slot's.
-Result<bool> PrivateRenderer::add_weights(ViewState& state, bool own, const Scene& scene,
-                                          VolumeInFlight& slot) {
-  if (!(own ? state.cast->weights_due(scene, slot.bindings()) : slot.weights_due(scene))) return false;
-  const auto added = own ? state.cast->add_weights(scene, slot.bindings()) : slot.add_weights(scene);
-  if (!added) return added.error();
-  return true;
+/// Submits the weights of the depth filter where they are due.
+Result<void> PrivateRenderer::add_weights(ViewState& state) {
+  VolumeInFlight& slot = *state.slot;
+  if (state.casts()) {
+    if (!state.cast->weights_due(state.scene, slot.bindings())) return {};
+    auto added = state.cast->add_weights(state.scene, slot.bindings());
+    state.cast->drop_held_weights();
+    return added;
+  }
+  if (!slot.weights_due(state.scene)) return {};
+  auto added = slot.add_weights(state.scene);
+  slot.drop_held_weights();
+  return added;
 }
 
-/// Submits the first piece of passes 2 and 3.
+/// Submits the first piece of passes 2 and 3, and before it the weights that it needs.
 Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, LightPass::History history) {
   VolumeInFlight& slot = *state.slot;
   LightPass& light = *state.light;
+  if (auto added = add_weights(state); !added) return added;
   if (state.casts()) {
     light.read(*state.cast);
   } else {

@@ -17,7 +17,8 @@ namespace fanlight {
 /// Draws private views of the shown volume, one piece of work at a time: a band of pass 1 that is a fraction
 /// of the main view's, or some dispatches of passes 2 and 3. If advance() is called only while the main view
 /// has no work, the main view waits for one such piece at most. A picture whose frames are replaced before it
-/// has read them is given up and begins again; the main view's depth map it copies first.
+/// has read them is given up and begins again. Its first piece of passes 2 and 3 copies the main view's depth
+/// map.
 ///
 /// Owns a LightPass per private view, and a CastPass for one with a camera of its own, allocated when first
 /// requested and kept. All are on the device of the main view's pass 1.
@@ -118,7 +119,7 @@ class PrivateRenderer {
   static Scene requested_scene(const ViewState& state, const Shown& shown);
   void take_request(ViewState& state, const Shown& shown);
   Result<void> begin_cast(ViewState& state, const Shown& shown);
-  static Result<bool> add_weights(ViewState& state, bool own, const Scene& scene, VolumeInFlight& slot);
+  static Result<void> add_weights(ViewState& state);
   Result<void> light(ViewState& state, const Shown& shown, LightPass::History history);
   static std::array<double, kStages> stage_ms(const ViewState& state);
 

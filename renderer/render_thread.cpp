@@ -158,7 +158,8 @@ Result<void> RenderThread::step() {
   // One observation decides between waiting for the GPU, more private work, and rest: work that ends between
   // two observations would stay uncollected until the next ring of the bell.
   if (renderer_->busy()) {
-    // advance() may have made room for the next volume, whose pass 1 runs beside what it submitted.
+    // advance() may have made room for the next volume, whose pass 1 runs at the same time as what it
+    // submitted.
     const bool more = !private_turn && volume_waits() && renderer_->wants_volume();
     return more ? Result<void>{} : renderer_->wait(kPollNs);
   }

@@ -357,8 +357,10 @@ PrivateRenderer::Shown Renderer::shown_for_private_views() const {
 }
 
 bool Renderer::main_busy() const {
-  return std::ranges::any_of(slots_, [](const auto& state) {
-    return state->phase != WorkPhase::kIdle || state->slot.outstanding() > 0;
+  return std::ranges::any_of(slots_, [this](const auto& state) {
+    // The weights that a private view waits for are on the slot's timeline.
+    const bool is_private = state->slot.light_outstanding() == 0 && private_.reads(state->slot);
+    return state->phase != WorkPhase::kIdle || (state->slot.outstanding() > 0 && !is_private);
   });
 }
 
@@ -414,9 +416,11 @@ Result<void> Renderer::light(SlotState& state) {
   // The shown volume goes without weights where another one is cast, whose picture will have them.
   const bool takes_time = state.phase == WorkPhase::kCasting || &state == slots_[newest_].get();
   const Scene scene = relit(state.cast_scene.scene, scene_in_force().scene);
+  // A private view has asked for weights, and the host may not read them yet: the next call tries again.
+  if (!state.slot.maps_are_written()) return {};
   if (!takes_time || !state.slot.weights_due(scene) || state.slot.outstanding() > 0)
     return submit_light(state);
-  // A private view still reads the weights that this would overwrite: the next call tries again.
+  // A private view still reads the weights that this would overwrite.
   if (private_.reads(state.slot)) return {};
   if (auto added = state.slot.add_weights(scene); !added)
     return falls_back(added.error()) ? Result<void>{} : added;

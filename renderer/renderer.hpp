@@ -64,7 +64,7 @@ class Renderer {
     const Gpu& gpu;
     RenderCounters& counters;
     /// The device of passes 2 and 3 of the main view; null: `gpu`. With RenderDevice::light_gpu they run
-    /// beside pass 1 on a processor too. A fault of one device counts as a fault of both.
+    /// at the same time as pass 1 on a processor too. A fault of one device counts as a fault of both.
     const Gpu* light_gpu = nullptr;
     /// Keeps the pipelines for the next renderer on these devices; null: they end with this renderer.
     PipelineStore* store = nullptr;
@@ -97,7 +97,7 @@ class Renderer {
   /// the volume that it replaces, or where it has more frames than any volume before. Precondition:
   /// wants_volume(), at most frame_capacity frames. Errors: kUnsupported and kUnavailable where the volume is
   /// too large for the GPU's limits or memory: it is counted as refused, the shown picture stays, and the
-  /// renderer goes on. kLost and kBroken as above.
+  /// renderer continues. kLost and kBroken as above.
   Result<void> load(const Volume& volume, Loading loading = Loading::kNew);
 
   /// The levels of all volumes from now on: they are not measured any more. For the pictures of a recording.

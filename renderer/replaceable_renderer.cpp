@@ -37,7 +37,7 @@ bool ReplaceableRenderer::replace(const Error& cause, const std::stop_token& sto
   if (losses_.lost(now_ns())) {
     fail(
         {ErrorCode::kLost, fmt::format("the GPU was lost {} times in a short time, the last time because {}; "
-                                       "expected a GPU that goes on working",
+                                       "expected a GPU that keeps working",
                                        LossRecord::kMost, cause.message)});
     return false;
   }

@@ -37,9 +37,9 @@ class ReplaceableRenderer {
   const Renderer* operator->() const { return device_.renderer.get(); }
   bool can_be_replaced() const { return static_cast<bool>(to_.remake); }
 
-  /// Replaces the renderer after an error of it; the new one shows the last scene that could be drawn, and
-  /// has no volume and no private views. False where it gives up, which it answers with an Error, or `stop`
-  /// ends it; then there is no renderer. Blocks until a driver opens its device again, for seconds.
+  /// Replaces the renderer after an error of it. The new one shows the last scene that could be drawn, and
+  /// has no volume and no private views. False: `stop` was requested, or it gave up and has sent an Error;
+  /// there is no renderer then. Blocks until a driver opens its device again, for seconds.
   bool replace(const Error& cause, const std::stop_token& stop);
 
   void note_picture() { losses_.picture_finished(); }

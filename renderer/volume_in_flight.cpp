@@ -86,6 +86,8 @@ std::array<StageSpan, kStages> VolumeInFlight::stage_spans() const {
 std::array<double, kStages> VolumeInFlight::stage_ms() const {
   std::array<double, kStages> ms{};
   std::ranges::transform(stage_spans(), ms.begin(), &StageSpan::ms);
+  constexpr auto kFilter = static_cast<std::size_t>(Stage::kFilter);
+  if (light_.is_first_of_cast()) ms[kFilter] += cast_.recorder().stage_ms()[kFilter];  // the weights
   return ms;
 }
 
@@ -167,7 +169,7 @@ void VolumeInFlight::stage(const FanGeometry& geometry, std::uint32_t frame_inde
 }
 
 Result<bool> VolumeInFlight::prepare_ahead(const Scene& scene, const EchoLevels& levels) {
-  if (!frames_gone_) return false;
+  if (!frames_gone_ || !has_frame_memory()) return false;
   if (auto begun = begin_frames(scene, levels); !begun) return begun.error();
   if (!frames_.prepares_single_frames() || frames_.done()) return false;
   if (auto submitted = cast_.prepare_ahead(bindings()); !submitted) return submitted.error();

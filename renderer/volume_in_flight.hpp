@@ -105,14 +105,15 @@ class VolumeInFlight {
 
   // As the functions of CastPass. Precondition: nothing is outstanding.
   Result<void> cast_next_band() { return cast_.submit_next(bindings()); }
-  bool weights_due(const Scene& scene) { return cast_.weights_due(scene, bindings()); }
+  bool weights_due(const Scene& scene) { return has_frame_memory() && cast_.weights_due(scene, bindings()); }
   Result<void> add_weights(const Scene& scene) { return cast_.add_weights(scene, bindings()); }
+  void drop_held_weights() { cast_.drop_held_weights(); }
 
   bool cast_submitted() const { return frames_.done() && cast_.submitted(); }
 
   using History = LightPass::History;
   /// Submits passes 2 and 3: on one device all, on two the first piece. Precondition: no cast is under way,
-  /// and nothing is outstanding but add_weights().
+  /// maps_are_written(), and nothing of passes 2 and 3 is outstanding.
   Result<void> light(const Scene& scene, History history);
 
   /// Submits the next piece of light(). Before it, where `changed` is not null, takes that scene over as
@@ -121,6 +122,9 @@ class VolumeInFlight {
   /// Whether light() has submitted all pieces, and whether it has submitted more than the filter.
   bool light_submitted() const { return light_.steps().submitted(); }
   bool light_begun() const { return light_.steps().begun(Stage::kLight); }
+
+  /// On one device always true: the GPU waits.
+  bool maps_are_written() const { return on_one_device_ || cast_.maps_are_written(); }
 
   /// As LightPass::lights_a_part().
   bool lights_a_part() const { return light_.lights_a_part(); }
@@ -162,7 +166,7 @@ class VolumeInFlight {
   }
 
   /// Whether the frames that rays sample are those of the main view's cast.
-  bool frames_ready() const { return loaded() && frames_.done() && !changed(); }
+  bool frames_ready() const { return loaded() && has_frame_memory() && frames_.done() && !changed(); }
   /// Changes whenever the frames change.
   std::uint64_t frames_version() const { return frames_version_; }
 
@@ -190,6 +194,8 @@ class VolumeInFlight {
         table_(config.first_angle_rad, config.last_angle_rad, config.frame_capacity) {
     angles_rad_.reserve(config.frame_capacity);
   }
+  /// False after a load() for which there was no memory.
+  bool has_frame_memory() const { return frames_.frame_capacity() > 0; }
   Result<void> create_passes(const PassDevice* light_device);
   Result<void> create_frames(const FanGeometry& geometry, std::uint32_t frames);
   Result<void> replace_frames(const Volume& volume);

@@ -27,14 +27,14 @@ struct ViewFrame {
 ViewFrame view_frame(const Scene::Camera& camera);
 
 /// The part of a picture that rays are cast for. Only this part has depths. Mode::kSlices shows its planes
-/// beside it, Mode::kSurfaceAndVolume the volume.
+/// next to it, Mode::kSurfaceAndVolume the volume.
 struct Viewport {
   std::uint32_t left = 0;  ///< pixels
   std::uint32_t top = 0;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   double pixel_mm = 0;  ///< side of a pixel in the body, at the target's depth. camera.field_mm spans the
-                        ///< height, or the smaller side beside the volume
+                        ///< height, or the smaller side next to the volume
 
   double centre_column() const { return left + 0.5 * (width - 1.0); }
   double centre_row() const { return top + 0.5 * (height - 1.0); }

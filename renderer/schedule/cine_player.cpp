@@ -79,7 +79,7 @@ std::int64_t CinePlayer::shown_for_ns() const {
 
 void CinePlayer::advance(std::int64_t now_ns) {
   if (!playing_) return;
-  // At most one round: a thread that was held up for longer goes on from where it is.
+  // At most one round: a thread that was held up for longer continues from where it is.
   for (std::uint32_t step = 0; step < count(); ++step) {
     const std::int64_t until_ns = shown_since_ns_ + shown_for_ns();
     if (until_ns > now_ns) return;

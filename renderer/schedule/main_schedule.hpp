@@ -57,7 +57,7 @@ bool replaces_frames(bool loaded, const NumberedScene& cast_scene, const Numbere
 bool accepts_volume(const MainStatus& status, const NumberedScene& scene);
 
 /// Whether a frame can be staged: the slot that will take it is idle and settled, and a volume was loaded
-/// whose angles tell the index of the frame.
+/// whose angles give the index of the frame.
 bool accepts_frame(const MainStatus& status, const NumberedScene& scene);
 
 /// One step of the main view's work. kLightShown concerns the shown slot, kPrepareAhead and
@@ -65,10 +65,10 @@ bool accepts_frame(const MainStatus& status, const NumberedScene& scene);
 enum class MainStep : std::uint8_t {
   kBeginCast,          ///< set up pass 1 for the newest scene; submits nothing
   kRestartCast,        ///< the same in the middle of a cast whose view is outdated
-  kLightShown,         ///< submit passes 2 and 3
+  kLightShown,         ///< submit passes 2 and 3, or first the weights of the depth filter
   kRecast,             ///< submit pass 1 for the dirty tiles
   kCastBand,           ///< submit the next band of passes 0 and 1
-  kLightCast,          ///< submit passes 2 and 3 of the finished cast
+  kLightCast,          ///< the same for the finished cast
   kLightPiece,         ///< submit the next piece of them
   kLightPieceOfOther,  ///< the same for the other slot
   kPrepareAhead        ///< submit pass 0 for frames that were staged ahead of their volume, if there are any

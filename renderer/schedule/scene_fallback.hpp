@@ -10,9 +10,9 @@
 
 namespace fanlight {
 
-/// Which scene is in force: the wanted one, or the last one that could be drawn where the driver does not
-/// build the pipelines of the wanted one. That is tried again later. Pure logic: time is a parameter. Render
-/// thread only.
+/// Decides which scene is in force. Usually it is the wanted scene. If the driver fails to build its
+/// pipelines, it is the last scene that was drawn, and the wanted one is tried again later. Pure logic: time
+/// is a parameter. Render thread only.
 class SceneFallback {
  public:
   explicit SceneFallback(const NumberedScene& first) : wanted_(first), in_force_(first), proven_(first) {}
@@ -33,7 +33,7 @@ class SceneFallback {
   /// A picture is made of the scene in force.
   void note_drawn();
 
-  /// Why the wanted scene is not in force; empty where it is.
+  /// Why the wanted scene was not drawn; empty where it was, or where it was not tried yet.
   const std::string& refusal() const { return refusal_; }
   /// When try_again() brings a refused scene back; absent where none is refused.
   std::optional<std::int64_t> next_try_ns() const;

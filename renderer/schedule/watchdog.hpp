@@ -8,8 +8,8 @@
 
 namespace fanlight {
 
-/// Tells a GPU that hangs from a slow one, by how long a submission is outstanding. Pure logic: time is a
-/// parameter. One thread; no function blocks or allocates.
+/// Distinguishes a GPU that hangs from a slow one, by how long a submission is outstanding. Pure logic: time
+/// is a parameter. One thread; no function blocks or allocates.
 ///
 /// The limit follows from the longest of the last submissions: a machine that is busy with something else
 /// makes all submissions slower, and the limit grows with them. Time counts only while the caller looks: a
@@ -21,7 +21,7 @@ class Watchdog {
     std::int64_t least_hung_ns = 10'000'000'000;  ///< a shorter submission never hangs
     std::int64_t most_hung_ns = 120'000'000'000;  ///< a longer submission always hangs
   };
-  /// A submission is slow, or hangs, after so many times the longest of the last ones.
+  /// A submission is slow, or hangs, after this multiple of the longest of the last ones.
   static constexpr std::int64_t kSlowTimes = 5;
   static constexpr std::int64_t kHungTimes = 20;
   /// Number of submissions that the longest one is of.

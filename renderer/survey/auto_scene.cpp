@@ -13,9 +13,9 @@ namespace fanlight {
 
 namespace {
 
-// Of the field: a round body goes on beyond the part of it that the survey sees.
+// Of the field: a round body extends beyond the part of it that the survey sees.
 constexpr double kMargin = 1.45;
-constexpr double kBehindMm = 12;  // rays go on behind the sheet
+constexpr double kBehindMm = 12;  // rays continue behind the sheet
 
 /// Quantiles of the points along a direction, mm from the centre.
 struct Extent {

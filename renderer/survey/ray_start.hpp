@@ -12,7 +12,7 @@ struct StartRange {
   double to_mm = 0;    ///< the sheet; beyond from_mm
 };
 
-/// A depth from which a search finds the sheet first in so many rays.
+/// A depth from which a search finds the sheet first in this number of rays.
 struct Start {
   double depth_mm = 0;
   std::size_t found = 0;

@@ -21,12 +21,12 @@ struct CastMaps {
   /// Records a copy of `from`. Shaders may read it afterwards.
   void copy(VkCommandBuffer commands, const CastMaps& from) const;
 
-  /// Copies `from`, a map of another device, now. Returns the part of the maps that differs from what was
-  /// there before. Reads both: quick in a processor's memory, where this is used.
+  /// Copies `from`, the maps of another device. Does not wait for a GPU. Returns the part of the maps that
+  /// differs from what was there before. Reads both: quick in a processor's memory, where this is used.
   PixelRect copy_by_host(const CastMaps& from, PictureSize size) const;
 
   GpuBuffer depth;       ///< float, mm; FANLIGHT_NO_SURFACE without a surface
-  GpuBuffer confidence;  ///< float: contrast of the edge over the noise beside it
+  GpuBuffer confidence;  ///< float: contrast of the edge over the noise next to it
   GpuBuffer colour;      ///< packed RGBA8
 };
 

@@ -114,6 +114,13 @@ Result<void> CastPass::submit() {
   return recorder_.submit(recorder_.gpu().cast_queue(), volume_written_);
 }
 
+/// Submits the last commands that write the maps.
+Result<void> CastPass::submit_maps(VkQueue queue) {
+  auto submitted = recorder_.submit(queue, volume_written_);
+  maps_written_ = recorder_.timeline().newest();
+  return submitted;
+}
+
 Result<void> CastPass::prepare_ahead(const VolumeBindings& volume) {
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
@@ -143,8 +150,9 @@ Result<void> CastPass::submit_next(const VolumeBindings& volume) {
   const std::uint32_t tiles = std::min(band_tiles_, tiles_ - next_tile_);
   vkCmdDispatch(*commands, tiles, 1, 1);
   next_tile_ += tiles;
-  if (submitted()) record_after_rays(*commands);
-  return submit();
+  if (!submitted()) return submit();
+  record_after_rays(*commands);
+  return submit_maps(recorder_.gpu().cast_queue());
 }
 
 Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_changed) {
@@ -163,7 +171,7 @@ Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_ch
   record_after_rays(*commands);
   ++number_;
   weighted_ = false;
-  return submit();
+  return submit_maps(recorder_.gpu().cast_queue());
 }
 
 bool CastPass::weights_due(const Scene& wanted, const VolumeBindings& volume) const {
@@ -178,15 +186,24 @@ Result<void> CastPass::add_weights(const Scene& wanted, const VolumeBindings& vo
   if (!pipeline) return pipeline.error();
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
-  recorder_.begin_piece(Stage::kCast);
+  // They count as part of the filter.
+  recorder_.begin_piece(Stage::kFilter);
+  recorder_.stamp(GpuTimestamps::kFilterBegin);
   vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, *pipeline);
   vkCmdDispatch(*commands, tiles_along(config_.size.width), tiles_along(config_.size.height), 1);
   record_maps_for_host(*commands);
+  recorder_.stamp(GpuTimestamps::kLightBegin);
   // A light follows at once, and pass 1 of the other volume is not to come before it.
-  if (auto submitted = recorder_.submit(recorder_.gpu().light_queue(), volume_written_); !submitted)
-    return submitted;
+  if (auto submitted = submit_maps(recorder_.gpu().light_queue()); !submitted) return submitted;
   weighted_ = true;
   return {};
+}
+
+void CastPass::drop_held_weights() {
+  if (!recorder_.timeline().holds()) return;
+  recorder_.drop_held();
+  maps_written_ = recorder_.timeline().newest();
+  weighted_ = false;
 }
 
 void CastPass::record_tables(VkCommandBuffer commands, AngleBuffer& angles) {

@@ -92,9 +92,18 @@ class CastPass {
   /// Precondition: weights_due(), nothing is outstanding. Error: a pipeline that cannot be built.
   Result<void> add_weights(const Scene& wanted, const VolumeBindings& volume);
   bool weighted() const { return weighted_; }
+  /// Forgets weights whose submission is held for lack of memory: a light on the same queue would wait for
+  /// them in vain, since they would come after it.
+  void drop_held_weights();
 
-  /// The maps, which the last submission writes.
   const CastMaps& maps() const { return memory_.maps; }
+  /// Reached when the GPU has written the maps, or their weights.
+  const TimelinePoint& maps_written() const { return maps_written_; }
+  /// Whether it has. The host may read them then.
+  bool maps_are_written() const {
+    const SubmissionTimeline& timeline = recorder_.timeline();
+    return timeline.submissions() - timeline.outstanding() >= maps_written_.value;
+  }
   /// Changes with each begin() and recast().
   std::uint64_t number() const { return number_; }
   /// No surface lies deeper.
@@ -111,6 +120,7 @@ class CastPass {
   explicit CastPass(const Config& config) : config_(config) {}
   void set_tiles(const Scene& scene, const shaders::CastParameters& parameters);
   Result<void> submit();
+  Result<void> submit_maps(VkQueue queue);
   Result<void> submit_frames(const VolumeBindings& volume);
   void record_tables(VkCommandBuffer commands, AngleBuffer& angles);
   void record_before_rays(VkCommandBuffer commands, AngleBuffer& angles);
@@ -150,6 +160,7 @@ class CastPass {
   CastMemory memory_;
   PassRecorder recorder_;
   TimelinePoint volume_written_;  // on another pass's timeline; null where this pass prepares the volume
+  TimelinePoint maps_written_;
 };
 
 }  // namespace fanlight

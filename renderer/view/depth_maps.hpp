@@ -9,7 +9,7 @@ namespace fanlight {
 /// row first.
 struct DepthMaps {
   std::vector<float> cast_mm;  ///< of pass 1
-  /// Edge contrast divided by the noise beside the edge, 0 without a surface. Empty where the depth filter
+  /// Edge contrast divided by the noise next to the edge, 0 without a surface. Empty where the depth filter
   /// does not weigh by it.
   std::vector<float> confidence;
   std::vector<float> smooth_mm;  ///< after pass 2's filter

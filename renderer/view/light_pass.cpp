@@ -91,7 +91,7 @@ void LightPass::name_maps(const CastMaps& maps) {
 
 void LightPass::read(const CastPass& cast) {
   maps_to_copy_ = nullptr;
-  written_ = cast.recorder().timeline().newest();
+  written_ = cast.maps_written();
   name_maps(cast.maps());
   take(cast);
 }
@@ -99,7 +99,7 @@ void LightPass::read(const CastPass& cast) {
 void LightPass::copy(const CastPass& cast) {
   name_maps(copies_);
   if (take(cast) == Change::kNone) return;
-  written_ = cast.recorder().timeline().newest();
+  written_ = cast.maps_written();
   maps_to_copy_ = &cast.maps();
 }
 

@@ -45,14 +45,15 @@ class LightPass {
   /// the GPU.
   static Result<LightPass> create(const PassDevice& device, const Config& config);
 
-  // The depth map that the next begin() filters. Each does nothing where it is the one before. Precondition:
-  // nothing of this pass is outstanding.
+  // Sets the depth map that the next begin() filters. A map that was copied already is not copied again.
+  // Precondition: nothing of this pass is outstanding.
 
-  /// That of a cast of the same device, read where it is: it may not be cast again while this is outstanding.
+  /// That of a cast of the same device, read where it is. The cast may not begin again while work of this
+  /// pass is outstanding.
   void read(const CastPass& cast);
   /// A copy of it, made by the next submission: it may be cast again once that is done. Needs kOnDevice.
   void copy(const CastPass& cast);
-  /// A copy from another device, made now. Needs kByHost. Precondition: nothing of the cast is outstanding.
+  /// A copy from another device, made now. Needs kByHost. Precondition: CastPass::maps_are_written().
   void copy_by_host(const CastPass& cast);
 
   /// Sets the temporal filter's input: steady() of the volumes before and after this one's, or a copy of it.
@@ -122,7 +123,7 @@ class LightPass {
 
   // The input.
   struct Input {
-    VkBuffer depth = VK_NULL_HANDLE;  // tells one CastPass from another
+    VkBuffer depth = VK_NULL_HANDLE;  // identifies the CastPass
     std::uint64_t number = 0;         // CastPass::number()
     bool weighted = false;            // CastPass::weighted()
   };
@@ -132,7 +133,7 @@ class LightPass {
   const CastMaps* maps_to_copy_ = nullptr;  // until the next submission
   TimelinePoint written_;                   // reached when the GPU has written the maps
   bool is_new_cast_ = false;                // no picture of it was submitted
-  bool is_new_input_ = false;               // the same, or of its weights
+  bool is_new_input_ = false;               // no picture of it, or of its weights, was submitted
   bool is_first_of_cast_ = false;
   PixelRect changed_;  // of what copy_by_host() copied, since the last picture
 

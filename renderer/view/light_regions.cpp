@@ -29,7 +29,7 @@ LightRegions LightRegions::of(const PixelRect& changed, const shaders::LightPara
   regions.smooth = grown(regions.filled, filter, filter).united(regions.cleaned);
   // The lit picture lies in the memory of the filter's first half.
   regions.rows = grown(regions.smooth, 0, filter);
-  // A shadow may fall anywhere, and soft light is computed for the whole picture; beside the surface, pixels
+  // A shadow may fall anywhere, and soft light is computed for the whole picture; next to the surface, pixels
   // may show others' colours.
   const bool soft = parameters.occlusion > 0 || parameters.scatter_radius > 0 || parameters.fade_reach > 0;
   const bool far = soft || parameters.shadow < 1 || parameters.colours_from_left > 0 || diffuses;

@@ -7,7 +7,7 @@
 
 namespace fanlight {
 
-/// What each dispatch of passes 2 and 3 computes anew where pass 1 has changed a part of the picture only.
+/// What each dispatch of passes 2 and 3 computes where pass 1 has changed a part of the picture only.
 /// All else is as the last picture left it. In whole tiles, so that no dispatch writes beyond its rectangle.
 struct LightRegions {
   PixelRect changed;   ///< the temporal filter, and the tiles' ranges of depth

@@ -33,8 +33,8 @@ struct PixelRect {
             std::max(bottom, other.bottom)};
   }
 
-  /// With so many pixels more on each side, moved out to whole tiles, and cut at the picture's borders, where
-  /// the last tiles end.
+  /// With this many pixels more on each side, moved out to whole tiles, and cut at the picture's borders,
+  /// where the last tiles end.
   PixelRect grown(int across, int down, PictureSize size) const {
     if (empty()) return *this;
     const auto below = [](int at) { return std::max(at, 0) / kTileSide * kTileSide; };

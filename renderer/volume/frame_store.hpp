@@ -90,7 +90,7 @@ class FrameStore {
   const GpuImage& texture() const { return texture_; }
 
   /// Buffers for the descriptors of FANLIGHT_BINDING_...; nullptr for a buffer that does not exist. The last
-  /// begin() or a new store may have replaced them; bindings_changed() tells about begin().
+  /// begin() or a new store may have replaced them; bindings_changed() says so about begin().
   using Bindings = std::array<std::pair<std::uint32_t, const GpuBuffer*>, 10>;
   Bindings bindings() const;
   bool bindings_changed() const { return bindings_changed_; }

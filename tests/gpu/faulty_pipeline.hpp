@@ -14,7 +14,7 @@
 
 namespace fanlight::test {
 
-/// The render thread with devices of its own, which it makes anew after a fault; validation layers on. The
+/// The render thread with devices of its own, which it makes again after a fault; validation layers on. The
 /// test plays the acquisition thread and the server thread. Nothing waits longer than two minutes.
 class FaultyPipeline : public testing::Test {
  protected:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A GPU that is lost, hangs, or has no memory: the render thread goes on, or says why it does not.
+// A GPU that is lost, hangs, or has no memory: the render thread continues, or says why it does not.
 #include <algorithm>
 
 #include "renderer/render_once.hpp"

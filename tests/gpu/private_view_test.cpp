@@ -169,7 +169,7 @@ TEST_F(PrivateViewTest, IsDrawnAnewForWhatChangesItAndForNothingElse) {
   want(0, 0, blue, false);
   show_volume(3);
   let_private_views_finish();
-  EXPECT_EQ(counters_.private_pictures.value(), 6U) << "one has gone";
+  EXPECT_EQ(counters_.private_pictures.value(), 6U) << "one is gone";
 }
 
 TEST_F(PrivateViewTest, GoesOverFromALightToACameraAndBack) {

@@ -167,7 +167,7 @@ TEST_F(TwoDevicesTest, WeighByConfidenceAsOneDeviceDoes) {
     const auto tested = renderer(scene_, apart);
     ASSERT_TRUE(tested->load(volume(1)));
     const Picture uniform = next_picture(*tested);
-    // On a picture at rest, whose weights nobody has computed.
+    // On a picture at rest, whose weights no one has computed.
     tested->show({.revision = 2, .scene = weighed});
     pictures[apart ? 1 : 0] = next_picture(*tested);
     EXPECT_EQ(pictures[apart ? 1 : 0].stamp.scene_revision, 2U);
