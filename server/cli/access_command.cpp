@@ -43,15 +43,14 @@ Result<std::optional<std::int64_t>> expiry_of(const TokenOptions& options) {
                            options.expires, day_text(now_s))};
 }
 
-/// Two tokens of a name are allowed, such as of two displays in a room; nobody should make them without
+/// Two tokens of a name are allowed, such as of two displays in a room; they should not be made without
 /// knowing.
 void warn_of_namesakes(const TokenOptions& options) {
   const auto known = Credentials::load(options.file);
   if (!known) return;  // append_token() says why, or makes the file
   for (const Credentials::Entry& entry : known->tokens()) {
     if (entry.name == options.name)
-      fmt::print(stderr, "there is a token {} of that name already, which stays in force\n",
-                 printable(entry.id));
+      fmt::print(stderr, "a token {} with this name exists already and remains valid\n", printable(entry.id));
   }
 }
 
@@ -139,30 +138,29 @@ Result<void> verify(const std::vector<std::filesystem::path>& files, bool json) 
 }  // namespace
 
 Command add_token_command(CLI::App& program) {
-  CLI::App* const command =
-      program.add_subcommand("token", "Makes and takes back what opens a server to displays");
+  CLI::App* const command = program.add_subcommand("token", "Manage access tokens");
   command->require_subcommand(1);
   const auto options = std::make_shared<TokenOptions>();
   const auto part = [&](const char* name, const char* help) {
     CLI::App* const sub = command->add_subcommand(name, help);
-    sub->add_option("--tokens", options->file, "TOML file of a server's --tokens")
+    sub->add_option("--tokens", options->file, "Token file, as given to the server with --tokens")
         ->required()
         ->type_name("FILE");
     return sub;
   };
-  CLI::App* const add = part("add", "Makes a token, prints it, and writes its hash to the file");
-  add->add_option("--name", options->name, "Whose it is: a place or a device, no patient")
+  CLI::App* const add = part("add", "Create a token, print it, and write its hash to the file");
+  add->add_option("--name", options->name, "Name of the place or device; not of a patient")
       ->required()
       ->type_name("TEXT");
-  add->add_option("--role", options->role, "viewer, operator or admin")
+  add->add_option("--role", options->role, "Role: viewer, operator or admin")
       ->capture_default_str()
       ->type_name("viewer|operator|admin");
-  add->add_option("--expires", options->expires, "The first day (UTC) on which it is of no use")
+  add->add_option("--expires", options->expires, "First day (UTC) on which the token is no longer valid")
       ->type_name("YYYY-MM-DD");
-  CLI::App* const list = part("list", "Shows whose tokens there are");
+  CLI::App* const list = part("list", "List the tokens");
   list->add_flag("--json", options->json, "Print the list as JSON");
-  CLI::App* const revoke = part("revoke", "Takes a token back; running servers see it within a second");
-  revoke->add_option("ID", options->id, "Its id, as in the list")->required()->type_name("ID");
+  CLI::App* const revoke = part("revoke", "Revoke a token; running servers notice within a second");
+  revoke->add_option("ID", options->id, "Id of the token, as printed by list")->required()->type_name("ID");
   return [options, add, list] {
     if (add->parsed()) return add_token(*options);
     return list->parsed() ? list_tokens(*options) : remove_token(options->file, options->id);
@@ -170,9 +168,12 @@ Command add_token_command(CLI::App& program) {
 }
 
 Command add_audit_command(CLI::App& program) {
-  CLI::App* const command = program.add_subcommand("audit", "Checks that an audit log is as it was written");
+  CLI::App* const command = program.add_subcommand("audit", "Verify that an audit log was not changed");
   const auto files = std::make_shared<std::vector<std::filesystem::path>>();
-  command->add_option("FILE", *files, "A server's --audit-log; of a rotated one all files, in any order")
+  command
+      ->add_option(
+          "FILE", *files,
+          "Audit log, as given to the server with --audit-log; all files if it was rotated, in any order")
       ->required()
       ->type_name("FILE");
   const auto json = std::make_shared<bool>(false);

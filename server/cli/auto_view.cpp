@@ -39,10 +39,9 @@ void AutoOptions::add_to(CLI::App& command) {
   auto* const find = command.add_flag(
       "--auto", on,
       "Find the surface in the first volume, and choose camera, rays, detector and light for "
-      "it: the default for probes, and for recordings but those of the simulated probe, where no --mode, "
+      "it; the default for probes, and for recordings other than those of the simulated probe, if no --mode, "
       "--camera or --rays is given");
-  command.add_flag("--no-auto", off, "Look along the depth axis instead, into all of the fan")
-      ->excludes(find);
+  command.add_flag("--no-auto", off, "Look along the depth axis instead, at the whole fan")->excludes(find);
 }
 
 bool finds_view(const AutoOptions& asked, const SceneOptions& given, const SourceDescription& source) {

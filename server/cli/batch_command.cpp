@@ -76,7 +76,7 @@ class BatchShard {
     run_.stopped = [this] { return signals_.wait_ms(0); };
   }
 
-  /// Before anything is rendered: a mistake in the manifest is told at once.
+  /// Before anything is rendered: a mistake in the manifest is reported at once.
   Result<void> check() const {
     for (std::size_t i = 0; i < manifest_.sweeps.size(); ++i) {
       if (!shard_.has(i)) continue;
@@ -180,27 +180,27 @@ Result<void> batch(const BatchOptions& options) {
 
 Command add_batch_command(CLI::App& program) {
   CLI::App* command =
-      program.add_subcommand("batch", "Renders many recordings, in parts that may run anywhere");
+      program.add_subcommand("batch", "Render many recordings, in shards that can run on any machine");
   const auto options = std::make_shared<BatchOptions>();
   command->option_defaults()->group("Batch");
   command
-      ->add_option(
-          "MANIFEST", options->manifest,
-          "What to render: a TOML file with [[sweep]] for each recording, or a table (.csv) with the "
-          "columns input, name and options of fanlight render")
+      ->add_option("MANIFEST", options->manifest,
+                   "List of recordings: a TOML file with one [[sweep]] each, or a table (.csv) with the "
+                   "columns input, name and options of fanlight render")
       ->required()
       ->type_name("MANIFEST");
   command
       ->add_option("--shard", options->shard,
-                   "Which part of it: I of N, as in 2/16. What is rendered already is passed over")
+                   "Render shard I of N, such as 2/16; existing outputs are skipped")
       ->capture_default_str()
       ->type_name("I/N");
-  command->add_option("--folder", options->folder, "Of the outputs, instead of that in the manifest")
+  command
+      ->add_option("--folder", options->folder, "Folder for the outputs, instead of the one in the manifest")
       ->type_name("FOLDER");
-  command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command->add_option("--gpu", options->gpu, "GPU to use, by a part of its name")->type_name("NAME");
   auto* const report = command->add_flag("--report", options->report,
-                                         "Render nothing, and print what all shards did, as one table");
-  auto* const csv = command->add_flag("--csv", options->csv, "Print that table as comma-separated values");
+                                         "Render nothing; print the results of all shards as one table");
+  auto* const csv = command->add_flag("--csv", options->csv, "Print the table as comma-separated values");
   csv->needs(report);
   command->add_flag("--json", options->json, "Print the totals of the shard, or the table, as JSON")
       ->excludes(csv);

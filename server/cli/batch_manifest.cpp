@@ -53,7 +53,7 @@ Result<void> complete(BatchSweep& sweep, const std::filesystem::path& folder) {
   if (sweep.input.starts_with("usb:") || sweep.input.starts_with("igtl:"))
     return bad(sweep.from, fmt::format("{} is live, expected a recording", printable(sweep.input)));
   if (sweep.is_simulated() && sweep.name.empty())
-    return bad(sweep.from, "a simulated sweep has no name of its own, expected name");
+    return bad(sweep.from, "a simulated sweep needs a name, expected name");
   if (sweep.input.starts_with("replay:")) sweep.input.erase(0, std::string_view("replay:").size());
   if (sweep.name.empty()) sweep.name = usual_name(sweep.input);
   return {};

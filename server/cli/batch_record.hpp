@@ -25,8 +25,8 @@ struct FileDigest {
 /// be read.
 Result<FileDigest> digest_of(const std::filesystem::path& path, const std::string& name);
 
-/// What `fanlight batch` writes beside the outputs of a sweep: NAME.json. A sweep is done where this says so,
-/// it was asked for the same, and the outputs are there.
+/// What `fanlight batch` writes next to the outputs of a sweep: NAME.json. A sweep is done where this says
+/// so, it was asked for the same, and the outputs are there.
 struct BatchRecord {
   // What was asked for. Equal requests on one device give equal outputs.
   std::string version;             ///< of Fanlight
@@ -60,7 +60,7 @@ struct BatchRecord {
 
 nlohmann::ordered_json json_of(const BatchRecord& record);
 
-/// The record in a file. nullopt: there is none, or what is there is no record (it is written anew then).
+/// The record in a file. nullopt: there is none, or what is there is no record (it is overwritten then).
 std::optional<BatchRecord> read_record(const std::filesystem::path& path);
 
 /// Whether all outputs of a record are in the folder, in the sizes that they had.

@@ -115,8 +115,8 @@ Result<std::vector<FileDigest>> digests_of_input(const BatchSweep& sweep, const 
   return digests;
 }
 
-/// The counts of a source that was read to its end; else those of the volumes alone, since nobody knows how
-/// far it was read ahead.
+/// The counts of a source that was read to its end; else those of the volumes alone, since it is not known
+/// how far it was read ahead.
 void count_frames(InputRenderer& renderer, bool to_the_end, BatchRecord& record) {
   if (!to_the_end) return;
   const FrameCounts frames = frame_counts(renderer.counters());

@@ -295,30 +295,31 @@ Result<void> bench_scale(const BenchOptions& options) {
 }
 
 void add_device_options(CLI::App& command, BenchOptions& options) {
-  command.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command.add_option("--gpu", options.gpu, "GPU to use, by a part of its name")->type_name("NAME");
   add_named_option<std::optional<BufferAccess>, BufferAccess>(
       command, "--buffers", options.access,
       {{"texels", BufferAccess::kTexels}, {"storage", BufferAccess::kStorage}},
-      "How shaders read buffers: texels or storage (the default: what is faster on this device)");
+      "How shaders read buffers: texels or storage (default: the faster one on this device)");
   command.add_flag("--one-device", options.one_device,
-                   "On a processor: all passes on one device, not passes 2 and 3 on their own");
+                   "On a CPU, run all passes on one device instead of passes 2 and 3 on a second one");
   command.add_flag("--json", options.json, "Print the report as JSON");
 }
 
 void add_options(CLI::App& command, BenchOptions& options) {
-  command.add_option("--only", options.only, "The row of that name, or else rows whose name contains it")
+  command
+      .add_option("--only", options.only,
+                  "Measure only the row with this name, or rows whose name contains it")
       ->type_name("NAME");
   command
-      .add_option("--input", options.input,
-                  "In place of the rows: the default scene of this source, as for `fanlight render`")
+      .add_option("--input", options.input, "Measure the default scene of this source instead of the rows")
       ->excludes("--only")
       ->type_name("SOURCE");
-  command.add_option("--geometry", options.geometry_path, "TOML file with the recording's geometry")
+  command.add_option("--geometry", options.geometry_path, "TOML file with the geometry of the recording")
       ->needs("--input")
       ->type_name("FILE");
   command
       .add_option("--set", options.changes,
-                  "Fields of the scene to measure with, as \"detector.place=refined shadow.coefficient=1\"")
+                  "Scene fields to set, such as \"detector.place=refined shadow.coefficient=1\"")
       ->type_name("FIELDS");
   add_device_options(command, options);
 }
@@ -326,38 +327,37 @@ void add_options(CLI::App& command, BenchOptions& options) {
 }  // namespace
 
 Command add_bench_command(CLI::App& program) {
-  CLI::App* const command = program.add_subcommand("bench", "Measures how long pictures take");
+  CLI::App* const command = program.add_subcommand("bench", "Measure rendering time");
   CLI::App* const pipeline =
-      command->add_subcommand("pipeline", "Measures what it brings to work at several volumes at once");
-  CLI::App* const memory =
-      command->add_subcommand("memory", "Tells how much memory a row takes, and whether it grows");
+      command->add_subcommand("pipeline", "Measure the gain from overlapping the passes of several volumes");
+  CLI::App* const memory = command->add_subcommand("memory", "Measure memory use, and whether it grows");
   CLI::App* const scale = command->add_subcommand(
-      "scale", "Measures how the cost grows with pixels, voxels, frames and private views");
+      "scale", "Measure how the cost grows with pixels, voxels, frames and private views");
   const auto options = std::make_shared<BenchOptions>();
-  for (const auto& [app, what] :
-       {std::pair(command, "Rounds of each row"), std::pair(pipeline, "Blocks of each way")}) {
+  for (const auto& [app, what] : {std::pair(command, "Number of rounds per row"),
+                                  std::pair(pipeline, "Number of blocks, pipelined and serial each")}) {
     add_options(*app, *options);
     app->add_option("--count", options->count, what)
         ->capture_default_str()
         ->check(CLI::Range(1, 100000))
         ->type_name("N");
   }
-  pipeline->add_option("--volumes", options->volumes, "Volumes of each block")
+  pipeline->add_option("--volumes", options->volumes, "Number of volumes per block")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
   pipeline
       ->add_option("--trace", options->trace,
-                   "Writes when each pass of the last block's volumes ran, as a picture (SVG); with several "
-                   "rows that of the last one")
+                   "Write a timeline of the passes in the last block as an SVG; with several "
+                   "rows that of the last row")
       ->type_name("FILE");
   add_device_options(*scale, *options);
-  scale->add_option("--count", options->count, "Rounds of each point")
+  scale->add_option("--count", options->count, "Number of rounds per point")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
   add_options(*memory, *options);
-  memory->add_option("--volumes", options->memory_volumes, "Volumes to render")
+  memory->add_option("--volumes", options->memory_volumes, "Number of volumes to render")
       ->capture_default_str()
       ->check(CLI::Range(10, 1'000'000))
       ->type_name("N");

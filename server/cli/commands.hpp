@@ -26,7 +26,7 @@ Command add_watch_command(CLI::App& program);
 Command add_view_command(CLI::App& program);
 Command add_token_command(CLI::App& program);
 Command add_audit_command(CLI::App& program);
-// The program must outlive these: they tell of its commands.
+// The program must outlive these: they print its commands.
 Command add_help_command(CLI::App& program);
 Command add_version_command(CLI::App& program);
 Command add_man_command(CLI::App& program);

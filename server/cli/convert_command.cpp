@@ -104,22 +104,24 @@ Result<void> convert(const ConvertOptions& options) {
 
 Command add_convert_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
-      "convert", "Writes a recording in another format, or one of its volumes on a Cartesian grid");
+      "convert", "Convert a recording to another format, or one of its volumes to a Cartesian grid");
   const auto options = std::make_shared<ConvertOptions>();
-  command->add_option("INPUT", options->input, "A recording; for a grid also another source")->required();
+  command->add_option("INPUT", options->input, "A recording, or another source if the output is a grid")
+      ->required();
   command
-      ->add_option("--out", options->out,
-                   "x.seq.nrrd: all frames; x.nrrd, x.nii, x.nii.gz, x.dcm: one volume on a grid")
+      ->add_option(
+          "--out", options->out,
+          "Output file: x.seq.nrrd for all frames; x.nrrd, x.nii, x.nii.gz or x.dcm for one volume on a grid")
       ->required()
       ->type_name("FILE");
-  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
+  command->add_option("--geometry", options->geometry_path, "TOML file with the geometry of the recording")
       ->type_name("FILE");
-  command->add_option("--volume", options->volume, "Which volume; without it the first that is whole")
+  command->add_option("--volume", options->volume, "Number of the volume; default: the first complete one")
       ->check(CLI::NonNegativeNumber)
       ->type_name("N");
   command
       ->add_option("--spacing", options->spacing_mm,
-                   "Of the grid, 0.01 to 50; without it about 256 voxels on the longest side")
+                   "Grid spacing, 0.01 to 50 mm; default: about 256 voxels along the longest side")
       ->type_name("MM");
   return [options] { return convert(*options); };
 }

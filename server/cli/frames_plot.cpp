@@ -215,7 +215,7 @@ void put(Picture& picture, double column, double row, const Colour& colour) {
 
 void draw_sector(Picture& picture, const FileFacts& facts, std::uint32_t left) {
   const SectorGuess& sector = *facts.sector;
-  // Lines may not enter the frame beside theirs.
+  // Lines may not enter the frame next to theirs.
   const auto dot = [&](double column, double row, const Colour& colour) {
     if (column >= 0 && column < facts.columns) put(picture, left + column, row, colour);
   };

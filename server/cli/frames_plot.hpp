@@ -17,7 +17,7 @@ namespace fanlight {
 /// them. Errors: those of Recording::read_frame().
 Result<Picture> frames_in_space(Recording& recording);
 
-/// The first and the middle frame beside each other. The sector that was found is drawn in: its edges and its
+/// The first and the middle frame side by side. The sector that was found is drawn in: its edges and its
 /// face green, its end grey.
 Picture frames_side_by_side(const FileFacts& facts);
 

@@ -34,7 +34,8 @@ template <typename TextOf>
 Command add_text_command(CLI::App& program, const char* name, const char* help, TextOf text_of) {
   CLI::App* const command = program.add_subcommand(name, help);
   const auto words = std::make_shared<std::vector<std::string>>();
-  command->add_option("COMMAND", *words, "Of which command; without it the program")->type_name("COMMAND");
+  command->add_option("COMMAND", *words, "Command to print the page of; default: the program")
+      ->type_name("COMMAND");
   return [&program, words, text_of]() -> Result<void> {
     const auto found = find_command(program, *words);
     if (!found) throw CLI::ConfigError(found.error().message);
@@ -46,20 +47,19 @@ Command add_text_command(CLI::App& program, const char* name, const char* help, 
 }  // namespace
 
 Command add_help_command(CLI::App& program) {
-  return add_text_command(program, "help", "Tells what a command does, and its options",
-                          [](const CLI::App& command) {
-                            // The native display is a program of its own and may not be installed.
-                            if (command_path(command) == "view") (void)run_native_display({"--help"});
-                            return command_help(command, false);
-                          });
+  return add_text_command(program, "help", "Print help for a command", [](const CLI::App& command) {
+    // The native display is a program of its own and may not be installed.
+    if (command_path(command) == "view") (void)run_native_display({"--help"});
+    return command_help(command, false);
+  });
 }
 
 Command add_man_command(CLI::App& program) {
-  return add_text_command(program, "man", "Prints a manual page, for man(1)", man_page);
+  return add_text_command(program, "man", "Print a manual page, for man(1)", man_page);
 }
 
 Command add_version_command(CLI::App& program) {
-  program.add_subcommand("version", "Prints the version");
+  program.add_subcommand("version", "Print the version");
   return []() -> Result<void> {
     fmt::print("{}\n", version());
     return {};
@@ -67,8 +67,7 @@ Command add_version_command(CLI::App& program) {
 }
 
 Command add_completion_command(CLI::App& program) {
-  CLI::App* const command =
-      program.add_subcommand("completion", "Prints the script that completes commands in a shell");
+  CLI::App* const command = program.add_subcommand("completion", "Print the completion script for a shell");
   const auto shell = std::make_shared<std::string>();
   command->add_option("SHELL", *shell, "bash, zsh or fish")->required()->type_name("bash|zsh|fish");
   return [&program, shell]() -> Result<void> {

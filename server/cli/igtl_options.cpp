@@ -45,24 +45,24 @@ Result<IgtlStreams> streams_in(std::string_view list) {
 
 void IgtlOptions::add_to(CLI::App& command) {
   command.option_defaults()->group("OpenIGTLink");
-  auto* const needed =
-      command
-          .add_option(
-              "--igtl-listen", listen,
-              "Serve 3D Slicer and others here, such as 127.0.0.1:18944; no encryption, no logins; default: "
-              "nowhere")
-          ->type_name("ADDRESS");
+  auto* const needed = command
+                           .add_option("--igtl-listen", listen,
+                                       "Address for OpenIGTLink clients such as 3D Slicer: 127.0.0.1:18944; "
+                                       "no encryption, no logins; default: "
+                                       "nowhere")
+                           ->type_name("ADDRESS");
   command
       .add_option("--igtl-send", send,
-                  "What clients get that ask for nothing: picture, depth, surface, camera, video, volume, "
-                  "frames; with "
-                  "commas; or none")
+                  "Streams for clients that request none: picture, depth, surface, camera, video, volume, "
+                  "frames, "
+                  "separated by commas; or none")
       ->capture_default_str()
       ->type_name("LIST");
   command
-      .add_option("--igtl-spacing", spacing_mm,
-                  "Spacing of the volume's grid for its clients, 0.05 to 50 mm; 0: about 256 voxels on the "
-                  "longest side")
+      .add_option(
+          "--igtl-spacing", spacing_mm,
+          "Grid spacing of volumes for OpenIGTLink clients, 0.05 to 50 mm; 0: about 256 voxels along the "
+          "longest side")
       ->check([](const std::string& text) {
         double value = 0;
         const char* const end = text.data() + text.size();
@@ -75,7 +75,7 @@ void IgtlOptions::add_to(CLI::App& command) {
       ->type_name("MM");
   command
       .add_option("--igtl-role", role,
-                  "What its clients may do: viewer, or operator; default: viewer where there are --tokens")
+                  "Role of OpenIGTLink clients: viewer or operator; default: viewer if there are --tokens")
       ->check(CLI::IsMember({"viewer", "operator"}))
       ->needs(needed)
       ->type_name("ROLE");

@@ -20,7 +20,7 @@ struct IgtlOptions {
   void add_to(CLI::App& command);
 
   /// nullopt: there is none. kInvalidArgument for an address, a stream or a role that is wrong, and for an
-  /// address of a network where the server has no TLS or no tokens: whoever lets others watch shall have
+  /// address of a network where the server has no TLS or no tokens: a server that others can watch needs
   /// decided so.
   Result<std::optional<IgtlServer::Config>> config(bool has_tls, bool has_tokens) const;
 };

@@ -94,7 +94,7 @@ Result<void> show_fields(bool json) {
   return {};
 }
 
-Result<void> tell_of_gpus(bool json) {
+Result<void> print_gpus(bool json) {
   const auto instance = GpuInstance::create({});
   if (!instance) return instance.error();
   const auto& candidates = (*instance)->candidates();
@@ -147,7 +147,7 @@ Result<void> write_pictures(const InfoOptions& options, const FileFacts* facts, 
 }
 
 /// The file cannot be played: prints what is there, what lacks and how to supply it.
-Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
+Result<void> print_unplayable(const InfoOptions& options, const Error& why) {
   if (why.code == ErrorCode::kNotFound) return why;  // the geometry file that was asked for, too
   const auto facts = look_into(options.file, kMostBytes);
   if (!facts) return why;
@@ -183,14 +183,14 @@ Result<void> tell_of_unplayable(const InfoOptions& options, const Error& why) {
   return is_finding ? Result<void>() : Result<void>(why);
 }
 
-Result<void> tell_of_recording(const InfoOptions& options) {
+Result<void> print_recording(const InfoOptions& options) {
   // The header and one frame: the pixels may be gigabytes.
   auto recording = Recording::open(
       {.path = options.file, .geometry_path = options.geometry_path, .pixels = Recording::Pixels::kFromFile});
-  if (!recording) return tell_of_unplayable(options, recording.error());
+  if (!recording) return print_unplayable(options, recording.error());
   if (options.writes_geometry) {
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{}: it has its geometry already, expected a recording that lacks it",
+                 fmt::format("{}: it has a geometry already, expected a recording without one",
                              printable(options.file))};
   }
   if (options.json) {
@@ -201,7 +201,7 @@ Result<void> tell_of_recording(const InfoOptions& options) {
   return write_pictures(options, nullptr, &*recording);
 }
 
-Result<void> tell_of_phantom(const InfoOptions& options) {
+Result<void> print_phantom(const InfoOptions& options) {
   Doorbell bell;
   ProbeLink probe(bell, bell);
   const auto source = open_source(options.file, {}, probe);
@@ -217,7 +217,7 @@ Result<void> tell_of_phantom(const InfoOptions& options) {
 }
 
 /// Prints the command that shows the surface of the recording's first volume.
-Result<void> tell_of_surface(const InfoOptions& options) {
+Result<void> print_surface(const InfoOptions& options) {
   Doorbell bell;
   ProbeLink probe(bell, bell);
   auto source = open_source(
@@ -240,7 +240,7 @@ Result<void> tell_of_surface(const InfoOptions& options) {
 }  // namespace
 
 Command add_info_command(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("info", "Tells of a recording, or of the GPUs of this machine");
+  CLI::App* command = program.add_subcommand("info", "Print information about a recording or the GPUs");
   const auto options = std::make_shared<InfoOptions>();
   CLI::Option* const file = command
                                 ->add_option("FILE", options->file,
@@ -248,14 +248,14 @@ Command add_info_command(CLI::App& program) {
                                              "pictures), a volume on a grid (.mha, .nrrd, .dcm) or phantom:; "
                                              "without it, the GPUs")
                                 ->type_name("FILE");
-  command->add_option("--geometry", options->geometry_path, "TOML file with the recording's geometry")
+  command->add_option("--geometry", options->geometry_path, "TOML file with the geometry of the recording")
       ->type_name("FILE");
   command
       ->add_flag("--auto", options->automatic,
                  "Find the surface in the first volume, and print the command that shows it")
       ->needs(file);
-  command->add_flag("--fields", options->fields, "The table of all scene fields")->excludes(file);
-  command->add_flag("--json", options->json, "Print it as JSON");
+  command->add_flag("--fields", options->fields, "Print the table of all scene fields")->excludes(file);
+  command->add_flag("--json", options->json, "Print JSON");
   command
       ->add_flag("--write-geometry", options->writes_geometry,
                  "Write a geometry to edit to FILE.toml, guessed from the frames")
@@ -267,12 +267,12 @@ Command add_info_command(CLI::App& program) {
       ->type_name("PICTURE");
   command
       ->add_option("--plot", options->plot_path,
-                   "Write a picture of the frames where the geometry puts them in space")
+                   "Write a picture of the frames, placed in space by the geometry")
       ->needs(file)
       ->type_name("PICTURE");
   return [options]() {
     if (options->fields) return show_fields(options->json);
-    if (options->file.empty()) return tell_of_gpus(options->json);
+    if (options->file.empty()) return print_gpus(options->json);
     if (options->file.starts_with("phantom:") && !std::filesystem::exists(options->file)) {
       const bool asks_more = options->writes_geometry || !options->frames_path.empty() ||
                              !options->plot_path.empty() || !options->geometry_path.empty();
@@ -280,11 +280,11 @@ Command add_info_command(CLI::App& program) {
         return Result<void>(Error{ErrorCode::kInvalidArgument,
                                   "phantom: has no file, expected --json or --auto with it, or a recording"});
       }
-      if (auto told = tell_of_phantom(*options); !told || !options->automatic) return told;
-      return tell_of_surface(*options);
+      if (auto printed = print_phantom(*options); !printed || !options->automatic) return printed;
+      return print_surface(*options);
     }
-    const auto told = tell_of_recording(*options);
-    return told && options->automatic ? tell_of_surface(*options) : told;
+    const auto printed = print_recording(*options);
+    return printed && options->automatic ? print_surface(*options) : printed;
   };
 }
 

@@ -18,8 +18,9 @@ Result<void> check_source(const RenderOptions& options, const SourceDescription&
   if (source.simulated && options.volume.value_or(0) > kMostSimulated) {
     return Error{
         ErrorCode::kInvalidArgument,
-        fmt::format("--volume {} of the simulated probe, expected 0 to {}: it makes all volumes before it",
-                    *options.volume, kMostSimulated)};
+        fmt::format(
+            "--volume {} of the simulated probe, expected 0 to {}: all volumes before it must be simulated",
+            *options.volume, kMostSimulated)};
   }
   if (options.all && !options.count && source.volumes == 0) {
     return Error{ErrorCode::kInvalidArgument,

@@ -84,12 +84,13 @@ std::string environment(const std::string& path) {
     variable("FANLIGHT_CONFIG", "The file of --config.");
     variable("FANLIGHT_OPTION",
              "Any option above: FANLIGHT_LISTEN for --listen, FANLIGHT_DETECTOR_THRESHOLD for "
-             "--detector.threshold; 1 or 0 for one without a value. The command line comes first, then the "
+             "--detector.threshold; 1 or 0 for an option without a value. The command line takes precedence, "
+             "then the "
              "environment, then the file.");
   }
-  if (path == "watch" || path == "view") variable("FANLIGHT_TOKEN", "The token, where no file is given.");
-  variable("XDG_CACHE_HOME", "Compiled programs for the GPU are kept in its folder fanlight.");
-  if (path == "serve") variable("XDG_STATE_HOME", "Saved presets are kept in its folder fanlight.");
+  if (path == "watch" || path == "view") variable("FANLIGHT_TOKEN", "Access token, if no file is given.");
+  variable("XDG_CACHE_HOME", "Compiled shaders are cached in its folder fanlight.");
+  if (path == "serve") variable("XDG_STATE_HOME", "Saved presets are stored in its folder fanlight.");
   return text;
 }
 
@@ -100,7 +101,7 @@ std::string man_page(const CLI::App& command) {
   std::string text = fmt::format(
       ".TH {} 1 \"\" \"Fanlight {}\" \"Fanlight\"\n.SH NAME\n{} \\- {}\n", plain(upper(page_name(path))),
       plain(version()), plain(page_name(path)),
-      plain(path.empty() ? "renders 4D ultrasound and streams it to displays" : command.get_description()));
+      plain(path.empty() ? "render 4D ultrasound and stream it to displays" : command.get_description()));
   text += ".SH SYNOPSIS\n" + synopsis(command, path);
   text += ".SH DESCRIPTION\n" + plain(sentence_of(command)) + "\n";
   if (const auto commands = subcommands(command); !commands.empty()) {

@@ -218,7 +218,7 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   } catch (const toml::syntax_error& wrong) {
     const std::string place = fmt::format("{}, line {}", name, toml_error_line(wrong));
     if (std::string_view(wrong.what()).find("already exists") != std::string_view::npos)
-      return bad(place, "it gives what another line gives, expected each name once");
+      return bad(place, "it is given twice, expected each name once");
     return bad(fmt::format("{}, line {}", name, toml_error_line(wrong)),
                fmt::format("it is not TOML, expected a line such as {}", kind.line));
   } catch (const std::exception&) {
@@ -305,7 +305,7 @@ Result<void> check_together(const CLI::App& command, const OptionOrigins& origin
     for (const CLI::Option* const other : row.option->get_needs()) {
       if (!is_set(*other))
         return Error{ErrorCode::kInvalidArgument,
-                     fmt::format("{} needs {}, expected it as well", name, other->get_name())};
+                     fmt::format("{} needs {}, expected both", name, other->get_name())};
     }
     for (const CLI::Option* const other : row.option->get_excludes()) {
       if (is_set(*other))

@@ -68,7 +68,7 @@ Result<void> check_folder_of(const std::string& path) {
   // A device or a file that is there may be written where its folder may not.
   if (access(path.c_str(), W_OK) == 0) return {};
   return Error{ErrorCode::kNotFound,
-               fmt::format("{} could not be written ({}), expected a folder that is there and may be written",
+               fmt::format("{} could not be written ({}), expected an existing, writable folder",
                            printable(path), std::generic_category().message(failure))};
 }
 

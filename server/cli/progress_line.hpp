@@ -9,7 +9,7 @@
 
 namespace fanlight {
 
-/// A line on the terminal that tells how far a work is, and goes away with this object. Where standard error
+/// A line on the terminal with the progress of a job; removed with this object. Where standard error
 /// is no terminal, a line of its own every five seconds. One thread.
 class ProgressLine {
  public:
@@ -24,7 +24,7 @@ class ProgressLine {
   void tell_count(std::uint64_t done, std::uint64_t of, const char* what);
 
   /// What begins now, such as "measures row 2 of 5"; at once, and on a terminal alone. `done` of `of` like
-  /// ones are over, which tells the time that is left.
+  /// ones are over, which gives the time that is left.
   void tell_step(const std::string& step, std::uint64_t done = 0, std::uint64_t of = 0);
 
   /// Before other text is printed. The line comes back when it is due.

@@ -84,7 +84,8 @@ std::string size_text(std::uint64_t bytes) {
 void show_progress(const RecordingStatus& status) {
   if (isatty(STDERR_FILENO) == 0) return;
   if (status.state == RecordingStatus::State::kFinishing) {
-    fmt::print(stderr, "\r{}: writes the final file, {:.0f} %\x1b[K", status.file, 100 * status.finish_share);
+    fmt::print(stderr, "\r{}: writing the final file, {:.0f} %\x1b[K", status.file,
+               100 * status.finish_share);
   } else {
     fmt::print(stderr, "\r{}: {:.1f} s, {} frames, {}{}\x1b[K", status.file, status.duration_s, status.frames,
                size_text(status.bytes), status.trouble.empty() ? "" : "; " + printable(status.trouble));
@@ -125,11 +126,11 @@ void print_recording(const RecordOptions& options, const RecordingStatus& status
   }
   if (status.finished == 1 &&
       std::filesystem::path(status.last_file).extension() != std::filesystem::path(options.out).extension()) {
-    fmt::print("There was no room for a copy of the pixels: they stay in a file beside the header.\n");
+    fmt::print("There was no space for a copy of the pixels: they stay in a separate file.\n");
   }
   if (status.finished > 1) {
     fmt::print(
-        "{} files in all: a further one begins where the geometry of the frames changes, a file or the "
+        "{} files in all: a new one begins when the geometry of the frames changes, or a file or the "
         "disk is full\n",
         status.finished);
   }
@@ -148,29 +149,28 @@ Result<void> check_name(const std::filesystem::path& path) {
   const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   if (access(folder.c_str(), W_OK | X_OK) == 0) return {};
   return Error{ErrorCode::kInvalidArgument,
-               fmt::format("{} cannot be written, expected a folder that is there and may be written",
-                           folder.string())};
+               fmt::format("{} cannot be written, expected an existing, writable folder", folder.string())};
 }
 
 // A source that fell silent does not hold a recording of --seconds up any longer than this.
 constexpr std::int64_t kSilenceNs = 5'000'000'000;
 
-/// Waits until the source ends, the recording ends by its limits, or the user ends it. Tells progress and
+/// Waits until the source ends, the recording ends by its limits, or the user ends it. Prints progress and
 /// trouble meanwhile. `seconds`: the limit by time; 0: none. `status`: the newest.
 void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, double seconds,
                      RecordingStatus& status) {
   const std::int64_t begun_ns = now_ns();
   std::int64_t last_frame_ns = begun_ns;
   std::uint64_t frames = 0;
-  std::string told;
+  std::string reported;
   for (;;) {
     const bool asked = signals.wait_ms(100);
     if (const RecordingStatus* newest = recorder.link().status.newest()) {
       status = *newest;
       show_progress(status);
-      if (!status.trouble.empty() && status.trouble != told)
-        fmt::print(stderr, "fanlight record: {}; waits for room\n", printable(status.trouble));
-      told = status.trouble;
+      if (!status.trouble.empty() && status.trouble != reported)
+        fmt::print(stderr, "fanlight record: {}; waiting for free space\n", printable(status.trouble));
+      reported = status.trouble;
     }
     // While nothing is written, no frame's time reaches the limit.
     const double waited_s = static_cast<double>(now_ns() - begun_ns) * 1e-9;
@@ -178,7 +178,7 @@ void watch_recording(EndSignals& signals, Recorder& recorder, const Pump& pump, 
     if (std::exchange(frames, status.frames) != status.frames) last_frame_ns = now_ns();
     const bool is_silent = now_ns() - last_frame_ns > kSilenceNs;
     if (is_silent && seconds > 0 && waited_s > seconds) {
-      fmt::print(stderr, "fanlight record: no frame came for {} s: the recording ends here\n",
+      fmt::print(stderr, "fanlight record: no frame for {} s: the recording ends here\n",
                  kSilenceNs / 1'000'000'000);
       return;
     }
@@ -229,8 +229,9 @@ Result<void> record(const RecordOptions& options) {
     return Error{ErrorCode::kUnavailable, status.last_trouble};
   if (status.finished == 0 && !pumped) return pumped;
   if (status.finished == 0) {
-    return Error{ErrorCode::kNotFound,
-                 status.trouble.empty() ? "the source gave no frame, expected one at least" : status.trouble};
+    return Error{ErrorCode::kNotFound, status.trouble.empty()
+                                           ? "the source delivered no frame, expected at least one"
+                                           : status.trouble};
   }
   for (const std::string& note : (*source)->description().notes)
     fmt::print(stderr, "note: {}\n", printable(note));
@@ -279,42 +280,48 @@ Result<void> recover(const std::string& file, PixelForm form, bool json) {
 void add_form(CLI::App& command, PixelForm& form) {
   add_named_option<PixelForm, PixelForm>(
       command, "--form", form, {{"raw", PixelForm::kRaw}, {"zlib", PixelForm::kZlib}},
-      "Of the pixels in the file: raw (the default) or zlib, which packs them when the recording ends");
+      "Format of the pixels: raw (the default) or zlib, which compresses them when the recording ends");
 }
 
 }  // namespace
 
 Command add_record_command(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("record", "Records a source to a PLUS sequence file");
+  CLI::App* command = program.add_subcommand("record", "Record a source to a PLUS sequence file");
   const auto options = std::make_shared<RecordOptions>();
   command
       ->add_option("SOURCE", options->input,
                    "usb:VENDOR:PRODUCT[:SERIAL] for a probe, igtl:HOST[:PORT] for a scanner by OpenIGTLink, "
                    "phantom: for the simulated probe, or a recording")
       ->required();
-  command->add_option("--out", options->out, "x.igs.mha: one file; x.igs.mhd: the pixels in a file beside it")
+  command
+      ->add_option("--out", options->out,
+                   "Output file: x.igs.mha, or x.igs.mhd with the pixels in a separate file")
       ->required()
       ->type_name("FILE");
   add_form(*command, options->form);
-  command->add_option("--seconds", options->seconds, "End after so long; 0: with the source, or Ctrl-C")
+  command
+      ->add_option("--seconds", options->seconds,
+                   "Stop after this time; 0: at the end of the source, or at Ctrl-C")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6))
       ->type_name("S");
-  command->add_option("--megabytes", options->megabytes, "End after so many megabytes of pixels; 0: no limit")
+  command
+      ->add_option("--megabytes", options->megabytes, "Stop after this many megabytes of pixels; 0: no limit")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e9))
       ->type_name("MB");
   command
       ->add_option("--last", options->last_s,
-                   "Keep only the last seconds: the disk holds little more, however long it records; 0: all")
+                   "Keep only the last seconds, which bounds the space on disk; 0: all")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6))
       ->type_name("S");
-  command->add_option("--geometry", options->playing.geometry_path, "TOML file with a recording's geometry")
+  command
+      ->add_option("--geometry", options->playing.geometry_path,
+                   "TOML file with the geometry of the recording")
       ->type_name("FILE");
   CLI::Option* const fast = command->add_flag(
-      "--fast", options->fast,
-      "Take the frames of a recording or the simulated probe as fast as the disk takes them");
+      "--fast", options->fast, "Read a recording or the simulated probe as fast as the disk allows");
   command
       ->add_flag(
           "--real-time", options->real_time,
@@ -328,11 +335,11 @@ Command add_record_command(CLI::App& program) {
 
 Command add_recover_command(CLI::App& program) {
   CLI::App* command =
-      program.add_subcommand("recover", "Finishes a recording that was cut off by a crash or a full disk");
+      program.add_subcommand("recover", "Finish a recording that was cut off by a crash or a full disk");
   const auto file = std::make_shared<std::string>();
   const auto form = std::make_shared<PixelForm>(PixelForm::kRaw);
   const auto json = std::make_shared<bool>(false);
-  command->add_option("FILE", *file, "The name that the recording was to have")->required();
+  command->add_option("FILE", *file, "File name of the recording")->required();
   add_form(*command, *form);
   command->add_flag("--json", *json, "Print the report as JSON");
   return [file, form, json]() { return recover(*file, *form, *json); };

@@ -16,7 +16,7 @@ struct RecordedPicturesOptions {
   bool json = false;
 };
 
-/// Renders the pictures that displays saw while a recording was made, by the notes beside it
+/// Renders the pictures that displays saw while a recording was made, by the notes next to it
 /// (picture_note.hpp): on the same device the same pixels, except where filter.steady is above 0, which also
 /// takes the pictures before. Prints how many there are, and how many cannot be rendered again, with the
 /// reason. Errors: kNotFound: there are no notes, or none of the pictures can be rendered; those of the

@@ -16,25 +16,25 @@ namespace fanlight {
 void RecordingOptions::add_to(CLI::App& command) {
   auto* const needed =
       command
-          .add_option("--recordings", folder, "Folder for recordings, which displays may then start and stop")
+          .add_option("--recordings", folder, "Folder for recordings; displays may then start and stop one")
           ->type_name("FOLDER");
   add_named_option<PixelForm, PixelForm>(command, "--recording-form", form,
                                          {{"raw", PixelForm::kRaw}, {"zlib", PixelForm::kZlib}},
-                                         "Of the pixels in the file: raw (the default) or zlib")
+                                         "Format of the pixels: raw (the default) or zlib")
       ->needs(needed);
-  command.add_option("--recording-minutes", most_minutes, "A recording ends after so long; 0: never")
+  command.add_option("--recording-minutes", most_minutes, "Maximum length of a recording; 0: no limit")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e5))
       ->needs(needed)
       ->type_name("MIN");
   command
       .add_option("--recording-last", last_minutes,
-                  "Always keep the last minutes on the disk, for the button \"Keep\"; 0: no")
+                  "Always keep the last minutes on disk, for the button \"Keep\"; 0: no")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e4))
       ->needs(needed)
       ->type_name("MIN");
-  command.add_flag("--recording-at-start", at_start, "Begin a recording at once")->needs(needed);
+  command.add_flag("--recording-at-start", at_start, "Start a recording at once")->needs(needed);
 }
 
 RecordingProxy::Config RecordingOptions::config() const {
@@ -51,7 +51,7 @@ Result<void> RecordingOptions::make_folder() const {
   if (std::filesystem::create_directories(folder, failure) && !failure) {
     // Recordings show patients.
     std::filesystem::permissions(folder, std::filesystem::perms::owner_all, failure);
-    spdlog::info("the folder {} was made, for recordings", printable(folder.string()));
+    spdlog::info("created the folder {} for recordings", printable(folder.string()));
   }
   if (!failure && access(folder.c_str(), W_OK | X_OK) == 0) return {};
   const std::string why = failure ? failure.message() : std::generic_category().message(errno);

@@ -104,35 +104,35 @@ std::string recording_text(const Recording& recording) {
 
 nlohmann::ordered_json recording_json(const Recording& recording) {
   const RecordingSummary& summary = recording.summary();
-  nlohmann::ordered_json told = {{"file", summary.name},
-                                 {"can_be_played", true},
-                                 {"frames", summary.frames},
-                                 {"frames_invalid", summary.frames_invalid},
-                                 {"frames_lost", summary.frames_lost},
-                                 {"columns", summary.columns},
-                                 {"rows", summary.rows},
-                                 {"pixels", summary.format.name()},
-                                 {"compressed", summary.compressed},
-                                 {"sweeps", summary.sweeps},
-                                 {"frames_in_longest_sweep", summary.frames_in_longest_sweep},
-                                 {"smallest_angle_deg", summary.smallest_angle_deg},
-                                 {"largest_angle_deg", summary.largest_angle_deg},
-                                 {"duration_s", summary.duration_s},
-                                 {"frame_rate_hz", summary.frame_rate_hz},
-                                 {"geometry_words", geometry_words(summary.geometry)}};
+  nlohmann::ordered_json report = {{"file", summary.name},
+                                   {"can_be_played", true},
+                                   {"frames", summary.frames},
+                                   {"frames_invalid", summary.frames_invalid},
+                                   {"frames_lost", summary.frames_lost},
+                                   {"columns", summary.columns},
+                                   {"rows", summary.rows},
+                                   {"pixels", summary.format.name()},
+                                   {"compressed", summary.compressed},
+                                   {"sweeps", summary.sweeps},
+                                   {"frames_in_longest_sweep", summary.frames_in_longest_sweep},
+                                   {"smallest_angle_deg", summary.smallest_angle_deg},
+                                   {"largest_angle_deg", summary.largest_angle_deg},
+                                   {"duration_s", summary.duration_s},
+                                   {"frame_rate_hz", summary.frame_rate_hz},
+                                   {"geometry_words", geometry_words(summary.geometry)}};
   if (!summary.format.is_grey()) {
-    told["window_black"] = summary.window.black;
-    told["window_white"] = summary.window.white;
+    report["window_black"] = summary.window.black;
+    report["window_white"] = summary.window.white;
   }
   if (const RecordedStream* const stream = recording.stream()) {
-    told["recorded_from"] = printable(stream->facts.source);
-    told["recorded_utc_s"] = stream->facts.begun_utc_s;
+    report["recorded_from"] = printable(stream->facts.source);
+    report["recorded_utc_s"] = stream->facts.begun_utc_s;
   }
-  auto& geometry = told["geometry"] = nlohmann::ordered_json::object();
+  auto& geometry = report["geometry"] = nlohmann::ordered_json::object();
   for (const RecordingGeometry::Value& value : summary.geometry_values)
     geometry[std::string(value.key)] = {{"value", value.value}, {"from", value.origin}};
-  told["notes"] = summary.notes;
-  return told;
+  report["notes"] = summary.notes;
+  return report;
 }
 
 std::string facts_text(const FileFacts& facts, const std::string& name) {
@@ -175,37 +175,37 @@ std::string facts_text(const FileFacts& facts, const std::string& name) {
 }
 
 nlohmann::ordered_json facts_json(const FileFacts& facts, const std::string& name, const std::string& why) {
-  nlohmann::ordered_json told = {{"file", name},
-                                 {"can_be_played", false},
-                                 {"why", why},
-                                 {"frames", facts.frames},
-                                 {"columns", facts.columns},
-                                 {"rows", facts.rows},
-                                 {"pixels", facts.format.name()},
-                                 {"compressed", facts.compressed},
-                                 {"frames_with_time", facts.with_time},
-                                 {"frames_with_angle", facts.with_angle},
-                                 {"frames_with_volume", facts.with_volume},
-                                 {"frames_with_pose", facts.with_pose}};
+  nlohmann::ordered_json report = {{"file", name},
+                                   {"can_be_played", false},
+                                   {"why", why},
+                                   {"frames", facts.frames},
+                                   {"columns", facts.columns},
+                                   {"rows", facts.rows},
+                                   {"pixels", facts.format.name()},
+                                   {"compressed", facts.compressed},
+                                   {"frames_with_time", facts.with_time},
+                                   {"frames_with_angle", facts.with_angle},
+                                   {"frames_with_volume", facts.with_volume},
+                                   {"frames_with_pose", facts.with_pose}};
   if (facts.pixel_size) {
-    told["pixel_width_mm"] = facts.pixel_size->width_mm;
-    told["pixel_height_mm"] = facts.pixel_size->height_mm;
+    report["pixel_width_mm"] = facts.pixel_size->width_mm;
+    report["pixel_height_mm"] = facts.pixel_size->height_mm;
   }
   if (facts.fit) {
-    told["axis_behind_row_0_mm"] = to_step(-facts.fit->axis_mm, 0.1);
-    if (facts.sector) told["axis_behind_face_mm"] = to_step(axis_behind_face_mm(facts), 0.1);
-    told["axis_misfit_mm"] = to_step(facts.fit->residual_mm, 0.1);
+    report["axis_behind_row_0_mm"] = to_step(-facts.fit->axis_mm, 0.1);
+    if (facts.sector) report["axis_behind_face_mm"] = to_step(axis_behind_face_mm(facts), 0.1);
+    report["axis_misfit_mm"] = to_step(facts.fit->residual_mm, 0.1);
   }
   if (const auto& sector = facts.sector) {
-    told["face_column"] = to_step(sector->face_column, 0.5);
-    told["face_row"] = to_step(sector->face_row, 0.5);
+    report["face_column"] = to_step(sector->face_column, 0.5);
+    report["face_row"] = to_step(sector->face_row, 0.5);
     if (sector->diverges) {
-      told["apex_row"] = to_step(sector->apex_row, 1);
-      told["sector_half_angle_deg"] = to_step(sector->half_angle_deg, 0.5);
+      report["apex_row"] = to_step(sector->apex_row, 1);
+      report["sector_half_angle_deg"] = to_step(sector->half_angle_deg, 0.5);
     }
   }
-  told["geometry_draft"] = geometry_draft(facts, name);
-  return told;
+  report["geometry_draft"] = geometry_draft(facts, name);
+  return report;
 }
 
 }  // namespace fanlight

@@ -42,7 +42,7 @@ void print_frames(const RenderCommandOptions& options, InputRenderer& rendered) 
   }
   fmt::print("{} pictures of {}, {} of them of volumes with frames interpolated\n", rendered.pictures(),
              options.input, rendered.interpolated());
-  fmt::print("frames: {} received, {} of them in no volume, and {} that never came; sweeps dropped: {}\n",
+  fmt::print("frames: {} received, {} of them in no volume, {} missing; sweeps dropped: {}\n",
              frames.received, frames.unused, frames.missing, dropped.size());
   print_dropped(stdout, dropped);
   for (const std::string& note : rendered.notes()) fmt::print("note: {}\n", note);
@@ -68,9 +68,9 @@ Result<void> render_all(const RenderCommandOptions& options, InputRenderer& rend
 Result<void> render_one(const RenderCommandOptions& options, InputRenderer& renderer) {
   {
     ProgressLine progress;
-    progress.tell_step(
-        options.volume ? fmt::format("reads frames until volume {} is whole, and renders it", *options.volume)
-                       : "reads frames until a volume is whole, and renders it");
+    progress.tell_step(options.volume
+                           ? fmt::format("reading frames until volume {} is complete", *options.volume)
+                           : "reading frames until a volume is complete");
     if (auto rendered = renderer.pick(); !rendered) return rendered;
   }
   auto report = renderer.report();
@@ -103,7 +103,7 @@ Result<void> render(const RenderCommandOptions& options) {
 }  // namespace
 
 Command add_render_command(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("render", "Renders one volume to a picture file");
+  CLI::App* command = program.add_subcommand("render", "Render a volume to a picture file");
   const auto options = std::make_shared<RenderCommandOptions>();
   command->option_defaults()->group("Input and output");
   command
@@ -119,11 +119,11 @@ Command add_render_command(CLI::App& program) {
   command
       ->add_flag(
           "--recorded", options->recorded,
-          "Render the pictures that displays saw while a server recorded INPUT, pixel by pixel the same "
-          "on the same GPU, to files with their numbers: x.000001.png, ...")
+          "Render the pictures that displays showed while a server recorded INPUT, identical pixel by pixel "
+          "on the same GPU, to numbered files: x.000001.png, ...")
       ->excludes("--all", "--volume", "--depth", "--surface");
   options->add_picture_to(*command);
-  command->add_option("--gpu", options->gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  command->add_option("--gpu", options->gpu, "GPU to use, by a part of its name")->type_name("NAME");
   command->add_flag("--json", options->json, "Print the report as JSON")->group("Input and output");
   add_probe_options(*command, options->playing);
   options->scene.add_to(*command);

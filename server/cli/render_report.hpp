@@ -37,7 +37,7 @@ struct FrameCounts {
 };
 FrameCounts frame_counts(const AcquisitionCounters& counters);
 
-/// What the pixels tell of one volume; the same on the same device.
+/// What is measured in the pixels of one volume; the same on the same device.
 nlohmann::ordered_json figures_json(const RenderReport& report);
 
 nlohmann::ordered_json dropped_json(const std::vector<DroppedSweep>& dropped);

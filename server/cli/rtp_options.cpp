@@ -55,22 +55,24 @@ bool is_multicast(const std::string& host) {
 void RtpOptions::add_to(CLI::App& command) {
   command.option_defaults()->group("Pictures by RTP");
   command
-      .add_option(
-          "--rtp-to", to,
-          "HOST:PORT where an admin may send the pictures to: an SFU such as Janus, for displays beyond the "
-          "room; RTP goes to this port, RTCP to the next one; default: nowhere")
+      .add_option("--rtp-to", to,
+                  "HOST:PORT of a receiver to which an admin may send the pictures: an SFU such as Janus, "
+                  "for displays outside the "
+                  "room; RTP goes to this port, RTCP to the next one; default: nowhere")
       ->type_name("RECEIVER");
-  command.add_flag("--rtp-start", start, "Send from the start on; else with POST /api/rtp of an admin");
+  command.add_flag("--rtp-start", start,
+                   "Start sending at once; otherwise an admin starts it with POST /api/rtp");
   command
-      .add_option("--rtp-key", key,
-                  "A file with 30 random bytes in base64, for SRTP (AES_CM_128_HMAC_SHA1_80); needed for a "
-                  "receiver on another machine")
+      .add_option(
+          "--rtp-key", key,
+          "File with 30 random bytes in base64, the SRTP key (AES_CM_128_HMAC_SHA1_80); required for a "
+          "receiver on another machine")
       ->type_name("FILE");
   command
       .add_option("--rtp-sdp", sdp,
-                  "Writes the description of the stream here while it is sent, for its receiver")
+                  "File for the SDP of the stream, for its receiver; exists while the stream is sent")
       ->type_name("FILE");
-  command.add_option("--rtp-kbps", kbps, "Bits of the video, in thousands a second")
+  command.add_option("--rtp-kbps", kbps, "Bit rate of the video, kbit/s")
       ->capture_default_str()
       ->check(CLI::Range(100, 50'000))
       ->type_name("KBPS");

@@ -51,7 +51,7 @@ std::string group_of(const SceneField& field) {
 }  // namespace
 
 void SceneOptions::add_to(CLI::App& command) {
-  command.footer("What of the scene has no default here follows from the fan's geometry.");
+  command.footer("Scene options without a default here depend on the geometry of the fan.");
   std::vector<std::string> lines;
   std::vector<std::string_view> names;
   for (const Look& look : looks()) {
@@ -59,9 +59,9 @@ void SceneOptions::add_to(CLI::App& command) {
     names.push_back(look.name);
   }
   command
-      .add_option(
-          "--look", look_,
-          fmt::format("sets several fields below, which may be given as well; {}", fmt::join(lines, "; ")))
+      .add_option("--look", look_,
+                  fmt::format("sets several of the fields below, which can still be set one by one; {}",
+                              fmt::join(lines, "; ")))
       ->type_name(fmt::format("{}", fmt::join(names, "|")))
       ->group("Scene");
   for (const SceneField& field : scene_fields()) {

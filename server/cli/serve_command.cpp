@@ -87,7 +87,7 @@ RingPolicy policy_of(const ServeOptions& options) {
   return options.policy.value_or(suitable);
 }
 
-/// Where every volume is to be rendered, nobody has to look.
+/// Where every volume is to be rendered, no viewer is needed.
 bool may_rest(const ServeOptions& options) {
   return !options.render_unwatched && policy_of(options) == RingPolicy::kNewestWins;
 }
@@ -151,7 +151,7 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
 }
 
 /// Before the server answers its signals, and after: a file that may be read again is read at the start
-/// anyway. A log whose reader has gone does not end the service.
+/// anyway. A log without a reader does not end the service.
 void ignore_harmless_signals() {
   for (const int signal : {SIGPIPE, SIGHUP, SIGUSR1}) std::signal(signal, SIG_IGN);
 }
@@ -167,13 +167,13 @@ bool moves_smoothly(const ServeOptions& options, const GpuCandidate& gpu) {
 void print_address(const std::string& source, const std::string& url) {
   fmt::print("Fanlight shows {} on {}\n", printable(source), url);
   if (std::fflush(stdout) == 0) return;
-  // Nobody reads it: no reason not to serve, nor to end with an error.
+  // It has no reader: no reason not to serve, nor to end with an error.
   __fpurge(stdout);
   std::clearerr(stdout);
   spdlog::warn("the address could not be printed on the standard output; it is {}", url);
 }
 
-/// What systemd's watchdog asks for, beside the server's own loop.
+/// What systemd's watchdog asks for, in addition to the server's own loop.
 std::vector<LoopWatch::Loop> loops_of(const Pipeline& pipeline) {
   return {{.name = "acquisition",
            .pulse = &pipeline.acquisition_pulse(),
@@ -186,14 +186,14 @@ void read_again(ServeOptions& options, StreamServer& server, spdlog::level::leve
   ServiceNotifier::reloading();
   const auto changes = options.read_again();
   if (!changes) {
-    spdlog::error("the configuration stays as it was: {}", changes.error().message);
+    spdlog::error("the configuration is unchanged: {}", changes.error().message);
     return;
   }
   for (const ServeOptions::Reread& change : *changes) {
     if (change.in_force) {
-      spdlog::info("the configuration has another {}, which is in force now", change.name);
+      spdlog::info("the configuration has a new {}, which is in effect now", change.name);
     } else {
-      spdlog::warn("the configuration has another {} than what runs, which takes a new start", change.name);
+      spdlog::warn("the configuration has a new {}, which takes effect after a restart", change.name);
     }
   }
   server.set_title(options.title.empty() ? usual_title(options.source) : printable(options.title));
@@ -258,7 +258,7 @@ Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& li
   const auto open = [](const std::string& name) {
     auto opened = open_device(name, {.own_light_device = true});
     if (opened && !opened->light_refusal.empty())
-      spdlog::warn("a moved light waits for pass 1: there is no second device for it ({})",
+      spdlog::warn("there is no second device for passes 2 and 3 ({}): a changed light waits for pass 1",
                    opened->light_refusal);
     return opened;
   };
@@ -292,7 +292,7 @@ Result<void> run(const ServeOptions& options, const RenderedSource& rendered, St
   rendered.pipeline->start();
   const std::string url = page_url(server.endpoint(), !options.tls.empty());
   print_address(rendered.source->description().name, url);
-  spdlog::info("listens on {}", url);
+  spdlog::info("listening on {}", url);
   if (const auto igtl_endpoint = server.igtl_endpoint()) log_igtl(*igtl_endpoint);
   log_rtp(options.rtp);
   ServiceNotifier::ready(url);
@@ -340,7 +340,8 @@ Result<void> serve(ServeOptions& options) {
   server = *std::move(made);
 
   log_start(options, *rendered);
-  if (terminal.has_closed()) return Error{ErrorCode::kStopped, "the terminal was closed, so the server ends"};
+  if (terminal.has_closed())
+    return Error{ErrorCode::kStopped, "the terminal was closed, so the server stops"};
   const std::int64_t began_ns = now_ns();
   Result<void> served = run(options, *rendered, *server);
   const bool stopped = pipeline.stop();
@@ -368,8 +369,7 @@ Result<void> check_start(const ServeOptions& options) {
 }  // namespace
 
 Command add_serve_command(CLI::App& program) {
-  CLI::App* command =
-      program.add_subcommand("serve", "Renders a source as it comes and streams it to displays");
+  CLI::App* command = program.add_subcommand("serve", "Render a source live and stream it to displays");
   const auto options = std::make_shared<ServeOptions>();
   options->add_to(*command);
   return [options, command]() -> Result<void> {

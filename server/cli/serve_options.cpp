@@ -37,7 +37,7 @@ std::string configuration_path(const ServeOptions& options) {
   return path == nullptr ? "" : path;
 }
 
-/// What else the server would refuse when it starts: told with its place.
+/// What else the server would refuse when it starts: reported with its place.
 Result<void> check_value(const std::string& name, const std::string& value) {
   if (name == "listen") {
     if (const auto parsed = parse_listen_address(value); !parsed) return parsed.error();
@@ -78,20 +78,21 @@ void ServeOptions::add_network_options(CLI::App& command) {
   command.option_defaults()->group("Network");
   command
       .add_option("--listen", listen,
-                  "Address and port; a port alone is one of this machine, port 0 takes a free one")
+                  "Address and port to listen on; a port alone means this machine only, port 0 any free port")
       ->capture_default_str()
       ->type_name("ADDRESS");
   auto* const certificate =
-      command.add_option("--tls-certificate", tls.certificate, "The server's, and those up to its root, PEM")
+      command.add_option("--tls-certificate", tls.certificate, "Server certificate with its chain, PEM")
           ->type_name("FILE");
-  auto* const key = command.add_option("--tls-key", tls.key, "Its private key, PEM")->type_name("FILE");
+  auto* const key =
+      command.add_option("--tls-key", tls.key, "Private key of the certificate, PEM")->type_name("FILE");
   certificate->needs(key);
   key->needs(certificate);
   command
       .add_flag("--hsts", hsts,
-                "Tell browsers to come to this host over TLS only, for a year; also to its other ports")
+                "Send HSTS: browsers use only TLS for this host, on all its ports, for a year")
       ->needs(certificate);
-  command.add_option("--client-ca", tls.client_ca, "Who signs clients' certificates, PEM")
+  command.add_option("--client-ca", tls.client_ca, "CA certificate that signs client certificates, PEM")
       ->needs(certificate)
       ->type_name("FILE");
 }
@@ -100,29 +101,30 @@ void ServeOptions::add_access_options(CLI::App& command) {
   command.option_defaults()->group("Access");
   command
       .add_option("--tokens", tokens,
-                  "Who may come in, as `fanlight token` writes it; read again where it changes")
-      ->type_name("FILE");
-  command.add_option("--audit-log", audit_log, "Appends who changed what, a line of JSON each")
+                  "File of access tokens, written by `fanlight token`; reloaded when it changes")
       ->type_name("FILE");
   command
-      .add_option("--audit-log-mb", audit_log_mb,
-                  "Size at which the audit log goes on in a new file; 0: never")
+      .add_option("--audit-log", audit_log, "Append a line of JSON for each change and login to this file")
+      ->type_name("FILE");
+  command.add_option("--audit-log-mb", audit_log_mb, "Rotate the audit log at this size; 0: never")
       ->capture_default_str()
       ->check(CLI::Range(0, 1'000'000))
       ->type_name("MB");
-  command.add_option("--control-lapse", control_lapse_s, "The control is free again after so much silence")
+  command
+      .add_option("--control-lapse", control_lapse_s,
+                  "Release the control of a display that has been silent for this time")
       ->capture_default_str()
       ->check(CLI::Range(1, 86400))
       ->type_name("SECONDS");
   command
       .add_option("--private-views", private_views,
-                  "Displays that may have a light or a camera of their own at once")
+                  "Maximum number of displays with a light or a camera of their own")
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{0}, kMostPrivateViews))
       ->type_name("N");
   command
       .add_option("--presets", presets,
-                  "Keeps the presets that people save; else presets.json in the user's folder of states")
+                  "File for saved presets; by default presets.json in the user's state folder")
       ->type_name("FILE");
 }
 
@@ -134,9 +136,9 @@ void ServeOptions::add_source_options(CLI::App& command) {
                   "usb:VENDOR:PRODUCT[:SERIAL] (a probe), or igtl:HOST[:PORT] (a scanner by OpenIGTLink)")
       ->capture_default_str()
       ->type_name("SOURCE");
-  command.add_option("--title", title, "What displays call it; only an admin is told the source")
+  command.add_option("--title", title, "Name shown on displays; only an admin sees the source itself")
       ->type_name("TEXT");
-  command.option_defaults()->group("Recordings that are played");
+  command.option_defaults()->group("Playback");
   command
       .add_option("--geometry", playing.geometry_path,
                   "TOML file with the geometry of the recording, or of OpenIGTLink's images")
@@ -146,8 +148,8 @@ void ServeOptions::add_source_options(CLI::App& command) {
       {{"once", ReplaySource::Ending::kOnce},
        {"loop", ReplaySource::Ending::kLoop},
        {"to-and-fro", ReplaySource::Ending::kToAndFro}},
-      "After the recording's last frame", "to-and-fro");
-  command.add_option("--speed", playing.speed, "1 is as recorded; 0.01 to 1000")
+      "What to do after the last frame of the recording", "to-and-fro");
+  command.add_option("--speed", playing.speed, "Playback speed: 1 is as recorded, 0.01 to 1000")
       ->capture_default_str()
       ->check([](const std::string& text) {
         double speed = 0;
@@ -158,21 +160,23 @@ void ServeOptions::add_source_options(CLI::App& command) {
         return good ? "" : fmt::format("Value {} not in range 0.01 to 1000", text);
       })
       ->type_name("FACTOR");
-  command.add_option("--from", playing.from_s, "Where the recording begins")
+  command.add_option("--from", playing.from_s, "Start position in the recording")
       ->capture_default_str()
       ->type_name("SECONDS");
   command.add_flag("--paused", playing.paused,
-                   "Show the recording's first sweep, and wait for a display to play on");
+                   "Show the first sweep, and wait until a display starts playback");
   command.add_flag_callback(
       "--fast", [this] { playing.pace = SourcePace::kAsFastAsTaken; },
-      "Play as fast as volumes are rendered, and render them all");
+      "Play as fast as possible, and render every volume");
 }
 
 void ServeOptions::add_picture_options(CLI::App& command) {
   command.option_defaults()->group("Picture");
-  command.add_option("--size", size, "Of the picture, pixels")->capture_default_str()->type_name("WxH");
-  command.add_option("--gpu", gpu, "Part of the name of the GPU to use")->type_name("NAME");
-  command.add_option("--jpeg-quality", jpeg_quality, "1 to 100")
+  command.add_option("--size", size, "Size of the picture in pixels")
+      ->capture_default_str()
+      ->type_name("WxH");
+  command.add_option("--gpu", gpu, "GPU to use, by a part of its name")->type_name("NAME");
+  command.add_option("--jpeg-quality", jpeg_quality, "JPEG quality, 1 to 100")
       ->capture_default_str()
       ->check(CLI::Range(1, 100))
       ->type_name("N");
@@ -181,14 +185,14 @@ void ServeOptions::add_picture_options(CLI::App& command) {
 
 void ServeOptions::add_volume_options(CLI::App& command) {
   command.option_defaults()->group("Volumes");
-  command.add_option("--ring", ring_slots, "Volumes that the ring holds, 3 to 64")
+  command.add_option("--ring", ring_slots, "Number of volumes in the ring, 3 to 64")
       ->capture_default_str()
       ->check(CLI::Range(3, 64))
       ->type_name("N");
   command
       .add_option(
           "--cine-volumes", cine_volumes,
-          "Last volumes that are kept for a frozen display, 0 to 1000; fewer where they would take over "
+          "Number of past volumes to keep for the cine, 0 to 1000; fewer if they would take more than "
           "512 MB")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000))
@@ -196,29 +200,29 @@ void ServeOptions::add_volume_options(CLI::App& command) {
   add_named_option<std::optional<RingPolicy>, RingPolicy>(
       command, "--policy", policy,
       {{"newest-wins", RingPolicy::kNewestWins}, {"process-all", RingPolicy::kProcessAll}},
-      "Where volumes come faster than they are rendered: newest-wins drops older ones, process-all makes the "
+      "If volumes arrive faster than they are rendered: newest-wins drops older ones, process-all makes the "
       "source wait; the default is newest-wins, with --fast process-all");
   command.add_flag("--render-unwatched", render_unwatched,
-                   "Render every volume, also while no display, script or recording needs a picture");
+                   "Render every volume, even if no display, script or recording needs a picture");
   add_named_option<MismatchCorrection, MismatchCorrection>(
       command, "--mismatch", mismatch,
       {{"corrected", MismatchCorrection::kOn}, {"as-measured", MismatchCorrection::kOff}},
-      "Angles where forward and backward sweeps disagree", "corrected");
+      "Angles if forward and backward sweeps disagree", "corrected");
 }
 
 void ServeOptions::add_service_options(CLI::App& command) {
   command.option_defaults()->group("Configuration and log");
   command
       .add_option("--config", config,
-                  "Reads options from a TOML file; the command line and the environment come first")
+                  "Read options from a TOML file; the command line and the environment take precedence")
       ->type_name("FILE");
   command.add_flag("--print-config", print_config,
-                   "Print the options in force as such a file, with where each comes from, and leave");
-  command.add_option("--log-level", log_level, "The least important lines that are written")
+                   "Print the options in effect as such a file, with their origins, and exit");
+  command.add_option("--log-level", log_level, "Lowest level of the lines to log")
       ->default_str("info")
       ->check(CLI::IsMember({"error", "warning", "info", "debug"}).description(""))
       ->type_name("error|warning|info|debug");
-  command.add_option("--log-format", log_format, "Lines for people, or an object of JSON each")
+  command.add_option("--log-format", log_format, "Log plain lines, or a JSON object per line")
       ->capture_default_str()
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->type_name("text|json");
@@ -232,13 +236,13 @@ void ServeOptions::add_to(CLI::App& command) {
   add_access_options(command);
   add_picture_options(command);
   add_volume_options(command);
-  command.option_defaults()->group("Recordings that are made");
+  command.option_defaults()->group("Recording");
   recording.add_to(command);
   add_probe_options(command, playing);
   add_named_option<ProbeControl, ProbeControl>(
       command, "--probe-control", probe_control,
       {{"everyone", ProbeControl::kEveryone}, {"nobody", ProbeControl::kNobody}},
-      "Who may set the probe: whoever is in control, or nobody", "everyone")
+      "Who may change the settings of the probe: the display in control (everyone), or nobody", "everyone")
       ->group("USB probe");
   add_service_options(command);
   scene.add_to(command);
@@ -343,7 +347,7 @@ Result<std::vector<ServeOptions::Reread>> ServeOptions::read_again() {
       origins.erase(change.name);
     }
   }
-  // What takes a new start is told each time until then.
+  // What takes effect after a restart is reported each time until then.
   for (const Reread& change : changes) {
     if (!change.in_force) continue;
     std::erase_if(configured, [&](const ConfiguredOption& option) { return option.name == change.name; });

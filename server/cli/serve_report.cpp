@@ -40,8 +40,7 @@ std::string usual_title(const std::string& source) {
 void log_service(const ServeOptions& options) {
   if (!options.config.empty()) spdlog::info("the configuration is {}", options.config);
   if (options.tls.empty()) {
-    spdlog::info("without TLS{}: displays of this machine alone",
-                 options.tokens.empty() ? " and tokens" : "");
+    spdlog::info("without TLS{}: displays on this machine only", options.tokens.empty() ? " or tokens" : "");
   } else {
     spdlog::info("TLS with the certificate {}", options.tls.certificate.string());
   }
@@ -74,10 +73,10 @@ void log_rtp(const RtpOptions& options) {
 void log_device(const Pipeline& pipeline) {
   for (const GpuCandidate& candidate : pipeline.gpus()) {
     if (!candidate.refusals.empty())
-      spdlog::info("GPU {} does not serve: {}", candidate.name, fmt::join(candidate.refusals, "; "));
+      spdlog::info("GPU {} cannot be used: {}", candidate.name, fmt::join(candidate.refusals, "; "));
   }
   const GpuCandidate& used = pipeline.gpu();
-  spdlog::info("renders on {}, a {}; its driver: {}", used.name, used.kind, used.driver);
+  spdlog::info("rendering on {}, a {}; driver: {}", used.name, used.kind, used.driver);
 }
 
 namespace {
@@ -151,7 +150,7 @@ void log_end(const PipelineCounters& pipeline, const ServerCounters& server, dou
       duration_words(ran_s), counts["frames_received"], counts["volumes_published"],
       counts["volumes_rendered"], counts["pictures_finished"], counts["pictures_sent"],
       counts["sessions_opened"]);
-  if (!troubles.empty()) spdlog::info("what went wrong on the way: {}", fmt::join(troubles, "; "));
+  if (!troubles.empty()) spdlog::info("problems: {}", fmt::join(troubles, "; "));
   spdlog::debug("all counts: {}", fmt::join(all, ", "));
 }
 

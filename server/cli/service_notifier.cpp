@@ -17,7 +17,7 @@ ServiceNotifier::ServiceNotifier(std::vector<LoopWatch::Loop> loops) {
   std::uint64_t watchdog_us = 0;
   if (sd_watchdog_enabled(0, &watchdog_us) <= 0) return;
   // Half of it, as sd_watchdog_enabled(3) advises: a loop that moves seldom is not taken for a still one, and
-  // a still one is told before systemd acts.
+  // a still one is reported before systemd acts.
   // A loop that waits beats once a second only.
   constexpr std::int64_t kLeastNs = 3'000'000'000;
   watch_.emplace(std::move(loops), std::max(static_cast<std::int64_t>(watchdog_us) * 1000 / 2, kLeastNs),
@@ -46,9 +46,9 @@ void ServiceNotifier::stopping() {
 }
 
 void ServiceNotifier::second_passed(const PictureLiveness::Report& report) {
-  if (std::string state = fmt::format("STATUS={}", report.sentence); state != told_) {
-    told_ = std::move(state);
-    sd_notify(0, told_.c_str());
+  if (std::string state = fmt::format("STATUS={}", report.sentence); state != reported_) {
+    reported_ = std::move(state);
+    sd_notify(0, reported_.c_str());
   }
   if (!watch_) return;
   const LoopWatch::Loop* const still = watch_->still(now_ns());
@@ -56,7 +56,7 @@ void ServiceNotifier::second_passed(const PictureLiveness::Report& report) {
     sd_notify(0, "WATCHDOG=1");
   } else if (!still_) {
     spdlog::error(
-        "the loop of {} stands still, so the watchdog gets no sign: systemd will start the service anew",
+        "the loop of {} does not respond, so the watchdog is not notified: systemd will restart the service",
         still->name);
   }
   still_ = still != nullptr;

@@ -10,9 +10,9 @@
 
 namespace fanlight {
 
-/// Tells systemd about the service, as sd_notify(3) describes: that it is ready, reloads or stops, its state
-/// in a sentence, and, where WatchdogSec is set, once a second that its loops move. Without systemd nothing
-/// is told. Server thread only.
+/// Notifies systemd about the service, as sd_notify(3) describes: that it is ready, reloads or stops, its
+/// state in a sentence, and, where WatchdogSec is set, once a second that its loops move. Without systemd
+/// nothing is reported. Server thread only.
 class ServiceNotifier {
  public:
   explicit ServiceNotifier(std::vector<LoopWatch::Loop> loops);
@@ -25,8 +25,8 @@ class ServiceNotifier {
   void second_passed(const PictureLiveness::Report& report);
 
  private:
-  std::optional<LoopWatch> watch_;  // absent: nobody asked for a watchdog
-  std::string told_;                // the state that was told last
+  std::optional<LoopWatch> watch_;  // absent: no watchdog was requested
+  std::string reported_;            // the state that was reported last
   bool still_ = false;
 };
 

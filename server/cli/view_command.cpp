@@ -27,16 +27,17 @@ Result<void> run_native_display(const std::vector<std::string>& given) {
   arguments.push_back(nullptr);
   std::error_code failure;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", failure);
-  // The one beside this program belongs to the same version.
+  // The one next to this program belongs to the same version.
   if (!failure) execv((self.parent_path() / kProgram).c_str(), arguments.data());
   execvp(kProgram, arguments.data());
-  return Error{ErrorCode::kNotFound,
-               fmt::format("{} is not installed, expected it beside fanlight or in the PATH", kProgram)};
+  return Error{
+      ErrorCode::kNotFound,
+      fmt::format("{} is not installed, expected it in the folder of fanlight or in the PATH", kProgram)};
 }
 
 Command add_view_command(CLI::App& program) {
-  CLI::App* const command = program.add_subcommand(
-      "view", "A native display: the picture in a window or full screen (--help: more)");
+  CLI::App* const command =
+      program.add_subcommand("view", "Show the picture in a window or full screen (more: --help)");
   command->set_help_flag();  // --help is the other program's
   command->prefix_command();
   return [command] { return run_native_display(command->remaining()); };

@@ -199,7 +199,7 @@ class Watch {
     file.close();
     if (file) return {};
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} could not be written, expected a folder that is there, with room", path)};
+                 fmt::format("{} could not be written, expected an existing folder with free space", path)};
   }
 
   void report(const v1::Statistics& statistics) {
@@ -235,7 +235,7 @@ class Watch {
   StreamClient& client_;
   std::uint64_t pictures_ = 0;
   WatchedSecond second_;
-  v1::Liveness liveness_;                       // the last one told
+  v1::Liveness liveness_;                       // the last one received
   std::optional<std::int64_t> clock_ahead_ns_;  // the server's, by the message that was fastest on its way
   std::int64_t heard_ns_ = now_ns();            // when the last statistics came
 };
@@ -260,45 +260,47 @@ Result<void> watch(const WatchOptions& options) {
 
 void add_change_options(CLI::App& command, WatchOptions& options) {
   command
-      .add_option("--set", options.changes, "A change of the scene: light.up_mm=20; may come several times")
+      .add_option("--set", options.changes,
+                  "Change a field of the scene, such as light.up_mm=20; can be repeated")
       ->type_name("NAME=VALUE");
   command
       .add_option("--replay", options.replay,
-                  "Of a recording that is played: play, pause, step=SWEEPS, seek=SECONDS, speed=FACTOR or "
-                  "ending=once, loop, to-and-fro; may come several times")
+                  "Control playback: play, pause, step=SWEEPS, seek=SECONDS, speed=FACTOR or "
+                  "ending=once, loop, to-and-fro; can be repeated")
       ->type_name("WISH");
   command.add_flag("--own-view", options.own_view,
-                   "The changes are this display's alone: a light, filters or a camera of its own");
-  command.add_flag("--take-over", options.take_over, "Take the control from whoever has it (an admin's)");
+                   "Change only the view of this display: its light, filters or camera");
+  command.add_flag("--take-over", options.take_over, "Take the control from another display; admins only");
 }
 
 void add_output_options(CLI::App& command, WatchOptions& options) {
-  command.add_option("--save", options.save, "Pictures to PATH.000001.jpg and so on, H.264 to PATH.h264")
+  command
+      .add_option("--save", options.save, "Save pictures to PATH.000001.jpg and so on, or H.264 to PATH.h264")
       ->type_name("PATH");
-  command.add_option("--pictures", options.pictures, "Leave after so many")->type_name("N");
-  command.add_option("--seconds", options.seconds, "Leave after so long")->type_name("S");
-  command.add_flag("--json", options.json, "Statistics as a line of JSON a second");
+  command.add_option("--pictures", options.pictures, "Exit after this many pictures")->type_name("N");
+  command.add_option("--seconds", options.seconds, "Exit after this time")->type_name("S");
+  command.add_flag("--json", options.json, "Print statistics as a line of JSON per second");
 }
 
 void add_stream_options(CLI::App& command, WatchOptions& options) {
   add_named_option<v1::StreamRequest::Codec, v1::StreamRequest::Codec>(
       command, "--codec", options.codec,
       {{"jpeg", v1::StreamRequest::JPEG}, {"png", v1::StreamRequest::PNG}, {"h264", v1::StreamRequest::H264}},
-      "jpeg (the default), png or h264");
+      "Codec: jpeg (the default), png or h264");
   command
       .add_option_function<std::uint32_t>(
           "--quality", [&options](std::uint32_t value) { options.stream.set_quality(value); },
-          "Of JPEG, 1 to 100")
+          "JPEG quality, 1 to 100")
       ->type_name("N");
   command
       .add_option_function<std::uint32_t>(
           "--kbps", [&options](std::uint32_t value) { options.stream.set_bit_rate_kbps(value); },
-          "About so many bits a second, in thousands")
+          "Approximate bit rate, kbit/s")
       ->type_name("N");
   command
       .add_option_function<double>(
           "--rate", [&options](double value) { options.stream.set_rate_hz(value); },
-          "Pictures a second at most")
+          "Maximum number of pictures per second")
       ->type_name("HZ");
   command
       .add_option_function<std::string>(
@@ -311,15 +313,15 @@ void add_stream_options(CLI::App& command, WatchOptions& options) {
             options.stream.set_width(width);
             options.stream.set_height(height);
           },
-          "Pixels at most; the proportions stay")
+          "Maximum size in pixels; the aspect ratio is kept")
       ->type_name("WxH");
 }
 
 }  // namespace
 
 Command add_watch_command(CLI::App& program) {
-  CLI::App* const command =
-      program.add_subcommand("watch", "Looks on as a display: statistics, pictures to files, changes");
+  CLI::App* const command = program.add_subcommand(
+      "watch", "Connect as a display: print statistics, save pictures, change the scene");
   const auto options = std::make_shared<WatchOptions>();
   options->client.add_to(*command);
   add_change_options(*command, *options);

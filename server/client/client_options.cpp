@@ -23,19 +23,24 @@ Result<StreamClient::Config> ClientOptions::config() const {
 }
 
 void ClientOptions::add_to(CLI::App& command) {
-  command.add_option("URL", server.url, "The server: a URL, a host, or a port of this machine")
+  command.add_option("URL", server.url, "Server: a URL, a host, or a port on this machine")
       ->capture_default_str()
       ->type_name("URL");
-  command.add_option("--token-file", token_file, "Holds the token; else it is read from FANLIGHT_TOKEN")
+  command
+      .add_option("--token-file", token_file,
+                  "File with the access token; default: the variable FANLIGHT_TOKEN")
       ->type_name("FILE");
   command
       .add_option("--server-ca", server.server_ca,
-                  "Who signs the server's certificate; else whom the system trusts")
+                  "CA certificate that signs the server's certificate; default: those of the system")
       ->type_name("FILE");
   auto* const certificate =
-      command.add_option("--certificate", server.certificate, "In place of a token")->type_name("FILE");
-  command.add_option("--key", server.key, "Of the certificate")->needs(certificate)->type_name("FILE");
-  command.add_option("--name", server.name, "As others are to see this display")->type_name("TEXT");
+      command.add_option("--certificate", server.certificate, "Client certificate, instead of a token")
+          ->type_name("FILE");
+  command.add_option("--key", server.key, "Private key of the client certificate")
+      ->needs(certificate)
+      ->type_name("FILE");
+  command.add_option("--name", server.name, "Name of this display, shown to others")->type_name("TEXT");
 }
 
 }  // namespace fanlight

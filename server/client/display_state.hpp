@@ -19,7 +19,7 @@ class DisplayState {
   /// `now_ns`: this machine's clock, as of the others.
   void take(const v1::ServerMessage& message, std::int64_t now_ns);
 
-  /// The connection is lost, with this sentence: until this object is made anew.
+  /// The connection is lost, with this sentence: until this object is replaced.
   void lose(const std::string& reason) { lost_reason_ = reason; }
 
   /// A picture is on show.
@@ -44,13 +44,13 @@ class DisplayState {
   // Requests for the server. The changes are kept as if they were in force, so that the next one adds to
   // them.
 
-  /// Turns the body with a pointer that has moved by so many pixels.
+  /// Turns the body with a pointer that has moved by this many pixels.
   v1::ClientMessage turn(double right_px, double down_px);
   /// A factor above 1 shows more of the body.
   v1::ClientMessage zoom(double factor);
   /// Moves the light to a pixel; its depth stays.
   v1::ClientMessage light_to(double column, double row);
-  /// Moves the threshold by so many grey levels, from the one in force.
+  /// Moves the threshold by this many grey levels, from the one in force.
   v1::ClientMessage threshold_by(double levels);
   /// The preset of this index; absent where there is none.
   std::optional<v1::ClientMessage> preset(int index);
@@ -79,7 +79,7 @@ class DisplayState {
 
   v1::Hello hello_;
   v1::Scene scene_;     // with the changes that are not answered yet
-  v1::Scene in_force_;  // as the server has told it
+  v1::Scene in_force_;  // as the server has sent it
   v1::Liveness liveness_;
   v1::CineStatus cine_;
   v1::EchoLevels levels_;

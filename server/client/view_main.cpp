@@ -288,12 +288,12 @@ Result<void> view(const ViewOptions& options) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App program("A native display: the picture in a window, or on the full screen.", "fanlight view");
+  CLI::App program("Show the picture in a window or full screen.", "fanlight view");
   program.footer(kKeysHelp);
-  program.set_version_flag("-V,--version", version(), "Print the version and leave");
+  program.set_version_flag("-V,--version", version(), "Print the version and exit");
   ViewOptions options;
   options.client.add_to(program);
-  program.add_flag("--full-screen", options.full_screen, "Take the whole screen");
+  program.add_flag("--full-screen", options.full_screen, "Use the full screen");
   use_command_help(program);
   try {
     program.parse(argc, argv);

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kWidth = 80;
 constexpr std::size_t kTextColumn = 28;
 
-/// The words of a text in lines that begin in a column; the first line goes on where something stands
+/// The words of a text in lines that begin in a column; the first line continues where something stands
 /// already.
 std::string wrapped(std::string_view text, std::size_t column) {
   std::string lines;
@@ -134,10 +134,10 @@ void use_formatter(CLI::App& command, const std::shared_ptr<CommandFormatter>& f
   command.formatter(formatter);
   const auto groups = option_table(command);
   if (std::ranges::any_of(groups, [](const OptionGroup& group) { return is_rare(group.name); }))
-    command.set_help_all_flag("--help-all", "Print all options, those of the scene, too, and leave")
+    command.set_help_all_flag("--help-all", "Print all options, including those of the scene, and exit")
         ->group("Help");
   if (command.get_help_ptr() != nullptr)
-    command.set_help_flag("-h,--help", "Print this help and leave")->group("Help");
+    command.set_help_flag("-h,--help", "Print this help and exit")->group("Help");
   for (CLI::App* const sub : command.get_subcommands([](CLI::App*) { return true; }))
     use_formatter(*sub, formatter);
 }
@@ -157,7 +157,8 @@ std::string command_help(const CLI::App& command, bool all) {
     text += "\nCommands:\n";
     for (const CLI::App* const each : commands) text += row_text(each->get_name(), each->get_description());
     const std::string path = command_path(command);
-    text += fmt::format("\n`fanlight help {}{}COMMAND` tells of one.\n", path, path.empty() ? "" : " ");
+    text += fmt::format("\n`fanlight help {}{}COMMAND` prints the help for one.\n", path,
+                        path.empty() ? "" : " ");
   }
   text += groups_text(command, all);
   if (takes_source(command)) {

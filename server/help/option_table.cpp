@@ -76,7 +76,7 @@ std::vector<OptionGroup> option_table(const CLI::App& command) {
     if (group == groups.end()) group = groups.insert(groups.end(), {option->get_group(), {}});
     group->rows.push_back(row_of(*option));
   }
-  // Help comes first in CLI11, but nobody looks for it there. (Not std::ranges: clang 14, whose tidy checks
+  // Help comes first in CLI11, where it is not expected. (Not std::ranges: clang 14, whose tidy checks
   // this, cannot read its subrange in the library of gcc 12.)
   std::stable_partition(groups.begin(), groups.end(),
                         [](const OptionGroup& group) { return group.name != "Help"; });
@@ -115,12 +115,11 @@ bool takes_source(const CLI::App& command) {
 }
 
 std::vector<ExitCode> exit_codes() {
-  return {
-      {0, "done"},
-      {1, "the command failed; one sentence on the standard error says why, and what was expected"},
-      {2,
-       "the command line, the environment or the configuration is wrong, or for serve a file that it names: "
-       "another try would be refused, too"}};
+  return {{0, "done"},
+          {1, "the command failed; one sentence on standard error says why, and what was expected"},
+          {2,
+           "the command line, the environment, the configuration, or (serve) a file named there is wrong: "
+           "a retry would fail too"}};
 }
 
 std::vector<Example> examples_of(std::string_view command) {
@@ -130,40 +129,40 @@ std::vector<Example> examples_of(std::string_view command) {
   };
   static constexpr Row kRows[] = {
       {"", {"fanlight serve", "the simulated probe on http://127.0.0.1:8080/"}},
-      {"", {"fanlight serve liver.igs.mha", "a recording, over and over"}},
+      {"", {"fanlight serve liver.igs.mha", "a recording, in a loop"}},
       {"", {"fanlight render liver.igs.mha --out liver.png", "a recording to a picture"}},
       {"serve", {"fanlight serve", "the simulated probe on http://127.0.0.1:8080/"}},
-      {"serve", {"fanlight serve phantom:scene=sphere,lost=5", "another body, and frames that are lost"}},
+      {"serve", {"fanlight serve phantom:scene=sphere,lost=5", "another body, and lost frames"}},
       {"serve", {"fanlight serve liver.igs.mha --speed 0.5", "a recording at half its speed"}},
       {"serve", {"fanlight serve usb:1d50:6190 --title \"Theatre 3\"", "a probe on USB"}},
-      {"serve", {"fanlight serve igtl:scanner.local", "a PlusServer, or a scanner, by OpenIGTLink"}},
+      {"serve", {"fanlight serve igtl:scanner.local", "a PlusServer or a scanner, by OpenIGTLink"}},
       {"serve", {"fanlight serve --listen 9000 --look clinical", "another port, another light"}},
-      {"serve", {"fanlight serve --config fanlight.toml", "as a file says"}},
-      {"serve", {"fanlight serve --print-config > fanlight.toml", "such a file, with every option"}},
+      {"serve", {"fanlight serve --config fanlight.toml", "options from a file"}},
+      {"serve", {"fanlight serve --print-config > fanlight.toml", "such a file, with all options"}},
       {"render", {"fanlight render phantom: --out face.png", "the simulated probe"}},
       {"render", {"fanlight render liver.igs.mha --out liver.png --depth z.exr", "with depths in mm"}},
       {"render", {"fanlight render liver.igs.mha --all --out liver.mp4", "every volume, as a video"}},
-      {"render", {"fanlight render phantom: --out - > face.png", "to the standard output, as PNG"}},
-      {"batch", {"fanlight batch sweeps.toml", "all of its sweeps, one after the other"}},
-      {"batch", {"fanlight batch sweeps.toml --shard 2/16", "a sixteenth of them, on one of 16 machines"}},
+      {"render", {"fanlight render phantom: --out - > face.png", "to standard output, as PNG"}},
+      {"batch", {"fanlight batch sweeps.toml", "all sweeps, one after the other"}},
+      {"batch", {"fanlight batch sweeps.toml --shard 2/16", "one of 16 shards"}},
       {"batch", {"seq 4 | xargs -P 4 -I{} fanlight batch sweeps.csv --shard {}/4", "in four processes"}},
-      {"batch", {"fanlight batch sweeps.toml --report", "what is done, lost and failed"}},
-      {"watch", {"fanlight watch", "figures of the server on this machine, each second"}},
+      {"batch", {"fanlight batch sweeps.toml --report", "results of all shards"}},
+      {"watch", {"fanlight watch", "statistics of the local server, each second"}},
       {"watch", {"fanlight watch 127.0.0.1:9000 --save shot --pictures 1", "one picture to a file"}},
-      {"watch", {"fanlight watch --set light.up_mm=20 --seconds 1", "moves the light"}},
+      {"watch", {"fanlight watch --set light.up_mm=20 --seconds 1", "move the light"}},
       {"token", {"fanlight token add --tokens tokens.toml --name ward-3", "a token for a display"}},
-      {"token", {"fanlight token list --tokens tokens.toml", "whose tokens there are"}},
+      {"token", {"fanlight token list --tokens tokens.toml", "the tokens in the file"}},
       {"token add", {"fanlight token add --tokens tokens.toml --name ward-3", "a viewer"}},
       {"token add",
        {"fanlight token add --tokens tokens.toml --name ward-3 --role operator --expires 2027-01-31",
-        "may hold control, until a day"}},
-      {"token revoke", {"fanlight token revoke --tokens tokens.toml 3f9a01bc", "that of an id in the list"}},
-      {"audit", {"fanlight audit audit.jsonl", "whether somebody has changed the log"}},
-      {"bench", {"fanlight bench --only r1/paper", "times of each pass, of one row"}},
-      {"bench", {"fanlight bench --input liver.igs.mha", "of a recording of yours"}},
+        "an operator, until a day"}},
+      {"token revoke", {"fanlight token revoke --tokens tokens.toml 3f9a01bc", "a token, by its id"}},
+      {"audit", {"fanlight audit audit.jsonl", "verify a log"}},
+      {"bench", {"fanlight bench --only r1/paper", "the times of each pass for one row"}},
+      {"bench", {"fanlight bench --input liver.igs.mha", "the times for a recording"}},
       {"info", {"fanlight info", "the GPUs of this machine"}},
-      {"info", {"fanlight info liver.igs.mha", "what a recording has, and what it lacks"}},
-      {"info", {"fanlight info sweep.mha --write-geometry", "a geometry to fill in, where it lacks"}},
+      {"info", {"fanlight info liver.igs.mha", "a recording"}},
+      {"info", {"fanlight info sweep.mha --write-geometry", "write a geometry to edit"}},
       {"record", {"fanlight record usb:1d50:6190 --out sweep.igs.mha --seconds 20", "20 seconds"}},
       {"recover", {"fanlight recover sweep.igs.mha", "after a crash or a full disk"}},
       {"convert", {"fanlight convert liver.igs.mha --out liver.nrrd --volume 3", "a volume on a grid"}},

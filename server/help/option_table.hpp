@@ -56,7 +56,7 @@ std::string command_path(const CLI::App& command);
 /// The program that a command belongs to.
 const CLI::App& program_of(const CLI::App& command);
 
-/// Whether the simulated probe may be named: its options are told then.
+/// Whether the simulated probe may be named: its options are printed then.
 bool takes_source(const CLI::App& command);
 
 /// What the exit codes of all commands mean.

@@ -42,9 +42,9 @@ std::string usage_sentence(const std::string& of_cli11) {
       {"^(\\S+): Value (.*) not in range \\[(\\S+) - (\\S+)\\]$", "$1 is $2, expected $3 to $4"},
       {"^Could not convert: (\\S+) = (.*)$", "$1 is $2, expected a number"},
       {"^(\\S+): At Most 1 required but received .*$", "$1 is given more than once, expected it once"},
-      {"^(\\S+): 1 required (\\S+) missing$", "$1 lacks its value, expected $1 $2"},
+      {"^(\\S+): 1 required (\\S+) missing$", "$1 needs a value, expected $1 $2"},
       {"^(\\S+) is required$", "$1 is lacking, expected it"},
-      {"^(\\S+) requires (\\S+)$", "$1 needs $2, expected it as well"},
+      {"^(\\S+) requires (\\S+)$", "$1 needs $2, expected both"},
       {"^(\\S+) excludes (\\S+)$", "$1 and $2 exclude one another, expected one of them"},
   };
   std::smatch parts;
@@ -68,7 +68,7 @@ UsageError usage_error(const CLI::App& program, const CLI::ParseError& error) {
                              code == static_cast<int>(CLI::ExitCodes::RequiredError);
   if (names_unknown && !unknown.empty()) return {name, unknown_argument(*command, unknown.front())};
   if (code == static_cast<int>(CLI::ExitCodes::ConfigError)) return {name, error.what()};
-  return {name, fmt::format("{}; `{} --help` tells more", usage_sentence(error.what()), name)};
+  return {name, fmt::format("{}; see `{} --help`", usage_sentence(error.what()), name)};
 }
 
 }  // namespace fanlight

@@ -64,7 +64,7 @@ test("the last volume of a source that has ended is marked, also when it is lit 
   await withPage("source-ended", "phantom:scene=relief,probe=r1,volumes=1,rate=20", async (viewer, server) => {
     await viewer.firstPicture();
     await waitForWord(viewer, "Lost");
-    await waitForNotice(viewer, /The recording has ended.*The last volume stays on display\./);
+    await waitForNotice(viewer, /The recording has ended.*The last volume is still shown\./);
     const pass2 = await viewer.number("pass2-runs");
     await viewer.drag([0.3, 0.3], [0.7, 0.6]);
     await until(
