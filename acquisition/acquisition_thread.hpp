@@ -20,7 +20,7 @@ class AcquisitionThread {
   enum class State : std::uint8_t {
     kRunning,
     kEnded,    ///< the source has no more frames; its last sweep is published
-    kFailed,   ///< the source cannot go on: see error()
+    kFailed,   ///< the source cannot continue: see error()
     kStopped,  ///< as requested; the open sweep was abandoned
   };
 
@@ -32,11 +32,11 @@ class AcquisitionThread {
     AcquisitionCounters& counters;
     Doorbell& ended_bell;               ///< rung once, when the state is no longer kRunning
     FrameQueue* frame_queue = nullptr;  ///< receives each frame ahead of its volume; nullptr: no queue
-    DroppedSweeps* dropped = nullptr;   ///< receives the sweeps that give no volume; nullptr: nobody asks
+    DroppedSweeps* dropped = nullptr;   ///< receives the sweeps that give no volume; nullptr: none
     std::span<const RecordedCorrection> recorded{};  ///< see Assembler::Config
-    /// Receive every frame as the source gives it: the recorder's, and the server's; nullptr: nobody does.
+    /// Receive every frame as the source gives it: the recorder's, and the server's; nullptr: none.
     std::array<FrameTap*, 2> taps{};
-    Pulse* pulse = nullptr;  ///< beats while the thread's loop comes round; nullptr: nobody watches
+    Pulse* pulse = nullptr;  ///< beats while the thread's loop runs; nullptr: none
   };
 
   /// Starts the thread. Ends the process where the system cannot create a thread.

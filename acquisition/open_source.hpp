@@ -42,7 +42,7 @@ struct SourceOptions {
 /// PATH of a recording alone, "usb:VENDOR:PRODUCT[:SERIAL]" (UsbAddress), or "igtl:HOST[:PORT]"
 /// (IgtlAddress). Reads files, and blocks until a probe is found, or the geometry of a scanner's images;
 /// errors as of the source's own create(). The links must outlive the source. A USB probe and OpenIGTLink use
-/// `probe`, a recording `replay`; nullptr: nobody controls the recording.
+/// `probe`, a recording `replay`; nullptr: the recording is not controlled.
 Result<std::unique_ptr<FrameSource>> open_source(std::string_view text, const SourceOptions& options,
                                                  ProbeLink& probe, ReplayLink* replay = nullptr);
 

@@ -40,7 +40,7 @@ int usage_error(const CLI::App& program, const CLI::ParseError& error) {
 
 int run(int argc, char** argv) {
   CLI::App program("Fanlight renders the surface in 4D ultrasound and streams it to displays.", "fanlight");
-  program.set_version_flag("-V,--version", fanlight::version(), "Print the version and leave");
+  program.set_version_flag("-V,--version", fanlight::version(), "Print the version and exit");
   program.require_subcommand(1);
   const std::vector<std::pair<std::string, fanlight::Command>> commands = {
       {"serve", fanlight::add_serve_command(program)},
@@ -91,10 +91,10 @@ int run(int argc, char** argv) {
   try {
     std::rethrow_exception(std::current_exception());
   } catch (const std::bad_alloc&) {
-    std::fputs("fanlight: ends, since it has no memory left\n", stderr);
+    std::fputs("fanlight: out of memory, exiting\n", stderr);
     std::_Exit(1);
   } catch (const std::system_error& error) {
-    std::fprintf(stderr, "fanlight: ends, since the system refused a thread or a lock: %s\n", error.what());
+    std::fprintf(stderr, "fanlight: the system refused a thread or a lock (%s), exiting\n", error.what());
     std::_Exit(1);
   } catch (...) {
     std::abort();
@@ -105,7 +105,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::set_terminate(end_for_lack_of_resources);
-  // Beyond a limit for the size of files, a write then fails, which is an error to tell.
+  // Beyond a limit for the size of files, a write then fails, which is an error to report.
   std::signal(SIGXFSZ, SIG_IGN);
   try {
     spdlog::cfg::load_env_levels();  // SPDLOG_LEVEL=warn: messages of this level and above

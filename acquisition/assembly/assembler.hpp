@@ -69,7 +69,7 @@ class Assembler {
   };
   /// All must outlive the assembler. `writer_bell` is the bell that the ring rings when a slot becomes free.
   /// `frame_queue` receives a copy of each committed frame before its volume is published; nullptr: none.
-  /// `dropped` receives each sweep that had a usable frame and gave no volume; nullptr: nobody asks.
+  /// `dropped` receives each sweep that had a usable frame and gave no volume; nullptr: none.
   struct Dependencies {
     VolumeRing& ring;
     Doorbell& writer_bell;

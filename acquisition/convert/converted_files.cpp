@@ -158,7 +158,7 @@ Result<void> write_sequence_nrrd(const std::filesystem::path& path, const Record
   const RecordedStream* const stream = (*source)->recording().stream();
   if (stream != nullptr) facts.source = stream->facts.source;
   facts.begun_utc_s = stream != nullptr ? stream->facts.begun_utc_s : std::time(nullptr);
-  // The header comes first and tells of every frame: a pass for the stamps, and one for the pixels.
+  // The header comes first and describes every frame: a pass for the stamps, and one for the pixels.
   std::string lines;
   std::uint64_t frames = 0;
   std::int64_t first_time_ns = 0;
@@ -186,7 +186,8 @@ Result<void> write_sequence_nrrd(const std::filesystem::path& path, const Record
     const auto stamp = (*source)->next_frame({});
     if (!stamp) return stamp.error();
     if (!*stamp)
-      return Error{ErrorCode::kBadInput, "the recording has become shorter, expected one that stays"};
+      return Error{ErrorCode::kBadInput,
+                   "the recording has become shorter, expected one that does not change"};
     if ((*source)->known_fault() != FrameFault::kNone) {
       std::ranges::fill(pixels, 0);
     } else if ((*source)->read_pixels(pixels, {}) != FrameFault::kNone) {

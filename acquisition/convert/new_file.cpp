@@ -16,24 +16,24 @@ constexpr mode_t kOwnerOnly = 0600;
 }
 
 Result<void> NewFile::create() {
-  return told(file_.create_unnamed(path_, kOwnerOnly));
+  return as_result(file_.create_unnamed(path_, kOwnerOnly));
 }
 Result<void> NewFile::write(std::string_view bytes) {
-  return told(write_all(file_.descriptor(), bytes));
+  return as_result(write_all(file_.descriptor(), bytes));
 }
 Result<void> NewFile::finish() {
-  if (auto synced = told(file_.sync()); !synced) return synced;
-  return told(file_.take_the_free_name(path_));
+  if (auto synced = as_result(file_.sync()); !synced) return synced;
+  return as_result(file_.take_the_free_name(path_));
 }
 
-Result<void> NewFile::told(int failure) const {
+Result<void> NewFile::as_result(int failure) const {
   if (failure == 0) return {};
   if (failure == EEXIST) {
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{} is there already, expected a name that is free", shown(path_))};
+                 fmt::format("{} exists already, expected a new name", shown(path_))};
   }
   return Error{ErrorCode::kUnavailable,
-               fmt::format("{} could not be written ({}), expected a folder that is there, with room",
+               fmt::format("{} could not be written ({}), expected an existing folder with free space",
                            shown(path_), std::generic_category().message(failure))};
 }
 

@@ -26,7 +26,7 @@ class NewFile {
   Result<void> finish();
 
  private:
-  Result<void> told(int failure) const;
+  Result<void> as_result(int failure) const;
 
   std::filesystem::path path_;
   FileBeside file_;

@@ -24,9 +24,9 @@ constexpr std::uint32_t kMostFramesASweep = 4096;
 constexpr std::uint64_t kMostVolumeBytes = std::uint64_t{2} << 30;
 // A fit takes time that grows with the images: not after each.
 constexpr std::size_t kImagesAFit = 16;
-// Of the images, so many must have a place or an angle.
+// This number of images must have a place or an angle.
 constexpr double kLeastShare = 0.9;
-// More images tell no more; the oldest are forgotten.
+// More images add nothing; the oldest are dropped.
 constexpr std::size_t kMostImages = 2048;
 constexpr double kLeastTurnDeg = 1;  // of transforms
 constexpr double kNoTiltDeg = 0.1;
@@ -93,7 +93,7 @@ void FirstSweeps::add(const IgtlImage& image) {
 Result<std::optional<LearnedFan>> FirstSweeps::result(bool at_once) {
   if (seen_.empty()) return std::optional<LearnedFan>();
   if (is_told()) {
-    auto fan = told();
+    auto fan = described_fan();
     if (!fan) return fan.error();
     return std::optional(*std::move(fan));
   }
@@ -108,7 +108,7 @@ bool FirstSweeps::is_told() const {
   return !facts->counts_volumes || (notes.volume_index && notes.frame_index && notes.direction);
 }
 
-Result<LearnedFan> FirstSweeps::told() const {
+Result<LearnedFan> FirstSweeps::described_fan() const {
   const RecordingFacts facts = *recording_facts(fields_);
   LearnedFan fan{.format = format_, .sequence_named = true, .is_fanlight = true};
   fan.source = {.counts_volumes = facts.counts_volumes,
@@ -224,11 +224,10 @@ std::optional<FirstSweeps::Candidate> FirstSweeps::best_candidate() const {
 Result<void> FirstSweeps::fit(LearnedFan& fan, Angles& angles_rad) const {
   auto best = best_candidate();
   if (!best) {
-    return Error{
-        ErrorCode::kBadInput,
-        fmt::format("{}: nothing tells the angles of the images, expected MotorAngleDeg in the metadata of "
-                    "each, or matrices of theirs, or transforms, that turn",
-                    address_.text())};
+    return Error{ErrorCode::kBadInput,
+                 fmt::format("{}: the images have no angles, expected MotorAngleDeg in the metadata of "
+                             "each, or matrices of theirs, or transforms, that turn",
+                             address_.text())};
   }
   const std::string origin =
       best->device ? fmt::format("the transforms {}", printable(poses_.name(*best->device).view()))
@@ -276,7 +275,7 @@ Result<void> FirstSweeps::add_geometry(LearnedFan& fan) const {
   if (sized) images.pixel_size = {.width_mm = across_mm, .height_mm = down_mm};
   images.pixel_size_origin = "the images' matrix";
   if (!fan.is_fanlight) add_guesses(images.fanlight_fields, fan, sized ? across_mm / down_mm : 1, down_mm);
-  // Angles that are named leave the radius open; places that form a fan tell it.
+  // Named angles leave the radius open; places that form a fan determine it.
   bool fitted = fan.angles != LearnedFan::Angles::kNamed;
   LearnedFan placed;
   Angles fitted_rad(seen_.size());
@@ -315,7 +314,7 @@ Result<void> FirstSweeps::add_geometry(LearnedFan& fan) const {
   return {};
 }
 
-/// What is seen in the images stands in for what nobody tells: where the probe's face is, and its radius.
+/// What the images do not say is taken from their content: the place of the probe's face, and its radius.
 void FirstSweeps::add_guesses(Fields& fields, LearnedFan& fan, double column_rows, double row_mm) const {
   const auto kind = fields.find("FanlightFrameKind");
   if (kind != fields.end() && kind->second != kFrameKindNames[0]) return;

@@ -37,10 +37,10 @@ struct LearnedFan {
   ValueWindow window;        ///< of pixels that are no grey levels
   PixelFormat format;
   bool sequence_named = false;  ///< the images have a FrameSequence
-  bool is_fanlight = false;     ///< it tells all of its source
+  bool is_fanlight = false;     ///< it describes its source completely
 };
 
-/// Finds out by the first images what they are: their geometry, where their angles are told, how long the
+/// Determines from the first images what they are: their geometry, the source of their angles, how long the
 /// sweeps are. A Fanlight says all of it with its first image. Otherwise two turning points are waited for,
 /// or three volumes by their index. One thread. Allocates.
 class FirstSweeps {
@@ -48,12 +48,12 @@ class FirstSweeps {
   /// `poses`: of this connection; must outlive this object.
   FirstSweeps(const IgtlAddress& address, std::filesystem::path geometry_path, const PoseHistory& poses);
 
-  /// An image that why_no_frame() accepts. One of another size, or with other pixels, begins anew.
+  /// An image that why_no_frame() accepts. One of another size, or with other pixels, restarts this.
   void add(const IgtlImage& image);
 
-  /// nullopt: more images are needed. With `at_once`: what they tell so far, however short the sweeps.
+  /// nullopt: more images are needed. With `at_once`: what is known so far, however short the sweeps.
   /// Errors, a sentence each: kUnsupported where the positions form no fan; kBadInput where angles or parts
-  /// of the geometry are told nowhere.
+  /// of the geometry are missing.
   Result<std::optional<LearnedFan>> result(bool at_once);
 
   std::size_t images() const { return seen_.size(); }
@@ -69,7 +69,7 @@ class FirstSweeps {
   using Angles = std::vector<std::optional<double>>;  // of the images; absent: not known
 
   bool is_told() const;
-  Result<LearnedFan> told() const;
+  Result<LearnedFan> described_fan() const;
   Result<std::optional<LearnedFan>> found(bool at_once) const;
   Result<void> find_angles(LearnedFan& fan, Angles& angles_rad) const;
   struct Candidate {

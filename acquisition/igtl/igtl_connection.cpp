@@ -123,7 +123,7 @@ IgtlConnection::Event IgtlConnection::receive() {
   if (bytes == 0) {
     if (now_ns() - heard_ns_ < silence_ns_) return Event::kNothing;
     counters_.silences.add();
-    lose(fmt::format("nothing came for {:.0f} s", static_cast<double>(silence_ns_) * 1e-9));
+    lose(fmt::format("no data for {:.0f} s", static_cast<double>(silence_ns_) * 1e-9));
     return Event::kNothing;
   }
   heard_ns_ = now_ns();

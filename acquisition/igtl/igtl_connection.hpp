@@ -13,7 +13,7 @@
 
 namespace fanlight {
 
-/// The messages of an OpenIGTLink server: connects, asks for images and poses, tells the server that it is
+/// The messages of an OpenIGTLink server: connects, requests images and poses, tells the server that it is
 /// alive, and connects again where the connection is lost or silent. Publishes kLost meanwhile. One thread.
 /// No call blocks longer than 20 ms.
 class IgtlConnection {

@@ -12,9 +12,9 @@
 
 namespace fanlight {
 
-/// The client's end of a TCP connection that is made again and again. No call blocks longer than it is told,
-/// also while a name is looked up. After connection it allocates nothing. One thread; a further one looks up
-/// names, and outlives this object where the look-up hangs.
+/// The client's end of a TCP connection that is made again and again. No call blocks longer than its argument
+/// says, also while a name is looked up. After connection it allocates nothing. One thread; a further one
+/// looks up names, and outlives this object where the look-up hangs.
 ///
 /// Sockets of the system, and not Asio's: Asio allocates memory for each wait that is begun outside of its
 /// loop, and the acquisition thread has a loop of its own.

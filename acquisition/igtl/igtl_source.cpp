@@ -78,7 +78,7 @@ std::int64_t IgtlSource::sender_time_ns() const {
   return timestamp == 0 ? now_ns() : static_cast<std::int64_t>(igtl::ns_of(timestamp));
 }
 
-/// What came of the last connection does not go on.
+/// Incomplete data of the last connection is dropped.
 void IgtlSource::begin_connection() {
   if (parts_.abandon()) counters_.images_cut.add();
   poses_.clear();
@@ -220,11 +220,10 @@ Result<void> IgtlSource::learn_until_known() {
     } else if (late) {
       // An image that came last stays among those that were seen.
       if (learning_->images() == 0) {
-        return Error{
-            ErrorCode::kBadInput,
-            fmt::format("{}: no image that can be used came in {} s, expected an IMAGE with 2D grey levels; "
-                        "what came: {}",
-                        config_.address.text(), config_.learn_s, what_came())};
+        return Error{ErrorCode::kBadInput,
+                     fmt::format("{}: no usable image in {} s, expected an IMAGE with 2D grey levels; "
+                                 "received: {}",
+                                 config_.address.text(), config_.learn_s, what_came())};
       }
       auto fan = learning_->result(true);
       if (!fan) return fan.error();
@@ -272,7 +271,7 @@ Result<void> IgtlSource::use(LearnedFan fan) {
   return {};
 }
 
-/// Images that do not tell what they are now may do so later: the source goes on.
+/// Images that cannot be interpreted now may be so later: the source continues.
 bool IgtlSource::learn_again() {
   const auto known = learn_of_held(false);
   if (known) {
@@ -357,24 +356,24 @@ bool IgtlSource::announce() {
 }
 
 /// Where one image after the other lies outside of the fan, the tracker's frame of reference has changed: the
-/// fan is looked for anew.
+/// fan is determined again.
 void IgtlSource::look_for_another_fan() {
   if (beside_fan_ == 1) beside_fan_since_ns_ = held_.arrival_ns;
   if (beside_fan_ < kLeastBesideFan || held_.arrival_ns - beside_fan_since_ns_ < kMostBesideFanNs) return;
   beside_fan_ = 0;
-  connection_.tell_trouble("The images lie elsewhere than before. Looks for their fan anew.");
+  connection_.tell_trouble("The images are in another place than before. Looking for their fan again.");
   begin_to_learn();
 }
 
 FrameStamp IgtlSource::stamp_of(const FrameNotes& notes, double angle_rad) {
   const bool damaged = held_.fault == FrameFault::kDamaged;
   const std::uint64_t connection = connection_.number();
-  const bool anew = std::exchange(connection_of_last_, connection) != connection;
-  const std::uint64_t sequence = sequence_of(notes, anew);
+  const bool is_first = std::exchange(connection_of_last_, connection) != connection;
+  const std::uint64_t sequence = sequence_of(notes, is_first);
   FrameStamp stamp{
       .sequence = sequence,
-      .volume_index =
-          damaged ? announced_.stamp.volume_index : volume_.continued(notes.volume_index.value_or(0), anew),
+      .volume_index = damaged ? announced_.stamp.volume_index
+                              : volume_.continued(notes.volume_index.value_or(0), is_first),
       .frame_index = notes.frame_index.value_or(0),
       .frames_in_sweep = notes.frames_in_sweep.value_or(0),
       .direction = direction_of(notes, angle_rad),
@@ -383,7 +382,7 @@ FrameStamp IgtlSource::stamp_of(const FrameNotes& notes, double angle_rad) {
       .after_interruption = notes.after_interruption,
       .capture_time_ns = held_.arrival_ns,
   };
-  if (anew && connection > 1) {
+  if (is_first && connection > 1) {
     stamp.after_interruption = true;
     clock_.reset();
   }
@@ -400,9 +399,9 @@ FrameStamp IgtlSource::stamp_of(const FrameNotes& notes, double angle_rad) {
 }
 
 /// By the sender's own count, or by arrival and the gaps of its indices.
-std::uint64_t IgtlSource::sequence_of(const FrameNotes& notes, bool anew) {
+std::uint64_t IgtlSource::sequence_of(const FrameNotes& notes, bool is_first) {
   if (fan_.sequence_named) {
-    return notes.sequence ? sequence_.continued(*notes.sequence, anew) : announced_.stamp.sequence + 1;
+    return notes.sequence ? sequence_.continued(*notes.sequence, is_first) : announced_.stamp.sequence + 1;
   }
   const bool same_sweep = notes.volume_index && notes.volume_index == last_.volume_index;
   if (same_sweep && notes.frame_index && last_.frame_index && *notes.frame_index > *last_.frame_index) {

@@ -26,7 +26,7 @@ namespace fanlight {
 
 /// An OpenIGTLink server as a source: PlusServer, a scanner, another Fanlight. Its 2D images (IMAGE) are the
 /// frames; proto/OPENIGTLINK.md says what else is read of them. The stream never ends by itself: a connection
-/// that is lost is made again, and the frames go on. Faults are counted in IgtlCounters.
+/// that is lost is opened again, and the frames continue. Faults are counted in IgtlCounters.
 ///
 /// All of it runs on the thread that calls next_frame(). After the first frames it allocates nothing, except
 /// where the images change their size or geometry.
@@ -103,7 +103,7 @@ class IgtlSource final : public FrameSource {
   bool announce();
   void look_for_another_fan();
   FrameStamp stamp_of(const FrameNotes& notes, double angle_rad);
-  std::uint64_t sequence_of(const FrameNotes& notes, bool anew);
+  std::uint64_t sequence_of(const FrameNotes& notes, bool is_first);
   SweepDirection direction_of(const FrameNotes& notes, double angle_rad);
   void forget_held();
 
@@ -126,7 +126,7 @@ class IgtlSource final : public FrameSource {
   std::optional<GreyLevels> levels_;
   std::vector<std::uint8_t> grey_;  // of an image, before it is turned
   std::uint32_t geometry_revision_ = 0;
-  std::string seen_;  // what came and was no frame, to be told if nothing else comes
+  std::string seen_;  // messages received that were no frames, for the error message
 
   RisingNumber sequence_{64};  // so far the assembler takes frames out of order
   RisingNumber volume_{1};     // a frame of the sweep before

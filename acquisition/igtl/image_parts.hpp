@@ -37,7 +37,7 @@ class ImageParts {
 
   igtl::ImageBody image_;
   std::vector<std::uint8_t> pixels_;
-  std::uint64_t bytes_ = 0;  // so many have come; 0: no image has begun
+  std::uint64_t bytes_ = 0;  // received so far; 0: no image has begun
 };
 
 }  // namespace fanlight

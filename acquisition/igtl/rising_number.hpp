@@ -8,7 +8,7 @@
 namespace fanlight {
 
 /// A sender's numbers from 0, since what it sent before was sent to others; continued where the sender begins
-/// to count anew. A number that is a little smaller came out of order, and stays so. One thread.
+/// to restart. A number that is a little smaller came out of order, and stays so. One thread.
 class RisingNumber {
  public:
   /// Larger numbers are cut to this one: they must not make the sum wrap.
@@ -17,11 +17,11 @@ class RisingNumber {
   /// `most_reordered`: by so much a number may be smaller than the one before it and count as out of order.
   explicit RisingNumber(std::uint64_t most_reordered) : most_reordered_(most_reordered) {}
 
-  /// `anew`: the first one of a connection, which may count from 0 again.
-  std::uint64_t continued(std::uint64_t sent, bool anew) {
+  /// `is_first`: the first one of a connection, which may count from 0 again.
+  std::uint64_t continued(std::uint64_t sent, bool is_first) {
     sent = std::min(sent, kMost);
     if (!last_sent_) base_ = sent;
-    const bool restarts = last_sent_ && (anew || sent + most_reordered_ < *last_sent_);
+    const bool restarts = last_sent_ && (is_first || sent + most_reordered_ < *last_sent_);
     if (restarts && sent < *last_sent_) {
       first_ = most_ + 1;
       base_ = sent;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLeastReturnRad = radians(0.2);
 constexpr double kReturnShare = 0.1;
-constexpr std::uint32_t kMostNamed = 100'000;  // no sweep has so many; sums with it do not wrap
+constexpr std::uint32_t kMostNamed = 100'000;  // no sweep has more; sums with it do not wrap
 
 /// The parts between changes of the sweep.
 struct Parts {

@@ -73,8 +73,8 @@ void BeamEcho::draw(const BodyScene& scene, const BodyScene::Lines& lines, const
     const BodyScene::Found found = scene.at(lines, along_mm, 0);
     const float deviation = deviation_mm(along_mm - samples.face_mm);
     const float reach_mm = 1.4F * deviation + kHalfStepMm;
-    // Far from the surface all lines of the beam see the same for so many samples. Beside engraved lines and
-    // smooth seams the surface is nearer than the distance tells.
+    // Far from the surface all lines of the beam see the same for this many samples. Near engraved lines and
+    // smooth seams the surface is nearer than the distance says.
     constexpr float kSafe = 0.6F;
     const float alike_mm = kSafe * std::abs(found.distance_mm) - reach_mm -
                            (found.distance_mm > 0 ? 0.0F : kSafe * (kBoneEndMm + 2));

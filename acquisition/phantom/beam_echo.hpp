@@ -11,7 +11,7 @@ namespace fanlight {
 
 /// The echoes of a BodyScene along one scan line, as a beam with a thickness across the frame (elevation)
 /// receives them:
-/// - The beam is narrowest at its focus. Its echo is the mean power of five lines beside each other across
+/// - The beam is narrowest at its focus. Its echo is the mean power of five neighbouring lines across
 /// the
 ///   frame, with Gaussian weights.
 /// - Skin is bright where the line meets it at a right angle, and fainter where it grazes. Tissue scatters;

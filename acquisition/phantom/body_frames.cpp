@@ -14,7 +14,7 @@ constexpr std::uint32_t kFewestLines = 16;
 // two they would share a few lines of the cache.
 constexpr std::uint32_t kPadding = 16;
 
-/// Grey levels of all positive floats, which the upper 16 bits tell to a hundredth.
+/// Grey levels of all positive floats: the upper 16 bits give them to a hundredth.
 std::vector<std::int16_t> greys_of_powers(const EchoScale& scale) {
   std::vector<std::int16_t> greys(std::size_t{1} << 15);
   for (std::uint32_t bits = 0; bits < greys.size(); ++bits) {

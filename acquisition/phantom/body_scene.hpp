@@ -15,7 +15,7 @@ namespace fanlight {
 /// Bodies in fluid within the wall of a uterus, as signed distances to their common surface: positive in
 /// fluid. In the transducer frame, mm.
 ///
-/// kFace: a fetal head in three-quarter view, a hand beside its cheek and the umbilical cord, about 55 to 150
+/// kFace: a fetal head in three-quarter view, a hand at its cheek and the umbilical cord, about 55 to 150
 /// mm deep. It breathes, turns and moves the hand with periods of some seconds. kSphere: of 30 mm radius, 90
 /// mm deep in the middle. kPlane: tissue from 90 mm on, tilted by 20 deg.
 ///

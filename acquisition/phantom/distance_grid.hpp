@@ -22,7 +22,7 @@ class DistanceGrid {
   DistanceGrid(Shape shape, const glm::vec3& lowest_mm, const glm::vec3& highest_mm, float spacing_mm);
 
   /// Outside the box: at most the distance, so that a step of that length never crosses the surface; inside a
-  /// body that leaves the box, the value at the border. Where a surface leaves the box, what lies beside it
+  /// body that leaves the box, the value at the border. Where a surface leaves the box, what lies next to it
   /// is not known.
   float at(const glm::vec3& at_mm) const;
 

@@ -16,7 +16,7 @@ namespace fanlight {
 /// Across the thickness of the beam, a slanted surface lies at different depths. Its echo is that of a flat
 /// surface, blurred by a Gaussian along depth. So there is a table for each of kBlurs standard deviations.
 /// Grey levels are blurred, in kLog too: the faint tails of a blurred power would need the surface farther
-/// beside the frame than its slope tells.
+/// next to the frame than its slope says.
 class EchoModel {
  public:
   static constexpr double kBeforeMm = 14;  ///< a table begins this far before the surface

@@ -81,7 +81,7 @@ float ear(const vec3& at) {
   const float forward = std::cos(around);
   const vec3 on_rim(2.5F + 2.2F * std::max(0.0F, -forward), kHalfWidthMm * forward,
                     kHalfWidthMm * kHeight * std::sin(around));
-  const float open = 14 * std::max(0.0F, forward - 0.75F);  // no rim beside the face
+  const float open = 14 * std::max(0.0F, forward - 0.75F);  // no rim next to the face
   const float rim = glm::distance(upright, on_rim) - 1.7F + open;
   float made = joined(rim, ellipsoid(upright, {0.6F, -0.8F, 0}, {2.2F, 8.2F, 11.5F}), 2);
   constexpr vec3 kFold[] = {

@@ -132,7 +132,7 @@ constexpr Option kOptions[] = {
      [](std::string_view text, Config& config) { return read_number(text, config.rows); }},
     {"sweep", "Angle from the first frame to the last", "1 to 170 deg",
      [](std::string_view text, Config& config) { return read_number(text, config.sweep_deg); }},
-    {"seed", "Begin of the random numbers", kWholeNumber,
+    {"seed", "Seed of the random numbers", kWholeNumber,
      [](std::string_view text, Config& config) { return read_number(text, config.seed); }},
     {"volumes", "Sweeps until the source ends", "a whole number, 0 for no end",
      [](std::string_view text, Config& config) { return read_number(text, config.volumes); }},
@@ -162,17 +162,17 @@ constexpr Option kOptions[] = {
      [](std::string_view text, Config& config) { return read_number(text, config.scale.range_db); }},
     {"gain", "Gain of the echo", "-40 to 40 dB",
      [](std::string_view text, Config& config) { return read_number(text, config.scale.gain_db); }},
-    {"lag", "By how much the motor lags behind the angles it tells", "-4 to 4 deg",
+    {"lag", "Lag of the motor behind the angles it reports", "-4 to 4 deg",
      [](std::string_view text, Config& config) { return read_number(text, config.lag_deg); }},
     {"jitter", "Noise of the angles", "0 to 2 deg",
      [](std::string_view text, Config& config) { return read_number(text, config.jitter_deg); }},
     {"turning", "Frames while the motor turns", "0 to 16 frames",
      [](std::string_view text, Config& config) { return read_number(text, config.turning_frames); }},
-    {"index", "Whether frames tell their sweep", "on or off",
+    {"index", "Whether frames have the index of their sweep", "on or off",
      [](std::string_view text, Config& config) {
        return read_switch(text, config.index, PhantomSource::Index::kOn, PhantomSource::Index::kOff);
      }},
-    {"lost", "Frames that are lost", "0 to 50 percent",
+    {"lost", "Share of lost frames", "0 to 50 percent",
      [](std::string_view text, Config& config) { return read_number(text, config.lost_percent); }},
 };
 

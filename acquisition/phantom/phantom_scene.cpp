@@ -26,7 +26,7 @@ constexpr double kHeadHalfDepthMm = 38;
 /// A feature: a Gaussian bump (negative depth: towards the probe) or hollow.
 struct Feature {
   double depth_mm;
-  double u_mm;  // to the side; a feature beside the middle is mirrored
+  double u_mm;  // to the side; a feature off the middle is mirrored
   double v_mm;  // up
   double width_mm;
   double height_mm;

@@ -74,7 +74,7 @@ FanGeometry geometry_of(const Config& config) {
   return geometry;
 }
 
-/// The face and the hand beside it.
+/// The face and the hand at it.
 std::optional<SourceDescription::Subject> subject_of(PhantomSource::Scene scene) {
   if (scene != PhantomSource::Scene::kFace) return std::nullopt;
   return SourceDescription::Subject{.middle = {4, 95, -6}, .height_mm = 135};

@@ -24,7 +24,7 @@ class ScanConverter {
   /// `to`: Cartesian, with a probe radius.
   ScanConverter(const Lines& from, const FanGeometry& to);
 
-  /// `greys`: samples x lines, the first sample of each line first. `pixels`: rows x columns; 0 beside the
+  /// `greys`: samples x lines, the first sample of each line first. `pixels`: rows x columns; 0 outside the
   /// sector.
   void draw(std::span<const std::uint8_t> greys, std::span<std::uint8_t> pixels) const;
 

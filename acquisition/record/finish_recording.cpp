@@ -44,8 +44,7 @@ Error unwritable(const std::filesystem::path& path, int reason) {
 }
 
 Error taken(const std::filesystem::path& path) {
-  return {ErrorCode::kInvalidArgument,
-          fmt::format("{} is there already, expected a name that is free", shown(path))};
+  return {ErrorCode::kInvalidArgument, fmt::format("{} exists already, expected a new name", shown(path))};
 }
 
 /// Gives a new file its name, unless there is something of that name.
@@ -241,28 +240,28 @@ Result<std::uint64_t> write_joined(const std::vector<Piece>& pieces, const Frame
   return first.size() + rest.size() + sink.written();
 }
 
-/// A header, and beside it a file with the pixels.
+/// A header, and a separate file with the pixels.
 Result<std::uint64_t> write_pair(const std::vector<Piece>& pieces, const FrameText& frames,
                                  const std::filesystem::path& path, PixelForm form, FinishProgress& progress,
                                  const std::stop_token& stop) {
-  const std::filesystem::path beside = pixels_beside(path, form);
+  const std::filesystem::path pixels_path = pixels_beside(path, form);
   std::uint64_t pixel_bytes = frames.frames * pieces.front().frame_bytes();
-  const auto linked = link_pixels(pieces, form, beside);
+  const auto linked = link_pixels(pieces, form, pixels_path);
   if (!linked) return linked.error();
   if (!*linked) {
     FileBeside next;
-    if (const int failure = next.create_unnamed(beside, 0600)) return unwritable(beside, failure);
+    if (const int failure = next.create_unnamed(pixels_path, 0600)) return unwritable(pixels_path, failure);
     PixelSink sink(next.descriptor(), form);
-    if (auto copied = copy_pixels(pieces, sink, beside, progress, stop); !copied) return copied.error();
-    if (auto named = name_file(next, beside); !named) return named.error();
+    if (auto copied = copy_pixels(pieces, sink, pixels_path, progress, stop); !copied) return copied.error();
+    if (auto named = name_file(next, pixels_path); !named) return named.error();
     pixel_bytes = sink.written();
   }
   PlusHeader header{.frames = frames.frames, .compressed_bytes = std::nullopt};
   if (form == PixelForm::kZlib) header.compressed_bytes = pixel_bytes;
   const std::string text = plus_header(pieces.front().segment.facts, header) + frames.text +
-                           plus_data_line(beside.filename().string());
+                           plus_data_line(pixels_path.filename().string());
   if (auto written = write_text(path, text); !written) {
-    unlink(beside.c_str());  // it was made here
+    unlink(pixels_path.c_str());  // it was made here
     return written.error();
   }
   return text.size() + pixel_bytes;

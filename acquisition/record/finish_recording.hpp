@@ -16,7 +16,7 @@ namespace fanlight {
 
 struct FinishOptions {
   PixelForm form = PixelForm::kRaw;
-  /// Only the last so many seconds; 0: all.
+  /// Only the last seconds; 0: all.
   double last_s = 0;
   /// Compares the pixels with their checksums. A frame that differs counts as damaged: after a power cut,
   /// pages may not have reached the disk.
@@ -39,7 +39,7 @@ struct FinishedRecording {
 };
 
 /// Writes the PLUS sequence `path` from segments, which all have the same facts but for the time, and the
-/// lines about its pictures beside it, and removes the segments. The new file appears whole or not at all,
+/// lines about its pictures next to it, and removes the segments. The new file appears whole or not at all,
 /// with mode 0600, and never in place of another; until then the segments stay. A segment that is missing is
 /// left out. One segment to an .mhd with raw pixels takes no copy; all else copies the pixels, and needs room
 /// for them twice. Blocks; any thread, with the recording's lock. `stop` ends it early, with kStopped.

@@ -33,10 +33,10 @@ std::optional<FrameFault> fault_named(std::string_view name);
 
 /// Names and values, in order.
 using PlusFields = std::vector<std::pair<std::string, std::string>>;
-/// What a Fanlight tells of all frames of a source, in the header of a recording or elsewhere: fields named
+/// What Fanlight writes about all frames of a source, in the header of a recording or elsewhere: fields named
 /// Fanlight..., from which find_geometry() and recording_facts() read it again.
 PlusFields fanlight_fields(const RecordingFacts& facts);
-/// What is told of one frame, but for its place in the file and in space.
+/// What is written about one frame, except its place in the file and in space.
 PlusFields frame_fields(const RecordingFacts& facts, const RecordedFrame& frame);
 
 /// Lines of the header that belong to no frame, in PLUS/IGSIO's order and words (field-conventions of the

@@ -84,7 +84,7 @@ void Recorder::run(const std::stop_token& stop) {
     take_orders();
     drain(tap_.slots());
     take_pictures();
-    // Nobody has asked for the last seconds before an orderly end; after a crash they are finished.
+    // The last seconds before an orderly end were not requested; after a crash they are finished.
     close_recording({}, is_ring() && !waits_for_finish_);
     const std::int64_t until_ns = now_ns() + kMostEndNs;
     while (finisher_.busy() && (waits_for_finish_ || now_ns() < until_ns)) {
@@ -159,7 +159,7 @@ void Recorder::finish_left_overs() {
   }
 }
 
-/// The present file gets its final form, under another name where one is given; the recording goes on.
+/// The present file gets its final form, under another name where one is given; the recording continues.
 void Recorder::finish_file(const std::filesystem::path& end_path) {
   segment_.reset();
   if (segments_.empty()) return;
@@ -211,7 +211,7 @@ void Recorder::write(const QueuedFrame& frame) {
       if (auto flushed = segment_->flush(); !flushed) return stop_for(flushed.error());
     }
     if (is_ring()) {
-      // Frames of two geometries are no sequence, and nobody has asked for the older ones.
+      // Frames of two geometries are no sequence, and the older ones were not requested.
       segment_.reset();
       remove_segments(std::exchange(segments_, {}));
       begins_ns_.clear();
@@ -327,7 +327,7 @@ void Recorder::poll_finisher() {
       next_try_ns_ = std::min(next_try_ns_ == 0 ? std::numeric_limits<std::int64_t>::max() : next_try_ns_,
                               now_ns() + pause_ns);
       postponed_.push_back(outcome->job);
-      if (again) continue;  // it was told
+      if (again) continue;  // it was reported
     } else if (!outcome->result && !again) {
       ++lost_;
     }

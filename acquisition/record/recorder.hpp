@@ -30,7 +30,7 @@ namespace fanlight {
 ///
 /// While it records, frames stand in segments (segment.hpp), which reach the kernel every quarter of a
 /// second. The final file is written on a second thread. A change of the frames' geometry, and a file longer
-/// than kMostFramesAFile, begin a further file: x.igs.mha, x-2.igs.mha, ... A ring begins anew instead.
+/// than kMostFramesAFile, begin a further file: x.igs.mha, x-2.igs.mha, ... A ring restarts instead.
 class Recorder {
  public:
   static constexpr std::uint64_t kMostFramesAFile = 200'000;
@@ -76,7 +76,7 @@ class Recorder {
   void finish_left_overs();
   void finish_file(const std::filesystem::path& end_path);
   bool is_ring() const { return order_ && order_->ring_s > 0; }
-  /// Writes up to so many frames of the queue.
+  /// Writes up to this many frames of the queue.
   void drain(std::uint32_t most_frames);
   void write(const QueuedFrame& frame);
   bool open_segment(const QueuedFrame& frame);
@@ -130,7 +130,7 @@ class Recorder {
   std::string trouble_;
   std::int64_t flushed_ns_ = 0;
   std::int64_t room_checked_ns_ = 0;
-  // What the last status told of, and when.
+  // What the last status reported, and when.
   std::tuple<std::uint64_t, bool, std::string, bool, std::uint64_t, std::size_t, std::filesystem::path>
       published_;
   std::int64_t published_ns_ = 0;

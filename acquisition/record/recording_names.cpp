@@ -15,13 +15,13 @@ Result<void> check_recording_name(const std::filesystem::path& path) {
   if (path.extension() == ".mha" || path.extension() == ".mhd") return {};
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("{} is no name of a recording, expected one that ends with .igs.mha (one file) or "
-                           ".igs.mhd (with the pixels in a file beside it)",
+                           ".igs.mhd (with the pixels in a separate file)",
                            shown(path))};
 }
 
 std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm form) {
-  std::filesystem::path beside = path;
-  return beside.replace_extension(form == PixelForm::kZlib ? ".zraw" : ".raw");
+  std::filesystem::path pixels_path = path;
+  return pixels_path.replace_extension(form == PixelForm::kZlib ? ".zraw" : ".raw");
 }
 
 std::filesystem::path pictures_beside(const std::filesystem::path& path) {
@@ -45,7 +45,7 @@ Result<void> check_free_name(const std::filesystem::path& path) {
   if (is_free_name(path)) return {};
   return Error{
       ErrorCode::kInvalidArgument,
-      fmt::format("{} is there already, or a file that belongs to it (.mhd, .raw, .zraw, .pictures.jsonl, "
+      fmt::format("{} exists already, or a file that belongs to it (.mhd, .raw, .zraw, .pictures.jsonl, "
                   ".rec-0001), expected a name that is free",
                   shown(path))};
 }

@@ -10,7 +10,7 @@
 namespace fanlight {
 
 /// Whether `path` can be the name of a recording: it ends with .mha (one file) or .mhd (the header, and
-/// beside it the pixels in a file .raw or .zraw). kInvalidArgument says what was expected.
+/// next to it the pixels in a file .raw or .zraw). kInvalidArgument says what was expected.
 Result<void> check_recording_name(const std::filesystem::path& path);
 /// The file with the pixels of an .mhd: x.igs.mhd -> x.igs.raw or x.igs.zraw.
 std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm form);

@@ -20,7 +20,7 @@ Result<FinishedRecording> recover_recording(const std::filesystem::path& path, c
   const std::vector<SegmentPaths> segments = segments_of(path);
   std::error_code failure;
   if (std::filesystem::exists(path, failure)) {
-    // A kill between the last two steps of finish_recording() leaves both. Whoever reads this removes them.
+    // A kill between the last two steps of finish_recording() leaves both. The reader removes them.
     const std::string left_over =
         segments.empty() ? ""
                          : fmt::format("; {} and the like are left over from it and may be removed",

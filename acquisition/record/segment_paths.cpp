@@ -75,7 +75,7 @@ bool rename_segments(std::vector<SegmentPaths>& segments, const std::filesystem:
   std::uint32_t number = 0;
   for (SegmentPaths& each : segments) {
     const SegmentPaths next = segment_paths(recording, ++number);
-    // The one that tells of the others goes first: without it the others are nothing.
+    // The one that names the others goes first: without it the others are nothing.
     if (rename(each.frames.c_str(), next.frames.c_str()) != 0) return false;
     each.frames = next.frames;
     if (rename(each.pixels.c_str(), next.pixels.c_str()) != 0) return false;
@@ -100,7 +100,7 @@ std::vector<std::filesystem::path> unfinished_recordings(const std::filesystem::
 void remove_segments(const std::vector<SegmentPaths>& segments) {
   std::error_code gone;
   for (const SegmentPaths& each : segments) {
-    // The one that tells of the others goes last.
+    // The one that names the others goes last.
     std::filesystem::remove(each.pictures, gone);
     std::filesystem::remove(each.pixels, gone);
     std::filesystem::remove(each.frames, gone);

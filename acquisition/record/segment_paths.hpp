@@ -7,7 +7,7 @@
 
 namespace fanlight {
 
-/// A part of a recording that is under way: files beside the one that it will become.
+/// A part of a recording in progress: files next to the one that it will become.
 /// FILE.rec-0001.pixels has the frames' pixels, one frame behind the other; FILE.rec-0001.frames has the
 /// facts and a record for/// each frame, with the checksum of its pixels; FILE.rec-0001.pictures, where there
 /// is one, has lines about the pictures that displays saw meanwhile. They only grow, so that whatever was

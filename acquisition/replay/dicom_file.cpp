@@ -145,7 +145,7 @@ Result<void> check_presence(const std::filesystem::path& path, DcmDataset& datas
                         ? frames * kItemBytes <= bytes && (!is_volume || wanted <= kMostInflation * bytes)
                         : wanted <= pixels->getLength();
   if (fits) return {};
-  return bad(name, fmt::format("its pixels cannot be the {} frames that it tells of", frames),
+  return bad(name, fmt::format("its pixels do not match the {} frames of its header", frames),
              fmt::format("{} bytes of them", wanted));
 }
 
@@ -203,8 +203,7 @@ void add_planes(const std::vector<DicomPlane>& planes, IgsSequence& sequence) {
   sequence.pixel_size = {.width_mm = std::hypot(pose[0], pose[4], pose[8]),
                          .height_mm = std::hypot(pose[1], pose[5], pose[9])};
   sequence.pixel_size_origin = "its Pixel Spacing";
-  sequence.notes.push_back(
-      fmt::format("Nothing tells when each plane was taken: a time of {} s for each is assumed.", kFrameS));
+  sequence.notes.push_back(fmt::format("The planes have no times: {} s for each is assumed.", kFrameS));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace fanlight {
 
 /// A DICOM file: an ultrasound multi-frame image, or an Enhanced US Volume.
 struct DicomFile {
-  /// The frames that are tissue. Of a multi-frame image with times where it tells them, and the pixel size of
+  /// The frames that are tissue. Of a multi-frame image with times where it has them, and the pixel size of
   /// its calibrated region, to which they are cut. Of volumes whose planes are not parallel with their poses.
   IgsSequence sequence;
   std::unique_ptr<FrameReader> reader;

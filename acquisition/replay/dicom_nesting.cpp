@@ -240,7 +240,7 @@ class Walk {
     while (!syntax_.empty() && (syntax_.back() == '\0' || syntax_.back() == ' ')) syntax_.pop_back();
   }
 
-  /// Without types, DCMTK's dictionary tells what is a sequence; or it looks like one.
+  /// Without types, DCMTK's dictionary says what is a sequence; or it looks like one.
   bool is_sequence(std::uint32_t key, std::uint32_t length) {
     if (DcmTag(static_cast<Uint16>(key >> 16), static_cast<Uint16>(key)).getEVR() == EVR_SQ) return true;
     constexpr std::uint32_t kItemBytes = 8;

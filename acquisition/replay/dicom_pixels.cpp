@@ -68,7 +68,7 @@ class DicomReader : public FrameReader {
  private:
   OFCondition read_stored(std::uint32_t frame, OFString& colours) {
     if (layout_.is_compressed) {
-      // In order the library goes on at the fragment behind the last one; 0 makes it look for it.
+      // In order the library continues at the fragment behind the last one; 0 makes it look for it.
       if (frame != next_frame_) next_fragment_ = 0;
       next_frame_ = frame + 1;
       const OFCondition read =

@@ -48,7 +48,7 @@ void count_fields(const IgsSequence& sequence, FileFacts& facts) {
   facts.sweeps = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(sweeps.size()));
 }
 
-/// Width of a pixel divided by its height; square where nothing tells.
+/// Width of a pixel divided by its height; square where it is not known.
 double column_rows(const FileFacts& facts) {
   return facts.pixel_size ? facts.pixel_size->width_mm / facts.pixel_size->height_mm : 1;
 }
@@ -99,7 +99,7 @@ class Draft {
 };
 
 constexpr std::string_view kUnknownMotor =
-    "UNKNOWN, a usual value: no frame shows it; ask the maker of the probe";
+    "UNKNOWN, a usual value: no frame shows it; ask the manufacturer of the probe";
 // What guesses are good to. Edges in the frames are found within a pixel or two.
 constexpr double kToPixels = 0.5;
 constexpr double kToDegrees = 0.5;
@@ -142,7 +142,7 @@ double draft_of_images(const FileFacts& facts, Draft& draft) {
   const std::string_view size_origin =
       facts.pixel_size
           ? facts.pixel_size_origin
-          : "UNKNOWN, as if the frame were 150 mm deep: measure the depth scale beside the picture";
+          : "UNKNOWN, as if the frame were 150 mm deep: measure the depth scale at the edge of the picture";
   draft.line("frame_kind", "\"cartesian\"", "an image, scan converted by the scanner");
   draft.number("pixel_width_mm", width_mm, size_origin);
   draft.number("pixel_height_mm", height_mm, size_origin);
@@ -154,7 +154,7 @@ double draft_of_images(const FileFacts& facts, Draft& draft) {
   draft.guess("face_row", face_row, kToPixels, face_origin);
   double motor_radius_mm = kUsualMotorRadiusMm;
   constexpr double kFlatMm = 1000;  // an array of a larger radius is flat
-  constexpr double kPointMm = 10;   // one of a smaller radius tells nothing of the motor
+  constexpr double kPointMm = 10;   // one of a smaller radius says nothing about the motor
   const double probe_radius_mm = sector ? (sector->face_row - sector->apex_row) * height_mm : 0;
   if (sector && sector->diverges && probe_radius_mm < kFlatMm) {
     const auto follows = [&](double rows) {
@@ -208,7 +208,7 @@ Result<FileFacts> look_into(const std::filesystem::path& path, std::uint64_t max
   FileFacts facts;
   facts.scan_lines = opened->orientation.lines_in_rows;
   count_fields(opened->sequence, facts);
-  // The poses also tell the axis where the frames have angles.
+  // The poses also give the axis where the frames have angles.
   for (IgsFrame& frame : opened->sequence.frames) frame.motor_angle_deg.reset();
   if (auto fit = fit_poses(path, opened->sequence, opened->orientation)) {
     facts.fit = *std::move(fit);

@@ -49,7 +49,7 @@ double axis_behind_face_mm(const FileFacts& facts);
 /// tells (marked UNKNOWN, with a usual value), each rounded to what it is worth. `name`: of the recording.
 std::string geometry_draft(const FileFacts& facts, const std::string& name);
 
-/// Writes the draft beside the recording as FILE.toml. kInvalidArgument where that file is there already.
+/// Writes the draft next to the recording as FILE.toml. kInvalidArgument where that file exists already.
 Result<std::filesystem::path> write_geometry_draft(const std::filesystem::path& recording,
                                                    const std::string& draft);
 

@@ -76,7 +76,7 @@ std::optional<ForeignFormat> foreign_format(std::span<const unsigned char> first
         bytes.substr(magic.offset, magic.bytes.size()) == magic.bytes)
       return magic.format;
   }
-  // Whatever its name is: a header of text is read, and what is wrong with it is told by the line.
+  // Whatever its name is: a header of text is read, and what is wrong with it is reported with its line.
   if (bytes.starts_with("NRRD000") || bytes.starts_with("KRETZFILE") || bytes.starts_with("ObjectType") ||
       bytes.starts_with("NDims") || bytes.starts_with("Comment"))
     return std::nullopt;

@@ -15,7 +15,7 @@ struct ForeignFormat {
 };
 
 /// Names the format of a file by its first bytes, else by the end of its name; nullopt: it may be a MetaImage
-/// sequence. 400 bytes tell all formats.
+/// sequence. 400 bytes identify all formats.
 std::optional<ForeignFormat> foreign_format(std::span<const unsigned char> first_bytes,
                                             const std::filesystem::path& path);
 

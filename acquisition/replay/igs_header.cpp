@@ -167,12 +167,12 @@ class MetaImageHeader {
     }
   }
 
-  /// A file whose fields tell of no frame, but that has a spacing, is a volume; several, if it has four axes.
+  /// A file without fields for frames, but with a spacing, is a volume; several, if it has four axes.
   Result<void> check_axes() {
     const bool is_volume = !fields_.describe_frames() && !size_.empty() && !spacing_mm_.empty();
     if (!is_volume) {
       if (!has_time_axis_.value_or(true)) {
-        return from_.bad("its Kinds name no axis of time, and its lines tell of frames",
+        return from_.bad("its Kinds name no time axis, but it has fields for frames",
                          "Kinds = domain domain list, or a volume with a spacing and no frames",
                          ErrorCode::kUnsupported);
       }
@@ -191,7 +191,8 @@ class MetaImageHeader {
     // PLUS writes so of its reconstructed volumes.
     if (dimensions_ == 3 && has_time_axis_.value_or(false)) {
       header_.sequence.notes.emplace_back(
-          "Its Kinds call the third axis a list, and no line tells of a frame: it is taken for elevation.");
+          "Its Kinds call the third axis a list, and it has no fields for frames: the axis is taken for "
+          "elevation.");
     }
     return {};
   }

@@ -23,7 +23,7 @@ struct IgsHeader {
   bool gzip = false;               ///< the compressed pixels are a gzip file, not a zlib stream
   std::uint64_t frames = 0;        ///< of DimSize
   std::uint64_t header_bytes = 0;  ///< of the text
-  std::string data_file;           ///< beside this one; empty: the pixels follow the text
+  std::string data_file;           ///< next to this one; empty: the pixels follow the text
   std::optional<std::uint64_t> compressed_bytes;  ///< CompressedDataSize
   bool frames_first = false;  ///< the first pixels of all frames come first, then all second ones
   /// The file is no sequence: its `frames` are the slices of these volumes.

@@ -120,7 +120,7 @@ bool IgsPixels::has_quick_access() const {
 }
 
 FileChange IgsPixels::change() const {
-  if (reading_->reader) return FileChange::kNone;  // what has gone is told when it is read
+  if (reading_->reader) return FileChange::kNone;  // what is missing is reported when it is read
   struct stat now {};
   if (fstat(fileno(reading_->from.file), &now) != 0) return FileChange::kChanged;
   if (now.st_nlink == 0) return FileChange::kRemoved;

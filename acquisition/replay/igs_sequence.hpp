@@ -38,7 +38,7 @@ struct IgsFrame {
   bool after_interruption = false;
 };
 
-/// A PLUS/IGSIO sequence file (.igs.mha, .mha; .mhd with the pixels in a file beside it): a MetaImage whose
+/// A PLUS/IGSIO sequence file (.igs.mha, .mha; .mhd with the pixels in a separate file): a MetaImage whose
 /// last axis is time, with fields/// Seq_Frame0000_Name for each frame, or a NRRD sequence (.seq.nrrd, .nrrd,
 /// .nhdr) with the same fields. Supported: B-mode frames of 8 or 16 bit, scan converted or as scan lines, in
 /// each orientation of ImageOrientation, plain or compressed with zlib. After reading, all have one axis

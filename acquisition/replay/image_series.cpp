@@ -130,7 +130,7 @@ Result<std::vector<std::filesystem::path>> files_of(const std::filesystem::path&
       return bad(path, fmt::format("there are over {} pictures", files.size()), "fewer");
     files.push_back({*number, file});
   }
-  if (failure) return bad(path, "the folder cannot be read", "one that is there", ErrorCode::kNotFound);
+  if (failure) return bad(path, "the folder cannot be read", "one that exists", ErrorCode::kNotFound);
   return in_order(path, std::move(files));
 }
 

@@ -271,7 +271,7 @@ class NrrdHeader {
     }
   }
 
-  /// A file whose fields tell of no frame, and that has a spacing, is a volume; several, if the last of four
+  /// A file without fields for frames, but with a spacing, is a volume; several, if the last of four
   /// axes is a list.
   bool is_volume() const {
     if (fields_.describe_frames() || !has_spacing_) return false;
@@ -314,7 +314,7 @@ class NrrdHeader {
     sequence.pixel_size = {.width_mm = spacing_mm[0], .height_mm = spacing_mm[1]};
     sequence.pixel_size_origin = "its spacing";
     sequence.notes.emplace_back(
-        "The frames tell no orientation: columns are taken to ascend towards the marked side, rows away from "
+        "The frames have no orientation: columns are taken to ascend towards the marked side, rows away from "
         "the "
         "probe.");
     if (index_values_.size() != sizes_[3]) return {};

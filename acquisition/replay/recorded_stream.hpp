@@ -26,8 +26,8 @@ struct RecordedStream {
 std::optional<RecordingFacts> recording_facts(
     const std::map<std::string, std::string, std::less<>>& fanlight_fields);
 
-/// nullopt where a field is missing: the sequence is somebody else's, or was changed by hand. Its frames are
-/// then read as any other's.
+/// nullopt where a field is missing: the sequence was not written by Fanlight, or was changed by hand. Its
+/// frames are then read as any other's.
 std::optional<RecordedStream> recorded_stream(const IgsSequence& sequence);
 
 }  // namespace fanlight

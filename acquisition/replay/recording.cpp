@@ -114,7 +114,7 @@ Result<void> Recording::read_frame(std::size_t frame, std::span<std::uint8_t> to
 }
 
 Result<void> Recording::finish() {
-  // Frames that nobody asked for are not read for the sake of the checksum.
+  // Frames that were not requested are not read for the sake of the checksum.
   return pixels_ && pixels_->at_end() ? pixels_->finish() : Result<void>();
 }
 
@@ -221,7 +221,7 @@ void Recording::exclude_spikes() {
     const bool turns_twice = before_rad * after_rad < 0 && size_rad > kHysteresisRad;
     if (!turns_twice || !frames_[i - 1].valid || !frames_[i].valid || !frames_[i + 1].valid) continue;
     if (std::abs(before_rad + after_rad) > kMostOfNeighbours * size_rad) continue;
-    // A motor that turns leaves its extreme as slowly as it came: the steps beside a spike are smaller.
+    // A motor that turns leaves its extreme as slowly as it came: the steps next to a spike are smaller.
     const bool steady_before =
         i < 2 || std::abs(frames_[i - 1].angle_rad - frames_[i - 2].angle_rad) < size_rad / 3;
     const bool steady_after = i + 2 >= frames_.size() ||
@@ -409,9 +409,8 @@ void Recording::add_notes(const RecordingGeometry& geometry) {
         "window_black and window_white of the geometry are not used: the pixels are grey levels.");
   }
   if (summary_.angle_outliers > 0) {
-    notes.push_back(
-        fmt::format("{} of {} frames are left out: their angle lies apart from their neighbours'.",
-                    summary_.angle_outliers, summary_.frames));
+    notes.push_back(fmt::format("{} of {} frames are left out: their angle is an outlier.",
+                                summary_.angle_outliers, summary_.frames));
   }
   if (measured_ && !stream_ && !sequence_.is_grid && span_deg < kLeastFanDeg) {
     notes.push_back(fmt::format(

@@ -45,7 +45,7 @@ struct RecordingSummary {
 /// which it must come back by 1 deg, to tolerate an unsteady hand. The direction of a sweep is the sign of
 /// the angle difference from its first to its last frame. Angles are MotorAngleDeg; frames whose angle is an
 /// outlier (AngleCheck) are invalid. Where no frame has one, angles are spread evenly over each sweep
-/// (RecordingGeometry), backward where SweepDirection says so, and a note tells that they are assumed.
+/// (RecordingGeometry), backward where SweepDirection says so, and a note says that they are assumed.
 ///
 /// Frames of Fanlight's own recorder keep what their source said of them (stream()): no angle is judged here,
 /// so that the assembler judges it, as it did when the frame came.
@@ -86,7 +86,7 @@ class Recording {
   const RecordingSummary& summary() const { return summary_; }
   const std::vector<Frame>& frames() const { return frames_; }  ///< in order of time, at least 2
   const std::vector<Sweep>& sweeps() const { return sweeps_; }  ///< in order of time, at least 1
-  /// What Fanlight's recorder wrote; nullptr: the recording is somebody else's.
+  /// What Fanlight's recorder wrote; nullptr: Fanlight did not write the recording.
   const RecordedStream* stream() const { return stream_ ? &*stream_ : nullptr; }
   /// With Pixels::kAll.
   std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {

@@ -352,7 +352,7 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
   }
   if (!missing.empty()) {
     std::error_code failure;
-    // Images that come over a network have neither a file beside them nor a header.
+    // Images received over a network have neither a file next to them nor a header.
     const bool is_file = std::filesystem::exists(recording_path, failure);
     const std::string beside =
         is_file ? fmt::format("{}, in ", shown(sidecar(recording_path).filename())) : "";

@@ -16,7 +16,7 @@ namespace fanlight {
 /// Geometry of the frames of a recording, and the origin of each value.
 ///
 /// Each value is taken from the first of these that contains it:
-///   1. a geometry file given by the user, or else FILE.toml beside the recording FILE: lines of
+///   1. a geometry file given by the user, or else FILE.toml next to the recording FILE: lines of
 ///      `key = value` in TOML
 ///   2. fields of the recording's own header (FanlightMotorRadiusMm for motor_radius_mm, and so on)
 ////// 3. frame_kind: "cartesian"; pixel_width_mm and pixel_height_mm: its ImageToReferenceTransform, except
@@ -60,7 +60,7 @@ struct RecordingGeometry {
   std::vector<Value> values;
 };
 
-/// FILE.toml beside a recording FILE.
+/// FILE.toml next to a recording FILE.
 std::filesystem::path sidecar(std::filesystem::path recording_path);
 
 /// `geometry_path` may be empty. `fit`: gives the motor radius where nothing else does. kBadInput names the

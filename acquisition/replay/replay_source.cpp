@@ -16,7 +16,7 @@ namespace {
 // A smaller delay is caught up by the next frames; with a larger one the caller is too slow, and all later
 // frames are delayed.
 constexpr std::int64_t kMostLateNs = 100'000'000;
-// The state is told at each sweep, and this often within a long one.
+// The state is reported at each sweep, and this often within a long one.
 constexpr std::int64_t kTellNs = 200'000'000;
 // After a jump, frames of a recording that came out of order still have numbers above those of the last pass.
 constexpr std::uint64_t kReordered = 64;
@@ -295,7 +295,7 @@ bool ReplaySource::wait_for_current(const std::stop_token& stop) {
   }
   const std::stop_callback wake(stop, [this] { bell_.ring(); });
   std::int64_t now = now_ns();
-  // The frames of a step are due at once: somebody waits for its picture.
+  // The frames of a step are due at once: a display waits for its picture.
   if (!anchored_ || rest_after_) anchor(now, in_pass_ns(current_));
   const std::int64_t late_ns = now - capture_time_ns();
   if (late_ns > kMostLateNs) {
@@ -343,7 +343,7 @@ void ReplaySource::renumber() {
   }
 }
 
-/// The first pass has the source's own numbers; each further one goes on behind the one before.
+/// The first pass has the source's own numbers; each further one continues after the one before.
 FrameStamp ReplaySource::recorded_stamp() const {
   FrameStamp stamp = recording_.stream()->frames[current_].stamp;
   stamp.sequence += sequence_shift_;

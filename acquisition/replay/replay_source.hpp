@@ -21,7 +21,7 @@ namespace fanlight {
 /// repeat every stamp and fault as the recorder got them. The first frame after a jump says that the source
 /// was interrupted, as after the loss of a probe: the sweep under way is abandoned and counted.
 ///
-/// With a ReplayLink it takes orders at each frame and tells its state. It then never ends: behind the last
+/// With a ReplayLink it takes orders at each frame and reports its state. It then never ends: behind the last
 /// frame, and where a frame cannot be read, it waits for the next order.
 class ReplaySource final : public FrameSource {
  public:
@@ -41,7 +41,7 @@ class ReplaySource final : public FrameSource {
     Ending ending = Ending::kOnce;
     double from_s = 0;           ///< begins with the sweep at this time since the first frame
     bool paused = false;         ///< plays one sweep and waits for orders; needs the link
-    ReplayLink* link = nullptr;  ///< must outlive the source; nullptr: nobody controls it
+    ReplayLink* link = nullptr;  ///< must outlive the source; nullptr: it is not controlled
   };
 
   /// With Ending::kOnce, frames are read from the file as they are played; else all of them now. Errors as of

@@ -15,7 +15,7 @@ namespace {
 constexpr int kNoise = 8;
 // A corner brighter than this is no background.
 constexpr int kBrightestBackground = 64;
-// A row with fewer bright pixels beside each other has a letter in it, or nothing.
+// A row with fewer adjacent bright pixels has a letter in it, or nothing.
 constexpr std::uint32_t kLeastRun = 6;
 constexpr int kTries = 400;
 constexpr double kOnLinePixels = 1.5;

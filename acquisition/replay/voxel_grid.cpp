@@ -108,7 +108,7 @@ class FanReader : public FrameReader {
 
   void read_row(const T* volume, double from_axis_mm, double angle_rad) {
     const double slice = (from_axis_mm * std::sin(angle_rad) - fan_.origin_mm[2]) / grid_.spacing_mm[2];
-    if (slice < -0.5 || slice > grid_.size[2] - 0.5) {  // beside the grid
+    if (slice < -0.5 || slice > grid_.size[2] - 0.5) {  // outside the grid
       std::ranges::fill(line_, outside_);
       return;
     }
@@ -244,15 +244,15 @@ IgsSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
                   grid.spacing_mm[2], fan.frames, kAxisMm));
   if (!grid.origin_mm) {
     sequence.notes.emplace_back(
-        "Nothing tells how it lies to a probe: its second axis is taken to lead into the body, and its first "
+        "Its orientation to a probe is not known: its second axis is taken to lead into the body, and its "
+        "first "
         "rows "
         "to lie at the face.");
   }
   if (grid.is_left_handed)
     sequence.notes.emplace_back("Its axes are left-handed: the first one is turned round.");
   if (grid.volume_times_s.size() < 2) {
-    sequence.notes.push_back(
-        fmt::format("Nothing tells when it was taken: a time of {} s for each plane is assumed.", kFrameS));
+    sequence.notes.push_back(fmt::format("It has no time: {} s for each plane is assumed.", kFrameS));
   }
   return sequence;
 }

@@ -23,7 +23,7 @@ struct VoxelGrid {
   bool is_left_handed = false;  ///< its axes: the first is turned round then
   std::uint32_t volumes = 1;
   std::vector<double> volume_times_s;  ///< of each volume, rising; empty: not known
-  /// Centre of the first voxel in the transducer frame, where the file tells it.
+  /// Centre of the first voxel in the transducer frame, where the file has it.
   std::optional<std::array<double, 3>> origin_mm;
 
   std::uint64_t voxels() const { return std::uint64_t{size[0]} * size[1] * size[2]; }  ///< of one volume

@@ -9,7 +9,7 @@ namespace fanlight {
 
 namespace {
 
-// A step above so many times the median is none of the motor's.
+// A step above this multiple of the median is none of the motor's.
 constexpr double kBeyondMedian = 6;
 // A step below this share of the mean is none.
 constexpr double kStill = 0.25;

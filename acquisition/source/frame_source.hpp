@@ -35,7 +35,7 @@ struct SourceDescription {
     double height_mm = 0;  ///< what a picture has to show around it
   };
   std::optional<Subject> subject;
-  /// What is assumed of the source, or was noticed about it; to be told wherever its pictures are shown.
+  /// What is assumed of the source, or was noticed about it; to be shown wherever its pictures are.
   std::vector<std::string> notes;
 };
 
@@ -55,7 +55,7 @@ class FrameSource {
   /// is requested, or where it rests(). An Error means that the source cannot continue. Allocates nothing.
   virtual Result<std::optional<FrameStamp>> next_frame(std::stop_token stop) = 0;
 
-  /// After nullopt: the frames so far are whole sweeps, and others follow when somebody asks for them. The
+  /// After nullopt: the frames so far are whole sweeps, and others follow on request. The
   /// next call of next_frame() waits for that.
   virtual bool rests() const { return false; }
 

@@ -8,7 +8,7 @@
 
 namespace fanlight {
 
-/// The scene for a source that nobody has set anything for: scene_for() of its fan, which looks at
+/// The scene for a source without any option set: scene_for() of its fan, which looks at
 /// SourceDescription::subject where it names one.
 Scene suggested_scene(const SourceDescription& source, std::uint32_t picture_height = 512);
 

@@ -47,13 +47,12 @@ Result<void> check_fit(const probe::Capabilities& offered, const probe::Settings
       fan.frame_bytes() <= made_for.largest_frame_bytes) {
     return {};
   }
-  return Error{
-      ErrorCode::kUnsupported,
-      fmt::format("the probe that is plugged in sends {} frames a volume of {} bytes and {} its volumes; "
-                  "expected at most {} of {} bytes and one that {}, or a restart of Fanlight",
-                  settings.frames_a_volume, fan.frame_bytes(),
-                  offered.counts_volumes ? "counts" : "does not count", made_for.frames_per_volume,
-                  made_for.largest_frame_bytes, made_for.counts_volumes ? "does" : "does not")};
+  return Error{ErrorCode::kUnsupported,
+               fmt::format("the connected probe sends {} frames a volume of {} bytes and {} its volumes; "
+                           "expected at most {} of {} bytes and one that {}, or a restart of Fanlight",
+                           settings.frames_a_volume, fan.frame_bytes(),
+                           offered.counts_volumes ? "counts" : "does not count", made_for.frames_per_volume,
+                           made_for.largest_frame_bytes, made_for.counts_volumes ? "does" : "does not")};
 }
 
 }  // namespace fanlight

@@ -86,7 +86,7 @@ void ProbeNegotiation::answer_order(UsbProbe* probe) {
   const Result<void> applied =
       probe != nullptr
           ? apply(*probe, order->settings)
-          : Result<void>(Error{ErrorCode::kUnavailable, "the probe is not plugged in, expected one to set"});
+          : Result<void>(Error{ErrorCode::kUnavailable, "the probe is not connected, expected one"});
   status_.order_answered = order->number;
   status_.refusal = applied ? std::string() : applied.error().message;
   publish(status_.state);

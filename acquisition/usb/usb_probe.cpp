@@ -44,8 +44,8 @@ Result<std::unique_ptr<UsbProbe>> UsbProbe::open(libusb_device* device, const Us
     const char* const expected =
         failure == LIBUSB_ERROR_ACCESS
             ? "the right to write to its node under /dev/bus/usb, as deploy/60-fanlight-probe.rules gives it"
-            : "a device that stays plugged in";
-    return Error{code_of(failure), fmt::format("{} is there and could not be opened ({}), expected {}",
+            : "a device that stays connected";
+    return Error{code_of(failure), fmt::format("{} was found but could not be opened ({}), expected {}",
                                                address.text(), libusb_strerror(failure), expected)};
   }
   std::unique_ptr<UsbProbe> made(new UsbProbe(handle, counters));
@@ -53,21 +53,20 @@ Result<std::unique_ptr<UsbProbe>> UsbProbe::open(libusb_device* device, const Us
     const std::string serial = serial_of(device, handle);
     if (serial != address.serial) {
       return Error{ErrorCode::kNotFound,
-                   fmt::format("the device that is there has the serial number \"{}\", expected \"{}\"",
-                               serial, address.serial)};
+                   fmt::format("the device found has the serial number \"{}\", expected \"{}\"", serial,
+                               address.serial)};
     }
   }
   if (!made->find_interface(device)) {
     return Error{ErrorCode::kNotFound,
-                 fmt::format("{} is there and is no probe, expected an interface of class ff, subclass 46, "
+                 fmt::format("{} is not a probe, expected an interface of class ff, subclass 46, "
                              "protocol 01 with a bulk IN endpoint",
                              address.text())};
   }
   if (const int failure = libusb_claim_interface(handle, made->interface_); failure != LIBUSB_SUCCESS) {
     const ErrorCode code = failure == LIBUSB_ERROR_BUSY ? ErrorCode::kUnavailable : code_of(failure);
-    return Error{
-        code, fmt::format("{} is there and could not be taken ({}), expected that no other program uses it",
-                          address.text(), libusb_strerror(failure))};
+    return Error{code, fmt::format("{} could not be claimed ({}), expected that no other program uses it",
+                                   address.text(), libusb_strerror(failure))};
   }
   made->claimed_ = true;
   return made;

@@ -49,8 +49,8 @@ Result<std::unique_ptr<UsbSource>> UsbSource::create(const Config& config, Probe
   // found none.
   Error reason{
       ErrorCode::kNotFound,
-      fmt::format("no device {} is plugged in, expected a probe with that vendor, product and serial number "
-                  "(lsusb lists what is there)",
+      fmt::format("no device {} is connected, expected a probe with that vendor, product and serial number "
+                  "(see lsusb)",
                   config.address.text())};
   for (;;) {
     const auto found = made->search();
@@ -253,7 +253,7 @@ bool UsbSource::open_read() {
 /// All reads have ended after a failure: clears the halt and starts reading again.
 SourceEvent UsbSource::repair() {
   const auto cleared = repair_.failure == LIBUSB_TRANSFER_NO_DEVICE
-                           ? Result<void>(Error{ErrorCode::kNotFound, "the probe is gone"})
+                           ? Result<void>(Error{ErrorCode::kNotFound, "the probe was disconnected"})
                            : probe_->clear_halt();
   // A probe that is being unplugged often answers with an error first: that is a loss and no failed transfer.
   if (!cleared && cleared.error().code == ErrorCode::kNotFound) return SourceEvent::kProbeLost;

@@ -157,8 +157,8 @@ Result<void> replace_file(const std::filesystem::path& path, std::string_view by
   const int failure = replace(path, bytes, access);
   if (failure == 0) return {};
   return Error{ErrorCode::kUnavailable,
-               fmt::format("{} could not be written ({}), expected a folder that is there and may be "
-                           "written, with room for {} bytes",
+               fmt::format("{} could not be written ({}), expected an existing, writable "
+                           "folder with room for {} bytes",
                            path.string(), std::generic_category().message(failure), bytes.size())};
 }
 

@@ -11,7 +11,7 @@
 
 namespace fanlight {
 
-/// How a replaced file belongs to somebody.
+/// Owner and mode of a replaced file.
 struct FileAccess {
   mode_t mode = 0666;            ///< of a file that did not exist, less the process's umask
   bool must_keep_owner = false;  ///< fail if the owner of the old file cannot be kept; else only try
@@ -50,10 +50,10 @@ class FileBeside {
 };
 
 /// Writes the file whole or not at all: the bytes go to a new file in the same folder, which is synced to the
-/// disk and then takes the name. Whoever reads the name, also after a power cut, finds the old bytes or the
+/// disk and then takes the name. A reader of the name, also after a power cut, finds the old bytes or the
 /// new ones. The mode of an old file is kept, and a symbolic link keeps pointing to it. A device or a pipe is
 /// written as it stands. Blocks for as long as the disk takes; any thread. Errors, kUnavailable: the reason;
-/// the old file is as it was, and nothing is left beside it.
+/// the old file is unchanged, and no other file is left.
 Result<void> replace_file(const std::filesystem::path& path, std::string_view bytes,
                           const FileAccess& access = {});
 

@@ -11,7 +11,7 @@
 
 namespace fanlight {
 
-/// A view of one display beside the main view, rendered in the time that the main view leaves.
+/// A view of one display in addition to the main view, rendered in the time that the main view leaves.
 struct PrivateView {
   std::uint64_t view_id = 0;  ///< 0: this entry is unused
   /// The whole scene, including the fields taken from the main view; its revision counts the changes of this
@@ -24,7 +24,7 @@ struct PrivateView {
   Mailbox<Picture>* pictures = nullptr;
 };
 
-/// Where the main view would take all the time, it takes so many times as long as the private views.
+/// Where the main view would take all the time, it takes this multiple of the time of the private views.
 inline constexpr std::int64_t kMainTimes = 4;
 
 inline constexpr std::size_t kMostPrivateViews = 4;

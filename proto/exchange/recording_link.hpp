@@ -29,9 +29,9 @@ struct RecordingOrder {
   // Of the one to begin, for kRecord:
   std::filesystem::path path;  ///< ends with .mha or .mhd; nothing has this name yet
   PixelForm form = PixelForm::kRaw;
-  double most_s = 0;             ///< ends after so many seconds; 0: no limit
-  std::uint64_t most_bytes = 0;  ///< ends after so many bytes of pixels; 0: no limit
-  double ring_s = 0;             ///< keeps only the last so many seconds; 0: all
+  double most_s = 0;             ///< ends after this time; 0: no limit
+  std::uint64_t most_bytes = 0;  ///< ends after this many bytes of pixels; 0: no limit
+  double ring_s = 0;             ///< keeps only the last seconds; 0: all
 };
 
 /// State of a recorder, for people and programs.
@@ -60,7 +60,7 @@ struct RecordingStatus {
   std::uint64_t last_frames = 0;
   std::uint64_t last_bytes = 0;
   double last_duration_s = 0;
-  std::string last_trouble;  ///< why the newest could not be finished; its parts stay beside its name
+  std::string last_trouble;  ///< why the newest could not be finished; its parts stay next to its name
 };
 
 using RecordingOrders = SmallQueue<RecordingOrder, 16>;
@@ -71,7 +71,7 @@ struct RecordingLink {
   RecordingOrders& orders;
   Doorbell& recorder_bell;  ///< to be rung after an order
   Mailbox<RecordingStatus>& status;
-  /// What the displays saw, a line of JSON each, for the file FILE.pictures.jsonl beside the recording: a
+  /// What the displays saw, a line of JSON each, for the file FILE.pictures.jsonl next to the recording: a
   /// scene
   /// ({"scene_revision": ...}, kept for the next recording too), or a picture.
   LineQueue& pictures;

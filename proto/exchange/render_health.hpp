@@ -13,8 +13,8 @@ struct RenderHealth {
   enum class State : std::uint8_t {
     kRunning,
     kSlow,      ///< the GPU works on one submission for longer than usual, and still answers
-    kHung,      ///< the GPU does not finish a submission; the device is about to be made anew
-    kRemaking,  ///< the device was lost or did not answer, and is being made anew
+    kHung,      ///< the GPU does not finish a submission; the device is about to be reopened
+    kRemaking,  ///< the device was lost or did not answer, and is being reopened
   };
   State state = State::kRunning;
   std::int64_t since_ns = 0;       ///< fanlight::now_ns of the last change of `state`

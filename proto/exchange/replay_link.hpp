@@ -20,11 +20,11 @@ enum class ReplayEnding : std::uint8_t {
 /// What the player of a recording is asked for.
 struct ReplayOrder {
   enum class Wish : std::uint8_t {
-    kPlay,    ///< goes on; after the last frame, or one that could not be read: from the first one
+    kPlay,    ///< continues; after the last frame, or one that could not be read: from the first one
     kPause,   ///< at once, also within a sweep
     kStep,    ///< plays `sweeps` further, then pauses; negative: that many sweeps back
-    kSeek,    ///< goes on with the sweep at `time_s`; where it is paused, plays that sweep and pauses
-    kSpeed,   ///< goes on with `speed`
+    kSeek,    ///< continues with the sweep at `time_s`; where it is paused, plays that sweep and pauses
+    kSpeed,   ///< continues with `speed`
     kEnding,  ///< changes what follows the last frame
   };
   Wish wish = Wish::kPlay;
@@ -50,7 +50,7 @@ struct ReplayStatus {
   enum class File : std::uint8_t { kSame, kChanged, kRemoved };
   State state = State::kAbsent;
   bool backward = false;          ///< this pass, of kToAndFro
-  bool can_play_backward = true;  ///< else kToAndFro would read the file anew for each frame
+  bool can_play_backward = true;  ///< else kToAndFro would read the file again for each frame
   ReplayEnding ending = ReplayEnding::kOnce;
   File file = File::kSame;
   std::uint32_t sweep = 0;  ///< of the last frame, from 0

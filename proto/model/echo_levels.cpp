@@ -6,7 +6,7 @@
 namespace fanlight {
 
 std::string sentence(const EchoLevels& levels) {
-  if (!levels.known) return "from the data: no fluid and no tissue can be told apart";
+  if (!levels.known) return "from the data: fluid and tissue cannot be distinguished";
   return fmt::format(
       "from the data: fluid {:.0f}, tissue {:.0f}, speckle {:.0f} grey levels{}; threshold {:.0f}, "
       "least tissue {:.0f}",

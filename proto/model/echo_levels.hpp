@@ -7,7 +7,7 @@
 
 namespace fanlight {
 
-/// What the frames of a volume tell of their grey levels, 0 to 255, for the fields of a scene that ask for
+/// What the frames of a volume say about their grey levels, 0 to 255, for the fields of a scene that ask for
 /// values from the data (renderer/parameters/effective_scene.hpp).
 struct EchoLevels {
   double fluid = 0;    ///< median of the dark blocks
@@ -23,7 +23,7 @@ struct EchoLevels {
   /// below the tissue. Less than that keeps off the dark gaps of its speckle (measured: renderer/RESULTS.md).
   /// In others, where the echo is an amplitude, halfway is the middle of the blur.
   double rise() const { return known && !linear() ? 0.65 : 0.5; }
-  /// What is darker behind an edge is no tissue: beside a body's outline rays meet its blurred rim, not the
+  /// What is darker behind an edge is no tissue: next to a body's outline rays meet its blurred rim, not the
   /// body. Less than half of the way from fluid to tissue, since echoes fade with depth and in shadows
   /// (measured: renderer/RESULTS.md).
   double least_tissue() const { return known ? std::lerp(fluid, tissue, 0.4) : 0; }

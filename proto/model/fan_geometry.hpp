@@ -94,7 +94,7 @@ struct FanGeometry {
   bool polar() const { return kind == FrameKind::kConvexLines; }
 
   /// Position in the frame of a point in its plane; outside 0 to columns - 1 and 0 to rows - 1 for a point
-  /// beside the frame.
+  /// outside the frame.
   FramePlace frame_place(PlanePoint at) const {
     if (!polar()) return {at.x_mm / pixel_width_mm + face_column, at.depth_mm / pixel_height_mm + face_row};
     const double from_apex_mm = at.depth_mm + probe_radius_mm;

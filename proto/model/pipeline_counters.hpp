@@ -70,50 +70,50 @@ struct AcquisitionCounters {
 };
 
 inline constexpr auto kAcquisitionTable = std::to_array<CountRow<AcquisitionCounters>>({
-    {"frames_received", "Frames that came from the source", &AcquisitionCounters::frames_received},
+    {"frames_received", "Frames received from the source", &AcquisitionCounters::frames_received},
     {"frames_assembled", "Frames in published volumes", &AcquisitionCounters::frames_assembled},
     {"frames_invalid", "Frames marked invalid or with a wrong angle", &AcquisitionCounters::frames_invalid},
-    {"frames_damaged", "Frames whose checksum is wrong", &AcquisitionCounters::frames_damaged},
+    {"frames_damaged", "Frames with a wrong checksum", &AcquisitionCounters::frames_damaged},
     {"frames_cut", "Frames that ended before their last pixel", &AcquisitionCounters::frames_cut},
-    {"frames_misfit", "Frames of another size, format or geometry than the source's",
+    {"frames_misfit", "Frames whose size, format or geometry differs from the source's",
      &AcquisitionCounters::frames_misfit},
-    {"frames_repeated", "Frames that had come before", &AcquisitionCounters::frames_repeated},
-    {"frames_late", "Frames that came after their sweep was closed", &AcquisitionCounters::frames_late},
+    {"frames_repeated", "Frames received a second time", &AcquisitionCounters::frames_repeated},
+    {"frames_late", "Frames received after the end of their sweep", &AcquisitionCounters::frames_late},
     {"frames_over_capacity", "Frames of sweeps longer than a volume can hold",
      &AcquisitionCounters::frames_over_capacity},
     {"frames_in_short_volumes", "Frames of sweeps whose angle did not move",
      &AcquisitionCounters::frames_in_short_volumes},
-    {"frames_in_incomplete_volumes", "Frames of sweeps of which too much is missing",
+    {"frames_in_incomplete_volumes", "Frames of sweeps with too many missing frames",
      &AcquisitionCounters::frames_in_incomplete_volumes},
-    {"frames_abandoned", "Frames of the sweep under way when the source stopped or was lost",
+    {"frames_abandoned", "Frames of the sweep in progress when the source stopped or was lost",
      &AcquisitionCounters::frames_abandoned},
     {"frames_pending", "Frames of the sweep being filled", &AcquisitionCounters::frames_pending,
      CountKind::kNow},
     {"frames_missing", "Gaps in the frames' sequence", &AcquisitionCounters::frames_missing},
-    {"frames_reordered", "Frames that came after a later one and were used",
-     &AcquisitionCounters::frames_reordered},
-    {"sequence_restarts", "Times the frames' sequence began anew without a word",
+    {"frames_reordered", "Frames received out of order and used", &AcquisitionCounters::frames_reordered},
+    {"sequence_restarts", "Times the frames' sequence restarted without notice",
      &AcquisitionCounters::sequence_restarts},
     {"volumes_short", "Sweeps dropped because their angle did not move", &AcquisitionCounters::volumes_short},
-    {"volumes_incomplete", "Sweeps dropped because too much of them is missing",
+    {"volumes_incomplete", "Sweeps dropped because too many frames are missing",
      &AcquisitionCounters::volumes_incomplete},
-    {"volumes_interpolated", "Volumes with missing frames that their neighbours stand in for",
+    {"volumes_interpolated", "Volumes with missing frames, interpolated from their neighbours",
      &AcquisitionCounters::volumes_interpolated},
-    {"geometry_changes", "Changes of the frames' geometry in mid-stream",
+    {"geometry_changes", "Changes of the frames' geometry during the stream",
      &AcquisitionCounters::geometry_changes},
     {"source_delays", "Times that a replay fell 100 ms behind its recording",
      &AcquisitionCounters::source_delays},
-    {"mismatch_estimates", "Pairs of sweeps compared for the mismatch of to and fro",
+    {"mismatch_estimates", "Pairs of sweeps compared for the mismatch of forward and backward sweeps",
      &AcquisitionCounters::mismatch_estimates},
-    {"mismatch_refusals", "Pairs of sweeps with too little in them to compare",
+    {"mismatch_refusals", "Pairs of sweeps with too little content to compare",
      &AcquisitionCounters::mismatch_refusals},
 });
 
 inline constexpr auto kAcquisitionValueTable = std::to_array<ValueRow<AcquisitionCounters>>({
     {"sweep_mismatch_degrees", "Mismatch of forward and backward sweeps that is corrected",
      &AcquisitionCounters::mismatch_deg},
-    {"sweep_mismatch_left_degrees", "What is left of it", &AcquisitionCounters::mismatch_left_deg},
-    {"sweep_mismatch_left_metres", "What is left of it at half the depth",
+    {"sweep_mismatch_left_degrees", "Remaining mismatch after the correction",
+     &AcquisitionCounters::mismatch_left_deg},
+    {"sweep_mismatch_left_metres", "Remaining mismatch at half the depth",
      &AcquisitionCounters::mismatch_left_m},
 });
 
@@ -137,24 +137,23 @@ struct ProbeCounters {
 };
 
 inline constexpr auto kProbeTable = std::to_array<CountRow<ProbeCounters>>({
-    {"probe_bytes_received", "Bytes that came over USB", &ProbeCounters::bytes_received},
-    {"probe_bytes_skipped", "Bytes between frames that are no frame", &ProbeCounters::bytes_skipped},
-    {"probe_transfers_completed", "Transfers that ended well", &ProbeCounters::transfers_completed},
-    {"probe_transfers_short", "Transfers that ended in the midst of a frame",
-     &ProbeCounters::transfers_short},
+    {"probe_bytes_received", "Bytes received over USB", &ProbeCounters::bytes_received},
+    {"probe_bytes_skipped", "Bytes between frames that belong to no frame", &ProbeCounters::bytes_skipped},
+    {"probe_transfers_completed", "Transfers completed", &ProbeCounters::transfers_completed},
+    {"probe_transfers_short", "Transfers that ended within a frame", &ProbeCounters::transfers_short},
     {"probe_transfers_stalled", "Halts of the probe's pipe", &ProbeCounters::transfers_stalled},
-    {"probe_transfers_timed_out", "Silences of the probe", &ProbeCounters::transfers_timed_out},
-    {"probe_transfers_overflowed", "Transfers with more than was asked for",
+    {"probe_transfers_timed_out", "Transfers that timed out", &ProbeCounters::transfers_timed_out},
+    {"probe_transfers_overflowed", "Transfers with more data than requested",
      &ProbeCounters::transfers_overflowed},
     {"probe_transfers_failed", "Transfers with another error on the bus", &ProbeCounters::transfers_failed},
-    {"probe_transfers_refused", "Transfers that the system did not take", &ProbeCounters::transfers_refused},
+    {"probe_transfers_refused", "Transfers that the system refused", &ProbeCounters::transfers_refused},
     {"probe_streams_restarted", "Times the probe was stopped and started again",
      &ProbeCounters::streams_restarted},
     {"probe_requests_failed", "Requests that the probe did not answer", &ProbeCounters::requests_failed},
-    {"probes_found", "Times a probe was taken", &ProbeCounters::probes_found},
+    {"probes_found", "Times a probe was found and claimed", &ProbeCounters::probes_found},
     {"probes_lost", "Times a probe was lost", &ProbeCounters::probes_lost},
-    {"probe_settings_taken", "Settings that the probe took", &ProbeCounters::settings_taken},
-    {"probe_settings_refused", "Settings that the probe did not take", &ProbeCounters::settings_refused},
+    {"probe_settings_taken", "Settings that the probe accepted", &ProbeCounters::settings_taken},
+    {"probe_settings_refused", "Settings that the probe refused", &ProbeCounters::settings_refused},
 });
 
 /// Written by the acquisition thread if the source is an OpenIGTLink server.
@@ -172,20 +171,19 @@ struct IgtlCounters {
                                ///< the fan
   Counter images_cut;          ///< of several parts, of which some did not come
   Counter images_before_fan;   ///< used to find out the geometry; frames come after them
-  Counter places_lost;  ///< bytes that are no head, or a length that lies: the connection was made anew
-  Counter silences;     ///< nothing came for ten seconds; the connection was made anew
+  Counter places_lost;         ///< bytes that are no head, or a wrong length: the connection was reopened
+  Counter silences;            ///< nothing was received for ten seconds; the connection was reopened
   Counter connections_made;
   Counter connections_failed;
   Counter connections_lost;
 };
 
 inline constexpr auto kIgtlTable = std::to_array<CountRow<IgtlCounters>>({
-    {"igtl_source_bytes_received", "Bytes that came from the OpenIGTLink server",
+    {"igtl_source_bytes_received", "Bytes received from the OpenIGTLink server",
      &IgtlCounters::bytes_received},
-    {"igtl_source_messages_received", "OpenIGTLink messages that came whole",
+    {"igtl_source_messages_received", "OpenIGTLink messages received completely",
      &IgtlCounters::messages_received},
-    {"igtl_source_messages_used", "OpenIGTLink images, poses and signs of life",
-     &IgtlCounters::messages_used},
+    {"igtl_source_messages_used", "OpenIGTLink images, poses and keep-alives", &IgtlCounters::messages_used},
     {"igtl_source_messages_ignored", "OpenIGTLink messages of other types or devices",
      &IgtlCounters::messages_ignored},
     {"igtl_source_messages_damaged", "OpenIGTLink messages with a wrong checksum",
@@ -194,18 +192,19 @@ inline constexpr auto kIgtlTable = std::to_array<CountRow<IgtlCounters>>({
      &IgtlCounters::messages_malformed},
     {"igtl_source_messages_too_long", "OpenIGTLink messages that were skipped as longer than any image",
      &IgtlCounters::messages_too_long},
-    {"igtl_source_images_not_placed", "Images for whose time no pose came, or one outside of the fan",
+    {"igtl_source_images_not_placed", "Images without a pose at their time, or with one outside the fan",
      &IgtlCounters::images_not_placed},
-    {"igtl_source_images_cut", "Images in parts of which some did not come", &IgtlCounters::images_cut},
-    {"igtl_source_images_before_fan", "Images by which the geometry was found out",
+    {"igtl_source_images_cut", "Images with missing parts", &IgtlCounters::images_cut},
+    {"igtl_source_images_before_fan", "Images used to determine the geometry",
      &IgtlCounters::images_before_fan},
-    {"igtl_source_places_lost", "Times that the bytes were no message, and the connection was made anew",
+    {"igtl_source_places_lost", "Times that the data were not a message and the connection was reopened",
      &IgtlCounters::places_lost},
-    {"igtl_source_silences", "Times that nothing came for ten seconds, and the connection was made anew",
+    {"igtl_source_silences",
+     "Times that nothing was received for ten seconds and the connection was reopened",
      &IgtlCounters::silences},
     {"igtl_source_connections_made", "Connections to the OpenIGTLink server",
      &IgtlCounters::connections_made},
-    {"igtl_source_connections_failed", "Tries to connect to the OpenIGTLink server that failed",
+    {"igtl_source_connections_failed", "Failed attempts to connect to the OpenIGTLink server",
      &IgtlCounters::connections_failed},
     {"igtl_source_connections_lost", "Connections to the OpenIGTLink server that ended",
      &IgtlCounters::connections_lost},
@@ -220,8 +219,8 @@ struct QueueCounters {
 };
 
 inline constexpr auto kQueueTable = std::to_array<CountRow<QueueCounters>>({
-    {"frames_fed", "Frames handed to the renderer ahead of their volume", &QueueCounters::frames_fed},
-    {"frames_not_fed", "Frames that found no room on that way, and came with their volume alone",
+    {"frames_fed", "Frames passed to the renderer ahead of their volume", &QueueCounters::frames_fed},
+    {"frames_not_fed", "Frames that found no room in that queue and were passed with their volume only",
      &QueueCounters::frames_not_fed},
 });
 
@@ -234,8 +233,9 @@ struct RingCounters {
 
 inline constexpr auto kRingTable = std::to_array<CountRow<RingCounters>>({
     {"volumes_published", "Volumes put into the ring", &RingCounters::volumes_published},
-    {"volumes_taken", "Volumes that the renderer took", &RingCounters::volumes_taken},
-    {"volumes_dropped", "Volumes replaced unread by a newer one", &RingCounters::volumes_dropped},
+    {"volumes_taken", "Volumes taken by the renderer", &RingCounters::volumes_taken},
+    {"volumes_dropped", "Volumes replaced by a newer one before they were read",
+     &RingCounters::volumes_dropped},
 });
 
 /// Written by the render thread. For the volumes that it took from its ring
@@ -249,7 +249,7 @@ struct RenderCounters {
   Counter volumes_rendered;   ///< with at least one picture
   Counter volumes_skipped;    ///< given up at the end, or outdated, before their first picture
   Counter volumes_refused;    ///< with a geometry that this GPU has no room for
-  Counter volumes_unwatched;  ///< not rendered, since nobody looked
+  Counter volumes_unwatched;  ///< not rendered, since there were no viewers
   /// Cast without the requested speckle filter: too large for this GPU's buffers.
   Counter volumes_unfiltered;
   Counter pass1_runs;  ///< ray casts: a moved light never increments this
@@ -277,26 +277,28 @@ struct RenderCounters {
 };
 
 inline constexpr auto kRenderTable = std::to_array<CountRow<RenderCounters>>({
-    {"volumes_rendered", "Volumes of which a picture was finished", &RenderCounters::volumes_rendered},
-    {"volumes_skipped", "Volumes given up for a newer one before they had a picture",
+    {"volumes_rendered", "Volumes with a finished picture", &RenderCounters::volumes_rendered},
+    {"volumes_skipped", "Volumes abandoned for a newer one before they had a picture",
      &RenderCounters::volumes_skipped},
     {"volumes_refused", "Volumes too large for this GPU", &RenderCounters::volumes_refused},
-    {"volumes_unwatched", "Volumes not rendered, since nobody looked", &RenderCounters::volumes_unwatched},
+    {"volumes_unwatched", "Volumes not rendered because there were no viewers",
+     &RenderCounters::volumes_unwatched},
     {"volumes_unfiltered", "Volumes too large for the speckle filter on this GPU, cast without it",
      &RenderCounters::volumes_unfiltered},
     {"pass1_runs", "Ray casts", &RenderCounters::pass1_runs},
     {"pass2_runs", "Runs of filter, light and finish", &RenderCounters::pass2_runs},
     {"pass2_parts", "Of those, over the changed part of the picture only", &RenderCounters::pass2_parts},
     {"pictures_finished", "Pictures rendered", &RenderCounters::pictures_finished},
-    {"pictures_outdated", "Pictures done after one of a newer volume", &RenderCounters::pictures_outdated},
-    {"pictures_lost", "Pictures under way when the GPU was lost", &RenderCounters::pictures_lost},
+    {"pictures_outdated", "Pictures finished after one of a newer volume",
+     &RenderCounters::pictures_outdated},
+    {"pictures_lost", "Pictures in progress when the GPU was lost", &RenderCounters::pictures_lost},
     {"pictures_replaced", "Pictures replaced before the server read them",
      &RenderCounters::pictures_replaced},
-    {"devices_lost", "Times the GPU was lost or hung and was made anew", &RenderCounters::devices_lost},
+    {"devices_lost", "Times the GPU was lost or hung and was reopened", &RenderCounters::devices_lost},
     {"private_casts", "Ray casts of private views", &RenderCounters::private_casts},
-    {"private_casts_given_up", "Of those, given up since the main view took their frames",
+    {"private_casts_given_up", "Of those, abandoned because the main view replaced their frames",
      &RenderCounters::private_casts_given_up},
-    {"private_lights_given_up", "Pictures of private views given up after pass 1, as their casts",
+    {"private_lights_given_up", "Pictures of private views abandoned after pass 1",
      &RenderCounters::private_lights_given_up},
     {"private_pictures", "Pictures of private views", &RenderCounters::private_pictures},
     {"private_views_refused", "Private views that the GPU had no memory for or failed to draw",

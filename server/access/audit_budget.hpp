@@ -29,7 +29,7 @@ class AuditBudget {
   static constexpr int kLinesASecond = 20;
   /// More than this many principals and sessions within a second share one budget for each kind of event.
   static constexpr std::size_t kMostBudgets = 256;
-  /// Reading a picture is repeated by scripts, and tells little: one line within so many seconds.
+  /// Scripts read pictures again and again, and that says little: one line within this time.
   static constexpr int kSecondsOfAPictureRead = 60;
 
   /// Whether the event gets a line. If not, it is counted.

@@ -111,8 +111,8 @@ Result<void> AuditFile::open_alone() {
     ::close(std::exchange(file_, -1));
   }
   return Error{ErrorCode::kUnavailable,
-               fmt::format("another process writes the audit log {}, expected a file "
-                           "of its own for each server",
+               fmt::format("another process writes to the audit log {}, expected a file "
+                           "for this server only",
                            path_.string())};
 }
 
@@ -130,10 +130,11 @@ Result<void> AuditFile::read_end() {
   for (std::size_t length = text.find('\n'); length != std::string_view::npos; length = text.find('\n')) {
     if (!chain.take(text.substr(0, length))) {
       if (chain.lines() > 0 || offset == 0) return broken_audit_chain(path_, chain.position().line + 1);
-      return Error{ErrorCode::kBadInput,
-                   fmt::format("the audit log {} ends with a line that is none of its own, expected it as it "
-                               "was written, or a new file",
-                               path_.string())};
+      return Error{
+          ErrorCode::kBadInput,
+          fmt::format("the audit log {} ends with a line that is not an audit entry, expected the log as it "
+                      "was written, or a new file",
+                      path_.string())};
     }
     text.remove_prefix(length + 1);
   }
@@ -160,8 +161,9 @@ Result<void> AuditFile::set_aside(std::string_view torn, std::uint64_t whole_byt
                              "file that may be written, and room",
                              path_.string(), reason_of(failure))};
   }
-  add_notice(fmt::format("the audit log {} ended within line {}; that part is in {}, and the log goes on",
-                         path_.string(), position_.line, name.string()));
+  add_notice(
+      fmt::format("the audit log {} ended within line {}; that part was moved to {}, and the log continues",
+                  path_.string(), position_.line, name.string()));
   return {};
 }
 
@@ -214,7 +216,7 @@ void AuditFile::wait_for_room() {
 int AuditFile::sync() {
   if (!regular_) return 0;
   if (::fdatasync(file_) != 0) return errno;
-  // Lines that go on into a file without a name would be lost when it is closed.
+  // Lines written to a file without a name would be lost when it is closed.
   struct stat status {};
   if (::fstat(file_, &status) == 0 && status.st_nlink == 0) reopen();
   return 0;
@@ -275,7 +277,7 @@ void AuditFile::rotate() {
   }
   if (failure == 0) return;
   rotate_at_bytes_ = bytes_ + rotate_bytes_;
-  add_notice(fmt::format("the audit log {} could not be rotated ({}) and goes on in the same file",
+  add_notice(fmt::format("the audit log {} could not be rotated ({}) and continues in the same file",
                          path_.string(), reason_of(failure)));
 }
 
@@ -291,12 +293,12 @@ void AuditFile::reopen() {
   }
   if (failure == 0) failure = continue_in(next, nullptr, [] { return 0; });
   if (failure == 0) {
-    add_notice(fmt::format("the audit log goes on in a new file {}", path_.string()));
+    add_notice(fmt::format("the audit log was reopened as a new file {}", path_.string()));
   } else {
     // An empty one would begin a chain of its own when the server starts again.
     if (absent) ::unlink(path_.c_str());
     add_notice(
-        fmt::format("the audit log could not go on in a new file {} ({}) and stays in the old one, "
+        fmt::format("the audit log could not be reopened as a new file {} ({}); it continues in the old one, "
                     "expected no file or an empty one",
                     path_.string(), reason_of(failure)));
   }

@@ -15,13 +15,13 @@
 namespace fanlight {
 
 /// The file of an audit log, which this object alone may append to. Also a pipe or a device, whose chain
-/// begins anew with each object. One thread at a time.
+/// restarts with each object. One thread at a time.
 class AuditFile : public AuditSink {
  public:
   /// Opens the file, or creates it with access for its owner only. Reads its end, not the whole of it. A last
   /// line without a line end, as a power cut leaves it, is moved to FILE-torn-LINE, and an entry of the log
   /// says so. `rotate_bytes`: size at which the file is renamed to FILE.LINE (the number of its last line)
-  /// and a new one continues the chain; 0: never. Blocks; a pipe, until somebody reads it. Errors: it cannot
+  /// and a new one continues the chain; 0: never. Blocks; a pipe, until it is read. Errors: it cannot
   /// be written; another process has it open; its last lines do not follow each other.
   static Result<std::unique_ptr<AuditFile>> open(const std::filesystem::path& path,
                                                  std::uint64_t rotate_bytes);

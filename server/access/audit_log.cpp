@@ -37,7 +37,7 @@ void AuditLog::note(const Principal& who, const Event& event, const nlohmann::js
   try {
     if (budget_->take(who, event, details)) append(who, event, details);
   } catch (const std::bad_alloc&) {
-    writer_->lose();  // the act that it tells of goes on
+    writer_->lose();  // the act itself continues
   }
 }
 

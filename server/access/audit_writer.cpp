@@ -179,7 +179,8 @@ class AuditWriter::Work {
   }
 
   static std::string reason_of_gap(int failure) {
-    return failure == 0 ? "more lines came than could be written" : std::generic_category().message(failure);
+    return failure == 0 ? "lines arrived faster than they could be written"
+                        : std::generic_category().message(failure);
   }
 
   void add_gap(std::uint64_t lines, int failure) {

@@ -19,8 +19,8 @@ Error refusal(std::string sentence) {
 }  // namespace
 
 Error ControlLease::held() const {
-  return refusal(fmt::format("{} (display {}) is in control, expected to be asked for it", state_.holder.name,
-                             state_.holder.session));
+  return refusal(fmt::format("{} (display {}) is in control, expected a request for control first",
+                             state_.holder.name, state_.holder.session));
 }
 
 void ControlLease::give(const Party& who, std::int64_t now_ms) {
@@ -55,7 +55,7 @@ Result<bool> ControlLease::ask(const Party& who, std::int64_t now_ms) {
   const bool asked = std::ranges::find(state_.asking, who.session, &Party::session) != state_.asking.end();
   if (!asked && state_.asking.size() >= kMostAsking) {
     return refusal(
-        fmt::format("{} sessions ask for the control already, expected some patience", kMostAsking));
+        fmt::format("{} sessions have requested control already, expected a later request", kMostAsking));
   }
   if (!asked) state_.asking.push_back(who);
   return false;
@@ -78,7 +78,7 @@ Result<bool> ControlLease::grant(std::uint64_t from, std::uint64_t to, std::int6
   if (!holds(from)) return refusal("this session is not in control, expected it to be before it hands it on");
   const auto asking = std::ranges::find(state_.asking, to, &Party::session);
   if (asking == state_.asking.end()) {
-    return refusal(fmt::format("display {} does not ask for the control, expected one that does", to));
+    return refusal(fmt::format("display {} has not requested control, expected one that has", to));
   }
   give(Party(*asking), now_ms);
   return false;

@@ -25,7 +25,7 @@ Result<FolderLock> FolderLock::take(const std::filesystem::path& file) {
   FolderLock lock(::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (lock.folder_ < 0) {
     return Error{ErrorCode::kUnavailable, fmt::format("{}: the folder could not be opened ({}), expected one "
-                                                      "that is there and may be read",
+                                                      "that exists and is readable",
                                                       name, std::generic_category().message(errno))};
   }
   for (int tries = 0; ::flock(lock.folder_, LOCK_EX | LOCK_NB) != 0; ++tries) {

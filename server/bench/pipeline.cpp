@@ -102,12 +102,15 @@ std::span<const std::string_view> pipeline_rows() {
 
 std::string_view pipeline_mechanism(const RenderDevice& device) {
   if (device.light_gpu) {
-    return "two devices of one processor: passes 2 and 3 run on one of them, beside pass 1 on the other";
+    return "two devices of one processor: passes 2 and 3 run on one of them, at the same time as pass 1 on "
+           "the other";
   }
   if (device.gpu->cast_queue() != device.gpu->light_queue()) {
-    return "two queues of one device: passes 2 and 3 run on one of them, beside pass 1 on the other";
+    return "two queues of one device: passes 2 and 3 run on one of them, at the same time as pass 1 on the "
+           "other";
   }
-  return "one queue: bands of pass 1 and passes 2 and 3 take turns on it, beside the processor's copies and "
+  return "one queue: bands of pass 1 and passes 2 and 3 take turns on it, at the same time as the "
+         "processor's copies and "
          "encoding";
 }
 

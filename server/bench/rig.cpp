@@ -120,7 +120,7 @@ Result<double> BenchRig::picture_since(std::int64_t from_ns) {
   for (;;) {
     if (auto advanced = renderer_->advance(); !advanced) return advanced.error();
     if (renderer_->collect(shown_)) return static_cast<double>(now_ns() - from_ns) / 1e6;
-    if (!renderer_->busy()) return Error{ErrorCode::kUnavailable, "no picture came of what was shown"};
+    if (!renderer_->busy()) return Error{ErrorCode::kUnavailable, "no picture was rendered"};
     if (auto waited = renderer_->wait(kSecondNs); !waited) return waited.error();
   }
 }

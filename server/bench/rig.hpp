@@ -46,8 +46,8 @@ class BenchRig {
 
   /// What a private view has of its own.
   enum class PrivateKind : std::uint8_t { kCamera, kLight };
-  /// Opens so many private views of the volume on show and waits for a picture of each. Precondition: a
-  /// picture was shown.
+  /// Opens this number of private views of the volume on show and waits for a picture of each. Precondition:
+  /// a picture was shown.
   Result<double> private_pictures(std::size_t views, PrivateKind kind);
 
   const Picture& picture() const { return shown_; }

@@ -26,8 +26,8 @@ struct ScaleCurve {
   std::vector<double> exponents;
 };
 
-/// Measures all curves, each point with so many rounds after one that is not counted, and tells each curve
-/// when it is done.
+/// Measures all curves, each point with this number of rounds after one that is not counted, and reports each
+/// curve when it is done.
 Result<void> run_bench_scale(const RenderDevice& device, int rounds,
                              const std::function<void(const ScaleCurve&)>& tell);
 

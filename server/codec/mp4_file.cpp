@@ -118,17 +118,17 @@ std::vector<std::span<const std::uint8_t>> units_of(std::span<const std::uint8_t
 
 }  // namespace
 
-Result<void> Mp4File::told(int failure) const {
+Result<void> Mp4File::as_result(int failure) const {
   if (failure == 0) return {};
   return Error{ErrorCode::kUnavailable,
-               fmt::format("{} could not be written ({}), expected a folder that is there, with room",
+               fmt::format("{} could not be written ({}), expected an existing folder with free space",
                            printable(path_.string()), std::generic_category().message(failure))};
 }
 
 Result<void> Mp4File::begin() {
   constexpr mode_t kOwnerOnly = 0600;  // it shows a patient
-  if (auto made = told(file_.create_unnamed(path_, kOwnerOnly)); !made) return made;
-  return told(write_all(file_.descriptor(), file_type() + data_header(0)));
+  if (auto made = as_result(file_.create_unnamed(path_, kOwnerOnly)); !made) return made;
+  return as_result(write_all(file_.descriptor(), file_type() + data_header(0)));
 }
 
 Result<void> Mp4File::add(std::span<const std::uint8_t> annex_b, bool key, std::int64_t time_ns) {
@@ -152,7 +152,7 @@ Result<void> Mp4File::add(std::span<const std::uint8_t> annex_b, bool key, std::
     }
   }
   const std::string_view bytes(reinterpret_cast<const char*>(sample_.data()), sample_.size());
-  if (auto written = told(write_all(file_.descriptor(), bytes)); !written) return written;
+  if (auto written = as_result(write_all(file_.descriptor(), bytes)); !written) return written;
   data_bytes_ += sample_.size();
   samples_.push_back({.time_ns = time_ns, .bytes = static_cast<std::uint32_t>(sample_.size()), .key = key});
   return {};
@@ -269,13 +269,13 @@ Result<void> Mp4File::finish() {
     return Error{ErrorCode::kInvalidArgument,
                  "the video has no parameter sets, expected a key picture first"};
   const Index index(*this);
-  if (auto written = told(write_all(file_.descriptor(), index.bytes())); !written) return written;
+  if (auto written = as_result(write_all(file_.descriptor(), index.bytes())); !written) return written;
   const std::string header = data_header(data_bytes_);
   const ssize_t patched =
       pwrite(file_.descriptor(), header.data(), header.size(), static_cast<off_t>(kFileTypeBytes));
-  if (patched != static_cast<ssize_t>(header.size())) return told(patched < 0 ? errno : ENOSPC);
-  if (auto synced = told(file_.sync()); !synced) return synced;
-  return told(file_.take_the_name_of(path_));
+  if (patched != static_cast<ssize_t>(header.size())) return as_result(patched < 0 ? errno : ENOSPC);
+  if (auto synced = as_result(file_.sync()); !synced) return synced;
+  return as_result(file_.take_the_name_of(path_));
 }
 
 }  // namespace fanlight

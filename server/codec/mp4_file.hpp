@@ -31,7 +31,7 @@ class Mp4File {
  private:
   class Index;
   Result<void> begin();
-  Result<void> told(int failure) const;
+  Result<void> as_result(int failure) const;
   /// In ticks of the video, from 0.
   std::vector<std::uint32_t> durations() const;
 

@@ -178,8 +178,9 @@ SurfaceMesh mesh_of(const Picture& picture) {
 
 Result<void> check_mesh_path(const std::string& path) {
   if (path.empty() || path.ends_with(".ply") || path.ends_with(".stl")) return {};
-  return Error{ErrorCode::kInvalidArgument,
-               fmt::format("{} is no name for a surface, expected one that ends in .ply or .stl", path)};
+  return Error{
+      ErrorCode::kInvalidArgument,
+      fmt::format("{} is not a file name for a surface, expected one that ends in .ply or .stl", path)};
 }
 
 Result<void> write_mesh(const std::string& path, const SurfaceMesh& mesh) {

@@ -160,7 +160,7 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangeProbe& change, const
   // The answer comes later, and the session must be able to read meanwhile.
   if (static_cast<std::size_t>(waiting) >= kMostPendingProbeChanges) {
     return {.result = refusal({ErrorCode::kUnavailable,
-                               fmt::format("{} changes of the probe are unanswered, expected some patience",
+                               fmt::format("{} changes of the probe are unanswered, expected a later request",
                                            kMostPendingProbeChanges)})};
   }
   const auto order = state_.probe.order(change.settings);

@@ -55,7 +55,7 @@ class CommandExecutor {
   void forget(std::uint64_t session);
 
  private:
-  /// What a command has done, beside its result.
+  /// What a command has done, in addition to its result.
   struct Outcome {
     CommandResult result;
     const char* audited = "done";  ///< result in the audit log, where it was not refused; null: no line

@@ -51,7 +51,7 @@ Result<void> ConnectionListener::read_certificates() {
 
 std::optional<std::string> ConnectionListener::reload_certificates(bool in_any_case) {
   if (config_.tls.empty() || (!in_any_case && file_marks(config_.tls) == certificates_read_)) return {};
-  // Files that cannot be read are tried again every second; the same error is told once.
+  // Files that cannot be read are tried again every second; the same error is reported once.
   const auto read = read_certificates();
   std::string result = read ? "done" : read.error().message;
   if (std::exchange(certificates_result_, read ? "" : result) == result && !in_any_case) return {};

@@ -70,7 +70,7 @@ class ConnectionListener {
   ConnectRate rate_;                                    // where there is TLS
   std::shared_ptr<boost::asio::ssl::context> context_;  // null: no TLS
   std::array<FileVersion, 3> certificates_read_;
-  std::string certificates_result_;  // the last error that was told; empty: none
+  std::string certificates_result_;  // the last error that was reported; empty: none
 };
 
 }  // namespace fanlight

@@ -208,7 +208,7 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
     return principal.error();
   }
   const bool stream = path_of(request) == "/stream";
-  // Whoever asks for the page alone needs no certificate, so none is judged.
+  // A request for the page alone needs no certificate, so none is judged.
   if (!stream && !is_guarded(path_of(request))) return std::optional<Principal>();
   if (const auto fingerprint = connection_.client_fingerprint()) {
     auto principal = dependencies_.access.by_certificate(*fingerprint, address_);
@@ -313,7 +313,7 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
                    "/api/picture.png, "
                    "/api/presets, /api/recording, /api/replay or /api/cine");
   }
-  // Whoever loads the page connects as a display next: its first picture is rendered meanwhile.
+  // A client that loads the page connects as a display next: its first picture is rendered meanwhile.
   if (path == "/" && !dependencies_.access.asks()) dependencies_.state.demand.asked(now_ns());
   const bool compressed = accepts_gzip(request);
   Response response =

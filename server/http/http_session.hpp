@@ -55,7 +55,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   /// Answers an error of HTTP, and ends without a word after one of the connection.
   void refuse_unreadable(boost::beast::error_code failure);
   void serve(const Request& request);
-  /// The response to a request that this server must not serve, whoever sent it; else nothing.
+  /// The response to a request that this server must not serve to anyone; else nothing.
   std::optional<Response> rejection(const Request& request);
   void upgrade(const Request& request, std::optional<Principal> principal);
   /// The principal of the request; empty if it shows no credentials. Error: they are not valid.

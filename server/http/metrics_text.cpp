@@ -148,10 +148,10 @@ std::string metrics_text(const ServerState& state, const PictureHub& hub) {
       family("fanlight_picture_age_seconds",
              "From the capture of the newest picture's volume to now; -1 before the first picture",
              prometheus::MetricType::Gauge, liveness.age_s));
-  families.push_back(family("fanlight_picture_resting",
-                            "1 while nothing is rendered since nobody looks: the picture is then not live",
-                            prometheus::MetricType::Gauge,
-                            liveness.state == PictureLiveness::State::kResting ? 1 : 0));
+  families.push_back(
+      family("fanlight_picture_resting",
+             "1 while nothing is rendered because there are no viewers: the picture is then not live",
+             prometheus::MetricType::Gauge, liveness.state == PictureLiveness::State::kResting ? 1 : 0));
   families.push_back(family("fanlight_picture_frozen",
                             "1 while displays look at one of the last volumes: the picture is then not live",
                             prometheus::MetricType::Gauge,
@@ -165,9 +165,9 @@ std::string metrics_text(const ServerState& state, const PictureHub& hub) {
   families.push_back(
       family("fanlight_recording", "1 while frames are recorded, also to keep the last minutes; else 0",
              prometheus::MetricType::Gauge, recording.state == RecordingStatus::State::kRecording ? 1 : 0));
-  families.push_back(family("fanlight_recording_halted", "1 while a recording waits for room on its disk",
-                            prometheus::MetricType::Gauge,
-                            recording.state == RecordingStatus::State::kNoRoom ? 1 : 0));
+  families.push_back(
+      family("fanlight_recording_halted", "1 while a recording waits for free space on its disk",
+             prometheus::MetricType::Gauge, recording.state == RecordingStatus::State::kNoRoom ? 1 : 0));
   families.push_back(family("fanlight_recording_frames_missed",
                             "Frames that the disk did not take in time, of the recording under way",
                             prometheus::MetricType::Gauge, static_cast<double>(recording.frames_missed)));

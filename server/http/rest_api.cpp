@@ -22,7 +22,7 @@ using nlohmann::ordered_json;
 
 RestApi::Response no_picture() {
   RestApi::Response response =
-      refusal(http::status::service_unavailable, "there is no picture yet, expected some patience");
+      refusal(http::status::service_unavailable, "there is no picture yet, expected a later request");
   response.set(http::field::retry_after, "1");
   return response;
 }
@@ -51,17 +51,17 @@ ordered_json replay_json(const v1::ReplayStatus& status) {
   constexpr std::array<std::string_view, 5> kStates = {"no_recording", "playing", "paused", "ended",
                                                        "failed"};
   constexpr std::array<std::string_view, 3> kEndings = {"once", "loop", "to-and-fro"};
-  ordered_json told = {{"state", kStates.at(status.state())}};
-  if (status.state() == v1::ReplayStatus::NO_RECORDING) return told;
-  told.update({{"time_s", status.time_s()},
-               {"duration_s", status.duration_s()},
-               {"sweep", status.sweep()},
-               {"sweeps", status.sweeps()},
-               {"speed", status.speed()},
-               {"ending", kEndings.at(status.ending())},
-               {"backward", status.backward()},
-               {"trouble", status.trouble()}});
-  return told;
+  ordered_json report = {{"state", kStates.at(status.state())}};
+  if (status.state() == v1::ReplayStatus::NO_RECORDING) return report;
+  report.update({{"time_s", status.time_s()},
+                 {"duration_s", status.duration_s()},
+                 {"sweep", status.sweep()},
+                 {"sweeps", status.sweeps()},
+                 {"speed", status.speed()},
+                 {"ending", kEndings.at(status.ending())},
+                 {"backward", status.backward()},
+                 {"trouble", status.trouble()}});
+  return report;
 }
 
 ordered_json cine_json(const v1::CineStatus& status) {

@@ -52,7 +52,7 @@ class RestApi {
   Response respond(const Request& request, std::string_view path, const Principal& principal);
 
   /// The answer to a GET of /api/picture.png, once the picture is encoded. Where nothing was rendered, since
-  /// nobody looked, a picture is rendered first: within kMostWaitNs, or the answer is a refusal.
+  /// there were no viewers, a picture is rendered first: within kMostWaitNs, or the answer is a refusal.
   void picture(const Principal& principal, const std::function<void(Response)>& answer, std::int64_t now_ns);
   static constexpr std::int64_t kMostWaitNs = 5'000'000'000;
 

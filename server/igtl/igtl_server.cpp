@@ -102,7 +102,7 @@ IgtlServer::IgtlServer(asio::io_context& loop, const Config& config, Dependencie
                                    .made = [this](const IgtlVolumes::Made& made) { offer_volume(made); }}) {}
 
 IgtlServer::~IgtlServer() {
-  dependencies_.wants_changed = [] {};  // nobody is left to be told
+  dependencies_.wants_changed = [] {};  // there is no one left to notify
   frames_ = nullptr;
   for (const auto& session : std::vector(sessions_)) session->leave();
 }

@@ -73,7 +73,7 @@ class IgtlServer {
   /// The state of the picture has changed.
   void state_changed();
   void second_passed();
-  /// Accepts nobody, and tells the clients that the server ends.
+  /// Accepts no more clients, and tells those connected that the server stops.
   void end();
 
  private:

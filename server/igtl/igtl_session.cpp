@@ -93,7 +93,7 @@ void IgtlSession::received(std::size_t bytes) {
     case Event::kLost:
     case Event::kUnwanted:
       dependencies_.counters.igtl_messages_refused.add();
-      spdlog::info("the OpenIGTLink client {} sends no OpenIGTLink: it is disconnected", principal_.address);
+      spdlog::info("the client {} does not speak OpenIGTLink: disconnecting", principal_.address);
       return leave();
   }
   read();
@@ -269,7 +269,7 @@ void IgtlSession::tell_status() {
 
 void IgtlSession::answer(const igtl::Envelope& envelope,
                          const std::function<void(std::vector<std::uint8_t>&)>& put) {
-  // A client that reads nothing is told nothing more; what it asks is not read either.
+  // A client that reads nothing is sent nothing more; its requests are not read either.
   if (gone_ || !has_room()) return;
   igtl::Envelope in_its_version = envelope;
   in_its_version.version = version_;
@@ -364,8 +364,8 @@ void IgtlSession::end() {
   if (gone_ || ending_) return;
   outbox_.clear();  // the end does not wait for what is large
   answer({.type = "STATUS", .device = kIgtlDevice}, [](std::vector<std::uint8_t>& bytes) {
-    igtl::put_status(bytes,
-                     {.code = igtl::StatusCode::kShuttingDown, .name = "end", .text = "the server ends"});
+    igtl::put_status(
+        bytes, {.code = igtl::StatusCode::kShuttingDown, .name = "end", .text = "the server is stopping"});
   });
   ending_ = true;
   pump();

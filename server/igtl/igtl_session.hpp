@@ -68,7 +68,7 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   /// There is no message of this stream: an empty one for who has asked for one, a STATUS for who has started
   /// the stream.
   void not_available(IgtlStream stream, const std::string& why);
-  /// Tells the state of the picture.
+  /// Sends the state of the picture.
   void tell_status();
 
   void second_passed();

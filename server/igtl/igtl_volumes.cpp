@@ -40,7 +40,7 @@ struct IgtlVolumes::Job {
   IgtlMessages messages;
   std::string trouble;  // empty: none
   std::atomic<bool> stopped{false};
-  bool is_orphan = false;  // nobody is left to be told
+  bool is_orphan = false;  // there is no one left to notify
 
   void run() {
     try {

@@ -17,7 +17,7 @@ namespace fanlight {
 /// it waits for some seconds. Keeps the memory of one volume from the first order on. Server thread only.
 class IgtlVolumes {
  public:
-  /// A message has at most so many voxels, one byte each.
+  /// Most voxels of a message, one byte each.
   static constexpr std::uint64_t kMostVoxelsSent = 256'000'000;
   static constexpr std::int64_t kPauseNs = 5'000'000'000;  ///< after one that could not be made
 
@@ -25,7 +25,7 @@ class IgtlVolumes {
     IgtlMessages messages;         ///< none: it could not be made
     std::uint64_t ordered_id = 0;  ///< of the volume that it was ordered for
     std::uint64_t shown_id = 0;    ///< of the volume that it shows
-    std::string trouble;           ///< why it could not be made; empty: it was, or that was told before
+    std::string trouble;           ///< why it could not be made; empty: it was, or that was reported before
   };
   /// All must outlive this object, except what the executor runs.
   struct Dependencies {
@@ -41,12 +41,12 @@ class IgtlVolumes {
   IgtlVolumes(const IgtlVolumes&) = delete;
   IgtlVolumes& operator=(const IgtlVolumes&) = delete;
 
-  /// Somebody wants the volume of the newest picture. He gets the one on show, which may be newer. Ignored
+  /// A client wants the volume of the newest picture. It gets the one on show, which may be newer. Ignored
   /// while one is under way, and in a pause: ask again later.
   void order(const IgtlWanted& wanted, std::uint64_t volume_id);
-  /// Nobody wants volumes any more: stops the conversion that is under way.
+  /// No client wants volumes any more: stops the conversion in progress.
   void stop();
-  /// stop(), and nothing is told any more.
+  /// stop(), and nothing is reported any more.
   void end();
 
  private:

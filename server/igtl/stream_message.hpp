@@ -15,7 +15,7 @@ namespace fanlight {
 /// A whole OpenIGTLink message, shared by all clients that are sent it.
 using IgtlMessage = std::shared_ptr<const std::vector<std::uint8_t>>;
 
-/// A message in each version of the header; null where nobody wanted it.
+/// A message in each version of the header; null where no client wanted it.
 struct IgtlMessages {
   IgtlMessage version_1;
   IgtlMessage version_2;

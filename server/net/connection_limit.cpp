@@ -43,7 +43,7 @@ std::optional<ConnectionPermit> ConnectionLimit::take(const asio::ip::address& a
   const bool loopback = host.empty();
   const auto known = by_host_.find(host);
   if (!loopback && known != by_host_.end() && known->second >= most_a_host_) return std::nullopt;
-  // A place that is told to close is free only when its connection has ended.
+  // A place that is asked to close is free only when its connection has ended.
   if (!loopback && anonymous_count_ >= most_anonymous() && !evict_oldest()) return std::nullopt;
   if (places_.size() >= most_) return std::nullopt;
   ++by_host_[host];

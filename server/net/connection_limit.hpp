@@ -52,7 +52,7 @@ class ConnectionLimit {
  public:
   ConnectionLimit(std::size_t most, std::size_t most_a_host) : most_(most), most_a_host_(most_a_host) {}
 
-  /// nullopt if a limit is reached and nobody can make room.
+  /// nullopt if a limit is reached and no connection can make room.
   std::optional<ConnectionPermit> take(const boost::asio::ip::address& address);
 
   /// The host that an address belongs to; empty for loopback.
@@ -72,7 +72,7 @@ class ConnectionLimit {
   std::size_t most_;
   std::size_t most_a_host_;
   std::list<Place> places_;          // oldest first
-  std::size_t anonymous_count_ = 0;  // without those on loopback, and without those that were told to close
+  std::size_t anonymous_count_ = 0;  // without those on loopback, and without those that were asked to close
   std::map<std::string, std::size_t> by_host_;
   std::size_t evicted_ = 0;
   [[no_unique_address]] ThreadOwner thread_owner_;

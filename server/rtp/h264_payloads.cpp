@@ -12,7 +12,7 @@ namespace {
 using Unit = std::span<const std::uint8_t>;
 using Payload = std::vector<std::uint8_t>;
 
-// Kinds of RTP payloads beside single units (RFC 6184, table 1).
+// Kinds of RTP payloads besides single units (RFC 6184, table 1).
 constexpr std::uint8_t kStapA = 24;
 constexpr std::uint8_t kFuA = 28;
 constexpr std::uint8_t kImportance = 0x60;  // nal_ref_idc

@@ -119,13 +119,13 @@ Result<RtcpFeedback> parse_rtcp(Bytes packet, std::uint32_t our_source) {
   RtcpFeedback feedback;
   if (packet.empty()) return malformed("it is empty");
   while (!packet.empty()) {
-    if (packet.size() < kHeaderBytes) return malformed("it ends within a head");
+    if (packet.size() < kHeaderBytes) return malformed("it ends within a header");
     if ((packet[0] & 0xc0) != kVersion2) return malformed("its version is not 2");
     const std::uint8_t kind = packet[1];
     if (kind < kSenderReport || kind > 223)
       return malformed("it is of no kind of RTCP");  // RFC 5761, section 4
     const std::size_t bytes = 4 * (std::size_t{1} + packet[2] * 256U + packet[3]);
-    if (bytes > packet.size()) return malformed("a packet is longer than what came");
+    if (bytes > packet.size()) return malformed("a packet is longer than the datagram");
     Bytes body = packet.subspan(kHeaderBytes, bytes - kHeaderBytes);
     if ((packet[0] & 0x20) != 0) {
       if (body.empty() || body.back() == 0 || body.back() > body.size())

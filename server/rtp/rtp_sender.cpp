@@ -72,7 +72,7 @@ RtpSender::RtpSender(asio::io_context& loop, const Config& config, Dependencies 
       pause_(loop) {}
 
 RtpSender::~RtpSender() {
-  dependencies_.changed = [] {};  // nobody is left to be told
+  dependencies_.changed = [] {};  // there is no one left to notify
   stop();
 }
 
@@ -123,7 +123,7 @@ Result<void> RtpSender::start() {
 
 void RtpSender::stop() {
   if (!std::exchange(sending_, false)) return;
-  spdlog::info("sends no more pictures to {}", to());
+  spdlog::info("stopped sending pictures to {}", to());
   // Who has sent nothing says no BYE (RFC 3550, section 6.3.7).
   if (control_.is_open() && (packets_sent_ > 0 || report_due_ns_ > 0)) report_ourselves(true);
   close();
@@ -166,7 +166,7 @@ void RtpSender::resolve() {
 void RtpSender::resolved(boost::system::error_code failure, const Udp::resolver::results_type& found) {
   Result<void> connected;
   if (failure || found.empty()) {
-    if (control_.is_open()) return;  // it goes on to where it went
+    if (control_.is_open()) return;  // it still goes to where it went
     connected = Error{ErrorCode::kNotFound, failure.message()};
   } else if (reaches_one_of(found)) {
     return;
@@ -206,7 +206,7 @@ Result<void> RtpSender::connect(const Udp::endpoint& receiver) {
   report_due_ns_ = 0;
   description_.clear();  // it names the receiver
   ++connection_;
-  spdlog::info("sends the pictures as {} to {} ({})", encrypted() ? "SRTP" : "RTP", to(),
+  spdlog::info("sending pictures as {} to {} ({})", encrypted() ? "SRTP" : "RTP", to(),
                receiver.address().to_string());
   try {
     dependencies_.hub.add(*this);
@@ -247,7 +247,7 @@ void RtpSender::receive() {
         // What came from an earlier receiver must not begin a second chain.
         if (failure == asio::error::operation_aborted || !sending_ || connection != connection_) return;
         if (!control_.is_open()) return;
-        // Where nobody listens, the system says so: connection_refused.
+        // Without a listener, the system says so: connection_refused.
         if (!failure) received(bytes);
         receive();
       });
@@ -292,7 +292,7 @@ void RtpSender::report_ourselves(bool ends) {
 bool RtpSender::send(Udp::socket& socket, const std::vector<std::uint8_t>& packet) {
   boost::system::error_code failure;
   socket.send(asio::buffer(packet), 0, failure);
-  // The system tells of an earlier packet that nobody took; this one was not sent.
+  // The system reports an earlier packet without a listener; this one was not sent.
   if (failure == asio::error::connection_refused) socket.send(asio::buffer(packet), 0, failure);
   if (failure) dependencies_.state.counters.rtp_send_failures.add();
   return !failure;

@@ -65,10 +65,9 @@ Result<std::vector<std::uint8_t>> read_srtp_key(const std::filesystem::path& pat
                     EVP_DecodeBlock(key.data(), reinterpret_cast<const unsigned char*>(text.data()),
                                     static_cast<int>(text.size())) == static_cast<int>(kSrtpKeyBytes);
   if (good) return key;
-  return Error{ErrorCode::kBadInput,
-               fmt::format("{} holds no SRTP key, expected 30 random bytes in base64, as "
-                           "\"openssl rand -base64 30\" prints them",
-                           printable(path.string()))};
+  return Error{ErrorCode::kBadInput, fmt::format("{} has no SRTP key, expected 30 random bytes in base64, as "
+                                                 "\"openssl rand -base64 30\" prints them",
+                                                 printable(path.string()))};
 }
 
 Result<std::unique_ptr<SrtpContext>> SrtpContext::create(const std::vector<std::uint8_t>& key) {

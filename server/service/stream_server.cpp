@@ -22,7 +22,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-// Fewer connections than this are too few for a ward: the administrator is told.
+// Fewer connections than this are too few for a ward: the administrator is warned.
 constexpr std::size_t kFewConnections = 256;
 
 }  // namespace
@@ -78,7 +78,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                                   [this] {
                                     if (igtl_) igtl_->state_changed();
                                   }}),
-      signals_(loop_, {.end = [this] { end("the server ends"); },
+      signals_(loop_, {.end = [this] { end("the server is stopping"); },
                        .end_now = [this] { stop(); },
                        .read_again = [this] { read_again(); },
                        .log_state = [this] { log_state(); }}),
@@ -191,7 +191,7 @@ void StreamServer::start_chains() {
 
 void StreamServer::fail(const Error& error) {
   if (!failure_) failure_ = error;
-  end("the server ends after a failure");
+  end("the server is stopping after a failure");
 }
 
 void StreamServer::end(const std::string& reason) {
@@ -228,11 +228,11 @@ void StreamServer::close_audit() {
 void StreamServer::read_again() {
   if (ending_) return;
   if (dependencies_.hooks.read_again && !dependencies_.hooks.read_again()) {
-    spdlog::info("SIGHUP: the terminal that started the server was closed, so the server ends");
-    return end("the server ends");
+    spdlog::info("SIGHUP: the terminal that started the server was closed, so the server stops");
+    return end("the server is stopping");
   }
   spdlog::info(
-      "SIGHUP: reads configuration, tokens and certificates again, and looks whether the audit log was "
+      "SIGHUP: reloading configuration, tokens and certificates, and checking whether the audit log was "
       "moved");
   access_files_.reload(true);
   audit_.reopen();
@@ -246,7 +246,7 @@ void StreamServer::log_state() const {
       newest.line == 0 ? ""
                        : fmt::format(", line {} of the audit log has the hash {}", newest.line, newest.hash);
   spdlog::info("SIGUSR1: {} sessions, in control: {}, source {}{}", sessions_.all().size(),
-               holder.session == 0 ? "nobody" : holder.name, state_.source_state(), audit);
+               holder.session == 0 ? "none" : holder.name, state_.source_state(), audit);
 }
 
 void StreamServer::watch_bell() {
@@ -364,7 +364,7 @@ void StreamServer::start_relay() {
 
 StreamServer::~StreamServer() {
   state_.surveys.stop();
-  if (igtl_) igtl_->end();  // nobody waits for a conversion
+  if (igtl_) igtl_->end();  // no one waits for a conversion
   rest_api_.abandon();      // its requests hold connections, which must end before the loop
   for (const auto& session : sessions_.all()) session->abandon();
 }

@@ -44,17 +44,16 @@ bool DefaultView::answered(const SurveyDesk::Answer& answer) {
     slices.mode = Mode::kSlices;
     return suggest(
         slices,
-        "nobody chose a view, and no surface stands out of the volume: shows its slices, and looks again "
-        "until somebody changes the scene");
+        "no view was chosen, and no surface was found in the volume: showing its slices, and looking again "
+        "until the scene is changed");
   }
   if (answer.outcome != Outcome::kFound) return false;  // it looks again
   const auto& found = answer.reply.found();
   const auto scene = changed_scene(for_source_, found.scene());
   if (!scene) return false;
   found_ = true;
-  const bool differs =
-      suggest(*scene, "nobody chose a view, so the server looked for the surface and found " +
-                          (found.choices().empty() ? "one" : found.choices(0)));
+  const bool differs = suggest(*scene, "no view was chosen, so the server looked for the surface and found " +
+                                           (found.choices().empty() ? "one" : found.choices(0)));
   for (int i = 1; i < found.choices_size(); ++i) spdlog::info("view: {}", found.choices(i));
   return differs;
 }
@@ -78,8 +77,7 @@ bool DefaultView::suggest(const Scene& scene, const std::string& sentence) {
   const auto differs = scene_store_.suggest(scene);
   own_revision_ = scene_store_.in_force().revision;
   if (!differs)
-    return note("nobody chose a view, but the one that was found contradicts the options: " +
-                differs.error().message);
+    return note("no view was chosen, but the one found contradicts the options: " + differs.error().message);
   const bool noted = note(sentence);
   return noted || *differs;
 }

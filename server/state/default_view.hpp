@@ -31,7 +31,7 @@ class DefaultView {
   bool answered(const SurveyDesk::Answer& answer);
 
   /// SceneStore::suggest() where `suggested`, the scene for the geometry of the source alone, differs from
-  /// the last one. Looks again, at volumes that were captured after this call, where nobody has changed the
+  /// the last one. Looks again, at volumes that were captured after this call, where no one has changed the
   /// scene. True: as of answered().
   bool source_changed(const Scene& suggested, std::int64_t now_ns);
 
@@ -52,7 +52,7 @@ class DefaultView {
   std::int64_t next_ns_ = 0;
   std::int64_t captured_from_ns_ = INT64_MIN;  // volumes captured earlier have another geometry
   std::vector<std::string>& notes_;
-  const std::size_t source_notes_;  // the first so many
+  const std::size_t source_notes_;  // the first ones, by count
 };
 
 }  // namespace fanlight

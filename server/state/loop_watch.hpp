@@ -10,7 +10,7 @@
 
 namespace fanlight {
 
-/// Tells whether the loops of the process move, from their pulses. Time is a parameter. One thread.
+/// Checks whether the loops of the process move, from their pulses. Time is a parameter. One thread.
 class LoopWatch {
  public:
   struct Loop {

@@ -6,7 +6,7 @@
 
 namespace fanlight {
 
-/// The text with `name` in place of each mention of the path: displays are not told where files lie, nor what
+/// The text with `name` in place of each mention of the path: displays do not learn where files lie, nor what
 /// they are called, since that may be a patient's name. An empty path changes nothing.
 inline std::string without_path(std::string text, std::string_view path, std::string_view name) {
   if (path.empty()) return text;

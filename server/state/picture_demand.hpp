@@ -12,13 +12,13 @@ namespace fanlight {
 /// Decides whether pictures are rendered: while a display is connected, a recording is under way, or a script
 /// has asked for a picture, and for kLingerNs after that. Also from the start until kLingerNs after the first
 /// picture: what takes long once, such as building the pipelines, is then done before a display comes.
-/// Acquisition, its accounting and the ring of volumes go on in any case. Pure logic: time is a parameter.
+/// Acquisition, its accounting and the ring of volumes continue in any case. Pure logic: time is a parameter.
 /// Server thread only.
 class PictureDemand {
  public:
   static constexpr std::int64_t kLingerNs = 10'000'000'000;
 
-  /// `audience` null: every volume is rendered, whoever looks.
+  /// `audience` null: every volume is rendered, with or without viewers.
   explicit PictureDemand(Audience* audience) : audience_(audience) {}
 
   /// A script has asked for a picture.

@@ -158,7 +158,7 @@ std::string PictureLiveness::sentence(const Source& source, std::int64_t now_ns)
     case State::kFrozen:
       return frozen_sentence(source, now_ns);
     case State::kResting:
-      return "Nobody looks, so no picture is rendered.";
+      return "There are no viewers, so no picture is rendered.";
     case State::kReplay:
       return source.paused ? "The replay of a recording is paused." : "A recording is played.";
     case State::kDelayed:
@@ -211,7 +211,7 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
     case Cause::kRendererBehind:
       return fmt::format("The renderer has finished no picture for {}.", ago(progressed_ns_));
     case Cause::kSweepsDropped:
-      return fmt::format("Every sweep lacks too many frames: {} dropped in {}.",
+      return fmt::format("Every sweep is missing too many frames: {} dropped in {}.",
                          dropped_.count - dropped_.before_progress, ago(progressed_ns_));
     case Cause::kNoSweep:
       return fmt::format("Frames come, but no sweep has ended for {}.", ago(progressed_ns_));

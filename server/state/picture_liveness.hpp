@@ -25,7 +25,7 @@ class PictureLiveness {
     kNotLive,
     kReplay,   ///< the picture shows what a recording shows now, or where it is paused
     kFrozen,   ///< the picture shows one of the last volumes, as was asked for
-    kResting,  ///< nobody looks, so that no picture is rendered
+    kResting,  ///< there are no viewers, so no picture is rendered
   };
   static constexpr std::size_t kStates = static_cast<std::size_t>(State::kResting) + 1;
   /// What keeps new pictures away. In order of precedence, but for the last one.
@@ -34,7 +34,7 @@ class PictureLiveness {
     kSourceFailed,
     kSourceEnded,  ///< a recording has no more frames
     kProbeLost,
-    kGpuRemade,       ///< the GPU was lost and its device is being made anew
+    kGpuRemade,       ///< the GPU was lost and its device is being reopened
     kGpuHung,         ///< the GPU does not finish its work
     kNoFrames,        ///< the source sends none
     kVolumesRefused,  ///< the GPU has no room for them
@@ -67,7 +67,7 @@ class PictureLiveness {
     std::string trouble{};   ///< a sentence, where it runs and does not give what it should
     bool is_replay = false;  ///< of a recording: its pictures are never live
     bool paused = false;     ///< a replay that sends no frame, as was asked for
-    bool resting = false;    ///< nothing is rendered, since nobody looks
+    bool resting = false;    ///< nothing is rendered, since there are no viewers
     bool frozen = false;     ///< one of the last volumes is shown, as was asked for
   };
 

@@ -92,11 +92,10 @@ Result<PictureNotes> read_picture_notes(const std::filesystem::path& path) {
   constexpr std::size_t kLongestLine = 100'000;
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    return Error{
-        ErrorCode::kNotFound,
-        fmt::format("there is no {} that can be read, expected the notes that fanlight serve writes beside a "
-                    "recording",
-                    path.string())};
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("{} cannot be read, expected the notes that fanlight serve writes next to a "
+                             "recording",
+                             path.string())};
   }
   PictureNotes notes;
   std::string text;

@@ -13,7 +13,7 @@
 
 namespace fanlight {
 
-// FILE.pictures.jsonl beside a recording: what it takes to render the pictures that displays saw again, bit
+// FILE.pictures.jsonl next to a recording: what it takes to render the pictures that displays saw again, bit
 // for bit on the same device. A line is a scene, or a picture that shows the scene of that revision.
 
 /// {"scene_revision": 3, "scene": {...}}

@@ -95,9 +95,8 @@ Result<void> PresetStore::remove(std::string_view name, const Author& author) {
   thread_owner_.check();
   const auto found = std::ranges::find(presets_, name, &Preset::name);
   if (found == presets_.end()) {
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("nobody has saved a preset {}, expected the name of one that was saved",
-                             printable(std::string(name.substr(0, kLongestName))))};
+    return Error{ErrorCode::kNotFound, fmt::format("there is no saved preset {}, expected the name of one",
+                                                   printable(std::string(name.substr(0, kLongestName))))};
   }
   if (auto allowed = check_author(name, author); !allowed) return allowed;
   presets_.erase(found);

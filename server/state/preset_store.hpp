@@ -17,7 +17,7 @@ namespace fanlight {
 
 /// The presets that people have saved. Each holds what the picture shows and how: all fields of the scene but
 /// those of view and place (camera, rays, crop, slice) and of the deadline. No input or output but load():
-/// whoever changes something writes json() to the file. Server thread only.
+/// the caller that changes something writes json() to the file. Server thread only.
 class PresetStore {
  public:
   static constexpr std::size_t kMost = 100;

@@ -90,7 +90,7 @@ Result<std::string> RecordingProxy::request(RecordingWish wish) {
   }
   if (status_.over)
     return unavailable(without_path(status_.trouble, config_.folder.string(), "the folder for recordings"));
-  const Error busy = unavailable("the recorder has many orders to carry out, expected some patience");
+  const Error busy = unavailable("the recorder has many orders to carry out, expected a later request");
   switch (wish) {
     case RecordingWish::kStart: {
       if (!recording_.empty()) {

@@ -36,7 +36,7 @@ class RecordingProxy {
     std::filesystem::path folder;  ///< for all recordings; empty: nothing is recorded
     PixelForm form = PixelForm::kRaw;
     double most_s = 0;      ///< a recording ends after so long; 0: no limit
-    double last_s = 0;      ///< while nothing is recorded, the last so many seconds are kept; 0: none
+    double last_s = 0;      ///< while nothing is recorded, the last seconds to keep; 0: none
     bool at_start = false;  ///< begins a recording at once
   };
   /// `link`: absent without a folder. `utc_s`: seconds since 1970.

@@ -22,7 +22,7 @@ std::string replay_words(const v1::ReplayRequest& request);
 /// and scripts to the acquisition thread. Server thread only.
 class ReplayProxy {
  public:
-  /// `link` must outlive this object. `path`: of the recording; told to nobody, see without_path().
+  /// `link` must outlive this object. `path`: of the recording; never sent to clients, see without_path().
   explicit ReplayProxy(ReplayLink& link, std::string path = "") : link_(link), path_(std::move(path)) {}
 
   /// Passes a request on. Errors: kUnavailable where the source is no recording, or cannot do it;

@@ -27,7 +27,7 @@ namespace fanlight {
 
 /// Description of the server that a client receives when its session opens.
 struct ServerDescription {
-  std::string source;  ///< as on the command line; may be the path of a file, which only an admin is told
+  std::string source;  ///< as on the command line; may be the path of a file, which only an admin sees
   std::string title;   ///< for everyone
   std::string path;    ///< of the recording that is played; never sent
   std::string device;
@@ -37,7 +37,7 @@ struct ServerDescription {
   std::vector<std::string> notes;  ///< see SourceDescription::notes, and DefaultView::note()
 };
 
-/// All that clients are told of and may change, but for sessions, control and pictures. The parts do not know
+/// All that clients see and may change, except sessions, control and pictures. The parts do not know
 /// of each other, except through their constructors. Server thread only.
 struct ServerState {
   struct Config {

@@ -46,7 +46,7 @@ Result<void> SurveyDesk::request(std::uint64_t asker) {
   if (!dependencies_.find) return Error{ErrorCode::kUnavailable, "this server finds no surfaces"};
   if (requests_.size() >= kMostRequests) {
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} displays wait for the surface, expected some patience", kMostRequests)};
+                 fmt::format("{} displays wait for the surface, expected a later request", kMostRequests)};
   }
   requests_.push_back({.asker = asker});
   try {

@@ -120,8 +120,9 @@ Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
       std::ranges::count_if(views_, [](const View& each) { return each.wanted.view_id != 0; }));
   const auto free = std::ranges::find(views_, 0U, [](const View& each) { return each.wanted.view_id; });
   if (taken >= most_views_ || free == views_.end()) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} displays have views of their own already, expected some patience", taken)};
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("{} displays already have a view of their own, expected a later request", taken)};
   }
   View& view = *free;
   if (view.pictures == nullptr)

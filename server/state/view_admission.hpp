@@ -79,7 +79,7 @@ class ViewAdmission {
   /// admitted.
   std::vector<EndedView> second_passed(std::int64_t now_ns);
 
-  /// The renderer has ended views. Removes them. Returns what their sessions are told.
+  /// The renderer has ended views. Removes them. Returns the messages for their sessions.
   std::vector<EndedView> ended_by_renderer(const PrivateViewEnds& ends);
 
  private:

@@ -49,7 +49,7 @@ SharedMessage picture_message(PictureSnapshot& snapshot, const StreamSettings& s
 }
 
 /// Runs an encoding on a thread of the pool. Where memory runs out, its result is an error, and the server
-/// goes on.
+/// continues.
 template <typename Made, typename Run>
 void run_within_memory(Result<Made>& result, Run run) {
   try {
@@ -205,7 +205,7 @@ void PictureHub::finished(Job& job) {
   thread_owner_.check();
   --lanes_[static_cast<std::size_t>(lane_of(job.encoding_key.second))].running;
   const auto found = encodings_.find(job.encoding_key);
-  // It may have been dropped meanwhile, and made anew.
+  // It may have been dropped meanwhile, and created again.
   if (found != encodings_.end() && found->second.machine == job.machine) {
     Encoding& encoding = found->second;
     encoding.running = false;
@@ -357,7 +357,7 @@ void PictureHub::png(FileReady ready) {
   if (png_->waiting.size() >= kMostFileRequests) {
     return ready(Error{
         ErrorCode::kUnavailable,
-        fmt::format("{} requests wait for a picture already, expected some patience", kMostFileRequests)});
+        fmt::format("{} requests wait for a picture already, expected a later request", kMostFileRequests)});
   }
   png_->waiting.push_back(std::move(ready));
   if (std::exchange(png_->running, true)) return;

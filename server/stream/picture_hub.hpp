@@ -50,7 +50,7 @@ class PictureHub {
       work();
       done();
     };
-    std::size_t threads = 1;  ///< of each lane: so many encodings run at a time
+    std::size_t threads = 1;  ///< of each lane: the number of encodings at a time
   };
 
   /// `counters` must outlive the hub. Tests replace what is in `config`.
@@ -145,7 +145,7 @@ class PictureHub {
   std::map<EncodingKey, Encoding> encodings_;
   std::map<std::uint64_t, Shown> shown_;  // by view
   std::array<Lane, kEncoderLanes> lanes_;
-  std::vector<std::shared_ptr<PictureSnapshot>> snapshots_;  // those that nobody uses are used again
+  std::vector<std::shared_ptr<PictureSnapshot>> snapshots_;  // unused ones are used again
   std::shared_ptr<PngFile> png_;                             // shared with the job that runs
   [[no_unique_address]] ThreadOwner thread_owner_;
 };

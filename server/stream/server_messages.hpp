@@ -13,7 +13,7 @@
 
 namespace fanlight {
 
-/// Writes the messages that tell clients the state of the server. Server thread only.
+/// Writes the messages with the state of the server for clients. Server thread only.
 class ServerMessages {
  public:
   /// All must outlive this object.

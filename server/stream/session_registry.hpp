@@ -56,7 +56,7 @@ class SessionRegistry {
 
   /// Keeps the session alive until remove().
   void add(const std::shared_ptr<RegisteredSession>& session) { sessions_[session->id()] = session; }
-  /// `act`: called when a session has opened, and told so by opened().
+  /// `act`: called when a session has opened, as reported by opened().
   void when_opened(std::function<void()> act) { opened_ = std::move(act); }
   void opened() const {
     if (opened_) opened_();

@@ -180,7 +180,7 @@ void StreamRequests::change_control(const v1::ControlRequest& request) {
 Result<void> StreamRequests::may_change_stream(const StreamSettings& settings) {
   if (!budget_.take_stream_change()) {
     return Error{ErrorCode::kUnavailable,
-                 "the stream was changed several times within a second, expected some patience"};
+                 "the stream was changed several times within a second, expected a later request"};
   }
   return dependencies_.hub.has_room(session_, settings);
 }
@@ -219,10 +219,10 @@ void StreamRequests::answer_depth(const v1::DepthRequest& request) {
   reply.set_request_id(request.request_id());
   const Picture* const picture = dependencies_.hub.newest_picture(session_.view_id());
   if (request.pixels_size() > kMostDepthPixels) {
-    reply.mutable_refused()->set_message(fmt::format("{} pixels were asked for, expected at most {}",
+    reply.mutable_refused()->set_message(fmt::format("{} pixels were requested, expected at most {}",
                                                      request.pixels_size(), kMostDepthPixels));
   } else if (picture == nullptr) {
-    reply.mutable_refused()->set_message("there is no picture yet, expected some patience");
+    reply.mutable_refused()->set_message("there is no picture yet, expected a later request");
   } else {
     reply.set_picture_id(picture->stamp.picture_id);
     for (const v1::DepthRequest::Pixel& pixel : request.pixels()) {

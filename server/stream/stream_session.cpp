@@ -134,7 +134,8 @@ void StreamSession::leave() {
   shared_.sessions.remove(id());
   // Before anything that takes memory: the executor refers to this object.
   shared_.commands.forget(id());
-  // A pending operation to a peer that has gone, or that does not read, would keep the connection for ever.
+  // A pending operation to a peer that disconnected, or that does not read, would keep the connection for
+  // ever.
   beast::get_lowest_layer(socket_).close();
   if (!was_open) return;
   shared_.hub.remove(*this);
@@ -211,7 +212,7 @@ void StreamSession::check_limits() {
   budget_.refill();
   const SessionLimits& limits = dependencies_.limits;
   if (state_ == State::kClosing && seconds_in_state_ >= limits.stalled_s)
-    return cut("it was told to go and did not");
+    return cut("it did not close when asked to");
   if (out_of_memory_) {
     shared_.state.counters.sessions_out_of_memory.add();
     return cut("the server had no memory for it");
@@ -229,7 +230,7 @@ void StreamSession::check_limits() {
           fmt::format("over {} pings within a second", InputBudget::kPingsPerSecond));
   }
   if (state_ == State::kLogin && seconds_in_state_ >= limits.login_s)
-    close(websocket::close_code::policy_error, "no token came");
+    close(websocket::close_code::policy_error, "no token was received");
   if (state_ == State::kOpen && !shared_.access.may_stay(*identity_.principal)) {
     close(websocket::close_code::policy_error, "the token or certificate is not valid any more");
   }

@@ -46,7 +46,7 @@ class StreamSession : public StreamRequests::Session,
                 std::string address);
 
   /// Answers the upgrade request and serves the client. `protocol`: what was agreed on, or empty. Without a
-  /// principal the client must log in first, and is told `login_reason`, or a usual one.
+  /// principal the client must log in first, and is sent `login_reason`, or a default one.
   void start(const boost::beast::http::request<boost::beast::http::string_body>& request,
              std::string_view protocol, std::optional<Principal> principal, const std::string& login_reason);
 

@@ -75,7 +75,7 @@ int main(int count, char** arguments) {
   CLI::App program("Accuracy of the surfaces shown, against surfaces that are known");
   program.add_option("--rows", options.rows, "Only rows whose name holds this, such as clean/sphere")
       ->type_name("REGEX");
-  program.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  program.add_option("--gpu", options.gpu, "GPU to use, by a part of its name")->type_name("NAME");
   program.add_option("--set", options.changes, "A field of the default scene to try otherwise")
       ->type_name("NAME=VALUE");
   program.add_flag("--json", options.json, "Print the figures as JSON");

@@ -457,7 +457,7 @@ int main(int count, char** arguments) {
           "Folder of depth maps by other programs, WORK_METHOD.f32 such as face_r1_vtk.f32, for rows of "
           "their own (tests/bench/peers/likeness)")
       ->type_name("FOLDER");
-  program.add_option("--gpu", options.gpu, "Part of the name of the GPU to use")->type_name("NAME");
+  program.add_option("--gpu", options.gpu, "GPU to use, by a part of its name")->type_name("NAME");
   program.add_flag("--json", options.json, "Print the figures as JSON");
   CLI11_PARSE(program, count, arguments);
   try {

@@ -28,7 +28,7 @@ async function dragFrom(viewer, { x, y }, right, down) {
   await mouse.up();
 }
 
-/** Lines and handles are drawn anew with each picture, and what has just been replaced has no place. */
+/** Lines and handles are drawn again with each picture, and what has just been replaced has no place. */
 function placeOf(locator) {
   return until(
     "a line or a handle",
@@ -262,7 +262,7 @@ test("a display without control freezes its own picture only, and says so", asyn
     const kept = await other.number("volume-id");
     const others = await viewer.number("volume-id");
     await until(
-      "the first goes on",
+      "the first continues",
       () => viewer.number("volume-id"),
       (id) => id > others + 3,
     );

@@ -76,7 +76,7 @@ TEST_F(DicomTest, PlaysTheCalibratedRegionOfAMultiFrameImage) {
   EXPECT_NEAR(opened->sequence.pixel_size->width_mm, 0.31, 1e-9);
   EXPECT_NEAR(opened->sequence.pixel_size->height_mm, 0.32, 1e-9);
   for (const std::string& note : recording->summary().notes)
-    EXPECT_EQ(note.find("SECRET"), std::string::npos) << "nothing about the patient is told";
+    EXPECT_EQ(note.find("SECRET"), std::string::npos) << "nothing about the patient is reported";
 }
 
 TEST_F(DicomTest, LacksWhatNoFieldTells) {
@@ -187,7 +187,7 @@ TEST_F(DicomTest, RefusesFramesThatAreNotThere) {
   DicomImage image(3);
   image.pixels(ramp(2 * 192));
   image.save(path_);
-  EXPECT_NE(refusal().find("its pixels cannot be the 3 frames"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("its pixels do not match the 3 frames"), std::string::npos) << refusal();
   image.pixels(ramp(3 * 192));
   image.save(path_, EXS_RLELossless);
   DcmFileFormat file;
@@ -195,7 +195,7 @@ TEST_F(DicomTest, RefusesFramesThatAreNotThere) {
   file.loadAllDataIntoMemory();
   ASSERT_TRUE(file.getDataset()->putAndInsertString(DCM_NumberOfFrames, "900000").good());
   ASSERT_TRUE(file.saveFile(path_.c_str(), EXS_RLELossless).good());
-  EXPECT_NE(refusal().find("its pixels cannot be the 900000 frames"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("its pixels do not match the 900000 frames"), std::string::npos) << refusal();
 }
 
 std::string element(std::uint16_t group, std::uint16_t number, std::string_view type,

@@ -32,7 +32,7 @@ TEST_P(GeometryDraftTest, MakesARealRecordingPlayable) {
   const auto opened = Recording::open({.path = path, .geometry_path = {}});
   EXPECT_TRUE(opened) << opened.error().message << "\n" << draft;
   EXPECT_EQ(write_geometry_draft(path, draft).error().code, ErrorCode::kInvalidArgument)
-      << "a geometry that somebody may have edited is kept";
+      << "a geometry that someone may have edited is kept";
 }
 
 INSTANTIATE_TEST_SUITE_P(All, GeometryDraftTest,

@@ -49,7 +49,7 @@ class FakeScanner {
     return client_ >= 0;
   }
 
-  /// Blocks until the client has taken it. False: it has gone.
+  /// Blocks until the client has taken it. False: it is gone.
   bool send(std::span<const std::uint8_t> bytes) {
     while (!bytes.empty()) {
       const ssize_t sent = ::send(client_, bytes.data(), bytes.size(), MSG_NOSIGNAL);

@@ -319,7 +319,7 @@ TEST(IgtlServer, Stands100000MutatedMessages) {
   reader.request_stop();
   reader.join();
   TestClient other(server.igtl_port());
-  EXPECT_TRUE(other.next_of("STATUS")) << "the server goes on";
+  EXPECT_TRUE(other.next_of("STATUS")) << "the server continues";
   EXPECT_TRUE(soon([&] { return server.counters().igtl_messages_refused.value() > 1000; }));
   EXPECT_GT(server.counters().igtl_messages_ignored.value(), 1000U);
 }

@@ -197,10 +197,10 @@ TEST(RisingNumber, GoesOnWhereASenderCountsAnew) {
   EXPECT_EQ(numbers.continued(503, false), 3U) << "one is missing";
   EXPECT_EQ(numbers.continued(502, false), 2U) << "it came out of order";
   EXPECT_EQ(numbers.continued(504, false), 4U);
-  EXPECT_EQ(numbers.continued(0, false), 5U) << "it counts anew";
+  EXPECT_EQ(numbers.continued(0, false), 5U) << "it counts again";
   EXPECT_EQ(numbers.continued(1, false), 6U);
   EXPECT_EQ(numbers.continued(0, true), 7U) << "on a new connection it may do so at once";
-  EXPECT_EQ(numbers.continued(9, true), 16U) << "or go on";
+  EXPECT_EQ(numbers.continued(9, true), 16U) << "or continue";
   EXPECT_LE(numbers.continued(~std::uint64_t{0}, false), RisingNumber::kMost + 16);
 }
 
@@ -211,7 +211,7 @@ TEST(IgtlSource, ConnectsAgainAndGoesOn) {
   rig.scanner.hang_up();
   std::thread again([&] {
     EXPECT_TRUE(rig.scanner.accept());
-    // The scanner counts anew.
+    // The scanner counts again.
     EXPECT_TRUE(rig.scanner.send(message_of(of_fanlight(0))));
   });
   const auto frames = rig.next(1);
@@ -393,7 +393,7 @@ TEST(IgtlSource, SaysThatNobodyIsThere) {
 TEST(IgtlSource, SaysWhatCameInPlaceOfImages) {
   Rig rig;
   EXPECT_FALSE(rig.open({transform_of_plus(0)}, "", {.learn_s = 0.5}));
-  EXPECT_NE(rig.error.message.find("what came: TRANSFORM"), std::string::npos) << rig.error.message;
+  EXPECT_NE(rig.error.message.find("received: TRANSFORM"), std::string::npos) << rig.error.message;
   Rig colours;
   SentImage sent;
   igtl::ImageBody body = body_of(sent);

@@ -238,7 +238,7 @@ int run(int argc, char** argv) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   fmt::print("{} pictures offered, {} sent, {} skipped\n", counts.pictures_offered.value(),
              counts.pictures_sent.value(), counts.pictures_skipped.value());
-  require(pending() == 0, "every offered picture is counted as sent or skipped once its display has gone");
+  require(pending() == 0, "every offered picture is counted as sent or skipped once its display is gone");
   require(counts.sessions_closed.value() == counts.sessions_opened.value(),
           "every display that left is counted");
   return failed ? 1 : 0;

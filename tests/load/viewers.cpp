@@ -30,7 +30,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
   Viewer(asio::io_context& loop, const tcp::endpoint& server) : socket_(loop), server_(server) {}
 
-  /// `png_side`: asks for PNG with the depth map, of at most so many pixels a side; 0: what the server
+  /// `png_side`: asks for PNG with the depth map, of at most this many pixels a side; 0: what the server
   /// chooses.
   void start(std::uint32_t png_side) {
     beast::get_lowest_layer(socket_).connect(server_);

@@ -75,7 +75,7 @@ class RecorderTest : public testing::Test {
     wait_for([this] { return status_.order_done == orders_; });
   }
 
-  /// As the acquisition thread, which waits for nobody; here it waits for room.
+  /// As the acquisition thread, which waits for no one; here it waits for room.
   void put(const FrameStamp& stamp, const FanGeometry& of, std::span<const std::uint8_t> pixels,
            FrameFault fault = FrameFault::kNone) {
     FrameQueue& queue = recorder_->tap().queue();

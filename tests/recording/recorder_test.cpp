@@ -202,7 +202,7 @@ TEST_F(RecorderTest, DropsARingAloneNeverARecording) {
 }
 
 TEST_F(RecorderTest, TakesTheNextFreeNumberForAFurtherFile) {
-  std::ofstream(folder_ / "sweeps-2.igs.mha") << "somebody's";
+  std::ofstream(folder_ / "sweeps-2.igs.mha") << "someone's";
   begin({.path = path_});
   for (std::uint64_t i = 0; i < 3; ++i) put(i);
   for (std::uint64_t i = 3; i < 6; ++i) {
@@ -211,7 +211,7 @@ TEST_F(RecorderTest, TakesTheNextFreeNumberForAFurtherFile) {
     put(deeper, geometry(9), pixels(i, 9));
   }
   end();
-  EXPECT_EQ(text_of(folder_ / "sweeps-2.igs.mha"), "somebody's");
+  EXPECT_EQ(text_of(folder_ / "sweeps-2.igs.mha"), "someone's");
   EXPECT_EQ(open(folder_ / "sweeps-3.igs.mha").summary().frames, 3U);
 }
 

@@ -82,12 +82,12 @@ TEST_F(RecoveryTest, KeepsWhatFollowsADamagedFrame) {
 }
 
 TEST_F(RecoveryTest, WritesNothingInPlaceOfAnother) {
-  write_file(folder_ / "y.igs.raw", "somebody's");
+  write_file(folder_ / "y.igs.raw", "someone's");
   path_ = folder_ / "y.igs.mhd";
   const auto refused = recover(frames_, pixels_);
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("y.igs.raw is there already"), std::string::npos);
-  EXPECT_EQ(text_of(folder_ / "y.igs.raw"), "somebody's");
+  EXPECT_NE(refused.error().message.find("y.igs.raw exists already"), std::string::npos);
+  EXPECT_EQ(text_of(folder_ / "y.igs.raw"), "someone's");
   EXPECT_EQ(segments_of(path_).size(), 1U);
 }
 

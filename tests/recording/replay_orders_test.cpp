@@ -116,7 +116,7 @@ TEST_F(ReplayOrdersTest, StepsSweepBySweepAndBack) {
   EXPECT_EQ(take().size(), 2 * kFramesASweep) << "it stops at the end of the recording";
   EXPECT_EQ(status().sweep, 2U);
   link_.send({.wish = Wish::kStep});
-  EXPECT_EQ(marks_of_sweep(take()), (std::vector{1, 2, 3, 4})) << "the loop goes on";
+  EXPECT_EQ(marks_of_sweep(take()), (std::vector{1, 2, 3, 4})) << "the loop continues";
 }
 
 TEST_F(ReplayOrdersTest, StepsInABackwardPassGoOnBackward) {

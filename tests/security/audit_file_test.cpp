@@ -190,7 +190,7 @@ TEST(AuditFile, GoesOnInANewFileWhenItWasMoved) {
     std::filesystem::rename(folder / "log", folder / "log.2");
     std::ofstream(folder / "log") << "something else\n";
     file->reopen();
-    EXPECT_NE(file->take_notice().find("stays in the old one"), std::string::npos);
+    EXPECT_NE(file->take_notice().find("continues in the old one"), std::string::npos);
     EXPECT_EQ(file->append(entry()), 0);
     EXPECT_EQ(text_of(folder / "log"), "something else\n");
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread of the audit log: a disk or a pipe that takes nothing holds nobody up, and what was lost is
+// The thread of the audit log: a disk or a pipe that takes nothing holds no one up, and what was lost is
 // told.
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -203,7 +203,7 @@ TEST(AuditWriter, DoesNotWaitForAPipeThatIsFull) {
   constexpr std::uint64_t kLines = 20'000;
   for (std::uint64_t line = 0; line < kLines; ++line) writer.push(fields, Urgency::kNow);
   EXPECT_GT(writer.lost(), 0U);
-  // Once somebody reads, the lines that waited come, and a line about those that did not fit.
+  // Once someone reads, the lines that waited come, and a line about those that did not fit.
   std::string text;
   while (!writer.wait_until_written(std::chrono::milliseconds(1))) pipe.read_into(text);
   pipe.read_into(text);

@@ -33,7 +33,7 @@ TEST(ControlLease, IsAskedForGrantedAndReleased) {
   EXPECT_FALSE(lease.ask(kCleo, 0).value());
   ASSERT_EQ(lease.state().asking.size(), 2U);
   EXPECT_FALSE(lease.grant(2, 3, 0)) << "not his to give";
-  EXPECT_FALSE(lease.grant(1, 9, 0)) << "nobody of that number asks";
+  EXPECT_FALSE(lease.grant(1, 9, 0)) << "no one of that number asks";
   EXPECT_TRUE(lease.grant(1, 3, 0));
   EXPECT_TRUE(lease.holds(3));
   ASSERT_EQ(lease.state().asking.size(), 1U);

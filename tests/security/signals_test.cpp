@@ -41,12 +41,12 @@ TEST(Signals, TheFirstEndsInGoodOrder) {
     kill(getpid(), signal);
     for (TestDisplay& display : displays) {
       EXPECT_EQ(close_code(display), 1001);
-      EXPECT_EQ(display.close_reason(), "the server ends");
+      EXPECT_EQ(display.close_reason(), "the server is stopping");
     }
     EXPECT_TRUE(fixture.wait_for_end());
     const auto closed = audited(folder / "log", "session_closed", 3);
     ASSERT_EQ(closed.size(), 3U);
-    EXPECT_EQ(closed[0]["result"], "the server ends");
+    EXPECT_EQ(closed[0]["result"], "the server is stopping");
     EXPECT_TRUE(verify_audit_log(folder / "log"));
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cine over the network: wishes of displays and scripts, and what they are told.
+// The cine over the network: requests of displays and scripts, and the answers.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

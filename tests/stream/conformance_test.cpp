@@ -167,7 +167,7 @@ TEST(Conformance, AcceptsFragmentsWithControlFramesBetweenThem) {
   client.frame(kBinary, whole.substr(0, 3));
   client.frame(0x80 | kPing, "are you there");
   client.frame(kContinuation, whole.substr(3, 2));
-  client.frame(0x80 | kPong, "nobody asked");
+  client.frame(0x80 | kPong, "no one asked");
   client.frame(kContinuation, "");
   client.frame(0x80 | kContinuation, whole.substr(5));
   const auto pong = client.next(kPong);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The view that the server finds where nobody chose one. The test takes the place of the renderer.
+// The view that the server finds where no one chose one. The test takes the place of the renderer.
 #include "server/state/default_view.hpp"
 
 #include <gtest/gtest.h>
@@ -95,7 +95,7 @@ class DefaultViewTest : public testing::Test {
   std::vector<std::string> notes_ = {"angles are assumed"};
   DefaultView view_{true, store_, surveys_, notes_};
   std::optional<VolumeOrder> order_;
-  std::uint64_t asked_ = 0;  // number of the newest order that asked() has told of
+  std::uint64_t asked_ = 0;  // number of the newest order that asked() has reported
 };
 
 TEST_F(DefaultViewTest, BecomesTheDefaultAndKeepsWhatWasChosen) {
@@ -165,7 +165,7 @@ TEST_F(DefaultViewTest, LooksAgainAtAnotherGeometry) {
   EXPECT_TRUE(view_.source_changed(deeper, 20));
   EXPECT_EQ(store_.in_force().scene.rays.end_mm, 150);
   shown(21);
-  EXPECT_FALSE(asked()) << "somebody has chosen the threshold";
+  EXPECT_FALSE(asked()) << "someone has chosen the threshold";
 }
 
 TEST_F(DefaultViewTest, IgnoresTheAnswerForTheGeometryBefore) {

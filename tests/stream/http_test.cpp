@@ -80,13 +80,12 @@ TEST(Http, ServesHealthAndMetrics) {
 }
 
 TEST(Http, ReportsAFailedSourceAsUnhealthy) {
-  ServerFixture fixture(64, "the probe is gone");
+  ServerFixture fixture(64, "the probe was disconnected");
   const std::string answer = get(fixture, "/healthz");
   EXPECT_NE(answer.find("HTTP/1.1 503"), std::string::npos);
-  EXPECT_NE(
-      answer.find(
-          "failing; source the probe is gone; picture waiting; The source has failed: the probe is gone."),
-      std::string::npos);
+  EXPECT_NE(answer.find("failing; source the probe was disconnected; picture waiting; The source has failed: "
+                        "the probe was disconnected."),
+            std::string::npos);
 }
 
 TEST(Http, AnswersHeadWithoutABody) {

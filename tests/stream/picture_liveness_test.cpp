@@ -94,7 +94,7 @@ TEST_F(LivenessTest, ARestIsNoFaultUnlessTheSourceHasOne) {
   source_.resting = true;
   for (int sweeps = 0; sweeps < 50; ++sweeps) sweep(true, false);
   EXPECT_EQ(state(), State::kResting);
-  EXPECT_EQ(sentence(), "Nobody looks, so no picture is rendered.");
+  EXPECT_EQ(sentence(), "There are no viewers, so no picture is rendered.");
   pass(2500);
   EXPECT_EQ(state(), State::kNotLive);
   EXPECT_EQ(cause(), Cause::kNoFrames);
@@ -134,7 +134,7 @@ TEST_F(LivenessTest, DroppedSweepsAreTheCause) {
   sweep();
   EXPECT_LE(ms_until_not_live(false, false), 2250);
   EXPECT_EQ(cause(), Cause::kSweepsDropped);
-  EXPECT_EQ(sentence(), "Every sweep lacks too many frames: 11 dropped in 2 s.");
+  EXPECT_EQ(sentence(), "Every sweep is missing too many frames: 11 dropped in 2 s.");
 }
 
 TEST_F(LivenessTest, FramesWithoutTheEndOfASweepAreTheCause) {

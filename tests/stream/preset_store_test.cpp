@@ -77,8 +77,7 @@ TEST_F(PresetStoreTest, RefusesNamesAndValues) {
   v1::Scene view;
   view.mutable_camera()->set_yaw_deg(3);
   EXPECT_NE(refusal(store_.save("x", view, kOperator)).find("no field of a preset"), std::string::npos);
-  EXPECT_EQ(refusal(store_.remove("x", kOperator)),
-            "nobody has saved a preset x, expected the name of one that was saved");
+  EXPECT_EQ(refusal(store_.remove("x", kOperator)), "there is no saved preset x, expected the name of one");
   EXPECT_EQ(changes_, 0);
 }
 
@@ -149,8 +148,9 @@ TEST(PresetStream, IsToldToAllAndSavedByOperators) {
   EXPECT_EQ(second.next(Body::kPresets).presets().saved(0).preset().name(), "mine");
   message.mutable_preset()->set_remove("yours");
   second.send(message);
-  EXPECT_NE(second.next(Body::kPresetReply).preset_reply().refused().message().find("nobody has saved"),
-            std::string::npos);
+  EXPECT_NE(
+      second.next(Body::kPresetReply).preset_reply().refused().message().find("there is no saved preset"),
+      std::string::npos);
   EXPECT_EQ(fixture.counters().preset_refusals.value(), 1U);
   EXPECT_EQ(fixture.counters().scene_changes.value(), 0U);
 }

@@ -82,7 +82,7 @@ TEST(ProbeStream, ReportsTheProbeItsLossAndItsReturn) {
   EXPECT_EQ(client.next(Body::kStatistics).statistics().source_state(), "running");
 }
 
-// When a probe looks deeper than before, scene fields that nobody has chosen must follow; otherwise the
+// When a probe looks deeper than before, scene fields that no one has chosen must follow; otherwise the
 // picture would end at the old depth.
 TEST(ProbeStream, FieldsThatNobodyHasChosenFollowTheDepthOfTheProbe) {
   ProbeFixture probe_fixture;
@@ -217,7 +217,7 @@ TEST(ProbeStream, LimitsTheUnansweredChanges) {
   for (std::uint64_t request = 1; request <= 17; ++request) client.send(change(request, 50));
   const auto refused = client.next(Body::kProbeReply).probe_reply();
   EXPECT_EQ(refused.request_id(), 17U);
-  EXPECT_EQ(refused.refused().message(), "16 changes of the probe are unanswered, expected some patience");
+  EXPECT_EQ(refused.refused().message(), "16 changes of the probe are unanswered, expected a later request");
   auto answered = status_with(ProbeStatus::State::kStreaming);
   answered.order_answered = probe_fixture.next_order().number;
   EXPECT_EQ(answered.order_answered, 16U);

@@ -49,7 +49,7 @@ TEST_F(SessionLimitsTest, ADisplayThatDoesNotLogInIsSentAway) {
   EXPECT_EQ(display.next().body_case(), v1::ServerMessage::kLoginNeeded);
   EXPECT_THROW(display.next(), boost::system::system_error);
   EXPECT_EQ(display.close_code(), 1008);
-  EXPECT_EQ(display.close_reason(), "no token came");
+  EXPECT_EQ(display.close_reason(), "no token was received");
   // The server counts whole seconds.
   EXPECT_GT(std::chrono::steady_clock::now() - begun, std::chrono::milliseconds(900));
   EXPECT_EQ(fixture.counters().sessions_opened.value(), 0U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SessionRegistry without sockets: which session is told what.
+// SessionRegistry without sockets: which session receives what.
 #include "server/stream/session_registry.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ std::string name_of(Notice notice) {
                                       : "liveness";
 }
 
-/// A session that keeps what it is told.
+/// A session that keeps what it receives.
 class Spy : public RegisteredSession {
  public:
   Spy(std::uint64_t id, bool open) : id_(id), open_(open) {}

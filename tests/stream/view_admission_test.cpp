@@ -164,7 +164,8 @@ TEST_F(ViewAdmissionTest, TheCostOfAViewIsThatOfItsOwnPictures) {
 TEST_F(ViewAdmissionTest, LimitsTheNumberOfViews) {
   for (std::uint64_t session = 1; session <= kMostPrivateViews; ++session)
     EXPECT_EQ(refusal_of(session, light(5)), "");
-  EXPECT_EQ(refusal_of(100, light(5)), "4 displays have views of their own already, expected some patience");
+  EXPECT_EQ(refusal_of(100, light(5)),
+            "4 displays already have a view of their own, expected a later request");
   EXPECT_EQ(counters_.private_views.value(), kMostPrivateViews);
   EXPECT_TRUE(admission_.leave(1));
   EXPECT_FALSE(admission_.leave(1));

@@ -42,7 +42,7 @@ macro(fanlight_add_gtest_part name environment)
   set(part_environment "GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/test_results/${name}.xml"
     "GTEST_FILTER=${given_FILTER}" ${environment})
   if(FANLIGHT_SANITIZE MATCHES undefined)
-    # Without it, undefined behaviour is told, and the test passes.
+    # Without it, undefined behaviour is reported, and the test passes.
     list(APPEND part_environment UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1)
   endif()
   set_tests_properties(${name} PROPERTIES

@@ -24,7 +24,7 @@ Volume twin_prepare(const Scene::Speckle& speckle, const Volume& volume);
 
 struct TwinCast {
   std::vector<double> depth_mm;    ///< no surfaces in Mode::kSlice, which casts no rays
-  std::vector<double> confidence;  ///< contrast of the edge over the noise beside it; 0 without a surface
+  std::vector<double> confidence;  ///< contrast of the edge over the noise next to it; 0 without a surface
   std::vector<Rgb> colour;         ///< in the modes that show the echo itself; black in the others
 };
 

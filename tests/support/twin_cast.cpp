@@ -237,7 +237,7 @@ std::optional<double> placed_by_level(const Scene::Detector& detector, const Ray
   const bool rises = sum_of(oldest + half, half) >= sum_of(oldest, half);
   const bool inwards = detector.sign == EdgeSign::kEither ? rises : detector.sign == EdgeSign::kDarkToBright;
   const int start = inwards ? oldest : oldest + window - 1;
-  // Means of so many samples, one each `stride`, from the start towards the tissue.
+  // Means of this many samples, one each `stride`, from the start towards the tissue.
   const auto means = [&](int count, int stride) {
     std::vector<double> of;
     for (int number = 0; number + stride * (count - 1) < window + half; number += stride) {

@@ -172,7 +172,7 @@ const std::vector<Damage>& damages() {
          return file.bytes();
        }},
       header_damage("RadioFrequency", kUnsupported, "expected BRIGHTNESS", "UltrasoundImageType", "RF_REAL"),
-      header_damage("NoTimeAxis", kUnsupported, "its Kinds name no axis of time", "Kinds",
+      header_damage("NoTimeAxis", kUnsupported, "its Kinds name no time axis", "Kinds",
                     "domain domain domain"),
       header_damage("NoImage", kUnsupported, "expected Image", "ObjectType", "Tube"),
       header_damage("CompressionNeitherTrueNorFalse", kBadInput, "expected True or False", "CompressedData",

@@ -84,7 +84,7 @@ TEST(SteadyLevelsTest, FollowSlowlyAndInSteps) {
   EchoLevels little = first;
   little.tissue = 115;
   for (int volume = 0; volume < 50; ++volume) steady.add(little);
-  EXPECT_EQ(steady.in_force(), first) << "5 % are no reason to prepare the frames anew";
+  EXPECT_EQ(steady.in_force(), first) << "5 % are no reason to prepare the frames again";
   EchoLevels more = first;
   more.tissue = 155;
   EXPECT_FALSE(steady.is_other(more));

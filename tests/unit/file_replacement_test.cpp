@@ -76,7 +76,8 @@ TEST(FileReplacement, SaysWhyItFailed) {
   const auto absent = replace_file(folder / "absent/f", "x");
   ASSERT_FALSE(absent);
   EXPECT_NE(absent.error().message.find("No such file"), std::string::npos) << absent.error().message;
-  EXPECT_NE(absent.error().message.find("expected a folder"), std::string::npos);
+  EXPECT_NE(absent.error().message.find("expected an existing, writable folder with room"),
+            std::string::npos);
   EXPECT_FALSE(replace_file(folder.path(), "x")) << "a folder";
 }
 

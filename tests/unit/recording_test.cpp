@@ -80,7 +80,7 @@ TEST_F(RecordingTest, CountsWhatWasLostWhenItWasMade) {
   const Recording recording = open_whole(file);
   EXPECT_EQ(recording.summary().frames_lost, 3U);
   EXPECT_EQ(recording.frames()[4].lost_before, 3U);
-  EXPECT_EQ(recording.frames()[5].lost_before, 0U) << "another sweep counts anew";
+  EXPECT_EQ(recording.frames()[5].lost_before, 0U) << "another sweep counts again";
 }
 
 TEST_F(RecordingTest, InvalidFramesNeedNoAngle) {

@@ -132,7 +132,7 @@ TEST(RayStartTest, GivesUpTheHundredthThatCostsTheMost) {
 }
 
 TEST(SurfaceSurveyTest, SurvivesASheetThatTurnsAwayFromTheView) {
-  // A wall on the right side of the fan, which goes on below: an L.
+  // A wall on the right side of the fan, which continues below: an L.
   for (const double wall_mm : {5.0, 15.0, 25.0}) {
     const Volume volume = made_volume(kGeometry, even_angles(), [wall_mm](const Point& at) {
       return (at.x_mm > wall_mm + 0.3 * at.y_mm - 15 || at.y_mm > 85 ? 140.0 : 20.0) + 3 * noise(at);

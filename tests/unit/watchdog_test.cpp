@@ -125,7 +125,7 @@ TEST_F(WatchdogTest, WatchesEachLane) {
                                          Watchdog::Lane{.submissions = 1, .outstanding = true}};
   Pace pace = watchdog_.observe(lanes, now_ns_);
   for (int step = 0; step < 110; ++step) {
-    ++lanes[0].submissions;  // this one goes on
+    ++lanes[0].submissions;  // this one continues
     now_ns_ += 100 * kMs;
     pace = watchdog_.observe(lanes, now_ns_);
   }

@@ -111,7 +111,7 @@ TEST(AcquisitionFixture, WaitingForRoomIsNoSilence) {
   fixture.start();
   const auto published = [&] { return fixture.ring().counters().volumes_published.value(); };
   ASSERT_TRUE(wait_until([&] { return published() == 4; })) << "as many as have room";
-  // Longer than SilenceWatch::kSilenceNs. A sleep, because the emulated probe makes no frames while nobody
+  // Longer than SilenceWatch::kSilenceNs. A sleep, because the emulated probe makes no frames while no one
   // reads: there is no condition to wait for. SilenceWatch.ABlockedCallerIsNoSilenceOfTheProbe injects the
   // time.
   std::this_thread::sleep_for(std::chrono::milliseconds(2000));

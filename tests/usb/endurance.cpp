@@ -163,7 +163,7 @@ void run_throughput(const Options& options) {
   const std::uint64_t read_ahead = 96;
   const std::uint64_t on_its_way = sent.frames_dropped - dropped_before + sent.frames_torn + read_ahead;
   fmt::print("on their way at the end: {} frames\n", unread);
-  require(unread <= on_its_way, "frames are lost that nobody counted");
+  require(unread <= on_its_way, "frames are lost that no one counted");
   require(after.files <= before.files && after.threads <= before.threads,
           "files or threads were left behind");
 }

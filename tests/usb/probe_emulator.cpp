@@ -38,7 +38,7 @@ struct Options {
 void add_options(CLI::App& program, Options& options) {
   ProbeModel::Config& model = options.probe.model;
   program.add_option("--rate", model.frame_rate_hz, "Frames a second")->capture_default_str();
-  program.add_option("--frames", model.frames_per_volume, "Frames a volume")->capture_default_str();
+  program.add_option("--frames", model.frames_per_volume, "Frames per volume")->capture_default_str();
   program.add_option("--columns", model.columns)->capture_default_str();
   program.add_option("--rows", model.rows, "At the full depth of 160 mm")->capture_default_str();
   program.add_option("--sweep", model.sweep_deg, "Degrees from a sweep's first frame to its last")
@@ -46,7 +46,7 @@ void add_options(CLI::App& program, Options& options) {
   program.add_option("--depth", model.depth_mm, "Millimetres")->capture_default_str();
   program.add_option("--lag", model.lag_deg, "Degrees by which forward and backward disagree")
       ->capture_default_str();
-  program.add_option("--room", model.room_frames, "Frames kept while nobody takes them; 0: those of 50 ms")
+  program.add_option("--room", model.room_frames, "Frames kept while no one takes them; 0: those of 50 ms")
       ->capture_default_str();
   program.add_option("--mb-per-s", options.mb_per_s,
                      "As many frames as that needs, in place of --rate; their pictures are drawn before");

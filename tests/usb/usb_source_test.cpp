@@ -125,7 +125,7 @@ TEST(UsbSource, AHaltedPipeIsClearedAndReadOn) {
   EXPECT_GE(count(frames, FrameFault::kNone), 28U) << "at most the frame under way is lost";
   EXPECT_EQ(std::ranges::count_if(frames, [](const Frame& frame) { return frame.stamp.after_interruption; }),
             1)
-      << "the stream goes on";
+      << "the stream continues";
   EXPECT_EQ(rig.counters().probes_lost.value(), 0U);
 }
 
@@ -156,7 +156,7 @@ TEST(UsbSource, ASilentProbeIsStartedAgain) {
   EXPECT_TRUE(frames[12].stamp.after_interruption);
   EXPECT_EQ(count(frames, FrameFault::kNone), 30U);
   const auto numbers = sequences(frames);
-  EXPECT_TRUE(std::ranges::is_sorted(numbers)) << "numbers go on over a restart";
+  EXPECT_TRUE(std::ranges::is_sorted(numbers)) << "numbers continue over a restart";
   EXPECT_EQ(std::ranges::adjacent_find(numbers), numbers.end());
   EXPECT_EQ(rig.counters().probes_lost.value(), 0U);
 }
@@ -302,7 +302,7 @@ TEST(UsbSource, AnOrderForALostProbeIsRefused) {
   });
   while (*rig.source->next_frame(rig.stop.get_token())) {
   }
-  EXPECT_EQ(rig.status().refusal, "the probe is not plugged in, expected one to set");
+  EXPECT_EQ(rig.status().refusal, "the probe is not connected, expected one");
 }
 
 TEST(UsbSource, SaysThatNoSuchProbeIsThere) {
@@ -313,13 +313,12 @@ TEST(UsbSource, SaysThatNoSuchProbeIsThere) {
   EXPECT_EQ(absent.error().code, ErrorCode::kNotFound);
   EXPECT_EQ(
       absent.error().message,
-      "no device usb:1209:0001 is plugged in, expected a probe with that vendor, product and serial number "
-      "(lsusb lists what is there)");
+      "no device usb:1209:0001 is connected, expected a probe with that vendor, product and serial number "
+      "(see lsusb)");
   rig.probe->plug();
   const auto other = rig.open({}, "0009", 0);
   ASSERT_FALSE(other);
-  EXPECT_EQ(other.error().message,
-            "the device that is there has the serial number \"0001\", expected \"0009\"");
+  EXPECT_EQ(other.error().message, "the device found has the serial number \"0001\", expected \"0009\"");
 }
 
 TEST(UsbSource, WaitsForAProbeThatComesLater) {

@@ -20,10 +20,10 @@ namespace {
 void add_options(CLI::App& program, GadgetProbe::Config& probe) {
   ProbeModel::Config& model = probe.model;
   program.add_option("--rate", model.frame_rate_hz, "Frames a second")->capture_default_str();
-  program.add_option("--frames", model.frames_per_volume, "Frames a volume")->capture_default_str();
+  program.add_option("--frames", model.frames_per_volume, "Frames per volume")->capture_default_str();
   program.add_option("--columns", model.columns)->capture_default_str();
   program.add_option("--rows", model.rows, "At the full depth of 160 mm")->capture_default_str();
-  program.add_option("--room", model.room_frames, "Frames kept while nobody takes them; 0: those of 50 ms")
+  program.add_option("--room", model.room_frames, "Frames kept while no one takes them; 0: those of 50 ms")
       ->capture_default_str();
   program.add_option("--faults", probe.faults, "When which fault happens, see fault_script.hpp");
   program.add_option("--serial", model.serial)->capture_default_str();

@@ -7,7 +7,7 @@ import { pictureData } from "./picture_data.js";
 const KEEP_ALIVE_MS = 25_000;
 const FIRST_PAUSE_MS = 500;
 const LONGEST_PAUSE_MS = 5_000;
-// Of a connection that brings no picture: the SFU may have been started anew.
+// Of a connection that brings no picture: the SFU may have been started again.
 const SILENT_MS = 10_000;
 
 export class JanusStream {
@@ -70,7 +70,7 @@ export class JanusStream {
     this.#socket = this.#peer = this.#worker = null;
   }
 
-  /** Begins anew, later each time. */
+  /** Begins again, later each time. */
   #again(reason) {
     if (this.#ended || !this.#socket) return;
     this.#leave();

@@ -55,7 +55,7 @@ export class FakeProbe {
     if (!this.#mayBeSet) {
       return "the probe may not be set over the network, expected a server with --probe-control everyone";
     }
-    if (!this.plugged) return "the probe is not plugged in, expected one to set";
+    if (!this.plugged) return "the probe is not connected, expected one";
     for (const [key, { name, unit, minimum, maximum }] of Object.entries(kRows)) {
       if (wanted[key] === undefined || (wanted[key] >= minimum && wanted[key] <= maximum)) continue;
       return `the probe's ${name} was to be ${wanted[key]}${unit}, expected ${minimum} to ${maximum}${unit}`;

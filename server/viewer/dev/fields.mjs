@@ -5,7 +5,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 
-// In a build tree, tests/ is not beside the sources; then FANLIGHT_TESTS names it.
+// In a build tree, tests/ is not next to the sources; then FANLIGHT_TESTS names it.
 const tests = process.env.FANLIGHT_TESTS ?? fileURLToPath(new URL("../../../tests", import.meta.url));
 const rows = JSON.parse(readFileSync(join(tests, "cli/contract/scene_fields.json"), "utf8"));
 

@@ -121,8 +121,8 @@ export class CineBar {
     const frozen = this.held || this.isFrozen;
     this.freeze.ariaPressed = String(frozen);
     write(this.freeze, frozen ? "Live again" : this.mayAsk ? "Freeze" : "Freeze here");
-    const whose = this.mayAsk && !this.held ? "for all displays" : "on this display only: others go on";
-    this.freeze.title = frozen ? "Shows new pictures again (Space)" : `Holds the picture ${whose} (Space)`;
+    const whose = this.mayAsk && !this.held ? "for all displays" : "on this display only";
+    this.freeze.title = frozen ? "Show new pictures again (Space)" : `Freeze the picture ${whose} (Space)`;
   }
 
   private drag(nowMs: number): void {

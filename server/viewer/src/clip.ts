@@ -12,7 +12,7 @@ export interface ClipPicture {
   height: number;
 }
 
-const kLastPictureS = 0.5; // nothing tells how long the last one was on show
+const kLastPictureS = 0.5; // it is not known how long the last one was on show
 
 /** The first picture must be a key picture. */
 export async function mp4Of(pictures: readonly ClipPicture[]): Promise<Blob> {

@@ -65,7 +65,8 @@ export class ClipButton {
     this.pictures = undefined;
     this.events.wantFilm(false);
     this.show(0);
-    if (pictures.length === 0) return this.events.failed("The clip has no picture: none came while it was recorded.");
+    if (pictures.length === 0)
+      return this.events.failed("The clip has no picture: none arrived while it was recorded.");
     try {
       const { mp4Of } = (await import("./clip.js")) as typeof import("./clip");
       saveFile(await mp4Of(pictures), `fanlight-${timeInName()}.mp4`);

@@ -26,7 +26,7 @@ export class Connection {
     private readonly events: ConnectionEvents,
   ) {
     window.setInterval(() => this.closeWhenSilent(), 1000);
-    // The network is back, or the user is: nobody should wait for a timer then.
+    // The network is back, or the user is: no need to wait for a timer then.
     window.addEventListener("online", () => this.retryNow());
     document.addEventListener("visibilitychange", () => {
       if (document.visibilityState === "visible") this.retryNow();
@@ -65,7 +65,7 @@ export class Connection {
     const socket = this.socket;
     if (!socket || performance.now() - this.heardMs < kSilenceMs) return;
     this.drop(socket);
-    this.retry("The server has gone silent.");
+    this.retry("The server does not respond.");
   }
 
   /** Does not wait for the closing handshake, which takes long if the peer is dead. */

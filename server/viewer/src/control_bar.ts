@@ -31,11 +31,11 @@ export function controlText(state: ControlState, role: Role, session: bigint): C
   if (role === Role.ADMIN) return { text, offer: { label: "Take over", wish: Wish.TAKE_OVER }, mayChange: false };
   const asked = state.asking.some((one) => one.session === session);
   return asked
-    ? { text: `${text}; asked`, offer: { label: "Ask no more", wish: Wish.RELEASE }, mayChange: false }
-    : { text, offer: { label: "Ask for it", wish: Wish.ASK }, mayChange: false };
+    ? { text: `${text}; requested`, offer: { label: "Cancel request", wish: Wish.RELEASE }, mayChange: false }
+    : { text, offer: { label: "Request control", wish: Wish.ASK }, mayChange: false };
 }
 
-/** Several displays may use one token and so have one name; the session number tells them apart. */
+/** Several displays may use one token and so have one name; the session number distinguishes them. */
 function display(name: string, session: bigint): string {
   return `${name} (display ${session})`;
 }

@@ -3,7 +3,7 @@
 import { Liveness_Cause, Liveness_State, type Liveness } from "../generated/fanlight_pb.js";
 
 const kSilenceMs = 2000; // the server sends a message once a second at least
-const kUsualLimitMs = 2000; // until the server has told its own
+const kUsualLimitMs = 2000; // until the server has sent its own
 
 export interface LivenessNews {
   state: "waiting" | "live" | "delayed" | "not-live" | "replay" | "frozen";
@@ -77,7 +77,7 @@ export class LivenessWatch {
     const still = { state: shown ? "not-live" : "waiting", ageMs } as const;
     const silentMs = nowMs - this.heardMs;
     if (silentMs > kSilenceMs) {
-      const detail = `Nothing has come from it for ${duration(silentMs / 1000)}.`;
+      const detail = `No data for ${duration(silentMs / 1000)}.`;
       return { ...still, title: "The server does not answer", detail };
     }
     if (this.held && shown) return { state: "frozen", ageMs, title: "", detail: "", isOwn: true };

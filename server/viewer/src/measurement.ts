@@ -95,7 +95,7 @@ export class Measurement {
     this.draw();
   }
 
-  /** The picture was frozen, or goes on. */
+  /** The picture was frozen, or is live again. */
   frozenChanged(): void {
     if (!this.chosen || (this.isShown() && this.events.isFrozen())) return;
     this.measured = undefined;
@@ -155,7 +155,7 @@ export class Measurement {
     this.draw();
   }
 
-  /** For a still: the text beside the measurement that is drawn. */
+  /** For a still: the text next to the measurement that is drawn. */
   text(): string {
     return this.isShown() ? distanceText(this.measured!.distance) : "";
   }

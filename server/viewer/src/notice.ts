@@ -36,7 +36,7 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
     return { kind: "probe-back", title: "Probe is back", detail };
   }
   if (liveness.title) {
-    const still = pictureShown && liveness.state === "not-live" ? " The last volume stays on display." : "";
+    const still = pictureShown && liveness.state === "not-live" ? " The last volume is still shown." : "";
     return { kind: "not-live", title: liveness.title, detail: (liveness.detail + still).trim() };
   }
   if (!pictureShown)
@@ -46,8 +46,8 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
 
 function probeLost(since: LostSince | undefined, trouble: string | undefined): NoticeText {
   const next = trouble
-    ? `What is plugged in now is not read: ${trouble}.`
-    : "The picture goes on by itself when the probe is plugged in again.";
+    ? `The connected device cannot be used: ${trouble}.`
+    : "The picture resumes when the probe is connected again.";
   return { kind: "probe-lost", title: "Probe lost", detail: sinceText(since) + next };
 }
 

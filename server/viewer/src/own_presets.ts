@@ -42,7 +42,7 @@ export function valuesFromJson(text: string, fields: readonly SceneField[]): Val
     throw wrong("the file is not JSON");
   }
   if (typeof json !== "object" || json === null || Array.isArray(json)) throw wrong("it has no fields");
-  // An answer of /api/scene has its revision beside the scene.
+  // An answer of /api/scene has its revision next to the scene.
   const { scene = json } = json as { scene?: unknown };
   if (typeof scene !== "object" || scene === null) throw wrong("it has no fields");
   const flat = Object.entries(scene).flatMap(([group, value]) =>

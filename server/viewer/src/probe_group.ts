@@ -26,7 +26,7 @@ export class ProbeGroup {
     this.root.append(summary, this.identity, this.reason, this.rows);
   }
 
-  /** Call at the start of a session; its ProbeStatus tells whether its source is a probe. */
+  /** Call at the start of a session; its ProbeStatus says whether its source is a probe. */
   forget(): void {
     this.status = undefined;
     this.editor.stop();

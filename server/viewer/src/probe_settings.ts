@@ -14,7 +14,7 @@ import { numberOf, type Values } from "./scene";
 
 export const kProbeTitles: Readonly<Record<string, string>> = {
   "probe.sweep_deg": "Sweep angle",
-  "probe.frames_a_volume": "Frames a volume",
+  "probe.frames_a_volume": "Frames per volume",
   "probe.depth_mm": "Depth",
 };
 
@@ -56,7 +56,7 @@ export function probeSettings(values: Values): ProbeSettings {
 
 /** Why this page may not set the probe; undefined if it may. */
 export function whyReadOnly({ state, mayBeSet }: ProbeStatus): string | undefined {
-  if (!mayBeSet) return "Only shown: this server lets no display set the probe.";
+  if (!mayBeSet) return "Read-only: displays may not change the probe on this server.";
   if (state === ProbeStatus_State.LOST) return "Can be set again when the probe is back.";
   return undefined;
 }

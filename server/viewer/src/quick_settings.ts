@@ -32,7 +32,7 @@ export const kQuick: readonly Quick[] = [
   {
     field: "filter.size_mm",
     title: "Smooth",
-    help: "How much of the surface's roughness is taken away",
+    help: "How much of the surface's roughness is removed",
     unit: "%",
     toField: (percent) => tidy(Math.max(0.1, (percent / 100) * kMostSmoothMm)),
     toShown: (mm) => (100 * mm) / kMostSmoothMm,
@@ -113,7 +113,7 @@ export class QuickSettings {
     output.setAttribute("for", id);
     const auto =
       quick.field === "detector.threshold"
-        ? element("button", { type: "button", textContent: "Auto", title: "Takes it from each volume's own echoes" })
+        ? element("button", { type: "button", textContent: "Auto", title: "Set it from the echoes of each volume" })
         : undefined;
     const label = element("label", { htmlFor: id, textContent: quick.title });
     const root = element("div", { className: "quick" }, label, output, ...(auto ? [auto] : []), slider);

@@ -8,7 +8,7 @@ import {
 
 export interface RecordingText {
   text: string;
-  /** "recording" and "trouble" are told in colour. */
+  /** "recording" and "trouble" are shown in colour. */
   kind: "quiet" | "recording" | "trouble";
   /** The wish of the first button. */
   wish: Wish;

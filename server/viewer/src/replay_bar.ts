@@ -15,7 +15,7 @@ export interface ReplayWish {
   ending?: Ending;
 }
 
-/** "3.2 of 7.9 s, sweep 4 of 21", and why it does not go on. */
+/** "3.2 of 7.9 s, sweep 4 of 21", and why it stopped. */
 export function replayText(status: ReplayStatus): string {
   const place = `${status.timeS.toFixed(1)} of ${status.durationS.toFixed(1)} s`;
   const sweep = `sweep ${status.sweep + 1} of ${status.sweeps}`;

@@ -58,7 +58,7 @@ export class SettingRows {
     const text = element("span", { className: "measured-text" });
     const keep = element("button", { type: "button", className: "keep", textContent: "Keep" });
     keep.dataset.keep = name;
-    keep.title = "Sets this value for all volumes to come";
+    keep.title = "Set this value for all following volumes";
     keep.onclick = () => this.editor.set([[name, this.measured.valueOf(name) ?? 0]]);
     const line = element("p", { className: "measured" }, text, keep);
     this.onRefresh(() => {

@@ -12,13 +12,13 @@ function text(role: Role, state: MessageInitShape<typeof ControlStateSchema>) {
   return controlText(create(ControlStateSchema, state), role, kSelf);
 }
 
-test("a viewer watches, whoever is in control", () => {
+test("a viewer watches, no matter who is in control", () => {
   assert.deepEqual(text(Role.VIEWER, {}), { text: "Watching", mayChange: false });
   assert.equal(text(Role.VIEWER, anna).text, "Watching; Anna (display 1) is in control");
   assert.equal(text(Role.VIEWER, anna).offer, undefined);
 });
 
-test("an operator changes what nobody else is in control of, and asks for it else", () => {
+test("an operator changes settings if no one else is in control, and otherwise requests control", () => {
   assert.deepEqual(text(Role.OPERATOR, {}), { text: "", mayChange: true });
   const other = text(Role.OPERATOR, anna);
   assert.equal(other.mayChange, false);

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { deadlineText } from "../src/deadline_text";
 
-test("what holds the rate is told where anything does", () => {
+test("the measures that hold the rate are shown if there are any", () => {
   const text = (deadlineLevel: number, ...measures: string[]) => deadlineText({ deadlineLevel, measures });
   assert.equal(text(0), "");
   assert.equal(text(1), "level 1: full picture");

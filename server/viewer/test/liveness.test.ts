@@ -35,7 +35,7 @@ test("without a picture the page waits, and says what keeps it away", () => {
   assert.equal(news.detail, "The source has sent no frame for 3 s.");
 });
 
-test("each cause that the server tells has a title, and takes the word live away at once", () => {
+test("each cause from the server has a title, and removes the word live at once", () => {
   for (const cause of Object.values(Liveness_Cause).filter(
     (value): value is Liveness_Cause => typeof value === "number",
   )) {
@@ -71,7 +71,7 @@ test("a server that says nothing for two seconds does not answer", () => {
   assert.equal(watch.news(2999).state, "live");
   const news = watch.news(3100);
   assert.deepEqual([news.state, news.title], ["not-live", "The server does not answer"]);
-  assert.equal(news.detail, "Nothing has come from it for 2 s.");
+  assert.equal(news.detail, "No data for 2 s.");
   watch.heard(3200);
   assert.equal(watch.news(3300).state, "live");
 });

@@ -3,11 +3,11 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { interpolatedText, mismatchText } from "../src/loss_text";
 
-test("interpolated frames are told where there are any", () => {
+test("interpolated frames are shown if there are any", () => {
   assert.deepEqual([0, 1, 2].map(interpolatedText), ["", "1 frame interpolated", "2 frames interpolated"]);
 });
 
-test("a mismatch of to and fro is told where there is one", () => {
+test("a mismatch of forward and backward sweeps is shown if there is one", () => {
   const text = (mismatchDeg: number, mismatchLeftDeg: number, mismatchLeftMm: number) =>
     mismatchText({ mismatchDeg, mismatchLeftDeg, mismatchLeftMm });
   assert.equal(text(1.0204, 0.031, 0.0649), "corrected 1.02 deg, left 0.03 deg (0.06 mm)");

@@ -31,7 +31,7 @@ test("the distance along a half circle is longer than the straight one", () => {
   assert.equal(distanceText(distance), "20.0 mm straight, 31.4 mm along the surface. Not for diagnosis.");
 });
 
-test("a path that leaves the surface has no length, and an end beside it no distance", () => {
+test("a path that leaves the surface has no length, and an end off it no distance", () => {
   const gap = distanceOf([point(0, 0, 0), point(0, 0, 0, false), point(3, 4, 0)])!;
   assert.deepEqual(gap, { straightMm: 5, alongMm: undefined });
   assert.match(distanceText(gap), /leaves the surface/);
@@ -62,7 +62,7 @@ test("the scale has a round length below a quarter of the picture", () => {
   assert.equal(scaleBar({ ...view, mmPerPixel: 0 }, 20, 0), undefined);
 });
 
-test("the probe's directions are told in the picture's", () => {
+test("the probe's directions are converted to the picture's", () => {
   assert.deepEqual(directions(view), [
     { name: "side", right: 1, down: 0, away: 0 },
     { name: "depth", right: 0, down: 0, away: 1 },

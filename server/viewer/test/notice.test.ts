@@ -41,7 +41,7 @@ test("what is worse hides what is less", () => {
 test("a picture that is not live says why, and that the last volume stays", () => {
   const notice = noticeFor({ ...living, liveness: silent });
   assert.equal(notice?.title, "No new frames");
-  assert.equal(notice?.detail, "None for 70 s. The last volume stays on display.");
+  assert.equal(notice?.detail, "None for 70 s. The last volume is still shown.");
   assert.equal(noticeFor({ ...living, liveness: silent, pictureShown: false })?.detail, "None for 70 s.");
   const delayed: LivenessNews = { state: "delayed", ageMs: 5000, title: "Delayed", detail: "Slow." };
   assert.equal(noticeFor({ ...living, liveness: delayed })?.detail, "Slow.");
@@ -50,7 +50,7 @@ test("a picture that is not live says why, and that the last volume stays", () =
 test("a probe that is plugged in and not read says why", () => {
   const probe = { state: "lost", since: undefined } as const;
   const notice = noticeFor({ ...living, probe, probeTrouble: "the probe counts no volumes, expected one that does" });
-  assert.match(notice?.detail ?? "", /is not read: the probe counts no volumes, expected one that does\.$/);
+  assert.match(notice?.detail ?? "", /cannot be used: the probe counts no volumes, expected one that does\.$/);
 });
 
 test("a lost probe says since when, as well as that is known", () => {
@@ -60,10 +60,10 @@ test("a lost probe says since when, as well as that is known", () => {
   assert.equal(told({ wallMs, seen: true })?.title, "Probe lost");
   assert.equal(
     told({ wallMs, seen: true })?.detail,
-    "Since 09:05:07. The picture goes on by itself when the probe is plugged in again.",
+    "Since 09:05:07. The picture resumes when the probe is connected again.",
   );
-  assert.match(told({ wallMs, seen: false })?.detail ?? "", /^Since about 09:05:07\. The picture goes on/);
-  assert.match(told(undefined)?.detail ?? "", /^The picture goes on/);
+  assert.match(told({ wallMs, seen: false })?.detail ?? "", /^Since about 09:05:07\. The picture resumes/);
+  assert.match(told(undefined)?.detail ?? "", /^The picture resumes/);
 });
 
 test("a probe that is back says so, before its first volume", () => {

@@ -41,5 +41,8 @@ test("the settings in force are one line", () => {
 test("a probe that may not be set, or is not there, says why", () => {
   assert.equal(whyReadOnly(status), undefined);
   assert.match(whyReadOnly({ ...status, state: ProbeStatus_State.LOST }) ?? "", /when the probe is back/);
-  assert.match(whyReadOnly({ ...status, state: ProbeStatus_State.LOST, mayBeSet: false }) ?? "", /no display/);
+  assert.match(
+    whyReadOnly({ ...status, state: ProbeStatus_State.LOST, mayBeSet: false }) ?? "",
+    /may not change the probe/,
+  );
 });

@@ -28,7 +28,7 @@ test("without a probe, and with one that streams, there is nothing to say", () =
   }
 });
 
-test("a loss is told with its time, and no picture is live, however it was lit since", () => {
+test("a loss is shown with its time, and no picture is live, however it was lit since", () => {
   const watch = lostAt1000();
   const lost = { state: "lost", since: { wallMs: wallMs(1000), seen: true } };
   assert.deepEqual(watch.news(1000), lost);

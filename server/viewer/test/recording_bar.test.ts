@@ -17,7 +17,7 @@ test("a server without a folder for recordings offers nothing", () => {
   assert.equal(told({ available: false }), undefined);
 });
 
-test("the state of a recording is told, with the button that ends it", () => {
+test("the state of a recording is shown, with the button that ends it", () => {
   assert.deepEqual(told({}), { text: "", kind: "quiet", wish: Wish.START, keeps: false });
   const under = { state: State.RECORDING, durationS: 83.9, bytes: 340_400_000n };
   assert.deepEqual(told(under), { text: "Recording 1:23, 340 MB", kind: "recording", wish: Wish.STOP, keeps: false });
@@ -27,7 +27,7 @@ test("the state of a recording is told, with the button that ends it", () => {
   assert.equal(told({ state: State.FINISHING, file: "a.igs.mha", finishShare: 0.4 })?.text, "Saving a.igs.mha, 40 %");
 });
 
-test("trouble is told before what was saved", () => {
+test("trouble is shown before what was saved", () => {
   const full = { state: State.NO_ROOM, trouble: "the disk is full", lastFile: "a.igs.mha" };
   assert.deepEqual(told(full), {
     text: "Not recording: the disk is full",

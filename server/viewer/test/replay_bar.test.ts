@@ -23,7 +23,7 @@ function status(change: MessageInitShape<typeof ReplayStatusSchema>) {
   });
 }
 
-test("the place in the recording is told in seconds and sweeps", () => {
+test("the place in the recording is shown in seconds and sweeps", () => {
   assert.equal(replayText(status({})), "3.2 of 7.9 s, sweep 4 of 21");
   assert.equal(replayText(status({ backward: true })), "3.2 of 7.9 s, sweep 4 of 21, backward");
   assert.equal(replayText(status({ state: State.ENDED })), "3.2 of 7.9 s, sweep 4 of 21, ended");

@@ -92,7 +92,7 @@ test("without revisions an answer counts as it comes, also where it is not what 
   assert.equal(editor.get("b"), 12);
 });
 
-test("a refusal is told and restores the value in force", () => {
+test("a refusal is shown and restores the value in force", () => {
   const { editor, refusals } = started();
   editor.set([["a", 999]]);
   editor.refusedReply(1n, "a is 999, expected at most 100");

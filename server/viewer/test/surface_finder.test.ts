@@ -19,7 +19,7 @@ function made() {
   return { seen, button, found, finder };
 }
 
-test("a click asks, and what was found is set and told", () => {
+test("a click asks, and what was found is set and shown", () => {
   const { seen, button, found, finder } = made();
   button.onclick();
   assert.deepEqual(seen.asked, [1n]);
@@ -32,7 +32,7 @@ test("a click asks, and what was found is set and told", () => {
   assert.equal(button.ariaBusy, "false");
 });
 
-test("a refusal is told and sets nothing", () => {
+test("a refusal is shown and sets nothing", () => {
   const { seen, button, found, finder } = made();
   button.onclick();
   const refused = { message: "no surface stands out" };

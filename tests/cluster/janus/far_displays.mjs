@@ -111,7 +111,7 @@ const videoStats = (display) =>
     return [...(report?.values() ?? [])].find((entry) => entry.type === "inbound-rtp") ?? {};
   });
 
-/** Ages of the pictures of all displays over so many seconds. */
+/** Ages of the pictures of all displays over this many seconds. */
 async function watch(displays, seconds, what) {
   for (const display of displays) await ages(display);
   const before = await Promise.all(displays.map(videoStats));
@@ -239,11 +239,11 @@ try {
   await end(janus, "SIGKILL");
   for (const display of displays) {
     const state = await until(
-      "a killed Janus is told",
+      "a killed Janus is reported",
       () => text(display, "state"),
       (now) => now !== "Live",
     );
-    if (state !== "Not live") fail(`a killed Janus is told as ${state}`);
+    if (state !== "Not live") fail(`a killed Janus is reported as ${state}`);
   }
   tell(`a killed Janus: "${await text(displays[0], "sentence")}"`);
   janus = startJanus(folder);

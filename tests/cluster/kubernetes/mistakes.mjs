@@ -159,10 +159,10 @@ const ofNames = [
     /no ConfigMap room/,
   ),
   inSet(
-    "a Secret that nobody makes",
+    "a Secret that no one makes",
     "secretName: fanlight-tls",
     "secretName: fanlight-cert",
-    /nobody makes the Secret fanlight-cert/,
+    /no one makes the Secret fanlight-cert/,
   ),
   inSet("a mount without its volume", "- name: cache\n", "- name: caches\n", /no volume cache to mount/),
   inSet(

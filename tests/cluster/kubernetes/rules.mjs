@@ -117,7 +117,7 @@ function* referenceProblems(resources, secrets) {
   const made = new Set(secrets);
   for (const { kind, spec } of resources) if (kind === "Certificate") made.add(spec.secretName);
   const needSecret = function* (name, place) {
-    if (name !== undefined && !made.has(name)) yield `${place}: nobody makes the Secret ${name}`;
+    if (name !== undefined && !made.has(name)) yield `${place}: no one makes the Secret ${name}`;
   };
   for (const workload of workloadsOf(resources)) {
     const pod = podOf(workload);
