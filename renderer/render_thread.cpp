@@ -333,13 +333,20 @@ void RenderThread::take_frames() {
     while (to_.feed->front() != nullptr) to_.feed->pop();
     return;
   }
-  // A published volume goes first: the queued frames belong to a volume after it.
-  while (!to_.ring.has_published() && renderer_->wants_frame()) {
+  while (renderer_->wants_frame()) {
     const QueuedFrame* const frame = to_.feed->front();
-    if (frame == nullptr) return;
+    if (frame == nullptr || is_for_later(*frame)) return;
     renderer_->take_frame(*frame);
     to_.feed->pop();
   }
+}
+
+/// Frames of the volume that waits in the ring are staged while it waits; those of the volume after it would
+/// replace them. Frames that replace the last volume's wait until the whole volume was loaded.
+bool RenderThread::is_for_later(const QueuedFrame& frame) const {
+  if (!to_.ring.has_published()) return false;
+  return requested_.scene.refresh == Refresh::kFrame ||
+         frame.stamp.commit_number > to_.ring.published_commit_number();
 }
 
 }  // namespace fanlight

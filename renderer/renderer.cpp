@@ -131,9 +131,11 @@ MainStatus Renderer::status() const {
                       .light_submitted = state.slot.light_submitted(),
                       .read_by_private_view = private_.reads(state.slot),
                       .cast_submitted = state.slot.cast_submitted(),
+                      .cast_nearly_submitted = state.slot.cast_nearly_submitted(),
                       .gave_up_cast = state.gave_up_cast,
                       .frames_changed = state.slot.changed(),
                       .can_recast = state.slot.can_recast(),
+                      .prepares_in_cast = state.slot.prepares_in_cast(),
                       .cast_scene = &state.cast_scene,
                       .lit_scene = &state.lit_scene};
   };

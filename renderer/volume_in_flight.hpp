@@ -75,6 +75,11 @@ class VolumeInFlight {
   /// their neighbours first. `levels`: those that load() will get. Precondition: nothing is outstanding.
   Result<bool> prepare_ahead(const Scene& scene, const EchoLevels& levels);
 
+  /// Whether most frames of the next volume are staged, and pass 0 takes little time for them.
+  bool prepares_in_cast() const {
+    return 4 * std::uint64_t{staged_ahead_} > 3 * angles_rad_.size() && frames_.prepares_quickly();
+  }
+
   /// Replaces one frame of the cast volume by a newer one, at an angle between its neighbours' angles, and
   /// updates volume(). Returns false and does nothing where the frame does not fit. Precondition: nothing is
   /// outstanding.
@@ -110,6 +115,7 @@ class VolumeInFlight {
   void drop_held_weights() { cast_.drop_held_weights(); }
 
   bool cast_submitted() const { return frames_.done() && cast_.submitted(); }
+  bool cast_nearly_submitted() const { return frames_.done() && cast_.nearly_submitted(); }
 
   using History = LightPass::History;
   /// Submits passes 2 and 3: on one device all, on two the first piece. Precondition: no cast is under way,
@@ -161,7 +167,7 @@ class VolumeInFlight {
             .geometry = geometry_,
             .extent = extent_,
             .levels = levels_,
-            .frames_gone = frames_gone_,
+            .frames_gone = staged_ahead_ > 0,
             .written = cast_timeline().newest()};
   }
 
@@ -215,7 +221,7 @@ class VolumeInFlight {
   VolumeStamp volume_;
   VolumeExtent extent_;
   EchoLevels levels_;
-  bool frames_gone_ = false;  // frames of the next volume were staged since the cast
+  std::uint32_t staged_ahead_ = 0;  // frames of the next volume since the cast
   std::uint64_t frames_version_ = 0;
   std::uint64_t bindings_version_ = 0;
   FrameStore frames_;

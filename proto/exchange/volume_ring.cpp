@@ -64,6 +64,9 @@ void VolumeRing::publish() {
   writing_ = kNone;
   slot.volume->stamp().volume_id = ++last_id_;
   counters_.volumes_published.add();
+  const auto commit_numbers = slot.volume->commit_numbers();
+  if (!commit_numbers.empty())
+    published_commit_number_.store(*std::ranges::max_element(commit_numbers), std::memory_order_relaxed);
   slot.state.store(word(kPublished, last_id_), std::memory_order_release);
   dependencies_.reader_bell.ring();
 }

@@ -93,6 +93,12 @@ class VolumeRing {
   /// Reader: whether take() would return a volume.
   bool has_published() const;
 
+  /// Reader: the largest commit number of the frames of the newest published volume; 0: none was published. A
+  /// frame with a larger one belongs to a later volume.
+  std::uint64_t published_commit_number() const {
+    return published_commit_number_.load(std::memory_order_relaxed);
+  }
+
   const RingCounters& counters() const { return counters_; }
   std::uint32_t frame_capacity() const { return slots_.front().volume->frame_capacity(); }
   std::uint64_t capacity_bytes() const;
@@ -126,6 +132,7 @@ class VolumeRing {
   Dependencies dependencies_;
   std::vector<Slot> slots_;
   RingCounters counters_;
+  std::atomic<std::uint64_t> published_commit_number_{0};
   std::vector<const Volume*> kept_;  // reader only
   std::vector<std::uint32_t> kept_slots_;
   std::uint32_t writing_ = kNone;  // writer only

@@ -16,6 +16,15 @@ bool replaces_frames(const MainStatus& status, const NumberedScene& scene) {
   return fanlight::replaces_frames(newest.loaded, *newest.cast_scene, scene);
 }
 
+/// Where volumes come faster than casts, the frames of the next volume are prepared between two bands, so
+/// that its pass 1 starts when this cast ends, at the same time as passes 2 and 3. This delays the cast by
+/// pass 0, and is wasted where a newer volume completes before the cast ends: so it is done late in the cast,
+/// and only for frames that are quick to prepare.
+bool prepares_between_bands(const MainStatus& status, const NumberedScene& scene) {
+  return status.slots[status.newest].cast_nearly_submitted && status.slots[status.other()].prepares_in_cast &&
+         !replaces_frames(status, scene) && accepts_frame(status, scene);
+}
+
 }  // namespace
 
 bool view_changed(const NumberedScene& cast_scene, const NumberedScene& scene) {
@@ -90,6 +99,8 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
     // A band waits until the band before it is done, and the light waits for the last band: work that is
     // submitted early delays a changed light, or shows an old one.
     const MainStep next = newest.cast_submitted ? MainStep::kLightCast : MainStep::kCastBand;
+    if (!newest.outstanding && next == MainStep::kCastBand && prepares_between_bands(now, scene))
+      due.add(MainStep::kPrepareAhead);
     if (!newest.outstanding && (next == MainStep::kCastBand || older_is_submitted)) due.add(next);
   } else if (!replaces && accepts_frame(now, scene)) {
     due.add(MainStep::kPrepareAhead);

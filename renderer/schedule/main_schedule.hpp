@@ -24,9 +24,11 @@ struct SlotStatus {
   bool light_submitted = true;                ///< all of passes 2 and 3 was submitted
   bool read_by_private_view = false;          ///< work of a private view that reads the slot is outstanding
   bool cast_submitted = false;                ///< all bands of pass 1 were submitted
+  bool cast_nearly_submitted = false;         ///< less than a quarter of pass 1 is still to be submitted
   bool gave_up_cast = false;                  ///< the cast under way replaced one whose view was outdated
   bool frames_changed = false;                ///< frames were replaced since the cast
   bool can_recast = false;                    ///< casting the dirty tiles suffices for the replaced frames
+  bool prepares_in_cast = false;              ///< its next volume is nearly complete, and quick to prepare
   const NumberedScene* cast_scene = nullptr;  ///< of the depth map in the slot; not null
   const NumberedScene* lit_scene = nullptr;   ///< of the picture in the slot; not null
 

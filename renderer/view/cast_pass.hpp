@@ -69,6 +69,8 @@ class CastPass {
 
   /// Whether all bands of pass 1 were submitted.
   bool submitted() const { return next_tile_ == tiles_; }
+  /// Whether less than a quarter of pass 1 is still to be submitted.
+  bool nearly_submitted() const { return tiles_ - next_tile_ < tiles_ / 4; }
 
   /// Submits one piece of pass 0 only. Precondition: nothing is outstanding, and the frames are not done.
   Result<void> prepare_ahead(const VolumeBindings& volume);

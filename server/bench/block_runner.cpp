@@ -2,6 +2,7 @@
 #include "server/bench/block_runner.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
 #include <stop_token>
 #include <thread>
@@ -16,14 +17,13 @@ namespace fanlight {
 
 namespace {
 
-constexpr std::int64_t kMostWaitNs = 2'000'000;  // for the GPU; that of the render thread
+constexpr std::int64_t kMostWaitNs = 2'000'000;       // for the GPU; that of the render thread
+constexpr std::chrono::microseconds kFramePoll{500};  // while there is no work
 
-/// Encodes the newest picture on its own thread, which ends after the picture of the last volume.
+/// Encodes the newest picture on its own thread.
 class EncodingThread {
  public:
-  explicit EncodingThread(std::uint64_t last_volume_id)
-      : pictures_(bell_),
-        thread_([this, last_volume_id](const std::stop_token& stop) { run(stop, last_volume_id); }) {}
+  EncodingThread() : pictures_(bell_), thread_([this](const std::stop_token& stop) { run(stop); }) {}
   ~EncodingThread() {
     thread_.request_stop();
     bell_.ring();
@@ -31,18 +31,22 @@ class EncodingThread {
 
   Mailbox<Picture>& pictures() { return pictures_; }
 
-  /// Waits until the last picture is encoded, which must have been published.
-  Result<std::vector<EncodingTrace>> join() {
+  /// Ends the thread when the last published picture is encoded.
+  Result<std::vector<EncodingTrace>> finish() {
+    thread_.request_stop();
+    bell_.ring();
     thread_.join();
     if (failure_) return *failure_;
     return std::move(done_);
   }
 
  private:
-  void run(const std::stop_token& stop, std::uint64_t last_volume_id) {
-    while (!stop.stop_requested()) {
+  void run(const std::stop_token& stop) {
+    for (;;) {
+      const bool last = stop.stop_requested();  // before the last look for a picture
       const Picture* const picture = pictures_.newest();
       if (picture == nullptr) {
+        if (last) return;
         bell_.wait(-1);
         continue;
       }
@@ -51,9 +55,8 @@ class EncodingThread {
         failure_ = jpeg.error();
         return;
       }
-      const std::uint64_t volume_id = picture->stamp.volume.volume_id;
-      done_.push_back({.volume_id = volume_id, .span = {.begin_ns = from_ns, .end_ns = now_ns()}});
-      if (volume_id == last_volume_id) return;
+      done_.push_back(
+          {.volume_id = picture->stamp.volume.volume_id, .span = {.begin_ns = from_ns, .end_ns = now_ns()}});
     }
   }
 
@@ -70,7 +73,7 @@ class EncodingThread {
 Result<BlockTrace> BlockRunner::serial(int volumes) {
   BlockTrace block;
   for (int volume = 0; volume < volumes; ++volume) {
-    if (auto loaded = load(block); !loaded) return loaded.error();
+    if (auto loaded = load(block, volumes_.next()); !loaded) return loaded.error();
     if (auto rendered = render_and_collect(); !rendered) return rendered.error();
     record_stages(block, picture_);
     const std::int64_t from_ns = now_ns();
@@ -91,36 +94,78 @@ Result<void> BlockRunner::render_and_collect() {
 
 Result<BlockTrace> BlockRunner::pipelined(int volumes) {
   BlockTrace block;
-  EncodingThread encoder(loaded_ + static_cast<std::uint64_t>(volumes));
+  EncodingThread encoder;
   int to_load = volumes;
   for (int to_collect = volumes; to_collect > 0;) {
     if (to_load > 0 && renderer_.wants_volume()) {
-      if (auto loaded = load(block); !loaded) return loaded.error();
+      if (auto loaded = load(block, volumes_.next()); !loaded) return loaded.error();
       --to_load;
     }
     if (auto advanced = renderer_.advance(); !advanced) return advanced.error();
-    if (renderer_.collect(encoder.pictures().draft())) {
-      record_stages(block, encoder.pictures().draft());
-      encoder.pictures().publish();
+    if (collect(block, encoder.pictures())) {
       --to_collect;
       continue;  // its slot is free now
     }
     if (to_load > 0 && renderer_.wants_volume()) continue;  // advance() has made room
     if (auto waited = renderer_.wait(kMostWaitNs); !waited) return waited.error();
   }
-  auto encodings = encoder.join();
+  auto encodings = encoder.finish();
   if (!encodings) return encodings.error();
   block.encodings = std::move(*encodings);
   return block;
 }
 
-Result<void> BlockRunner::load(BlockTrace& block) {
-  const Volume& volume = volumes_.next();
-  loaded_ = volume.stamp().volume_id;
+Result<BlockTrace> BlockRunner::live(int volumes, std::int64_t sweep_ns) {
+  BlockTrace block;
+  EncodingThread encoder;
+  LiveFeed feed(volumes_, sweep_ns);
+  int to_load = volumes;
+  for (int to_collect = volumes; to_collect > 0;) {
+    feed.advance();
+    if (to_load > 0 && feed.complete() != nullptr && renderer_.wants_volume()) {
+      if (auto loaded = load(block, *feed.complete()); !loaded) return loaded.error();
+      feed.take_complete();
+      --to_load;
+    }
+    take_frames(feed);
+    if (auto advanced = renderer_.advance(); !advanced) return advanced.error();
+    if (collect(block, encoder.pictures())) {
+      --to_collect;
+      continue;
+    }
+    if (to_load > 0 && feed.complete() != nullptr && renderer_.wants_volume()) continue;
+    if (!renderer_.busy()) std::this_thread::sleep_for(kFramePoll);
+    if (auto waited = renderer_.wait(kMostWaitNs); !waited) return waited.error();
+  }
+  auto encodings = encoder.finish();
+  if (!encodings) return encodings.error();
+  block.encodings = std::move(*encodings);
+  return block;
+}
+
+/// As RenderThread::take_frames().
+void BlockRunner::take_frames(LiveFeed& feed) {
+  while (renderer_.wants_frame()) {
+    const QueuedFrame* const frame = feed.frames().front();
+    if (frame == nullptr || feed.is_for_later(*frame)) return;
+    renderer_.take_frame(*frame);
+    feed.frames().pop();
+  }
+}
+
+bool BlockRunner::collect(BlockTrace& block, Mailbox<Picture>& pictures) {
+  if (!renderer_.collect(pictures.draft())) return false;
+  record_stages(block, pictures.draft());
+  pictures.publish();
+  return true;
+}
+
+Result<void> BlockRunner::load(BlockTrace& block, const Volume& volume) {
   const std::int64_t from_ns = now_ns();
   if (auto loaded = renderer_.load(volume); !loaded) return loaded;
-  block.volumes.push_back(
-      {.volume_id = loaded_, .load = {.begin_ns = from_ns, .end_ns = now_ns()}, .stages = {}});
+  block.volumes.push_back({.volume_id = volume.stamp().volume_id,
+                           .load = {.begin_ns = from_ns, .end_ns = now_ns()},
+                           .stages = {}});
   return {};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 
 #include "renderer/vulkan/render_device.hpp"
 #include "server/bench/rows.hpp"
+#include "server/bench/stage_overlap.hpp"
 
 namespace fanlight {
 
@@ -22,25 +24,33 @@ struct PipelineFigures {
   std::uint64_t encoded = 0;     ///< of these pictures
 };
 
-/// Serial and pipelined operation of one renderer, and the overlap in the latter: the fraction of the time of
-/// a stage that lies within the work for other volumes.
+/// The ways of operation of one renderer, and the overlap in two of them.
 struct PipelineTimes {
   PipelineFigures serial;
   PipelineFigures pipelined;
-  double light_in_cast = 0;      ///< passes 2 and 3 within another volume's pass 1, first band to last
-  double light_in_work = 0;      ///< the same within another volume's passes 0 and 1
-  double upload_in_work = 0;     ///< copies of a volume for the GPU, within all GPU work for others
-  double read_back_in_work = 0;  ///< copy of the picture from the GPU, likewise
-  double encoding_in_work = 0;   ///< JPEG encoding of the picture, likewise
-  std::string last_block;        ///< trace_picture() of the last pipelined block
+  PipelineFigures live;
+  StageOverlap overlap;       ///< pipelined
+  StageOverlap live_overlap;  ///< live
+  double sweep_ms = 0;        ///< of the live probe
+  std::string last_block;     ///< trace_picture() of the last live block
 };
 
-/// Runs blocks of serial and of pipelined operation in turn, `blocks` of each after a first one of each that
-/// is not counted. Serial: a volume is loaded, rendered and encoded before the next one is loaded. Pipelined:
-/// the renderer gets a volume whenever it wants one, and another thread encodes the pictures. A block is
-/// timed from the end of its first picture's encoding to the end of its last one's, `volumes` volumes later.
-Result<PipelineTimes> run_bench_pipeline(const RenderDevice& device, const BenchRow& row, int blocks,
-                                         int volumes);
+struct PipelineBlocks {
+  int blocks = 0;   ///< of each way of operation
+  int volumes = 0;  ///< in a block
+  /// Duration of a sweep of the live probe; absent: 0.9 of the time of a volume in pipelined operation, so
+  /// that every tenth volume is dropped.
+  std::optional<double> sweep_ms{};
+};
+
+/// Runs blocks of serial, pipelined and live operation in turn, after a first one of each that is not
+/// counted. Serial: a volume is loaded, rendered and encoded before the next one is loaded. Pipelined: the
+/// renderer gets a whole volume whenever it wants one, and another thread encodes the pictures. Live: the
+/// same, but the frames come one after the other as from a probe, whose sweeps take 0.8 times as long as pass
+/// 1 in the first pipelined block. A block is timed from the end of its first picture's encoding to the end
+/// of its last one's.
+Result<PipelineTimes> run_bench_pipeline(const RenderDevice& device, const BenchRow& row,
+                                         const PipelineBlocks& blocks);
 
 /// The rows that `fanlight bench pipeline` runs by default.
 std::span<const std::string_view> pipeline_rows();

@@ -79,25 +79,17 @@ void StageOverlap::add(const BlockTrace& block) {
   };
   for (const VolumeTrace& volume : block.volumes) {
     const StageSpan light = span_of(volume, {Stage::kFilter, Stage::kFinish});
-    light_in_cast_.add(light, spans_of_others(block, volume.volume_id, kCastOnly));
-    light_in_work_.add(light, spans_of_others(block, volume.volume_id, kPrepareAndCast));
+    light_in_cast.add(light, spans_of_others(block, volume.volume_id, kCastOnly));
+    light_in_work.add(light, spans_of_others(block, volume.volume_id, kPrepareAndCast));
     const auto work = spans_of_others(block, volume.volume_id, kAllGpuWork);
-    upload_in_work_.add(in_gpu_clock(volume.load), work);
-    upload_in_work_.add(span_of(volume, Stage::kUpload), work);
-    read_back_in_work_.add(span_of(volume, Stage::kReadBack), work);
+    upload_in_work.add(in_gpu_clock(volume.load), work);
+    upload_in_work.add(span_of(volume, Stage::kUpload), work);
+    read_back_in_work.add(span_of(volume, Stage::kReadBack), work);
   }
   for (const EncodingTrace& encoding : block.encodings) {
-    encoding_in_work_.add(in_gpu_clock(encoding.span),
-                          spans_of_others(block, encoding.volume_id, kAllGpuWork));
+    encoding_in_work.add(in_gpu_clock(encoding.span),
+                         spans_of_others(block, encoding.volume_id, kAllGpuWork));
   }
-}
-
-void StageOverlap::write_to(PipelineTimes& times) const {
-  times.light_in_cast = light_in_cast_.value();
-  times.light_in_work = light_in_work_.value();
-  times.upload_in_work = upload_in_work_.value();
-  times.read_back_in_work = read_back_in_work_.value();
-  times.encoding_in_work = encoding_in_work_.value();
 }
 
 }  // namespace fanlight

@@ -7,7 +7,6 @@
 
 #include "proto/model/picture.hpp"
 #include "renderer/renderer.hpp"
-#include "server/bench/pipeline.hpp"
 
 namespace fanlight {
 
@@ -46,18 +45,16 @@ class CoveredShare {
   std::int64_t all_ns_ = 0;
 };
 
-/// How much the stages of different volumes overlap in pipelined operation; see PipelineTimes.
-class StageOverlap {
- public:
+/// How much the stages of different volumes overlap: the fraction of the time of a stage that lies within the
+/// work for other volumes.
+struct StageOverlap {
   void add(const BlockTrace& block);
-  void write_to(PipelineTimes& times) const;
 
- private:
-  CoveredShare light_in_cast_;
-  CoveredShare light_in_work_;
-  CoveredShare upload_in_work_;
-  CoveredShare read_back_in_work_;
-  CoveredShare encoding_in_work_;
+  CoveredShare light_in_cast;      ///< passes 2 and 3 within another volume's pass 1, first band to last
+  CoveredShare light_in_work;      ///< the same within another volume's passes 0 and 1
+  CoveredShare upload_in_work;     ///< copies of a volume for the GPU, within all GPU work for others
+  CoveredShare read_back_in_work;  ///< copy of the picture from the GPU, likewise
+  CoveredShare encoding_in_work;   ///< JPEG encoding of the picture, likewise
 };
 
 }  // namespace fanlight

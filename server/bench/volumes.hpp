@@ -26,7 +26,7 @@ class BenchVolumes {
   std::uint32_t frame_capacity() const;
   std::size_t held_bytes() const;  ///< of the pixels of all volumes
 
-  /// The next volume with all its frames. Valid until the next call.
+  /// The next volume with all its frames. Valid until the second next call.
   const Volume& next();
 
   /// A frame of the volume that next() returned last, as the frame queue passes it on. `index` is in the

@@ -38,6 +38,7 @@ struct BenchOptions {
   bool one_device = false;
   bool json = false;
   int volumes = 8;
+  std::optional<double> sweep_ms;
   std::filesystem::path trace;
   int memory_volumes = 100;
 };
@@ -148,6 +149,14 @@ nlohmann::ordered_json as_json(const PipelineFigures& figures) {
           {"busy_cores", figures.busy_cores}};
 }
 
+nlohmann::ordered_json as_json(const StageOverlap& overlap) {
+  return {{"light_in_cast", overlap.light_in_cast.value()},
+          {"light_in_work", overlap.light_in_work.value()},
+          {"upload_in_work", overlap.upload_in_work.value()},
+          {"read_back_in_work", overlap.read_back_in_work.value()},
+          {"encoding_in_work", overlap.encoding_in_work.value()}};
+}
+
 nlohmann::ordered_json as_json(const BenchRow& row, const PipelineTimes& times) {
   return {{"name", row.name},
           {"input", row.input},
@@ -155,13 +164,11 @@ nlohmann::ordered_json as_json(const BenchRow& row, const PipelineTimes& times) 
           {"settings", fmt::format("{} {} {}", row.method, row.settings, row.changes)},
           {"serial", as_json(times.serial)},
           {"pipelined", as_json(times.pipelined)},
+          {"live", as_json(times.live)},
           {"pipelined_over_serial", ratio(times)},
-          {"shares",
-           {{"light_in_cast", times.light_in_cast},
-            {"light_in_work", times.light_in_work},
-            {"upload_in_work", times.upload_in_work},
-            {"read_back_in_work", times.read_back_in_work},
-            {"encoding_in_work", times.encoding_in_work}}}};
+          {"shares", as_json(times.overlap)},
+          {"sweep_ms", times.sweep_ms},
+          {"live_shares", as_json(times.live_overlap)}};
 }
 
 void print_figures(std::string_view name, const PipelineFigures& figures) {
@@ -170,18 +177,26 @@ void print_figures(std::string_view name, const PipelineFigures& figures) {
       name, quantile(figures.volumes_a_second, 0.5), quantile(figures.light_ms, 0.5), figures.busy_cores);
 }
 
+void print_overlap(std::string_view name, const StageOverlap& overlap) {
+  fmt::print(
+      "  {:<10} {:.1f} % of passes 2 and 3 lay in another volume's pass 1, {:.1f} % in its passes 0 and 1\n",
+      name, 100 * overlap.light_in_cast.value(), 100 * overlap.light_in_work.value());
+  fmt::print(
+      "  {:<10} {:.1f} % of upload, {:.1f} % of read-back, {:.1f} % of encoding lay in GPU work for others\n",
+      "", 100 * overlap.upload_in_work.value(), 100 * overlap.read_back_in_work.value(),
+      100 * overlap.encoding_in_work.value());
+}
+
 void print_pipeline(const BenchRow& row, const PipelineTimes& times) {
   fmt::print("{}: {} volumes, {} pictures, {} encoded\n", row.name, times.pipelined.volumes,
              times.pipelined.pictures, times.pipelined.encoded);
   print_figures("serial", times.serial);
   print_figures("pipelined", times.pipelined);
-  fmt::print("  pipelined over serial {:.3f}\n", ratio(times));
-  fmt::print("  of passes 2 and 3, {:.1f} % lay in another volume's pass 1, {:.1f} % in its passes 0 and 1\n",
-             100 * times.light_in_cast, 100 * times.light_in_work);
-  fmt::print(
-      "  of upload {:.1f} %, of read-back {:.1f} %, of encoding {:.1f} % lay in what the GPU did for "
-      "others\n",
-      100 * times.upload_in_work, 100 * times.read_back_in_work, 100 * times.encoding_in_work);
+  print_figures("live", times.live);
+  fmt::print("  live: a sweep every {:.1f} ms\n  pipelined over serial {:.3f}\n", times.sweep_ms,
+             ratio(times));
+  print_overlap("pipelined", times.overlap);
+  print_overlap("live", times.live_overlap);
   std::fflush(stdout);
 }
 
@@ -204,7 +219,8 @@ Result<void> bench_pipeline(const BenchOptions& options) {
   for (const BenchRow& row : *rows) {
     const std::size_t done = report["rows"].size();
     progress.tell_step(fmt::format("measures row {} of {}", done + 1, rows->size()), done, rows->size());
-    const auto times = run_bench_pipeline(*device, row, options.count, options.volumes);
+    const auto times = run_bench_pipeline(
+        *device, row, {.blocks = options.count, .volumes = options.volumes, .sweep_ms = options.sweep_ms});
     if (!times) return times.error();
     progress.clear();
     report["rows"].push_back(as_json(row, *times));
@@ -346,6 +362,11 @@ Command add_bench_command(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
+  pipeline
+      ->add_option("--sweep", options->sweep_ms,
+                   "Duration of a sweep of the live probe (default: 0.9 of the time that a volume takes)")
+      ->check(CLI::Range(1.0, 60000.0))
+      ->type_name("MS");
   pipeline
       ->add_option("--trace", options->trace,
                    "Write a timeline of the passes in the last block as an SVG; with several "

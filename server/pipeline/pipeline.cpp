@@ -20,9 +20,15 @@ VolumeRing::Config ring_config(const SourceDescription& source, const Pipeline::
           .largest_frame_bytes = source.largest_frame_bytes};
 }
 
+/// While a volume waits for the end of a cast, the frames of the volume after it wait in the queue: for most
+/// of a sweep where volumes come faster than casts.
 FrameQueue::Config queue_config(const SourceDescription& source) {
-  return {.largest_frame_bytes =
-              std::max<std::uint64_t>(source.geometry.frame_bytes(), source.largest_frame_bytes)};
+  constexpr std::uint64_t kQueueBytes = 16'000'000;
+  const std::uint64_t largest_frame_bytes =
+      std::max<std::uint64_t>(source.geometry.frame_bytes(), source.largest_frame_bytes);
+  return {.largest_frame_bytes = largest_frame_bytes,
+          .slots = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+              kQueueBytes / std::max<std::uint64_t>(largest_frame_bytes, 1), 8, 64))};
 }
 
 Renderer::Config renderer_config(const SourceDescription& source, const Pipeline::Config& config) {

@@ -96,6 +96,23 @@ TEST_F(VolumeRingTest, NewestWinsDropsTheOlderAndCountsThem) {
   EXPECT_EQ(ring.counters().volumes_dropped.value(), 9U);
 }
 
+TEST_F(VolumeRingTest, HasTheLargestCommitNumberOfTheNewestVolume) {
+  VolumeRing ring = make(RingPolicy::kNewestWins);
+  EXPECT_EQ(ring.published_commit_number(), 0U);
+  for (const std::uint64_t first : {10U, 20U}) {
+    Volume* const volume = ring.begin();
+    for (const std::uint64_t later : {2U, 0U}) {
+      volume->next_frame_pixels();
+      volume->add_frame({.sequence = later, .commit_number = first + later});
+    }
+    ring.publish();
+    EXPECT_EQ(ring.published_commit_number(), first + 2);
+  }
+  ring.begin();
+  ring.abandon();
+  EXPECT_EQ(ring.published_commit_number(), 22U);
+}
+
 TEST_F(VolumeRingTest, NewestWinsNeverTakesBackWhatIsBeingRead) {
   VolumeRing ring = make(RingPolicy::kNewestWins);
   publish(ring, 1);

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/bench/live_feed.hpp"
+
+#include "proto/base/clock.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::uint32_t kFeedSlots = 64;
+
+}  // namespace
+
+LiveFeed::LiveFeed(BenchVolumes& volumes, std::int64_t sweep_ns)
+    : volumes_(volumes),
+      sweep_ns_(sweep_ns),
+      sweep_began_ns_(now_ns()),
+      queue_({.largest_frame_bytes = volumes.description().geometry.frame_bytes(), .slots = kFeedSlots},
+             {.reader_bell = bell_}) {
+  start_sweep();
+}
+
+void LiveFeed::start_sweep() {
+  arriving_ = &volumes_.next();
+  arrived_ = 0;
+}
+
+void LiveFeed::advance() {
+  for (;;) {
+    const std::uint32_t frames = arriving_->stamp().frames;
+    const std::int64_t due_ns = sweep_began_ns_ + sweep_ns_ * (arrived_ + 1) / frames;
+    if (now_ns() < due_ns) return;
+    const QueuedFrame frame = volumes_.frame(arrived_);
+    queue_.put(frame.stamp, frame.geometry, frame.pixels);
+    if (++arrived_ < frames) continue;
+    complete_ = arriving_;
+    completed_commit_number_ = frame.stamp.commit_number;
+    sweep_began_ns_ += sweep_ns_;
+    start_sweep();
+  }
+}
+
+}  // namespace fanlight
