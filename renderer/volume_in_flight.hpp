@@ -12,9 +12,9 @@
 #include "proto/model/volume.hpp"
 #include "renderer/parameters/angle_table.hpp"
 #include "renderer/parameters/effective_scene.hpp"
-#include "renderer/passes/pipelines.hpp"
-#include "renderer/view/cast_pass.hpp"
-#include "renderer/view/light_pass.hpp"
+#include "renderer/passes/cast_pass.hpp"
+#include "renderer/passes/light_pass.hpp"
+#include "renderer/pipelines/pipelines.hpp"
 #include "renderer/volume/angle_buffer.hpp"
 #include "renderer/volume/frame_store.hpp"
 

@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "acquisition/convert/new_file.hpp"
-#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 
 namespace fanlight {
 

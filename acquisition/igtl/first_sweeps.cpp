@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "acquisition/igtl/sweep_lengths.hpp"
-#include "acquisition/replay/recorded_stream.hpp"
-#include "acquisition/replay/recording_geometry.hpp"
-#include "acquisition/replay/sector_guess.hpp"
+#include "acquisition/sequence/recorded_stream.hpp"
+#include "acquisition/sequence/recording_geometry.hpp"
+#include "acquisition/sequence/sector_guess.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/printable.hpp"
 #include "proto/igtl/pose_bodies.hpp"
@@ -264,7 +264,7 @@ bool FirstSweeps::agree(const Angles& fitted_rad) const {
 }
 
 Result<void> FirstSweeps::add_geometry(LearnedFan& fan) const {
-  IgsSequence images;
+  FrameSequence images;
   images.columns = size().columns;
   images.rows = size().rows;
   images.fanlight_fields = fields_;

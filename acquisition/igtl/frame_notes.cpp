@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "acquisition/replay/image_orientation.hpp"
+#include "acquisition/sequence/image_orientation.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "acquisition/replay/tracked_poses.hpp"
+#include "acquisition/sequence/tracked_poses.hpp"
 
 namespace fanlight {
 

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "acquisition/igtl/frame_notes.hpp"
-#include "acquisition/replay/fan_fit.hpp"
-#include "acquisition/replay/image_orientation.hpp"
-#include "acquisition/replay/pixel_values.hpp"
+#include "acquisition/sequence/fan_fit.hpp"
+#include "acquisition/sequence/image_orientation.hpp"
+#include "acquisition/sequence/pixel_values.hpp"
 #include "proto/igtl/image_body.hpp"
 #include "proto/igtl/metadata.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "acquisition/igtl/igtl_image.hpp"
-#include "acquisition/replay/pixel_values.hpp"
+#include "acquisition/sequence/pixel_values.hpp"
 
 namespace fanlight {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 #include "proto/igtl/timestamp.hpp"
 
 namespace fanlight {

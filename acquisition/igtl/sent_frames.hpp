@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "acquisition/record/recorded_frame.hpp"
+#include "acquisition/sequence/recorded_frame.hpp"
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/igtl/image_body.hpp"
 #include "proto/igtl/message_writer.hpp"

@@ -16,8 +16,8 @@
 #include <utility>
 
 #include "acquisition/record/pixel_copy.hpp"
-#include "acquisition/record/plus_fields.hpp"
 #include "acquisition/record/recording_names.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/crc32c.hpp"
 #include "proto/base/file_replacement.hpp"

@@ -11,7 +11,7 @@
 #include <limits>
 #include <utility>
 
-#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 #include "acquisition/source/printable.hpp"
 
 namespace fanlight {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "acquisition/record/owned_file.hpp"
-#include "acquisition/record/recorded_frame.hpp"
 #include "acquisition/record/segment_paths.hpp"
+#include "acquisition/sequence/recorded_frame.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {

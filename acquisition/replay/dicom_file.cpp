@@ -52,7 +52,7 @@ namespace {
 /// The calibrated part of the picture (PS3.3 C.8.5.5, US Region Calibration).
 struct Region {
   Crop crop;
-  IgsSequence::PixelSize pixel_size;
+  FrameSequence::PixelSize pixel_size;
 };
 
 std::optional<Region> region_in(DcmItem& item, const SampleLayout& layout) {
@@ -150,7 +150,7 @@ Result<void> check_presence(const std::filesystem::path& path, DcmDataset& datas
 }
 
 /// "0\\50\\49": milliseconds since the frame before, of as many frames. False: it is another text.
-bool take_times(std::string_view text, std::vector<IgsFrame>& frames) {
+bool take_times(std::string_view text, std::vector<SequenceFrame>& frames) {
   constexpr double kMsInS = 1000;
   double time_s = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -166,7 +166,7 @@ bool take_times(std::string_view text, std::vector<IgsFrame>& frames) {
 }
 
 /// Frame Time Vector, Frame Time or a rate; none where the file has none.
-void add_times(DcmItem& dataset, std::vector<IgsFrame>& frames) {
+void add_times(DcmItem& dataset, std::vector<SequenceFrame>& frames) {
   constexpr double kMsInS = 1000;
   const auto even = [&frames](double step_s) {
     if (!(step_s > 0 && step_s < 1000)) return false;
@@ -187,13 +187,13 @@ void add_times(DcmItem& dataset, std::vector<IgsFrame>& frames) {
 }
 
 /// Poses and times of planes that turn; the fit of the fan takes them.
-void add_planes(const std::vector<DicomPlane>& planes, IgsSequence& sequence) {
+void add_planes(const std::vector<DicomPlane>& planes, FrameSequence& sequence) {
   constexpr double kFrameS = 0.01;
   for (std::size_t i = 0; i < planes.size(); ++i) {
     const std::size_t before = i > 0 && planes[i - 1].volume == planes[i].volume
                                    ? *sequence.frames[i - 1].frame_index + std::size_t{1}
                                    : 0;
-    IgsFrame& frame = sequence.frames[i];
+    SequenceFrame& frame = sequence.frames[i];
     frame.pose = planes[i].pose;
     frame.volume_index = planes[i].volume;
     frame.frame_index = static_cast<std::uint32_t>(before);
@@ -237,7 +237,7 @@ Result<DicomFile> open_dicom(const std::filesystem::path& path, std::uint64_t ma
   std::vector<std::uint32_t> frames(static_cast<std::size_t>(count));
   std::iota(frames.begin(), frames.end(), 0);
   DicomFile result;
-  IgsSequence& sequence = result.sequence;
+  FrameSequence& sequence = result.sequence;
   sequence.format = layout->format();
   sequence.compressed = layout->is_compressed;
   Crop crop{.columns = layout->columns, .rows = layout->rows};

@@ -8,8 +8,8 @@
 #include <span>
 
 #include "acquisition/replay/frame_reader.hpp"
-#include "acquisition/replay/igs_sequence.hpp"
 #include "acquisition/replay/voxel_grid.hpp"
+#include "acquisition/sequence/frame_sequence.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {
@@ -18,7 +18,7 @@ namespace fanlight {
 struct DicomFile {
   /// The frames that are tissue. Of a multi-frame image with times where it has them, and the pixel size of
   /// its calibrated region, to which they are cut. Of volumes whose planes are not parallel with their poses.
-  IgsSequence sequence;
+  FrameSequence sequence;
   std::unique_ptr<FrameReader> reader;
   /// Of volumes with parallel planes: `sequence` is their slices then, one volume after the other.
   std::optional<VoxelGrid> grid;

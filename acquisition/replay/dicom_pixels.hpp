@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "acquisition/replay/frame_reader.hpp"
-#include "acquisition/replay/pixel_values.hpp"
+#include "acquisition/sequence/pixel_values.hpp"
 #include "proto/base/result.hpp"
 
 class DcmDataset;

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/replay/igs_sequence.hpp"
 #include "acquisition/replay/voxel_grid.hpp"
+#include "acquisition/sequence/frame_sequence.hpp"
 #include "proto/base/result.hpp"
 
 class DcmItem;

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <set>
 
-#include "acquisition/replay/recording_geometry.hpp"
-#include "acquisition/replay/tracked_poses.hpp"
+#include "acquisition/sequence/recording_geometry.hpp"
+#include "acquisition/sequence/tracked_poses.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
 
@@ -24,12 +24,12 @@ constexpr double kUsualDepthMm = 150;
 constexpr double kUsualHalfSweepDeg = 20;
 
 template <typename T>
-std::uint32_t count_of(const IgsSequence& sequence, std::optional<T> IgsFrame::*field) {
+std::uint32_t count_of(const FrameSequence& sequence, std::optional<T> SequenceFrame::*field) {
   return static_cast<std::uint32_t>(std::ranges::count_if(
-      sequence.frames, [field](const IgsFrame& frame) { return (frame.*field).has_value(); }));
+      sequence.frames, [field](const SequenceFrame& frame) { return (frame.*field).has_value(); }));
 }
 
-void count_fields(const IgsSequence& sequence, FileFacts& facts) {
+void count_fields(const FrameSequence& sequence, FileFacts& facts) {
   facts.columns = sequence.columns;
   facts.rows = sequence.rows;
   facts.frames = static_cast<std::uint32_t>(sequence.frames.size());
@@ -37,12 +37,12 @@ void count_fields(const IgsSequence& sequence, FileFacts& facts) {
   facts.compressed = sequence.compressed;
   facts.pixel_size = sequence.pixel_size;
   facts.pixel_size_origin = sequence.pixel_size_origin;
-  facts.with_time = count_of(sequence, &IgsFrame::timestamp_s);
-  facts.with_angle = count_of(sequence, &IgsFrame::motor_angle_deg);
-  facts.with_volume = count_of(sequence, &IgsFrame::volume_index);
-  facts.with_pose = count_of(sequence, &IgsFrame::pose);
+  facts.with_time = count_of(sequence, &SequenceFrame::timestamp_s);
+  facts.with_angle = count_of(sequence, &SequenceFrame::motor_angle_deg);
+  facts.with_volume = count_of(sequence, &SequenceFrame::volume_index);
+  facts.with_pose = count_of(sequence, &SequenceFrame::pose);
   std::set<std::uint64_t> sweeps;
-  for (const IgsFrame& frame : sequence.frames) {
+  for (const SequenceFrame& frame : sequence.frames) {
     if (frame.volume_index) sweeps.insert(*frame.volume_index);
   }
   facts.sweeps = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(sweeps.size()));
@@ -203,13 +203,13 @@ double axis_behind_face_mm(const FileFacts& facts) {
 }
 
 Result<FileFacts> look_into(const std::filesystem::path& path, std::uint64_t max_bytes) {
-  auto opened = open_igs_sequence(path, max_bytes);
+  auto opened = open_recording_file(path, max_bytes);
   if (!opened) return opened.error();
   FileFacts facts;
   facts.scan_lines = opened->orientation.lines_in_rows;
   count_fields(opened->sequence, facts);
   // The poses also give the axis where the frames have angles.
-  for (IgsFrame& frame : opened->sequence.frames) frame.motor_angle_deg.reset();
+  for (SequenceFrame& frame : opened->sequence.frames) frame.motor_angle_deg.reset();
   if (auto fit = fit_poses(path, opened->sequence, opened->orientation)) {
     facts.fit = *std::move(fit);
   } else if (facts.with_angle == 0) {

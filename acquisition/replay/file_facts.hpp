@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/replay/fan_fit.hpp"
-#include "acquisition/replay/igs_sequence.hpp"
-#include "acquisition/replay/sector_guess.hpp"
+#include "acquisition/replay/recording_file.hpp"
+#include "acquisition/sequence/fan_fit.hpp"
+#include "acquisition/sequence/sector_guess.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {
@@ -27,7 +27,7 @@ struct FileFacts {
   std::uint32_t with_volume = 0;
   std::uint32_t with_pose = 0;
   std::uint32_t sweeps = 1;  ///< by VolumeIndex
-  std::optional<IgsSequence::PixelSize> pixel_size;
+  std::optional<FrameSequence::PixelSize> pixel_size;
   std::string_view pixel_size_origin;
   std::optional<FanFit> fit;  ///< of the poses
   std::string no_fan;         ///< why the poses form no fan; empty: they do, or there are none
@@ -37,8 +37,8 @@ struct FileFacts {
   std::vector<std::uint8_t> middle_frame;
 };
 
-/// Reads the header and up to 64 frames, evenly spread. Errors as of open_igs_sequence() and
-/// IgsPixels::read().
+/// Reads the header and up to 64 frames, evenly spread. Errors as of open_recording_file() and
+/// SequencePixels::read().
 Result<FileFacts> look_into(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 /// Distance of the axis that the poses turn about from the probe's face, as far as the frames show where that

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
 
@@ -22,7 +22,7 @@ constexpr std::string_view kOrientations = "MF, MN, UF, UN, FM, FU, NM or NU, wi
 constexpr std::string_view kFramePrefix = "Seq_Frame";
 
 /// The turn from one matrix to another by the trace of their product; the columns may have any length.
-void add_motion(IgsSequence::Motion& motion, const std::array<double, 16>& matrix) {
+void add_motion(FrameSequence::Motion& motion, const std::array<double, 16>& matrix) {
   const std::array<double, 16>& first = motion.first;
   motion.most_mm = std::max(motion.most_mm,
                             std::hypot(matrix[3] - first[3], matrix[7] - first[7], matrix[11] - first[11]));
@@ -167,7 +167,7 @@ Result<void> FrameFields::take_number(const HeaderField& field, std::optional<T>
 Result<void> FrameFields::take_transform(const HeaderField& field, const OfFrame& of) {
   const std::string_view name = of.name;
   std::array<double, 16> matrix{};  // row order
-  IgsSequence& sequence = header_.sequence;
+  FrameSequence& sequence = header_.sequence;
   const bool sets_pixel_size = name == "ImageToReferenceTransform" && !sequence.pixel_size;
   if (!take_numbers<double>(field.value, matrix)) {
     if (sets_pixel_size) return field.refused(from_, "a matrix of 16 numbers");
@@ -185,7 +185,7 @@ Result<void> FrameFields::take_transform(const HeaderField& field, const OfFrame
   auto motion = sequence.motions.find(name);
   if (motion == sequence.motions.end()) {
     if (sequence.motions.size() < kMostTransforms)
-      sequence.motions.emplace(name, IgsSequence::Motion{matrix});
+      sequence.motions.emplace(name, FrameSequence::Motion{matrix});
     return {};
   }
   add_motion(motion->second, matrix);

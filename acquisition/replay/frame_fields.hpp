@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "acquisition/replay/header_lines.hpp"
-#include "acquisition/replay/igs_header.hpp"
+#include "acquisition/replay/sequence_header.hpp"
 
 namespace fanlight {
 
@@ -21,7 +21,7 @@ class FrameFields {
   static constexpr std::uint32_t kMostFrames = 1'000'000;
 
   /// Both must outlive this object.
-  FrameFields(const IgsFile& from, IgsHeader& header) : from_(from), header_(header) {}
+  FrameFields(const NamedFile& from, SequenceHeader& header) : from_(from), header_(header) {}
 
   /// Takes a field whose name begins with Seq_Frame or Fanlight. Others: false.
   Result<bool> take(const HeaderField& field);
@@ -42,7 +42,7 @@ class FrameFields {
  private:
   /// A field of one frame: Seq_Frame0000_Name.
   struct OfFrame {
-    IgsFrame& frame;
+    SequenceFrame& frame;
     std::uint32_t index;
     std::string_view name;
   };
@@ -56,8 +56,8 @@ class FrameFields {
     return from_.bad(wrong, expected, code);
   }
 
-  const IgsFile& from_;
-  IgsHeader& header_;
+  const NamedFile& from_;
+  SequenceHeader& header_;
   bool has_size_ = false;
   bool has_orientation_ = false;
   std::optional<std::uint32_t> last_frame_;

@@ -15,24 +15,20 @@ namespace fanlight {
 namespace {
 
 template <typename T>
-bool none_has(const IgsSequence& sequence, std::optional<T> IgsFrame::*field) {
+bool none_has(const FrameSequence& sequence, std::optional<T> SequenceFrame::*field) {
   return std::ranges::none_of(sequence.frames,
-                              [field](const IgsFrame& frame) { return (frame.*field).has_value(); });
-}
-
-Error bad(const std::filesystem::path& path, std::string_view wrong, std::string_view expected) {
-  return {ErrorCode::kBadInput, fmt::format("{}: {}, expected {}", shown(path), wrong, expected)};
+                              [field](const SequenceFrame& frame) { return (frame.*field).has_value(); });
 }
 
 Result<void> fill_times(const std::filesystem::path& path, const RecordingGeometry& geometry,
-                        IgsSequence& sequence) {
-  if (!geometry.frames_per_second || !none_has(sequence, &IgsFrame::timestamp_s)) return {};
+                        FrameSequence& sequence) {
+  if (!geometry.frames_per_second || !none_has(sequence, &SequenceFrame::timestamp_s)) return {};
   constexpr double kLeastHz = 0.01;
   constexpr double kMostHz = 100'000;
   const double rate_hz = *geometry.frames_per_second;
   if (!(rate_hz >= kLeastHz && rate_hz <= kMostHz)) {
-    return bad(path, fmt::format("frames_per_second is {}", rate_hz),
-               fmt::format("{} to {}", kLeastHz, kMostHz));
+    return bad_file(path, fmt::format("frames_per_second is {}", rate_hz),
+                    fmt::format("{} to {}", kLeastHz, kMostHz));
   }
   for (std::size_t i = 0; i < sequence.frames.size(); ++i)
     sequence.frames[i].timestamp_s = static_cast<double>(i) / rate_hz;
@@ -40,14 +36,14 @@ Result<void> fill_times(const std::filesystem::path& path, const RecordingGeomet
 }
 
 Result<void> fill_sweeps(const std::filesystem::path& path, const RecordingGeometry& geometry,
-                         IgsSequence& sequence) {
-  if (!geometry.frames_per_sweep || !none_has(sequence, &IgsFrame::volume_index)) return {};
+                         FrameSequence& sequence) {
+  if (!geometry.frames_per_sweep || !none_has(sequence, &SequenceFrame::volume_index)) return {};
   const double frames = *geometry.frames_per_sweep;
   if (!(frames >= 2 && frames <= 1e6 && frames == std::floor(frames)))
-    return bad(path, fmt::format("frames_per_sweep is {}", frames), "a whole number from 2 on");
+    return bad_file(path, fmt::format("frames_per_sweep is {}", frames), "a whole number from 2 on");
   const auto in_sweep = static_cast<std::size_t>(frames);
   for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
-    IgsFrame& frame = sequence.frames[i];
+    SequenceFrame& frame = sequence.frames[i];
     frame.volume_index = i / in_sweep;
     if (geometry.to_and_fro && i / in_sweep % 2 == 1) frame.direction = SweepDirection::kBackward;
   }
@@ -61,10 +57,10 @@ struct SweepOfFrames {
   bool backward = false;
 };
 
-std::vector<SweepOfFrames> sweeps_of(const IgsSequence& sequence) {
+std::vector<SweepOfFrames> sweeps_of(const FrameSequence& sequence) {
   std::vector<SweepOfFrames> sweeps;
   for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
-    const IgsFrame& frame = sequence.frames[i];
+    const SequenceFrame& frame = sequence.frames[i];
     if (i == 0 || frame.volume_index != sequence.frames[i - 1].volume_index)
       sweeps.push_back({.first = i, .backward = frame.direction == SweepDirection::kBackward});
     ++sweeps.back().frames;
@@ -77,14 +73,14 @@ Result<std::vector<double>> forward_angles(const std::filesystem::path& path,
                                            const RecordingGeometry& geometry, std::size_t frames) {
   if (!geometry.angles_deg.empty()) {
     if (geometry.angles_deg.size() == frames) return geometry.angles_deg;
-    return bad(
+    return bad_file(
         path,
         fmt::format("angles_deg has {} numbers, and a sweep {} frames", geometry.angles_deg.size(), frames),
         "one number for each frame of the recording, or of every sweep");
   }
   if (!geometry.first_angle_deg || !geometry.last_angle_deg) {
-    return bad(path, "sweep_starts_deg gives no angles within a sweep",
-               "also angles_deg, or first_angle_deg and last_angle_deg");
+    return bad_file(path, "sweep_starts_deg gives no angles within a sweep",
+                    "also angles_deg, or first_angle_deg and last_angle_deg");
   }
   std::vector<double> angles_deg(frames);
   for (std::size_t i = 0; i < frames; ++i) {
@@ -97,18 +93,19 @@ Result<std::vector<double>> forward_angles(const std::filesystem::path& path,
 }  // namespace
 
 Result<bool> fill_from_geometry(const std::filesystem::path& path, const RecordingGeometry& geometry,
-                                IgsSequence& sequence) {
+                                FrameSequence& sequence) {
   if (auto filled = fill_times(path, geometry, sequence); !filled) return filled.error();
   if (auto filled = fill_sweeps(path, geometry, sequence); !filled) return filled.error();
   const std::vector<double>& starts_deg = geometry.sweep_starts_deg;
-  if ((geometry.angles_deg.empty() && starts_deg.empty()) || !none_has(sequence, &IgsFrame::motor_angle_deg))
+  if ((geometry.angles_deg.empty() && starts_deg.empty()) ||
+      !none_has(sequence, &SequenceFrame::motor_angle_deg))
     return false;
   const auto sweeps = sweeps_of(sequence);
   if (!starts_deg.empty() && starts_deg.size() != sweeps.size()) {
-    return bad(path,
-               fmt::format("sweep_starts_deg has {} numbers, and the recording {} sweeps", starts_deg.size(),
-                           sweeps.size()),
-               "one for each");
+    return bad_file(path,
+                    fmt::format("sweep_starts_deg has {} numbers, and the recording {} sweeps",
+                                starts_deg.size(), sweeps.size()),
+                    "one for each");
   }
   if (starts_deg.empty() && geometry.angles_deg.size() == sequence.frames.size()) {
     for (std::size_t i = 0; i < sequence.frames.size(); ++i)

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "acquisition/replay/igs_sequence.hpp"
-#include "acquisition/replay/recording_geometry.hpp"
+#include "acquisition/sequence/frame_sequence.hpp"
+#include "acquisition/sequence/recording_geometry.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {
@@ -13,6 +13,6 @@ namespace fanlight {
 /// frames_per_sweep and sweep_order, angles by angles_deg and sweep_starts_deg. Whether it gave angles.
 /// Fields that frames have are kept. kBadInput: a list does not fit the frames.
 Result<bool> fill_from_geometry(const std::filesystem::path& path, const RecordingGeometry& geometry,
-                                IgsSequence& sequence);
+                                FrameSequence& sequence);
 
 }  // namespace fanlight

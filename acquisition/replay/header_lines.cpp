@@ -11,11 +11,11 @@ constexpr std::size_t kLongestLine = 65'536;
 
 }  // namespace
 
-Error IgsFile::bad(std::string_view wrong, std::string_view expected, ErrorCode code) const {
+Error NamedFile::bad(std::string_view wrong, std::string_view expected, ErrorCode code) const {
   return {code, fmt::format("{}: {}, expected {}", name, wrong, expected)};
 }
 
-Error HeaderField::refused(const IgsFile& file, std::string_view expected, ErrorCode code) const {
+Error HeaderField::refused(const NamedFile& file, std::string_view expected, ErrorCode code) const {
   return file.bad(fmt::format("{} is {}", in_quotes(key), in_quotes(value)), expected, code);
 }
 

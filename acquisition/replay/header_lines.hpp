@@ -14,7 +14,7 @@
 namespace fanlight {
 
 /// A file that is being read. It is not trusted.
-struct IgsFile {
+struct NamedFile {
   std::string name;           ///< for error messages
   std::FILE* file = nullptr;  ///< at its first byte
   std::uint64_t bytes = 0;
@@ -29,13 +29,14 @@ struct HeaderField {
   std::string_view value;
 
   /// "KEY" is "VALUE", expected EXPECTED.
-  Error refused(const IgsFile& file, std::string_view expected, ErrorCode code = ErrorCode::kBadInput) const;
+  Error refused(const NamedFile& file, std::string_view expected,
+                ErrorCode code = ErrorCode::kBadInput) const;
 };
 
 /// Reads the lines of a header of text. One thread.
 class HeaderLines {
  public:
-  explicit HeaderLines(const IgsFile& from) : from_(from) {}
+  explicit HeaderLines(const NamedFile& from) : from_(from) {}
 
   /// The next line without its end; valid until the next call. nullopt: the file has ended. kBadInput: the
   /// line is no text, or too long.
@@ -45,7 +46,7 @@ class HeaderLines {
   std::uint64_t number() const { return number_; }  ///< of the last line, from 1
 
  private:
-  const IgsFile& from_;
+  const NamedFile& from_;
   std::string line_;
   std::uint64_t bytes_ = 0;
   std::uint64_t number_ = 0;

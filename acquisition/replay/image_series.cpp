@@ -82,21 +82,17 @@ struct NumberedFile {
   std::filesystem::path path;
 };
 
-Error bad(const std::filesystem::path& path, std::string_view wrong, std::string_view expected,
-          ErrorCode code = ErrorCode::kBadInput) {
-  return {code, fmt::format("{}: {}, expected {}", shown(path), wrong, expected)};
-}
-
 Result<std::vector<std::filesystem::path>> in_order(const std::filesystem::path& series,
                                                     std::vector<NumberedFile> files) {
   if (files.empty())
-    return bad(series, "there are no such pictures",
-               "files such as frame.0001.png; a DICOM file is given by its own name", ErrorCode::kNotFound);
+    return bad_file(series, "there are no such pictures",
+                    "files such as frame.0001.png; a DICOM file is given by its own name",
+                    ErrorCode::kNotFound);
   std::ranges::sort(files, {}, &NumberedFile::number);
   for (std::size_t i = 1; i < files.size(); ++i) {
     if (files[i].number == files[i - 1].number + 1) continue;
-    return bad(series, fmt::format("picture {} is followed by {}", files[i - 1].number, files[i].number),
-               "each number once, without a gap");
+    return bad_file(series, fmt::format("picture {} is followed by {}", files[i - 1].number, files[i].number),
+                    "each number once, without a gap");
   }
   std::vector<std::filesystem::path> paths;
   paths.reserve(files.size());
@@ -119,18 +115,18 @@ Result<std::vector<std::filesystem::path>> files_of(const std::filesystem::path&
       if (!has_ending(file, kPictureEndings)) continue;
       if (ending.empty()) ending = lower_ending(file);
       if (lower_ending(file) != ending)
-        return bad(path, "there are pictures with several endings", "a folder with one series");
+        return bad_file(path, "there are pictures with several endings", "a folder with one series");
       number = last_number(file.stem().string());
-      if (!number) return bad(file, "the picture has no number", "a name such as frame.0001.png");
+      if (!number) return bad_file(file, "the picture has no number", "a name such as frame.0001.png");
     } else {
       number = number_by(*pattern, file.filename().string());
       if (!number) continue;
     }
     if (files.size() == FrameFields::kMostFrames)
-      return bad(path, fmt::format("there are over {} pictures", files.size()), "fewer");
+      return bad_file(path, fmt::format("there are over {} pictures", files.size()), "fewer");
     files.push_back({*number, file});
   }
-  if (failure) return bad(path, "the folder cannot be read", "one that exists", ErrorCode::kNotFound);
+  if (failure) return bad_file(path, "the folder cannot be read", "one that exists", ErrorCode::kNotFound);
   return in_order(path, std::move(files));
 }
 
@@ -163,14 +159,14 @@ struct ImageSeries::State {
 Result<void> ImageSeries::State::look() {
   auto input = OIIO::ImageInput::open(files.front().string());
   if (!input) {
-    return bad(files.front(), "the picture cannot be read (" + in_quotes(OIIO::geterror()) + ")",
-               "a picture or video of a usual format", ErrorCode::kUnsupported);
+    return bad_file(files.front(), "the picture cannot be read (" + in_quotes(OIIO::geterror()) + ")",
+                    "a picture or video of a usual format", ErrorCode::kUnsupported);
   }
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width < 2 || spec.height < 2 || spec.width > static_cast<int>(FrameFields::kMostSide) ||
       spec.height > static_cast<int>(FrameFields::kMostSide) || spec.nchannels < 1 || spec.depth > 1) {
-    return bad(files.front(), fmt::format("it has {} x {} pixels", spec.width, spec.height),
-               fmt::format("2 to {} on each side", FrameFields::kMostSide));
+    return bad_file(files.front(), fmt::format("it has {} x {} pixels", spec.width, spec.height),
+                    fmt::format("2 to {} on each side", FrameFields::kMostSide));
   }
   columns = static_cast<std::uint32_t>(spec.width);
   rows = static_cast<std::uint32_t>(spec.height);
@@ -219,21 +215,21 @@ Result<void> ImageSeries::State::read(std::uint64_t frame, std::span<std::uint8_
   const auto input = OIIO::ImageInput::open(file.string());
   if (!input) {
     (void)OIIO::geterror();  // the library keeps it otherwise
-    return bad(file, fmt::format("frame {} cannot be read", frame), "as many as were there at first");
+    return bad_file(file, fmt::format("frame {} cannot be read", frame), "as many as were there at first");
   }
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width != static_cast<int>(columns) || spec.height != static_cast<int>(rows) ||
       spec.nchannels < 1 || spec.nchannels > 8) {
-    return bad(file, fmt::format("frame {} has {} x {} pixels", frame, spec.width, spec.height),
-               fmt::format("{} x {}, as the first", columns, rows));
+    return bad_file(file, fmt::format("frame {} has {} x {} pixels", frame, spec.width, spec.height),
+                    fmt::format("{} x {}, as the first", columns, rows));
   }
   const std::size_t pixels = std::size_t{columns} * rows;
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   values.resize(pixels * channels * format.bytes);
   const OIIO::TypeDesc type = format.bytes == 1 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16;
   if (!input->read_image(0, 0, 0, spec.nchannels, type, values.data())) {
-    return bad(file, fmt::format("frame {} is damaged ({})", frame, in_quotes(input->geterror())),
-               "a whole picture");
+    return bad_file(file, fmt::format("frame {} is damaged ({})", frame, in_quotes(input->geterror())),
+                    "a whole picture");
   }
   if (format.bytes == 1) {
     to_luminance<std::uint8_t>(values, channels, to);
@@ -244,18 +240,18 @@ Result<void> ImageSeries::State::read(std::uint64_t frame, std::span<std::uint8_
   return {};
 }
 
-Result<IgsSequence> series_frames(const std::filesystem::path& path, const ImageSeries& series,
-                                  std::uint64_t max_bytes) {
-  IgsSequence sequence;
+Result<FrameSequence> series_frames(const std::filesystem::path& path, const ImageSeries& series,
+                                    std::uint64_t max_bytes) {
+  FrameSequence sequence;
   sequence.columns = series.columns();
   sequence.rows = series.rows();
   sequence.compressed = true;
   sequence.format = series.format();
   if (sequence.frame_bytes() * series.frames() > max_bytes) {
-    return bad(path,
-               fmt::format("its {} frames have {} bytes of pixels", series.frames(),
-                           sequence.frame_bytes() * series.frames()),
-               fmt::format("at most {}", max_bytes));
+    return bad_file(path,
+                    fmt::format("its {} frames have {} bytes of pixels", series.frames(),
+                                sequence.frame_bytes() * series.frames()),
+                    fmt::format("at most {}", max_bytes));
   }
   sequence.frames.resize(series.frames());
   return sequence;

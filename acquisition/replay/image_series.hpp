@@ -7,8 +7,8 @@
 #include <span>
 
 #include "acquisition/replay/frame_reader.hpp"
-#include "acquisition/replay/igs_sequence.hpp"
-#include "acquisition/replay/pixel_values.hpp"
+#include "acquisition/replay/recording_file.hpp"
+#include "acquisition/sequence/pixel_values.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {
@@ -42,8 +42,8 @@ class ImageSeries : public FrameReader {
   std::unique_ptr<State> state_;
 };
 
-/// As open_igs_sequence(), of a series: frames without angles and times.
-Result<IgsSequence> series_frames(const std::filesystem::path& path, const ImageSeries& series,
-                                  std::uint64_t max_bytes);
+/// As open_recording_file(), of a series: frames without angles and times.
+Result<FrameSequence> series_frames(const std::filesystem::path& path, const ImageSeries& series,
+                                    std::uint64_t max_bytes);
 
 }  // namespace fanlight

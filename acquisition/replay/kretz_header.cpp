@@ -42,9 +42,9 @@ constexpr std::uint32_t kCineData = tag(0xD600, 1);
 
 class KretzHeader {
  public:
-  explicit KretzHeader(const IgsFile& from) : from_(from), fields_(from, header_) {}
+  explicit KretzHeader(const NamedFile& from) : from_(from), fields_(from, header_) {}
 
-  Result<IgsHeader> read() {
+  Result<SequenceHeader> read() {
     if (const auto done = read_items(); !done) return done.error();
     if (const auto done = check_items(); !done) return done.error();
     if (const auto done = take_size(); !done) return done.error();
@@ -210,8 +210,8 @@ class KretzHeader {
     double value;
   };
 
-  const IgsFile& from_;
-  IgsHeader header_;
+  const NamedFile& from_;
+  SequenceHeader header_;
   FrameFields fields_;
   std::uint64_t at_ = 0;  // offset in the file
   std::uint64_t voxels_at_ = 0;
@@ -224,7 +224,7 @@ class KretzHeader {
 
 }  // namespace
 
-Result<IgsHeader> read_kretz_header(const IgsFile& from) {
+Result<SequenceHeader> read_kretz_header(const NamedFile& from) {
   return KretzHeader(from).read();
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/replay/igs_header.hpp"
+#include "acquisition/replay/sequence_header.hpp"
 
 namespace fanlight {
 
@@ -18,6 +18,6 @@ namespace fanlight {
 ///
 /// kUnsupported names what the file has instead: a compressed volume, several volumes, a Cartesian one; else
 /// kBadInput.
-Result<IgsHeader> read_kretz_header(const IgsFile& from);
+Result<SequenceHeader> read_kretz_header(const NamedFile& from);
 
 }  // namespace fanlight

@@ -51,9 +51,9 @@ constexpr std::array kTypes = {
 
 class NrrdHeader {
  public:
-  explicit NrrdHeader(const IgsFile& from) : from_(from), lines_(from), fields_(from, header_) {}
+  explicit NrrdHeader(const NamedFile& from) : from_(from), lines_(from), fields_(from, header_) {}
 
-  Result<IgsHeader> read() {
+  Result<SequenceHeader> read() {
     if (const auto done = read_lines(); !done) return done.error();
     if (const auto done = check_axes(); !done) return done.error();
     if (const auto done = check_content(); !done) return done.error();
@@ -310,7 +310,7 @@ class NrrdHeader {
         return from_.bad(fmt::format("its pixels have {} mm", each), "0.001 to 10 mm");
     }
     is_slicer_sequence_ = true;
-    IgsSequence& sequence = header_.sequence;
+    FrameSequence& sequence = header_.sequence;
     sequence.pixel_size = {.width_mm = spacing_mm[0], .height_mm = spacing_mm[1]};
     sequence.pixel_size_origin = "its spacing";
     sequence.notes.emplace_back(
@@ -359,9 +359,9 @@ class NrrdHeader {
     return fields_.set_size(field, sizes_[0], sizes_[1], sizes_.back());
   }
 
-  const IgsFile& from_;
+  const NamedFile& from_;
   HeaderLines lines_;
-  IgsHeader header_;
+  SequenceHeader header_;
   FrameFields fields_;
   std::uint32_t dimension_ = 0;
   std::vector<std::uint32_t> sizes_;
@@ -382,7 +382,7 @@ class NrrdHeader {
 
 }  // namespace
 
-Result<IgsHeader> read_nrrd_header(const IgsFile& from) {
+Result<SequenceHeader> read_nrrd_header(const NamedFile& from) {
   return NrrdHeader(from).read();
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/replay/igs_header.hpp"
+#include "acquisition/replay/sequence_header.hpp"
 
 namespace fanlight {
 
@@ -9,6 +9,6 @@ namespace fanlight {
 /// its empty line, and checks it: the frames on the last axis; 8 and 16 bit; raw or gzip. The fields of
 /// frames are key/value pairs, named as in a MetaImage sequence. kUnsupported for other forms, else
 /// kBadInput.
-Result<IgsHeader> read_nrrd_header(const IgsFile& from);
+Result<SequenceHeader> read_nrrd_header(const NamedFile& from);
 
 }  // namespace fanlight

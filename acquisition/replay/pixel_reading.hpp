@@ -12,18 +12,18 @@
 
 #include "acquisition/replay/frame_reader.hpp"
 #include "acquisition/replay/header_lines.hpp"
-#include "acquisition/replay/igs_sequence.hpp"
-#include "acquisition/replay/image_orientation.hpp"
 #include "acquisition/replay/inflater.hpp"
-#include "acquisition/replay/pixel_values.hpp"
+#include "acquisition/replay/sequence_pixels.hpp"
+#include "acquisition/sequence/image_orientation.hpp"
+#include "acquisition/sequence/pixel_values.hpp"
 
 namespace fanlight {
 
 /// The file behind its header, and where the reading is.
-struct IgsPixels::Reading {
+struct SequencePixels::Reading {
   static constexpr std::uint64_t kNowhere = std::numeric_limits<std::uint64_t>::max();
   File file;
-  IgsFile from;
+  NamedFile from;
   ImageOrientation orientation;
   std::uint32_t columns = 0;  // after arranging
   std::uint32_t rows = 0;

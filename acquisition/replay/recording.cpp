@@ -10,7 +10,7 @@
 
 #include "acquisition/record/recover_recording.hpp"
 #include "acquisition/replay/given_fields.hpp"
-#include "acquisition/replay/tracked_poses.hpp"
+#include "acquisition/sequence/tracked_poses.hpp"
 #include "acquisition/source/angle_check.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/model/fan_geometry.hpp"
@@ -32,8 +32,8 @@ struct Coverage {
 };
 
 template <typename T>
-Coverage coverage(const std::vector<IgsFrame>& frames, std::optional<T> IgsFrame::*field) {
-  const auto present = [field](const IgsFrame& frame) { return (frame.*field).has_value(); };
+Coverage coverage(const std::vector<SequenceFrame>& frames, std::optional<T> SequenceFrame::*field) {
+  const auto present = [field](const SequenceFrame& frame) { return (frame.*field).has_value(); };
   const auto missing = std::ranges::find_if_not(frames, present);
   return {static_cast<std::size_t>(std::ranges::count_if(frames, present)),
           static_cast<std::size_t>(missing - frames.begin())};
@@ -64,7 +64,7 @@ Result<Recording> Recording::open(const Config& config) {
     if (!mended) return mended.error();
     recovered = *std::move(mended);
   }
-  auto opened = open_igs_sequence(config.path, config.max_bytes);
+  auto opened = open_recording_file(config.path, config.max_bytes);
   if (!opened) return opened.error();
   const auto fit = fit_poses(config.path, opened->sequence, opened->orientation);
   if (!fit) return fit.error();
@@ -121,7 +121,7 @@ Result<void> Recording::finish() {
 Result<void> Recording::find_times() {
   const auto& fields = sequence_.frames;
   if (fields.size() < 2) return bad("there is a single frame", "a sweep of 2 at least");
-  const auto [present, missing] = coverage(fields, &IgsFrame::timestamp_s);
+  const auto [present, missing] = coverage(fields, &SequenceFrame::timestamp_s);
   if (present < fields.size())
     return bad(
         fmt::format("frame {} has no Timestamp", missing),
@@ -163,7 +163,7 @@ Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry
     close_sweeps();
     return {};
   }
-  measured_ = coverage(fields, &IgsFrame::motor_angle_deg).present > 0;
+  measured_ = coverage(fields, &SequenceFrame::motor_angle_deg).present > 0;
   if (measured_) {
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (!fields[i].motor_angle_deg && fields[i].valid) {
@@ -176,7 +176,7 @@ Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry
                "one for each frame, or angles_deg, or first_angle_deg and last_angle_deg in the geometry");
   }
 
-  if (coverage(fields, &IgsFrame::volume_index).present > 0) {
+  if (coverage(fields, &SequenceFrame::volume_index).present > 0) {
     if (const auto done = cut_at_volume_index(); !done) return done.error();
   } else if (measured_) {
     // Before the sweeps are known: an outlier would be two turning points.
@@ -193,7 +193,7 @@ Result<void> Recording::find_angles_and_sweeps(const RecordingGeometry& geometry
 
 Result<void> Recording::cut_at_volume_index() {
   const auto& fields = sequence_.frames;
-  const auto [present, missing] = coverage(fields, &IgsFrame::volume_index);
+  const auto [present, missing] = coverage(fields, &SequenceFrame::volume_index);
   if (present < fields.size()) {
     return bad(fmt::format("frame {} has no VolumeIndex", missing), "one for each frame, or for none");
   }

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "acquisition/record/finish_recording.hpp"
-#include "acquisition/replay/igs_sequence.hpp"
-#include "acquisition/replay/recorded_stream.hpp"
-#include "acquisition/replay/recording_geometry.hpp"
+#include "acquisition/replay/recording_file.hpp"
+#include "acquisition/sequence/recorded_stream.hpp"
+#include "acquisition/sequence/recording_geometry.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/frame.hpp"
 
@@ -79,8 +79,8 @@ class Recording {
 
   /// Reads the header and the first frame, and with Pixels::kAll the others. The file is not trusted.
   /// Finishes the recording first, where its recorder was cut off (recover_recording()). Errors as of
-  /// open_igs_sequence, read_all and find_geometry; also kBadInput where the frames give no sweep: angles or
-  /// times are missing or do not change, or the probe was tracked by hand.
+  /// open_recording_file, read_all and find_geometry; also kBadInput where the frames give no sweep: angles
+  /// or times are missing or do not change, or the probe was tracked by hand.
   static Result<Recording> open(const Config& config);
 
   const RecordingSummary& summary() const { return summary_; }
@@ -92,7 +92,7 @@ class Recording {
   std::span<const std::uint8_t> frame_pixels(std::size_t frame) const {
     return sequence_.frame_pixels(frame);
   }
-  /// Copies a frame's pixels. Error: as of IgsPixels::read().
+  /// Copies a frame's pixels. Error: as of SequencePixels::read().
   Result<void> read_frame(std::size_t frame, std::span<std::uint8_t> to);
   /// Whether frames may be read in any order without delay.
   bool has_quick_access() const { return !pixels_ || pixels_->has_quick_access(); }
@@ -126,8 +126,8 @@ class Recording {
 
   Error bad(std::string_view wrong, std::string_view expected) const;
 
-  IgsSequence sequence_;
-  std::optional<IgsPixels> pixels_;        // with Pixels::kFromFile
+  FrameSequence sequence_;
+  std::optional<SequencePixels> pixels_;   // with Pixels::kFromFile
   std::vector<std::uint8_t> first_frame_;  // then: its pixels
   bool transposed_ = false;                // the frames look like it
   bool measured_ = true;                   // the frames have angles

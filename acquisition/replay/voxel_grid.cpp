@@ -201,9 +201,9 @@ Result<void> check(const VoxelGrid& grid, const std::string& name) {
   return {};
 }
 
-IgsSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
+FrameSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
   const Fan fan(grid);
-  IgsSequence sequence;
+  FrameSequence sequence;
   sequence.columns = grid.size[0];
   sequence.rows = fan.rows;
   sequence.format = format;
@@ -230,7 +230,7 @@ IgsSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
           volume + 1 < times_s.size() ? times_s[volume + 1] - begun_s : kFrameS * fan.frames;
       step_s = std::min(kFrameS, lasts_s / fan.frames);
     }
-    IgsFrame& of = sequence.frames[i];
+    SequenceFrame& of = sequence.frames[i];
     of.motor_angle_deg = degrees(fan.angle_rad(frame));
     of.timestamp_s = begun_s + step_s * static_cast<double>(frame);
     of.volume_index = volume;

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "acquisition/replay/frame_reader.hpp"
-#include "acquisition/replay/igs_sequence.hpp"
-#include "acquisition/replay/pixel_values.hpp"
+#include "acquisition/sequence/frame_sequence.hpp"
+#include "acquisition/sequence/pixel_values.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {
@@ -46,7 +46,7 @@ Result<void> check(const VoxelGrid& grid, const std::string& name);
 /// its rows and slices, and stand nowhere further apart than those. Without an origin the middle of its first
 /// rows is taken for the centre of the probe's face. Frames have times, angles, and the
 /// geometry as Fanlight's fields; a volume is a sweep. Precondition: check().
-IgsSequence fan_through(const VoxelGrid& grid, PixelFormat format);
+FrameSequence fan_through(const VoxelGrid& grid, PixelFormat format);
 
 /// Reads those frames. `voxels`: stored values of all volumes, the first axis fastest.
 std::unique_ptr<FrameReader> fan_reader(const VoxelGrid& grid, PixelFormat format,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/source/printable.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "proto/base/printable.hpp"
@@ -25,6 +27,11 @@ std::string in_quotes(std::string_view text) {
 
 std::string shown(const std::filesystem::path& path) {
   return printable(path.string());
+}
+
+Error bad_file(const std::filesystem::path& path, std::string_view wrong, std::string_view expected,
+               ErrorCode code) {
+  return {code, fmt::format("{}: {}, expected {}", shown(path), wrong, expected)};
 }
 
 }  // namespace fanlight

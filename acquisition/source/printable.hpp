@@ -9,6 +9,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "proto/base/result.hpp"
+
 namespace fanlight {
 
 /// The whole of `text` as a number; nullopt where it is none, is out of T's range, or is not finite.
@@ -33,5 +35,9 @@ std::string in_quotes(std::string_view text);
 
 /// A path for an error message: what is not printable() is replaced by '?'.
 std::string shown(const std::filesystem::path& path);
+
+/// "PATH: WRONG, expected EXPECTED".
+Error bad_file(const std::filesystem::path& path, std::string_view wrong, std::string_view expected,
+               ErrorCode code = ErrorCode::kBadInput);
 
 }  // namespace fanlight

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "renderer/parameters/grey_levels.hpp"
 #include "renderer/parameters/light_parameters.hpp"
 #include "renderer/parameters/speckle_filter.hpp"
 #include "shaders/bindings.h"
@@ -299,6 +298,16 @@ PipelineKey confidence_key(const Scene& scene, FrameKind kind) {
   return {.shader = Shader::kConfidence,
           .constants = {scene.detector.window, 0, kind == FrameKind::kConvexLines ? 1 : 0, 0,
                         scene.rays.window / 2}};
+}
+
+TransferTable transfer_table(const TransferFunction& transfer, double step_mm) {
+  TransferTable table{};
+  for (std::size_t level = 0; level < table.size(); ++level) {
+    const TransferFunction::Value value = transfer.at(static_cast<double>(level));
+    table[level] = {value.colour[0], value.colour[1], value.colour[2],
+                    1 - std::pow(1 - value.opacity_per_mm, step_mm)};
+  }
+  return table;
 }
 
 }  // namespace fanlight

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <glm/vec4.hpp>
 #include <optional>
 
 #include "proto/model/fan_geometry.hpp"
 #include "proto/model/scene.hpp"
+#include "proto/model/transfer_function.hpp"
 #include "renderer/parameters/angle_table.hpp"
 #include "renderer/parameters/pipeline_key.hpp"
 #include "renderer/parameters/view_frame.hpp"
@@ -14,6 +17,9 @@
 namespace fanlight {
 
 // Pass 1: scene to uniforms and pipelines.
+
+/// The greatest grey value of a frame: shaders work on 0 to 1, the scene on 0 to 255.
+inline constexpr double kGreyLevels = 255;
 
 /// What a volume adds to the geometry of its source.
 struct VolumeExtent {
@@ -45,5 +51,9 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping);
 
 /// The pipeline that computes the confidence in each surface of a cast, the weights of pass 2's depth filter.
 PipelineKey confidence_key(const Scene& scene, FrameKind kind);
+
+/// The transfer function by grey level: colour, and the opacity of one sample of `step_mm`.
+using TransferTable = std::array<glm::vec4, 256>;
+TransferTable transfer_table(const TransferFunction& transfer, double step_mm);
 
 }  // namespace fanlight

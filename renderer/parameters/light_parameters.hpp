@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <glm/vec3.hpp>
 #include <optional>
 
 #include "proto/model/scene.hpp"
@@ -37,5 +38,8 @@ inline constexpr std::size_t kLightVariants = 20;
 /// Every value that the keys of the light and of the smoothing filter can have, to be built before a scene
 /// needs them: a changed light or filter must not wait for a pipeline.
 std::array<PipelineKey, kLightVariants> light_variants();
+
+/// The displayed colours (sRGB, 0 to 1) of a map for a brightness of 0, 1/3, 2/3 and 1; linear in between.
+std::array<glm::dvec3, FANLIGHT_MAP_POINTS> colour_map_points(ColourMap map);
 
 }  // namespace fanlight

@@ -4,7 +4,6 @@
 #include <array>
 #include <compare>
 #include <cstdint>
-#include <string_view>
 
 namespace fanlight {
 
@@ -13,9 +12,6 @@ enum class Shader : std::uint8_t {
 #define FANLIGHT_PASS(name, enumerator, variants, pipelines) enumerator,
 #include "shaders/passes.inc"
 };
-
-/// File name of the shader without its extension ("cast"); names the pipelines in debugging tools.
-std::string_view name_of(Shader shader);
 
 /// Identifies a compute pipeline: a shader and the values of its specialisation constants 0, 1, ... A shader
 /// ignores the constants that it does not declare; these are 0 here.

@@ -5,8 +5,8 @@
 
 #include "proto/base/thread_owner.hpp"
 #include "proto/model/picture.hpp"
-#include "renderer/passes/descriptor_sets.hpp"
-#include "renderer/passes/pipelines.hpp"
+#include "renderer/pipelines/descriptor_sets.hpp"
+#include "renderer/pipelines/pipelines.hpp"
 #include "renderer/vulkan/gpu_timestamps.hpp"
 #include "renderer/vulkan/submission_timeline.hpp"
 

@@ -12,7 +12,7 @@
 #include "proto/model/scene.hpp"
 #include "proto/model/volume.hpp"
 #include "renderer/parameters/speckle_filter.hpp"
-#include "renderer/passes/pipelines.hpp"
+#include "renderer/pipelines/pipelines.hpp"
 #include "renderer/vulkan/gpu_memory.hpp"
 
 namespace fanlight {

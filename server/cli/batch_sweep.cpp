@@ -10,9 +10,9 @@
 #include <cerrno>
 #include <ctime>
 
-#include "acquisition/replay/igs_sequence.hpp"
 #include "acquisition/replay/image_series.hpp"
-#include "acquisition/replay/recording_geometry.hpp"
+#include "acquisition/replay/recording_file.hpp"
+#include "acquisition/sequence/recording_geometry.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/clock.hpp"
 #include "proto/base/file_replacement.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "proto/base/result.hpp"
-#include "renderer/passes/pipeline_store.hpp"
+#include "renderer/pipelines/pipeline_store.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/batch_manifest.hpp"
 #include "server/cli/batch_record.hpp"

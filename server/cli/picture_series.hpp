@@ -9,7 +9,7 @@
 
 #include "proto/base/result.hpp"
 #include "proto/model/picture.hpp"
-#include "renderer/view/depth_maps.hpp"
+#include "renderer/passes/depth_maps.hpp"
 #include "server/codec/h264_coder.hpp"
 #include "server/codec/mp4_file.hpp"
 

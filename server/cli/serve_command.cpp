@@ -15,7 +15,7 @@
 
 #include "acquisition/igtl/sent_frames.hpp"
 #include "acquisition/open_source.hpp"
-#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 #include "acquisition/source/suggested_scene.hpp"
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"

@@ -28,51 +28,14 @@ RestApi::Response no_picture() {
 }
 
 ordered_json recording_json(const v1::RecordingStatus& status) {
-  if (!status.available()) return {{"available", false}};
-  constexpr std::array<std::string_view, 4> kStates = {"idle", "recording", "no_room", "finishing"};
-  return {{"available", true},
-          {"state", kStates.at(status.state())},
-          {"ring", status.ring()},
-          {"keeps_last_s", status.keeps_last_s()},
-          {"file", status.file()},
-          {"frames", status.frames()},
-          {"bytes", status.bytes()},
-          {"duration_s", status.duration_s()},
-          {"frames_missed", status.frames_missed()},
-          {"finish_share", status.finish_share()},
-          {"trouble", status.trouble()},
-          {"last_file", status.last_file()},
-          {"last_frames", status.last_frames()},
-          {"last_duration_s", status.last_duration_s()},
-          {"last_trouble", status.last_trouble()}};
+  return status.available() ? message_json(status) : ordered_json{{"available", false}};
 }
 
 ordered_json replay_json(const v1::ReplayStatus& status) {
-  constexpr std::array<std::string_view, 5> kStates = {"no_recording", "playing", "paused", "ended",
-                                                       "failed"};
-  constexpr std::array<std::string_view, 3> kEndings = {"once", "loop", "to-and-fro"};
-  ordered_json report = {{"state", kStates.at(status.state())}};
-  if (status.state() == v1::ReplayStatus::NO_RECORDING) return report;
-  report.update({{"time_s", status.time_s()},
-                 {"duration_s", status.duration_s()},
-                 {"sweep", status.sweep()},
-                 {"sweeps", status.sweeps()},
-                 {"speed", status.speed()},
-                 {"ending", kEndings.at(status.ending())},
-                 {"backward", status.backward()},
-                 {"trouble", status.trouble()}});
+  ordered_json report = message_json(status);
+  if (status.state() == v1::ReplayStatus::NO_RECORDING) return {{"state", report["state"]}};
+  report["ending"] = replay_ending_name(status.ending());  // as it is written in a wish
   return report;
-}
-
-ordered_json cine_json(const v1::CineStatus& status) {
-  constexpr std::array<std::string_view, 3> kStates = {"live", "frozen", "playing"};
-  return {{"state", kStates.at(status.state())},
-          {"capacity", status.capacity()},
-          {"volumes", status.volumes()},
-          {"volume", status.volume()},
-          {"time_s", status.time_s()},
-          {"duration_s", status.duration_s()},
-          {"speed", status.speed()}};
 }
 
 ordered_json state_json(const NumberedScene& scene) {
@@ -241,7 +204,7 @@ RestApi::Response RestApi::control_replay(const Request& request, const Principa
 }
 
 RestApi::Response RestApi::cine() const {
-  return json_response(http::status::ok, cine_json(dependencies_.state.cine.message()));
+  return json_response(http::status::ok, message_json(dependencies_.state.cine.message()));
 }
 
 RestApi::Response RestApi::control_cine(const Request& request, const Principal& principal) {

@@ -111,15 +111,16 @@ Result<ReplayRequest> replay_request(std::string_view text) {
   return unknown(text);
 }
 
+std::string_view replay_ending_name(v1::ReplayStatus::Ending ending) {
+  return v1::ReplayStatus::Ending_IsValid(ending) ? kEndings[static_cast<std::size_t>(ending)] : "unknown";
+}
+
 std::string replay_words(const ReplayRequest& request) {
   for (const auto& [word, wish] : kWishes) {
     if (wish != request.wish()) continue;
     if (wish == ReplayRequest::PLAY || wish == ReplayRequest::PAUSE) return std::string(word);
-    if (wish == ReplayRequest::ENDING) {
-      const bool known = v1::ReplayStatus::Ending_IsValid(request.ending());
-      return fmt::format("{}={}", word,
-                         known ? kEndings[static_cast<std::size_t>(request.ending())] : "unknown");
-    }
+    if (wish == ReplayRequest::ENDING)
+      return fmt::format("{}={}", word, replay_ending_name(request.ending()));
     return fmt::format("{}={}", word, request.value());
   }
   return "unknown";

@@ -15,6 +15,9 @@ namespace fanlight {
 /// "speed=0.5", "ending=once", "ending=loop" or "ending=to-and-fro". kInvalidArgument names all of them.
 Result<v1::ReplayRequest> replay_request(std::string_view text);
 
+/// "once", "loop" or "to-and-fro"; "unknown" for another value.
+std::string_view replay_ending_name(v1::ReplayStatus::Ending ending);
+
 /// The reverse, for logs.
 std::string replay_words(const v1::ReplayRequest& request);
 

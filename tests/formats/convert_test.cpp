@@ -170,8 +170,8 @@ TEST_F(ConvertedFiles, NiftiSaysWhereItsVoxelsAre) {
 }
 
 TEST_F(ConvertedFiles, ASequenceComesBackAsItWas) {
-  IgsFile file = fan_recording(5, 2, 20);
-  IgsFile::set(file.frames[3], "ImageStatus", "INVALID");
+  NamedFile file = fan_recording(5, 2, 20);
+  NamedFile::set(file.frames[3], "ImageStatus", "INVALID");
   write_file(recording_, file.bytes());
   const auto first = folder_ / "first.seq.nrrd";
   const auto second = folder_ / "second.seq.nrrd";

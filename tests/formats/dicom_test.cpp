@@ -24,7 +24,7 @@ constexpr const char* kGeometry =
 
 class DicomTest : public testing::Test {
  protected:
-  Result<OpenedSequence> open() const { return open_igs_sequence(path_, std::uint64_t{1} << 30); }
+  Result<OpenedSequence> open() const { return open_recording_file(path_, std::uint64_t{1} << 30); }
   Result<Recording> record() const { return Recording::open({.path = path_, .geometry_path = {}}); }
   std::string refusal() const {
     const auto opened = open();

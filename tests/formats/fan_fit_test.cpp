@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/replay/fan_fit.hpp"
+#include "acquisition/sequence/fan_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -74,10 +74,10 @@ TEST(FanFitTest, TellsHowFarPosesAreFromAFan) {
 TEST(FanFitTest, FindsTheAnglesOfARealSweep) {
   const auto path = data_folder() / "liver_fan_sweep.igs.mha";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
-  auto opened = open_igs_sequence(path, std::uint64_t{1} << 30);
+  auto opened = open_recording_file(path, std::uint64_t{1} << 30);
   ASSERT_TRUE(opened) << opened.error().message;
   std::vector<ImagePose> poses;
-  for (const IgsFrame& frame : opened->sequence.frames) poses.push_back(frame.pose.value());
+  for (const SequenceFrame& frame : opened->sequence.frames) poses.push_back(frame.pose.value());
   const auto fit = fit_fan(poses, 369);
   ASSERT_TRUE(fit);
   const double face_mm = 22 * 0.3148178;
@@ -91,9 +91,9 @@ TEST(FanFitTest, FindsTheAnglesOfARealSweep) {
 /// A recording of poses alone plays like one with angles.
 TEST(FanFitTest, GivesARecordingItsAngles) {
   const TemporaryFolder folder;
-  IgsFile file = fan_recording(7, 1, 20);
+  NamedFile file = fan_recording(7, 1, 20);
   file.remove_all("MotorAngleDeg");
-  IgsFile::remove(file.header, "FanlightMotorRadiusMm");
+  NamedFile::remove(file.header, "FanlightMotorRadiusMm");
   const std::vector<ImagePose> poses = fan(32, 40, 7);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     std::string text;

@@ -42,8 +42,8 @@ INSTANTIATE_TEST_SUITE_P(All, GeometryDraftTest,
 
 TEST(FileFactsTest, CountsWhatTheFramesHave) {
   const TemporaryFolder folder;
-  IgsFile file = fan_recording(5, 2, 20);
-  IgsFile::remove(file.frames[3], "MotorAngleDeg");
+  NamedFile file = fan_recording(5, 2, 20);
+  NamedFile::remove(file.frames[3], "MotorAngleDeg");
   write_file(folder / "x.mha", file.bytes());
   const auto facts = look_into(folder / "x.mha", kMostBytes);
   ASSERT_TRUE(facts) << facts.error().message;

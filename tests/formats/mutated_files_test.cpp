@@ -46,7 +46,7 @@ std::string bytes_of(const std::string& format) {
     return "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 8 6 10\nspacings: 1 1 1\nencoding: raw\n\n" +
            std::string(480, 'x');
   }
-  IgsFile file = fan_recording(5, 2, 20);
+  NamedFile file = fan_recording(5, 2, 20);
   for (std::size_t i = 0; i < file.pixels.size(); ++i) file.pixels[i] = static_cast<std::uint8_t>(i * 37);
   const std::string pixels(file.pixels.begin(), file.pixels.end());
   if (format == "mha") {
@@ -148,10 +148,10 @@ TEST(HugeClaimsTest, TakeNoMemory) {
     EXPECT_FALSE(opened);
   };
   const std::uint64_t before = peak_bytes();
-  IgsFile file = fan_recording(5, 2, 20);
-  IgsFile::set(file.header, "DimSize", "4096 4096 1000000");
+  NamedFile file = fan_recording(5, 2, 20);
+  NamedFile::set(file.header, "DimSize", "4096 4096 1000000");
   refused("x.mha", file.bytes());
-  IgsFile::set(file.header, "DimSize", "4 4 1000000");
+  NamedFile::set(file.header, "DimSize", "4 4 1000000");
   refused("x.mha", file.bytes());
   std::string nrrd = nrrd_header(fan_recording(5, 2, 20), "type: uint8\nencoding: gzip\n");
   nrrd.replace(nrrd.find("8 6 10"), 6, "4096 4096 400");

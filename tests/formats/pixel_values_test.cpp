@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/replay/pixel_values.hpp"
+#include "acquisition/sequence/pixel_values.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/replay/sector_guess.hpp"
+#include "acquisition/sequence/sector_guess.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace fanlight::test {
 namespace {
 
 /// Every pixel's greatest grey level in all frames.
-std::vector<std::uint8_t> brightest_of(const IgsSequence& sequence) {
+std::vector<std::uint8_t> brightest_of(const FrameSequence& sequence) {
   std::vector<std::uint8_t> brightest(sequence.frame_bytes());
   for (std::size_t frame = 0; frame < sequence.frames.size(); ++frame) {
     const auto pixels = sequence.frame_pixels(frame);
@@ -26,7 +26,7 @@ std::vector<std::uint8_t> brightest_of(const IgsSequence& sequence) {
 }
 
 std::optional<SectorGuess> guess_of(const char* file) {
-  const auto sequence = read_igs_sequence(data_folder() / file, std::uint64_t{1} << 30);
+  const auto sequence = read_recording_file(data_folder() / file, std::uint64_t{1} << 30);
   if (!sequence) return std::nullopt;
   return guess_sector(brightest_of(*sequence), sequence->columns, sequence->rows, 1);
 }

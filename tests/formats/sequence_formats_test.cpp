@@ -57,7 +57,7 @@ class SequenceFormatTest : public testing::TestWithParam<Case> {
 
   std::filesystem::path write(const Type& type, const Form& form) const {
     const PixelFormat format = type.format;
-    IgsFile file = fan_recording(5, 2, 20);
+    NamedFile file = fan_recording(5, 2, 20);
     if (!format.is_grey()) {
       file.header.emplace_back("FanlightWindowBlack", fmt::format("{}", format.smallest()));
       file.header.emplace_back("FanlightWindowWhite", fmt::format("{}", format.smallest() + 255));
@@ -75,8 +75,8 @@ class SequenceFormatTest : public testing::TestWithParam<Case> {
     }
     file.pixels.assign(bytes.begin(), bytes.end());
     file.compressed = form.packed;
-    IgsFile::set(file.header, "ElementType", type.meta);
-    IgsFile::set(file.header, "BinaryDataByteOrderMSB", format.big_endian ? "True" : "False");
+    NamedFile::set(file.header, "ElementType", type.meta);
+    NamedFile::set(file.header, "BinaryDataByteOrderMSB", format.big_endian ? "True" : "False");
     std::string whole = file.bytes();
     if (!form.two_files) {
       write_file(folder_ / "x.igs.mha", whole);
@@ -120,7 +120,7 @@ class NrrdTest : public testing::Test {
     return Recording::open({.path = path, .geometry_path = {}});
   }
   static std::string changed(const std::string& from, const std::string& to) {
-    const IgsFile file = fan_recording(5, 2, 20);
+    const NamedFile file = fan_recording(5, 2, 20);
     std::string text = nrrd_header(file, "type: uint8\nencoding: raw\n");
     const auto at = text.find(from);
     if (at == std::string::npos) ADD_FAILURE() << from;
@@ -177,7 +177,7 @@ TEST_F(NrrdTest, TakesAPlaneAFrameAndTimeWithoutKinds) {
 }
 
 TEST_F(NrrdTest, TakesFramesOnTheFirstAxis) {
-  const IgsFile file = fan_recording(5, 2, 20);
+  const NamedFile file = fan_recording(5, 2, 20);
   std::string text = nrrd_header(file, "type: uint8\nencoding: raw\n");
   text.replace(text.find("8 6 10"), 6, "10 8 6");
   text.replace(text.find("domain domain list"), 18, "list domain domain");
@@ -232,7 +232,7 @@ TEST_F(NrrdTest, TakesWhatSlicerSaves) {
 }
 
 TEST_F(NrrdTest, ChoosesAWindowAndTellsIt) {
-  IgsFile file = fan_recording(5, 2, 20);
+  NamedFile file = fan_recording(5, 2, 20);
   std::string pixels;
   for (std::size_t pixel = 0; pixel < 480; ++pixel) {
     const std::size_t value = pixel % 2 == 0 ? 1000 : 3000;

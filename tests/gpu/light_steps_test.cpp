@@ -2,7 +2,7 @@
 // The pieces that passes 2 and 3 are cut into. Uses no GPU.
 #include <gtest/gtest.h>
 
-#include "renderer/view/light_steps.hpp"
+#include "renderer/passes/light_steps.hpp"
 
 namespace fanlight::test::light_steps_tests {
 namespace {

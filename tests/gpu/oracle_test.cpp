@@ -24,7 +24,7 @@ Volume twice(const FanGeometry& geometry, std::span<const std::uint8_t> frame,
 }
 
 /// The plane z = 0, +x to the right and +y down, with the pixel grid of the picture.
-Scene slice_like(const FanGeometry& geometry, const IgsSequence& pictures) {
+Scene slice_like(const FanGeometry& geometry, const FrameSequence& pictures) {
   const PlanePoint first = oracle_point(geometry, 0, 0);
   const PlanePoint last = oracle_point(geometry, pictures.columns - 1, pictures.rows - 1);
   Scene scene = scene_for(geometry, -0.1, 0.1);

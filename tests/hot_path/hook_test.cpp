@@ -19,7 +19,7 @@
 
 #include "proto/exchange/mailbox.hpp"
 #include "renderer/parameters/cast_parameters.hpp"
-#include "renderer/passes/pipelines.hpp"
+#include "renderer/pipelines/pipelines.hpp"
 #include "renderer/vulkan/gpu_memory.hpp"
 #include "tests/hot_path/hot_threads.hpp"
 #include "tests/hot_path/plain_gpu.hpp"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 #include "tests/igtl/sent_messages.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "acquisition/igtl/igtl_source.hpp"
-#include "acquisition/record/plus_fields.hpp"
+#include "acquisition/sequence/plus_fields.hpp"
 #include "proto/base/clock.hpp"
 #include "proto/exchange/probe_link.hpp"
 #include "tests/igtl/fake_scanner.hpp"

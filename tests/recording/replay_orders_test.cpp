@@ -31,7 +31,7 @@ struct PlayedFrame {
 class ReplayOrdersTest : public testing::Test {
  protected:
   ReplaySource& make(ReplaySource::Config config = {}, bool compressed = false) {
-    IgsFile file = fan_recording(kFramesASweep, kSweeps, 20);
+    NamedFile file = fan_recording(kFramesASweep, kSweeps, 20);
     file.compressed = compressed;
     // Larger than what the C library reads ahead.
     file.columns = file.rows = kSide;

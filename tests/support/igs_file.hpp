@@ -17,7 +17,7 @@
 namespace fanlight::test {
 
 /// Builds a PLUS/IGSIO sequence file. It is valid unless a test changes it. Needs ZLIB::ZLIB.
-struct IgsFile {
+struct NamedFile {
   using Fields = std::vector<std::pair<std::string, std::string>>;  ///< name and value, in order
 
   std::uint32_t columns = 8;
@@ -88,13 +88,13 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
 /// A recording of `sweeps` sweeps between -angle_deg and +angle_deg in alternating direction, the first one
 /// from -angle_deg to +angle_deg. The header contains the geometry. Every pixel of frame i is i + 1. Frames
 /// are 0.1 s apart.
-inline IgsFile fan_recording(std::uint32_t frames_per_sweep, std::uint32_t sweeps, double angle_deg) {
-  IgsFile file;
-  for (const auto& [name, value] : IgsFile::Fields{{"FanlightPixelWidthMm", "2.0"},
-                                                   {"FanlightPixelHeightMm", "3.0"},
-                                                   {"FanlightFaceColumn", "3.5"},
-                                                   {"FanlightFaceRow", "-0.5"},
-                                                   {"FanlightMotorRadiusMm", "28"}}) {
+inline NamedFile fan_recording(std::uint32_t frames_per_sweep, std::uint32_t sweeps, double angle_deg) {
+  NamedFile file;
+  for (const auto& [name, value] : NamedFile::Fields{{"FanlightPixelWidthMm", "2.0"},
+                                                     {"FanlightPixelHeightMm", "3.0"},
+                                                     {"FanlightFaceColumn", "3.5"},
+                                                     {"FanlightFaceRow", "-0.5"},
+                                                     {"FanlightMotorRadiusMm", "28"}}) {
     file.header.emplace_back(name, value);
   }
   for (std::uint32_t i = 0; i < frames_per_sweep * sweeps; ++i) {

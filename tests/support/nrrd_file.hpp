@@ -30,7 +30,7 @@ inline std::string gzipped(std::string_view bytes) {
 
 /// The header of a NRRD sequence with the fields of `file`, without the empty line at its end. `fields`:
 /// lines of the format's own besides dimension and kinds, such as "type: uint8\n".
-inline std::string nrrd_header(const IgsFile& file, std::string_view fields) {
+inline std::string nrrd_header(const NamedFile& file, std::string_view fields) {
   std::string text = fmt::format("NRRD0004\ndimension: 3\nsizes: {} {} {}\nkinds: domain domain list\n{}",
                                  file.columns, file.rows, file.frames.size(), fields);
   for (const auto& [name, value] : file.header) {

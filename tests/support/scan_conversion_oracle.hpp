@@ -6,14 +6,14 @@
 #include <cmath>
 #include <filesystem>
 
-#include "acquisition/replay/igs_sequence.hpp"
+#include "acquisition/replay/recording_file.hpp"
 #include "proto/model/fan_geometry.hpp"
 #include "tests/support/data_folder.hpp"
 
 namespace fanlight::test {
 
 /// Geometry of the probe BPC8-4/10 with the settings of the recording (shared/data/README.md).
-inline FanGeometry oracle_probe(const IgsSequence& lines) {
+inline FanGeometry oracle_probe(const FrameSequence& lines) {
   return {.kind = FrameKind::kConvexLines,
           .columns = lines.columns,
           .rows = lines.rows,
@@ -62,8 +62,8 @@ class Correlation {
 
 /// Scan lines of a real curved array, and the pictures that independent software computed from them.
 struct Oracle {
-  IgsSequence lines;
-  IgsSequence pictures;
+  FrameSequence lines;
+  FrameSequence pictures;
 };
 
 inline constexpr const char* kOracleLines = "UltrasonixCurvilinearBrightnessData.igs.mha";
@@ -77,8 +77,8 @@ inline bool has_oracle() {
 /// Precondition: has_oracle(). Aborts if a file cannot be read.
 inline Oracle read_oracle() {
   constexpr std::uint64_t kMaxBytes = 1 << 24;
-  auto lines = read_igs_sequence(data_folder() / kOracleLines, kMaxBytes);
-  auto pictures = read_igs_sequence(data_folder() / kOraclePictures, kMaxBytes);
+  auto lines = read_recording_file(data_folder() / kOracleLines, kMaxBytes);
+  auto pictures = read_recording_file(data_folder() / kOraclePictures, kMaxBytes);
   return {std::move(lines).value(), std::move(pictures).value()};
 }
 

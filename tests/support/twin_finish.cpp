@@ -5,7 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "renderer/parameters/colour_map.hpp"
+#include "renderer/parameters/light_parameters.hpp"
 #include "tests/support/cpu_twin.hpp"
 
 namespace fanlight::test {

@@ -11,7 +11,7 @@
 namespace fanlight {
 namespace {
 
-using test::IgsFile;
+using test::NamedFile;
 using test::RecordingTest;
 using test::write_file;
 
@@ -26,21 +26,21 @@ struct Damage {
   const char* name;
   ErrorCode code;
   const char* sentence;  ///< part of the message
-  std::function<std::string(IgsFile&)> bytes;
+  std::function<std::string(NamedFile&)> bytes;
 };
 
 Damage header_damage(const char* name, ErrorCode code, const char* sentence, std::string_view field,
                      const std::string& value) {
-  return {name, code, sentence, [field, value](IgsFile& file) {
-            IgsFile::set(file.header, field, value);
+  return {name, code, sentence, [field, value](NamedFile& file) {
+            NamedFile::set(file.header, field, value);
             return file.bytes();
           }};
 }
 
 Damage frame_damage(const char* name, const char* sentence, std::size_t frame, std::string_view field,
                     const std::string& value) {
-  return {name, ErrorCode::kBadInput, sentence, [frame, field, value](IgsFile& file) {
-            IgsFile::set(file.frames[frame], field, value);
+  return {name, ErrorCode::kBadInput, sentence, [frame, field, value](NamedFile& file) {
+            NamedFile::set(file.frames[frame], field, value);
             return file.bytes();
           }};
 }
@@ -48,65 +48,65 @@ Damage frame_damage(const char* name, const char* sentence, std::size_t frame, s
 const std::vector<Damage>& damages() {
   using enum ErrorCode;
   static const std::vector<Damage> kDamages = {
-      {"Empty", kBadInput, "the file is empty", [](IgsFile&) { return std::string(); }},
+      {"Empty", kBadInput, "the file is empty", [](NamedFile&) { return std::string(); }},
       {"NoHeader", kBadInput, "the header ends too early",
-       [](IgsFile&) { return std::string("NDims = 3\n"); }},
+       [](NamedFile&) { return std::string("NDims = 3\n"); }},
       {"Binary", kUnsupported, "this is no file of a known kind",
-       [](IgsFile&) { return std::string(100, '\0'); }},
+       [](NamedFile&) { return std::string(100, '\0'); }},
       {"TruncatedHeader", kBadInput, "the header ends too early",
-       [](IgsFile& file) { return file.bytes().substr(0, 300); }},
+       [](NamedFile& file) { return file.bytes().substr(0, 300); }},
       {"NulInALine", kBadInput, "holds byte 0x00",
-       [](IgsFile& file) {
-         IgsFile::set(file.header, "Comment", std::string("a\0b", 3));
+       [](NamedFile& file) {
+         NamedFile::set(file.header, "Comment", std::string("a\0b", 3));
          return file.bytes();
        }},
       {"OverlongLine", kBadInput, "is longer than 65536 bytes",
-       [](IgsFile& file) {
-         IgsFile::set(file.header, "Comment", std::string(70'000, 'x'));
+       [](NamedFile& file) {
+         NamedFile::set(file.header, "Comment", std::string(70'000, 'x'));
          return file.bytes();
        }},
       {"EndlessLine", kBadInput, "is longer than 65536 bytes",
-       [](IgsFile&) { return std::string(200'000, 'x'); }},
+       [](NamedFile&) { return std::string(200'000, 'x'); }},
       {"NoEquals", kBadInput, "is \"hello\", expected Name = value",
-       [](IgsFile&) { return std::string("hello\n"); }},
+       [](NamedFile&) { return std::string("hello\n"); }},
       {"RawBytesInAValue", kUnsupported, "is \"M???F\"",
-       [](IgsFile& file) {
-         IgsFile::set(file.header, "UltrasoundImageOrientation",
-                      "M\xff\xc3\xa8"
-                      "F");
+       [](NamedFile& file) {
+         NamedFile::set(file.header, "UltrasoundImageOrientation",
+                        "M\xff\xc3\xa8"
+                        "F");
          return file.bytes();
        }},
       {"TruncatedPixels", kBadInput, "bytes of compressed pixels follow the header",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          std::string bytes = file.bytes();
          bytes.resize(bytes.size() - 5);
          return bytes;
        }},
       {"TruncatedPlainPixels", kBadInput, "239 bytes of pixels follow the header, expected 240",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.compressed = false;
          std::string bytes = file.bytes();
          bytes.pop_back();
          return bytes;
        }},
       {"TruncatedStream", kBadInput, "its compressed pixels are damaged or cut off",
-       [](IgsFile& file) {
-         IgsFile::set(file.header, "CompressedDataSize", "20");
+       [](NamedFile& file) {
+         NamedFile::set(file.header, "CompressedDataSize", "20");
          return file.bytes();
        }},
       {"DamagedStream", kBadInput, "its compressed pixels are damaged or cut off",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          std::string bytes = file.bytes();
          bytes[bytes.size() - 2] ^= 0x55;  // the checksum
          return bytes;
        }},
       {"FewerPixelsThanStated", kBadInput, "its compressed pixels are 192 bytes, expected 240",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.pixels.resize(4 * 48);
          return file.bytes();
        }},
       {"MorePixelsThanStated", kBadInput, "its compressed pixels are more than its DimSize",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.pixels.resize(6 * 48);
          return file.bytes();
        }},
@@ -115,25 +115,25 @@ const std::vector<Damage>& damages() {
       header_damage("CompressedSizeNoNumber", kBadInput, "expected a number of bytes", "CompressedDataSize",
                     "-1"),
       {"SizeThatTheStreamCannotHold", kBadInput, "compressed bytes cannot hold its DimSize",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          // Small enough for the file with its header, too large for its few compressed bytes.
-         IgsFile::set(file.header, "CompressedDataSize", "10");
-         IgsFile::set(file.header, "DimSize", "100 200 5");
+         NamedFile::set(file.header, "CompressedDataSize", "10");
+         NamedFile::set(file.header, "DimSize", "100 200 5");
          return file.bytes();
        }},
       {"HeaderLineTwice", kBadInput, "expected each line of the header once",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          std::string bytes = file.bytes();
          bytes.insert(bytes.find("DimSize"), "UltrasoundImageOrientation = MNA\n");
          return bytes;
        }},
       {"AngleOfAFrameTwice", kBadInput, "expected each line of a frame once",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.frames[1].emplace_back("MotorAngleDeg", "30");
          return file.bytes();
        }},
       {"StatusOfAFrameTwice", kBadInput, "expected each line of a frame once",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.frames[1].emplace_back("ImageStatus", "OK");
          file.frames[1].emplace_back("ImageStatus", "INVALID");
          return file.bytes();
@@ -165,10 +165,10 @@ const std::vector<Damage>& damages() {
                     "FanlightFrameKind is \"polar\", expected cartesian, convex-lines or linear-lines",
                     "FanlightFrameKind", "polar"),
       {"LinesTooFarApart", kBadInput, "line_pitch_deg is 11, expected 0.001 to 10",
-       [](IgsFile& file) {
-         IgsFile::set(file.header, "FanlightFrameKind", "convex-lines");
-         IgsFile::set(file.header, "FanlightProbeRadiusMm", "40");
-         IgsFile::set(file.header, "FanlightLinePitchDeg", "11");
+       [](NamedFile& file) {
+         NamedFile::set(file.header, "FanlightFrameKind", "convex-lines");
+         NamedFile::set(file.header, "FanlightProbeRadiusMm", "40");
+         NamedFile::set(file.header, "FanlightLinePitchDeg", "11");
          return file.bytes();
        }},
       header_damage("RadioFrequency", kUnsupported, "expected BRIGHTNESS", "UltrasoundImageType", "RF_REAL"),
@@ -181,40 +181,40 @@ const std::vector<Damage>& damages() {
                     "FanlightFaceRow", "top"),
       header_damage("GeometryOutOfRange", kBadInput, "motor_radius_mm is -3", "FanlightMotorRadiusMm", "-3"),
       {"FileElsewhere", kUnsupported, "\"ElementDataFile\" is \"../sweep.zraw\", expected LOCAL",
-       [](IgsFile&) { return std::string("ElementDataFile = ../sweep.zraw\n"); }},
+       [](NamedFile&) { return std::string("ElementDataFile = ../sweep.zraw\n"); }},
       {"ManyFiles", kUnsupported, "\"ElementDataFile\" is \"LIST\", expected LOCAL",
-       [](IgsFile&) { return std::string("ElementDataFile = LIST\n"); }},
+       [](NamedFile&) { return std::string("ElementDataFile = LIST\n"); }},
       {"FramesApart", kBadInput, "frame 102 after frame 1, expected the frames in their order",
-       [](IgsFile&) {
+       [](NamedFile&) {
          return std::string("DimSize = 8 6 200\nSeq_Frame0000_Timestamp = 0\nSeq_Frame0102_Timestamp = 1\n");
        }},
       {"NoOrientation", kUnsupported, "no UltrasoundImageOrientation, expected MF, MN,",
-       [](IgsFile& file) {
-         IgsFile::remove(file.header, "UltrasoundImageOrientation");
+       [](NamedFile& file) {
+         NamedFile::remove(file.header, "UltrasoundImageOrientation");
          return file.bytes();
        }},
       {"NoElementType", kBadInput, "no ElementType",
-       [](IgsFile& file) {
-         IgsFile::remove(file.header, "ElementType");
+       [](NamedFile& file) {
+         NamedFile::remove(file.header, "ElementType");
          return file.bytes();
        }},
       {"NoSize", kBadInput, "the header has no size of the frames",
-       [](IgsFile&) { return std::string("ElementType = MET_UCHAR\nElementDataFile = LOCAL\n"); }},
+       [](NamedFile&) { return std::string("ElementType = MET_UCHAR\nElementDataFile = LOCAL\n"); }},
       {"FramesWithoutASize", kBadInput, "the header has no size of the frames",
-       [](IgsFile&) {
+       [](NamedFile&) {
          return std::string(
              "ElementType = MET_UCHAR\nSeq_Frame0000_Timestamp = 1\nElementDataFile = LOCAL\n");
        }},
       {"SizeBelowTheFramesDescribed", kBadInput, "expected the 3 frames that the lines before it describe",
-       [](IgsFile&) { return std::string("Seq_Frame0002_Timestamp = 1\nDimSize = 8 6 2\n"); }},
+       [](NamedFile&) { return std::string("Seq_Frame0002_Timestamp = 1\nDimSize = 8 6 2\n"); }},
       {"FrameWithoutNumber", kBadInput, "expected Seq_Frame0000_Name",
-       [](IgsFile& file) {
-         IgsFile::set(file.header, "Seq_Frame_Timestamp", "1");
+       [](NamedFile& file) {
+         NamedFile::set(file.header, "Seq_Frame_Timestamp", "1");
          return file.bytes();
        }},
       {"TooManyOwnFields", kBadInput, "more than 64 Fanlight fields",
-       [](IgsFile& file) {
-         for (int i = 0; i < 70; ++i) IgsFile::set(file.header, fmt::format("Fanlight{}", i), "1");
+       [](NamedFile& file) {
+         for (int i = 0; i < 70; ++i) NamedFile::set(file.header, fmt::format("Fanlight{}", i), "1");
          return file.bytes();
        }},
       frame_damage("AngleNoNumber", "\"Seq_Frame0002_MotorAngleDeg\" is \"12deg\", expected degrees", 2,
@@ -231,42 +231,42 @@ const std::vector<Damage>& damages() {
       frame_damage("TransformTooShort", "expected a matrix of 16 numbers", 2, "ImageToReferenceTransform",
                    "1 0 0"),
       {"AngleMissingOnOneFrame", kBadInput, "frame 3 has no MotorAngleDeg",
-       [](IgsFile& file) {
-         IgsFile::remove(file.frames[3], "MotorAngleDeg");
+       [](NamedFile& file) {
+         NamedFile::remove(file.frames[3], "MotorAngleDeg");
          return file.bytes();
        }},
       {"NoAngles", kBadInput, "no frame has a MotorAngleDeg",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.remove_all("MotorAngleDeg");
          return file.bytes();
        }},
       {"TimeMissingOnOneFrame", kBadInput, "frame 3 has no Timestamp",
-       [](IgsFile& file) {
-         IgsFile::remove(file.frames[3], "Timestamp");
+       [](NamedFile& file) {
+         NamedFile::remove(file.frames[3], "Timestamp");
          return file.bytes();
        }},
       {"VolumeMissingOnOneFrame", kBadInput, "frame 3 has no VolumeIndex",
-       [](IgsFile& file) {
-         IgsFile::remove(file.frames[3], "VolumeIndex");
+       [](NamedFile& file) {
+         NamedFile::remove(file.frames[3], "VolumeIndex");
          return file.bytes();
        }},
       {"TimeStandsStill", kBadInput, "all frames have the same Timestamp",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.set_all("Timestamp", "3");
          return file.bytes();
        }},
       {"AngleStandsStill", kBadInput, "the motor angle stays at 5 deg, expected a sweep",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.set_all("MotorAngleDeg", "5");
          return file.bytes();
        }},
       {"AllInvalid", kBadInput, "no frame is usable",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.set_all("ImageStatus", "INVALID");
          return file.bytes();
        }},
       {"OneFrame", kBadInput, "there is a single frame",
-       [](IgsFile& file) {
+       [](NamedFile& file) {
          file.frames.resize(1);
          file.pixels.resize(48);
          return file.bytes();
@@ -279,7 +279,7 @@ class DamagedRecordingTest : public RecordingTest, public testing::WithParamInte
 
 TEST_P(DamagedRecordingTest, IsRefusedInOneSentence) {
   const Damage& damage = damages()[GetParam()];
-  IgsFile file = test::fan_recording(5, 1, 20);
+  NamedFile file = test::fan_recording(5, 1, 20);
   const auto refused = open(damage.bytes(file));
   ASSERT_FALSE(refused);
   const std::string& message = refused.error().message;

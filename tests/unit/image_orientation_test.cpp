@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/replay/image_orientation.hpp"
+#include "acquisition/sequence/image_orientation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -19,7 +19,7 @@ class RecordingTest : public testing::Test {
     return Recording::open({.path = path_, .geometry_path = {}});
   }
 
-  Recording open_whole(const IgsFile& file) {
+  Recording open_whole(const NamedFile& file) {
     auto recording = open(file.bytes());
     if (!recording) {
       ADD_FAILURE() << recording.error().message;

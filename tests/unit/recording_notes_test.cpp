@@ -9,7 +9,7 @@
 namespace fanlight {
 namespace {
 
-using test::IgsFile;
+using test::NamedFile;
 using test::RecordingTest;
 using test::write_file;
 
@@ -28,8 +28,8 @@ TEST_F(RecordingTest, HasNoNotesWhereAllIsAsUsual) {
 }
 
 TEST_F(RecordingTest, LeavesOutAFrameWithAWrongAngle) {
-  IgsFile file = test::fan_recording(30, 2, 20);
-  IgsFile::set(file.frames[11], "MotorAngleDeg", "60");
+  NamedFile file = test::fan_recording(30, 2, 20);
+  NamedFile::set(file.frames[11], "MotorAngleDeg", "60");
   const Recording recording = open_whole(file);
   EXPECT_FALSE(recording.frames()[11].valid);
   EXPECT_EQ(recording.summary().frames_invalid, 1U);
@@ -39,16 +39,16 @@ TEST_F(RecordingTest, LeavesOutAFrameWithAWrongAngle) {
 }
 
 TEST_F(RecordingTest, AWrongAngleIsNoTurningPoint) {
-  IgsFile file = test::fan_recording(30, 2, 20);
+  NamedFile file = test::fan_recording(30, 2, 20);
   file.remove_all("VolumeIndex");
-  IgsFile::set(file.frames[11], "MotorAngleDeg", "60");
+  NamedFile::set(file.frames[11], "MotorAngleDeg", "60");
   const Recording recording = open_whole(file);
   EXPECT_EQ(recording.sweeps().size(), 2U);
   EXPECT_FALSE(recording.frames()[11].valid);
 }
 
 TEST_F(RecordingTest, SaysThatSpreadAnglesAreAssumed) {
-  IgsFile file = test::fan_recording(12, 1, 20);
+  NamedFile file = test::fan_recording(12, 1, 20);
   file.remove_all("MotorAngleDeg");
   file.header.emplace_back("FanlightFirstAngleDeg", "-30");
   file.header.emplace_back("FanlightLastAngleDeg", "30");
@@ -58,7 +58,7 @@ TEST_F(RecordingTest, SaysThatSpreadAnglesAreAssumed) {
 }
 
 TEST_F(RecordingTest, SaysThatTheAnglesOfTheGeometryAreNotUsed) {
-  IgsFile file = test::fan_recording(12, 1, 20);
+  NamedFile file = test::fan_recording(12, 1, 20);
   file.header.emplace_back("FanlightFirstAngleDeg", "-30");
   EXPECT_TRUE(has_note(open_whole(file), "are not used"));
 }
@@ -68,7 +68,7 @@ TEST_F(RecordingTest, AsksWhetherTheAnglesAreRadians) {
 }
 
 TEST_F(RecordingTest, TakesTheAnglesWhereTheStatedDirectionContradictsThem) {
-  IgsFile file = test::fan_recording(12, 2, 20);
+  NamedFile file = test::fan_recording(12, 2, 20);
   file.set_all("SweepDirection", "BACKWARD");
   const Recording recording = open_whole(file);
   EXPECT_EQ(recording.sweeps()[0].direction, SweepDirection::kForward);
@@ -77,7 +77,7 @@ TEST_F(RecordingTest, TakesTheAnglesWhereTheStatedDirectionContradictsThem) {
 }
 
 TEST_F(RecordingTest, TakesTheStatedDirectionOfASingleFrame) {
-  IgsFile file = test::fan_recording(12, 2, 20);
+  NamedFile file = test::fan_recording(12, 2, 20);
   file.set_all("SweepDirection", "BACKWARD");
   for (std::size_t i = 0; i < 11; ++i) file.set(file.frames[i], "ImageStatus", "INVALID");
   const Recording recording = open_whole(file);
@@ -86,18 +86,18 @@ TEST_F(RecordingTest, TakesTheStatedDirectionOfASingleFrame) {
 }
 
 TEST_F(RecordingTest, RefusesASweepAFrame) {
-  IgsFile file = test::fan_recording(12, 1, 20);
+  NamedFile file = test::fan_recording(12, 1, 20);
   for (std::size_t i = 0; i < file.frames.size(); ++i)
-    IgsFile::set(file.frames[i], "VolumeIndex", fmt::format("{}", i));
+    NamedFile::set(file.frames[i], "VolumeIndex", fmt::format("{}", i));
   EXPECT_NE(refusal(open(file.bytes())).find("each frame has a VolumeIndex of its own"), std::string::npos);
 }
 
 TEST_F(RecordingTest, SaysThatAProbeWasTrackedByHand) {
-  IgsFile file = test::fan_recording(12, 1, 20);
+  NamedFile file = test::fan_recording(12, 1, 20);
   file.remove_all("MotorAngleDeg");
   for (std::size_t i = 0; i < file.frames.size(); ++i) {
-    IgsFile::set(file.frames[i], "ProbeToTrackerTransform",
-                 fmt::format("1 0 0 {} 0 1 0 0 0 0 1 0 0 0 0 1", 3 * i + 5));
+    NamedFile::set(file.frames[i], "ProbeToTrackerTransform",
+                   fmt::format("1 0 0 {} 0 1 0 0 0 0 1 0 0 0 0 1", 3 * i + 5));
   }
   const std::string sentence = refusal(open(file.bytes()));
   EXPECT_NE(sentence.find("tracked by hand, 33 mm and 0 deg far by its ProbeToTrackerTransform: no fan"),
@@ -105,15 +105,15 @@ TEST_F(RecordingTest, SaysThatAProbeWasTrackedByHand) {
       << sentence;
   // The angles count, whatever else is in the file.
   for (std::size_t i = 0; i < file.frames.size(); ++i)
-    IgsFile::set(file.frames[i], "MotorAngleDeg", fmt::format("{}", i));
+    NamedFile::set(file.frames[i], "MotorAngleDeg", fmt::format("{}", i));
   EXPECT_TRUE(open(file.bytes()));
 }
 
 TEST_F(RecordingTest, TellsHowFarAProbeTurned) {
-  IgsFile file = test::fan_recording(2, 1, 20);
+  NamedFile file = test::fan_recording(2, 1, 20);
   file.remove_all("MotorAngleDeg");
-  IgsFile::set(file.frames[0], "ProbeToTrackerTransform", "2 0 0 0 0 2 0 0 0 0 1 0 0 0 0 1");
-  IgsFile::set(file.frames[1], "ProbeToTrackerTransform", "0 -2 0 0 2 0 0 0 0 0 1 0 0 0 0 1");
+  NamedFile::set(file.frames[0], "ProbeToTrackerTransform", "2 0 0 0 0 2 0 0 0 0 1 0 0 0 0 1");
+  NamedFile::set(file.frames[1], "ProbeToTrackerTransform", "0 -2 0 0 2 0 0 0 0 0 1 0 0 0 0 1");
   EXPECT_NE(refusal(open(file.bytes())).find("0 mm and 90 deg far"), std::string::npos);
 }
 
@@ -129,8 +129,8 @@ TEST_F(RecordingTest, AGeometryMayNameTheFramesThatItIsFor) {
 }
 
 /// Frames of a disc, whose lines are alike from one to the next.
-IgsFile disc_recording(std::uint32_t columns, std::uint32_t rows) {
-  IgsFile file = test::fan_recording(6, 1, 20);
+NamedFile disc_recording(std::uint32_t columns, std::uint32_t rows) {
+  NamedFile file = test::fan_recording(6, 1, 20);
   file.columns = columns;
   file.rows = rows;
   file.pixels.clear();
@@ -147,7 +147,7 @@ IgsFile disc_recording(std::uint32_t columns, std::uint32_t rows) {
 }
 
 TEST_F(RecordingTest, AsksWhetherTheSizeIsTransposed) {
-  IgsFile file = disc_recording(96, 64);
+  NamedFile file = disc_recording(96, 64);
   EXPECT_EQ(open_whole(file).summary().notes, std::vector<std::string>());
   std::swap(file.columns, file.rows);
   EXPECT_TRUE(has_note(open_whole(file), "are the first two numbers of DimSize exchanged?"));
@@ -167,11 +167,11 @@ TEST_F(RecordingTest, ReadsAHeaderWhoseSizeFollowsTheFrames) {
 
 TEST_F(RecordingTest, ReadsFramesFromFrontToBackAsItReadsThemAtOnce) {
   for (const bool compressed : {false, true}) {
-    IgsFile file = test::fan_recording(5, 2, 20);
+    NamedFile file = test::fan_recording(5, 2, 20);
     file.compressed = compressed;
     std::iota(file.pixels.begin(), file.pixels.end(), std::uint8_t{0});
     for (const char* orientation : {"MFA", "FM", "UN"}) {
-      IgsFile::set(file.header, "UltrasoundImageOrientation", orientation);
+      NamedFile::set(file.header, "UltrasoundImageOrientation", orientation);
       const Recording whole = open_whole(file);
       auto forward =
           Recording::open({.path = path_, .geometry_path = {}, .pixels = Recording::Pixels::kFromFile});
@@ -186,7 +186,7 @@ TEST_F(RecordingTest, ReadsFramesFromFrontToBackAsItReadsThemAtOnce) {
 }
 
 TEST_F(RecordingTest, FramesLostByTheirNumberAreNoGap) {
-  IgsFile file = test::fan_recording(74, 1, 37);
+  NamedFile file = test::fan_recording(74, 1, 37);
   for (const std::size_t lost : {3U, 3U, 3U}) {
     file.frames.erase(file.frames.begin() + static_cast<std::ptrdiff_t>(lost));
     file.pixels.resize(file.pixels.size() - std::size_t{file.columns} * file.rows);
@@ -197,12 +197,12 @@ TEST_F(RecordingTest, FramesLostByTheirNumberAreNoGap) {
 }
 
 TEST_F(RecordingTest, SweepsOfDifferentSpeedAreNoSpikes) {
-  IgsFile file = test::fan_recording(70, 1, 30);
+  NamedFile file = test::fan_recording(70, 1, 30);
   file.remove_all("VolumeIndex");
   for (std::size_t i = 0; i < 70; ++i) {
     const double angle_deg =
         i < 60 ? static_cast<double>(i) - 30 : 29.0 - 6.0 * (static_cast<double>(i) - 59);
-    IgsFile::set(file.frames[i], "MotorAngleDeg", fmt::format("{}", angle_deg));
+    NamedFile::set(file.frames[i], "MotorAngleDeg", fmt::format("{}", angle_deg));
   }
   const Recording recording = open_whole(file);
   EXPECT_EQ(recording.summary().angle_outliers, 0U);
@@ -210,11 +210,11 @@ TEST_F(RecordingTest, SweepsOfDifferentSpeedAreNoSpikes) {
 }
 
 TEST_F(RecordingTest, FindsDamageWhenItComesToItWhereItReadsForward) {
-  IgsFile file = test::fan_recording(5, 2, 20);
+  NamedFile file = test::fan_recording(5, 2, 20);
   for (std::size_t i = 0; i < file.pixels.size(); ++i)
     file.pixels[i] = static_cast<std::uint8_t>(1'664'525U * (i * i + 7) >> 11);
   std::string bytes = file.bytes();
-  IgsFile::set(file.header, "CompressedDataSize", "100");
+  NamedFile::set(file.header, "CompressedDataSize", "100");
   bytes = file.bytes();
   write_file(path_, bytes);
   auto forward =

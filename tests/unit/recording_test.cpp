@@ -13,13 +13,13 @@
 namespace fanlight {
 namespace {
 
-using test::IgsFile;
+using test::NamedFile;
 using test::RecordingTest;
 using test::write_file;
 
 TEST_F(RecordingTest, ReadsPlainAndCompressedFilesAlike) {
   for (const bool compressed : {false, true}) {
-    IgsFile file = test::fan_recording(5, 2, 20);
+    NamedFile file = test::fan_recording(5, 2, 20);
     file.compressed = compressed;
     const Recording recording = open_whole(file);
     const RecordingSummary& summary = recording.summary();
@@ -52,7 +52,7 @@ TEST_F(RecordingTest, DirectionsFollowTheAngles) {
 }
 
 TEST_F(RecordingTest, WithoutVolumeIndexSweepsEndWhereTheAngleTurns) {
-  IgsFile file = test::fan_recording(9, 4, 20);
+  NamedFile file = test::fan_recording(9, 4, 20);
   file.remove_all("VolumeIndex");
   const Recording recording = open_whole(file);
   ASSERT_EQ(recording.sweeps().size(), 4U);
@@ -66,17 +66,17 @@ TEST_F(RecordingTest, WithoutVolumeIndexSweepsEndWhereTheAngleTurns) {
 }
 
 TEST_F(RecordingTest, AHandThatWaversMakesNoTurningPoint) {
-  IgsFile file = test::fan_recording(9, 1, 20);
+  NamedFile file = test::fan_recording(9, 1, 20);
   file.remove_all("VolumeIndex");
   const double angles_deg[] = {-20, -20, -19, -19.6, -10, -10.9, 0, 5, 20};
   for (std::size_t i = 0; i < 9; ++i)
-    IgsFile::set(file.frames[i], "MotorAngleDeg", fmt::format("{}", angles_deg[i]));
+    NamedFile::set(file.frames[i], "MotorAngleDeg", fmt::format("{}", angles_deg[i]));
   EXPECT_EQ(open_whole(file).sweeps().size(), 1U);
 }
 
 TEST_F(RecordingTest, CountsWhatWasLostWhenItWasMade) {
-  IgsFile file = test::fan_recording(5, 2, 20);
-  IgsFile::set(file.frames[4], "FrameIndex", "7");
+  NamedFile file = test::fan_recording(5, 2, 20);
+  NamedFile::set(file.frames[4], "FrameIndex", "7");
   const Recording recording = open_whole(file);
   EXPECT_EQ(recording.summary().frames_lost, 3U);
   EXPECT_EQ(recording.frames()[4].lost_before, 3U);
@@ -84,20 +84,20 @@ TEST_F(RecordingTest, CountsWhatWasLostWhenItWasMade) {
 }
 
 TEST_F(RecordingTest, InvalidFramesNeedNoAngle) {
-  IgsFile file = test::fan_recording(5, 1, 20);
-  IgsFile::set(file.frames[2], "ImageStatus", "INVALID");
-  IgsFile::remove(file.frames[2], "MotorAngleDeg");
+  NamedFile file = test::fan_recording(5, 1, 20);
+  NamedFile::set(file.frames[2], "ImageStatus", "INVALID");
+  NamedFile::remove(file.frames[2], "MotorAngleDeg");
   const Recording recording = open_whole(file);
   EXPECT_EQ(recording.summary().frames_invalid, 1U);
   EXPECT_FALSE(recording.frames()[2].valid);
 }
 
 TEST_F(RecordingTest, SpreadsTheAnglesOfARecordingWithoutThem) {
-  IgsFile file = test::fan_recording(5, 2, 20);
+  NamedFile file = test::fan_recording(5, 2, 20);
   file.remove_all("MotorAngleDeg");
   file.header.emplace_back("FanlightFirstAngleDeg", "-30");
   file.header.emplace_back("FanlightLastAngleDeg", "30");
-  for (std::size_t i = 5; i < 10; ++i) IgsFile::set(file.frames[i], "SweepDirection", "BACKWARD");
+  for (std::size_t i = 5; i < 10; ++i) NamedFile::set(file.frames[i], "SweepDirection", "BACKWARD");
   const Recording recording = open_whole(file);
   for (std::size_t i = 0; i < 10; ++i) {
     const double expected_deg =
@@ -108,9 +108,9 @@ TEST_F(RecordingTest, SpreadsTheAnglesOfARecordingWithoutThem) {
 }
 
 TEST_F(RecordingTest, TakesEachGeometryValueFromTheFirstPlaceThatHasIt) {
-  IgsFile file = test::fan_recording(5, 1, 20);
-  IgsFile::remove(file.header, "FanlightPixelWidthMm");
-  IgsFile::remove(file.header, "FanlightPixelHeightMm");
+  NamedFile file = test::fan_recording(5, 1, 20);
+  NamedFile::remove(file.header, "FanlightPixelWidthMm");
+  NamedFile::remove(file.header, "FanlightPixelHeightMm");
   file.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
   write_file(folder_ / "sweep.igs.mha.toml", "motor_radius_mm = 31\npixel_height_mm = 0.25 # finer\n");
   const Recording recording = open_whole(file);
@@ -130,22 +130,22 @@ TEST_F(RecordingTest, TakesEachGeometryValueFromTheFirstPlaceThatHasIt) {
 }
 
 /// A recording of a curved array with a scan line in each row of the file, the first line at the marked side.
-IgsFile convex_recording() {
-  IgsFile file = test::fan_recording(5, 1, 20);
+NamedFile convex_recording() {
+  NamedFile file = test::fan_recording(5, 1, 20);
   for (const auto* const field : {"FanlightPixelWidthMm", "FanlightPixelHeightMm"}) {
-    IgsFile::remove(file.header, field);
+    NamedFile::remove(file.header, field);
   }
-  IgsFile::set(file.header, "UltrasoundImageOrientation", "FU");
-  IgsFile::set(file.header, "FanlightFrameKind", "convex-lines");
-  IgsFile::set(file.header, "FanlightLinePitchDeg", "1.5");
-  IgsFile::set(file.header, "FanlightProbeRadiusMm", "40");
-  IgsFile::set(file.header, "FanlightPixelHeightMm", "0.5");
+  NamedFile::set(file.header, "UltrasoundImageOrientation", "FU");
+  NamedFile::set(file.header, "FanlightFrameKind", "convex-lines");
+  NamedFile::set(file.header, "FanlightLinePitchDeg", "1.5");
+  NamedFile::set(file.header, "FanlightProbeRadiusMm", "40");
+  NamedFile::set(file.header, "FanlightPixelHeightMm", "0.5");
   return file;
 }
 
 TEST_F(RecordingTest, ReadsScanLinesStoredInRows) {
   for (const bool compressed : {false, true}) {
-    IgsFile file = convex_recording();
+    NamedFile file = convex_recording();
     file.compressed = compressed;
     for (std::size_t i = 0; i < file.pixels.size(); ++i) {
       file.pixels[i] = static_cast<std::uint8_t>(10 * (i / file.columns % file.rows) + i % file.columns);
@@ -164,10 +164,10 @@ TEST_F(RecordingTest, ReadsScanLinesStoredInRows) {
 }
 
 TEST_F(RecordingTest, TakesTheGeometryOfConvexLines) {
-  IgsFile file = convex_recording();
+  NamedFile file = convex_recording();
   // Meaningless for diverging lines.
   file.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
-  IgsFile::set(file.header, "FanlightSectorHalfAngleDeg", "30");
+  NamedFile::set(file.header, "FanlightSectorHalfAngleDeg", "30");
   const Recording recording = open_whole(file);
   const FanGeometry& geometry = recording.summary().geometry;
   EXPECT_EQ(geometry.kind, FrameKind::kConvexLines);
@@ -186,10 +186,10 @@ TEST_F(RecordingTest, TakesTheGeometryOfConvexLines) {
 }
 
 TEST_F(RecordingTest, ConvexLinesNeedTheirPitchAndRadiusAndNoTransform) {
-  IgsFile file = convex_recording();
+  NamedFile file = convex_recording();
   file.set_all("ImageToReferenceTransform", "0.3 0 0 7 0 0.4 0 8 0 0 1 9 0 0 0 1");
   for (const auto* const field : {"FanlightProbeRadiusMm", "FanlightLinePitchDeg", "FanlightPixelHeightMm"}) {
-    IgsFile::remove(file.header, field);
+    NamedFile::remove(file.header, field);
   }
   const auto refused = open(file.bytes());
   ASSERT_FALSE(refused);
@@ -201,8 +201,8 @@ TEST_F(RecordingTest, ConvexLinesNeedTheirPitchAndRadiusAndNoTransform) {
 }
 
 TEST_F(RecordingTest, ALinePitchContradictsParallelColumns) {
-  IgsFile file = convex_recording();
-  IgsFile::remove(file.header, "FanlightFrameKind");
+  NamedFile file = convex_recording();
+  NamedFile::remove(file.header, "FanlightFrameKind");
   const auto refused = open(file.bytes());
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().message, path_.string() +
@@ -211,10 +211,10 @@ TEST_F(RecordingTest, ALinePitchContradictsParallelColumns) {
 }
 
 TEST_F(RecordingTest, TheTransformOfTurnedImagesTurnsWithThem) {
-  IgsFile file = test::fan_recording(5, 1, 20);
-  IgsFile::remove(file.header, "FanlightPixelWidthMm");
-  IgsFile::remove(file.header, "FanlightPixelHeightMm");
-  IgsFile::set(file.header, "UltrasoundImageOrientation", "FMD");
+  NamedFile file = test::fan_recording(5, 1, 20);
+  NamedFile::remove(file.header, "FanlightPixelWidthMm");
+  NamedFile::remove(file.header, "FanlightPixelHeightMm");
+  NamedFile::set(file.header, "UltrasoundImageOrientation", "FMD");
   file.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
   write_file(folder_ / "sweep.igs.mha.toml", "frame_kind = \"linear-lines\"\n");
   const Recording recording = open_whole(file);
@@ -247,9 +247,9 @@ TEST_F(RecordingTest, AGeometryFileStandsInForTheOneBesideTheRecording) {
 }
 
 TEST_F(RecordingTest, NamesTheGeometryThatIsMissing) {
-  IgsFile file = test::fan_recording(5, 1, 20);
-  IgsFile::remove(file.header, "FanlightMotorRadiusMm");
-  IgsFile::remove(file.header, "FanlightFaceRow");
+  NamedFile file = test::fan_recording(5, 1, 20);
+  NamedFile::remove(file.header, "FanlightMotorRadiusMm");
+  NamedFile::remove(file.header, "FanlightFaceRow");
   const auto refused = open(file.bytes());
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().message,

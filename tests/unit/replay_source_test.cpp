@@ -16,13 +16,13 @@
 namespace fanlight {
 namespace {
 
-using test::IgsFile;
+using test::NamedFile;
 using Ending = ReplaySource::Ending;
 using Pace = ReplaySource::Pace;
 
 class ReplaySourceTest : public testing::Test {
  protected:
-  std::unique_ptr<ReplaySource> make(const IgsFile& file, Ending ending, Pace pace = Pace::kAsFastAsTaken,
+  std::unique_ptr<ReplaySource> make(const NamedFile& file, Ending ending, Pace pace = Pace::kAsFastAsTaken,
                                      double speed = 1) {
     test::write_file(path_, file.bytes());
     auto source = ReplaySource::create(
@@ -113,9 +113,9 @@ TEST_F(ReplaySourceTest, ToAndFroTurnsAtBothEnds) {
 }
 
 TEST_F(ReplaySourceTest, ToAndFroOfSeveralSweepsPlaysThemBackward) {
-  IgsFile file = test::fan_recording(3, 3, 20);
+  NamedFile file = test::fan_recording(3, 3, 20);
   for (std::size_t i = 0; i < 9; ++i)
-    IgsFile::set(file.frames[i], "VolumeIndex", i < 3 ? "4" : i < 6 ? "5" : "7");
+    NamedFile::set(file.frames[i], "VolumeIndex", i < 3 ? "4" : i < 6 ? "5" : "7");
   const auto source = make(file, Ending::kToAndFro);
   const auto frames = take(*source, 21);
   const std::uint64_t volumes[] = {4, 5, 7, 8, 10, 11, 12};
@@ -131,9 +131,9 @@ TEST_F(ReplaySourceTest, ToAndFroOfSeveralSweepsPlaysThemBackward) {
 }
 
 TEST_F(ReplaySourceTest, LossesOfTheRecordingAreGapsInBothDirections) {
-  IgsFile file = test::fan_recording(4, 1, 20);
-  IgsFile::set(file.frames[2], "FrameIndex", "4");  // 0 1 [2 3 lost] 4
-  IgsFile::set(file.frames[3], "FrameIndex", "5");
+  NamedFile file = test::fan_recording(4, 1, 20);
+  NamedFile::set(file.frames[2], "FrameIndex", "4");  // 0 1 [2 3 lost] 4
+  NamedFile::set(file.frames[3], "FrameIndex", "5");
   const auto source = make(file, Ending::kToAndFro);
   const std::uint64_t sequences[] = {0, 1, 4, 5, 6, 7, 10, 11, 12};
   const auto frames = take(*source, 9);
@@ -141,8 +141,8 @@ TEST_F(ReplaySourceTest, LossesOfTheRecordingAreGapsInBothDirections) {
 }
 
 TEST_F(ReplaySourceTest, MarksInvalidFrames) {
-  IgsFile file = test::fan_recording(4, 1, 20);
-  IgsFile::set(file.frames[2], "ImageStatus", "INVALID");
+  NamedFile file = test::fan_recording(4, 1, 20);
+  NamedFile::set(file.frames[2], "ImageStatus", "INVALID");
   const auto source = make(file, Ending::kOnce);
   for (int i = 0; i < 4; ++i) {
     ASSERT_TRUE(source->next_frame({}).value());
@@ -189,8 +189,8 @@ TEST_F(ReplaySourceTest, RefusesASpeedOutOfRange) {
 }
 
 TEST_F(ReplaySourceTest, ARecordingBecomesVolumesAndNothingIsLost) {
-  IgsFile file = test::fan_recording(5, 3, 20);
-  IgsFile::set(file.frames[7], "ImageStatus", "INVALID");
+  NamedFile file = test::fan_recording(5, 3, 20);
+  NamedFile::set(file.frames[7], "ImageStatus", "INVALID");
   const auto source = make(file, Ending::kOnce);
   Doorbell reader_bell;
   Doorbell writer_bell;

@@ -28,7 +28,7 @@ std::optional<double> grey_at(std::span<const std::uint8_t> frame, const FanGeom
 
 /// Correlation of the reference image with our conversion, inside the fan. `mirror`: -1 swaps left and right
 /// of ours.
-test::Correlation correlation(const IgsSequence& lines, const IgsSequence& twin, std::size_t frame,
+test::Correlation correlation(const FrameSequence& lines, const FrameSequence& twin, std::size_t frame,
                               double mirror) {
   const FanGeometry geometry = test::oracle_probe(lines);
   test::Correlation found;

@@ -18,7 +18,7 @@ namespace {
   std::exit(1);
 }
 
-test::IgsFile::Fields geometry_fields(const FanGeometry& geometry) {
+test::NamedFile::Fields geometry_fields(const FanGeometry& geometry) {
   return {{"FanlightFrameKind", "cartesian"},
           {"FanlightPixelWidthMm", fmt::format("{}", geometry.pixel_width_mm)},
           {"FanlightPixelHeightMm", fmt::format("{}", geometry.pixel_height_mm)},
@@ -30,7 +30,7 @@ test::IgsFile::Fields geometry_fields(const FanGeometry& geometry) {
           {"FanlightSectorReachMm", fmt::format("{}", geometry.sector.reach_mm)}};
 }
 
-test::IgsFile::Fields frame_fields(const FrameStamp& frame) {
+test::NamedFile::Fields frame_fields(const FrameStamp& frame) {
   const bool forward = frame.direction == SweepDirection::kForward;
   return {{"Timestamp", fmt::format("{:.9f}", static_cast<double>(frame.capture_time_ns) * 1e-9)},
           {"FrameIndex", fmt::format("{}", frame.frame_index)},
@@ -41,9 +41,9 @@ test::IgsFile::Fields frame_fields(const FrameStamp& frame) {
 }
 
 /// All volumes of the source. The source must end and deliver Cartesian frames.
-test::IgsFile recording_of(PhantomSource& source) {
+test::NamedFile recording_of(PhantomSource& source) {
   const FanGeometry& geometry = source.description().geometry;
-  test::IgsFile file{.columns = geometry.columns, .rows = geometry.rows, .compressed = false};
+  test::NamedFile file{.columns = geometry.columns, .rows = geometry.rows, .compressed = false};
   for (auto& field : geometry_fields(geometry)) file.header.push_back(std::move(field));
   for (;;) {
     const auto frame = source.next_frame({});

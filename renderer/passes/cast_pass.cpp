@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/passes/cast_pass.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <functional>
+#include <iterator>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "renderer/parameters/cast_parameters.hpp"
+#include "renderer/parameters/effective_scene.hpp"
+#include "renderer/vulkan/command_recording.hpp"
+#include "shaders/bindings.h"
+
+namespace fanlight {
+
+namespace {
+
+// Tiles that a group of empty_space.comp and dirty_tiles.comp handles.
+constexpr std::uint32_t kTilesInGroup = 8;
+
+std::uint32_t tiles_along(std::uint32_t pixels) {
+  return groups(pixels, kTileSide);
+}
+
+}  // namespace
+
+Result<CastPass> CastPass::create(const PassDevice& device, const Config& config) {
+  CastPass made(config);
+  auto memory = CastMemory::create(*device.gpu, config.size,
+                                   config.maps_for_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
+  if (!memory) return memory.error();
+  made.memory_ = std::move(*memory);
+  auto recorder = PassRecorder::create(device, {.name = "cast pass", .pauses = config.pauses});
+  if (!recorder) return recorder.error();
+  made.recorder_ = std::move(*recorder);
+  made.memory_.write_to(made.recorder_.descriptors());
+  return made;
+}
+
+void CastPass::bind(const VolumeBindings& volume) {
+  const DescriptorSets& descriptors = recorder_.descriptors();
+  descriptors.write(FANLIGHT_BINDING_VOLUME, volume.frames.texture());
+  const GpuBuffer none;
+  for (const auto& [binding, buffer] : volume.frames.bindings())
+    descriptors.write(binding, buffer != nullptr ? *buffer : none);
+  descriptors.write(FANLIGHT_BINDING_ANGLE_TABLE, volume.angles.entries());
+  const bool own = volume.written.semaphore == recorder_.timeline().newest().semaphore;
+  volume_written_ = own ? TimelinePoint{} : volume.written;
+}
+
+Result<void> CastPass::find_pipelines(const Scene& scene, FrameKind kind) {
+  const CastKeys keys = cast_keys(scene, kind, config_.skipping);
+  const std::pair<VkPipeline*, std::optional<PipelineKey>> wanted[] = {
+      {&pipelines_.cast, keys.cast},
+      {&pipelines_.empty_space, keys.empty_space},
+      {&pipelines_.cast_listed, keys.cast_listed},
+      {&pipelines_.dirty_tiles, keys.dirty_tiles},
+      {&pipelines_.frame_steps, keys.frame_steps},
+      {&pipelines_.slice, keys.slice}};
+  for (const auto& [pipeline, key] : wanted) {
+    auto built = recorder_.pipelines().get(key);
+    if (!built) return built.error();
+    *pipeline = *built;
+  }
+  notes_reach_ = pipelines_.dirty_tiles != VK_NULL_HANDLE;
+  return {};
+}
+
+/// Cuts the picture into tiles and the tiles into bands.
+void CastPass::set_tiles(const Scene& scene, const shaders::CastParameters& parameters) {
+  const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
+  const std::uint64_t tile_samples =
+      std::uint64_t{kTileSide} * kTileSide * samples_across * std::max(parameters.steps, 1U);
+  const std::uint32_t tile_side = kTileSide * parameters.pixel_stride;
+  tiles_ = groups(config_.size.width, tile_side) * groups(config_.size.height, tile_side);
+  const std::uint32_t most_groups = recorder_.gpu().limits().maxComputeWorkGroupCount[0];
+  notes_reach_ = notes_reach_ && tiles_ <= most_groups;  // a list of dirty tiles is not cut into bands
+  const std::uint64_t most_tiles = std::min(tiles_, most_groups);
+  band_tiles_ = static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(config_.band_samples / tile_samples, 1, most_tiles));
+}
+
+Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) {
+  const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
+  if (auto found = find_pipelines(scene, volume.geometry.kind); !found) return found;
+  ++number_;
+  weighted_ = false;
+
+  // Memory that the GPU reads may be slow to read for the processor, so values that are needed again are
+  // kept.
+  const shaders::CastParameters parameters =
+      cast_parameters(scene, config_.size, volume.geometry, volume.table, volume.extent);
+  memory_.parameters.mapped_as<shaders::CastParameters>() = parameters;
+  farthest_mm_ = parameters.end;
+  segments_in_ray_ = groups(parameters.steps, 1U << parameters.segment_shift);
+  recorder_.reset_times();
+  set_tiles(scene, parameters);
+  next_tile_ = 0;
+  preparing_ = false;
+  if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
+    transfer_due_ = true;  // also after a cast that is given up before its first band
+    memory_.staged_transfer.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
+    transferred_ = scene.transfer;
+    transferred_step_mm_ = parameters.step;
+  }
+  return {};
+}
+
+Result<void> CastPass::submit() {
+  return recorder_.submit(recorder_.gpu().cast_queue(), volume_written_);
+}
+
+/// Submits the last commands that write the maps.
+Result<void> CastPass::submit_maps(VkQueue queue) {
+  auto submitted = recorder_.submit(queue, volume_written_);
+  maps_written_ = recorder_.timeline().newest();
+  return submitted;
+}
+
+Result<void> CastPass::prepare_ahead(const VolumeBindings& volume) {
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  volume.frames.record_piece(*commands);
+  return submit();
+}
+
+Result<void> CastPass::submit_frames(const VolumeBindings& volume) {
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  recorder_.begin_piece(Stage::kPrepare);
+  if (!std::exchange(preparing_, true)) recorder_.stamp(GpuTimestamps::kPrepareBegin);
+  volume.frames.record_piece(*commands);
+  if (volume.frames.done()) recorder_.stamp(GpuTimestamps::kPrepareEnd);
+  return submit();
+}
+
+Result<void> CastPass::submit_next(const VolumeBindings& volume) {
+  if (!volume.frames.done()) return submit_frames(volume);
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  recorder_.begin_piece(Stage::kCast);
+  if (next_tile_ == 0) record_before_rays(*commands, volume.angles);
+  vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.cast);
+  // Not a push constant: lavapipe keeps a copy of the shader for each value.
+  memory_.parameters.mapped_as<shaders::CastParameters>().first_tile = next_tile_;
+  const std::uint32_t tiles = std::min(band_tiles_, tiles_ - next_tile_);
+  vkCmdDispatch(*commands, tiles, 1, 1);
+  next_tile_ += tiles;
+  if (!submitted()) return submit();
+  record_after_rays(*commands);
+  return submit_maps(recorder_.gpu().cast_queue());
+}
+
+Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_changed) {
+  recorder_.reset_times();
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  recorder_.stamp(GpuTimestamps::kPrepareBegin);
+  while (!volume.frames.done()) volume.frames.record_piece(*commands);
+  recorder_.stamp(GpuTimestamps::kPrepareEnd);
+  recorder_.stamp(GpuTimestamps::kUploadBegin);
+  record_tables(*commands, volume.angles);
+  recorder_.stamp(GpuTimestamps::kCastBegin);
+  record_dirty_tiles(*commands, volume.frames, frames_changed);
+  vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.cast_listed);
+  vkCmdDispatchIndirect(*commands, memory_.tile_list.get(), 0);
+  record_after_rays(*commands);
+  ++number_;
+  weighted_ = false;
+  return submit_maps(recorder_.gpu().cast_queue());
+}
+
+bool CastPass::weights_due(const Scene& wanted, const VolumeBindings& volume) const {
+  const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
+  return scene.filter.weights == FilterWeights::kConfidence && !weighted_ && !volume.frames_gone &&
+         volume.frames.done();
+}
+
+Result<void> CastPass::add_weights(const Scene& wanted, const VolumeBindings& volume) {
+  const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
+  const auto pipeline = recorder_.pipelines().get(confidence_key(scene, volume.geometry.kind));
+  if (!pipeline) return pipeline.error();
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  // They count as part of the filter.
+  recorder_.begin_piece(Stage::kFilter);
+  recorder_.stamp(GpuTimestamps::kFilterBegin);
+  vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, *pipeline);
+  vkCmdDispatch(*commands, tiles_along(config_.size.width), tiles_along(config_.size.height), 1);
+  record_maps_for_host(*commands);
+  recorder_.stamp(GpuTimestamps::kLightBegin);
+  // A light follows at once, and pass 1 of the other volume is not to come before it.
+  if (auto submitted = submit_maps(recorder_.gpu().light_queue()); !submitted) return submitted;
+  weighted_ = true;
+  return {};
+}
+
+void CastPass::drop_held_weights() {
+  if (!recorder_.timeline().holds()) return;
+  recorder_.drop_held();
+  maps_written_ = recorder_.timeline().newest();
+  weighted_ = false;
+}
+
+void CastPass::record_tables(VkCommandBuffer commands, AngleBuffer& angles) {
+  angles.record(commands);
+  if (std::exchange(transfer_due_, false))
+    copy_to_image(commands, memory_.staged_transfer, memory_.transfer, {});
+}
+
+void CastPass::record_before_rays(VkCommandBuffer commands, AngleBuffer& angles) {
+  recorder_.stamp(GpuTimestamps::kUploadBegin);
+  record_tables(commands, angles);
+  recorder_.stamp(GpuTimestamps::kCastBegin);
+  if (notes_reach_) {
+    vkCmdFillBuffer(commands, memory_.reached.get(), 0, VK_WHOLE_SIZE, 0);
+    barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+            VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  }
+  record_empty_space(commands);
+}
+
+void CastPass::record_after_rays(VkCommandBuffer commands) const {
+  record_frame_steps(commands);
+  record_slices(commands);
+  record_maps_for_host(commands);
+  recorder_.stamp(GpuTimestamps::kCastEnd);
+}
+
+void CastPass::record_empty_space(VkCommandBuffer commands) const {
+  if (pipelines_.empty_space == VK_NULL_HANDLE) return;
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.empty_space);
+  vkCmdDispatch(commands, groups(tiles_, kTilesInGroup), 1, 1);
+  pass_barrier(commands);
+}
+
+void CastPass::record_frame_steps(VkCommandBuffer commands) const {
+  if (pipelines_.frame_steps == VK_NULL_HANDLE) return;
+  // The rays have written both maps.
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.frame_steps);
+  vkCmdDispatch(commands, tiles_along(config_.size.width), tiles_along(config_.size.height), 1);
+}
+
+void CastPass::record_slices(VkCommandBuffer commands) const {
+  if (pipelines_.slice == VK_NULL_HANDLE) return;
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.slice);
+  vkCmdDispatch(commands, tiles_along(config_.size.width), tiles_along(config_.size.height), 1);
+}
+
+void CastPass::record_maps_for_host(VkCommandBuffer commands) const {
+  if (!config_.maps_for_host) return;
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+}
+
+void CastPass::record_dirty_tiles(VkCommandBuffer commands, const FrameStore& frames,
+                                  FrameRange frames_changed) const {
+  constexpr std::array<std::uint32_t, 3> kNone = {0, 1, 1};
+  const VkBufferCopy all{.size = memory_.segments.bytes()};
+  vkCmdCopyBuffer(commands, memory_.segments.get(), memory_.old_segments.get(), 1, &all);
+  vkCmdUpdateBuffer(commands, memory_.tile_list.get(), 0, sizeof kNone, kNone.data());
+  barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+          VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  record_empty_space(commands);
+  // A speckle filter across frames mixes a frame into its neighbours.
+  const auto reach = static_cast<std::int32_t>(frames.reach_frames());
+  const std::array<std::int32_t, 2> range = {static_cast<std::int32_t>(frames_changed.first) - reach,
+                                             static_cast<std::int32_t>(frames_changed.last) + reach};
+  vkCmdPushConstants(commands, recorder_.pipelines().layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof range,
+                     range.data());
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.dirty_tiles);
+  vkCmdDispatch(commands, groups(tiles_, kTilesInGroup), 1, 1);
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
+              VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
+}
+
+Result<DepthMaps> CastPass::read_maps() {
+  const GpuBuffer* const maps[] = {&memory_.maps.depth, &memory_.maps.confidence};
+  const std::uint64_t map_bytes = memory_.maps.depth.bytes();
+  const std::uint64_t maps_bytes = std::size(maps) * map_bytes;
+  auto copy = GpuBuffer::create(recorder_.gpu(), "depth map copies", maps_bytes + memory_.segments.bytes(),
+                                VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu);
+  if (!copy) return copy.error();
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  for (std::size_t map = 0; map < std::size(maps); ++map) {
+    const VkBufferCopy region{.dstOffset = map * map_bytes, .size = map_bytes};
+    vkCmdCopyBuffer(*commands, maps[map]->get(), copy->get(), 1, &region);
+  }
+  const VkBufferCopy region{.dstOffset = maps_bytes, .size = memory_.segments.bytes()};
+  vkCmdCopyBuffer(*commands, memory_.segments.get(), copy->get(), 1, &region);
+  barrier(*commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+  if (auto submitted = submit(); !submitted) return submitted.error();
+  constexpr std::uint64_t kMostNs = 60'000'000'000;  // copies only
+  if (auto waited = recorder_.timeline().wait(kMostNs); !waited) return waited.error();
+  if (recorder_.outstanding() > 0) {
+    const Error hung{ErrorCode::kLost, "the GPU did not copy the depth maps within a minute"};
+    recorder_.gpu().note_fault(Gpu::Condition::kHung, hung);
+    return hung;
+  }
+  const auto* values = reinterpret_cast<const float*>(copy->mapped().data());
+  const std::size_t pixels = map_bytes / sizeof(float);
+  const auto map = [&](std::size_t index) {
+    return std::vector<float>(values + index * pixels, values + (index + 1) * pixels);
+  };
+  const auto* words = reinterpret_cast<const std::uint32_t*>(copy->mapped().data() + maps_bytes);
+  const std::uint64_t sampled = std::transform_reduce(
+      words, words + tiles_ * sizeof(glm::uvec4) / sizeof *words, std::uint64_t{0}, std::plus(),
+      [](std::uint32_t word) { return static_cast<std::uint64_t>(std::popcount(word)); });
+  const auto segments = static_cast<double>(std::uint64_t{tiles_} * segments_in_ray_);
+  return DepthMaps{.cast_mm = map(0),
+                   .confidence = weighted_ ? map(1) : std::vector<float>(),
+                   .smooth_mm = {},
+                   .sampled_share = pipelines_.empty_space == VK_NULL_HANDLE
+                                        ? 1
+                                        : static_cast<double>(sampled) / std::max(segments, 1.0)};
+}
+
+}  // namespace fanlight

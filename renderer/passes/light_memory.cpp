@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/passes/light_memory.hpp"
+
+#include <utility>
+
+#include "renderer/passes/pixel_rect.hpp"
+#include "renderer/vulkan/command_recording.hpp"
+#include "shaders/bindings.h"
+#include "shaders/light_parameters.h"
+
+namespace fanlight {
+
+Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, BufferPlace steady_place) {
+  LightMemory made;
+  const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
+  const std::uint64_t tiles = std::uint64_t{groups(size.width, kTileSide)} * groups(size.height, kTileSide);
+  constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+  constexpr VkBufferUsageFlags kRead = kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+  constexpr VkBufferUsageFlags kFilled = kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  const WantedBuffer buffers[] = {{"light_parameters", &made.parameters, sizeof(shaders::LightParameters),
+                                   VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
+                                  {"steady", &made.steady, pixels * sizeof(float), kStorage, steady_place},
+                                  {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage},
+                                  {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage},
+                                  {"filled", &made.filled, pixels * sizeof(float), kStorage},
+                                  {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage},
+                                  {"row_sums", &made.row_sums, pixels * sizeof(glm::uvec2), kStorage},
+                                  {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kRead},
+                                  {"nearest", &made.nearest, sizeof(std::uint32_t), kFilled},
+                                  {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage},
+                                  {"finished", &made.finished, pixels * sizeof(std::uint32_t), kRead},
+                                  {"read_back", &made.read_back, pixels * sizeof(std::uint32_t),
+                                   VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
+                                  {"read_back_depth", &made.read_back_depth, pixels * sizeof(float),
+                                   VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu}};
+  if (auto created = create_buffers(gpu, buffers); !created) return created.error();
+  return made;
+}
+
+void LightMemory::write_to(const DescriptorSets& descriptors) const {
+  const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
+      {FANLIGHT_BINDING_LIGHT_PARAMETERS, &parameters},
+      {FANLIGHT_BINDING_PREVIOUS_DEPTH, &steady},
+      {FANLIGHT_BINDING_TEMPORAL_DEPTH, &steady},
+      // The depth map without islands is stored where the filtered one will be.
+      {FANLIGHT_BINDING_CLEANED, &smooth_depth},
+      {FANLIGHT_BINDING_TILE_DEPTH_RANGES, &tile_depths},
+      {FANLIGHT_BINDING_CLEANUP_TILES, &uneven},
+      {FANLIGHT_BINDING_FILLED, &filled},
+      {FANLIGHT_BINDING_WEIGHTS, &weights},
+      {FANLIGHT_BINDING_ROW_SUMS, &row_sums},
+      {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth},
+      {FANLIGHT_BINDING_MIN_DEPTH, &nearest},
+      {FANLIGHT_BINDING_LIT, &row_sums},
+      {FANLIGHT_BINDING_DIFFUSED, &diffused},
+      {FANLIGHT_BINDING_FINISHED, &finished}};
+  for (const auto& [binding, buffer] : buffers) descriptors.write(binding, *buffer);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/passes/light_pass.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "renderer/vulkan/command_recording.hpp"
+#include "shaders/bindings.h"
+
+namespace fanlight {
+
+namespace {
+
+using Copies = LightPass::Config::Copies;
+
+// Rows, columns or tiles that a group of pass 2's shaders handles.
+constexpr std::uint32_t kLines = 8;
+
+constexpr float kFarthestMm = FANLIGHT_MAX_DEPTH;
+
+// Other work waits for one piece: of a view that pauses the main view, else a changed light.
+constexpr double kPieceMs = 4;
+
+/// The descriptor set after that many diffusion steps: each step reads the picture that the step before
+/// wrote.
+DescriptorSets::Order order_after(int steps) {
+  using Order = DescriptorSets::Order;
+  return steps % 2 == 0 ? Order::kLitToDiffused : Order::kDiffusedToLit;
+}
+
+/// A dispatch over lines, tiles or columns from `first` to `end` - 1, and those that share its first and last
+/// groups.
+LightStep on_lines(VkPipeline pipeline, int first, int end) {
+  const auto first_group = static_cast<std::uint32_t>(first) / kLines;
+  return {.pipeline = pipeline,
+          .groups_across = groups(static_cast<std::uint32_t>(end), kLines) - first_group,
+          .first_across = first_group};
+}
+
+void set_smooth_part(shaders::LightParameters& parameters, const PixelRect& part) {
+  parameters.smooth_left = part.left;
+  parameters.smooth_top = part.top;
+  parameters.smooth_right = part.right;
+  parameters.smooth_bottom = part.bottom;
+}
+
+int diffusion_steps(const Scene& scene) {
+  return scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
+}
+
+}  // namespace
+
+Result<LightPass> LightPass::create(const PassDevice& device, const Config& config) {
+  LightPass made(config);
+  const bool by_host = config.copies == Copies::kByHost;
+  auto memory =
+      LightMemory::create(*device.gpu, config.size, by_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
+  if (!memory) return memory.error();
+  made.memory_ = std::move(*memory);
+  if (config.copies != Copies::kNone) {
+    auto copies =
+        CastMaps::create(*device.gpu, config.size, by_host ? BufferPlace::kToGpu : BufferPlace::kDevice);
+    if (!copies) return copies.error();
+    made.copies_ = std::move(*copies);
+  }
+  auto recorder = PassRecorder::create(device, {.name = "light pass", .pauses = config.pauses});
+  if (!recorder) return recorder.error();
+  made.recorder_ = std::move(*recorder);
+  made.memory_.write_to(made.recorder_.descriptors());
+  return made;
+}
+
+/// Takes over what is known of the cast. Returns what of it has changed.
+LightPass::Change LightPass::take(const CastPass& cast) {
+  const Input input{.depth = cast.maps().depth.get(), .number = cast.number(), .weighted = cast.weighted()};
+  const bool other_cast = input.depth != input_.depth || input.number != input_.number;
+  const bool other_weights = input.weighted != input_.weighted;
+  const bool misses_weights = filter_ && filter_->weights == FilterWeights::kConfidence;
+  input_ = input;
+  farthest_mm_ = cast.farthest_mm();
+  is_new_cast_ |= other_cast;
+  is_new_input_ |= other_cast || (other_weights && misses_weights);
+  return other_cast ? Change::kCast : other_weights ? Change::kWeights : Change::kNone;
+}
+
+void LightPass::name_maps(const CastMaps& maps) {
+  if (std::exchange(named_maps_, maps.depth.get()) != maps.depth.get())
+    maps.write_to(recorder_.descriptors());
+}
+
+void LightPass::read(const CastPass& cast) {
+  maps_to_copy_ = nullptr;
+  written_ = cast.maps_written();
+  name_maps(cast.maps());
+  take(cast);
+}
+
+void LightPass::copy(const CastPass& cast) {
+  name_maps(copies_);
+  if (take(cast) == Change::kNone) return;
+  written_ = cast.maps_written();
+  maps_to_copy_ = &cast.maps();
+}
+
+void LightPass::copy_by_host(const CastPass& cast) {
+  name_maps(copies_);
+  if (take(cast) == Change::kNone) return;
+  changed_ = changed_.united(copies_.copy_by_host(cast.maps(), config_.size));
+}
+
+void LightPass::follow(const GpuBuffer& steady) const {
+  recorder_.descriptors().write(FANLIGHT_BINDING_PREVIOUS_DEPTH, steady);
+}
+
+/// Learns from the last picture how long a step of each stage takes.
+void LightPass::learn_step_times() {
+  // Steps over a part of the picture say nothing of whole ones.
+  if (!in_pieces() || steps_.count() == 0 || !steps_.submitted() || partly_) return;
+  const auto ms = recorder_.stage_ms();
+  for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish}) {
+    const auto index = static_cast<std::size_t>(stage);
+    const auto steps = static_cast<double>(steps_.count_of(stage));
+    if (ms[index] <= 0) continue;
+    // With pauses between its pieces the filter of a main view takes longer than its steps do.
+    double& step_ms = step_ms_[index];
+    step_ms = config_.pauses || step_ms == 0 ? ms[index] / steps : std::min(step_ms, ms[index] / steps);
+  }
+}
+
+bool LightPass::MapsKey::operator==(const MapsKey& other) const {
+  // All members have four bytes, without padding between them.
+  using Words = std::array<std::uint32_t, sizeof(shaders::LightParameters) / sizeof(std::uint32_t)>;
+  return diffusion_steps == other.diffusion_steps &&
+         std::bit_cast<Words>(parameters) == std::bit_cast<Words>(other.parameters);
+}
+
+LightStep LightPass::on_tiles(VkPipeline pipeline, const PixelRect& part) const {
+  const auto first_across = static_cast<std::uint32_t>(part.left / kTileSide);
+  const auto first_down = static_cast<std::uint32_t>(part.top / kTileSide);
+  return {.pipeline = pipeline,
+          .groups_across = groups(static_cast<std::uint32_t>(part.right), kTileSide) - first_across,
+          .groups_down = groups(static_cast<std::uint32_t>(part.bottom), kTileSide) - first_down,
+          .first_across = first_across,
+          .first_down = first_down};
+}
+
+/// Decides what passes 2 and 3 compute, and sets the part of the moving average in `parameters`.
+void LightPass::choose_regions(const Scene& scene, shaders::LightParameters& parameters) {
+  const PixelRect all = PixelRect::whole(config_.size);
+  regions_ = LightRegions::whole(config_.size);
+  maps_due_ = {.parameters = parameters, .diffusion_steps = diffusion_steps(scene)};
+  const bool as_last = is_new_input_ && maps_ == maps_due_ && filter_ == scene.filter;
+  partly_ = config_.copies == Copies::kByHost && as_last && parameters.steady == 0 &&
+            2 * changed_.pixels() < all.pixels();
+  if (partly_) {
+    // Where nothing has changed, any tile.
+    const PixelRect part = changed_.empty() ? PixelRect{.right = 1, .bottom = 1} : changed_;
+    regions_ = LightRegions::of(part, parameters, maps_due_.diffusion_steps > 0, config_.size);
+  }
+  set_smooth_part(parameters, regions_.smooth);
+  maps_.reset();
+}
+
+Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
+  Pipelines& pipelines = recorder_.pipelines();
+  auto rows = pipelines.get(keys.filter_rows);
+  if (!rows) return rows.error();
+  auto columns = pipelines.get(keys.filter_columns);
+  if (!columns) return columns.error();
+  const LightRegions& parts = regions_;
+  const int tiles_across = static_cast<int>(groups(config_.size.width, kTileSide));
+  const auto on_tile_rows = [tiles_across](VkPipeline pipeline, const PixelRect& part) {
+    return on_lines(pipeline, part.top / kTileSide * tiles_across, part.bottom / kTileSide * tiles_across);
+  };
+  // The moving average runs along whole rows and columns, the other filters on tiles.
+  const bool mean = keys.filter_rows.shader == Shader::kMeanRows;
+  const std::array<LightStep, LightSteps::kMostFilterSteps> steps = {
+      on_tiles(pipelines.fixed(Shader::kTemporal), parts.changed),
+      on_tile_rows(pipelines.fixed(Shader::kTileDepthRange), parts.changed),
+      on_tile_rows(pipelines.fixed(Shader::kCleanupTiles), parts.uneven),
+      on_tiles(pipelines.fixed(Shader::kIslands), parts.cleaned),
+      on_tiles(pipelines.fixed(Shader::kHoles), parts.filled),
+      mean ? on_lines(*rows, parts.rows.top, parts.rows.bottom) : on_tiles(*rows, parts.rows),
+      mean ? on_lines(*columns, parts.smooth.left, parts.smooth.right) : on_tiles(*columns, parts.smooth),
+      on_lines(pipelines.fixed(Shader::kMinDepth), 0, static_cast<int>(config_.size.height))};
+  for (const LightStep& step : steps) steps_.add(step);
+  return {};
+}
+
+/// The steps of the light and of pass 3.
+Result<void> LightPass::add_light_steps(const LightKeys& keys, const Scene& scene) {
+  Pipelines& pipelines = recorder_.pipelines();
+  // Of half the picture's width and height.
+  for (const auto& key : {keys.soft_light, keys.scatter_rows, keys.scatter_columns}) {
+    if (!key) continue;
+    const auto pipeline = pipelines.get(*key);
+    if (!pipeline) return pipeline.error();
+    steps_.add({.pipeline = *pipeline,
+                .groups_across = groups(config_.size.width, 2 * kTileSide),
+                .groups_down = groups(config_.size.height, 2 * kTileSide),
+                .stage = Stage::kLight});
+  }
+  const auto lit = pipelines.get(keys.light);
+  if (!lit) return lit.error();
+  LightStep light_step = on_tiles(*lit, regions_.lit);
+  light_step.stage = Stage::kLight;
+  steps_.add(light_step);
+  const std::size_t light_steps = steps_.count_of(Stage::kLight);
+  if (light_steps != measured_light_steps_) step_ms_[static_cast<std::size_t>(Stage::kLight)] = 0;
+  measured_light_steps_ = light_steps;
+  LightStep step = on_tiles(pipelines.fixed(Shader::kDiffuse), regions_.finished);
+  step.stage = Stage::kFinish;
+  const int steps = diffusion_steps(scene);
+  for (int done = 0; done < steps; ++done) {
+    step.order = order_after(done);
+    steps_.add(step);
+  }
+  step.pipeline = pipelines.fixed(Shader::kFinish);
+  step.order = order_after(steps);
+  steps_.add(step);
+  return {};
+}
+
+Result<void> LightPass::begin(const Scene& scene, History history) {
+  const LightKeys keys = light_keys(scene);
+  shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
+  if (history == History::kNone) parameters.steady = 0;
+  // Without weights all count the same: the next volume's picture will have them.
+  if (!input_.weighted) parameters.confidence_counts = 0;
+  learn_step_times();
+  recorder_.reset_times();
+  steps_.clear();
+  is_first_of_cast_ = is_new_cast_;
+  const bool filters = is_new_input_ || filter_ != scene.filter;
+  if (!filters) {
+    // The maps stay those of the last filter, whatever it would be now.
+    parameters.steady = filtered_.steady;
+    parameters.confidence_counts = filtered_.confidence_counts;
+  }
+  choose_regions(scene, parameters);
+  memory_.parameters.mapped_as<shaders::LightParameters>() = parameters;
+  if (filters) {
+    if (auto added = add_filter_steps(keys); !added) return added;
+    if (filter_due_ != scene.filter) step_ms_[static_cast<std::size_t>(Stage::kFilter)] = 0;
+    filter_due_ = scene.filter;
+    filter_.reset();
+  }
+  return add_light_steps(keys, scene);
+}
+
+Result<void> LightPass::change(const Scene& scene) {
+  auto& parameters = memory_.parameters.mapped_as<shaders::LightParameters>();
+  shaders::LightParameters changed = light_parameters(scene, config_.size, farthest_mm_);
+  // What begin() knew besides the scene.
+  changed.steady = parameters.steady;
+  changed.confidence_counts = parameters.confidence_counts;
+  maps_due_ = {.parameters = changed, .diffusion_steps = diffusion_steps(scene)};
+  // Another light changes pixels that keep their depth.
+  regions_.lit = regions_.finished = LightRegions::whole(config_.size).lit;
+  set_smooth_part(changed, regions_.smooth);
+  parameters = changed;
+  steps_.drop_from(Stage::kLight);
+  return add_light_steps(light_keys(scene), scene);
+}
+
+void LightPass::record_clear_min_depth(VkCommandBuffer commands) const {
+  vkCmdFillBuffer(commands, memory_.nearest.get(), 0, VK_WHOLE_SIZE,
+                  std::bit_cast<std::uint32_t>(kFarthestMm));
+  barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+}
+
+void LightPass::record_steps(VkCommandBuffer commands, std::size_t end_step) const {
+  for (std::size_t index = steps_.next(); index < end_step; ++index) {
+    const LightStep& step = steps_[index];
+    const bool first_of_stage = index == 0 || steps_[index - 1].stage != step.stage;
+    if (first_of_stage && step.stage == Stage::kFilter) {
+      recorder_.stamp(GpuTimestamps::kFilterBegin);
+      record_clear_min_depth(commands);
+    }
+    if (first_of_stage && step.stage == Stage::kLight) recorder_.stamp(GpuTimestamps::kLightBegin);
+    if (first_of_stage && step.stage == Stage::kFinish) recorder_.stamp(GpuTimestamps::kLightEnd);
+    if (index == steps_.next() || steps_[index - 1].order != step.order)
+      recorder_.descriptors().bind(commands, step.order);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, step.pipeline);
+    vkCmdDispatchBase(commands, step.first_across, step.first_down, 0, step.groups_across, step.groups_down,
+                      1);
+    pass_barrier(commands);
+  }
+}
+
+void LightPass::record_read_back(VkCommandBuffer commands) const {
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
+  recorder_.stamp(GpuTimestamps::kFinishEnd);
+  const VkBufferCopy all{.size = memory_.read_back.bytes()};
+  vkCmdCopyBuffer(commands, memory_.finished.get(), memory_.read_back.get(), 1, &all);
+  const VkBufferCopy depths{.size = memory_.read_back_depth.bytes()};
+  vkCmdCopyBuffer(commands, memory_.smooth_depth.get(), memory_.read_back_depth.get(), 1, &depths);
+  barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
+          VK_ACCESS_2_HOST_READ_BIT);
+  recorder_.stamp(GpuTimestamps::kReadBackEnd);
+}
+
+/// Submits the steps before end_step that were not submitted yet, and after the last one the read-back.
+Result<void> LightPass::submit(std::size_t end_step) {
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  recorder_.begin_piece(steps_[steps_.next()].stage);
+  // The filter of the volume before may run just before this one, and reads its buffers.
+  barrier(*commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
+              VK_ACCESS_2_TRANSFER_WRITE_BIT);
+  if (maps_to_copy_ != nullptr) copies_.copy(*commands, *maps_to_copy_);
+  record_steps(*commands, end_step);
+  const bool last = end_step == steps_.count();
+  if (last) record_read_back(*commands);
+  if (auto submitted = recorder_.submit(recorder_.gpu().light_queue(), written_); !submitted)
+    return submitted;
+  maps_to_copy_ = nullptr;
+  steps_.submit_until(end_step);
+  if (!last) return {};
+  // Only now: after an error, or where the picture was given up, the next one does all of it.
+  filter_ = filter_due_;
+  maps_ = maps_due_;
+  filtered_ = maps_due_.parameters;
+  changed_ = {};
+  is_new_cast_ = is_new_input_ = false;
+  return {};
+}
+
+Result<void> LightPass::submit_next() {
+  const Stage next = steps_[steps_.next()].stage;
+  // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
+  if (config_.copies == Copies::kByHost && next != Stage::kFilter) return submit_all();
+  const auto stage = static_cast<std::size_t>(next);
+  const double known_ms = step_ms_[stage];
+  const double whole_ms = known_ms > 0 ? known_ms : kPieceMs;
+  const double share = static_cast<double>(regions_.smooth.pixels()) / pixels();
+  const double step_ms = next == Stage::kFilter ? share * whole_ms : whole_ms;
+  return submit(steps_.end_of_piece(step_ms, kPieceMs));
+}
+
+}  // namespace fanlight

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "proto/base/result.hpp"
+#include "proto/model/picture.hpp"
+#include "proto/model/scene.hpp"
+#include "renderer/parameters/light_parameters.hpp"
+#include "renderer/parameters/view_frame.hpp"
+#include "renderer/passes/cast_maps.hpp"
+#include "renderer/passes/cast_pass.hpp"
+#include "renderer/passes/light_memory.hpp"
+#include "renderer/passes/light_regions.hpp"
+#include "renderer/passes/light_steps.hpp"
+#include "renderer/passes/pass_recorder.hpp"
+#include "renderer/passes/pixel_rect.hpp"
+
+namespace fanlight {
+
+/// Passes 2 and 3 of one view: the depth map of a CastPass is filtered and lit, and the picture smoothed.
+/// Does not read the volume.
+///
+/// Owns its maps and its PassRecorder. Render thread only.
+///
+/// Life: create() -> read(), copy() or copy_by_host() of a cast -> begin(scene) -> submit_next() until
+/// steps().submitted() -> done, when nothing is outstanding -> and again from begin() (a changed light), or
+/// from another cast.
+class LightPass {
+ public:
+  struct Config {
+    PictureSize size;
+    /// Memory for copies of a cast's maps: none, of the same device, or of another one, whose maps the host
+    /// copies. With the last, passes 2 and 3 compute only what has changed since the last picture, where that
+    /// is less than half of it.
+    enum class Copies : std::uint8_t { kNone, kOnDevice, kByHost } copies = Copies::kNone;
+    bool pauses = false;  ///< as PassRecorder::Config
+  };
+
+  LightPass() = default;
+  /// Allocates all memory, on the device whose GPU and pipelines it uses from then on. Error: no memory on
+  /// the GPU.
+  static Result<LightPass> create(const PassDevice& device, const Config& config);
+
+  // Sets the depth map that the next begin() filters. A map that was copied already is not copied again.
+  // Precondition: nothing of this pass is outstanding.
+
+  /// That of a cast of the same device, read where it is. The cast may not begin again while work of this
+  /// pass is outstanding.
+  void read(const CastPass& cast);
+  /// A copy of it, made by the next submission: it may be cast again once that is done. Needs kOnDevice.
+  void copy(const CastPass& cast);
+  /// A copy from another device, made now. Needs kByHost. Precondition: CastPass::maps_are_written().
+  void copy_by_host(const CastPass& cast);
+
+  /// Sets the temporal filter's input: steady() of the volumes before and after this one's, or a copy of it.
+  /// Precondition as above.
+  void follow(const GpuBuffer& steady) const;
+  /// The temporally filtered depth map; mapped with kByHost.
+  const GpuBuffer& steady() const { return memory_.steady; }
+
+  /// Whether the depth map of follow() is that of the last volume under the same view.
+  enum class History : std::uint8_t { kNone, kUsable };
+
+  /// Sets passes 2 and 3 up for this effective_scene(), and submits nothing. The filter of the depth map is
+  /// left out where its input and options have not changed. Precondition: nothing is outstanding. Error: a
+  /// pipeline that cannot be built.
+  Result<void> begin(const Scene& scene, History history);
+
+  /// Submits the next piece, about 4 ms of work; the last one has the read-back. Precondition: as begin().
+  Result<void> submit_next();
+  /// Submits all that is left.
+  Result<void> submit_all() { return submit(steps_.count()); }
+
+  /// Between two pieces: lights by another effective_scene(), whose depth filter and camera are the same,
+  /// with what is filtered so far. Precondition: nothing is outstanding, and the light was not begun
+  /// (steps().begun()). Error: a pipeline that cannot be built.
+  Result<void> change(const Scene& scene);
+
+  /// The dispatches of begin(), and which of them were submitted.
+  const LightSteps& steps() const { return steps_; }
+  /// Whether begin() computes a part of the picture only.
+  bool lights_a_part() const { return partly_; }
+  /// Whether the picture of the last begin() is the first of its cast.
+  bool is_first_of_cast() const { return is_first_of_cast_; }
+
+  const PassRecorder& recorder() const { return recorder_; }
+  PassRecorder& recorder() { return recorder_; }
+
+  // What the GPU wrote. Precondition: nothing is outstanding.
+
+  /// The finished picture: height x width x RGBA, top row first.
+  std::span<const std::uint8_t> picture() const { return memory_.read_back.mapped(); }
+
+  /// Its depth map after pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none: height x width, top
+  /// row first.
+  std::span<const float> depth_mm() const {
+    const auto bytes = memory_.read_back_depth.mapped();
+    return {reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)};
+  }
+
+ private:
+  explicit LightPass(const Config& config) : config_(config) {}
+  enum class Change : std::uint8_t { kNone, kWeights, kCast };
+  Change take(const CastPass& cast);
+  void name_maps(const CastMaps& maps);
+  void learn_step_times();
+  bool in_pieces() const { return config_.pauses || config_.copies == Config::Copies::kByHost; }
+  void choose_regions(const Scene& scene, shaders::LightParameters& parameters);
+  LightStep on_tiles(VkPipeline pipeline, const PixelRect& part) const;
+  Result<void> add_filter_steps(const LightKeys& keys);
+  Result<void> add_light_steps(const LightKeys& keys, const Scene& scene);
+  Result<void> submit(std::size_t end_step);
+  void record_clear_min_depth(VkCommandBuffer commands) const;
+  void record_steps(VkCommandBuffer commands, std::size_t end_step) const;
+  void record_read_back(VkCommandBuffer commands) const;
+  std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
+
+  Config config_;
+
+  // The input.
+  struct Input {
+    VkBuffer depth = VK_NULL_HANDLE;  // identifies the CastPass
+    std::uint64_t number = 0;         // CastPass::number()
+    bool weighted = false;            // CastPass::weighted()
+  };
+  Input input_;
+  double farthest_mm_ = 0;
+  VkBuffer named_maps_ = VK_NULL_HANDLE;    // depth of the maps that the descriptors name
+  const CastMaps* maps_to_copy_ = nullptr;  // until the next submission
+  TimelinePoint written_;                   // reached when the GPU has written the maps
+  bool is_new_cast_ = false;                // no picture of it was submitted
+  bool is_new_input_ = false;               // no picture of it, or of its weights, was submitted
+  bool is_first_of_cast_ = false;
+  PixelRect changed_;  // of what copy_by_host() copied, since the last picture
+
+  // Of the picture under way.
+  LightSteps steps_;
+  LightRegions regions_;  // what they compute
+  bool partly_ = false;   // that is a part of the picture
+  /// What a picture's maps depend on besides pass 1, the filter's options and the last volume.
+  struct MapsKey {
+    shaders::LightParameters parameters{};  // without the part that is computed
+    int diffusion_steps = 0;
+    bool operator==(const MapsKey& other) const;
+  };
+  std::optional<MapsKey> maps_;              // of the last picture; none while they are written
+  MapsKey maps_due_;                         // what maps_ will be
+  shaders::LightParameters filtered_{};      // of the last picture: its steady and confidence_counts
+  std::optional<Scene::Filter> filter_;      // options of the filtered depth map
+  std::optional<Scene::Filter> filter_due_;  // what filter_ will be
+  std::array<double, kStages> step_ms_{};    // of one step of each stage; 0: not known
+  std::size_t measured_light_steps_ = 0;     // how many steps of the light that is the time of
+
+  CastMaps copies_;
+  LightMemory memory_;
+  PassRecorder recorder_;
+};
+
+}  // namespace fanlight
