@@ -25,6 +25,8 @@ constexpr std::int64_t kAnswerPollNs = 10'000'000;
 constexpr std::int64_t kMostSettleNs = 600'000'000'000;
 // So many volumes without memory in a row are more than a short lack of it.
 constexpr std::size_t kVolumesWithoutMemory = 3;
+// So that a moved light, and the next band of a cast, do not wait for the copies of a whole sweep.
+constexpr std::size_t kMostFramesInTurn = 8;
 
 }  // namespace
 
@@ -142,7 +144,8 @@ Result<void> RenderThread::step() {
   }
   report();
   const auto new_work = private_turn ? Renderer::NewWork::kWaits : Renderer::NewWork::kBegins;
-  if (auto advanced = renderer_->advance(new_work); !advanced) return advanced;
+  const auto next = volume_waits() ? Renderer::NextVolume::kWaits : Renderer::NextVolume::kUnknown;
+  if (auto advanced = renderer_->advance(new_work, next); !advanced) return advanced;
   answer_volume_order();  // the GPU has its work meanwhile
   if (Mailbox<Picture>& pictures = to_.link.pictures; renderer_->collect(pictures.draft())) {
     renderer_.note_picture();
@@ -333,20 +336,16 @@ void RenderThread::take_frames() {
     while (to_.feed->front() != nullptr) to_.feed->pop();
     return;
   }
-  while (renderer_->wants_frame()) {
+  // Frames of the volume that waits in the ring are staged while it waits.
+  const auto waiting = to_.ring.waiting_commit_number();
+  for (std::size_t taken = 0; renderer_->wants_frame(); ++taken) {
     const QueuedFrame* const frame = to_.feed->front();
-    if (frame == nullptr || is_for_later(*frame)) return;
+    if (frame == nullptr) return;
+    if (stays_queued(frame->stamp.commit_number, waiting, renderer_->replaces_frames())) return;
+    if (taken == kMostFramesInTurn && renderer_->main_busy()) return;
     renderer_->take_frame(*frame);
     to_.feed->pop();
   }
-}
-
-/// Frames of the volume that waits in the ring are staged while it waits; those of the volume after it would
-/// replace them. Frames that replace the last volume's wait until the whole volume was loaded.
-bool RenderThread::is_for_later(const QueuedFrame& frame) const {
-  if (!to_.ring.has_published()) return false;
-  return requested_.scene.refresh == Refresh::kFrame ||
-         frame.stamp.commit_number > to_.ring.published_commit_number();
 }
 
 }  // namespace fanlight

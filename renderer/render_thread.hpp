@@ -64,7 +64,6 @@ class RenderThread {
   void obey(const CineOrder& order);
   void obey(VolumeOrder& order);
   void take_frames();
-  bool is_for_later(const QueuedFrame& frame) const;
   Result<void> take_private_views();
   const Volume* volume_on_show() const;
   void answer_volume_order();

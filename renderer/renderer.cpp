@@ -17,8 +17,8 @@ namespace {
 // While both devices work, how long one of them is waited for before the other is looked at.
 constexpr std::int64_t kBothDevicesNs = 1'000'000;
 
-// Samples in a band of pass 1: some 30 ms of work on lavapipe, and much less on a GPU. A changed light, and
-// the end of the process, wait for one band.
+// Samples in a band of pass 1: some 30 ms of work on lavapipe, and much less on a GPU. On one device a
+// changed light waits for one band, and late in a cast for a piece of pass 0; so does the end of the process.
 constexpr std::uint64_t kProcessorBand = 8'000'000;
 constexpr std::uint64_t kGpuBand = 500'000'000;
 // A private view's bands are smaller by this factor, since the main view waits for them.
@@ -135,7 +135,7 @@ MainStatus Renderer::status() const {
                       .gave_up_cast = state.gave_up_cast,
                       .frames_changed = state.slot.changed(),
                       .can_recast = state.slot.can_recast(),
-                      .prepares_in_cast = state.slot.prepares_in_cast(),
+                      .frames_staged = state.slot.frames_staged(),
                       .cast_scene = &state.cast_scene,
                       .lit_scene = &state.lit_scene};
   };
@@ -238,7 +238,7 @@ Result<void> Renderer::recast(SlotState& state) {
   return {};
 }
 
-Result<void> Renderer::advance(NewWork new_work) {
+Result<void> Renderer::advance(NewWork new_work, NextVolume next) {
   thread_owner_.check();
   if (auto retried = retry_held(); !retried) return retried;
   if (new_work == NewWork::kWaits && !main_busy()) {
@@ -246,7 +246,9 @@ Result<void> Renderer::advance(NewWork new_work) {
     return known == nullptr ? Result<void>{} : *known;
   }
   scenes_.try_again(now_ns());
-  const MainSteps due = decide(status(), scene_in_force());
+  MainStatus now = status();
+  now.volume_waits = next == NextVolume::kWaits;
+  const MainSteps due = decide(now, scene_in_force());
   if (const Error* const known = devices_.fault()) return *known;
   for (const MainStep step : due.steps()) {
     if (auto done = execute(step); !done) return done;

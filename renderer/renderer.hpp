@@ -109,6 +109,12 @@ class Renderer {
   /// Whether take_frame() accepts a frame: the slot of the next volume is free.
   bool wants_frame() const { return accepts_frame(status(), scene_in_force()); }
 
+  /// Whether frames replace those of the last volume one by one (Refresh::kFrame is in force).
+  bool replaces_frames() const {
+    const SlotState& newest = *slots_[newest_];
+    return fanlight::replaces_frames(newest.slot.loaded(), newest.cast_scene, scene_in_force());
+  }
+
   /// Copies a frame of the next volume, so that pass 0 can prepare it before the other frames arrive. Its
   /// index is estimated from its angle and the angles of the last volume; load() corrects wrong estimates.
   /// Precondition: wants_frame().
@@ -116,8 +122,10 @@ class Renderer {
 
   /// Whether the main view begins something where it has nothing under way.
   enum class NewWork : std::uint8_t { kBegins, kWaits };
+  /// Whether a volume will be loaded as soon as wants_volume().
+  enum class NextVolume : std::uint8_t { kUnknown, kWaits };
   /// Submits the work that is due and that the GPU can take now. Never waits for the GPU.
-  Result<void> advance(NewWork new_work = NewWork::kBegins);
+  Result<void> advance(NewWork new_work = NewWork::kBegins, NextVolume next = NextVolume::kUnknown);
 
   /// True where a picture was finished; it was copied to `picture`, whose buffers are reused.
   bool collect(Picture& picture);
@@ -234,10 +242,6 @@ class Renderer {
   Result<void> retry_held();
   Result<void> observe();
   std::uint32_t nearest_frame_index(double angle_rad) const;
-  bool replaces_frames() const {
-    const SlotState& newest = *slots_[newest_];
-    return fanlight::replaces_frames(newest.slot.loaded(), newest.cast_scene, scene_in_force());
-  }
   VolumeInFlight::History history_of(const SlotState& state) const;
   bool private_views_have_input() const;
   PrivateRenderer::Shown shown_for_private_views() const;

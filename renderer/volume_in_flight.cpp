@@ -165,11 +165,11 @@ void VolumeInFlight::stage(const FanGeometry& geometry, std::uint32_t frame_inde
   if (!frames_.suits(geometry) || std::max(frame_index + 1, frames) > frames_.frame_capacity()) return;
   ++frames_version_;
   frames_.stage(frame_index, frames, commit_number, pixels);
-  ++staged_ahead_;
+  frames_gone_ = true;
 }
 
 Result<bool> VolumeInFlight::prepare_ahead(const Scene& scene, const EchoLevels& levels) {
-  if (staged_ahead_ == 0 || !has_frame_memory()) return false;
+  if (!frames_gone_ || !has_frame_memory()) return false;
   if (auto begun = begin_frames(scene, levels); !begun) return begun.error();
   if (!frames_.prepares_single_frames() || frames_.done()) return false;
   if (auto submitted = cast_.prepare_ahead(bindings()); !submitted) return submitted.error();
@@ -178,7 +178,7 @@ Result<bool> VolumeInFlight::prepare_ahead(const Scene& scene, const EchoLevels&
 
 Result<void> VolumeInFlight::begin_cast(const Scene& scene) {
   if (auto begun = begin_frames(scene, levels_); !begun) return begun;
-  staged_ahead_ = 0;
+  frames_gone_ = false;
   changed_.reset();
   changed_beyond_ = false;
   return cast_.begin(scene, bindings());
@@ -236,7 +236,7 @@ Result<void> VolumeInFlight::complete(const Volume& volume, const EchoLevels& le
 
 Result<void> VolumeInFlight::recast(const Scene& scene) {
   if (auto begun = begin_frames(scene, levels_); !begun) return begun;
-  staged_ahead_ = 0;
+  frames_gone_ = false;
   return cast_.recast(bindings(), *std::exchange(changed_, {}));
 }
 

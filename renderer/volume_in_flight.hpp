@@ -75,10 +75,8 @@ class VolumeInFlight {
   /// their neighbours first. `levels`: those that load() will get. Precondition: nothing is outstanding.
   Result<bool> prepare_ahead(const Scene& scene, const EchoLevels& levels);
 
-  /// Whether most frames of the next volume are staged, and pass 0 takes little time for them.
-  bool prepares_in_cast() const {
-    return 4 * std::uint64_t{staged_ahead_} > 3 * angles_rad_.size() && frames_.prepares_quickly();
-  }
+  /// Whether frames of the next volume were staged since the cast.
+  bool frames_staged() const { return frames_gone_; }
 
   /// Replaces one frame of the cast volume by a newer one, at an angle between its neighbours' angles, and
   /// updates volume(). Returns false and does nothing where the frame does not fit. Precondition: nothing is
@@ -167,12 +165,14 @@ class VolumeInFlight {
             .geometry = geometry_,
             .extent = extent_,
             .levels = levels_,
-            .frames_gone = staged_ahead_ > 0,
+            .frames_gone = frames_gone_,
             .written = cast_timeline().newest()};
   }
 
   /// Whether the frames that rays sample are those of the main view's cast.
-  bool frames_ready() const { return loaded() && has_frame_memory() && frames_.done() && !changed(); }
+  bool frames_ready() const {
+    return loaded() && has_frame_memory() && frames_.done() && !changed() && !frames_gone_;
+  }
   /// Changes whenever the frames change.
   std::uint64_t frames_version() const { return frames_version_; }
 
@@ -221,7 +221,7 @@ class VolumeInFlight {
   VolumeStamp volume_;
   VolumeExtent extent_;
   EchoLevels levels_;
-  std::uint32_t staged_ahead_ = 0;  // frames of the next volume since the cast
+  bool frames_gone_ = false;  // frames of the next volume were staged since the cast
   std::uint64_t frames_version_ = 0;
   std::uint64_t bindings_version_ = 0;
   FrameStore frames_;

@@ -27,14 +27,14 @@ constexpr int kUsageError = 2;
 /// be lost without a word.
 int flush_output() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
-  fanlight::tell_error("fanlight", "what was to be printed could not be written, expected room for it");
+  fanlight::print_error("fanlight", "what was to be printed could not be written, expected room for it");
   return 1;
 }
 
 /// One sentence about a command line or a configuration that is not understood.
 int usage_error(const CLI::App& program, const CLI::ParseError& error) {
   const fanlight::UsageError wrong = fanlight::usage_error(program, error);
-  fanlight::tell_error(wrong.command, wrong.sentence);
+  fanlight::print_error(wrong.command, wrong.sentence);
   return kUsageError;
 }
 
@@ -66,7 +66,7 @@ int run(int argc, char** argv) {
   }
   // CLI11 would only say that a command is required.
   if (const auto lacks = fanlight::lacking_command(program, {argv + 1, argv + argc}); !lacks.empty()) {
-    fanlight::tell_error("fanlight", lacks);
+    fanlight::print_error("fanlight", lacks);
     return kUsageError;
   }
   try {
@@ -74,7 +74,7 @@ int run(int argc, char** argv) {
     for (const auto& [name, command] : commands) {
       if (!program.got_subcommand(name)) continue;
       if (const auto done = command(); !done) {
-        fanlight::tell_error("fanlight " + name, done.error().message);
+        fanlight::print_error("fanlight " + name, done.error().message);
         return done.error().code == fanlight::ErrorCode::kInvalidArgument ? kUsageError : 1;
       }
     }
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return flush_output();
     // Thrown by a library where no caller expected it.
-    fanlight::tell_error("fanlight", error.what());
+    fanlight::print_error("fanlight", error.what());
     return 1;
   }
 }

@@ -23,7 +23,7 @@ Result<void> NewFile::write(std::string_view bytes) {
 }
 Result<void> NewFile::finish() {
   if (auto synced = as_result(file_.sync()); !synced) return synced;
-  return as_result(file_.take_the_free_name(path_));
+  return as_result(file_.rename_if_free(path_));
 }
 
 Result<void> NewFile::as_result(int failure) const {

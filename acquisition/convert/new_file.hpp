@@ -29,7 +29,7 @@ class NewFile {
   Result<void> as_result(int failure) const;
 
   std::filesystem::path path_;
-  FileBeside file_;
+  ReplacementFile file_;
 };
 
 }  // namespace fanlight

@@ -104,7 +104,7 @@ void IgtlConnection::say_alive() {
   socket_.send(writer_.finish());
 }
 
-void IgtlConnection::tell_capability() {
+void IgtlConnection::send_capability() {
   constexpr auto kTypes =
       std::to_array<std::string_view>({"IMAGE", "TRANSFORM", "TDATA", "STATUS", "CAPABILITY"});
   std::vector<igtl::TypeName> types(kTypes.begin(), kTypes.end());

@@ -40,10 +40,10 @@ class IgtlConnection {
   void swap_body(std::vector<std::uint8_t>& memory) { reader_.swap_body(memory); }
 
   /// Says why nothing is shown although the connection is open.
-  void tell_trouble(const std::string& trouble) { publish(status_.state, trouble); }
+  void report_trouble(const std::string& trouble) { publish(status_.state, trouble); }
 
   /// Answers GET_CAPABIL.
-  void tell_capability();
+  void send_capability();
 
  private:
   void connect();

@@ -23,8 +23,8 @@ using igtl::OpenedMessage;
 // A larger gap of FrameIndex is a different numbering and no loss.
 constexpr std::uint32_t kMostLost = 1000;
 // A knock at the tracker is no other fan.
-constexpr std::int64_t kMostBesideFanNs = 2'000'000'000;
-constexpr std::uint32_t kLeastBesideFan = 20;
+constexpr std::int64_t kMostOutsideFanNs = 2'000'000'000;
+constexpr std::uint32_t kLeastOutsideFan = 20;
 // Three sweeps of a hundred and fifty images.
 constexpr std::size_t kMostLearnedAgain = 450;
 
@@ -118,7 +118,7 @@ bool IgtlSource::use_message(const OpenedMessage& opened) {
   const igtl::QueryType asked = igtl::query_of(connection_.head().type.view());
   if (asked.query == igtl::Query::kReply || asked.type == "STATUS") return true;
   if (asked.query == igtl::Query::kGet && asked.type == "CAPABIL") {
-    connection_.tell_capability();
+    connection_.send_capability();
     return true;
   }
   if (asked.query != igtl::Query::kNone) return false;
@@ -275,16 +275,16 @@ Result<void> IgtlSource::use(LearnedFan fan) {
 bool IgtlSource::learn_again() {
   const auto known = learn_of_held(false);
   if (known) {
-    if (*known) connection_.tell_trouble("");
+    if (*known) connection_.report_trouble("");
     // Images of the way to another place are no part of its fan.
     if (!*known && learning_->images() >= kMostLearnedAgain) {
       const auto why_not = learning_->result(true);
-      if (!why_not) connection_.tell_trouble(why_not.error().message);
+      if (!why_not) connection_.report_trouble(why_not.error().message);
       begin_to_learn();
     }
     return *known;
   }
-  connection_.tell_trouble(known.error().message);
+  connection_.report_trouble(known.error().message);
   begin_to_learn();
   return false;
 }
@@ -333,7 +333,7 @@ IgtlSource::Placed IgtlSource::placed(const IgtlImage& image) const {
   const FrameSize size = frame_size(image.body, config_.address.orientation);
   const auto pose = frame_pose(grid, config_.address.orientation, size);
   const auto place = pose ? place_in_fan(fan_.fit, *pose, fan_.centre_column) : std::nullopt;
-  if (!place || !lies_in_fan(*place)) return {.is_beside_fan = true};
+  if (!place || !lies_in_fan(*place)) return {.is_outside_fan = true};
   return {.angle_rad = place->angle_rad};
 }
 
@@ -345,8 +345,8 @@ bool IgtlSource::announce() {
     const bool waits = place.may_come && !next_.is_there && connection_.is_open();
     if (waits) return false;
     if (!place.angle_rad) counters_.images_not_placed.add();
-    beside_fan_ = place.is_beside_fan ? beside_fan_ + 1 : 0;
-    if (place.is_beside_fan) look_for_another_fan();
+    outside_fan_ = place.is_outside_fan ? outside_fan_ + 1 : 0;
+    if (place.is_outside_fan) look_for_another_fan();
     if (!place.angle_rad || held_.image.notes.is_invalid) fault = FrameFault::kInvalid;
     angle_rad = place.angle_rad.value_or(0);
   }
@@ -358,10 +358,10 @@ bool IgtlSource::announce() {
 /// Where one image after the other lies outside of the fan, the tracker's frame of reference has changed: the
 /// fan is determined again.
 void IgtlSource::look_for_another_fan() {
-  if (beside_fan_ == 1) beside_fan_since_ns_ = held_.arrival_ns;
-  if (beside_fan_ < kLeastBesideFan || held_.arrival_ns - beside_fan_since_ns_ < kMostBesideFanNs) return;
-  beside_fan_ = 0;
-  connection_.tell_trouble("The images are in another place than before. Looking for their fan again.");
+  if (outside_fan_ == 1) outside_fan_since_ns_ = held_.arrival_ns;
+  if (outside_fan_ < kLeastOutsideFan || held_.arrival_ns - outside_fan_since_ns_ < kMostOutsideFanNs) return;
+  outside_fan_ = 0;
+  connection_.report_trouble("The images are in another place than before. Looking for their fan again.");
   begin_to_learn();
 }
 

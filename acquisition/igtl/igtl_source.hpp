@@ -96,7 +96,7 @@ class IgtlSource final : public FrameSource {
   struct Placed {
     std::optional<double> angle_rad;  // absent: it has no place
     bool may_come = false;            // but may still get one
-    bool is_beside_fan = false;       // it lies elsewhere
+    bool is_outside_fan = false;      // it lies elsewhere
   };
   Placed placed(const IgtlImage& image) const;
   /// False: its pose may still come.
@@ -119,8 +119,8 @@ class IgtlSource final : public FrameSource {
 
   std::optional<FirstSweeps> learning_;
   LearnedFan fan_;
-  std::uint32_t beside_fan_ = 0;  // images, one after the other
-  std::int64_t beside_fan_since_ns_ = 0;
+  std::uint32_t outside_fan_ = 0;  // images, one after the other
+  std::int64_t outside_fan_since_ns_ = 0;
   std::uint64_t most_frame_bytes_ = 0;  // of the first geometry, for which the ring was made
   ImageShape shape_;
   std::optional<GreyLevels> levels_;

@@ -48,9 +48,9 @@ Error taken(const std::filesystem::path& path) {
 }
 
 /// Gives a new file its name, unless there is something of that name.
-Result<void> name_file(FileBeside& next, const std::filesystem::path& path) {
+Result<void> name_file(ReplacementFile& next, const std::filesystem::path& path) {
   if (const int failure = next.sync()) return unwritable(path, failure);
-  const int failure = next.take_the_free_name(path);
+  const int failure = next.rename_if_free(path);
   if (failure == EEXIST) return taken(path);
   if (failure != 0) return unwritable(path, failure);
   sync_folder_of(path);
@@ -210,7 +210,7 @@ Result<bool> link_pixels(const std::vector<Piece>& pieces, PixelForm form, const
 }
 
 Result<void> write_text(const std::filesystem::path& path, std::string_view text) {
-  FileBeside next;
+  ReplacementFile next;
   if (const int failure = next.create_unnamed(path, 0600)) return unwritable(path, failure);
   if (const int failure = write_all(next.descriptor(), text)) return unwritable(path, failure);
   return name_file(next, path);
@@ -220,7 +220,7 @@ Result<void> write_text(const std::filesystem::path& path, std::string_view text
 Result<std::uint64_t> write_joined(const std::vector<Piece>& pieces, const FrameText& frames,
                                    const std::filesystem::path& path, PixelForm form,
                                    FinishProgress& progress, const std::stop_token& stop) {
-  FileBeside next;
+  ReplacementFile next;
   if (const int failure = next.create_unnamed(path, 0600)) return unwritable(path, failure);
   const RecordingFacts& facts = pieces.front().segment.facts;
   PlusHeader header{.frames = frames.frames, .compressed_bytes = std::nullopt};
@@ -244,12 +244,12 @@ Result<std::uint64_t> write_joined(const std::vector<Piece>& pieces, const Frame
 Result<std::uint64_t> write_pair(const std::vector<Piece>& pieces, const FrameText& frames,
                                  const std::filesystem::path& path, PixelForm form, FinishProgress& progress,
                                  const std::stop_token& stop) {
-  const std::filesystem::path pixels_path = pixels_beside(path, form);
+  const std::filesystem::path pixels_path = pixels_path_of(path, form);
   std::uint64_t pixel_bytes = frames.frames * pieces.front().frame_bytes();
   const auto linked = link_pixels(pieces, form, pixels_path);
   if (!linked) return linked.error();
   if (!*linked) {
-    FileBeside next;
+    ReplacementFile next;
     if (const int failure = next.create_unnamed(pixels_path, 0600)) return unwritable(pixels_path, failure);
     PixelSink sink(next.descriptor(), form);
     if (auto copied = copy_pixels(pieces, sink, pixels_path, progress, stop); !copied) return copied.error();
@@ -276,7 +276,7 @@ Result<void> write_pictures(const std::vector<SegmentPaths>& segments, const std
     lines.resize(lines.rfind('\n') + 1);  // 0 without one
     all += lines;
   }
-  return all.empty() ? Result<void>() : write_text(pictures_beside(path), all);
+  return all.empty() ? Result<void>() : write_text(picture_notes_path_of(path), all);
 }
 
 /// Whether a copy of the pixels leaves the disk enough for what is recorded meanwhile.

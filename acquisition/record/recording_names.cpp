@@ -19,12 +19,12 @@ Result<void> check_recording_name(const std::filesystem::path& path) {
                            shown(path))};
 }
 
-std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm form) {
+std::filesystem::path pixels_path_of(const std::filesystem::path& path, PixelForm form) {
   std::filesystem::path pixels_path = path;
   return pixels_path.replace_extension(form == PixelForm::kZlib ? ".zraw" : ".raw");
 }
 
-std::filesystem::path pictures_beside(const std::filesystem::path& path) {
+std::filesystem::path picture_notes_path_of(const std::filesystem::path& path) {
   return path.string() + ".pictures.jsonl";
 }
 
@@ -35,9 +35,9 @@ bool is_free_name(const std::filesystem::path& path) {
   };
   std::filesystem::path pair = path;
   pair.replace_extension(".mhd");
-  return !there(path) && !there(pair) && !there(pixels_beside(path, PixelForm::kRaw)) &&
-         !there(pixels_beside(path, PixelForm::kZlib)) && !there(pictures_beside(path)) &&
-         !there(pictures_beside(pair)) && segments_of(path).empty();
+  return !there(path) && !there(pair) && !there(pixels_path_of(path, PixelForm::kRaw)) &&
+         !there(pixels_path_of(path, PixelForm::kZlib)) && !there(picture_notes_path_of(path)) &&
+         !there(picture_notes_path_of(pair)) && segments_of(path).empty();
 }
 
 Result<void> check_free_name(const std::filesystem::path& path) {

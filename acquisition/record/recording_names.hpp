@@ -13,10 +13,10 @@ namespace fanlight {
 /// next to it the pixels in a file .raw or .zraw). kInvalidArgument says what was expected.
 Result<void> check_recording_name(const std::filesystem::path& path);
 /// The file with the pixels of an .mhd: x.igs.mhd -> x.igs.raw or x.igs.zraw.
-std::filesystem::path pixels_beside(const std::filesystem::path& path, PixelForm form);
+std::filesystem::path pixels_path_of(const std::filesystem::path& path, PixelForm form);
 
 /// The lines about the pictures that displays saw: x.igs.mha -> x.igs.mha.pictures.jsonl.
-std::filesystem::path pictures_beside(const std::filesystem::path& path);
+std::filesystem::path picture_notes_path_of(const std::filesystem::path& path);
 
 /// Whether nothing of a recording of this name is there, in either form.
 bool is_free_name(const std::filesystem::path& path);

@@ -267,8 +267,8 @@ Layer defaults() {
 }
 
 /// The geometry of a grid is made, and nothing else fits it.
-Result<void> check_beside_grid(const std::filesystem::path& file, const Layer& layer,
-                               const FrameSequence& sequence) {
+Result<void> check_grid_overrides(const std::filesystem::path& file, const Layer& layer,
+                                  const FrameSequence& sequence) {
   if (!sequence.is_grid) return {};
   for (std::size_t i = 0; i < kKeyCount; ++i) {
     if (!layer.values[i] || kKeys[i].name.starts_with("window_")) continue;
@@ -289,7 +289,7 @@ Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_pa
   if (std::filesystem::is_regular_file(file, failure)) {
     auto layer = read_geometry_file(file);
     if (!layer) return layer.error();
-    if (auto fits = check_beside_grid(file, *layer, sequence); !fits) return fits.error();
+    if (auto fits = check_grid_overrides(file, *layer, sequence); !fits) return fits.error();
     layers.push_back(*std::move(layer));
   } else if (!geometry_path.empty()) {
     return Error{

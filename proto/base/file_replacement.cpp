@@ -43,14 +43,14 @@ int replace(const std::filesystem::path& path, std::string_view bytes, const Fil
   if (exists && !S_ISREG(old.st_mode)) return write_in_place(target, bytes);
   // A new name in the folder would replace a file that the process may not write.
   if (exists && ::faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0) return errno;
-  FileBeside next;
+  ReplacementFile next;
   if (const int failure = next.create(target, access.mode)) return failure;
   if (exists) {
-    if (const int failure = next.belong_like(old, access.must_keep_owner)) return failure;
+    if (const int failure = next.copy_owner_of(old, access.must_keep_owner)) return failure;
   }
   if (const int failure = write_all(next.descriptor(), bytes)) return failure;
   if (const int failure = next.sync()) return failure;
-  if (const int failure = next.take_the_name_of(target)) return failure;
+  if (const int failure = next.replace(target)) return failure;
   sync_folder_of(target);
   return 0;
 }
@@ -64,12 +64,12 @@ std::filesystem::path own_name(const std::filesystem::path& target) {
 
 }  // namespace
 
-FileBeside::~FileBeside() {
+ReplacementFile::~ReplacementFile() {
   if (file_ >= 0) ::close(file_);
   if (!name_.empty()) ::unlink(name_.c_str());
 }
 
-int FileBeside::create(const std::filesystem::path& target, mode_t mode) {
+int ReplacementFile::create(const std::filesystem::path& target, mode_t mode) {
   for (int tries = 0; tries < kMostTries; ++tries) {
     const std::filesystem::path name = own_name(target);
     file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
@@ -80,7 +80,7 @@ int FileBeside::create(const std::filesystem::path& target, mode_t mode) {
 }
 
 /// Links the unnamed file to a name of our own.
-int FileBeside::take_a_name(const std::filesystem::path& target) {
+int ReplacementFile::create_named(const std::filesystem::path& target) {
   const std::string itself = fmt::format("/proc/self/fd/{}", file_);
   for (int tries = 0; tries < kMostTries; ++tries) {
     const std::filesystem::path name = own_name(target);
@@ -93,23 +93,23 @@ int FileBeside::take_a_name(const std::filesystem::path& target) {
   return EEXIST;
 }
 
-int FileBeside::create_unnamed(const std::filesystem::path& target, mode_t mode) {
+int ReplacementFile::create_unnamed(const std::filesystem::path& target, mode_t mode) {
   file_ = ::open(folder_of(target).c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, mode);
   return file_ >= 0 ? 0 : create(target, mode);
 }
 
-int FileBeside::belong_like(const struct stat& old, bool must_keep_owner) const {
+int ReplacementFile::copy_owner_of(const struct stat& old, bool must_keep_owner) const {
   if (::fchown(file_, old.st_uid, old.st_gid) != 0 && must_keep_owner) return errno;
   return ::fchmod(file_, old.st_mode & 07777) == 0 ? 0 : errno;
 }
 
-int FileBeside::sync() const {
+int ReplacementFile::sync() const {
   return ::fsync(file_) == 0 ? 0 : errno;
 }
 
-int FileBeside::take_the_name_of(const std::filesystem::path& target) {
+int ReplacementFile::replace(const std::filesystem::path& target) {
   if (name_.empty()) {
-    if (const int failure = take_a_name(target)) return failure;
+    if (const int failure = create_named(target)) return failure;
   }
   if (::close(std::exchange(file_, -1)) != 0) return errno;
   if (::rename(name_.c_str(), target.c_str()) != 0) return errno;
@@ -117,7 +117,7 @@ int FileBeside::take_the_name_of(const std::filesystem::path& target) {
   return 0;
 }
 
-int FileBeside::take_the_free_name(const std::filesystem::path& target) {
+int ReplacementFile::rename_if_free(const std::filesystem::path& target) {
   if (name_.empty()) {
     const std::string itself = fmt::format("/proc/self/fd/{}", file_);
     if (::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, target.c_str(), AT_SYMLINK_FOLLOW) != 0) return errno;

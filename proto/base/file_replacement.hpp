@@ -19,12 +19,12 @@ struct FileAccess {
 
 /// A new file in the folder of another, which takes that one's name when it is whole. The destructor removes
 /// it unless it did. Any thread.
-class FileBeside {
+class ReplacementFile {
  public:
-  FileBeside() = default;
-  FileBeside(const FileBeside&) = delete;
-  FileBeside& operator=(const FileBeside&) = delete;
-  ~FileBeside();
+  ReplacementFile() = default;
+  ReplacementFile(const ReplacementFile&) = delete;
+  ReplacementFile& operator=(const ReplacementFile&) = delete;
+  ~ReplacementFile();
 
   // These return 0 or an errno.
 
@@ -33,17 +33,17 @@ class FileBeside {
   /// The same without a name where the file system can: a kill then leaves nothing behind.
   int create_unnamed(const std::filesystem::path& target, mode_t mode);
   /// Gives it the mode of the old file, and its owner as far as this process may.
-  int belong_like(const struct stat& old, bool must_keep_owner) const;
+  int copy_owner_of(const struct stat& old, bool must_keep_owner) const;
   int sync() const;
   /// Closes it, and moves it to the name of `target`, in place of what is there.
-  int take_the_name_of(const std::filesystem::path& target);
+  int replace(const std::filesystem::path& target);
   /// The same, but EEXIST where there is something of that name.
-  int take_the_free_name(const std::filesystem::path& target);
+  int rename_if_free(const std::filesystem::path& target);
 
   int descriptor() const { return file_; }
 
  private:
-  int take_a_name(const std::filesystem::path& target);
+  int create_named(const std::filesystem::path& target);
 
   int file_ = -1;
   std::filesystem::path name_;

@@ -65,8 +65,8 @@ void VolumeRing::publish() {
   slot.volume->stamp().volume_id = ++last_id_;
   counters_.volumes_published.add();
   const auto commit_numbers = slot.volume->commit_numbers();
-  if (!commit_numbers.empty())
-    published_commit_number_.store(*std::ranges::max_element(commit_numbers), std::memory_order_relaxed);
+  slot.commit_number.store(commit_numbers.empty() ? 0 : *std::ranges::max_element(commit_numbers),
+                           std::memory_order_relaxed);
   slot.state.store(word(kPublished, last_id_), std::memory_order_release);
   dependencies_.reader_bell.ring();
 }
@@ -144,6 +144,21 @@ VolumeRing::Lease VolumeRing::take() {
   if (held == kNone) return {};
   counters_.volumes_taken.add();
   return {*this, held};
+}
+
+std::optional<std::uint64_t> VolumeRing::waiting_commit_number() const {
+  // The writer may take a slot meanwhile, for a volume with larger numbers.
+  std::optional<std::uint64_t> number;
+  std::uint64_t chosen = 0;
+  for (const Slot& slot : slots_) {
+    const std::uint64_t now = slot.state.load(std::memory_order_acquire);
+    if (state_of(now) != kPublished) continue;
+    const bool earlier = now < chosen;
+    if (number && earlier != (policy_ == RingPolicy::kProcessAll)) continue;
+    chosen = now;
+    number = slot.commit_number.load(std::memory_order_relaxed);
+  }
+  return number;
 }
 
 bool VolumeRing::has_published() const {

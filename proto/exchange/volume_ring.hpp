@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -93,11 +94,9 @@ class VolumeRing {
   /// Reader: whether take() would return a volume.
   bool has_published() const;
 
-  /// Reader: the largest commit number of the frames of the newest published volume; 0: none was published. A
+  /// Reader: the largest commit number of the frames of the volume that take() would return; nullopt: none. A
   /// frame with a larger one belongs to a later volume.
-  std::uint64_t published_commit_number() const {
-    return published_commit_number_.load(std::memory_order_relaxed);
-  }
+  std::optional<std::uint64_t> waiting_commit_number() const;
 
   const RingCounters& counters() const { return counters_; }
   std::uint32_t frame_capacity() const { return slots_.front().volume->frame_capacity(); }
@@ -116,6 +115,7 @@ class VolumeRing {
   struct Slot {
     std::unique_ptr<Volume> volume;
     std::atomic<std::uint64_t> state{kFree};
+    std::atomic<std::uint64_t> commit_number{0};  // largest of its frames
   };
 
   std::uint32_t oldest_published(std::uint64_t& seen) const { return oldest(kPublished, seen); }
@@ -132,7 +132,6 @@ class VolumeRing {
   Dependencies dependencies_;
   std::vector<Slot> slots_;
   RingCounters counters_;
-  std::atomic<std::uint64_t> published_commit_number_{0};
   std::vector<const Volume*> kept_;  // reader only
   std::vector<std::uint32_t> kept_slots_;
   std::uint32_t writing_ = kNone;  // writer only

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -69,8 +70,10 @@ class CastPass {
 
   /// Whether all bands of pass 1 were submitted.
   bool submitted() const { return next_tile_ == tiles_; }
-  /// Whether less than a quarter of pass 1 is still to be submitted.
-  bool nearly_submitted() const { return tiles_ - next_tile_ < tiles_ / 4; }
+  /// Whether the next band is the last one, or in the last quarter, and not the first.
+  bool nearly_submitted() const {
+    return next_tile_ > 0 && tiles_ - next_tile_ <= std::max(tiles_ / 4, band_tiles_);
+  }
 
   /// Submits one piece of pass 0 only. Precondition: nothing is outstanding, and the frames are not done.
   Result<void> prepare_ahead(const VolumeBindings& volume);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "proto/model/scene.hpp"
@@ -24,11 +25,11 @@ struct SlotStatus {
   bool light_submitted = true;                ///< all of passes 2 and 3 was submitted
   bool read_by_private_view = false;          ///< work of a private view that reads the slot is outstanding
   bool cast_submitted = false;                ///< all bands of pass 1 were submitted
-  bool cast_nearly_submitted = false;         ///< less than a quarter of pass 1 is still to be submitted
+  bool cast_nearly_submitted = false;         ///< the last quarter of pass 1, or its last band, comes next
   bool gave_up_cast = false;                  ///< the cast under way replaced one whose view was outdated
   bool frames_changed = false;                ///< frames were replaced since the cast
   bool can_recast = false;                    ///< casting the dirty tiles suffices for the replaced frames
-  bool prepares_in_cast = false;              ///< its next volume is nearly complete, and quick to prepare
+  bool frames_staged = false;                 ///< frames of its next volume were staged since the cast
   const NumberedScene* cast_scene = nullptr;  ///< of the depth map in the slot; not null
   const NumberedScene* lit_scene = nullptr;   ///< of the picture in the slot; not null
 
@@ -38,8 +39,9 @@ struct SlotStatus {
 
 struct MainStatus {
   std::array<SlotStatus, 2> slots;
-  std::size_t newest = 0;  ///< slot that was loaded last
-  std::size_t shown = 0;   ///< slot whose picture was collected last
+  std::size_t newest = 0;     ///< slot that was loaded last
+  std::size_t shown = 0;      ///< slot whose picture was collected last
+  bool volume_waits = false;  ///< in the ring: it is loaded when the cast ends
 
   std::size_t other() const { return 1 - newest; }
 };
@@ -61,6 +63,12 @@ bool accepts_volume(const MainStatus& status, const NumberedScene& scene);
 /// Whether a frame can be staged: the slot that will take it is idle and settled, and a volume was loaded
 /// whose angles give the index of the frame.
 bool accepts_frame(const MainStatus& status, const NumberedScene& scene);
+
+/// Whether a frame in the queue stays there until the volume that waits in the ring is loaded, because it
+/// belongs to a volume after that one. Frames that replace those of the last volume all stay.
+/// `waiting_commit_number`: VolumeRing::waiting_commit_number().
+bool stays_queued(std::uint64_t commit_number, std::optional<std::uint64_t> waiting_commit_number,
+                  bool replaces_frames);
 
 /// One step of the main view's work. kLightShown concerns the shown slot, kPrepareAhead and
 /// kLightPieceOfOther the other slot than the newest, the remaining ones the newest slot.

@@ -75,9 +75,6 @@ class FrameStore {
     return wanted_.filter == SpeckleFilter::kNone || wanted_.across == 1;
   }
 
-  /// Whether pass 0 only copies frames. Of the reference work it takes a fifth of pass 1 then, else as long.
-  bool prepares_quickly() const { return !filters(); }
-
   /// Whether this frame is staged at that index.
   bool holds(std::uint32_t frame_index, std::uint64_t commit_number) const {
     return commit_number != 0 && commit_numbers_[frame_index] == commit_number;

@@ -20,11 +20,11 @@ constexpr bool has_role(Role role, Role least) {
   return role >= least;
 }
 
-// Least roles for reading and for priority. Those of commands: server/command/command_rules.cpp.
+// Least roles for reading and encodings. Those of commands: server/command/command_rules.cpp.
 inline constexpr Role kReadsSourcePath = Role::kAdmin;        ///< it may name a patient
 inline constexpr Role kReadsRelayDescription = Role::kAdmin;  ///< it may hold the key of the stream
 inline constexpr Role kReplacesAdminsPresets = Role::kAdmin;
-inline constexpr Role kEncodesFirst = Role::kOperator;  ///< see PictureSubscriber::privileged()
+inline constexpr Role kEncodesUnlimited = Role::kOperator;  ///< see PictureSubscriber::privileged()
 
 /// "viewer", "operator", "admin".
 std::string_view role_name(Role role);

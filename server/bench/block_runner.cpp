@@ -12,6 +12,7 @@
 #include "proto/base/clock.hpp"
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/mailbox.hpp"
+#include "renderer/schedule/main_schedule.hpp"
 
 namespace fanlight {
 
@@ -124,11 +125,15 @@ Result<BlockTrace> BlockRunner::live(int volumes, std::int64_t sweep_ns) {
     feed.advance();
     if (to_load > 0 && feed.complete() != nullptr && renderer_.wants_volume()) {
       if (auto loaded = load(block, *feed.complete()); !loaded) return loaded.error();
+      block.volumes.back().complete_ns = feed.completed_ns();
       feed.take_complete();
       --to_load;
     }
     take_frames(feed);
-    if (auto advanced = renderer_.advance(); !advanced) return advanced.error();
+    const auto next = to_load > 0 && feed.complete() != nullptr ? Renderer::NextVolume::kWaits
+                                                                : Renderer::NextVolume::kUnknown;
+    if (auto advanced = renderer_.advance(Renderer::NewWork::kBegins, next); !advanced)
+      return advanced.error();
     if (collect(block, encoder.pictures())) {
       --to_collect;
       continue;
@@ -147,7 +152,8 @@ Result<BlockTrace> BlockRunner::live(int volumes, std::int64_t sweep_ns) {
 void BlockRunner::take_frames(LiveFeed& feed) {
   while (renderer_.wants_frame()) {
     const QueuedFrame* const frame = feed.frames().front();
-    if (frame == nullptr || feed.is_for_later(*frame)) return;
+    if (frame == nullptr) return;
+    if (stays_queued(frame->stamp.commit_number, feed.waiting_commit_number(), false)) return;
     renderer_.take_frame(*frame);
     feed.frames().pop();
   }

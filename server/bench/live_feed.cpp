@@ -7,7 +7,7 @@ namespace fanlight {
 
 namespace {
 
-constexpr std::uint32_t kFeedSlots = 64;
+constexpr std::uint32_t kFeedSlots = 64;  // what `fanlight serve` has for frames of up to 250 kB
 
 }  // namespace
 
@@ -35,6 +35,7 @@ void LiveFeed::advance() {
     if (++arrived_ < frames) continue;
     complete_ = arriving_;
     completed_commit_number_ = frame.stamp.commit_number;
+    completed_ns_ = due_ns;
     sweep_began_ns_ += sweep_ns_;
     start_sweep();
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "proto/base/result.hpp"
 #include "proto/exchange/frame_queue.hpp"
@@ -26,11 +27,12 @@ class LiveFeed {
 
   /// The newest complete volume that was not taken yet; nullptr: none. Valid until the next advance().
   const Volume* complete() const { return complete_; }
-  /// Whether a volume is complete, and the frame belongs to the one after it.
-  bool is_for_later(const QueuedFrame& frame) const {
-    return complete_ != nullptr && frame.stamp.commit_number > completed_commit_number_;
+  /// As VolumeRing::waiting_commit_number().
+  std::optional<std::uint64_t> waiting_commit_number() const {
+    return complete_ != nullptr ? std::optional(completed_commit_number_) : std::nullopt;
   }
   void take_complete() { complete_ = nullptr; }
+  std::int64_t completed_ns() const { return completed_ns_; }  ///< when complete() was
 
  private:
   void start_sweep();
@@ -42,6 +44,7 @@ class LiveFeed {
   std::uint32_t arrived_ = 0;  // frames of it
   const Volume* complete_ = nullptr;
   std::uint64_t completed_commit_number_ = 0;
+  std::int64_t completed_ns_ = 0;
   Doorbell bell_;  // the caller polls
   FrameQueue queue_;
 };

@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <utility>
@@ -20,7 +21,7 @@ namespace fanlight {
 namespace {
 
 // Duration of a sweep of the live probe, as a share of the time that a volume takes in pipelined operation.
-constexpr double kSweepInPeriod = 0.9;
+constexpr double kSweepInPeriod = 0.75;
 
 /// Processor time of all threads of this process.
 std::int64_t processor_ns() {
@@ -33,13 +34,21 @@ std::int64_t processor_ns() {
 void add_block(PipelineFigures& figures, const BlockTrace& block) {
   const EncodingTrace& first = block.encodings.front();
   const EncodingTrace& last = block.encodings.back();
-  figures.volumes_a_second.push_back(static_cast<double>(block.encodings.size() - 1) * 1e9 /
+  const auto place_of = [&](const EncodingTrace& encoding) {
+    return std::ranges::find(block.volumes, encoding.volume_id, &VolumeTrace::volume_id) -
+           block.volumes.begin();
+  };
+  figures.volumes_a_second.push_back(static_cast<double>(place_of(last) - place_of(first)) * 1e9 /
                                      static_cast<double>(last.span.end_ns - first.span.end_ns));
   figures.volumes += block.volumes.size();
+  figures.dropped +=
+      block.volumes.back().volume_id - block.volumes.front().volume_id + 1 - block.volumes.size();
   figures.encoded += block.encodings.size();
   for (const VolumeTrace& volume : block.volumes) {
     if (volume.finished_ns == 0) continue;
     ++figures.pictures;
+    if (volume.complete_ns > 0)
+      figures.latency_ms.push_back(static_cast<double>(volume.finished_ns - volume.complete_ns) / 1e6);
     const std::int64_t ns = volume.stages[static_cast<std::size_t>(Stage::kReadBack)].end_ns -
                             volume.stages[static_cast<std::size_t>(Stage::kCast)].end_ns;
     figures.light_ms.push_back(static_cast<double>(ns) / 1e6);

@@ -16,6 +16,7 @@ struct VolumeTrace {
   StageSpan load;
   std::array<StageSpan, kStages> stages;
   std::int64_t finished_ns = 0;
+  std::int64_t complete_ns = 0;  ///< when its last frame came, in live operation; else 0
 };
 
 /// When a picture was encoded, in the processor's clock.

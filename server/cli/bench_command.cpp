@@ -123,7 +123,7 @@ Result<void> bench(const BenchOptions& options) {
   ProgressLine progress;
   for (const BenchRow& row : *rows) {
     const std::size_t done = report["rows"].size();
-    progress.tell_step(fmt::format("measures row {} of {}", done + 1, rows->size()), done, rows->size());
+    progress.show_step(fmt::format("measures row {} of {}", done + 1, rows->size()), done, rows->size());
     const auto times = run_bench_row(*device, row, options.count);
     if (!times) return times.error();
     progress.clear();
@@ -168,6 +168,9 @@ nlohmann::ordered_json as_json(const BenchRow& row, const PipelineTimes& times) 
           {"pipelined_over_serial", ratio(times)},
           {"shares", as_json(times.overlap)},
           {"sweep_ms", times.sweep_ms},
+          {"live_dropped", times.live.dropped},
+          {"live_latency_ms",
+           {{"p50", quantile(times.live.latency_ms, 0.5)}, {"p99", quantile(times.live.latency_ms, 0.99)}}},
           {"live_shares", as_json(times.live_overlap)}};
 }
 
@@ -193,8 +196,10 @@ void print_pipeline(const BenchRow& row, const PipelineTimes& times) {
   print_figures("serial", times.serial);
   print_figures("pipelined", times.pipelined);
   print_figures("live", times.live);
-  fmt::print("  live: a sweep every {:.1f} ms\n  pipelined over serial {:.3f}\n", times.sweep_ms,
-             ratio(times));
+  fmt::print(
+      "  live: a sweep every {:.1f} ms, {} volumes dropped, a picture {:.1f} ms after its last frame\n",
+      times.sweep_ms, times.live.dropped, quantile(times.live.latency_ms, 0.5));
+  fmt::print("  pipelined over serial {:.3f}\n", ratio(times));
   print_overlap("pipelined", times.overlap);
   print_overlap("live", times.live_overlap);
   std::fflush(stdout);
@@ -218,7 +223,7 @@ Result<void> bench_pipeline(const BenchOptions& options) {
   ProgressLine progress;
   for (const BenchRow& row : *rows) {
     const std::size_t done = report["rows"].size();
-    progress.tell_step(fmt::format("measures row {} of {}", done + 1, rows->size()), done, rows->size());
+    progress.show_step(fmt::format("measures row {} of {}", done + 1, rows->size()), done, rows->size());
     const auto times = run_bench_pipeline(
         *device, row, {.blocks = options.count, .volumes = options.volumes, .sweep_ms = options.sweep_ms});
     if (!times) return times.error();
@@ -364,7 +369,7 @@ Command add_bench_command(CLI::App& program) {
       ->type_name("N");
   pipeline
       ->add_option("--sweep", options->sweep_ms,
-                   "Duration of a sweep of the live probe (default: 0.9 of the time that a volume takes)")
+                   "Duration of a sweep of the live probe (default: 0.75 of the time that a volume takes)")
       ->check(CLI::Range(1.0, 60000.0))
       ->type_name("MS");
   pipeline

@@ -67,7 +67,7 @@ void begin_log(bool json) {
   spdlog::set_formatter(json ? json_log_format() : printable_log_format());
 }
 
-void tell_error(const std::string& of, const std::string& sentence) {
+void print_error(const std::string& of, const std::string& sentence) {
   if (is_json) {
     spdlog::set_level(std::min(spdlog::get_level(), spdlog::level::err));
     spdlog::error("{}: {}", of, sentence);

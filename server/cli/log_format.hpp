@@ -14,6 +14,6 @@ void begin_log(bool json);
 /// The last words of a program that fails, whatever the log leaves out: "of: sentence", or a line of the log
 /// where that is JSON. Text of files, devices and the network may be part of the sentence, and is made
 /// printable().
-void tell_error(const std::string& of, const std::string& sentence);
+void print_error(const std::string& of, const std::string& sentence);
 
 }  // namespace fanlight

@@ -41,12 +41,12 @@ double ProgressLine::took_s() const {
   return static_cast<double>(told_ns_ - begun_ns_) * 1e-9;
 }
 
-bool ProgressLine::tell_share(double share) {
+bool ProgressLine::show_share(double share) {
   if (is_due()) print(fmt::format("{:.0f} %, {:.0f} s left", 100 * share, took_s() / share - took_s()));
   return true;
 }
 
-void ProgressLine::tell_step(const std::string& step, std::uint64_t done, std::uint64_t of) {
+void ProgressLine::show_step(const std::string& step, std::uint64_t done, std::uint64_t of) {
   if (!terminal_) return;
   told_ns_ = now_ns();
   shown_ = true;
@@ -54,7 +54,7 @@ void ProgressLine::tell_step(const std::string& step, std::uint64_t done, std::u
   print(left_s > 0 ? fmt::format("{}, {:.0f} s left", step, left_s) : step);
 }
 
-void ProgressLine::tell_count(std::uint64_t done, std::uint64_t of, const char* what) {
+void ProgressLine::show_count(std::uint64_t done, std::uint64_t of, const char* what) {
   if (!is_due()) return;
   const double rate_hz = static_cast<double>(done) / took_s();
   std::string line = of > 0 ? fmt::format("{} of {} {}", done, of, what) : fmt::format("{} {}", done, what);

@@ -19,19 +19,19 @@ class ProgressLine {
   ~ProgressLine();
 
   /// "37 %, 12 s left". `share`: above 0 to 1. Always true, for a callback that may end the work.
-  bool tell_share(double share);
+  bool show_share(double share);
   /// "17 of 40 pictures, 3.4 a second, 7 s left". `of`: 0 where the end is not known.
-  void tell_count(std::uint64_t done, std::uint64_t of, const char* what);
+  void show_count(std::uint64_t done, std::uint64_t of, const char* what);
 
   /// What begins now, such as "measures row 2 of 5"; at once, and on a terminal alone. `done` of `of` like
   /// ones are over, which gives the time that is left.
-  void tell_step(const std::string& step, std::uint64_t done = 0, std::uint64_t of = 0);
+  void show_step(const std::string& step, std::uint64_t done = 0, std::uint64_t of = 0);
 
   /// Before other text is printed. The line comes back when it is due.
   void clear();
 
   std::function<bool(double share)> shares() {
-    return [this](double share) { return tell_share(share); };
+    return [this](double share) { return show_share(share); };
   }
 
  private:

@@ -152,7 +152,7 @@ class RecordedPictures {
 }  // namespace
 
 Result<void> render_recorded_pictures(const RecordedPicturesOptions& options) {
-  auto notes = read_picture_notes(pictures_beside(options.input));
+  auto notes = read_picture_notes(picture_notes_path_of(options.input));
   if (!notes) return notes.error();
   if (notes->pictures.empty()) {
     return Error{

@@ -55,7 +55,7 @@ Result<void> render_all(const RenderCommandOptions& options, InputRenderer& rend
     const auto rendered = renderer.next();
     if (!rendered) return rendered.error();
     if (!*rendered) break;
-    progress->tell_count(renderer.pictures(), renderer.expected(), "pictures");
+    progress->show_count(renderer.pictures(), renderer.expected(), "pictures");
   }
   if (auto finished = renderer.finish(); !finished) return finished;
   progress.reset();
@@ -68,7 +68,7 @@ Result<void> render_all(const RenderCommandOptions& options, InputRenderer& rend
 Result<void> render_one(const RenderCommandOptions& options, InputRenderer& renderer) {
   {
     ProgressLine progress;
-    progress.tell_step(options.volume
+    progress.show_step(options.volume
                            ? fmt::format("reading frames until volume {} is complete", *options.volume)
                            : "reading frames until a volume is complete");
     if (auto rendered = renderer.pick(); !rendered) return rendered;

@@ -112,7 +112,7 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
 /// not come back: destructors and the driver's own handlers at an orderly exit would wait for it, or pull its
 /// objects away.
 [[noreturn]] void leave_hung_gpu(const Result<void>& served) {
-  if (!served) tell_error("fanlight serve", served.error().message);
+  if (!served) print_error("fanlight serve", served.error().message);
   spdlog::shutdown();
   std::fflush(nullptr);
   std::_Exit(served ? 0 : 1);

@@ -275,7 +275,7 @@ Result<void> Mp4File::finish() {
       pwrite(file_.descriptor(), header.data(), header.size(), static_cast<off_t>(kFileTypeBytes));
   if (patched != static_cast<ssize_t>(header.size())) return as_result(patched < 0 ? errno : ENOSPC);
   if (auto synced = as_result(file_.sync()); !synced) return synced;
-  return as_result(file_.take_the_name_of(path_));
+  return as_result(file_.replace(path_));
 }
 
 }  // namespace fanlight

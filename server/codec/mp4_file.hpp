@@ -44,7 +44,7 @@ class Mp4File {
   std::filesystem::path path_;
   std::uint32_t width_;
   std::uint32_t height_;
-  FileBeside file_;
+  ReplacementFile file_;
   std::uint64_t data_bytes_ = 0;
   std::vector<Sample> samples_;
   std::vector<std::uint8_t> sequence_set_;  // the parameter sets, each without a start code

@@ -19,7 +19,7 @@ enum class ControlRule : std::uint8_t {
 /// Who may give a command, and what is counted.
 struct CommandRule {
   const char* name;          ///< in the audit log
-  Role least_role;           ///< checked here alone, for all protocols
+  Role least_role;           ///< checked in CommandExecutor::permission(), for all protocols
   const char* role_refusal;  ///< the sentence for a lesser role
   bool needs_session;        ///< refused to scripts and OpenIGTLink clients
   ControlRule control;       ///< see ControlLease

@@ -20,8 +20,8 @@ using ApiResponse = boost::beast::http::response<boost::beast::http::string_body
 
 ApiResponse json_response(boost::beast::http::status status, const nlohmann::ordered_json& body);
 
-/// The fields of a message by name, in the order of their numbers, also those that have their default; choices
-/// by name in lower case. Precondition: no field is repeated, or a message.
+/// The fields of a message by name, in the order of their numbers, also those that have their default;
+/// choices by name in lower case. Precondition: no field is repeated, or a message.
 nlohmann::ordered_json message_json(const google::protobuf::Message& message);
 
 /// {"error": {"message": ...}}, with the range of the field that was refused.

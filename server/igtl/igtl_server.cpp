@@ -307,7 +307,7 @@ void IgtlServer::send_frames() {
 void IgtlServer::state_changed() {
   thread_owner_.check();
   seconds_to_state_ = kStatusSeconds;
-  for (const auto& session : std::vector(sessions_)) session->tell_status();
+  for (const auto& session : std::vector(sessions_)) session->send_status();
 }
 
 void IgtlServer::second_passed() {

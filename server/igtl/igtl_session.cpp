@@ -50,7 +50,7 @@ IgtlSession::IgtlSession(asio::ip::tcp::socket socket, ConnectionPermit permit, 
 void IgtlSession::start() {
   dependencies_.counters.igtl_clients_opened.add();
   permit_->authenticated();
-  tell_status();
+  send_status();
   read();
 }
 
@@ -124,7 +124,7 @@ void IgtlSession::take_query(const igtl::QueryType& query, const igtl::OpenedMes
   const std::string_view device = reader_.head().device.view();
   if (query.query == igtl::Query::kStart) return start_stream(query, opened);
   if (query.query == igtl::Query::kStop) return stop_streams(query);
-  if (query.type == "STATUS") return tell_status();
+  if (query.type == "STATUS") return send_status();
   if (query.type == "CAPABIL") {
     return answer({.type = "CAPABILITY", .device = kIgtlDevice}, [](std::vector<std::uint8_t>& bytes) {
       const igtl::TypeName types[] = {
@@ -260,7 +260,7 @@ bool IgtlSession::is_repeated(std::string_view id) {
 
 // ---- writing
 
-void IgtlSession::tell_status() {
+void IgtlSession::send_status() {
   const IgtlState state = dependencies_.state();
   answer({.type = "STATUS", .device = kIgtlDevice}, [&state](std::vector<std::uint8_t>& bytes) {
     igtl::put_status(bytes, {.code = state.code, .name = std::string_view(state.name), .text = state.text});

@@ -69,7 +69,7 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   /// the stream.
   void not_available(IgtlStream stream, const std::string& why);
   /// Sends the state of the picture.
-  void tell_status();
+  void send_status();
 
   void second_passed();
   /// Says that the server ends, and closes once that is sent.

@@ -11,13 +11,13 @@ namespace fanlight {
 void RecordingWatch::update() {
   const RecordingProxy::News news = recording_.update();
   const RecordingStatus& status = recording_.status();
-  if (news.ended) tell_end(status);
+  if (news.ended) report_end(status);
   if (!news.changed) return;
   if (!status.trouble.empty()) spdlog::error("nothing is recorded until there is room: {}", status.trouble);
   sessions_.notify(Notice::kRecording);
 }
 
-void RecordingWatch::tell_end(const RecordingStatus& status) {
+void RecordingWatch::report_end(const RecordingStatus& status) {
   const std::string file = std::filesystem::path(status.last_file).filename().string();
   const bool done = status.last_trouble.empty();
   audit_.note({.name = "fanlight"},

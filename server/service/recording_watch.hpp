@@ -18,7 +18,7 @@ class RecordingWatch {
   void update();
 
  private:
-  void tell_end(const RecordingStatus& status);
+  void report_end(const RecordingStatus& status);
 
   RecordingProxy& recording_;
   SessionRegistry& sessions_;

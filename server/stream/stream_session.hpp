@@ -56,7 +56,7 @@ class StreamSession : public StreamRequests::Session,
   void set_view(std::uint64_t view_id) override;
   const StreamSettings& settings() const override { return settings_; }
   bool privileged() const override {
-    return identity_.principal && has_role(identity_.principal->role, kEncodesFirst);
+    return identity_.principal && has_role(identity_.principal->role, kEncodesUnlimited);
   }
   void offer(const PictureOffer& picture) override;
   void encoding_failed() override;

@@ -129,7 +129,7 @@ FigureRow normals_row(const std::string& name, DepthRig& rig, const Views& views
 }
 
 /// The figures of every method, besides those with a demand for the default scene.
-std::vector<Figure> figures_beside(const Shown& shown) {
+std::vector<Figure> figures_next_to(const Shown& shown) {
   const DepthErrors& errors = shown.errors;
   return {{"signed mm", errors.signed_median_mm()},
           {"95 % mm", errors.magnitude_mm(0.95)},
@@ -143,7 +143,7 @@ std::vector<Figure> figures_beside(const Shown& shown) {
 }
 
 FigureRow shown_row(const std::string& name, const Shown& shown, std::vector<Figure> first) {
-  std::ranges::copy(figures_beside(shown), std::back_inserter(first));
+  std::ranges::copy(figures_next_to(shown), std::back_inserter(first));
   return {name, std::move(first)};
 }
 

@@ -160,7 +160,7 @@ TEST_F(VoxelGridTest, HasItsListOnEitherSide) {
   expect_grid(*recording);
 }
 
-TEST_F(VoxelGridTest, TakesAWindowAloneFromAFileBesideIt) {
+TEST_F(VoxelGridTest, TakesOnlyTheWindowFromAGeometryFile) {
   write_file(folder_ / "x.mha.toml", "motor_radius_mm = 30\n");
   const auto refused = open("x.mha", mha("") + voxels(1, false));
   ASSERT_FALSE(refused);

@@ -139,7 +139,7 @@ TEST_F(PrivateViewTest, OfACameraIsThePictureThatTheMainViewWouldShow) {
   EXPECT_EQ(counters_.private_casts.value(), 1U);
 }
 
-TEST_F(PrivateViewTest, IsDrawnAnewForWhatChangesItAndForNothingElse) {
+TEST_F(PrivateViewTest, IsDrawnAgainForWhatChangesItAndForNothingElse) {
   Scene blue = scene_;
   blue.light.red = 0.2;
   Scene aside = scene_;

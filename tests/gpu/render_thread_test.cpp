@@ -168,7 +168,7 @@ TEST_F(RenderThreadTest, ObeysAnOrderBehindAVolumeOrder) {
   }
 }
 
-TEST_F(RenderThreadTest, RendersNothingWhileNobodyLooksAndTheNewestVolumeForWhoeverComes) {
+TEST_F(RenderThreadTest, RendersNothingWithoutViewersAndTheNewestVolumeForTheNextOne) {
   audience_.set_present(false);
   for (int volume = 1; volume <= 3; ++volume) {
     publish(plate(40));

@@ -131,7 +131,7 @@ TEST(FirstSweeps, FitTheAxisToTransforms) {
   EXPECT_NEAR(learned->source.geometry.motor_radius_mm, 30 + learned->source.geometry.face_row * 0.5, 0.01);
 }
 
-TEST(FirstSweeps, TakeTheImagesOwnMatricesBesideAToolAtRest) {
+TEST(FirstSweeps, TakeTheImagesOwnMatricesWhileAToolIsAtRest) {
   Rig rig;
   for (std::uint32_t i = 0; i < 64; ++i) {
     const std::uint64_t time_ms = 1'700'000'000'000 + 40 * i;

@@ -379,7 +379,7 @@ TEST(IgtlSource, LosesNoFrameHoweverFastTheyCome) {
              static_cast<double>(bytes) * 1e-6 / seconds);
 }
 
-TEST(IgtlSource, SaysThatNobodyIsThere) {
+TEST(IgtlSource, SaysThatThereAreNoViewers) {
   Rig rig;
   IgtlSource::Config config{.address = *IgtlAddress::parse("127.0.0.1:1"), .wait_s = 0.3};
   const auto opened = IgtlSource::create(config, rig.link);

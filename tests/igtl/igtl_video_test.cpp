@@ -93,7 +93,7 @@ TEST(IgtlVideo, ReachesEachClientFromAKeyPictureOn) {
   EXPECT_NEAR(grey_of(of_second, to_second->opened().content), 16 + 220 * 219 / 255, 3);
 }
 
-TEST(IgtlVideo, BeginsAnewForWhoStopsAndStartsOrChangesTheVersion) {
+TEST(IgtlVideo, RestartsForAClientThatStopsAndStartsOrChangesTheVersion) {
   ServerFixture server(with_igtl());
   TestClient client(server.igtl_port());
   ASSERT_TRUE(client.ask("STT_VIDEO", ""));

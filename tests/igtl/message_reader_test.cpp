@@ -78,7 +78,7 @@ TEST(MessageReader, RefusesALengthThatNothingHas) {
   EXPECT_EQ(read(reader, message, 58).events, std::vector{Event::kUnwanted});
 }
 
-TEST(MessageReader, SaysWhereItLostThePlaceAndBeginsAnew) {
+TEST(MessageReader, SaysWhereItLostThePlaceAndRestarts) {
   igtl::MessageReader reader(1 << 20, 1 << 20);
   EXPECT_EQ(read(reader, both(query("GET_STATUS"), Bytes(58, 0x41)), 58).events,
             (std::vector{Event::kMessage, Event::kLost}));

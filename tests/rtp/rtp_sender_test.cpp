@@ -205,7 +205,7 @@ TEST(RtpSender, IsToldToDisplaysInTheRoom) {
   EXPECT_FALSE(display.next(v1::ServerMessage::kRelay).relay().sending());
 }
 
-TEST(RtpSender, GoesOnWhereNobodyListensAndWhenTheReceiverIsBack) {
+TEST(RtpSender, ContinuesWithoutAReceiverAndWhenItIsBack) {
   auto receiver = std::make_unique<RtpReceiver>();
   const std::uint16_t port = receiver->port();
   ServerFixture server(sending_to(*receiver));

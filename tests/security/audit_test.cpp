@@ -18,7 +18,7 @@
 namespace fanlight::test {
 namespace {
 
-const Principal kSomebody{
+const Principal kNurse{
     .role = Role::kOperator, .name = "theatre 3", .proof = "3f9a0c21", .address = "10.0.0.1:5"};
 
 std::vector<std::string> lines_of(const std::filesystem::path& path) {
@@ -38,9 +38,8 @@ TEST(AuditLog, GoesOnWhereItWasLeft) {
   for (int run = 0; run < 3; ++run) {
     AuditLog log = AuditLog::open(folder / "log").value();
     EXPECT_EQ(log.newest().line, 2U * static_cast<unsigned>(run));
-    log.note(kSomebody, {.what = "login", .result = "done"});
-    log.note(kSomebody, {.what = "scene_change", .session = 7, .result = "done"},
-             {{"to", "\xFF not UTF-8 \n"}});
+    log.note(kNurse, {.what = "login", .result = "done"});
+    log.note(kNurse, {.what = "scene_change", .session = 7, .result = "done"}, {{"to", "\xFF not UTF-8 \n"}});
   }
   const auto summary = verify_audit_log(folder / "log");
   ASSERT_TRUE(summary) << summary.error().message;
@@ -59,7 +58,7 @@ TEST(AuditLog, ShowsAnyLineThatWasTouched) {
   const TemporaryFolder folder;
   {
     AuditLog log = AuditLog::open(folder / "log").value();
-    for (int line = 0; line < 5; ++line) log.note(kSomebody, {.what = "login", .result = "done"});
+    for (int line = 0; line < 5; ++line) log.note(kNurse, {.what = "login", .result = "done"});
   }
   const auto lines = lines_of(folder / "log");
   for (std::size_t at = 0; at + 1 < lines.size(); ++at) {
@@ -87,7 +86,7 @@ TEST(AuditLog, ShowsAnyLineThatWasTouched) {
 TEST(AuditLog, CountsWhatADiskHasNoRoomFor) {
   auto log = AuditLog::open("/dev/full");
   ASSERT_TRUE(log);
-  log->note(kSomebody, {.what = "login", .result = "done"});
+  log->note(kNurse, {.what = "login", .result = "done"});
   ASSERT_TRUE(log->wait_until_written());
   EXPECT_EQ(log->newest().line, 0U);
   EXPECT_EQ(log->lines_lost(), 1U);
@@ -96,17 +95,17 @@ TEST(AuditLog, CountsWhatADiskHasNoRoomFor) {
 TEST(AuditLog, ShowsTheGapThatAFullDiskLeft) {
   const TemporaryFolder folder;
   AuditLog log = AuditLog::open(folder / "log").value();
-  log.note(kSomebody, {.what = "control", .result = "done"});
+  log.note(kNurse, {.what = "control", .result = "done"});
   ASSERT_TRUE(log.wait_until_written());
   {
     // Room for a part of a line.
     const FileSizeLimit limit(std::filesystem::file_size(folder / "log") + 20);
-    for (int lost = 0; lost < 7; ++lost) log.note(kSomebody, {.what = "control", .result = "done"});
+    for (int lost = 0; lost < 7; ++lost) log.note(kNurse, {.what = "control", .result = "done"});
     ASSERT_TRUE(log.wait_until_written());
     EXPECT_EQ(log.lines_lost(), 7U);
     EXPECT_EQ(lines_of(folder / "log").size(), 1U) << "no part of a line stays";
   }
-  log.note(kSomebody, {.what = "control", .result = "done"});
+  log.note(kNurse, {.what = "control", .result = "done"});
   ASSERT_TRUE(log.close());
   const auto lines = lines_of(folder / "log");
   ASSERT_EQ(lines.size(), 3U);
@@ -124,7 +123,7 @@ TEST(AuditLog, TellsOfAGapAlsoWhereNothingElseHappens) {
   AuditLog log = AuditLog::open(folder / "log").value();
   {
     const FileSizeLimit limit(0);
-    log.note(kSomebody, {.what = "control", .result = "done"});
+    log.note(kNurse, {.what = "control", .result = "done"});
     ASSERT_TRUE(log.wait_until_written());
   }
   for (int tries = 0; tries < 500 && log.newest().line == 0; ++tries)
@@ -138,8 +137,8 @@ TEST(AuditLog, RefusalsUseUpNothingThatAnActNeeds) {
   for (int refusal = 0; refusal < 10'000; ++refusal)
     log.note({.name = "unknown"}, {.what = "request", .result = "refused: from a page of another site"});
   for (int refusal = 0; refusal < 100; ++refusal)
-    log.note(kSomebody, {.what = "control", .result = "refused: another session is in control"});
-  log.note(kSomebody, {.what = "control", .session = 3, .result = "done"});
+    log.note(kNurse, {.what = "control", .result = "refused: another session is in control"});
+  log.note(kNurse, {.what = "control", .session = 3, .result = "done"});
   ASSERT_TRUE(log.wait_until_written());
   auto lines = lines_of(folder / "log");
   ASSERT_EQ(lines.size(), 41U);
@@ -157,9 +156,9 @@ TEST(AuditLog, CountsWhatItFolds) {
   const TemporaryFolder folder;
   AuditLog log = AuditLog::open(folder / "log").value();
   for (std::uint64_t session = 1; session <= 1000; ++session)
-    log.note(kSomebody, {.what = "session_opened", .session = session, .result = "done"});
+    log.note(kNurse, {.what = "session_opened", .session = session, .result = "done"});
   for (int change = 1; change <= 50; ++change)
-    log.note(kSomebody, {.what = "scene_change", .result = "done"}, {{"light.up_mm", change}});
+    log.note(kNurse, {.what = "scene_change", .result = "done"}, {{"light.up_mm", change}});
   log.second_passed();
   ASSERT_TRUE(log.wait_until_written());
   const auto lines = lines_of(folder / "log");
@@ -183,14 +182,14 @@ TEST(AuditBudget, ManySessionsUseUpNothingThatAnotherOnesActNeeds) {
   };
   std::size_t lines = 0;
   for (std::uint64_t session = 1; session <= 100'000; ++session) {
-    if (act("private_view", kSomebody, session)) ++lines;
+    if (act("private_view", kNurse, session)) ++lines;
   }
   EXPECT_LE(lines, AuditBudget::kMostBudgets + AuditBudget::kLinesASecond) << "and the memory is bounded";
   EXPECT_TRUE(act("control", {.role = Role::kAdmin, .name = "admin", .proof = "11112222", .address = ""}, 1));
   std::uint64_t folded = 0;
   for (const auto& one : budget.second_passed()) folded += one.count;
   EXPECT_EQ(folded, 100'000 - lines);
-  EXPECT_TRUE(act("private_view", kSomebody, 100'001)) << "a second later";
+  EXPECT_TRUE(act("private_view", kNurse, 100'001)) << "a second later";
 }
 
 TEST(AuditBudget, PicturesThatAreReadHaveALineAMinute) {
@@ -199,7 +198,7 @@ TEST(AuditBudget, PicturesThatAreReadHaveALineAMinute) {
   std::size_t lines = 0;
   std::uint64_t folded = 0;
   for (int second = 0; second < 120; ++second) {
-    if (budget.take(kSomebody, read, nullptr)) ++lines;
+    if (budget.take(kNurse, read, nullptr)) ++lines;
     for (const auto& one : budget.second_passed()) folded += one.count;
   }
   EXPECT_EQ(lines, 2U);
@@ -220,9 +219,9 @@ TEST(AuditLog, HasPrintableTextOnly) {
   EXPECT_EQ(nlohmann::json::parse(lines[0])["who"], "a?31m?");
 }
 
-TEST(AuditLog, KeepsNothingWhereNobodyAskedForOne) {
+TEST(AuditLog, KeepsNothingUnlessAsked) {
   AuditLog none;
-  none.note(kSomebody, {.what = "login", .result = "done"});
+  none.note(kNurse, {.what = "login", .result = "done"});
   none.second_passed();
   EXPECT_EQ(none.newest().line, 0U);
   EXPECT_EQ(none.lines_lost(), 0U);

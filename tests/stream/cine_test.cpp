@@ -69,7 +69,7 @@ TEST(CineOverTheNetwork, IsControlledByDisplaysAndToldToAll) {
   TestDisplay other(fixture.endpoint());
   EXPECT_EQ(other.next(Body::kCine).cine().state(), v1::CineStatus::LIVE);
   fixture.show(1, 90);
-  fixture.tell_cine({.state = CineStatus::State::kFrozen, .volumes = 5, .volume = 2, .time_s = 1.5});
+  fixture.report_cine({.state = CineStatus::State::kFrozen, .volumes = 5, .volume = 2, .time_s = 1.5});
   const auto told = other.next(Body::kCine).cine();
   EXPECT_EQ(told.state(), v1::CineStatus::FROZEN);
   EXPECT_EQ(told.volume(), 2U);

@@ -134,7 +134,7 @@ TEST(RecordingOverTheNetwork, IsStartedAndToldToAllDisplays) {
   EXPECT_EQ(reply.request_id(), 5U);
   const RecordingOrder order = fixture.next_recording_order();
   EXPECT_EQ(order.path, folder / reply.file());
-  fixture.tell_recording(
+  fixture.report_recording(
       {.state = RecorderState::kRecording, .order_done = order.number, .file = order.path, .frames = 7});
   const auto told = other.next(Body::kRecording).recording();
   EXPECT_EQ(told.state(), v1::RecordingStatus::RECORDING);

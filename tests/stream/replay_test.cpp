@@ -67,7 +67,7 @@ TEST_F(ReplayProxyTest, ChecksEachNumber) {
   EXPECT_EQ(replay_words(unknown), "ending=unknown");
 }
 
-TEST_F(ReplayProxyTest, RefusesWhatWouldReadACompressedFileAnewForEachFrame) {
+TEST_F(ReplayProxyTest, RefusesWhatWouldReadACompressedFileAgainForEachFrame) {
   tell({.state = Player::kPlaying, .can_play_backward = false});
   EXPECT_NE(refusal("ending=to-and-fro").find("--ending to-and-fro"), std::string::npos);
   EXPECT_EQ(refusal("ending=loop"), "");
@@ -92,7 +92,7 @@ TEST(ReplayOverTheNetwork, IsControlledByDisplaysAndToldToAll) {
   TestDisplay one(fixture.endpoint());
   TestDisplay other(fixture.endpoint());
   EXPECT_EQ(other.next(Body::kReplay).replay().state(), v1::ReplayStatus::NO_RECORDING);
-  fixture.tell_replay({.state = Player::kPlaying, .sweep = 2, .sweeps = 5, .time_s = 1.5, .duration_s = 4});
+  fixture.report_replay({.state = Player::kPlaying, .sweep = 2, .sweeps = 5, .time_s = 1.5, .duration_s = 4});
   const auto told = other.next(Body::kReplay).replay();
   EXPECT_EQ(told.state(), v1::ReplayStatus::PLAYING);
   EXPECT_EQ(told.sweeps(), 5U);
@@ -119,7 +119,7 @@ TEST(ReplayOverTheNetwork, IsAnsweredToScripts) {
   EXPECT_EQ(talk(fixture, "POST", "/api/replay", R"({"wish": "pause"})").status, 409);
   TestDisplay display(fixture.endpoint());
   display.next(Body::kReplay);
-  fixture.tell_replay({.state = Player::kPaused, .ending = ReplayEnding::kLoop, .sweeps = 5});
+  fixture.report_replay({.state = Player::kPaused, .ending = ReplayEnding::kLoop, .sweeps = 5});
   while (display.next(Body::kReplay).replay().state() != v1::ReplayStatus::PAUSED) {
   }
   const json state = json::parse(talk(fixture, "GET", "/api/replay").body);
@@ -141,7 +141,7 @@ TEST(ReplayOverTheNetwork, IsAnsweredToScripts) {
 TEST(ReplayOverTheNetwork, IsNeverCalledLive) {
   ServerFixture fixture;
   TestDisplay display(fixture.endpoint());
-  fixture.tell_replay({.state = Player::kPlaying, .sweeps = 5});
+  fixture.report_replay({.state = Player::kPlaying, .sweeps = 5});
   fixture.show(1, 90);
   v1::Liveness told;
   while (told.state() != v1::Liveness::REPLAY && told.state() != v1::Liveness::LIVE)

@@ -67,12 +67,12 @@ class ServerFixture {
   std::uint16_t igtl_port() const { return server_->igtl_endpoint()->port(); }
   const ServerCounters& counters() const { return counters_; }
 
-  void tell_replay(const ReplayStatus& status) {
+  void report_replay(const ReplayStatus& status) {
     replay_.status.draft() = status;
     replay_.status.publish();
   }
   /// Waits for the next order to the player of a recording.
-  void tell_cine(const CineStatus& status) { link_.answer(status); }
+  void report_cine(const CineStatus& status) { link_.answer(status); }
   /// As the render thread: the next order; waits up to 5 s.
   template <typename Order>
   Order next_order() {
@@ -201,7 +201,7 @@ class ServerFixture {
     }
   }
   /// As the recorder.
-  void tell_recording(const RecordingStatus& status) {
+  void report_recording(const RecordingStatus& status) {
     recording_status_.draft() = status;
     recording_status_.publish();
   }

@@ -35,7 +35,7 @@ TEST_F(CinePlayerTest, BeginsWithTheNewestAndStays) {
   EXPECT_DOUBLE_EQ(status.duration_s, 0.6);
 }
 
-TEST_F(CinePlayerTest, PlaysByTheCaptureTimesAndBeginsAnew) {
+TEST_F(CinePlayerTest, PlaysByTheCaptureTimesAndRestarts) {
   player_.obey({.wish = Wish::kPlay}, 0);
   // The newest volume stays for the mean of the others, 200 ms.
   const std::vector<std::int64_t> changes_ms = {200, 300, 500, 800, 1000};

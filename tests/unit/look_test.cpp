@@ -40,7 +40,7 @@ TEST(LookTest, LeavesTheRestOfTheSceneAlone) {
   EXPECT_EQ(scene.material.scatter_mm, 0);
 }
 
-TEST(LookTest, IsSkinWhereNobodyChose) {
+TEST(LookTest, IsSkinByDefault) {
   const FanGeometry geometry{.columns = 64,
                              .rows = 64,
                              .pixel_width_mm = 1,

@@ -20,6 +20,15 @@ const NumberedScene kBase{.revision = 1, .scene = {}};
 const NumberedScene kNewRevision{.revision = 2, .scene = {}};
 const NumberedScene kOtherLight = changed(2, [](Scene& scene) { scene.light.right_mm += 10; });
 const NumberedScene kOtherView = changed(2, [](Scene& scene) { scene.camera.yaw_deg += 10; });
+const NumberedScene kRaw = changed(1, [](Scene& scene) { scene.speckle.filter = SpeckleFilter::kNone; });
+const NumberedScene kRawLight = changed(2, [](Scene& scene) {
+  scene.speckle.filter = SpeckleFilter::kNone;
+  scene.light.right_mm += 10;
+});
+const NumberedScene kRawView = changed(2, [](Scene& scene) {
+  scene.speckle.filter = SpeckleFilter::kNone;
+  scene.camera.yaw_deg += 10;
+});
 const NumberedScene kReplacing = changed(1, [](Scene& scene) { scene.refresh = Refresh::kFrame; });
 
 /// A slot that shows kBase and has nothing to do.
@@ -70,6 +79,7 @@ struct MainCase {
   std::size_t shown;
   const NumberedScene* scene;
   Steps expected;
+  bool volume_waits = false;
 };
 
 void PrintTo(const MainCase& row, std::ostream* out) {
@@ -80,7 +90,8 @@ class MainScheduleTest : public testing::TestWithParam<MainCase> {};
 
 TEST_P(MainScheduleTest, DecidesTheSteps) {
   const MainCase& row = GetParam();
-  const MainStatus status{.slots = {row.newest, row.other}, .newest = 0, .shown = row.shown};
+  const MainStatus status{
+      .slots = {row.newest, row.other}, .newest = 0, .shown = row.shown, .volume_waits = row.volume_waits};
   const MainSteps due = decide(status, *row.scene);
   EXPECT_EQ(Steps(due.steps().begin(), due.steps().end()), row.expected);
 }
@@ -90,7 +101,7 @@ const auto kReadPrivately = [](SlotStatus& slot) { slot.read_by_private_view = t
 const auto kAllBands = [](SlotStatus& slot) { slot.cast_submitted = true; };
 const auto kGaveUp = [](SlotStatus& slot) { slot.gave_up_cast = true; };
 const auto kChangedFrames = [](SlotStatus& slot) { slot.frames_changed = true; };
-const auto kNextIsNear = [](SlotStatus& slot) { slot.prepares_in_cast = true; };
+const auto kStaged = [](SlotStatus& slot) { slot.frames_staged = true; };
 const auto kLate = [](SlotStatus& slot) { slot.cast_nearly_submitted = true; };
 const auto kMendable = [](SlotStatus& slot) { slot.frames_changed = slot.can_recast = true; };
 
@@ -167,48 +178,82 @@ const MainCase kMainCases[] = {
 
     {"the next band", casting(), at_rest(), 1, &kBase, {kCastBand}},
     {"a band is outstanding", with(casting(), kOutstanding), at_rest(), 1, &kBase, {}},
-    {"early in a cast, most frames of the next volume are staged",
-     casting(),
-     with(at_rest(), kNextIsNear),
+    {"early in a cast, a volume waits",
+     casting(kRaw),
+     with(at_rest(kRaw), kStaged),
      0,
-     &kBase,
+     &kRaw,
+     {kCastBand},
+     true},
+    {"late in a cast, a volume waits",
+     with(casting(kRaw), kLate),
+     with(at_rest(kRaw), kStaged),
+     0,
+     &kRaw,
+     {kPrepareAhead, kCastBand},
+     true},
+    {"late in a cast, frames are staged and no volume waits",
+     with(casting(kRaw), kLate),
+     with(at_rest(kRaw), kStaged),
+     0,
+     &kRaw,
      {kCastBand}},
-    {"late in a cast, most frames of the next volume are staged",
+    {"late in a cast, a volume waits, and none of its frames is staged",
+     with(casting(kRaw), kLate),
+     at_rest(kRaw),
+     0,
+     &kRaw,
+     {kCastBand},
+     true},
+    {"late in a cast, a volume waits, with a speckle filter",
      with(casting(), kLate),
-     with(at_rest(), kNextIsNear),
+     with(at_rest(), kStaged),
      0,
      &kBase,
-     {kPrepareAhead, kCastBand}},
-    {"late in a cast, few frames of the next volume are staged",
-     with(casting(), kLate),
-     at_rest(),
+     {kCastBand},
+     true},
+    {"during a band, a volume waits",
+     with(with(casting(kRaw), kLate), kOutstanding),
+     with(at_rest(kRaw), kStaged),
      0,
-     &kBase,
-     {kCastBand}},
-    {"during a band, most frames of the next volume are staged",
-     with(with(casting(), kLate), kOutstanding),
-     with(at_rest(), kNextIsNear),
+     &kRaw,
+     {},
+     true},
+    {"late in a cast, frames of the volume that waits are being prepared",
+     with(casting(kRaw), kLate),
+     with(with(at_rest(kRaw), kStaged), kOutstanding),
      0,
-     &kBase,
-     {}},
-    {"late in a cast, frames of the next volume are being prepared",
-     with(casting(), kLate),
-     with(with(at_rest(), kNextIsNear), kOutstanding),
-     0,
-     &kBase,
-     {kCastBand}},
-    {"late in a cast, the light of the slot of the next volume changed",
-     with(casting(), kLate),
-     with(at_rest(), kNextIsNear),
+     &kRaw,
+     {kCastBand},
+     true},
+    {"late in a cast, a volume waits, and the light of its slot changed",
+     with(casting(kRaw), kLate),
+     with(at_rest(kRaw), kStaged),
      1,
-     &kOtherLight,
-     {kLightShown, kCastBand}},
-    {"the last band is done, most frames of the next volume are staged",
-     with(with(casting(), kLate), kAllBands),
-     with(at_rest(), kNextIsNear),
+     &kRawLight,
+     {kLightShown, kCastBand},
+     true},
+    {"the last band is done, a volume waits",
+     with(with(casting(kRaw), kLate), kAllBands),
+     with(at_rest(kRaw), kStaged),
      0,
-     &kBase,
-     {kLightCast}},
+     &kRaw,
+     {kLightCast},
+     true},
+    {"late in a cast, a volume waits, and the view changed",
+     with(casting(kRaw), kLate),
+     with(at_rest(kRaw), kStaged),
+     0,
+     &kRawView,
+     {kRestartCast, kCastBand},
+     true},
+    {"after a cast, a volume waits, and the view changed",
+     with(with(at_rest(kRaw), kLate), kAllBands),
+     with(at_rest(kRaw), kStaged),
+     0,
+     &kRawView,
+     {kBeginCast, kCastBand},
+     true},
     {"the last band is done", with(casting(), kAllBands), at_rest(), 1, &kBase, {kLightCast}},
     {"the last band is outstanding",
      with(with(casting(), kAllBands), kOutstanding),
@@ -275,7 +320,7 @@ const MainCase kMainCases[] = {
      {}},
     {"replacing frames, late in a cast",
      with(casting(kReplacing), kLate),
-     with(at_rest(), kNextIsNear),
+     with(at_rest(), kStaged),
      0,
      &kReplacing,
      {kCastBand}},
@@ -331,6 +376,14 @@ const AcceptCase kAcceptCases[] = {
 };
 
 INSTANTIATE_TEST_SUITE_P(Situations, AcceptTest, testing::ValuesIn(kAcceptCases));
+
+TEST(StaysQueuedTest, WhatBelongsToAVolumeAfterTheOneThatWaits) {
+  EXPECT_FALSE(stays_queued(7, std::nullopt, false));
+  EXPECT_FALSE(stays_queued(7, 7, false));
+  EXPECT_TRUE(stays_queued(8, 7, false));
+  EXPECT_TRUE(stays_queued(7, 7, true)) << "frames that replace those of the last volume";
+  EXPECT_FALSE(stays_queued(7, std::nullopt, true));
+}
 
 }  // namespace
 }  // namespace fanlight::test

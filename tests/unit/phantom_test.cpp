@@ -325,7 +325,7 @@ TEST(Phantom, TakesOtherSizesOfTheSameField) {
   EXPECT_GT(*std::ranges::max_element(frame.pixels), 5);
 }
 
-TEST(Phantom, InRealTimeItLosesWhatNobodyTook) {
+TEST(Phantom, InRealTimeItLosesWhatIsNotTaken) {
   PhantomSource::Config config{.frame_rate_hz = 1000, .pace = PhantomSource::Pace::kRealTime};
   const auto source = make(config);
   ASSERT_NE(source, nullptr);

@@ -96,21 +96,31 @@ TEST_F(VolumeRingTest, NewestWinsDropsTheOlderAndCountsThem) {
   EXPECT_EQ(ring.counters().volumes_dropped.value(), 9U);
 }
 
-TEST_F(VolumeRingTest, HasTheLargestCommitNumberOfTheNewestVolume) {
-  VolumeRing ring = make(RingPolicy::kNewestWins);
-  EXPECT_EQ(ring.published_commit_number(), 0U);
+/// Two volumes whose frames have the commit numbers 10 to 12 and 20 to 22.
+void publish_two(VolumeRing& ring) {
   for (const std::uint64_t first : {10U, 20U}) {
     Volume* const volume = ring.begin();
-    for (const std::uint64_t later : {2U, 0U}) {
+    for (const std::uint64_t later : {2U, 0U, 1U}) {
       volume->next_frame_pixels();
       volume->add_frame({.sequence = later, .commit_number = first + later});
     }
     ring.publish();
-    EXPECT_EQ(ring.published_commit_number(), first + 2);
   }
-  ring.begin();
-  ring.abandon();
-  EXPECT_EQ(ring.published_commit_number(), 22U);
+}
+
+TEST_F(VolumeRingTest, HasTheCommitNumberOfTheVolumeThatIsTakenNext) {
+  VolumeRing newest = make(RingPolicy::kNewestWins);
+  EXPECT_EQ(newest.waiting_commit_number(), std::nullopt);
+  publish_two(newest);
+  EXPECT_EQ(newest.waiting_commit_number(), 22U);
+  { const auto lease = newest.take(); }
+  EXPECT_EQ(newest.waiting_commit_number(), std::nullopt);
+
+  VolumeRing all = make(RingPolicy::kProcessAll);
+  publish_two(all);
+  EXPECT_EQ(all.waiting_commit_number(), 12U);
+  { const auto lease = all.take(); }
+  EXPECT_EQ(all.waiting_commit_number(), 22U);
 }
 
 TEST_F(VolumeRingTest, NewestWinsNeverTakesBackWhatIsBeingRead) {

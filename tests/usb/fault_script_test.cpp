@@ -61,7 +61,7 @@ TEST(FaultScriptTest, FramesCountWhateverTheTime) {
   EXPECT_EQ(kinds(script.before_frame(60, kBegin)), Kinds{FaultKind::kDrop});
 }
 
-TEST(FaultScriptTest, RepeatBeginsAnewWhenAllHasHappened) {
+TEST(FaultScriptTest, RepeatRestartsWhenAllHasHappened) {
   auto script = begun("at 2s unplug; after 300ms replug; repeat");
   for (int round = 0; round < 3; ++round) {
     EXPECT_EQ(script.next_ns(), kBegin + (2000 + round * 2300) * kMs);

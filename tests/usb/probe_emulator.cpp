@@ -73,7 +73,7 @@ void settle(Options& options) {
 
 /// Executes this program again with umockdev's library preloaded, which is possible only at the start of a
 /// process. Returns only on failure.
-void preload_and_begin_anew(char** arguments) {
+void preload_and_restart(char** arguments) {
   const char* const before = std::getenv("LD_PRELOAD");
   const std::string others = before != nullptr ? before : "";
   if (others.find("umockdev") != std::string::npos) return;
@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
   }
   settle(options);
   if (!EmulatedBus::preloaded()) {
-    preload_and_begin_anew(argv);
+    preload_and_restart(argv);
     std::fprintf(stderr, "probe_emulator: the library of umockdev cannot be preloaded, expected %s\n",
                  FANLIGHT_PRELOADED);
     return 1;

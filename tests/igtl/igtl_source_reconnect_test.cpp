@@ -15,7 +15,7 @@ Bytes transform_of_moved_tracker(std::uint32_t index) {
                             .first_mm = {500, -300, 200}});
 }
 
-TEST(IgtlSourceAnew, FitsTheFanAgainWhereTheTrackerWasMoved) {
+TEST(IgtlSourceReconnect, FitsTheFanAgainWhereTheTrackerWasMoved) {
   Rig rig;
   std::vector<Bytes> first;
   for (std::uint32_t i = 0; i < 64; ++i) {
@@ -46,7 +46,7 @@ TEST(IgtlSourceAnew, FitsTheFanAgainWhereTheTrackerWasMoved) {
   EXPECT_EQ(rig.status().trouble, "");
 }
 
-TEST(IgtlSourceAnew, StopsBeforeItKnowsTheImages) {
+TEST(IgtlSourceReconnect, StopsBeforeItKnowsTheImages) {
   for (const bool connects : {false, true}) {
     Rig rig;
     IgtlSource::Config config;
