@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "proto/base/folder_beneath.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -37,10 +39,18 @@ int write_in_place(const std::filesystem::path& path, std::string_view bytes) {
 }
 
 int replace(const std::filesystem::path& path, std::string_view bytes, const FileAccess& access) {
-  const std::filesystem::path target = target_of(path);
+  const bool follows = access.beneath.empty();
+  FolderBeneath folder;
+  if (!follows) {
+    if (const int failure = folder.open(access.beneath, path, FolderBeneath::Missing::kFail)) return failure;
+  }
+  const std::filesystem::path target = follows ? target_of(path) : folder.name();
   struct stat old {};
-  const bool exists = ::stat(target.c_str(), &old) == 0;
-  if (exists && !S_ISREG(old.st_mode)) return write_in_place(target, bytes);
+  const bool exists = (follows ? ::stat(target.c_str(), &old) : ::lstat(target.c_str(), &old)) == 0;
+  if (exists && !S_ISREG(old.st_mode)) {
+    if (!follows) return S_ISLNK(old.st_mode) ? ELOOP : EEXIST;
+    return write_in_place(target, bytes);
+  }
   // A new name in the folder would replace a file that the process may not write.
   if (exists && ::faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0) return errno;
   ReplacementFile next;
@@ -152,6 +162,10 @@ void sync_folder_of(const std::filesystem::path& path) {
   ::close(folder);
 }
 
+std::string write_failure(int failure) {
+  return failure == ELOOP ? "a symbolic link is on the way" : std::generic_category().message(failure);
+}
+
 Result<void> replace_file(const std::filesystem::path& path, std::string_view bytes,
                           const FileAccess& access) {
   const int failure = replace(path, bytes, access);
@@ -159,7 +173,7 @@ Result<void> replace_file(const std::filesystem::path& path, std::string_view by
   return Error{ErrorCode::kUnavailable,
                fmt::format("{} could not be written ({}), expected an existing, writable "
                            "folder with room for {} bytes",
-                           path.string(), std::generic_category().message(failure), bytes.size())};
+                           path.string(), write_failure(failure), bytes.size())};
 }
 
 }  // namespace fanlight

@@ -5,6 +5,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 #include "proto/base/result.hpp"
@@ -15,6 +16,8 @@ namespace fanlight {
 struct FileAccess {
   mode_t mode = 0666;            ///< of a file that did not exist, less the process's umask
   bool must_keep_owner = false;  ///< fail if the owner of the old file cannot be kept; else only try
+  /// A folder above the file, from which on no symbolic link is followed; empty: links are followed.
+  std::filesystem::path beneath{};
 };
 
 /// A new file in the folder of another, which takes that one's name when it is whole. The destructor removes
@@ -52,10 +55,13 @@ class ReplacementFile {
 /// Writes the file whole or not at all: the bytes go to a new file in the same folder, which is synced to the
 /// disk and then takes the name. A reader of the name, also after a power cut, finds the old bytes or the
 /// new ones. The mode of an old file is kept, and a symbolic link keeps pointing to it. A device or a pipe is
-/// written as it stands. Blocks for as long as the disk takes; any thread. Errors, kUnavailable: the reason;
-/// the old file is unchanged, and no other file is left.
+/// written as it stands, except with FileAccess::beneath. Blocks for as long as the disk takes; any thread.
+/// Errors, kUnavailable: the reason; the old file is unchanged, and no other file is left.
 Result<void> replace_file(const std::filesystem::path& path, std::string_view bytes,
                           const FileAccess& access = {});
+
+/// The text of an errno of a write, for an error message.
+std::string write_failure(int failure);
 
 /// Writes all bytes to a descriptor, in several parts where needed. Returns 0, or the errno of the failure;
 /// some of the bytes may then be written.

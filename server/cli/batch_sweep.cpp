@@ -16,6 +16,7 @@
 #include "acquisition/source/printable.hpp"
 #include "proto/base/clock.hpp"
 #include "proto/base/file_replacement.hpp"
+#include "proto/base/folder_beneath.hpp"
 #include "proto/base/printable.hpp"
 #include "proto/base/version.hpp"
 #include "server/cli/input_renderer.hpp"
@@ -47,24 +48,33 @@ Error machine_trouble(BatchRun& run, const Error& error) {
   return {ErrorCode::kUnavailable, error.message};
 }
 
-Result<void> make_folder_of(const std::string& path) {
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  if (folder.empty()) return {};
+/// Of a file beneath the folder of the outputs, which is made too.
+Result<void> make_folder_of(const std::string& path, const std::filesystem::path& outputs) {
   std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
-  if (!failure && access(folder.c_str(), W_OK | X_OK) != 0) failure = {errno, std::generic_category()};
-  if (!failure) return {};
+  std::filesystem::create_directories(outputs, failure);
+  FolderBeneath folder;
+  int wrong = failure ? failure.value() : folder.open(outputs, path, FolderBeneath::Missing::kMake);
+  if (wrong == 0 && access(folder.name().parent_path().c_str(), W_OK | X_OK) != 0) wrong = errno;
+  if (wrong == 0) return {};
   return Error{ErrorCode::kUnavailable,
                fmt::format("the folder of {} cannot be written ({}), expected one that may be",
-                           printable(path), failure.message())};
+                           printable(path), write_failure(wrong))};
 }
 
 Result<void> make_folders(const RenderFiles& files) {
   for (const std::string* const path : {&files.picture, &files.depth, &files.surface}) {
     if (path->empty()) continue;
-    if (auto made = make_folder_of(*path); !made) return made;
+    if (auto made = make_folder_of(*path, files.beneath); !made) return made;
   }
   return {};
+}
+
+/// Removes a file beneath the folder of the outputs, where it is.
+void remove_output(const std::filesystem::path& path, const std::filesystem::path& outputs) {
+  FolderBeneath folder;
+  if (folder.open(outputs, path, FolderBeneath::Missing::kFail) != 0) return;
+  std::error_code was_not_there;
+  std::filesystem::remove(folder.name(), was_not_there);
 }
 
 /// Refuses outputs that would take the place of what is rendered.
@@ -91,8 +101,7 @@ Result<void> check_apart(const RenderFiles& files, const std::vector<std::filesy
 /// have.
 void remove_outputs(const BatchRecord& record, const std::filesystem::path& folder) {
   for (const FileDigest& output : record.outputs) {
-    std::error_code was_not_there;
-    if (stays_inside(output.file)) std::filesystem::remove(folder / output.file, was_not_there);
+    if (stays_inside(output.file)) remove_output(folder / output.file, folder);
   }
 }
 
@@ -162,10 +171,7 @@ Result<void> render(const RenderOptions& options, BatchRun& run, BatchRecord& re
   InputRenderer& renderer = **created;
   record.device = run.device.name();
   if (auto rendered = render_volumes(options, run, renderer, record); !rendered) {
-    for (const std::string& path : renderer.written()) {
-      std::error_code was_not_there;
-      std::filesystem::remove(path, was_not_there);
-    }
+    for (const std::string& path : renderer.written()) remove_output(path, run.folder);
     record.volumes = nlohmann::ordered_json::array();
     record.frames_received = record.frames_missing = 0;
     return rendered;
@@ -232,6 +238,7 @@ Result<void> SweepOptions::read(const std::filesystem::path& folder) {
                       in_quotes(*pattern)));
     *pattern = (folder / *pattern).string();
   }
+  options_.files.beneath = folder;
   if (auto good = check_forms(options_); !good) return bad(good.error().message);
   // The scene's own values are checked without the recording.
   if (auto scene = options_.scene.applied_to({}); !scene) return bad(scene.error().message);
@@ -276,15 +283,15 @@ Result<SweepEnd> render_sweep(const BatchSweep& sweep, BatchRun& run, BatchRecor
     }
     // From here on the outputs are those of two requests, until all are written.
     if (before) remove_outputs(*before, run.folder);
-    std::error_code was_not_there;
-    std::filesystem::remove(path, was_not_there);
+    remove_output(path, run.folder);
     done = render(asked.options(), run, record);
   }
   if (!done && !is_of_sweep(done.error().code)) return done.error();
   if (!done) record.trouble = done.error().message;
   record.seconds = static_cast<double>(now_ns() - begun_ns) * 1e-9;
-  if (auto made = make_folder_of(path.string()); !made) return machine_trouble(run, made.error());
-  if (auto written = replace_file(path, json_text(json_of(record), 1) + "\n"); !written)
+  if (auto made = make_folder_of(path.string(), run.folder); !made) return machine_trouble(run, made.error());
+  if (auto written = replace_file(path, json_text(json_of(record), 1) + "\n", {.beneath = run.folder});
+      !written)
     return machine_trouble(run, written.error());
   return done ? SweepEnd::kRendered : SweepEnd::kFailed;
 }

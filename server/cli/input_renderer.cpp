@@ -119,7 +119,7 @@ Result<void> InputRenderer::render(const Volume& volume) {
   const RenderFiles files = options_.all ? series_.numbered(number) : options_.files;
   if (options_.all) {
     if (auto added = series_.add(picture_, number, notes_); !added) return added;
-  } else if (auto written = write_picture(files.picture, picture_, notes_); !written) {
+  } else if (auto written = write_picture(files.picture, picture_, notes_, files.access()); !written) {
     return written;
   }
   if (!options_.files.is_video()) {

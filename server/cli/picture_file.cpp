@@ -31,7 +31,7 @@ Error unwritable(const std::string& path, std::string reason) {
 
 /// Encodes in memory: the library reports no error of a full disk where it writes to a file itself.
 Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type,
-                   const void* pixels, OIIO::stride_t pixel_stride) {
+                   const void* pixels, OIIO::stride_t pixel_stride, const FileAccess& access) {
   const bool to_output = path == kStandardOutput;
   const std::string name = to_output ? "picture.png" : path;  // its ending chooses the format
   const auto output = OIIO::ImageOutput::create(name);
@@ -49,7 +49,7 @@ Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, const O
     return Error{ErrorCode::kUnavailable,
                  "the picture could not be written to the standard output, expected room"};
   }
-  return replace_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return replace_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, access);
 }
 
 }  // namespace
@@ -91,13 +91,13 @@ Result<void> check_picture_path(const std::string& path) {
 }
 
 Result<void> write_picture(const std::string& path, const Picture& picture,
-                           std::span<const std::string> notes) {
+                           std::span<const std::string> notes, const FileAccess& access) {
   OIIO::ImageSpec spec(static_cast<int>(picture.width), static_cast<int>(picture.height), 3,
                        OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
   spec.attribute("DateTime", kNoTime);
   if (!notes.empty()) spec.attribute("ImageDescription", fmt::format("{}", fmt::join(notes, " ")));
-  return write(path, spec, OIIO::TypeDesc::UINT8, picture.rgba.data(), 4);
+  return write(path, spec, OIIO::TypeDesc::UINT8, picture.rgba.data(), 4, access);
 }
 
 Result<void> check_depth_path(const std::string& path) {
@@ -109,14 +109,14 @@ Result<void> check_depth_path(const std::string& path) {
 }
 
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,
-                         std::uint32_t height, double mm_per_pixel) {
+                         std::uint32_t height, double mm_per_pixel, const FileAccess& access) {
   OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 1, OIIO::TypeDesc::FLOAT);
   spec.channelnames = {"Z"};
   spec.z_channel = 0;
   spec.attribute("fanlight:mm_per_pixel", static_cast<float>(mm_per_pixel));
   spec.attribute("compression", "zip");
   spec.attribute("DateTime", kNoTime);
-  return write(path, spec, OIIO::TypeDesc::FLOAT, depth_mm.data(), OIIO::AutoStride);
+  return write(path, spec, OIIO::TypeDesc::FLOAT, depth_mm.data(), OIIO::AutoStride, access);
 }
 
 }  // namespace fanlight

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "proto/base/file_replacement.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/picture.hpp"
 
@@ -27,7 +28,7 @@ Result<void> check_folder_of(const std::string& path);
 /// notes about its source as its description. As with replace_file(), a file of this name is replaced whole,
 /// and stays as it was where this fails.
 Result<void> write_picture(const std::string& path, const Picture& picture,
-                           std::span<const std::string> notes);
+                           std::span<const std::string> notes, const FileAccess& access = {});
 
 /// Checks the file name for a depth map: it must end in .exr, or be empty for no depth map.
 Result<void> check_depth_path(const std::string& path);
@@ -36,6 +37,6 @@ Result<void> check_depth_path(const std::string& path);
 /// bit floats named Z, with the attribute fanlight:mm_per_pixel. Otherwise as write_picture(). The path must
 /// pass check_depth_path().
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,
-                         std::uint32_t height, double mm_per_pixel);
+                         std::uint32_t height, double mm_per_pixel, const FileAccess& access = {});
 
 }  // namespace fanlight

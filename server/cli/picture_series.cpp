@@ -41,13 +41,13 @@ Result<void> check_files(const RenderFiles& files, const PictureSize& size) {
 Result<void> write_depth_and_surface(const RenderFiles& files, const Picture& picture,
                                      const DepthMaps& depths, double mm_per_pixel) {
   if (!files.depth.empty()) {
-    if (auto written =
-            write_depth(files.depth, depths.smooth_mm, picture.width, picture.height, mm_per_pixel);
+    if (auto written = write_depth(files.depth, depths.smooth_mm, picture.width, picture.height, mm_per_pixel,
+                                   files.access());
         !written)
       return written;
   }
   if (files.surface.empty()) return {};
-  return write_mesh(files.surface, mesh_of(picture));
+  return write_mesh(files.surface, mesh_of(picture), files.access());
 }
 
 std::string numbered_file(const std::string& path, std::uint64_t number, int digits) {
@@ -60,13 +60,14 @@ std::string numbered_file(const std::string& path, std::uint64_t number, int dig
 RenderFiles PictureSeries::numbered(std::uint64_t number) const {
   return {.picture = numbered_file(files_.picture, number, kDigits),
           .depth = numbered_file(files_.depth, number, kDigits),
-          .surface = numbered_file(files_.surface, number, kDigits)};
+          .surface = numbered_file(files_.surface, number, kDigits),
+          .beneath = files_.beneath};
 }
 
 Result<void> PictureSeries::add(const Picture& picture, std::uint64_t number,
                                 std::span<const std::string> notes) {
-  auto added =
-      files_.is_video() ? add_to_video(picture) : write_picture(numbered(number).picture, picture, notes);
+  auto added = files_.is_video() ? add_to_video(picture)
+                                 : write_picture(numbered(number).picture, picture, notes, files_.access());
   ++pictures_;
   return added;
 }
@@ -82,7 +83,7 @@ Result<void> PictureSeries::add_to_video(const Picture& picture) {
     const double rate_hz = std::clamp(sweep_s > 0 ? 1 / sweep_s : kUsualHz, 1.0, 60.0);
     const double kbps = kBitsPerPixel * picture.width * picture.height * rate_hz / 1000;
     coder_ = std::make_unique<H264Coder>(static_cast<int>(std::max(kbps, 500.0)), rate_hz);
-    video_.emplace(files_.picture, picture.width, picture.height);
+    video_.emplace(files_.picture, picture.width, picture.height, files_.beneath);
   }
   const auto coded = coder_->encode(pixels_of(picture), pictures_ % kPicturesPerKey == 0);
   if (!coded) return coded.error();

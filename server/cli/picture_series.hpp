@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
+#include "proto/base/file_replacement.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/picture.hpp"
+#include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/depth_maps.hpp"
 #include "server/codec/h264_coder.hpp"
 #include "server/codec/mp4_file.hpp"
@@ -20,7 +23,9 @@ struct RenderFiles {
   std::string picture;  ///< or a video (.mp4) of all
   std::string depth;
   std::string surface;
+  std::filesystem::path beneath{};  ///< as FileAccess::beneath
 
+  FileAccess access() const { return {.beneath = beneath}; }
   bool is_video() const { return picture.ends_with(".mp4"); }
 };
 

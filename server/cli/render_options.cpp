@@ -10,7 +10,7 @@ void RenderOptions::add_files_to(CLI::App& command) {
   command
       .add_option("--out", files.picture,
                   "Output picture, such as x.png or x.exr; - for standard output; with --all also a "
-                  "video, x.mp4")
+                  "video, x.mp4. Follows symbolic links")
       ->type_name("FILE");
   command.add_option("--depth", files.depth, "Output file for the filtered depth map in mm, such as z.exr")
       ->type_name("FILE");

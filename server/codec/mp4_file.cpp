@@ -122,12 +122,18 @@ Result<void> Mp4File::as_result(int failure) const {
   if (failure == 0) return {};
   return Error{ErrorCode::kUnavailable,
                fmt::format("{} could not be written ({}), expected an existing folder with free space",
-                           printable(path_.string()), std::generic_category().message(failure))};
+                           printable(path_.string()), write_failure(failure))};
 }
 
 Result<void> Mp4File::begin() {
   constexpr mode_t kOwnerOnly = 0600;  // it shows a patient
-  if (auto made = as_result(file_.create_unnamed(path_, kOwnerOnly)); !made) return made;
+  target_ = path_;
+  if (!beneath_.empty()) {
+    auto opened = as_result(folder_.open(beneath_, path_, FolderBeneath::Missing::kFail));
+    if (!opened) return opened;
+    target_ = folder_.name();
+  }
+  if (auto made = as_result(file_.create_unnamed(target_, kOwnerOnly)); !made) return made;
   return as_result(write_all(file_.descriptor(), file_type() + data_header(0)));
 }
 
@@ -275,7 +281,7 @@ Result<void> Mp4File::finish() {
       pwrite(file_.descriptor(), header.data(), header.size(), static_cast<off_t>(kFileTypeBytes));
   if (patched != static_cast<ssize_t>(header.size())) return as_result(patched < 0 ? errno : ENOSPC);
   if (auto synced = as_result(file_.sync()); !synced) return synced;
-  return as_result(file_.replace(path_));
+  return as_result(file_.replace(target_));
 }
 
 }  // namespace fanlight

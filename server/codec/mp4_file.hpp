@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proto/base/file_replacement.hpp"
+#include "proto/base/folder_beneath.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {
@@ -17,8 +18,10 @@ namespace fanlight {
 class Mp4File {
  public:
   /// The file gets its name in finish(), in place of what is there.
-  Mp4File(std::filesystem::path path, std::uint32_t width, std::uint32_t height)
-      : path_(std::move(path)), width_(width), height_(height) {}
+  /// `beneath`: as FileAccess::beneath.
+  Mp4File(std::filesystem::path path, std::uint32_t width, std::uint32_t height,
+          std::filesystem::path beneath = {})
+      : path_(std::move(path)), width_(width), height_(height), beneath_(std::move(beneath)) {}
 
   /// Adds a picture as H264Coder makes it (Annex B, parameter sets in key pictures), which is shown from
   /// `time_ns` on until the next one. The first must be a key picture. kUnavailable: the disk refuses.
@@ -44,6 +47,9 @@ class Mp4File {
   std::filesystem::path path_;
   std::uint32_t width_;
   std::uint32_t height_;
+  std::filesystem::path beneath_;
+  FolderBeneath folder_;  // used where there is beneath_
+  std::filesystem::path target_;
   ReplacementFile file_;
   std::uint64_t data_bytes_ = 0;
   std::vector<Sample> samples_;

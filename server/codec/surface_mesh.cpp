@@ -183,12 +183,12 @@ Result<void> check_mesh_path(const std::string& path) {
       fmt::format("{} is not a file name for a surface, expected one that ends in .ply or .stl", path)};
 }
 
-Result<void> write_mesh(const std::string& path, const SurfaceMesh& mesh) {
+Result<void> write_mesh(const std::string& path, const SurfaceMesh& mesh, FileAccess access) {
   if (auto named = check_mesh_path(path); !named) return named;
   if (mesh.triangles.empty())
     return Error{ErrorCode::kNotFound, "the picture shows no surface, expected one to write"};
-  constexpr mode_t kOwnerOnly = 0600;  // a face is a patient's
-  return replace_file(path, path.ends_with(".stl") ? stl(mesh) : ply(mesh), {.mode = kOwnerOnly});
+  access.mode = 0600;  // a face is a patient's
+  return replace_file(path, path.ends_with(".stl") ? stl(mesh) : ply(mesh), access);
 }
 
 }  // namespace fanlight

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "proto/base/file_replacement.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/picture.hpp"
 
@@ -28,6 +29,6 @@ SurfaceMesh mesh_of(const Picture& picture);
 /// Binary PLY with normals and colours, or binary STL (.stl), which has a normal for each triangle and no
 /// colours. Written whole or not at all; replaces a file of this name. kInvalidArgument for another ending.
 Result<void> check_mesh_path(const std::string& path);
-Result<void> write_mesh(const std::string& path, const SurfaceMesh& mesh);
+Result<void> write_mesh(const std::string& path, const SurfaceMesh& mesh, FileAccess access = {});
 
 }  // namespace fanlight

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <fstream>
 
 #include "proto/base/file_replacement.hpp"
+#include "proto/base/folder_beneath.hpp"
 #include "tests/support/file_size_limit.hpp"
 #include "tests/support/file_text.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -79,6 +81,67 @@ TEST(FileReplacement, SaysWhyItFailed) {
   EXPECT_NE(absent.error().message.find("expected an existing, writable folder with room"),
             std::string::npos);
   EXPECT_FALSE(replace_file(folder.path(), "x")) << "a folder";
+}
+
+/// A folder with a link to a file and a link to a folder outside of it.
+class BeneathTest : public testing::Test {
+ protected:
+  BeneathTest() {
+    for (const char* const name : {"outputs/sub", "outside"})
+      std::filesystem::create_directories(work_ / name);
+    std::ofstream(work_ / "outside/precious") << "precious";
+    std::filesystem::create_symlink(work_ / "outside/precious", outputs_ / "link.png");
+    std::filesystem::create_directory_symlink(work_ / "outside", outputs_ / "away");
+  }
+
+  Result<void> write(const std::filesystem::path& name) const {
+    return replace_file(outputs_ / name, "new", {.beneath = outputs_});
+  }
+
+  const TemporaryFolder work_;
+  const std::filesystem::path outputs_ = work_ / "outputs";
+};
+
+TEST_F(BeneathTest, FilesAreWrittenAndReplaced) {
+  for (const char* const name : {"a", "sub/b", "a"}) {
+    const auto written = write(name);
+    ASSERT_TRUE(written) << written.error().message;
+    EXPECT_EQ(text_of(outputs_ / name), "new");
+  }
+}
+
+TEST_F(BeneathTest, NoLinkIsFollowedOutOfTheFolder) {
+  for (const char* const name : {"link.png", "away/precious", "away/new"}) {
+    const auto written = write(name);
+    ASSERT_FALSE(written) << name;
+    EXPECT_NE(written.error().message.find("a symbolic link is on the way"), std::string::npos)
+        << written.error().message;
+  }
+  EXPECT_EQ(text_of(work_ / "outside/precious"), "precious");
+  EXPECT_EQ(files_in(work_ / "outside"), 1U);
+}
+
+TEST_F(BeneathTest, NothingAboveTheFolderIsWritten) {
+  EXPECT_FALSE(write("../outside/precious"));
+  EXPECT_FALSE(replace_file(work_ / "outside/precious", "new", {.beneath = outputs_}));
+  EXPECT_EQ(text_of(work_ / "outside/precious"), "precious");
+}
+
+TEST_F(BeneathTest, TheFolderItselfMayBeALink) {
+  const std::filesystem::path link = work_ / "to_outputs";
+  std::filesystem::create_directory_symlink(outputs_, link);
+  EXPECT_TRUE(replace_file(link / "a", "new", {.beneath = link}));
+  EXPECT_EQ(text_of(outputs_ / "a"), "new");
+}
+
+TEST_F(BeneathTest, MissingFoldersAreMade) {
+  FolderBeneath folder;
+  EXPECT_EQ(folder.open(outputs_, outputs_ / "x/y/file", FolderBeneath::Missing::kFail), ENOENT);
+  EXPECT_EQ(folder.open(outputs_, outputs_ / "x/y/file", FolderBeneath::Missing::kMake), 0);
+  std::ofstream(folder.name()) << "text";
+  EXPECT_EQ(text_of(outputs_ / "x/y/file"), "text");
+  EXPECT_EQ(folder.open(outputs_, outputs_ / "away/z/file", FolderBeneath::Missing::kMake), ELOOP);
+  EXPECT_EQ(files_in(work_ / "outside"), 1U);
 }
 
 }  // namespace
