@@ -30,11 +30,28 @@ std::uint64_t largest_frame(const SourceDescription& source) {
   return std::max<std::uint64_t>(source.geometry.frame_bytes(), source.largest_frame_bytes);
 }
 
-bool has_room(const std::filesystem::path& path) {
+/// Bytes that are free on the disk of a file.
+std::uint64_t free_bytes(const std::filesystem::path& path) {
   const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   struct statvfs disk {};
-  if (statvfs(folder.c_str(), &disk) != 0) return false;
-  return std::uint64_t{disk.f_bavail} * disk.f_frsize >= kLeastRoomBytes;
+  return statvfs(folder.c_str(), &disk) == 0 ? std::uint64_t{disk.f_bavail} * disk.f_frsize : 0;
+}
+
+/// Of the files in the folder, not of those in folders of it.
+std::uint64_t bytes_in(const std::filesystem::path& folder) {
+  std::uint64_t bytes = 0;
+  std::error_code failure;
+  for (std::filesystem::directory_iterator each(folder, failure), end; !failure && each != end;
+       each.increment(failure)) {
+    std::error_code gone;
+    const std::uint64_t size = each->is_regular_file(gone) ? each->file_size(gone) : 0;
+    if (!gone) bytes += size;
+  }
+  return bytes;
+}
+
+double gigabytes(std::uint64_t bytes) {
+  return static_cast<double>(bytes) / 1e9;
 }
 
 /// As the file can hold it: an angle that is no number makes a frame unusable for any assembler.
@@ -50,11 +67,11 @@ RecordedFrame recorded(const QueuedFrame& frame) {
 }  // namespace
 
 Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell)
-    : Recorder(source, status_bell, LeftOvers()) {}
+    : Recorder(source, status_bell, Config()) {}
 
-Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell, LeftOvers left_overs)
+Recorder::Recorder(const SourceDescription& source, Doorbell& status_bell, Config config)
     : facts_(facts_of(source)),
-      left_overs_(std::move(left_overs)),
+      config_(std::move(config)),
       tap_(largest_frame(source), bell_),
       status_(status_bell),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
@@ -74,7 +91,7 @@ void Recorder::end(Finish finish) {
 void Recorder::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "recorder");
   try {
-    if (!left_overs_.folder.empty()) finish_left_overs();
+    if (!config_.folder.empty()) finish_left_overs();
     while (!stop.stop_requested()) {
       const bool more = tap_.queue().front() != nullptr;
       bell_.wait(more ? 0 : waits() ? kFlushNs / 2 : -1);
@@ -133,6 +150,7 @@ void Recorder::begin(const RecordingOrder& order) {
   first_time_ns_.reset();
   last_time_ns_ = 0;
   missed_before_ = tap_.frames_missed();
+  not_written_ = 0;
   trouble_.clear();
   next_file();
   tap_.open(true);
@@ -149,12 +167,12 @@ void Recorder::next_file() {
 }
 
 void Recorder::finish_left_overs() {
-  for (const std::filesystem::path& path : unfinished_recordings(left_overs_.folder)) {
+  for (const std::filesystem::path& path : unfinished_recordings(config_.folder)) {
     auto lock = std::make_shared<RecordingLock>(path);
     if (!lock->held()) continue;  // another server's
     finisher_.add({.segments = segments_of(path),
                    .path = path,
-                   .options = {.form = left_overs_.form, .check_pixels = true},
+                   .options = {.form = config_.form, .check_pixels = true},
                    .lock = std::move(lock)});
   }
 }
@@ -180,7 +198,13 @@ void Recorder::finish_file(const std::filesystem::path& end_path) {
 void Recorder::close_recording(const std::filesystem::path& end_path, bool drop) {
   if (!order_) return;
   tap_.open(false);
-  if (segment_ && !segment_->flush()) trouble_ = "the last quarter of a second could not be written";
+  if (segment_ && !segment_->flush()) {
+    trouble_ = "the last quarter of a second could not be written";
+    const std::uint64_t lost = segment_->unflushed_frames();
+    frames_ -= lost;
+    bytes_ -= lost * geometry_.frame_bytes();
+    not_written_ += lost;
+  }
   if (drop) {
     segment_.reset();
     remove_segments(segments_);
@@ -198,17 +222,20 @@ void Recorder::drain(std::uint32_t most_frames) {
   for (std::uint32_t taken = 0; taken < most_frames; ++taken) {
     const QueuedFrame* const frame = queue.front();
     if (frame == nullptr) return;
-    if (order_ && trouble_.empty()) write(*frame);
+    if (order_ && !(trouble_.empty() && write(*frame))) ++not_written_;
     queue.pop();
   }
 }
 
-void Recorder::write(const QueuedFrame& frame) {
+bool Recorder::write(const QueuedFrame& frame) {
   const bool changed =
       segment_ && (frame.stamp.geometry_revision != revision_ || frame.geometry != geometry_);
   if (changed || (!is_ring() && frames_in_file_ == kMostFramesAFile)) {
     if (segment_) {
-      if (auto flushed = segment_->flush(); !flushed) return stop_for(flushed.error());
+      if (auto flushed = segment_->flush(); !flushed) {
+        stop_for(flushed.error());
+        return false;
+      }
     }
     if (is_ring()) {
       // Frames of two geometries are no sequence, and the older ones were not requested.
@@ -220,9 +247,12 @@ void Recorder::write(const QueuedFrame& frame) {
       next_file();
     }
   }
-  if (!segment_ && !open_segment(frame)) return;
+  if (!segment_ && !open_segment(frame)) return false;
   const RecordedFrame record = recorded(frame);
-  if (auto appended = segment_->append(record, frame.pixels); !appended) return stop_for(appended.error());
+  if (auto appended = segment_->append(record, frame.pixels); !appended) {
+    stop_for(appended.error());
+    return false;
+  }
   if (segment_->frames() == 1) begins_ns_.push_back(record.stamp.capture_time_ns);
   if (!first_time_ns_) first_time_ns_ = record.stamp.capture_time_ns;
   last_time_ns_ = std::max(last_time_ns_, record.stamp.capture_time_ns);
@@ -231,6 +261,7 @@ void Recorder::write(const QueuedFrame& frame) {
   bytes_ += geometry_.frame_bytes();
   if (is_ring()) next_segment();
   reached_limit();
+  return true;
 }
 
 bool Recorder::open_segment(const QueuedFrame& frame) {
@@ -290,7 +321,23 @@ void Recorder::flush_if_due() {
   const std::int64_t now = now_ns();
   if (!segment_ || now - flushed_ns_ < kFlushNs / 2) return;
   flushed_ns_ = now;
-  if (auto flushed = segment_->flush(); !flushed) stop_for(flushed.error());
+  if (auto flushed = segment_->flush(); !flushed) return stop_for(flushed.error());
+  if (const auto lack = lack_of_room(0)) stop_for(*lack);
+}
+
+std::optional<Error> Recorder::lack_of_room(std::uint64_t more_bytes) const {
+  const std::uint64_t free = free_bytes(file_);
+  if (free < config_.reserve_bytes + more_bytes) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("the disk has {:.2f} GB left, expected {:.2f} GB that recordings leave free",
+                             gigabytes(free), gigabytes(config_.reserve_bytes))};
+  }
+  if (config_.quota_bytes == 0) return std::nullopt;
+  const std::uint64_t used = bytes_in(config_.folder);
+  if (used + more_bytes <= config_.quota_bytes) return std::nullopt;
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("the recordings take {:.2f} GB, expected at most {:.2f} GB", gigabytes(used),
+                           gigabytes(config_.quota_bytes))};
 }
 
 /// Nothing more is written until there is room. What was written is finished as far as it goes; a ring is
@@ -299,6 +346,7 @@ void Recorder::stop_for(const Error& error) {
   const RecordingOrder order = *order_;
   close_recording({}, is_ring());
   order_ = order;
+  tap_.open(true);  // what comes is counted
   trouble_ = error.message;
   room_checked_ns_ = now_ns();
 }
@@ -311,11 +359,10 @@ void Recorder::try_again_if_due() {
   }
   if (!order_ || trouble_.empty() || now - room_checked_ns_ < kRoomCheckNs) return;
   room_checked_ns_ = now;
-  if (!has_room(file_)) return;
+  if (lack_of_room(kLeastRoomBytes)) return;
   trouble_.clear();
   next_try_ns_ = 0;  // there is room for those too
   next_file();
-  tap_.open(true);
 }
 
 void Recorder::poll_finisher() {
@@ -382,7 +429,7 @@ void Recorder::publish_status() {
   status.frames = frames_;
   status.bytes = bytes_;
   status.duration_s = first_time_ns_ ? static_cast<double>(last_time_ns_ - *first_time_ns_) * 1e-9 : 0;
-  status.frames_missed = tap_.frames_missed() - missed_before_;
+  status.frames_missed = tap_.frames_missed() - missed_before_ + not_written_;
   status_.publish();
 }
 

@@ -26,7 +26,9 @@ namespace fanlight {
 
 /// Writes the frames of a source to PLUS sequences on a thread of its own, so that a slow disk costs the
 /// stream nothing. The acquisition thread fills the tap; if the disk does not take the frames for longer than
-/// the tap's queue lasts, frames are missing in the recording, counted, and a gap in its sequence numbers.
+/// the tap's queue lasts, or has no room, frames are missing in the recording, counted, and a gap in its
+/// sequence numbers. Of a recording that is no ring, each frame that came is kept, counted as missed, or
+/// still in the tap.
 ///
 /// While it records, frames stand in segments (segment.hpp), which reach the kernel every quarter of a
 /// second. The final file is written on a second thread. A change of the frames' geometry, and a file longer
@@ -37,13 +39,17 @@ class Recorder {
   static constexpr std::int64_t kFlushNs = 250'000'000;
   static constexpr std::int64_t kRoomCheckNs = 1'000'000'000;
 
-  struct LeftOvers {
-    std::filesystem::path folder{};  ///< recordings in it that were cut off are finished first; empty: none
-    PixelForm form = PixelForm::kRaw;
+  struct Config {
+    std::filesystem::path folder{};    ///< recordings in it that were cut off are finished first; empty: none
+    PixelForm form = PixelForm::kRaw;  ///< of those
+    /// Nothing is recorded while less than this is free on the disk. Final files may use it.
+    std::uint64_t reserve_bytes = 0;
+    /// Nothing is recorded while the files in `folder` are larger together; 0: no limit.
+    std::uint64_t quota_bytes = 0;
   };
   /// `status_bell`: of the thread that reads the status; must outlive the recorder.
   Recorder(const SourceDescription& source, Doorbell& status_bell);
-  Recorder(const SourceDescription& source, Doorbell& status_bell, LeftOvers left_overs);
+  Recorder(const SourceDescription& source, Doorbell& status_bell, Config config);
   /// As end(kLeave).
   ~Recorder();
   Recorder(const Recorder&) = delete;
@@ -78,7 +84,8 @@ class Recorder {
   bool is_ring() const { return order_ && order_->ring_s > 0; }
   /// Writes up to this many frames of the queue.
   void drain(std::uint32_t most_frames);
-  void write(const QueuedFrame& frame);
+  /// Whether the frame is in the open segment now.
+  bool write(const QueuedFrame& frame);
   bool open_segment(const QueuedFrame& frame);
   void next_file();
   void next_segment();
@@ -87,6 +94,8 @@ class Recorder {
   void take_pictures();
   void flush_if_due();
   void stop_for(const Error& error);
+  /// Why there is no room for `more_bytes` on the disk.
+  std::optional<Error> lack_of_room(std::uint64_t more_bytes) const;
   void try_again_if_due();
   bool waits() const { return order_ || finisher_.busy() || !postponed_.empty(); }
   void poll_finisher();
@@ -95,7 +104,7 @@ class Recorder {
   void publish_status();
 
   RecordingFacts facts_;
-  LeftOvers left_overs_;
+  Config config_;
   Doorbell bell_;
   FrameTap tap_;
   RecordingOrders orders_;
@@ -121,6 +130,7 @@ class Recorder {
   std::optional<std::int64_t> first_time_ns_;
   std::int64_t last_time_ns_ = 0;
   std::uint64_t missed_before_ = 0;
+  std::uint64_t not_written_ = 0;                  // frames of the recording that the disk had no room for
   RecordingStatus finished_;                       // the fields of recordings that are finished
   std::vector<RecordingFinisher::Job> postponed_;  // their final form could not be written
   std::int64_t next_try_ns_ = 0;                   // of those
@@ -129,7 +139,7 @@ class Recorder {
   bool over_ = false;
   std::string trouble_;
   std::int64_t flushed_ns_ = 0;
-  std::int64_t room_checked_ns_ = 0;
+  std::int64_t room_checked_ns_ = 0;  // when nothing is written
   // What the last status reported, and when.
   std::tuple<std::uint64_t, bool, std::string, bool, std::uint64_t, std::size_t, std::filesystem::path>
       published_;

@@ -271,6 +271,7 @@ Result<void> SegmentWriter::flush() {
   const int failure = append_whole(frames_file_.get(), record_bytes_, unwritten_);
   if (failure != 0) return failed(paths_.frames, failure);
   record_bytes_ += unwritten_.size();
+  flushed_frames_ = frames_;
   unwritten_.clear();
   return {};
 }

@@ -33,6 +33,8 @@ class SegmentWriter {
 
   const SegmentPaths& paths() const { return paths_; }
   std::uint64_t frames() const { return frames_; }
+  /// Of these, those whose records flush() has not written.
+  std::uint64_t unflushed_frames() const { return frames_ - flushed_frames_; }
   std::int64_t first_time_ns() const { return first_time_ns_; }
   std::int64_t last_time_ns() const { return last_time_ns_; }
 
@@ -47,6 +49,7 @@ class SegmentWriter {
   std::uint64_t picture_bytes_ = 0;
   std::uint64_t frame_bytes_ = 0;
   std::uint64_t frames_ = 0;
+  std::uint64_t flushed_frames_ = 0;
   std::uint64_t pixel_bytes_ = 0;
   std::uint64_t record_bytes_ = 0;  // of the file with the records, as far as they are whole
   std::int64_t first_time_ns_ = 0;

@@ -49,14 +49,15 @@ struct RecordingStatus {
   std::uint64_t frames = 0;      ///< of it
   std::uint64_t bytes = 0;
   double duration_s = 0;
-  std::uint64_t frames_missed = 0;  ///< frames that the recorder had no room for in its memory
-  double finish_share = 0;          ///< 0 to 1, while the state is kFinishing
-  std::string trouble;              ///< why nothing is written; empty: no trouble
-  bool over = false;                ///< the recorder has failed, and takes no more orders
-  std::uint64_t finished = 0;       ///< recordings that were ended so far, finished or not
-  std::uint64_t unfinished = 0;     ///< of them, those whose final form could not be written yet
-  std::string last_file;            ///< the newest of them
-  bool last_was_cut_off = false;    ///< it was left over from a crash
+  std::uint64_t frames_missed =
+      0;                          ///< frames that the recorder had no room for, in its memory or on the disk
+  double finish_share = 0;        ///< 0 to 1, while the state is kFinishing
+  std::string trouble;            ///< why nothing is written; empty: no trouble
+  bool over = false;              ///< the recorder has failed, and takes no more orders
+  std::uint64_t finished = 0;     ///< recordings that were ended so far, finished or not
+  std::uint64_t unfinished = 0;   ///< of them, those whose final form could not be written yet
+  std::string last_file;          ///< the newest of them
+  bool last_was_cut_off = false;  ///< it was left over from a crash
   std::uint64_t last_frames = 0;
   std::uint64_t last_bytes = 0;
   double last_duration_s = 0;

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
 
@@ -34,6 +35,22 @@ void RecordingOptions::add_to(CLI::App& command) {
       ->check(CLI::Range(0.0, 1e4))
       ->needs(needed)
       ->type_name("MIN");
+  command
+      .add_option("--recordings-reserve", reserve_mb,
+                  "Free space that recordings leave on the disk; recording waits while there is less "
+                  "(default: 1000, or 5 "
+                  "% of the disk where that is less)")
+      ->check(CLI::Range(0.0, 1e9))
+      ->needs(needed)
+      ->type_name("MB");
+  command
+      .add_option(
+          "--recordings-quota", quota_mb,
+          "Space that the files in the folder may take; recording waits while they take more; 0: no limit")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e9))
+      ->needs(needed)
+      ->type_name("MB");
   command.add_flag("--recording-at-start", at_start, "Start a recording at once")->needs(needed);
 }
 
@@ -43,6 +60,19 @@ RecordingProxy::Config RecordingOptions::config() const {
           .most_s = 60 * most_minutes,
           .last_s = 60 * last_minutes,
           .at_start = at_start};
+}
+
+Recorder::Config RecordingOptions::recorder() const {
+  constexpr double kUsualReserveMb = 1000;
+  constexpr double kShareOfDisk = 0.05;
+  std::error_code unknown;
+  const auto disk = std::filesystem::space(folder, unknown);
+  const double share_mb = unknown ? kUsualReserveMb : kShareOfDisk * static_cast<double>(disk.capacity) / 1e6;
+  const auto bytes = [](double mb) { return static_cast<std::uint64_t>(mb * 1e6); };
+  return {.folder = folder,
+          .form = form,
+          .reserve_bytes = bytes(reserve_mb.value_or(std::min(kUsualReserveMb, share_mb))),
+          .quota_bytes = bytes(quota_mb)};
 }
 
 Result<void> RecordingOptions::make_folder() const {

@@ -104,7 +104,7 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
           .pipeline_cache = {.folder = user_cache_folder(std::getenv("XDG_CACHE_HOME"), std::getenv("HOME")),
                              .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }},
           .gpu = options.gpu,
-          .recordings = {.folder = options.recording.folder, .form = options.recording.form},
+          .recordings = options.recording.recorder(),
           .sends_frames = !options.igtl.listen.empty()};
 }
 
@@ -153,7 +153,8 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
 /// Before the server answers its signals, and after: a file that may be read again is read at the start
 /// anyway. A log without a reader does not end the service.
 void ignore_harmless_signals() {
-  for (const int signal : {SIGPIPE, SIGHUP, SIGUSR1}) std::signal(signal, SIG_IGN);
+  for (const int signal : {SIGPIPE, SIGHUP, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF})
+    std::signal(signal, SIG_IGN);
 }
 
 /// A processor casts a full picture too slowly to follow a hand.

@@ -168,9 +168,10 @@ std::string metrics_text(const ServerState& state, const PictureHub& hub) {
   families.push_back(
       family("fanlight_recording_halted", "1 while a recording waits for free space on its disk",
              prometheus::MetricType::Gauge, recording.state == RecordingStatus::State::kNoRoom ? 1 : 0));
-  families.push_back(family("fanlight_recording_frames_missed",
-                            "Frames that the disk did not take in time, of the recording under way",
-                            prometheus::MetricType::Gauge, static_cast<double>(recording.frames_missed)));
+  families.push_back(
+      family("fanlight_recording_frames_missed",
+             "Frames that the disk did not take in time or had no room for, of the present recording",
+             prometheus::MetricType::Gauge, static_cast<double>(recording.frames_missed)));
   families.push_back(family("fanlight_recordings_ended_total", "Recordings that have ended",
                             prometheus::MetricType::Counter, static_cast<double>(recording.finished)));
   families.push_back(family("fanlight_sessions", "Displays connected", prometheus::MetricType::Gauge,

@@ -52,8 +52,8 @@ class Pipeline {
     PipelineCache::Config pipeline_cache{};      ///< see Renderer::Config; by default there is no file
     std::string gpu;                             ///< part of the GPU's name; empty for the best one
     std::optional<Watchdog::Limits> watchdog{};  ///< see Renderer::Config
-    Recorder::LeftOvers recordings{};  ///< where recordings go; without a folder nothing is recorded
-    bool sends_frames = false;         ///< the server may send the source's frames: see frame_tap()
+    Recorder::Config recordings{};  ///< where recordings go; without a folder nothing is recorded
+    bool sends_frames = false;      ///< the server may send the source's frames: see frame_tap()
   };
   /// Opens a device by a part of its GPU's name. Called again, on the render thread, where the device was
   /// lost.

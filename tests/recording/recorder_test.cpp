@@ -260,16 +260,63 @@ TEST_F(RecorderTest, BeginsAgainWhenThereIsRoom) {
     wait_for_state(State::kNoRoom);
     EXPECT_NE(status_.trouble.find("could not be written"), std::string::npos) << status_.trouble;
     wait_for([this] { return status_.finished == 1; });
-    EXPECT_FALSE(recorder_->tap().is_open());
+    EXPECT_TRUE(recorder_->tap().is_open()) << "what comes is counted";
   }
   wait_for(
       [this] { return status_.state == State::kRecording && status_.finished == 2; });  // within a second
   for (std::uint64_t i = 10; i < 20; ++i) put_large(i);
   end();
+  EXPECT_EQ(status_.frames, 13U);
+  EXPECT_EQ(status_.frames_missed, 7U);
   // There was no room for the header of the first file: it is written now.
   EXPECT_EQ(open(folder_ / "x-2.igs.mhd").summary().frames, 10U);
   EXPECT_EQ(open(folder_ / "x.igs.mhd").summary().frames, 3U);
   EXPECT_EQ(files(), (std::set<std::string>{"x.igs.mhd", "x.igs.raw", "x-2.igs.mhd", "x-2.igs.raw"}));
+}
+
+TEST_F(RecorderTest, KeepsOrCountsEachFrame) {
+  constexpr std::uint64_t kFrames = 400;
+  {
+    const FileSizeLimit full(5'000);  // of records, before that of pixels
+    begin({.path = path_});
+    for (std::uint64_t i = 0; i < kFrames / 2; ++i) put(i);
+    wait_for_state(State::kNoRoom);
+  }
+  wait_for_state(State::kRecording);
+  for (std::uint64_t i = kFrames / 2; i < kFrames; ++i) put(i);
+  end();
+  EXPECT_EQ(status_.frames + status_.frames_missed, kFrames);
+  EXPECT_GT(status_.frames_missed, 0U);
+  std::uint64_t kept = 0;
+  for (const std::string& file : files()) kept += open(folder_ / file).summary().frames;
+  EXPECT_EQ(kept, status_.frames);
+}
+
+TEST_F(RecorderTest, WaitsWhereTheReserveOfTheDiskBegins) {
+  recorder_ = std::make_unique<Recorder>(
+      source_, bell_, Recorder::Config{.folder = folder_.path(), .reserve_bytes = std::uint64_t{1} << 60});
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 5; ++i) put(i);
+  wait_for_state(State::kNoRoom);
+  EXPECT_NE(status_.trouble.find("GB that recordings leave free"), std::string::npos) << status_.trouble;
+  for (std::uint64_t i = 5; i < 9; ++i) put(i);
+  end();
+  EXPECT_EQ(status_.frames + status_.frames_missed, 9U);
+  EXPECT_GE(status_.frames_missed, 4U);
+  if (status_.frames > 0)
+    EXPECT_EQ(open(path_).summary().frames, status_.frames) << "what was written is kept";
+}
+
+TEST_F(RecorderTest, WaitsWhereTheQuotaIsUsedUp) {
+  std::ofstream(folder_ / "older.igs.mha") << std::string(2000, 'x');
+  recorder_ = std::make_unique<Recorder>(source_, bell_,
+                                         Recorder::Config{.folder = folder_.path(), .quota_bytes = 2500});
+  begin({.path = path_});
+  for (std::uint64_t i = 0; i < 40; ++i) put(i);
+  wait_for_state(State::kNoRoom);
+  EXPECT_NE(status_.trouble.find("the recordings take"), std::string::npos) << status_.trouble;
+  end();
+  EXPECT_EQ(status_.frames + status_.frames_missed, 40U);
 }
 
 TEST_F(RecorderTest, ReplacesAnAngleThatIsNoNumber) {

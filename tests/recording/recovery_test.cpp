@@ -120,7 +120,7 @@ TEST_F(RecoveryTest, HappensWhenTheRecordingIsOpened) {
 }
 
 TEST_F(RecoveryTest, HappensWhenARecorderBegins) {
-  recorder_ = std::make_unique<Recorder>(source_, bell_, Recorder::LeftOvers{.folder = folder_.path()});
+  recorder_ = std::make_unique<Recorder>(source_, bell_, Recorder::Config{.folder = folder_.path()});
   wait_for([this] { return status_.finished == 1; });
   EXPECT_EQ(status_.last_frames, kFrames);
   EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mha"});
