@@ -32,6 +32,9 @@ class MessageReader {
   /// The first `bytes` of room() were filled. Precondition: 1 to room().size().
   Event filled(std::size_t bytes);
 
+  /// Some bytes of a head came, and not all of them.
+  bool is_in_head() const { return !in_body_ && have_ > 0; }
+
   const MessageHead& head() const { return head_; }
   std::span<const std::uint8_t> body() const { return {body_.data(), head_.body_bytes}; }
   /// Exchanges the memory of the body. Call it after kMessage; the message is then in `memory`.

@@ -26,6 +26,7 @@ namespace {
 // PLUS and 3D Slicer take a connection without messages for dead.
 constexpr int kStatusSeconds = 2;
 constexpr std::int64_t kLeastBetweenKeysNs = 500'000'000;
+constexpr std::int64_t kBetweenRefusalLogsNs = 60'000'000'000;
 
 /// A time of this host's steady clock as one since 1970.
 std::uint64_t utc_ns(std::int64_t steady_ns) {
@@ -148,10 +149,7 @@ void IgtlServer::begin(tcp::socket socket) {
   boost::system::error_code ignored;
   const auto remote = socket.remote_endpoint(ignored);
   auto permit = limit_.take(remote.address());
-  if (!permit) {
-    dependencies_.state.counters.connections_refused.add();  // the destructor closes the socket
-    return;
-  }
+  if (!permit) return refuse(remote.address());  // the destructor closes the socket
   socket.set_option(tcp::no_delay(true), ignored);
   // What waits in the kernel cannot be replaced by something newer.
   const int most_unsent_bytes = 64 << 10;
@@ -161,13 +159,26 @@ void IgtlServer::begin(tcp::socket socket) {
                       .name = "OpenIGTLink",
                       .proof = {},
                       .address = fmt::format("{}:{}", remote.address().to_string(), remote.port())};
-  const auto session =
-      std::make_shared<IgtlSession>(std::move(socket), *std::move(permit), config_.usual,
-                                    std::move(principal), config_.most_messages, session_dependencies_);
+  const auto session = std::make_shared<IgtlSession>(
+      std::move(socket), *std::move(permit), std::move(principal),
+      IgtlSession::Config{
+          .usual = config_.usual, .most_messages = config_.most_messages, .patience = config_.patience},
+      session_dependencies_);
   sessions_.push_back(session);
   session->start();
   wants_changed();
   show_newest();
+}
+
+/// Logged once a minute at most: a flood of clients must not flood the log.
+void IgtlServer::refuse(const asio::ip::address& address) {
+  dependencies_.state.counters.igtl_clients_refused.add();
+  const std::int64_t now = now_ns();
+  if (refusal_logged_ns_ != 0 && now - refusal_logged_ns_ < kBetweenRefusalLogsNs) return;
+  refusal_logged_ns_ = now;
+  spdlog::warn(
+      "refused the OpenIGTLink client {}: {} clients are connected, at most {} and {} of one address",
+      address.to_string(), sessions_.size(), config_.most_clients, config_.most_clients_a_host);
 }
 
 bool IgtlServer::wants_pictures() const {

@@ -37,6 +37,7 @@ class IgtlServer {
     std::size_t most_clients = 64;
     std::size_t most_clients_a_host = 16;  ///< except this machine
     std::uint32_t most_messages = 500;     ///< that are read of a client in a second
+    IgtlSession::Patience patience{};
   };
   /// Writes the message of a frame of the source, which is valid until the next call.
   using WriteFrame = std::function<std::span<const std::uint8_t>(
@@ -80,6 +81,7 @@ class IgtlServer {
   struct Job;
   void accept();
   void begin(boost::asio::ip::tcp::socket socket);
+  void refuse(const boost::asio::ip::address& address);
   IgtlWanted wanted() const;
   /// Without what clients have of this picture and its volume already.
   IgtlWanted wanted_of(const PictureStamp& stamp) const;
@@ -110,6 +112,7 @@ class IgtlServer {
   bool busy_ = false;              // the job runs
   bool newer_waits_ = false;       // a picture, or a wish, came meanwhile
   int seconds_to_state_ = 0;
+  std::int64_t refusal_logged_ns_ = 0;
   [[no_unique_address]] ThreadOwner thread_owner_;
 };
 

@@ -35,21 +35,25 @@ bool wants_another_codec(std::span<const std::uint8_t> content) {
 
 }  // namespace
 
-IgtlSession::IgtlSession(asio::ip::tcp::socket socket, ConnectionPermit permit, const IgtlStreams& usual,
-                         Principal principal, std::uint32_t most_messages, const Dependencies& dependencies)
+IgtlSession::IgtlSession(asio::ip::tcp::socket socket, ConnectionPermit permit, Principal principal,
+                         const Config& config, const Dependencies& dependencies)
     : socket_(std::move(socket)),
       permit_(std::move(permit)),
       principal_(std::move(principal)),
       dependencies_(dependencies),
       reader_(kMostBodyBytes, kMostSkippedBytes),
-      started_(usual),
-      wanted_(usual),
-      most_messages_(most_messages),
+      started_(config.usual),
+      wanted_(config.usual),
+      most_messages_(config.most_messages),
+      patience_(config.patience),
       outbox_(dependencies.counters, dependencies.bytes_waiting) {}
 
 void IgtlSession::start() {
   dependencies_.counters.igtl_clients_opened.add();
-  permit_->authenticated();
+  permit_->on_eviction([this] {
+    close_for(dependencies_.counters.igtl_clients_evicted,
+              "has sent no message, and another client needed its place");
+  });
   send_status();
   read();
 }
@@ -106,6 +110,7 @@ void IgtlSession::take_message() {
     dependencies_.counters.igtl_messages_refused.add();
     return;
   }
+  if (!std::exchange(is_heard_, true)) permit_->authenticated();
   // A picture of the video that is being written comes in the other version.
   if (head.version >= 2 && std::exchange(version_, igtl::HeadVersion::kTwo) == igtl::HeadVersion::kOne) {
     outbox_.video_lost();
@@ -340,6 +345,7 @@ void IgtlSession::pump() {
 
 void IgtlSession::written(std::size_t bytes) {
   if (under_way_counts_) {
+    seconds_idle_ = 0;
     dependencies_.counters.igtl_messages_sent.add();
     dependencies_.counters.igtl_bytes_sent.add(bytes);
   }
@@ -353,10 +359,24 @@ void IgtlSession::second_passed() {
   if (gone_) return;
   messages_ = 0;
   read();
-  if (progress_.seconds_stalled(socket_.native_handle(), under_way_ != nullptr) < kStalledSeconds) return;
-  dependencies_.counters.igtl_clients_stalled.add();
-  spdlog::info("the OpenIGTLink client {} took nothing for {} s: it is disconnected", principal_.address,
-               kStalledSeconds);
+  if (progress_.seconds_stalled(socket_.native_handle(), under_way_ != nullptr) >= kStalledSeconds) {
+    return close_for(dependencies_.counters.igtl_clients_stalled,
+                     fmt::format("took nothing for {} s", kStalledSeconds));
+  }
+  seconds_in_head_ = reader_.is_in_head() ? seconds_in_head_ + 1 : 0;
+  if (seconds_in_head_ > patience_.head_s) {
+    return close_for(dependencies_.counters.igtl_clients_timed_out,
+                     fmt::format("sent no whole head of a message in {} s", patience_.head_s));
+  }
+  if (is_heard_ || ++seconds_idle_ <= patience_.idle_s) return;
+  close_for(dependencies_.counters.igtl_clients_timed_out,
+            fmt::format("has sent no message, and was sent none for {} s", patience_.idle_s));
+}
+
+void IgtlSession::close_for(Counter& counter, const std::string& why) {
+  if (gone_) return;
+  counter.add();
+  spdlog::info("disconnected the OpenIGTLink client {}: it {}", principal_.address, why);
   leave();
 }
 

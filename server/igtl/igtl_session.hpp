@@ -28,13 +28,20 @@ namespace fanlight {
 
 /// One OpenIGTLink client: what it asks for, and what it is sent. At most one read and one write are under
 /// way. Messages of streams wait in an IgtlOutbox: a client that reads slowly loses its own messages only.
-/// One that acknowledges no byte for five seconds is disconnected. Server thread only; the pending operations
-/// keep it alive.
+/// One that acknowledges no byte for five seconds is disconnected, and so is one that takes too long for the
+/// head of a message, or that has sent no message and is sent none of a stream for too long (Patience). A
+/// client that has sent no message gives its place to a newer one where all are taken (ConnectionLimit).
+/// Server thread only; the pending operations keep it alive.
 ///
 /// It is answered in the version of the header that it uses itself, and in version 1 until it has sent
 /// anything.
 class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
  public:
+  /// How long a client is waited for.
+  struct Patience {
+    int head_s = 10;   ///< from the first byte of a head to its last one
+    int idle_s = 600;  ///< without a message in either direction, except STATUS of ours
+  };
   struct Dependencies {
     ServerCounters& counters;
     IgtlCommands& commands;
@@ -44,10 +51,14 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
     std::size_t& bytes_waiting;  ///< of all sessions; see IgtlOutbox
     std::function<void(IgtlSession&)> left;
   };
-  /// `usual`: what is sent to a client that asks for nothing. `dependencies` must outlive the session.
-  /// `most_messages`: that are read of it in a second.
-  IgtlSession(boost::asio::ip::tcp::socket socket, ConnectionPermit permit, const IgtlStreams& usual,
-              Principal principal, std::uint32_t most_messages, const Dependencies& dependencies);
+  struct Config {
+    IgtlStreams usual;                ///< sent to a client that asks for nothing
+    std::uint32_t most_messages = 0;  ///< that are read of it in a second
+    Patience patience{};
+  };
+  /// `dependencies` must outlive the session.
+  IgtlSession(boost::asio::ip::tcp::socket socket, ConnectionPermit permit, Principal principal,
+              const Config& config, const Dependencies& dependencies);
 
   void start();
 
@@ -81,6 +92,7 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
  private:
   void read();
   void received(std::size_t bytes);
+  void close_for(Counter& counter, const std::string& why);
   void take_message();
   void take_query(const igtl::QueryType& query, const igtl::OpenedMessage& opened);
   void want(IgtlStream stream, IgtlStreams& whether);
@@ -120,6 +132,10 @@ class IgtlSession : public std::enable_shared_from_this<IgtlSession> {
   std::array<std::uint64_t, kIgtlStreams> sent_of_{};
   std::uint64_t volume_ordered_ = 0;  // for which id the newest volume was sent: its own may be higher
   std::uint32_t most_messages_;
+  Patience patience_;
+  bool is_heard_ = false;  // it has sent a message
+  int seconds_in_head_ = 0;
+  int seconds_idle_ = 0;
   std::uint32_t messages_ = 0;  // in this second
   IgtlOutbox outbox_;
   std::deque<IgtlMessage> answers_;

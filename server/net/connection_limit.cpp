@@ -4,8 +4,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-
-#include <algorithm>
 #include <utility>
 
 namespace fanlight {
@@ -24,7 +22,9 @@ void ConnectionPermit::on_eviction(std::function<void()> close) {
 }
 
 void ConnectionPermit::authenticated() {
-  if (limit_ != nullptr) limit_->leave_anonymous(*place_);
+  if (limit_ == nullptr) return;
+  limit_->note_known(place_->host);
+  limit_->leave_anonymous(*place_);
 }
 
 std::string ConnectionLimit::host_of(const asio::ip::address& address) {
@@ -41,20 +41,25 @@ std::optional<ConnectionPermit> ConnectionLimit::take(const asio::ip::address& a
   thread_owner_.check();
   const std::string host = host_of(address);
   const bool loopback = host.empty();
-  const auto known = by_host_.find(host);
-  if (!loopback && known != by_host_.end() && known->second >= most_a_host_) return std::nullopt;
+  const auto of_host = by_host_.find(host);
+  if (!loopback && of_host != by_host_.end() && of_host->second >= most_a_host_) return std::nullopt;
+  const bool is_known = loopback || std::ranges::find(known_, host) != known_.end();
   // A place that is asked to close is free only when its connection has ended.
-  if (!loopback && anonymous_count_ >= most_anonymous() && !evict_oldest()) return std::nullopt;
+  if (!is_known && unknown_ >= most_unknown() && !evict_oldest(true)) return std::nullopt;
+  if (anonymous_ >= most_anonymous() && !evict_oldest(false)) return std::nullopt;
   if (places_.size() >= most_) return std::nullopt;
   ++by_host_[host];
-  anonymous_count_ += loopback ? 0 : 1;
-  places_.push_back({.host = host, .anonymous = !loopback, .close = nullptr});
+  ++anonymous_;
+  unknown_ += is_known ? 0 : 1;
+  places_.push_back({.host = host, .anonymous = true, .is_known = is_known, .close = nullptr});
   return ConnectionPermit(*this, std::prev(places_.end()));
 }
 
-bool ConnectionLimit::evict_oldest() {
-  const auto oldest = std::ranges::find_if(
-      places_, [](const Place& place) { return place.anonymous && place.close != nullptr; });
+/// Of unknown hosts alone, or of all anonymous clients.
+bool ConnectionLimit::evict_oldest(bool unknown_only) {
+  const auto oldest = std::ranges::find_if(places_, [unknown_only](const Place& place) {
+    return place.anonymous && place.close != nullptr && !(unknown_only && place.is_known);
+  });
   if (oldest == places_.end()) return false;
   leave_anonymous(*oldest);
   ++evicted_;
@@ -62,8 +67,19 @@ bool ConnectionLimit::evict_oldest() {
   return true;
 }
 
+void ConnectionLimit::note_known(const std::string& host) {
+  constexpr std::size_t kMostKnown = 1024;
+  if (host.empty()) return;  // loopback always is
+  const auto before = std::ranges::find(known_, host);
+  if (before != known_.end()) known_.erase(before);
+  known_.push_back(host);
+  if (known_.size() > kMostKnown) known_.pop_front();
+}
+
 void ConnectionLimit::leave_anonymous(Place& place) {
-  if (std::exchange(place.anonymous, false)) --anonymous_count_;
+  if (!std::exchange(place.anonymous, false)) return;
+  --anonymous_;
+  unknown_ -= place.is_known ? 0 : 1;
 }
 
 void ConnectionLimit::give_back(ConnectionPermit::Position place) {

@@ -52,8 +52,11 @@ struct ServerCounters {
   //   igtl_messages_offered = igtl_messages_sent + igtl_messages_skipped + those that wait or are being sent.
   Counter igtl_clients_opened;
   Counter igtl_clients_closed;
-  Counter igtl_clients_stalled;   ///< closed because they acknowledged nothing for five seconds
-  Counter igtl_messages_offered;  ///< of streams; answers are not counted
+  Counter igtl_clients_stalled;    ///< closed because they acknowledged nothing for five seconds
+  Counter igtl_clients_timed_out;  ///< closed because a head did not come in time, or they were idle
+  Counter igtl_clients_evicted;    ///< closed because another client needed their place
+  Counter igtl_clients_refused;    ///< all places were taken
+  Counter igtl_messages_offered;   ///< of streams; answers are not counted
   Counter igtl_messages_sent;
   Counter igtl_bytes_sent;        ///< of those
   Counter igtl_messages_skipped;  ///< replaced unsent by a newer one, or unsent when the client left
@@ -128,6 +131,14 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
     {"igtl_clients_closed", "OpenIGTLink clients that disconnected", &ServerCounters::igtl_clients_closed},
     {"igtl_clients_stalled", "OpenIGTLink clients dropped because they read nothing for five seconds",
      &ServerCounters::igtl_clients_stalled},
+    {"igtl_clients_timed_out",
+     "OpenIGTLink clients dropped because they sent no whole head in time, or were idle",
+     &ServerCounters::igtl_clients_timed_out},
+    {"igtl_clients_evicted",
+     "OpenIGTLink clients that sent no message and gave their place to another client",
+     &ServerCounters::igtl_clients_evicted},
+    {"igtl_clients_refused", "OpenIGTLink clients refused because all places were taken",
+     &ServerCounters::igtl_clients_refused},
     {"igtl_messages_offered",
      "OpenIGTLink messages of pictures, volumes, poses and frames offered to clients",
      &ServerCounters::igtl_messages_offered},

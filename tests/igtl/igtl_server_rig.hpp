@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+#include <thread>
+
 #include "server/igtl/igtl_server.hpp"
 #include "tests/igtl/test_client.hpp"
 #include "tests/support/server_fixture.hpp"
@@ -17,6 +20,13 @@ inline StreamServer::Config with_igtl(Role role = Role::kOperator, std::uint32_t
                                      .spacing_mm = 2,
                                      .role = role,
                                      .most_messages = most_messages}};
+}
+
+/// Whether it holds within five seconds.
+template <typename Holds>
+bool soon(Holds holds) {
+  for (int i = 0; i < 500 && !holds(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  return holds();
 }
 
 }  // namespace fanlight::test

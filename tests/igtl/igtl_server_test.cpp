@@ -14,12 +14,6 @@
 namespace fanlight::test {
 namespace igtl_server_tests {
 
-template <typename Holds>
-bool soon(Holds holds) {
-  for (int i = 0; i < 500 && !holds(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  return holds();
-}
-
 std::string carried_out(TestClient& client, const std::string& name, const std::string& xml,
                         std::uint32_t id = 7) {
   igtl::put_command(

@@ -33,8 +33,29 @@ TEST(ConnectionLimit, OneHostCannotUseAllPlaces) {
 TEST(ConnectionLimit, LoopbackWhereAProxyMayRunMayUseAll) {
   ConnectionLimit limit(8, 2);
   std::vector<ConnectionPermit> permits;
-  while (auto permit = limit.take(address("127.0.0.1"))) permits.push_back(std::move(*permit));
+  while (auto permit = limit.take(address("127.0.0.1"))) {
+    permit->authenticated();
+    permits.push_back(std::move(*permit));
+  }
   EXPECT_EQ(permits.size(), 8U);
+}
+
+TEST(ConnectionLimit, AnonymousClientsOnLoopbackGiveWayToANewOne) {
+  ConnectionLimit limit(8, 2);
+  std::vector<std::optional<ConnectionPermit>> idle(7);
+  std::vector<std::size_t> closed;
+  for (std::size_t number = 0; number < idle.size(); ++number) {
+    auto taken = limit.take(address("127.0.0.1"));
+    ASSERT_TRUE(taken);
+    idle[number].emplace(std::move(*taken));
+    idle[number]->on_eviction([&, number] {
+      closed.push_back(number);
+      idle[number].reset();
+    });
+  }
+  const auto newer = limit.take(address("127.0.0.1"));
+  EXPECT_TRUE(newer);
+  EXPECT_EQ(closed, (std::vector<std::size_t>{0}));
 }
 
 TEST(ConnectionLimit, CountsIpv6ByNetwork) {
@@ -80,6 +101,16 @@ TEST(ConnectionLimit, AnonymousClientsLeaveAQuarterForLoopback) {
     anonymous.push_back(std::move(*permit));
   EXPECT_EQ(anonymous.size(), 6U);
   EXPECT_TRUE(limit.take(address("127.0.0.1")));
+}
+
+TEST(ConnectionLimit, UnknownHostsLeaveAQuarterForHostsThatAreKnown) {
+  ConnectionLimit limit(8, 8);
+  limit.take(host(100))->authenticated();
+  std::vector<ConnectionPermit> unknown;
+  while (auto permit = limit.take(host(static_cast<unsigned>(unknown.size()))))
+    unknown.push_back(std::move(*permit));
+  EXPECT_EQ(unknown.size(), 6U);
+  EXPECT_TRUE(limit.take(host(100)));
 }
 
 TEST(ConnectRate, PacesAllAndEachHost) {
