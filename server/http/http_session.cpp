@@ -185,7 +185,7 @@ void HttpSession::serve(const Request& request) {
 
 std::optional<HttpSession::Response> HttpSession::rejection(const Request& request) {
   const std::string_view origin = request[http::field::origin];  // only browsers send it
-  if (!origin.empty() && !is_origin_of_host(origin, request[http::field::host])) {
+  if (!origin.empty() && !is_origin_of_host(origin, request[http::field::host], connection_.is_tls())) {
     dependencies_.audit.note({.name = "unknown", .address = address_},
                              {.what = "request", .result = "refused: from a page of another site"},
                              {{"origin", std::string(origin.substr(0, 64))}});
@@ -201,7 +201,8 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
   if (!dependencies_.access.asks()) return std::optional(dependencies_.access.anyone(address_));
   constexpr std::string_view kBearer = "Bearer ";
   const std::string_view given = request[http::field::authorization];
-  if (given.starts_with(kBearer)) {
+  // The scheme is the same in upper and lower case (RFC 9110, section 11.1).
+  if (beast::iequals(given.substr(0, kBearer.size()), kBearer)) {
     auto principal = dependencies_.access.by_token(given.substr(kBearer.size()), address_);
     if (principal) return std::optional(std::move(*principal));
     dependencies_.state.counters.logins_refused.add();
@@ -223,6 +224,9 @@ Result<std::optional<Principal>> HttpSession::authenticate(const Request& reques
 void HttpSession::upgrade(const Request& request, std::optional<Principal> principal) {
   const auto protocol = agreed_protocol(request["Sec-WebSocket-Protocol"]);
   if (!protocol) return reply(request, refusal(http::status::bad_request, protocol.error().message));
+  if (!is_websocket_key(request[http::field::sec_websocket_key]))
+    return reply(request, refusal(http::status::bad_request,
+                                  "Sec-WebSocket-Key is not 16 bytes in base64, expected a random key"));
   std::make_shared<StreamSession>(std::move(connection_), std::move(permit_), dependencies_.stream, address_)
       ->start(request, *protocol, std::move(principal), login_reason_);
 }

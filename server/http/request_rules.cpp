@@ -8,6 +8,7 @@
 #include <boost/beast/http/rfc7230.hpp>
 #include <boost/url/parse.hpp>
 #include <boost/url/url_view.hpp>
+#include <cctype>
 #include <string_view>
 
 namespace fanlight {
@@ -74,6 +75,15 @@ bool to_origin_form(RequestHeader& header) {
 
 bool waits_for_continue(const RequestHeader& header) {
   return header.version() > kHttp10 && beast::iequals(header[http::field::expect], "100-continue");
+}
+
+bool is_websocket_key(std::string_view key) {
+  // 16 bytes are 22 digits and two signs of padding; the last digit has two bits.
+  constexpr std::size_t kDigits = 22;
+  const auto is_digit = [](unsigned char c) { return std::isalnum(c) != 0 || c == '+' || c == '/'; };
+  return key.size() == kDigits + 2 && key.ends_with("==") &&
+         std::ranges::all_of(key.substr(0, kDigits), is_digit) &&
+         std::string_view("AQgw").find(key[kDigits - 1]) != std::string_view::npos;
 }
 
 bool accepts_gzip(const RequestHeader& header) {

@@ -6,6 +6,7 @@
 #include <boost/beast/http/status.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace fanlight {
 
@@ -29,6 +30,10 @@ bool to_origin_form(RequestHeader& header);
 
 /// Whether the client waits for "100 Continue" before it sends the body.
 bool waits_for_continue(const RequestHeader& header);
+
+/// Whether this is the key of a WebSocket handshake: 16 bytes in base64 (RFC 6455, section 4.1). Beast does
+/// not look at it.
+bool is_websocket_key(std::string_view key);
 
 /// Whether the client takes an answer that is compressed with gzip (RFC 9110, section 12.5.3).
 bool accepts_gzip(const RequestHeader& header);

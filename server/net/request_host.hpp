@@ -11,7 +11,9 @@ namespace fanlight {
 bool is_loopback_host(std::string_view host);
 
 /// Whether a page with this Origin header was served under this Host header. Browsers send the origin of the
-/// page. A page of another site could otherwise open a WebSocket to this server in the user's name.
-bool is_origin_of_host(std::string_view origin, std::string_view host);
+/// page. A page of another site could otherwise open a WebSocket to this server in the user's name. `is_tls`:
+/// this server speaks TLS, so a page that came without it is another one. Without TLS either scheme will do,
+/// because a proxy may have ended TLS.
+bool is_origin_of_host(std::string_view origin, std::string_view host, bool is_tls);
 
 }  // namespace fanlight

@@ -90,7 +90,7 @@ RelayReport RtpSender::report() const {
                      .reception = {}};
   if (!has_report_ || now_ns() - reported_ns_ > kSilentNs) return report;
   report.reception = {.lost_percent = 100 * report_.lost_share,
-                      .lost_packets = report_.lost,
+                      .lost_packets = std::max(report_.lost, 0),
                       .jitter_ms = report_.jitter / (kRtpClockHz / 1000.0)};
   return report;
 }
@@ -260,11 +260,19 @@ void RtpSender::received(std::size_t bytes) {
   const bool is_authentic = srtp_ == nullptr || srtp_->unprotect_rtcp(packet);
   const auto feedback = parse_rtcp(packet, source_);
   if (!feedback) return dependencies_.state.counters.rtp_feedback_refused.add();
-  if (is_authentic) believe(*feedback);
+  if (is_authentic && is_plausible(*feedback)) believe(*feedback);
   if (!feedback->key_wanted) return;
   dependencies_.state.counters.rtp_keys_requested.add();
   wants_key_ = true;
   dependencies_.hub.resync(*this);
+}
+
+/// Without SRTP any process on this machine may send a report; what cannot be true is counted as refused.
+bool RtpSender::is_plausible(const RtcpFeedback& feedback) const {
+  const bool plausible =
+      !feedback.report || feedback.report->lost <= static_cast<std::int64_t>(packets_sent_);
+  if (!plausible) dependencies_.state.counters.rtp_feedback_refused.add();
+  return plausible;
 }
 
 void RtpSender::believe(const RtcpFeedback& feedback) {

@@ -84,6 +84,7 @@ class RtpSender : public PictureSubscriber, public Relay {
   void ticked();
   void receive();
   void received(std::size_t bytes);
+  bool is_plausible(const RtcpFeedback& feedback) const;
   void believe(const RtcpFeedback& feedback);
   void report_ourselves(bool ends);
   void send_units(std::span<const std::span<const std::uint8_t>> units, std::uint32_t timestamp);

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <openssl/evp.h>
 #include <srtp2/srtp.h>
+#include <sys/stat.h>
 
 #include <fstream>
-#include <iterator>
 #include <mutex>
 #include <string>
 
@@ -49,14 +49,24 @@ bool in_place(std::vector<std::uint8_t>& packet, srtp_t session, Protect protect
 
 Result<std::vector<std::uint8_t>> read_srtp_key(const std::filesystem::path& path) {
   std::ifstream file(path);
-  std::error_code none;
-  // A folder opens like a file, and cannot be read.
-  if (!file || std::filesystem::is_directory(path, none)) {
+  struct stat status {};
+  // A folder opens like a file, and a device may have no end.
+  if (!file || ::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) {
     return Error{ErrorCode::kNotFound,
                  fmt::format("the file {} cannot be read, expected a file with an SRTP key",
                              printable(path.string()))};
   }
-  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if ((status.st_mode & (S_IRWXO | S_IWGRP)) != 0) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("the SRTP key in {} has mode {:04o}, so that other users of this machine can use or "
+                    "replace it; expected 0640 or 0600 (chmod 600)",
+                    printable(path.string()), status.st_mode & 07777)};
+  }
+  constexpr std::size_t kMostBytes = 1024;
+  std::string text(kMostBytes, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r' || text.back() == ' '))
     text.erase(text.size() - 1);
   // 30 bytes are 40 letters, without padding.

@@ -15,7 +15,8 @@ namespace fanlight {
 /// Bytes of a master key and its salt for AES_CM_128_HMAC_SHA1_80 (RFC 3711, RFC 4568).
 inline constexpr std::size_t kSrtpKeyBytes = 16 + 14;
 
-/// Reads a file with the key and its salt in base64. Errors: kNotFound, kBadInput.
+/// Reads a regular file with the key and its salt in base64. Errors: kNotFound, kBadInput; kInvalidArgument
+/// where users other than its owner may write it, or users outside of its group read it.
 Result<std::vector<std::uint8_t>> read_srtp_key(const std::filesystem::path& path);
 
 /// Encrypts and signs what one sender sends, by libsrtp (BSD licence, kept by Cisco; Janus and browsers'

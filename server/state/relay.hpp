@@ -18,7 +18,7 @@ struct RelayReport {
 
   struct Reception {
     double lost_percent = 0;        ///< of the packets since the report before
-    std::int64_t lost_packets = 0;  ///< in all; duplicates may make it negative
+    std::int64_t lost_packets = 0;  ///< in all, less the duplicates; never negative
     double jitter_ms = 0;
   };
   std::optional<Reception> reception;  ///< of the receiver's last report; absent: none came for ten seconds

@@ -273,13 +273,27 @@ TEST(SrtpKey, IsReadFromBase64) {
   const auto file = folder.path() / "key";
   const auto written = [&](const std::string& text) {
     std::ofstream(file) << text;
+    std::filesystem::permissions(file, std::filesystem::perms{0640});
     return read_srtp_key(file);
   };
   EXPECT_EQ(*written("AQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEB\n"), Bytes(kSrtpKeyBytes, 1));
   for (const char* wrong :
        {"", "AQEB", "AQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQ==", "!QEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEB"})
     EXPECT_EQ(written(wrong).error().code, ErrorCode::kBadInput) << wrong;
+  EXPECT_EQ(written(std::string(100'000, 'A')).error().code, ErrorCode::kBadInput);
   EXPECT_EQ(read_srtp_key(folder.path() / "none").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(read_srtp_key("/dev/zero").error().code, ErrorCode::kNotFound);
+}
+
+TEST(SrtpKey, IsRefusedWhereOthersMayReadOrWriteIt) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "key";
+  std::ofstream(file) << "AQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEB\n";
+  for (const auto& [mode, good] :
+       {std::pair{0600, true}, {0400, true}, {0440, true}, {0644, false}, {0660, false}, {0606, false}}) {
+    std::filesystem::permissions(file, std::filesystem::perms(mode));
+    EXPECT_EQ(bool(read_srtp_key(file)), good) << std::oct << mode;
+  }
 }
 
 }  // namespace rtp_bytes_tests

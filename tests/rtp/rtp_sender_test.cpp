@@ -129,23 +129,33 @@ TEST(RtpSender, ReportsAndReadsReports) {
   RtpReceiver receiver;
   ServerFixture server(sending_to(receiver));
   server.show(1, 50);
+  ASSERT_TRUE(next_picture(receiver).key());
   const auto report = receiver.next_control();
   ASSERT_TRUE(report);
   EXPECT_TRUE(parse_rtcp(*report, 0));
   EXPECT_EQ((*report)[1], 200);
   // About its source: an eighth is lost.
   std::vector<std::uint8_t> answer = {
-      0x81, 201, 0, 7, 0, 0, 0, 9, (*report)[4], (*report)[5], (*report)[6], (*report)[7], 32, 0, 0, 3,
+      0x81, 201, 0, 7, 0, 0, 0, 9, (*report)[4], (*report)[5], (*report)[6], (*report)[7], 32, 0, 0, 1,
       0,    0,   0, 0, 0, 0, 0, 90};
   answer.insert(answer.end(), 8, 0);
   receiver.answer(answer);
   EXPECT_TRUE(soon([&] { return server.counters().rtp_reports_received.value() == 1; }));
   const json state = json::parse(talk(server, "GET", "/api/rtp").body);
   EXPECT_EQ(state["receiver"]["lost_percent"], 12.5);
-  EXPECT_EQ(state["receiver"]["lost_packets"], 3);
+  EXPECT_EQ(state["receiver"]["lost_packets"], 1);
   EXPECT_EQ(state["receiver"]["jitter_ms"], 1.0);
   receiver.answer({1, 2, 3});
   EXPECT_TRUE(soon([&] { return server.counters().rtp_feedback_refused.value() == 1; }));
+  // More lost than was sent; and more duplicates than losses.
+  constexpr std::size_t kLost = 13;
+  std::copy_n(std::array<std::uint8_t, 3>{0, 255, 255}.begin(), 3, answer.begin() + kLost);
+  receiver.answer(answer);
+  EXPECT_TRUE(soon([&] { return server.counters().rtp_feedback_refused.value() == 2; }));
+  std::copy_n(std::array<std::uint8_t, 3>{255, 255, 58}.begin(), 3, answer.begin() + kLost);
+  receiver.answer(answer);
+  EXPECT_TRUE(soon([&] { return server.counters().rtp_reports_received.value() == 2; }));
+  EXPECT_EQ(json::parse(talk(server, "GET", "/api/rtp").body)["receiver"]["lost_packets"], 0);
 }
 
 TEST(RtpSender, IsStartedAndStoppedByAnAuditedWish) {

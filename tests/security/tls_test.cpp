@@ -45,6 +45,8 @@ TEST(Tls, GuardsTheScriptsDoorAndTheMetrics) {
     EXPECT_NE(https(guarded, context, get(target)).find("401"), std::string::npos) << target;
     const std::string with = "Authorization: Bearer " + guarded.token(Role::kViewer).text + "\r\n";
     EXPECT_EQ(https(guarded, context, get(target, with)).find("401"), std::string::npos) << target;
+    const std::string lower = "Authorization: bearer " + guarded.token(Role::kViewer).text + "\r\n";
+    EXPECT_EQ(https(guarded, context, get(target, lower)).find("401"), std::string::npos) << target;
   }
 }
 

@@ -73,8 +73,9 @@ TEST(ServerUrl, IsRefusedWithItsTextInTheSentence) {
 }
 
 TEST(RequestHost, IsLoopbackUnderAnyPort) {
-  for (const char* host : {"localhost", "localhost:8080", "127.0.0.1", "127.0.0.1:1", "127.3.2.1:8080",
-                           "[::1]", "[::1]:65535"}) {
+  for (const char* host :
+       {"localhost", "localhost:8080", "127.0.0.1", "127.0.0.1:1", "127.3.2.1:8080", "[::1]", "[::1]:65535",
+        "LOCALHOST:8080", "LocalHost", "localhost.", "localhost.:8080"}) {
     EXPECT_TRUE(is_loopback_host(host)) << host;
   }
   for (const char* host :
@@ -86,15 +87,17 @@ TEST(RequestHost, IsLoopbackUnderAnyPort) {
 }
 
 TEST(RequestHost, IsTheOneOfTheOrigin) {
-  EXPECT_TRUE(is_origin_of_host("http://localhost:8080", "localhost:8080"));
-  EXPECT_TRUE(is_origin_of_host("https://console", "console"));
-  EXPECT_TRUE(is_origin_of_host("http://[::1]:8080", "[::1]:8080"));
+  EXPECT_TRUE(is_origin_of_host("http://localhost:8080", "localhost:8080", false));
+  EXPECT_TRUE(is_origin_of_host("https://console", "console", true));
+  EXPECT_TRUE(is_origin_of_host("https://console", "console", false)) << "behind a proxy that ends TLS";
+  EXPECT_FALSE(is_origin_of_host("http://console", "console", true));
+  EXPECT_TRUE(is_origin_of_host("http://[::1]:8080", "[::1]:8080", false));
   for (const char* origin :
        {"", "null", "localhost:8080", "http://localhost", "http://localhost:8081", "http://localhost:8080/",
         "http://localhost:8080?a", "http://localhost:8080#a", "http://evil.example",
         "http://evil.example/localhost:8080", "http:localhost:8080", "http://evil.example@localhost:8080",
         "://localhost:8080"}) {
-    EXPECT_FALSE(is_origin_of_host(origin, "localhost:8080")) << origin;
+    EXPECT_FALSE(is_origin_of_host(origin, "localhost:8080", false)) << origin;
   }
 }
 

@@ -270,6 +270,12 @@ TEST(Conformance, RefusesMalformedUpgrades) {
   EXPECT_NE(upgrade(key).find("400"), std::string::npos) << "no version";
   EXPECT_NE(upgrade("Sec-WebSocket-Version: 13\r\n").find("400"), std::string::npos) << "no key";
   EXPECT_NE(upgrade(key + "Sec-WebSocket-Version: 8\r\n").find("4"), std::string::npos) << "an old version";
+  for (const char* const wrong : {"x", "dGhlIHNhbXBsZSBub25jZQ", "dGhlIHNhbXBsZSBub25jZR==",
+                                  "dGhlIHNhbXBsZSBub25j!Q==", "dGhlIHNhbXBsZSBub25jZQdGhl"}) {
+    const std::string answer =
+        upgrade(std::string("Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: ") + wrong + "\r\n");
+    EXPECT_NE(answer.find("400"), std::string::npos) << wrong;
+  }
 }
 
 }  // namespace
