@@ -137,6 +137,7 @@ void Recorder::take_orders() {
 
 void Recorder::take(const RecordingOrder& order) {
   drain(tap_.slots());  // the frames before the order
+  tap_.open(false);
   close_recording(order.end_path, order.drops && is_ring());
   if (order.wish == RecordingOrder::Wish::kRecord) begin(order);
   order_done_ = order.number;
@@ -151,6 +152,7 @@ void Recorder::begin(const RecordingOrder& order) {
   last_time_ns_ = 0;
   missed_before_ = tap_.frames_missed();
   not_written_ = 0;
+  used_looked_ns_ = 0;
   trouble_.clear();
   next_file();
   tap_.open(true);
@@ -197,7 +199,6 @@ void Recorder::finish_file(const std::filesystem::path& end_path) {
 /// Ends the recording under way, if there is one. `end_path`: the name that it gets; empty: its own.
 void Recorder::close_recording(const std::filesystem::path& end_path, bool drop) {
   if (!order_) return;
-  tap_.open(false);
   if (segment_ && !segment_->flush()) {
     trouble_ = "the last quarter of a second could not be written";
     const std::uint64_t lost = segment_->unflushed_frames();
@@ -306,7 +307,9 @@ void Recorder::reached_limit() {
   const double seconds = static_cast<double>(last_time_ns_ - *first_time_ns_) * 1e-9;
   const bool long_enough = order_->most_s > 0 && seconds >= order_->most_s;
   const bool large_enough = order_->most_bytes > 0 && bytes_ + geometry_.frame_bytes() > order_->most_bytes;
-  if (long_enough || large_enough) close_recording({});
+  if (!long_enough && !large_enough) return;
+  tap_.open(false);
+  close_recording({});
 }
 
 /// Lines are worth less than frames: one that cannot be written is left out.
@@ -322,10 +325,32 @@ void Recorder::flush_if_due() {
   if (!segment_ || now - flushed_ns_ < kFlushNs / 2) return;
   flushed_ns_ = now;
   if (auto flushed = segment_->flush(); !flushed) return stop_for(flushed.error());
-  if (const auto lack = lack_of_room(0)) stop_for(*lack);
+  const auto lack = lack_of_room(0);
+  if (!lack) return;
+  // A ring gets shorter, down to its open segment: the last seconds are worth more than none.
+  if (is_ring() && segments_.size() > 1) return remove_oldest_segment();
+  if (!is_ring()) stop_for(*lack);
 }
 
-std::optional<Error> Recorder::lack_of_room(std::uint64_t more_bytes) const {
+void Recorder::remove_oldest_segment() {
+  remove_segments({segments_.begin(), segments_.begin() + 1});
+  segments_.erase(segments_.begin());
+  begins_ns_.erase(begins_ns_.begin());
+}
+
+/// Looks into the folder every ten seconds, and adds what was recorded since: it may have many files.
+std::uint64_t Recorder::used_bytes() {
+  constexpr std::int64_t kBetweenLooksNs = 10'000'000'000;
+  const std::int64_t now = now_ns();
+  if (used_looked_ns_ == 0 || now - used_looked_ns_ > kBetweenLooksNs) {
+    used_looked_ns_ = now;
+    used_bytes_ = bytes_in(config_.folder);
+    used_bytes_at_ = bytes_;
+  }
+  return used_bytes_ + (bytes_ > used_bytes_at_ ? bytes_ - used_bytes_at_ : 0);
+}
+
+std::optional<Error> Recorder::lack_of_room(std::uint64_t more_bytes) {
   const std::uint64_t free = free_bytes(file_);
   if (free < config_.reserve_bytes + more_bytes) {
     return Error{ErrorCode::kUnavailable,
@@ -333,7 +358,7 @@ std::optional<Error> Recorder::lack_of_room(std::uint64_t more_bytes) const {
                              gigabytes(free), gigabytes(config_.reserve_bytes))};
   }
   if (config_.quota_bytes == 0) return std::nullopt;
-  const std::uint64_t used = bytes_in(config_.folder);
+  const std::uint64_t used = used_bytes();
   if (used + more_bytes <= config_.quota_bytes) return std::nullopt;
   return Error{ErrorCode::kUnavailable,
                fmt::format("the recordings take {:.2f} GB, expected at most {:.2f} GB", gigabytes(used),
@@ -341,12 +366,11 @@ std::optional<Error> Recorder::lack_of_room(std::uint64_t more_bytes) const {
 }
 
 /// Nothing more is written until there is room. What was written is finished as far as it goes; a ring is
-/// dropped.
+/// dropped. The tap stays open: what comes is counted.
 void Recorder::stop_for(const Error& error) {
   const RecordingOrder order = *order_;
   close_recording({}, is_ring());
   order_ = order;
-  tap_.open(true);  // what comes is counted
   trouble_ = error.message;
   room_checked_ns_ = now_ns();
 }

@@ -95,7 +95,9 @@ class Recorder {
   void flush_if_due();
   void stop_for(const Error& error);
   /// Why there is no room for `more_bytes` on the disk.
-  std::optional<Error> lack_of_room(std::uint64_t more_bytes) const;
+  std::optional<Error> lack_of_room(std::uint64_t more_bytes);
+  std::uint64_t used_bytes();
+  void remove_oldest_segment();
   void try_again_if_due();
   bool waits() const { return order_ || finisher_.busy() || !postponed_.empty(); }
   void poll_finisher();
@@ -139,6 +141,10 @@ class Recorder {
   bool over_ = false;
   std::string trouble_;
   std::int64_t flushed_ns_ = 0;
+  // Of the files in the folder at the last look, and of this recording then.
+  std::uint64_t used_bytes_ = 0;
+  std::uint64_t used_bytes_at_ = 0;
+  std::int64_t used_looked_ns_ = 0;
   std::int64_t room_checked_ns_ = 0;  // when nothing is written
   // What the last status reported, and when.
   std::tuple<std::uint64_t, bool, std::string, bool, std::uint64_t, std::size_t, std::filesystem::path>

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <utility>
 
@@ -33,7 +34,8 @@ FolderBeneath::~FolderBeneath() {
 int FolderBeneath::open(const std::filesystem::path& root, const std::filesystem::path& path,
                         Missing missing) {
   const std::filesystem::path beneath = path.lexically_relative(root);
-  if (beneath.empty() || !beneath.has_filename() || beneath.begin()->native() == "..") return EINVAL;
+  const bool goes_up = std::ranges::any_of(beneath, [](const auto& part) { return part == ".."; });
+  if (beneath.empty() || !beneath.has_filename() || goes_up) return EINVAL;
   int folder = ::open(root.c_str(), kFolder);
   if (folder < 0) return errno;
   for (const std::filesystem::path& part : beneath.parent_path()) {

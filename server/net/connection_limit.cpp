@@ -47,6 +47,8 @@ std::optional<ConnectionPermit> ConnectionLimit::take(const asio::ip::address& a
   // A place that is asked to close is free only when its connection has ended.
   if (!is_known && unknown_ >= most_unknown() && !evict_oldest(true)) return std::nullopt;
   if (anonymous_ >= most_anonymous() && !evict_oldest(false)) return std::nullopt;
+  // Clients with places of their own may leave the others less than their shares.
+  if (places_.size() >= most_ && !evict_oldest(true)) evict_oldest(false);
   if (places_.size() >= most_) return std::nullopt;
   ++by_host_[host];
   ++anonymous_;

@@ -113,6 +113,27 @@ TEST(ConnectionLimit, UnknownHostsLeaveAQuarterForHostsThatAreKnown) {
   EXPECT_TRUE(limit.take(host(100)));
 }
 
+TEST(ConnectionLimit, AnonymousClientsGiveWayWhereAuthenticatedOnesHaveTheRest) {
+  ConnectionLimit limit(16, 16);
+  std::vector<ConnectionPermit> known;
+  for (unsigned number = 0; number < 6; ++number) {
+    known.push_back(*limit.take(host(100)));
+    known.back().authenticated();
+  }
+  std::vector<std::optional<ConnectionPermit>> idle(10);  // less than their share of 12
+  for (unsigned number = 0; number < idle.size(); ++number) {
+    auto taken = limit.take(host(number));
+    ASSERT_TRUE(taken);
+    idle[number].emplace(std::move(*taken));
+    idle[number]->on_eviction([&idle, number] { idle[number].reset(); });
+  }
+  const auto newer = limit.take(host(50));
+  const auto local = limit.take(address("127.0.0.1"));
+  EXPECT_TRUE(newer && local);
+  EXPECT_FALSE(idle[0] || idle[1]) << "the oldest";
+  EXPECT_TRUE(idle[2]);
+}
+
 TEST(ConnectRate, PacesAllAndEachHost) {
   ConnectRate rate;
   for (std::size_t taken = 0; taken < ConnectRate::kAHostASecond; ++taken)
