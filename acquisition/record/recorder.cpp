@@ -327,9 +327,9 @@ void Recorder::flush_if_due() {
   if (auto flushed = segment_->flush(); !flushed) return stop_for(flushed.error());
   const auto lack = lack_of_room(0);
   if (!lack) return;
-  // A ring gets shorter, down to its open segment: the last seconds are worth more than none.
+  // A ring gets shorter, down to its open segment: fewer seconds are worth more than none.
   if (is_ring() && segments_.size() > 1) return remove_oldest_segment();
-  if (!is_ring()) stop_for(*lack);
+  stop_for(*lack);
 }
 
 void Recorder::remove_oldest_segment() {
@@ -358,6 +358,8 @@ std::optional<Error> Recorder::lack_of_room(std::uint64_t more_bytes) {
                              gigabytes(free), gigabytes(config_.reserve_bytes))};
   }
   if (config_.quota_bytes == 0) return std::nullopt;
+  // An estimate is not enough to stop for: the folder may have fewer files by now.
+  if (used_bytes() + more_bytes > config_.quota_bytes) used_looked_ns_ = 0;
   const std::uint64_t used = used_bytes();
   if (used + more_bytes <= config_.quota_bytes) return std::nullopt;
   return Error{ErrorCode::kUnavailable,

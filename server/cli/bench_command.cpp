@@ -374,7 +374,7 @@ Command add_bench_command(CLI::App& program) {
       ->type_name("MS");
   pipeline
       ->add_option("--trace", options->trace,
-                   "Write a timeline of the passes in the last block as an SVG; with several "
+                   "Write a timeline of the passes in the last live block as an SVG; with several "
                    "rows that of the last row")
       ->type_name("FILE");
   add_device_options(*scale, *options);

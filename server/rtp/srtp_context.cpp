@@ -48,10 +48,13 @@ bool in_place(std::vector<std::uint8_t>& packet, srtp_t session, Protect protect
 }  // namespace
 
 Result<std::vector<std::uint8_t>> read_srtp_key(const std::filesystem::path& path) {
-  std::ifstream file(path);
   struct stat status {};
-  // A folder opens like a file, and a device may have no end.
-  if (!file || ::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) {
+  // Looked at before it is opened: a folder opens like a file, a device may have no end, and a pipe no
+  // writer.
+  const bool is_file = ::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+  std::ifstream file;
+  if (is_file) file.open(path);
+  if (!file.is_open()) {
     return Error{ErrorCode::kNotFound,
                  fmt::format("the file {} cannot be read, expected a file with an SRTP key",
                              printable(path.string()))};

@@ -13,13 +13,7 @@
 namespace fanlight::test::render_thread_tests {
 namespace {
 
-constexpr FanGeometry kGeometry{.columns = 48,
-                                .rows = 48,
-                                .pixel_width_mm = 2,
-                                .pixel_height_mm = 2,
-                                .face_column = 23.5,
-                                .face_row = 0,
-                                .motor_radius_mm = 30};
+constexpr const FanGeometry& kGeometry = kSmallFan;
 constexpr FanGeometry kDeeper{.columns = 48,
                               .rows = 70,
                               .pixel_width_mm = 2,

@@ -17,13 +17,7 @@
 namespace fanlight::test::two_devices_tests {
 namespace {
 
-constexpr FanGeometry kGeometry{.columns = 48,
-                                .rows = 48,
-                                .pixel_width_mm = 2,
-                                .pixel_height_mm = 2,
-                                .face_column = 23.5,
-                                .face_row = 0,
-                                .motor_radius_mm = 30};
+constexpr const FanGeometry& kGeometry = kSmallFan;
 constexpr PictureSize kSize{128, 128};
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 

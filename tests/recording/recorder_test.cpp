@@ -330,6 +330,28 @@ TEST_F(RecorderTest, WaitsWhereTheQuotaIsUsedUp) {
   EXPECT_EQ(status_.frames + status_.frames_missed, 40U);
 }
 
+TEST_F(RecorderTest, ShortensARingToItsQuota) {
+  constexpr std::uint64_t kQuotaBytes = 300'000;
+  constexpr std::uint32_t kManyRows = 100;
+  source_.geometry = geometry(kManyRows);
+  recorder_ = std::make_unique<Recorder>(
+      source_, bell_, Recorder::Config{.folder = folder_.path(), .quota_bytes = kQuotaBytes});
+  begin({.path = path_, .ring_s = 10});
+  constexpr std::uint64_t kFrames = 1200;  // 12 s, of 656 bytes each with its record
+  for (std::uint64_t i = 0; i < kFrames; ++i) {
+    put(stamp(i), geometry(kManyRows), pixels(i, kManyRows));
+    if (i % 100 == 99) std::this_thread::sleep_for(std::chrono::nanoseconds(Recorder::kFlushNs));
+  }
+  wait_for([this] { return status_.frames == kFrames; });
+  EXPECT_EQ(status_.state, State::kRecording) << status_.trouble;
+  EXPECT_EQ(status_.frames_missed, 0U);
+  finish();
+  wait_for([this] { return status_.finished == 1; });
+  const auto frames = open(path_).summary().frames;
+  EXPECT_GT(frames, 200U);
+  EXPECT_LT(frames, 700U) << "instead of the 1000 of ten seconds";
+}
+
 TEST_F(RecorderTest, ReplacesAnAngleThatIsNoNumber) {
   begin({.path = path_});
   for (std::uint64_t i = 0; i < 3; ++i) put(i);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bytes of the RTP stream: payloads, RTCP, SEI messages, descriptions and keys.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <fstream>
@@ -283,6 +284,8 @@ TEST(SrtpKey, IsReadFromBase64) {
   EXPECT_EQ(written(std::string(100'000, 'A')).error().code, ErrorCode::kBadInput);
   EXPECT_EQ(read_srtp_key(folder.path() / "none").error().code, ErrorCode::kNotFound);
   EXPECT_EQ(read_srtp_key("/dev/zero").error().code, ErrorCode::kNotFound);
+  ASSERT_EQ(mkfifo((folder.path() / "pipe").c_str(), 0600), 0);
+  EXPECT_EQ(read_srtp_key(folder.path() / "pipe").error().code, ErrorCode::kNotFound) << "without waiting";
 }
 
 TEST(SrtpKey, IsRefusedWhereOthersMayReadOrWriteIt) {

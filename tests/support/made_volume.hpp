@@ -10,6 +10,15 @@
 
 namespace fanlight::test {
 
+/// A fan whose volumes are quickly made and cast.
+inline constexpr FanGeometry kSmallFan{.columns = 48,
+                                       .rows = 48,
+                                       .pixel_width_mm = 2,
+                                       .pixel_height_mm = 2,
+                                       .face_column = 23.5,
+                                       .face_row = 0,
+                                       .motor_radius_mm = 30};
+
 /// A volume whose frames sample `grey`, a function of a point in the transducer frame; its values are clamped
 /// to 0 to 255 and rounded. The frames are added in the order of `angles_rad` and then sorted by angle.
 inline Volume made_volume(const FanGeometry& geometry, std::span<const double> angles_rad,
