@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "proto/base/clock.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -64,6 +66,7 @@ AcquisitionThread::State AcquisitionThread::pull_frames(const std::stop_token& s
     }
     const std::optional<FrameStamp>& frame = *next;
     if (frame) {
+      dependencies_.counters.frame_age_s.set(static_cast<double>(now_ns() - frame->capture_time_ns) / 1e9);
       take_frame(*frame, stop);
     } else if (source.rests() && !stop.stop_requested()) {
       assembler_.end_of_source();

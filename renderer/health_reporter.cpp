@@ -14,20 +14,24 @@ void HealthReporter::set_state(RenderHealth::State state, std::string_view cause
 
 void HealthReporter::set_volume_refusal(std::string_view reason) {
   thread_owner_.check();
-  if (volume_refusal_ == Sentence(reason)) return;
-  volume_refusal_ = reason;
-  update_refusal();
+  if (health_.volume_refusal == Sentence(reason)) return;
+  health_.volume_refusal = reason;
+  send();
 }
 
-void HealthReporter::set_scene_refusal(std::string_view reason) {
+void HealthReporter::set_filter_left_out(bool left_out) {
   thread_owner_.check();
-  if (scene_refusal_ == Sentence(reason)) return;
-  scene_refusal_ = reason;
-  update_refusal();
+  if (health_.filter_left_out == left_out) return;
+  health_.filter_left_out = left_out;
+  send();
 }
 
-void HealthReporter::update_refusal() {
-  health_.refusal = volume_refusal_.empty() ? scene_refusal_ : volume_refusal_;
+void HealthReporter::set_scene_refusal(std::uint64_t revision, std::string_view reason) {
+  thread_owner_.check();
+  const std::uint64_t refused = reason.empty() ? 0 : revision;
+  if (health_.refused_revision == refused && health_.scene_refusal == Sentence(reason)) return;
+  health_.scene_refusal = reason;
+  health_.refused_revision = refused;
   send();
 }
 

@@ -21,8 +21,11 @@ class HealthReporter {
 
   /// Why the newest volume was refused; empty: it was taken.
   void set_volume_refusal(std::string_view reason);
-  /// Why the newest scene is not shown; empty: it is. A refused volume is reported before a refused scene.
-  void set_scene_refusal(std::string_view reason);
+  /// Why the scene of this revision is not drawn; empty: it is.
+  void set_scene_refusal(std::uint64_t revision, std::string_view reason);
+
+  /// Whether the volume shown lacks the speckle filter of its scene.
+  void set_filter_left_out(bool left_out);
 
   /// Counts a loss; the next change of the state publishes it.
   void count_loss() { ++health_.devices_lost; }
@@ -38,13 +41,10 @@ class HealthReporter {
 
  private:
   using Sentence = decltype(RenderHealth::cause);
-  void update_refusal();
   void send() { due_ = !link_.answer(health_); }
 
   RenderLink& link_;
   RenderHealth health_;
-  Sentence volume_refusal_;
-  Sentence scene_refusal_;
   bool due_ = false;
   [[no_unique_address]] ThreadOwner thread_owner_;
 };

@@ -324,7 +324,8 @@ void RenderThread::report() {
   const bool slow = renderer_->pace() != Watchdog::Pace::kUsual;
   health_.set_state(slow ? RenderHealth::State::kSlow : RenderHealth::State::kRunning,
                     slow ? "the GPU works on one submission for longer than usual" : "", now_ns());
-  health_.set_scene_refusal(renderer_->scenes().refusal());
+  health_.set_scene_refusal(renderer_->scenes().refused_revision(), renderer_->scenes().refusal());
+  health_.set_filter_left_out(renderer_->filter_left_out());
   health_.flush();
   if (const PrivateViewEnds* const ends = renderer_->ended_views()) ends_due_ = *ends;
   if (ends_due_ && to_.link.answer(*ends_due_)) ends_due_.reset();

@@ -103,6 +103,9 @@ class Renderer {
   /// The levels of all volumes from now on: they are not measured any more. For the pictures of a recording.
   void fix_levels(const EchoLevels& levels) { fixed_levels_ = levels; }
 
+  /// Whether the volume shown was cast without the speckle filter of its scene, for lack of memory.
+  bool filter_left_out() const { return slots_[shown_]->slot.filter_left_out(); }
+
   /// Bytes of the largest volume that was loaded; 0: none.
   std::uint64_t largest_volume_bytes() const { return largest_volume_bytes_; }
 

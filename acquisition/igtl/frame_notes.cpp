@@ -21,6 +21,8 @@ FrameNotes frame_notes(const igtl::Metadata& metadata) {
     if (name == plus_field::kFramesInSweep) notes.frames_in_sweep = number_in<std::uint32_t>(value);
     if (name == "SweepDirection" && value == "FORWARD") notes.direction = SweepDirection::kForward;
     if (name == "SweepDirection" && value == "BACKWARD") notes.direction = SweepDirection::kBackward;
+    if (name == plus_field::kOrigin) notes.origin = frame_origin(value);
+    if (name == plus_field::kAgeMs) notes.age_ms = number_in<std::uint32_t>(value);
     if (name == "ImageStatus") notes.is_invalid = value == "INVALID";
     if (name == plus_field::kAfterInterruption) notes.after_interruption = value == "1";
   });

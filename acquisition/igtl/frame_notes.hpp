@@ -6,6 +6,7 @@
 
 #include "proto/igtl/metadata.hpp"
 #include "proto/model/frame.hpp"
+#include "proto/model/frame_origin.hpp"
 
 namespace fanlight {
 
@@ -18,7 +19,9 @@ struct FrameNotes {
   std::optional<std::uint32_t> frame_index;
   std::optional<std::uint32_t> frames_in_sweep;
   std::optional<SweepDirection> direction;
-  bool is_invalid = false;  ///< its ImageStatus is INVALID
+  std::optional<FrameOrigin> origin;    ///< FrameOrigin
+  std::optional<std::uint32_t> age_ms;  ///< FrameAgeMs: from the capture to the sending
+  bool is_invalid = false;              ///< its ImageStatus is INVALID
   bool after_interruption = false;
 };
 

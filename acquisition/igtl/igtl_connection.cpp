@@ -158,9 +158,11 @@ void IgtlConnection::lose(const std::string& why) {
   publish(ProbeStatus::State::kLost, fmt::format("the connection to {} is lost: {}", address_.text(), why));
 }
 
-void IgtlConnection::publish(ProbeStatus::State state, const std::string& trouble) {
-  if (status_.state == state && status_.trouble == trouble) return;
+void IgtlConnection::publish(ProbeStatus::State state, const std::string& trouble,
+                             std::optional<FrameOrigin> origin) {
+  if (status_.state == state && status_.trouble == trouble && status_.origin == origin) return;
   status_.state = state;
+  status_.origin = origin;
   status_.trouble = trouble;
   link_.status.draft() = status_;
   link_.status.publish();

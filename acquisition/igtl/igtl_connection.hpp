@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,11 @@ class IgtlConnection {
   /// Says why nothing is shown although the connection is open.
   void report_trouble(const std::string& trouble) { publish(status_.state, trouble); }
 
+  /// Where the frames come from, as the newest one says; absent: it does not.
+  void report_origin(std::optional<FrameOrigin> origin) {
+    if (status_.origin != origin) publish(status_.state, status_.trouble, origin);
+  }
+
   /// Answers GET_CAPABIL.
   void send_capability();
 
@@ -54,7 +60,10 @@ class IgtlConnection {
   void ask_for_images(igtl::HeadVersion version);
   void ask_for_poses();
   void ask_in_version_2();
-  void publish(ProbeStatus::State state, const std::string& trouble);
+  void publish(ProbeStatus::State state, const std::string& trouble) {
+    publish(state, trouble, status_.origin);
+  }
+  void publish(ProbeStatus::State state, const std::string& trouble, std::optional<FrameOrigin> origin);
 
   IgtlAddress address_;
   std::int64_t silence_ns_;

@@ -103,6 +103,7 @@ class IgtlSource final : public FrameSource {
   bool announce();
   void look_for_another_fan();
   FrameStamp stamp_of(const FrameNotes& notes, double angle_rad);
+  std::int64_t capture_time_ns(const FrameNotes& notes);
   std::uint64_t sequence_of(const FrameNotes& notes, bool is_first);
   SweepDirection direction_of(const FrameNotes& notes, double angle_rad);
   void forget_held();

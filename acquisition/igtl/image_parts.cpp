@@ -18,7 +18,12 @@ ImageParts::State ImageParts::add(const igtl::ReceivedImage& part) {
     image_ = part.body;
     const std::uint64_t pixel_bytes = image_.components * igtl::bytes_of(image_.scalar);
     pixels_.resize(std::uint64_t{image_.size[0]} * image_.size[1] * pixel_bytes);
+    received_.assign(std::size_t{image_.size[0]} * image_.size[1], false);
     bytes_ = 0;
+  }
+  if (overlaps(part)) {
+    bytes_ = 0;
+    return State::kCut;
   }
   copy(part);
   bytes_ += part.pixels.size();
@@ -30,6 +35,19 @@ ImageParts::State ImageParts::add(const igtl::ReceivedImage& part) {
 bool ImageParts::is_of_this_image(const igtl::ImageBody& part) const {
   return part.size == image_.size && part.scalar == image_.scalar && part.components == image_.components &&
          part.big_endian == image_.big_endian;
+}
+
+/// Whether a pixel of the part has come before; notes all of them.
+bool ImageParts::overlaps(const igtl::ReceivedImage& part) {
+  bool any = false;
+  for (std::size_t row = 0; row < part.body.part_size[1]; ++row) {
+    const std::size_t first = (part.body.part_offset[1] + row) * image_.size[0] + part.body.part_offset[0];
+    for (std::size_t pixel = first; pixel < first + part.body.part_size[0]; ++pixel) {
+      any = any || received_[pixel];
+      received_[pixel] = true;
+    }
+  }
+  return any;
 }
 
 void ImageParts::copy(const igtl::ReceivedImage& part) {

@@ -8,11 +8,13 @@
 #include "proto/exchange/frame_queue.hpp"
 #include "proto/igtl/image_body.hpp"
 #include "proto/igtl/message_writer.hpp"
+#include "proto/model/frame_origin.hpp"
 
 namespace fanlight {
 
 /// Writes the frames of a source as IMAGE messages, from which IgtlSource gives the same frames again. With
-/// version 2, metadata have all that a recording says of a frame and of its source. One thread.
+/// version 2, metadata have all that a recording says of a frame and of its source, where the frames come
+/// from, and how old each is: a relay of a recording, or of old frames, is not live. One thread.
 class SentFrames {
  public:
   /// `facts`: of the source; the geometry is each frame's own.
@@ -21,8 +23,14 @@ class SentFrames {
   /// Name of the device: pixels of the frame in the transducer frame.
   static constexpr const char* kDevice = "Image_Transducer";
 
-  /// The message of a usable frame; valid until the next call. `utc_ns`: when it was taken, since 1970.
-  std::span<const std::uint8_t> message(const QueuedFrame& frame, std::uint64_t utc_ns,
+  /// What is said of a frame at the time of its sending.
+  struct Told {
+    std::uint64_t utc_ns = 0;  ///< when it was taken, since 1970
+    std::int64_t age_ns = 0;   ///< how long ago that was
+    FrameOrigin origin = FrameOrigin::kProbe;
+  };
+  /// The message of a usable frame; valid until the next call.
+  std::span<const std::uint8_t> message(const QueuedFrame& frame, const Told& told,
                                         igtl::HeadVersion version);
 
  private:

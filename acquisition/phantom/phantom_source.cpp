@@ -98,6 +98,7 @@ PhantomSource::PhantomSource(const Config& config)
           .volumes = config.volumes,
           .first_angle_rad = -motor_.furthest_rad(),
           .last_angle_rad = motor_.furthest_rad(),
+          .origin = FrameOrigin::kSimulated,
           .simulated = true,
           .subject = subject_of(config.scene)},
       scene_(config.motion),

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <system_error>
 #include <utility>
 
 #include "acquisition/sequence/plus_fields.hpp"
@@ -212,6 +213,7 @@ void Recorder::close_recording(const std::filesystem::path& end_path, bool drop)
   } else {
     finish_file(end_path);
   }
+  sync_.leave();
   segments_.clear();
   begins_ns_.clear();
   lock_.reset();
@@ -278,6 +280,7 @@ bool Recorder::open_segment(const QueuedFrame& frame) {
   }
   segment_ = *std::move(segment);
   segments_.push_back(segment_->paths());
+  sync_.follow({segment_->paths().frames, segment_->paths().pixels});
   if (!scene_line_.empty()) (void)segment_->add_picture(scene_line_);
   return true;
 }
@@ -325,6 +328,11 @@ void Recorder::flush_if_due() {
   if (!segment_ || now - flushed_ns_ < kFlushNs / 2) return;
   flushed_ns_ = now;
   if (auto flushed = segment_->flush(); !flushed) return stop_for(flushed.error());
+  if (const int failure = sync_.take_failure()) {
+    return stop_for(
+        {ErrorCode::kUnavailable, fmt::format("{} could not be put on its disk ({}), expected a sound disk",
+                                              shown(file_), std::generic_category().message(failure))});
+  }
   const auto lack = lack_of_room(0);
   if (!lack) return;
   // A ring gets shorter, down to its open segment: fewer seconds are worth more than none.

@@ -15,6 +15,7 @@
 #include "acquisition/record/recording_finisher.hpp"
 #include "acquisition/record/recording_names.hpp"
 #include "acquisition/record/segment.hpp"
+#include "acquisition/record/segment_sync.hpp"
 #include "acquisition/source/frame_source.hpp"
 #include "proto/base/clock.hpp"
 #include "proto/exchange/doorbell.hpp"
@@ -31,8 +32,9 @@ namespace fanlight {
 /// still in the tap.
 ///
 /// While it records, frames stand in segments (segment.hpp), which reach the kernel every quarter of a
-/// second. The final file is written on a second thread. A change of the frames' geometry, and a file longer
-/// than kMostFramesAFile, begin a further file: x.igs.mha, x-2.igs.mha, ... A ring restarts instead.
+/// second, and the disk every five (SegmentSync). The final file is written on a second thread. A change of
+/// the frames' geometry, and a file longer than kMostFramesAFile, begin a further file: x.igs.mha,
+/// x-2.igs.mha, ... A ring restarts instead.
 class Recorder {
  public:
   static constexpr std::uint64_t kMostFramesAFile = 200'000;
@@ -113,6 +115,7 @@ class Recorder {
   Mailbox<RecordingStatus> status_;
   LineQueue pictures_;
   RecordingFinisher finisher_{bell_};
+  SegmentSync sync_;
 
   // The recorder's thread only.
   std::optional<RecordingOrder> order_;  // of the recording under way

@@ -30,6 +30,7 @@ SourceDescription describe(const Recording& recording, ReplaySource::Ending endi
                            .volumes = ending == ReplaySource::Ending::kOnce ? summary.sweeps : 0,
                            .first_angle_rad = radians(summary.smallest_angle_deg),
                            .last_angle_rad = radians(summary.largest_angle_deg),
+                           .origin = FrameOrigin::kRecording,
                            .notes = summary.notes};
   if (const RecordedStream* const stream = recording.stream()) {
     source.counts_volumes = stream->facts.counts_volumes;

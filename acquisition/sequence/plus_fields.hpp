@@ -21,6 +21,9 @@ inline constexpr std::string_view kFramesInSweep = "FramesInSweep";  ///< absent
 inline constexpr std::string_view kMotorAngleRad = "MotorAngleRad";  ///< every bit; degrees are rounded
 inline constexpr std::string_view kFrameFault = "FrameFault";        ///< absent: none
 inline constexpr std::string_view kAfterInterruption = "AfterInterruption";  ///< "1"; absent: no
+// Of frames that are sent on, not of recordings. Names that begin with Fanlight describe all frames alike.
+inline constexpr std::string_view kOrigin = "FrameOrigin";  ///< a name of FrameOrigin
+inline constexpr std::string_view kAgeMs = "FrameAgeMs";    ///< from the capture to the sending
 }  // namespace plus_field
 
 /// What a recording of this source says of all its frames, but for the time of its begin.

@@ -15,6 +15,7 @@
 #include <toml.hpp>
 
 #include "acquisition/source/printable.hpp"
+#include "proto/base/toml_excess.hpp"
 #include "proto/base/toml_place.hpp"
 
 namespace fanlight {
@@ -153,31 +154,18 @@ std::string key_names() {
   return names;
 }
 
-/// Parses a geometry file. It is not trusted: its length, brackets and dots are limited, because the parser
-/// calls itself for each. kBadInput names the file and the line.
+/// Parses a geometry file. It is not trusted: its length and its nesting are limited. kBadInput names the
+/// file and the line.
 Result<toml::value> parse_geometry_toml(const std::filesystem::path& path) {
   constexpr std::string_view kExpected = "lines such as motor_radius_mm = 28.0";
-  // Far above the size of any geometry. The parser recurses into each bracket and each dot of a key without a
-  // limit: 16 000 dots overflow its stack.
-  constexpr std::size_t kMostBytes = 65'536;
-  constexpr std::ptrdiff_t kMostBrackets = 16;
-  constexpr std::ptrdiff_t kMostDotsInKeys = 64;
+  constexpr std::size_t kMostBytes = 65'536;  // far above the size of any geometry
   std::string text(kMostBytes + 1, '\0');
   std::ifstream file(path, std::ios::binary);
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > kMostBytes)
     return bad_file(path, fmt::format("the file is longer than {} bytes", kMostBytes), kExpected);
-  const auto brackets = std::ranges::count_if(text, [](char c) { return c == '[' || c == '{'; });
-  if (brackets > kMostBrackets) return bad_file(path, "the file is full of brackets", kExpected);
-  // Of one key: lists of numbers have commas between their dots.
-  std::ptrdiff_t in_a_row = 0;
-  std::ptrdiff_t most_in_a_row = 0;
-  for (const char c : text) {
-    if (c == '.') most_in_a_row = std::max(most_in_a_row, ++in_a_row);
-    if (c == ',' || c == '=' || c == '\n') in_a_row = 0;
-  }
-  if (most_in_a_row > kMostDotsInKeys) return bad_file(path, "the file is full of dots", kExpected);
+  if (const std::string excess = toml_excess(text); !excess.empty()) return bad_file(path, excess, kExpected);
   try {
     std::istringstream stream(text);
     return toml::parse(stream, shown(path));

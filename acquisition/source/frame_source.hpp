@@ -12,6 +12,7 @@
 #include "proto/base/result.hpp"
 #include "proto/model/fan_geometry.hpp"
 #include "proto/model/frame.hpp"
+#include "proto/model/frame_origin.hpp"
 
 namespace fanlight {
 
@@ -28,7 +29,9 @@ struct SourceDescription {
   double first_angle_rad = 0;           ///< smallest and largest motor angle of a sweep
   double last_angle_rad = 0;
   std::int64_t begun_utc_s = 0;  ///< when a recording was begun, seconds since 1970; 0: not known
-  bool simulated = false;        ///< it shows, or a recording of it, what suggested_scene() looks at
+  FrameOrigin origin =
+      FrameOrigin::kProbe;  ///< of its frames; of a network source, where the sender is silent
+  bool simulated = false;   ///< it shows, or a recording of it, what suggested_scene() looks at
   /// What the source knows to be worth looking at, from the probe.
   struct Subject {
     Point middle;

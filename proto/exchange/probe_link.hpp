@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "proto/exchange/doorbell.hpp"
 #include "proto/exchange/mailbox.hpp"
+#include "proto/model/frame_origin.hpp"
 #include "proto/model/pipeline_counters.hpp"
 #include "proto/model/probe_protocol.hpp"
 
@@ -28,11 +30,12 @@ struct ProbeStatus {
   std::uint64_t times_lost = 0;
   probe::Identity identity;
   probe::Capabilities capabilities;
-  FanGeometry geometry;              ///< of the present frames
-  probe::Settings settings;          ///< as reported by the probe; in force, or from the next sweep on
-  std::uint64_t order_answered = 0;  ///< number of the newest order that was executed or refused
-  std::string trouble;               ///< why a plugged-in probe cannot be read; empty: no trouble
-  std::string refusal;               ///< why that order was refused; empty: it was executed
+  FanGeometry geometry;               ///< of the present frames
+  probe::Settings settings;           ///< as reported by the probe; in force, or from the next sweep on
+  std::uint64_t order_answered = 0;   ///< number of the newest order that was executed or refused
+  std::optional<FrameOrigin> origin;  ///< of the frames, where their sender says it
+  std::string trouble;                ///< why a plugged-in probe cannot be read; empty: no trouble
+  std::string refusal;                ///< why that order was refused; empty: it was executed
 };
 
 /// Data about a USB probe, or an OpenIGTLink server in its place, shared by the acquisition thread and the

@@ -20,7 +20,10 @@ struct RenderHealth {
   std::int64_t since_ns = 0;       ///< fanlight::now_ns of the last change of `state`
   std::uint64_t devices_lost = 0;  ///< since the start
   FixedText<500> cause;            ///< a sentence, where `state` is not kRunning
-  FixedText<500> refusal;          ///< why the newest volume or scene was refused; empty: both were taken
+  FixedText<500> volume_refusal;   ///< why the newest volume was refused; empty: it was taken
+  FixedText<500> scene_refusal;    ///< why the newest scene is not drawn; empty: it is, or was not tried yet
+  std::uint64_t refused_revision = 0;  ///< of that scene; 0: none
+  bool filter_left_out = false;        ///< the volume shown lacks its speckle filter, for lack of memory
 };
 
 }  // namespace fanlight

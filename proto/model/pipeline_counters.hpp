@@ -43,6 +43,8 @@ struct AcquisitionCounters {
   Counter geometry_changes;      ///< of the source, while it runs
   Counter source_delays;         ///< times that a replay fell behind its recorded times
 
+  Gauge<double> frame_age_s;  ///< of the newest frame when it came, since its capture
+
   // Difference between forward and backward sweeps, see SweepHysteresis.
   Counter mismatch_estimates;       ///< pairs of sweeps that were compared
   Counter mismatch_refusals;        ///< pairs with too little in the frames to compare
@@ -109,6 +111,8 @@ inline constexpr auto kAcquisitionTable = std::to_array<CountRow<AcquisitionCoun
 });
 
 inline constexpr auto kAcquisitionValueTable = std::to_array<ValueRow<AcquisitionCounters>>({
+    {"frame_age_seconds", "Age of the newest frame when it was received, since its capture",
+     &AcquisitionCounters::frame_age_s},
     {"sweep_mismatch_degrees", "Mismatch of forward and backward sweeps that is corrected",
      &AcquisitionCounters::mismatch_deg},
     {"sweep_mismatch_left_degrees", "Remaining mismatch after the correction",

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/schedule/scene_fallback.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace fanlight {
@@ -10,7 +8,8 @@ namespace fanlight {
 bool SceneFallback::falls_back(const Error& error, std::int64_t now_ns) {
   const bool other = in_force_.revision != proven_.revision || in_force_.deadline != proven_.deadline;
   if (error.code == ErrorCode::kLost || !other) return false;
-  refusal_ = fmt::format("the scene of revision {} is not shown: {}", in_force_.revision, error.message);
+  refusal_ = error.message;
+  refused_revision_ = in_force_.revision;
   refused_ns_ = now_ns;
   in_force_ = proven_;
   return true;

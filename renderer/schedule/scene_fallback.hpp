@@ -33,8 +33,10 @@ class SceneFallback {
   /// A picture is made of the scene in force.
   void note_drawn();
 
-  /// Why the wanted scene was not drawn; empty where it was, or where it was not tried yet.
+  /// Why a wanted scene was not drawn: the driver's error. Empty where it was, or was not tried yet.
   const std::string& refusal() const { return refusal_; }
+  /// The revision of that scene.
+  std::uint64_t refused_revision() const { return refused_revision_; }
   /// When try_again() brings a refused scene back; absent where none is refused.
   std::optional<std::int64_t> next_try_ns() const;
   /// Brings a refused scene into force again where that is due. To be called before the scene is used.
@@ -50,6 +52,7 @@ class SceneFallback {
   NumberedScene in_force_;
   NumberedScene proven_;
   std::string refusal_;
+  std::uint64_t refused_revision_ = 0;
   std::int64_t refused_ns_ = 0;
   std::int64_t rest_ns_ = kLeastRestNs;  // until the next try
 };

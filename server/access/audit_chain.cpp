@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -37,9 +38,22 @@ struct Part {
   std::filesystem::path path;
 };
 
+/// What a server leaves that was ended while it rotated its log: a second name of the same file, or a new
+/// file that has no name yet. The next start removes both.
+bool is_left_by_rotation(const std::filesystem::path& path, std::span<const std::filesystem::path> before) {
+  std::error_code unknown;
+  const bool is_next = path.extension() == kAuditNextSuffix &&
+                       std::filesystem::exists(std::filesystem::path(path).replace_extension(), unknown);
+  return is_next || std::ranges::any_of(before, [&](const std::filesystem::path& other) {
+           return std::filesystem::equivalent(path, other, unknown);
+         });
+}
+
 Result<std::vector<Part>> parts_in_order(std::span<const std::filesystem::path> paths) {
   std::vector<Part> parts;
-  for (const std::filesystem::path& path : paths) {
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const std::filesystem::path& path = paths[i];
+    if (is_left_by_rotation(path, paths.first(i))) continue;
     std::ifstream file(path);
     if (!file) {
       return Error{ErrorCode::kNotFound,

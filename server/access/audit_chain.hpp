@@ -19,6 +19,8 @@ inline constexpr std::string_view kAuditBeginning =
 inline constexpr const char* kAuditContinues = "continues";
 /// Result of the entry that says how many lines were lost before it.
 inline constexpr const char* kAuditLost = "lost";
+/// Of a file that is to take the name of the log, see AuditFile.
+inline constexpr const char* kAuditNextSuffix = ".next";
 
 /// A place in the chain: the number of a line, from 1 on, and its SHA-256.
 struct AuditPosition {

@@ -6,12 +6,14 @@
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "proto/base/file_replacement.hpp"
@@ -87,17 +89,26 @@ Result<std::unique_ptr<AuditFile>> AuditFile::open(const std::filesystem::path& 
 }
 
 AuditFile::~AuditFile() {
-  if (file_ >= 0) ::close(file_);
+  if (file_ < 0) return;
+  release_reserve();
+  ::close(file_);
 }
 
 Result<void> AuditFile::open_alone() {
   struct stat status {};
   regular_ = ::stat(path_.c_str(), &status) != 0 || S_ISREG(status.st_mode);
   if (!regular_) {
-    file_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-    if (file_ < 0) return not_opened(path_, errno);
-    ::fcntl(file_, F_SETFL, ::fcntl(file_, F_GETFL) | O_NONBLOCK);
-    return {};
+    // A pipe that nothing reads yet is not opened; its reader may start at the same time.
+    const auto until = std::chrono::steady_clock::now() + kPipeWait;
+    do {
+      file_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC | O_NONBLOCK);
+      if (file_ >= 0) return {};
+      if (errno != ENXIO) return not_opened(path_, errno);
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    } while (std::chrono::steady_clock::now() < until);
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("nothing reads the pipe {} of the audit log, expected a reader within {} s",
+                             path_.string(), kPipeWait.count())};
   }
   // Another process that rotates its log gives the name to a new file between our two calls.
   constexpr int kMostTries = 10;
@@ -193,6 +204,29 @@ int AuditFile::append(std::string_view fields) {
   return 0;
 }
 
+void AuditFile::reserve() {
+  if (!can_reserve_ || reserved_bytes_ >= bytes_ + kReserveBytes / 2) return;
+  if (::fallocate(file_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(bytes_), kReserveBytes) == 0) {
+    reserved_bytes_ = bytes_ + kReserveBytes;
+  } else if (errno == EOPNOTSUPP || errno == ENOSYS) {
+    can_reserve_ = false;
+  }
+}
+
+/// So that a file that is complete takes no more of the disk than its lines.
+void AuditFile::release_reserve() {
+  if (regular_ && reserved_bytes_ > 0 && !torn_) (void)!::ftruncate(file_, static_cast<off_t>(bytes_));
+  reserved_bytes_ = 0;
+}
+
+bool AuditFile::has_room() {
+  if (!regular_) return rest_.empty();
+  reserve();
+  if (can_reserve_) return reserved_bytes_ >= bytes_ + kReserveBytes / 4;
+  struct statvfs disk {};
+  return ::fstatvfs(file_, &disk) != 0 || std::uint64_t{disk.f_bavail} * disk.f_frsize >= kReserveBytes;
+}
+
 /// An incomplete line would break the chain.
 int AuditFile::finish_last_write() {
   if (torn_) {
@@ -226,6 +260,8 @@ int AuditFile::continue_in(int next, const nlohmann::json& details, const std::f
   const AuditPosition position = position_;
   const int before = std::exchange(file_, next);
   const std::uint64_t rotate_at_bytes = std::exchange(rotate_at_bytes_, UINT64_MAX);  // not within append()
+  const std::uint64_t bytes = bytes_;
+  const std::uint64_t reserved_bytes = std::exchange(reserved_bytes_, 0);
   ::fdatasync(before);
   int failure = ::flock(next, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK ? EWOULDBLOCK : 0;
   if (failure == 0) failure = append(audit_fields_of_log(kAuditContinues, details));
@@ -234,10 +270,13 @@ int AuditFile::continue_in(int next, const nlohmann::json& details, const std::f
   if (failure != 0) {
     ::close(std::exchange(file_, before));
     position_ = position;
+    bytes_ = bytes;
+    reserved_bytes_ = reserved_bytes;
     rotate_at_bytes_ = rotate_at_bytes;
     torn_ = false;
     return failure;
   }
+  if (reserved_bytes > 0) (void)!::ftruncate(before, static_cast<off_t>(bytes));
   ::close(before);
   sync_folder_of(path_);
   rotate_at_bytes_ = rotate_bytes_;
@@ -249,7 +288,7 @@ std::string AuditFile::rotated_name() const {
 }
 
 std::string AuditFile::next_name() const {
-  return path_.string() + ".next";
+  return path_.string() + kAuditNextSuffix;
 }
 
 void AuditFile::undo_unfinished_rotation() const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -21,8 +22,11 @@ class AuditFile : public AuditSink {
   /// Opens the file, or creates it with access for its owner only. Reads its end, not the whole of it. A last
   /// line without a line end, as a power cut leaves it, is moved to FILE-torn-LINE, and an entry of the log
   /// says so. `rotate_bytes`: size at which the file is renamed to FILE.LINE (the number of its last line)
-  /// and a new one continues the chain; 0: never. Blocks; a pipe, until it is read. Errors: it cannot
-  /// be written; another process has it open; its last lines do not follow each other.
+  /// and a new one continues the chain; 0: never. Blocks; for a pipe that nothing reads, kPipeWait.
+  /// Errors: it cannot be written; nothing reads the pipe; another process has it open; its last lines do not
+  /// follow each other.
+  static constexpr std::uint64_t kReserveBytes = 4 << 20;
+  static constexpr std::chrono::seconds kPipeWait{5};
   static Result<std::unique_ptr<AuditFile>> open(const std::filesystem::path& path,
                                                  std::uint64_t rotate_bytes);
 
@@ -33,6 +37,9 @@ class AuditFile : public AuditSink {
   int append(std::string_view fields) override;
   void wait_for_room() override;
   int sync() override;
+  /// Keeps kReserveBytes of its disk behind the end of the file, where the file system can: nothing else
+  /// fills them. False where a quarter of them is left, or the disk has none where it cannot.
+  bool has_room() override;
   void reopen() override;
   std::string take_notice() override;
   const AuditPosition& position() const override { return position_; }
@@ -49,6 +56,8 @@ class AuditFile : public AuditSink {
   /// Removes what a process left that was ended while it rotated.
   void undo_unfinished_rotation() const;
   void rotate();
+  void reserve();
+  void release_reserve();
   /// Continues the chain in the file `next`, which this object then owns. `named`: called when the first line
   /// is on the disk; returns 0 or an errno. Returns 0, or an errno: then all is as before.
   int continue_in(int next, const nlohmann::json& details, const std::function<int()>& named);
@@ -59,9 +68,11 @@ class AuditFile : public AuditSink {
   std::uint64_t rotate_at_bytes_;  // grows where a rotation failed
   int file_ = -1;
   bool regular_ = false;
-  bool torn_ = false;        // after `bytes_` there is a part of a line that is to be cut off
-  std::uint64_t bytes_ = 0;  // whole lines in the file
-  std::string rest_;         // of a line of which a pipe took a part
+  bool torn_ = false;                 // after `bytes_` there is a part of a line that is to be cut off
+  std::uint64_t bytes_ = 0;           // whole lines in the file
+  std::uint64_t reserved_bytes_ = 0;  // up to here, from the begin of the file
+  bool can_reserve_ = true;           // the file system can
+  std::string rest_;                  // of a line of which a pipe took a part
   AuditPosition position_;
   std::string notice_;
 };

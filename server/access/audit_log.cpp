@@ -82,6 +82,10 @@ AuditPosition AuditLog::newest() const {
   return writer_ == nullptr ? AuditPosition{} : writer_->position();
 }
 
+bool AuditLog::refuses_acts() const {
+  return is_required_ && (writer_ == nullptr || !writer_->can_write());
+}
+
 std::uint64_t AuditLog::lines_lost() const {
   return writer_ == nullptr ? 0 : writer_->lost();
 }

@@ -39,6 +39,11 @@ class AuditLog {
   /// Opens the file to append to it: see AuditFile::open(), also for `rotate_bytes` and the errors.
   static Result<AuditLog> open(const std::filesystem::path& path, std::uint64_t rotate_bytes = 0);
 
+  /// From now on an act whose line cannot be written is to be refused.
+  void require() { is_required_ = true; }
+  /// Whether an act is to be refused now, as require() demands.
+  bool refuses_acts() const;
+
   /// Appends a line, unless the client has used up its budget for such events: see AuditBudget.
   void note(const Principal& who, const Event& event, const nlohmann::json& details);
   void note(const Principal& who, const Event& event);
@@ -69,6 +74,7 @@ class AuditLog {
 
   std::unique_ptr<AuditWriter> writer_;  // null: no log
   std::unique_ptr<AuditBudget> budget_;
+  bool is_required_ = false;
   [[no_unique_address]] ThreadOwner thread_owner_;
 };
 

@@ -25,6 +25,9 @@ class AuditSink {
   /// removed.
   virtual int sync() = 0;
 
+  /// Whether the next lines can be written for sure, as far as is known. Reserves room for them.
+  virtual bool has_room() { return true; }
+
   /// Continues the chain in a new file if the present one was moved or removed.
   virtual void reopen() = 0;
 

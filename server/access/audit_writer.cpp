@@ -27,7 +27,8 @@ constexpr std::size_t kMostNoticeBytes = 4096;
 class AuditWriter::Work {
  public:
   explicit Work(std::unique_ptr<AuditSink> sink) : sink_(std::move(sink)) {
-    publish(sink_->take_notice(), 0);
+    look_for_room();
+    publish(std::exchange(new_notice_, {}), 0);
   }
 
   void push(std::string fields, Urgency urgency) {
@@ -75,6 +76,10 @@ class AuditWriter::Work {
     const std::scoped_lock lock(mutex_);
     return position_;
   }
+  bool can_write() const {
+    const std::scoped_lock lock(mutex_);
+    return can_write_ && overflow_ == 0 && no_memory_ == 0 && !ended_;
+  }
   std::uint64_t lost() const {
     const std::scoped_lock lock(mutex_);
     return lost_;
@@ -99,7 +104,7 @@ class AuditWriter::Work {
       lock.unlock();
       try {
         write(batch);
-        add_notice(sink_->take_notice());
+        look_for_room();
       } catch (const std::bad_alloc&) {
         const std::uint64_t unhandled = batch.lines.size() - batch.handled;
         batch.lost += unhandled;
@@ -132,7 +137,7 @@ class AuditWriter::Work {
 
   void wait_for_work(std::unique_lock<std::mutex>& lock) {
     const auto has_work = [this] { return ending_ || reopening_ || no_memory_ > 0 || !queue_.empty(); };
-    if (unsynced_ || gap_ > 0) {
+    if (unsynced_ || gap_ > 0 || !has_room_) {
       woken_.wait_until(lock, synced_at_ + kBetweenSyncs, has_work);
     } else {
       woken_.wait(lock, has_work);
@@ -176,6 +181,14 @@ class AuditWriter::Work {
   bool is_ending() const {
     const std::scoped_lock lock(mutex_);
     return ending_;
+  }
+
+  void look_for_room() {
+    const bool had_room = std::exchange(has_room_, sink_->has_room());
+    if (had_room && !has_room_)
+      add_notice("the disk of the audit log has no room left for more than a few lines");
+    if (!had_room && has_room_) add_notice("the disk of the audit log has room again");
+    add_notice(sink_->take_notice());
   }
 
   static std::string reason_of_gap(int failure) {
@@ -230,6 +243,7 @@ class AuditWriter::Work {
 
   void publish(const std::string& notice, std::uint64_t not_written) {
     position_ = sink_->position();
+    can_write_ = has_room_ && gap_ == 0;
     lost_ += not_written;
     if (notice.empty() || notice_.size() + notice.size() > kMostNoticeBytes) return;
     notice_ += notice_.empty() ? notice : "; " + notice;
@@ -241,6 +255,7 @@ class AuditWriter::Work {
   int gap_failure_ = 0;     // 0: the queue was full
   bool unsynced_ = false;   // lines were written since the last sync
   int sync_failure_ = 0;    // of the last sync
+  bool has_room_ = true;    // the sink says so
   std::string new_notice_;  // not published yet
   std::chrono::steady_clock::time_point synced_at_{};
 
@@ -252,6 +267,7 @@ class AuditWriter::Work {
   std::uint64_t overflow_ = 0;   // lines that did not fit since the last batch was taken
   std::uint64_t no_memory_ = 0;  // lines that there was no memory for since then
   std::uint64_t lost_ = 0;
+  bool can_write_ = true;
   bool reopening_ = false;
   bool ending_ = false;
   bool busy_ = false;
@@ -296,6 +312,10 @@ bool AuditWriter::end(std::chrono::milliseconds most) {
 
 AuditPosition AuditWriter::position() const {
   return work_->position();
+}
+
+bool AuditWriter::can_write() const {
+  return work_->can_write();
 }
 
 std::uint64_t AuditWriter::lost() const {

@@ -48,6 +48,8 @@ class AuditWriter {
 
   /// The last line that was written.
   AuditPosition position() const;
+  /// Whether the next lines will be written: the sink has room, and lost none of the last ones.
+  bool can_write() const;
   /// Lines that were not written.
   std::uint64_t lost() const;
   /// Sentences for the log of the server since the last call; empty: none.

@@ -16,6 +16,7 @@
 #include <toml.hpp>
 
 #include "proto/base/file_replacement.hpp"
+#include "proto/base/toml_excess.hpp"
 #include "proto/base/toml_place.hpp"
 #include "server/access/folder_lock.hpp"
 
@@ -51,6 +52,7 @@ Result<std::string> text_of(const std::filesystem::path& path) {
 }
 
 Result<toml::value> parse_toml(const std::filesystem::path& path, const std::string& text) {
+  if (const std::string excess = toml_excess(text); !excess.empty()) return bad(path, excess);
   try {
     std::istringstream stream(text);
     return toml::parse(stream, path.string());

@@ -15,6 +15,7 @@
 
 #include "proto/base/nearest_name.hpp"
 #include "proto/base/printable.hpp"
+#include "proto/base/toml_excess.hpp"
 #include "proto/base/toml_place.hpp"
 #include "server/help/option_table.hpp"
 #include "server/help/usage_sentence.hpp"
@@ -211,9 +212,15 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   if (std::filesystem::file_size(path, failure) > kind.most_bytes) return unreadable("is too large");
   std::ifstream file(path, std::ios::binary);
   if (!file) return unreadable("may not be read by this user");
+  std::string text(kind.most_bytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (const std::string excess = toml_excess(text); !excess.empty())
+    return bad(name, fmt::format("{}, expected lines such as {}", excess, kind.line));
   std::vector<PlacedOption> options;
   try {
-    const toml::value whole = toml::parse(file, path.string());
+    std::istringstream stream(text);
+    const toml::value whole = toml::parse(stream, path.string());
     if (auto collected = collect(name, "", whole, options); !collected) return collected.error();
   } catch (const toml::syntax_error& wrong) {
     const std::string place = fmt::format("{}, line {}", name, toml_error_line(wrong));

@@ -40,6 +40,12 @@ namespace {
 
 constexpr std::uint64_t kMostCineBytes = 512'000'000;
 
+Result<void> check_audit(const ServeOptions& options) {
+  if (!options.audit_required || !options.audit_log.empty()) return {};
+  return options.placed("audit-required", {ErrorCode::kInvalidArgument,
+                                           "there is no audit log to be written, expected --audit-log FILE"});
+}
+
 Result<boost::asio::ip::tcp::endpoint> listen_endpoint(const ServeOptions& options) {
   auto endpoint = parse_listen_address(options.listen);
   if (!endpoint) return endpoint;
@@ -125,6 +131,7 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
   if (!size) return options.placed("size", size.error());
   const auto endpoint = listen_endpoint(options);
   if (!endpoint) return options.placed("listen", endpoint.error());
+  if (auto audit = check_audit(options); !audit) return audit.error();
   auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty());
   if (!igtl) return options.placed("igtl-listen", igtl.error());
   auto rtp = options.rtp.config();
@@ -145,6 +152,7 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
       .presets = options.presets.empty() ? usual_presets_file() : std::filesystem::path(options.presets),
       .audit_log = options.audit_log,
       .audit_rotate_bytes = options.audit_log_mb * 1'000'000,
+      .audit_required = options.audit_required,
       .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
       .igtl = *std::move(igtl),
       .rtp = *std::move(rtp)};
@@ -236,6 +244,7 @@ void describe_source(const ServeOptions& options, const SourceDescription& sourc
   description.source = printable(source.name);
   description.title = options.title.empty() ? usual_title(options.source) : printable(options.title);
   description.path = recording_path(source);
+  description.origin = source.origin;
   for (const std::string& note : source.notes)
     description.notes.push_back(without_path(printable(note), description.path, "the recording"));
   state.suggested_scene = suggested_scene(source);
@@ -318,25 +327,29 @@ Result<void> serve(ServeOptions& options) {
   ServiceNotifier notifier(loops_of(pipeline));
   std::unique_ptr<StreamServer> server;
   auto made = StreamServer::create(
-      *config,
-      {.ports = pipeline.ports(),
-       .counters = counters,
-       .find_surface = surface_finder(config->state.description),
-       .write_frame = [&](const QueuedFrame& frame, std::uint64_t utc_ns,
-                          igtl::HeadVersion version) { return sent_frames.message(frame, utc_ns, version); },
-       .hooks = {.second_passed =
-                     [&](const PictureLiveness::Report& report) {
-                       notifier.second_passed(report);
-                       terminal.second_passed();
-                     },
-                 .read_again =
-                     [&] {
-                       if (terminal.has_closed()) return false;
-                       read_again(options, *server, usual_level);
-                       return true;
-                     },
-                 .was_read_again = [] { ServiceNotifier::reloaded(); },
-                 .ends = [] { ServiceNotifier::stopping(); }}});
+      *config, {.ports = pipeline.ports(),
+                .counters = counters,
+                .find_surface = surface_finder(config->state.description),
+                .write_frame =
+                    [&](const QueuedFrame& frame, std::uint64_t utc_ns, FrameOrigin origin,
+                        igtl::HeadVersion version) {
+                      const std::int64_t age_ns = now_ns() - frame.stamp.capture_time_ns;
+                      return sent_frames.message(
+                          frame, {.utc_ns = utc_ns, .age_ns = age_ns, .origin = origin}, version);
+                    },
+                .hooks = {.second_passed =
+                              [&](const PictureLiveness::Report& report) {
+                                notifier.second_passed(report);
+                                terminal.second_passed();
+                              },
+                          .read_again =
+                              [&] {
+                                if (terminal.has_closed()) return false;
+                                read_again(options, *server, usual_level);
+                                return true;
+                              },
+                          .was_read_again = [] { ServiceNotifier::reloaded(); },
+                          .ends = [] { ServiceNotifier::stopping(); }}});
   if (!made) return wrong_configuration(made.error());
   server = *std::move(made);
 
@@ -359,6 +372,7 @@ Result<void> serve(ServeOptions& options) {
 Result<void> check_start(const ServeOptions& options) {
   if (const auto endpoint = listen_endpoint(options); !endpoint)
     return options.placed("listen", endpoint.error());
+  if (auto audit = check_audit(options); !audit) return audit;
   if (const auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty()); !igtl)
     return options.placed("igtl-listen", igtl.error());
   if (const auto rtp = options.rtp.config(); !rtp) return options.placed("rtp-to", rtp.error());

@@ -106,6 +106,8 @@ void ServeOptions::add_access_options(CLI::App& command) {
   command
       .add_option("--audit-log", audit_log, "Append a line of JSON for each change and login to this file")
       ->type_name("FILE");
+  command.add_flag("--audit-required", audit_required,
+                   "Refuse changes while the audit log cannot be written; needs --audit-log");
   command.add_option("--audit-log-mb", audit_log_mb, "Rotate the audit log at this size; 0: never")
       ->capture_default_str()
       ->check(CLI::Range(0, 1'000'000))

@@ -37,6 +37,7 @@ struct ServeOptions {
   std::string tokens;
   std::string presets;
   std::string audit_log;
+  bool audit_required = false;
   std::uint64_t audit_log_mb = 0;
   double control_lapse_s = 60;
   std::size_t private_views = kMostPrivateViews;

@@ -138,6 +138,10 @@ class Watch {
       case v1::ServerMessage::kStatistics:
         report(message.statistics());
         return {};
+      case v1::ServerMessage::kScene:
+        if (!message.scene().withdrawn().empty())
+          fmt::print(stderr, "{}\n", printable(message.scene().withdrawn()));
+        return {};
       case v1::ServerMessage::kSceneReply:
         if (message.scene_reply().has_refused()) return refused(message.scene_reply().refused());
         fmt::print(stderr, "the scene has revision {}\n", message.scene_reply().in_force().revision());

@@ -22,7 +22,8 @@ const char* state_name(const v1::Liveness& liveness) {
 /// "not live, 34.2 s old: The probe is lost."
 std::string state_text(const v1::Liveness& liveness) {
   const std::string age = liveness.age_s() < 0 ? "" : fmt::format(", {:.1f} s old", liveness.age_s());
-  const bool explains = liveness.state() != v1::Liveness::LIVE;
+  const bool explains = liveness.state() != v1::Liveness::LIVE || liveness.cause() != v1::Liveness::NONE ||
+                        liveness.origin() != v1::Liveness::PROBE;
   return fmt::format("{}{}{}{}", state_name(liveness), age, explains ? ": " : "",
                      explains ? printable(liveness.sentence()) : "");
 }

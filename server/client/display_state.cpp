@@ -65,6 +65,10 @@ void DisplayState::take(const v1::ServerMessage& message, std::int64_t now_ns) {
       return;
     case v1::ServerMessage::kScene:
       scene_ = in_force_ = message.scene().scene();
+      if (!message.scene().withdrawn().empty()) {
+        refusal_ = message.scene().withdrawn();
+        refused_ns_ = now_ns;
+      }
       return;
     case v1::ServerMessage::kSceneReply:
       if (message.scene_reply().has_in_force()) in_force_ = message.scene_reply().in_force().scene();
@@ -121,7 +125,11 @@ DisplayState::Condition DisplayState::condition(std::int64_t now_ns) const {
   if (age_s > limit_s) {
     return {.word = Word::kDelayed, .text = "DELAYED" + age, .reason = "Pictures reach this display late."};
   }
-  return {.word = Word::kLive, .text = "LIVE" + age, .reason = ""};
+  const bool is_plain = liveness_.cause() == v1::Liveness::NONE && liveness_.origin() == v1::Liveness::PROBE;
+  const char* const live = liveness_.origin() == v1::Liveness::SIMULATED ? "SIMULATED"
+                           : liveness_.origin() == v1::Liveness::UNTOLD  ? "LIVE AS SENT"
+                                                                         : "LIVE";
+  return {.word = Word::kLive, .text = live + age, .reason = is_plain ? "" : liveness_.sentence()};
 }
 
 std::string DisplayState::refusal(std::int64_t now_ns) const {

@@ -90,6 +90,7 @@ struct CommandResult {
     kNot,
     kByRole,     ///< the role may not
     kByControl,  ///< another session holds control
+    kByAudit,    ///< the audit log is required and cannot be written
     kByCommand,  ///< a value is out of range, or the state does not allow it
   };
   Refused refused = Refused::kNot;

@@ -39,6 +39,11 @@ CommandResult CommandExecutor::permission(const CommandRule& rule, const Request
     if (auto may = control_.may_change(who.identity.id); !may)
       return refusal(may.error(), Refused::kByControl);
   }
+  if (who.audit.refuses_acts()) {
+    return refusal({ErrorCode::kUnavailable,
+                    "the audit log cannot be written, so nothing may be changed; expected room on its disk"},
+                   Refused::kByAudit);
+  }
   if (rule.needs_session && who.identity.id == 0)
     return refusal({ErrorCode::kInvalidArgument, "this needs a session, expected one at /stream"});
   return {};

@@ -17,6 +17,9 @@ class SessionAudit {
   /// Both must outlive this object.
   SessionAudit(AuditLog& log, const SessionIdentity& session) : log_(log), session_(session) {}
 
+  /// See AuditLog::refuses_acts().
+  bool refuses_acts() const { return log_.refuses_acts(); }
+
   /// Writes a line, within the budget of this session: see AuditBudget.
   void note(const char* what, const std::string& result);
   void note(const char* what, const std::string& result, const nlohmann::json& details);

@@ -63,6 +63,16 @@ void add_times(const PictureTimes& times, std::vector<prometheus::MetricFamily>&
                       .metric = {histogram(times.ages())}});
 }
 
+std::string label_of(PictureLiveness::State state) {
+  return PictureLiveness::name(state);
+}
+std::string label_of(PictureLiveness::Cause cause) {
+  return PictureLiveness::name(cause);
+}
+std::string label_of(FrameOrigin origin) {
+  return std::string(name_of(origin));
+}
+
 /// One value for each that Enum may be, under the label `label`: 1 for what holds, 0 for the others.
 template <typename Enum>
 prometheus::MetricFamily one_of(const std::string& name, const char* help, const char* label,
@@ -70,7 +80,7 @@ prometheus::MetricFamily one_of(const std::string& name, const char* help, const
   prometheus::MetricFamily all{.name = name, .help = help, .type = prometheus::MetricType::Gauge};
   for (std::size_t i = 0; i < values; ++i) {
     prometheus::ClientMetric metric;
-    metric.label.push_back({.name = label, .value = PictureLiveness::name(static_cast<Enum>(i))});
+    metric.label.push_back({.name = label, .value = label_of(static_cast<Enum>(i))});
     metric.gauge.value = static_cast<Enum>(i) == holds ? 1 : 0;
     all.metric.push_back(metric);
   }
@@ -144,6 +154,10 @@ std::string metrics_text(const ServerState& state, const PictureHub& hub) {
                             "state", PictureLiveness::kStates, liveness.state));
   families.push_back(one_of("fanlight_picture_cause", "1 for what keeps new pictures away, 0 for all else",
                             "cause", PictureLiveness::kCauses, liveness.cause));
+  families.push_back(
+      one_of("fanlight_frame_origin",
+             "1 for where the frames come from, at the first of several senders; 0 for all else", "origin",
+             kFrameOriginNames.size(), liveness.origin));
   families.push_back(
       family("fanlight_picture_age_seconds",
              "From the capture of the newest picture's volume to now; -1 before the first picture",

@@ -47,6 +47,7 @@ http::status status_of(const ClientCommand& command, const CommandResult& result
   using Refused = CommandResult::Refused;
   if (result.refused == Refused::kByRole) return http::status::forbidden;
   if (result.refused == Refused::kByControl) return http::status::conflict;
+  if (result.refused == Refused::kByAudit) return http::status::service_unavailable;
   if (result.error.code == ErrorCode::kNotFound) return http::status::not_found;
   if (result.error.code != ErrorCode::kInvalidArgument) return http::status::conflict;
   return std::holds_alternative<ChangeScene>(command) ? http::status::unprocessable_entity

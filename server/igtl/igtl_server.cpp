@@ -306,7 +306,8 @@ void IgtlServer::send_frames() {
   while (const QueuedFrame* const frame = queue.front()) {
     for (const auto version : {igtl::HeadVersion::kOne, igtl::HeadVersion::kTwo}) {
       if (frame->fault != FrameFault::kNone || !all.in(version).has(IgtlStream::kFrames)) continue;
-      const auto bytes = dependencies_.write_frame(*frame, utc_ns(frame->stamp.capture_time_ns), version);
+      const auto bytes = dependencies_.write_frame(*frame, utc_ns(frame->stamp.capture_time_ns),
+                                                   dependencies_.state.frame_origin(), version);
       const auto message = std::make_shared<const std::vector<std::uint8_t>>(bytes.begin(), bytes.end());
       for (const auto& session : std::vector(sessions_))
         if (session->version() == version) session->offer(IgtlStream::kFrames, message);

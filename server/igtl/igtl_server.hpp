@@ -39,9 +39,10 @@ class IgtlServer {
     std::uint32_t most_messages = 500;     ///< that are read of a client in a second
     IgtlSession::Patience patience{};
   };
-  /// Writes the message of a frame of the source, which is valid until the next call.
+  /// Writes the message of a frame of the source, which was taken at `utc_ns` and is sent now; valid until
+  /// the next call.
   using WriteFrame = std::function<std::span<const std::uint8_t>(
-      const QueuedFrame& frame, std::uint64_t utc_ns, igtl::HeadVersion version)>;
+      const QueuedFrame& frame, std::uint64_t utc_ns, FrameOrigin origin, igtl::HeadVersion version)>;
   /// All must outlive this object. Of `ports` it uses the frames.
   struct Dependencies {
     ServerState& state;

@@ -47,6 +47,9 @@ void LivenessWatch::update() {
   auto source = liveness_source(state.source_state(), state.probe.lost(), state.replay.status(),
                                 state.cine.is_frozen(), state.demand.resting());
   source.trouble = state.probe.trouble();
+  source.origin = state.frame_origin();
+  dependencies_.scene.update(now_ns());
+  source.scene_trouble = dependencies_.scene.trouble();
   if (!state.liveness.update(source, now_ns())) return;
   log();
   dependencies_.sessions.notify(Notice::kLiveness);
@@ -55,6 +58,7 @@ void LivenessWatch::update() {
 
 void LivenessWatch::log() const {
   const PictureLiveness::Report& report = dependencies_.state.liveness.report();
+  if (report.cause == PictureLiveness::Cause::kChangeNotShown) return;  // SceneGuard has logged it
   if (report.live() || report.state == PictureLiveness::State::kWaiting ||
       report.state == PictureLiveness::State::kReplay || report.state == PictureLiveness::State::kResting ||
       report.state == PictureLiveness::State::kFrozen)

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "server/net/loop_timer.hpp"
+#include "server/service/scene_guard.hpp"
 #include "server/state/server_state.hpp"
 #include "server/stream/picture_hub.hpp"
 #include "server/stream/session_registry.hpp"
@@ -20,6 +21,7 @@ class LivenessWatch {
     ServerState& state;
     PictureHub& hub;
     SessionRegistry& sessions;
+    SceneGuard& scene;
     std::function<std::size_t()> other_clients;  ///< that need pictures, and are no sessions
     std::function<void()> changed;               ///< the liveness has changed
   };

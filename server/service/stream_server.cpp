@@ -70,9 +70,11 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       access_files_(access_, listener_, audit_),
       source_watch_(state_, commands_, sessions_),
       recording_watch_(state_.recording, sessions_, audit_),
+      scene_guard_(state_, sessions_, audit_),
       liveness_watch_(loop_, {.state = state_,
                               .hub = hub_,
                               .sessions = sessions_,
+                              .scene = scene_guard_,
                               .other_clients = [this] { return other_clients(); },
                               .changed =
                                   [this] {
@@ -131,6 +133,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
     auto opened = AuditLog::open(config.audit_log, config.audit_rotate_bytes);
     if (!opened) return opened.error();
     audit = std::move(*opened);
+    if (config.audit_required) audit.require();
   }
   auto access = Authenticator::create(config.credentials);
   if (!access) return access.error();
@@ -320,6 +323,12 @@ void StreamServer::second_passed() {
           fmt::format("a call of the GPU's driver has not returned for {} s; expected a driver "
                       "that answers",
                       config_.most_driver_ms / 1000)});
+  }
+  if (state_.liveness.gpu_lost_ns() > config_.most_gpu_lost_ms * 1'000'000) {
+    fail({ErrorCode::kLost,
+          fmt::format("the GPU was lost and no picture has been rendered for {} s; expected a GPU that keeps "
+                      "working",
+                      config_.most_gpu_lost_ms / 1000)});
   }
   end_views(state_.views.second_passed(now_ns()));
   // Before the rest: it frees the memory of sessions that leave.

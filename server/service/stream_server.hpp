@@ -27,6 +27,7 @@
 #include "server/service/loop_executor.hpp"
 #include "server/service/preset_file.hpp"
 #include "server/service/recording_watch.hpp"
+#include "server/service/scene_guard.hpp"
 #include "server/service/server_signals.hpp"
 #include "server/service/source_watch.hpp"
 #include "server/state/server_state.hpp"
@@ -50,10 +51,13 @@ class StreamServer {
     std::filesystem::path presets;         ///< keeps what people save; empty: until the end only
     std::filesystem::path audit_log;       ///< empty: no audit log
     std::uint64_t audit_rotate_bytes = 0;  ///< see AuditFile::open()
+    bool audit_required = false;           ///< see AuditLog::require()
     std::int64_t control_lapse_ms = 60'000;
     /// The server ends with an error where a call of the GPU's driver takes longer: a supervisor restarts it.
     /// Longer than a driver takes to build a pipeline.
     std::int64_t most_driver_ms = 60'000;
+    /// And where a GPU that was lost has shown no picture for this long.
+    std::int64_t most_gpu_lost_ms = 30'000;
     std::int64_t most_end_ms = 1'000;  ///< for displays to take their close frame
     std::size_t most_connections = 2048;
     std::size_t most_connections_a_host = 256;  ///< except this machine, which may run a proxy
@@ -156,6 +160,7 @@ class StreamServer {
   AccessFiles access_files_;
   SourceWatch source_watch_;
   RecordingWatch recording_watch_;
+  SceneGuard scene_guard_;
   LivenessWatch liveness_watch_;
   ServerSignals signals_;
   boost::asio::posix::stream_descriptor bell_{loop_};

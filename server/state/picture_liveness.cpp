@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace fanlight {
 
@@ -15,6 +16,10 @@ constexpr std::int64_t kLeastLimitNs = 2 * kSecondNs;
 constexpr std::int64_t kSweepsOfALivePicture = 3;
 // Pictures over which the rate is measured.
 constexpr std::size_t kRatePictures = 8;
+
+bool has_device(const RenderHealth& health) {
+  return health.state == RenderHealth::State::kRunning || health.state == RenderHealth::State::kSlow;
+}
 
 double seconds(std::int64_t duration_ns) {
   return static_cast<double>(duration_ns) / kSecondNs;
@@ -36,9 +41,10 @@ const char* PictureLiveness::name(State state) {
 }
 
 const char* PictureLiveness::name(Cause cause) {
-  static constexpr auto kNames = std::to_array(
-      {"none", "source failed", "source ended", "probe lost", "GPU lost", "GPU hangs", "no frames",
-       "volumes refused", "renderer behind", "sweeps dropped", "no sweep", "driver silent"});
+  static constexpr auto kNames =
+      std::to_array({"none", "source failed", "source ended", "probe lost", "GPU lost", "GPU hangs",
+                     "no frames", "volumes refused", "renderer behind", "sweeps dropped", "no sweep",
+                     "driver silent", "change not shown"});
   static_assert(kNames.size() == kCauses);
   return kNames[static_cast<std::size_t>(cause)];
 }
@@ -49,7 +55,14 @@ void PictureLiveness::Growth::see(std::uint64_t value, std::int64_t now_ns) {
   grown_ns = now_ns;
 }
 
+void PictureLiveness::health_changed(const RenderHealth& health) {
+  if (health.devices_lost > health_.devices_lost) awaits_new_device_ = true;
+  health_ = health;
+}
+
 void PictureLiveness::shown(const PictureStamp& stamp, std::int64_t now_ns) {
+  // A picture of the lost device may come late.
+  if (has_device(health_) && stamp.finished_time_ns >= health_.since_ns) awaits_new_device_ = false;
   const VolumeStamp& volume = stamp.volume;
   if (any_picture_ && volume.last_capture_time_ns <= captured_ns_) {
     captured_ns_ = volume.last_capture_time_ns;  // an older one, of the cine
@@ -58,6 +71,7 @@ void PictureLiveness::shown(const PictureStamp& stamp, std::int64_t now_ns) {
   count(now_ns);
   any_picture_ = true;
   captured_ns_ = volume.last_capture_time_ns;
+  volume_id_ = volume.volume_id;
   sweep_ns_ = std::max<std::int64_t>(0, volume.last_capture_time_ns - volume.first_capture_time_ns);
   frame_ns_ = volume.frames > 1 ? sweep_ns_ / (volume.frames - 1) : 0;
   progressed_ns_ = now_ns;
@@ -88,6 +102,7 @@ PictureLiveness::Cause PictureLiveness::cause(const Source& source, std::int64_t
   if (source.probe_lost) return Cause::kProbeLost;
   if (health_.state == RenderHealth::State::kRemaking) return Cause::kGpuRemade;
   if (health_.state == RenderHealth::State::kHung) return Cause::kGpuHung;
+  if (awaits_new_device_ && !source.resting) return Cause::kGpuRemade;
   const bool still = now_ns - progressed_ns_ > limit_ns();
   const bool asks_no_progress = source.frozen || source.resting;
   if ((still || asks_no_progress) && driver_.silent_ns() > kLeastLimitNs) return Cause::kDriverSilent;
@@ -118,7 +133,7 @@ PictureLiveness::State PictureLiveness::state(const Source& source, Cause cause,
   if (!any_picture_) return State::kWaiting;
   if (source.frozen) return State::kFrozen;
   if (cause != Cause::kNone) return State::kNotLive;
-  if (source.is_replay) return State::kReplay;
+  if (source.is_replay || source.origin == FrameOrigin::kRecording) return State::kReplay;
   return now_ns - captured_ns_ > limit_ns() ? State::kDelayed : State::kLive;
 }
 
@@ -139,31 +154,77 @@ bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
     has_rested_ = true;
     progress_.clear();
   }
+  count_loss(source, now_ns);
   driver_.observe(pipeline_.render.turn_began_ns.value(), now_ns);
   const State before = report_.state;
   const Cause cause_before = report_.cause;
+  const FrameOrigin origin_before = report_.origin;
+  report_.origin = source.is_replay ? FrameOrigin::kRecording : source.origin;
   report_.cause = cause(source, now_ns);
   report_.state = state(source, report_.cause, now_ns);
+  if (report_.cause == Cause::kNone && any_picture_ && !source.scene_trouble.empty())
+    report_.cause = Cause::kChangeNotShown;
   report_.age_s = any_picture_ ? std::max(0.0, seconds(now_ns - captured_ns_)) : -1;
   const bool still = now_ns - progressed_ns_ > limit_ns();
   report_.pictures_per_second = still ? 0 : rate();
   report_.sentence = sentence(source, now_ns);
-  return report_.state != before || report_.cause != cause_before;
+  if (report_.cause == Cause::kChangeNotShown) report_.sentence += " " + source.scene_trouble;
+  return report_.state != before || report_.cause != cause_before || report_.origin != origin_before;
+}
+
+void PictureLiveness::count_loss(const Source& source, std::int64_t now_ns) {
+  const std::int64_t gap_ns =
+      std::clamp<std::int64_t>(now_ns - std::exchange(updated_ns_, now_ns), 0, DriverWatch::kMostGapNs);
+  gpu_lost_ns_ = awaits_new_device_ && !source.resting ? gpu_lost_ns_ + gap_ns : 0;
+}
+
+bool PictureLiveness::renders() const {
+  return any_picture_ && has_device(health_) && report_.cause != Cause::kDriverSilent;
+}
+
+std::string PictureLiveness::live_sentence() const {
+  switch (report_.origin) {
+    case FrameOrigin::kUntold:
+      return "The picture is live as far as the sender of the frames says.";
+    case FrameOrigin::kSimulated:
+      return "The picture is live, of a simulated probe.";
+    default:
+      return "The picture is live.";
+  }
+}
+
+/// Pictures come, and each is old: who is late.
+std::string PictureLiveness::delay_sentence(std::int64_t now_ns) const {
+  const double frame_age_s = pipeline_.acquisition.frame_age_s.value();
+  if (frame_age_s > seconds(limit_ns()) / 2)
+    return fmt::format("The source's frames are {:.1f} s old when they come.", frame_age_s);
+  if (volumes_.count > volume_id_)
+    return fmt::format("The renderer is slower than the probe: {:.1f} pictures a second.",
+                       report_.pictures_per_second);
+  const double silent_s = seconds(now_ns - frames_.grown_ns);
+  if (silent_s > seconds(limit_ns()) / 2)
+    return fmt::format("The source has sent no frame for {:.1f} s.", silent_s);
+  if (dropped_.count > dropped_.before_progress) return "The last sweep is missing too many frames.";
+  return "The next sweep is not complete yet.";
+}
+
+std::string PictureLiveness::replay_sentence(const Source& source) const {
+  if (!source.is_replay) return "The sender of the frames plays a recording.";
+  return source.paused ? "The replay of a recording is paused." : "A recording is played.";
 }
 
 std::string PictureLiveness::sentence(const Source& source, std::int64_t now_ns) const {
   switch (report_.state) {
     case State::kLive:
-      return "The picture is live.";
+      return live_sentence();
     case State::kFrozen:
       return frozen_sentence(source, now_ns);
     case State::kResting:
       return "There are no viewers, so no picture is rendered.";
     case State::kReplay:
-      return source.paused ? "The replay of a recording is paused." : "A recording is played.";
+      return replay_sentence(source);
     case State::kDelayed:
-      return fmt::format("The renderer is slower than the probe: {:.1f} pictures a second.",
-                         report_.pictures_per_second);
+      return delay_sentence(now_ns);
     case State::kWaiting:
       if (report_.cause == Cause::kNone)
         return has_rested_ ? "The picture is being rendered." : "The first volume is not complete yet.";
@@ -188,6 +249,7 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
   };
   switch (report_.cause) {
     case Cause::kNone:
+    case Cause::kChangeNotShown:  // update() adds its sentence to that of the state
       return "";
     case Cause::kSourceFailed:
       return fmt::format("{}: {}.", source.is_replay ? "The replay has stopped" : "The source has failed",
@@ -197,6 +259,8 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
     case Cause::kProbeLost:
       return "The probe is lost.";
     case Cause::kGpuRemade:
+      if (has_device(health_))
+        return "The GPU was lost and started again: no picture has been rendered since.";
       return fmt::format("The GPU was lost and is started again: {}.", health_.cause.view());
     case Cause::kGpuHung:
       return fmt::format("The GPU does not answer: {}.", health_.cause.view());
@@ -206,8 +270,9 @@ std::string PictureLiveness::reason(const Source& source, std::int64_t now_ns) c
       return fmt::format("The source has sent no frame for {}.{}{}", ago(frames_.grown_ns),
                          source.trouble.empty() ? "" : " ", source.trouble);
     case Cause::kVolumesRefused:
-      return fmt::format("The GPU refuses every volume{}.",
-                         health_.refusal.empty() ? "" : fmt::format(": {}", health_.refusal.view()));
+      return fmt::format(
+          "The GPU refuses every volume{}.",
+          health_.volume_refusal.empty() ? "" : fmt::format(": {}", health_.volume_refusal.view()));
     case Cause::kRendererBehind:
       return fmt::format("The renderer has finished no picture for {}.", ago(progressed_ns_));
     case Cause::kSweepsDropped:

@@ -21,6 +21,7 @@ void SceneStore::put_in_force(const Scene& scene) {
   earlier_.push_back(in_force_);
   if (earlier_.size() > kMostEarlier) earlier_.pop_front();
   in_force_ = {.revision = in_force_.revision + 1, .scene = scene};
+  withdrawn_.clear();
   scenes_.draft() = in_force_;
   scenes_.publish();
 }
@@ -29,6 +30,18 @@ const Scene* SceneStore::of_revision(std::uint64_t revision) const {
   if (in_force_.revision == revision) return &in_force_.scene;
   const auto found = std::ranges::find(earlier_, revision, &NumberedScene::revision);
   return found == earlier_.end() ? nullptr : &found->scene;
+}
+
+void SceneStore::note_shown(std::uint64_t revision) {
+  if (revision == shown_.revision) return;
+  if (const Scene* const scene = of_revision(revision); scene != nullptr)
+    shown_ = {.revision = revision, .scene = *scene};
+}
+
+void SceneStore::return_to_shown(const std::string& reason) {
+  thread_owner_.check();
+  put_in_force(shown_.scene);
+  withdrawn_ = reason;
 }
 
 Result<bool> SceneStore::suggest(const Scene& suggested) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,7 @@ class SceneStore {
       : suggested_(suggested),
         default_(initial.scene),
         in_force_(initial),
+        shown_(initial),
         scenes_(scenes),
         chosen_(std::move(chosen)) {}
 
@@ -45,12 +47,22 @@ class SceneStore {
   /// was chosen contradicts the suggestion; nothing changes.
   Result<bool> suggest(const Scene& suggested);
 
+  /// The newest picture shows this revision.
+  void note_shown(std::uint64_t revision);
+  std::uint64_t shown_revision() const { return shown_.revision; }
+  /// Puts the scene of the newest picture in force again, under a new revision.
+  void return_to_shown(const std::string& reason);
+  /// The reason, a sentence for displays, until the next change; else empty.
+  const std::string& withdrawn() const { return withdrawn_; }
+
  private:
-  Scene suggested_;
-  Scene default_;
   void put_in_force(const Scene& scene);
 
+  Scene suggested_;
+  Scene default_;
   NumberedScene in_force_;
+  NumberedScene shown_;
+  std::string withdrawn_;
   std::deque<NumberedScene> earlier_;  // a picture may show one of them
   Mailbox<NumberedScene>& scenes_;
   std::vector<const SceneField*> chosen_;

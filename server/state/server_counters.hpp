@@ -37,6 +37,8 @@ struct ServerCounters {
   Counter messages_refused;  ///< malformed, oversized or unexpected WebSocket messages
   Counter scene_changes;
   Counter scene_refusals;              ///< changes with a value that is not allowed
+  Counter scene_changes_overdue;       ///< that no picture showed after two seconds
+  Counter scene_changes_withdrawn;     ///< since the GPU could not draw them
   Gauge<std::uint64_t> private_views;  ///< open now
   Counter private_view_refusals;
   Counter private_views_ended;  ///< because the main view had left them no time for five seconds
@@ -113,6 +115,10 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
     {"messages_refused", "WebSocket messages that were refused", &ServerCounters::messages_refused},
     {"scene_changes", "Scene changes accepted", &ServerCounters::scene_changes},
     {"scene_refusals", "Scene changes refused", &ServerCounters::scene_refusals},
+    {"scene_changes_overdue", "Scene changes that no picture showed after two seconds",
+     &ServerCounters::scene_changes_overdue},
+    {"scene_changes_withdrawn", "Scene changes withdrawn because the GPU could not draw them",
+     &ServerCounters::scene_changes_withdrawn},
     {"private_views", "Private views that are open", &ServerCounters::private_views, CountKind::kNow},
     {"private_view_refusals", "Changes of private views that were refused",
      &ServerCounters::private_view_refusals},

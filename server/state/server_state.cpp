@@ -35,11 +35,16 @@ ServerState::ServerState(const Config& config, const Dependencies& dependencies)
 
 void ServerState::picture_shown(const Picture& picture, std::int64_t now) {
   views.main_shown(picture.stamp, now);
+  scene_store.note_shown(picture.stamp.scene_revision);
   liveness.shown(picture.stamp, now);
   times.shown(picture.stamp);
   recording.picture_shown(picture.stamp, picture.width, picture.height, scene_store);
   demand.picture_shown(now);
   default_view.picture_shown(picture.stamp, now);
+}
+
+FrameOrigin ServerState::frame_origin() const {
+  return probe.status().origin.value_or(description.origin);
 }
 
 std::string ServerState::source_state() const {

@@ -30,6 +30,7 @@ struct ServerDescription {
   std::string source;  ///< as on the command line; may be the path of a file, which only an admin sees
   std::string title;   ///< for everyone
   std::string path;    ///< of the recording that is played; never sent
+  FrameOrigin origin = FrameOrigin::kProbe;  ///< unless the sender of the frames says otherwise
   std::string device;
   std::uint32_t picture_width = 0;
   std::uint32_t picture_height = 0;
@@ -66,6 +67,9 @@ struct ServerState {
 
   /// The main view shows a picture.
   void picture_shown(const Picture& picture, std::int64_t now_ns);
+
+  /// Where the frames come from, at the first of several senders.
+  FrameOrigin frame_origin() const;
 
   bool is_relayed() const { return relay != nullptr && relay->sending(); }
   /// "running", "ended", or the sentence why the source failed, without the path of a recording.

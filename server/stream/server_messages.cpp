@@ -58,6 +58,7 @@ v1::ServerMessage ServerMessages::scene() const {
   *message.mutable_scene() = scene_state(state_.scene_store.in_force());
   *message.mutable_scene()->mutable_default_scene() = scene_message(state_.scene_store.default_scene());
   for (const std::string& note : state_.description.notes) message.mutable_scene()->add_notes(note);
+  message.mutable_scene()->set_withdrawn(state_.scene_store.withdrawn());
   return message;
 }
 
@@ -80,6 +81,7 @@ v1::ServerMessage ServerMessages::liveness() const {
   v1::Liveness& to = *message.mutable_liveness();
   to.set_state(static_cast<v1::Liveness::State>(report.state));
   to.set_cause(static_cast<v1::Liveness::Cause>(report.cause));
+  to.set_origin(static_cast<v1::Liveness::Origin>(report.origin));
   to.set_sentence(report.sentence);
   to.set_age_s(report.age_s);
   to.set_pictures_per_second(report.pictures_per_second);

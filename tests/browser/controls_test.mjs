@@ -65,7 +65,7 @@ test("the controls in reach are few, and statistics come at a key", async () => 
 
 test("a frozen picture stays, the last volumes are stepped through, and the light still moves", async () => {
   await withPage("frozen", kMovingSource, async (viewer) => {
-    await waitForWord(viewer, "Live");
+    await waitForWord(viewer, "Simulated");
     await until(
       "some volumes",
       () => viewer.number("volume-id"),
@@ -92,7 +92,7 @@ test("a frozen picture stays, the last volumes are stepped through, and the ligh
     assert.equal(await viewer.number("pass1-runs"), pass1, "a moved light ran pass 1");
     await viewer.screenshot("frozen");
     await click(viewer, '[data-cine="freeze"]');
-    await waitForWord(viewer, "Live");
+    await waitForWord(viewer, "Simulated");
     await until(
       "a newer volume",
       () => viewer.number("volume-id"),
@@ -175,7 +175,7 @@ test("only Turn resets the view at a double click; Pan shifts it", async () => {
 
 test("a distance is measured on a frozen surface only, straight and along it", async () => {
   await withPage("measured", kMovingSource, async (viewer) => {
-    await waitForWord(viewer, "Live");
+    await waitForWord(viewer, "Simulated");
     await press(viewer, "m");
     const said = () => viewer.page.locator("#measured").textContent();
     assert.match(await said(), /Freeze the picture first/);
@@ -276,7 +276,7 @@ test("on a phone the picture comes first, and a scroll that begins on a slider s
 
 test("nothing violates the accessibility rules A and AA, at rest, with all groups open, frozen and lost", async () => {
   await withPage("accessible", kMovingSource, async (viewer, server) => {
-    await waitForWord(viewer, "Live");
+    await waitForWord(viewer, "Simulated");
     // Axe opens a blank page for its results, which this browser's context does not allow: legacy mode does not.
     const check = async (state) => {
       const { violations } = await new AxeBuilder({ page: viewer.page })

@@ -36,7 +36,7 @@ function waitForNotice(viewer, pattern) {
 test("a server that is stopped with its socket open is seen, and a change says that it waits", async () => {
   await withPage("server-stopped", kMovingSource, async (viewer, server) => {
     await viewer.firstPicture();
-    await waitForWord(viewer, "Live");
+    await waitForWord(viewer, "Simulated");
     assert.equal(await viewer.page.locator("#not-live").isVisible(), false);
     await viewer.screenshot("live");
     server.send("SIGSTOP");
@@ -51,7 +51,7 @@ test("a server that is stopped with its socket open is seen, and a change says t
     );
     await viewer.screenshot("stopped");
     server.send("SIGCONT");
-    await waitForWord(viewer, "Live");
+    await waitForWord(viewer, "Simulated");
     await until(
       "the marks to go",
       () => viewer.page.locator("#not-live, #rendering, #notice").evaluateAll((marks) => marks.every((m) => m.hidden)),

@@ -155,14 +155,14 @@ TEST_F(GpuFaultTest, AVolumeWithoutMemoryIsRefusedWithTheReasonAndTheNextIsShown
   EXPECT_TRUE(eventually([this] {
     read_others();
     return !seen_.empty() &&
-           seen_.back().refusal.view().find("VK_ERROR_OUT_OF_DEVICE_MEMORY") != std::string::npos;
+           seen_.back().volume_refusal.view().find("VK_ERROR_OUT_OF_DEVICE_MEMORY") != std::string::npos;
   }));
   EXPECT_EQ(counters_.volumes_refused.value(), 1U);
   const std::uint64_t volume = publish(kNearMm, kDeeper);
   EXPECT_EQ(picture_of(volume).stamp.volume.volume_id, volume);
   EXPECT_TRUE(eventually([this] {
     read_others();
-    return seen_.back().refusal.empty();
+    return seen_.back().volume_refusal.empty();
   }));
   EXPECT_EQ(counters_.devices_lost.value(), 0U);
   expect_next_volume();
@@ -193,7 +193,7 @@ TEST_F(GpuFaultTest, AModeWithoutMemoryKeepsTheViewAndIsShownLater) {
   show(2, other);
   EXPECT_TRUE(eventually([this] {
     read_others();
-    return !seen_.empty() && seen_.back().refusal.view().find("revision 2") != std::string::npos;
+    return !seen_.empty() && seen_.back().refused_revision == 2;
   }));
   const Picture kept = picture_of(publish(kNearMm));
   // The scene is tried again, but not at once; also where no further volume comes.
@@ -202,7 +202,7 @@ TEST_F(GpuFaultTest, AModeWithoutMemoryKeepsTheViewAndIsShownLater) {
   EXPECT_NE(later.rgba, near_.rgba);
   EXPECT_TRUE(eventually([this] {
     read_others();
-    return seen_.back().refusal.empty();
+    return seen_.back().refused_revision == 0;
   }));
   EXPECT_EQ(counters_.devices_lost.value(), 0U);
   EXPECT_FALSE(failure_);
@@ -216,12 +216,49 @@ TEST_F(GpuFaultTest, APipelineThatIsNeverBuiltKeepsTheView) {
   show(2, other);
   EXPECT_TRUE(eventually([this] {
     read_others();
-    return !seen_.empty() && !seen_.back().refusal.empty();
+    return !seen_.empty() && !seen_.back().scene_refusal.empty();
   }));
   for (int volume = 0; volume < 5; ++volume) {
     const Picture next = picture_of(publish(kNearMm));
     EXPECT_EQ(next.stamp.scene_revision, 1U);
     EXPECT_EQ(next.rgba, near_.rgba);
+  }
+  EXPECT_EQ(counters_.devices_lost.value(), 0U);
+  end();
+}
+
+/// A change of a scene, for which the driver builds a pipeline of one kind of pass.
+struct PassChange {
+  const char* pass;
+  void (*change)(Scene& scene);
+};
+const PassChange kPassChanges[] = {
+    {"pass 0", [](Scene& scene) { scene.speckle.filter = SpeckleFilter::kMedian; }},
+    {"pass 1", [](Scene& scene) { scene.mode = Mode::kMean; }},
+    {"pass 2", [](Scene& scene) { scene.filter.kind = DepthFilter::kEdgePreserving; }},
+    {"pass 3", [](Scene& scene) { scene.finish.smoothing = Smoothing::kDiffusion; }},
+};
+
+TEST_F(GpuFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf) {
+  std::uint64_t revision = 1;
+  for (const PassChange& each : kPassChanges) {
+    Scene changed = scene_;
+    each.change(changed);
+    inject({.call = GpuCall::kBuildPipeline, .times = kAlways, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});
+    const std::uint64_t before = gpu_faults_so_far();
+    show(++revision, changed);
+    EXPECT_TRUE(eventually([&] {
+      read_others();
+      return !seen_.empty() && seen_.back().refused_revision == revision;
+    })) << each.pass;
+    EXPECT_GT(gpu_faults_so_far(), before) << each.pass;
+    EXPECT_EQ(picture_of(publish(kNearMm)).rgba, near_.rgba) << each.pass << ": the view before stays";
+    clear_gpu_faults();
+    show(++revision, scene_);  // as the server withdraws it
+    EXPECT_TRUE(eventually([&] {
+      read_others();
+      return seen_.back().refused_revision == 0;
+    })) << each.pass;
   }
   EXPECT_EQ(counters_.devices_lost.value(), 0U);
   end();
@@ -233,9 +270,17 @@ TEST_F(GpuFaultTest, AFilterWithoutMemoryIsLeftOutOfThatVolumeOnly) {
   inject({.call = GpuCall::kAllocateMemory, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});
   show(2, filtered);
   EXPECT_TRUE(eventually([this] { return counters_.volumes_unfiltered.value() == 1; }));
+  EXPECT_TRUE(eventually([this] {
+    read_others();
+    return !seen_.empty() && seen_.back().filter_left_out;
+  }));
   // Each slot of the renderer has memory of its own.
   for (int volume = 0; volume < 4; ++volume) EXPECT_EQ(picture_of(publish(kNearMm)).stamp.scene_revision, 2U);
   EXPECT_EQ(counters_.volumes_unfiltered.value(), 1U);
+  EXPECT_TRUE(eventually([this] {
+    read_others();
+    return !seen_.back().filter_left_out;
+  }));
   EXPECT_EQ(counters_.devices_lost.value(), 0U);
   end();
 }
@@ -253,6 +298,18 @@ TEST_F(GpuHangTest, IsFoundAndCostsTheDevice) {
   ASSERT_NE(hung, seen_.end());
   EXPECT_NE(hung->cause.view().find("has not finished"), std::string::npos) << hung->cause.view();
   EXPECT_EQ(picture_of(publish(kNearMm)).rgba, near.rgba);
+  EXPECT_FALSE(failure_);
+}
+
+TEST_F(GpuHangTest, IsFoundWhereOnlyTheCounterStandsStill) {
+  start(impatient());
+  const Picture near = picture_of(publish(kNearMm));
+  inject({.call = GpuCall::kSemaphoreValue, .times = kAlways, .stands = true});
+  publish(kFarMm);
+  EXPECT_TRUE(eventually([this] { return counters_.devices_lost.value() == 1; }));
+  clear_gpu_faults();
+  EXPECT_EQ(picture_of(publish(kNearMm)).rgba, near.rgba);
+  EXPECT_EQ(counters_.devices_lost.value(), 1U);
   EXPECT_FALSE(failure_);
 }
 

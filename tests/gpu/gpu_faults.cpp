@@ -36,6 +36,7 @@ struct Injector {
   std::map<VkDevice, Health> devices;  // those that are not sound
   std::map<VkQueue, VkDevice> queues;
   std::vector<Submission> delayed;
+  std::map<VkSemaphore, std::uint64_t> standing;  // values of counters that stand still
 
   Injector() {
     for (GpuFault& fault : faults) fault.times = 0;
@@ -118,6 +119,7 @@ void clear_gpu_faults() {
   for (GpuFault& fault : all.faults) fault.times = 0;
   std::erase_if(all.devices, [](const auto& device) { return device.second == Health::kHung; });
   submit_delayed();
+  all.standing.clear();
   ++all.clears;
   all.cleared.notify_all();
 }
@@ -136,6 +138,7 @@ std::optional<VkResult> injected_result(VkDevice device, GpuCall call) {
   Injector& all = injector();
   const std::scoped_lock lock(all.mutex);
   if (all.health_of(device) == Health::kLost) return VK_ERROR_DEVICE_LOST;
+  if (all.fault_of(call).stands) return {};
   const auto fault = due(all, call);
   if (!fault) return {};
   if (fault->result == VK_ERROR_DEVICE_LOST) lose(device);
@@ -210,7 +213,23 @@ VKAPI_ATTR VkResult VKAPI_CALL vkGetSemaphoreCounterValue(VkDevice device, VkSem
     *value = std::numeric_limits<std::uint64_t>::max();
     return *injected;
   }
-  return get(device, semaphore, value);
+  const VkResult result = get(device, semaphore, value);
+  auto& all = injector();
+  const std::scoped_lock lock(all.mutex);
+  if (result == VK_SUCCESS && all.fault_of(GpuCall::kSemaphoreValue).stands &&
+      due(all, GpuCall::kSemaphoreValue))
+    *value = all.standing.emplace(semaphore, *value).first->second;
+  return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL vkDestroySemaphore(VkDevice device, VkSemaphore semaphore,
+                                              const VkAllocationCallbacks* callbacks) {
+  static const auto destroy = next<PFN_vkDestroySemaphore>("vkDestroySemaphore");
+  {
+    const std::scoped_lock lock(injector().mutex);
+    injector().standing.erase(semaphore);  // a driver may use a handle again
+  }
+  destroy(device, semaphore, callbacks);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL vkWaitSemaphores(VkDevice device, const VkSemaphoreWaitInfo* info,

@@ -34,6 +34,8 @@ struct GpuFault {
   bool hangs = false;
   /// kSubmit: it succeeds, and is executed at clear_gpu_faults().
   bool delayed = false;
+  /// kSemaphoreValue: the counter of each device stands still from now on, whatever the device finishes.
+  bool stands = false;
   /// kSubmit: it does not return before clear_gpu_faults(), and is made then.
   bool blocks = false;
 };

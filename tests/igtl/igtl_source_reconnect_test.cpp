@@ -46,6 +46,53 @@ TEST(IgtlSourceReconnect, FitsTheFanAgainWhereTheTrackerWasMoved) {
   EXPECT_EQ(rig.status().trouble, "");
 }
 
+TEST(IgtlSourceReconnect, FramesThatAreLateAfterALossLookLate) {
+  Rig rig;
+  ASSERT_TRUE(rig.open({message_of(of_fanlight(0)), message_of(of_fanlight(1))}));
+  ASSERT_EQ(rig.next(2).size(), 2U);
+  const std::int64_t began_ns = now_ns();
+  rig.scanner.hang_up();
+  std::thread again([&] {
+    EXPECT_TRUE(rig.scanner.accept());
+    // The relay has kept this frame, which was taken 10 ms after the last one.
+    EXPECT_TRUE(rig.scanner.send(message_of(of_fanlight(2))));
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  const auto frames = rig.next(1);
+  again.join();
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_LT(frames[0].stamp.capture_time_ns, began_ns + 300'000'000);
+}
+
+TEST(IgtlSource, AFrameIsAsOldAsItsSenderSays) {
+  Rig rig;
+  SentImage old = of_fanlight(0);
+  old.metadata.emplace_back(plus_field::kAgeMs, "4000");
+  ASSERT_TRUE(rig.open({message_of(old)}));
+  const auto frames = rig.next(1);
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_LE(frames[0].stamp.capture_time_ns, now_ns() - 4'000'000'000);
+}
+
+TEST(IgtlSource, TellsWhereItsFramesComeFrom) {
+  Rig rig;
+  ASSERT_TRUE(rig.open({message_of(of_fanlight(0))}));
+  EXPECT_EQ(rig.source->description().origin, FrameOrigin::kUntold);
+  std::uint32_t index = 0;
+  const auto origin_after = [&](const char* told) {
+    SentImage sent = of_fanlight(++index);
+    if (told != nullptr) sent.metadata.emplace_back(plus_field::kOrigin, told);
+    EXPECT_TRUE(rig.scanner.send(message_of(sent)));
+    EXPECT_FALSE(rig.next(index == 1 ? 2 : 1).empty());
+    return rig.status().origin;
+  };
+  EXPECT_EQ(origin_after(nullptr), std::nullopt);
+  EXPECT_EQ(origin_after("recording"), FrameOrigin::kRecording);
+  EXPECT_EQ(origin_after("probe"), FrameOrigin::kProbe);
+  EXPECT_EQ(origin_after("simulated"), FrameOrigin::kSimulated);
+  EXPECT_EQ(origin_after("something new"), std::nullopt);
+}
+
 TEST(IgtlSourceReconnect, StopsBeforeItKnowsTheImages) {
   for (const bool connects : {false, true}) {
     Rig rig;

@@ -49,5 +49,16 @@ TEST(ImageParts, TellsOfImagesThatAreNotWhole) {
   EXPECT_TRUE(parts.abandon());
 }
 
+TEST(ImageParts, PartsThatOverlapMakeNoImage) {
+  ImageParts parts;
+  const Bytes half(12, 1);
+  EXPECT_EQ(parts.add(part({0, 0, 0}, {4, 3, 1}, half)), State::kMore);
+  // As many pixels as the image has, but its last row is still that of an image before.
+  EXPECT_EQ(parts.add(part({0, 2, 0}, {4, 3, 1}, half)), State::kCut);
+  EXPECT_EQ(parts.add(part({0, 3, 0}, {4, 3, 1}, half)), State::kStray) << "the image was given up";
+  EXPECT_EQ(parts.add(part({0, 0, 0}, {4, 3, 1}, half)), State::kMore);
+  EXPECT_EQ(parts.add(part({0, 3, 0}, {4, 3, 1}, half)), State::kWhole);
+}
+
 }  // namespace image_parts_tests
 }  // namespace fanlight::test

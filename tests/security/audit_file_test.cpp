@@ -68,6 +68,21 @@ TEST(AuditFile, GoesOnAfterBytesThatTheFileSystemDidNotWrite) {
   EXPECT_EQ(verify_audit_log(folder / "log").value().lines, 4U);
 }
 
+TEST(AuditFile, IsWholeWhereItsServerWasKilledWhileItRotated) {
+  const TemporaryFolder folder;
+  append(folder / "log", 3);
+  std::filesystem::create_hard_link(folder / "log", folder / "log.000000000003");
+  std::ofstream(folder / "log.next") << "{\"line\":4,";
+  const std::vector<std::filesystem::path> all = {folder / "log", folder / "log.000000000003",
+                                                  folder / "log.next"};
+  const auto summary = verify_audit_logs(all);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_EQ(summary->lines, 3U);
+  append(folder / "log", 1);
+  EXPECT_EQ(verify_audit_logs(files_of(folder)).value().lines, 4U);
+  EXPECT_EQ(files_of(folder).size(), 1U) << "the next start removes what was left";
+}
+
 TEST(AuditFile, LeavesAFileAloneThatIsNoLog) {
   const TemporaryFolder folder;
   for (const char* text : {"a letter without a line end", "a letter\n", "{\"line\":7,", "\n"}) {

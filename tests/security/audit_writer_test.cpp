@@ -10,10 +10,12 @@
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 #include <vector>
 
 #include "server/access/audit_entry.hpp"
@@ -34,6 +36,7 @@ struct Disk {
   bool stalled = false;
   bool entered = false;  // a call waits for the disk
   int failure = 0;
+  bool has_room = true;
   std::vector<std::string> lines;
   std::size_t synced_lines = 0;
   int syncs = 0;
@@ -69,6 +72,10 @@ class SinkOnDisk : public AuditSink {
     ++disk_->syncs;
     disk_->changed.notify_all();
     return 0;
+  }
+  bool has_room() override {
+    const std::scoped_lock lock(disk_->mutex);
+    return disk_->has_room;
   }
   void reopen() override {}
   std::string take_notice() override { return {}; }
@@ -171,6 +178,74 @@ TEST(AuditWriter, KeepsTheKindOfTheFailure) {
   const auto gap = nlohmann::json::parse("{" + disk->lines[0] + "}");
   EXPECT_EQ(gap["details"]["count"], 3);
   EXPECT_NE(std::string(gap["details"]["because"]).find("space"), std::string::npos);
+}
+
+TEST(AuditWriter, SaysWhetherTheNextLinesWillBeWritten) {
+  const auto disk = std::make_shared<Disk>();
+  AuditWriter writer(std::make_unique<SinkOnDisk>(disk));
+  const auto set = [&](int failure, bool has_room) {
+    const std::scoped_lock lock(disk->mutex);
+    disk->failure = failure;
+    disk->has_room = has_room;
+  };
+  const auto written = [&] {
+    writer.push("x", Urgency::kNow);
+    return writer.wait_until_written(std::chrono::seconds(60));
+  };
+  const auto comes_to = [&](bool wanted) {
+    for (int tries = 0; tries < 600 && writer.can_write() != wanted; ++tries)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    return writer.can_write() == wanted;
+  };
+  EXPECT_TRUE(writer.can_write());
+  set(ENOSPC, true);
+  ASSERT_TRUE(written());
+  EXPECT_TRUE(comes_to(false)) << "a line was lost";
+  set(0, true);
+  EXPECT_TRUE(comes_to(true)) << "the line about it was written, without another one";
+  set(0, false);
+  ASSERT_TRUE(written());
+  EXPECT_TRUE(comes_to(false));
+  EXPECT_EQ(writer.lost(), 1U);
+  set(0, true);
+  EXPECT_TRUE(comes_to(true));
+}
+
+TEST(AuditLog, RefusesActsOnlyWhereItIsRequired) {
+  AuditLog none;
+  EXPECT_FALSE(none.refuses_acts());
+  none.require();
+  EXPECT_TRUE(none.refuses_acts()) << "there is no log at all";
+  const TemporaryFolder folder;
+  auto log = AuditLog::open(folder / "audit").value();
+  log.require();
+  EXPECT_FALSE(log.refuses_acts());
+}
+
+TEST(AuditFile, KeepsRoomBehindItsEndWhileItIsOpen) {
+  const TemporaryFolder folder;
+  const auto blocks = [&] {
+    struct stat status {};
+    ::stat((folder / "audit").c_str(), &status);
+    return static_cast<std::uint64_t>(status.st_blocks) * 512;
+  };
+  {
+    auto file = AuditFile::open(folder / "audit", 0).value();
+    ASSERT_EQ(file->append(audit_fields({.name = "a"}, {.what = "b", .result = "c"}, nullptr)), 0);
+    EXPECT_TRUE(file->has_room());
+    if (blocks() < AuditFile::kReserveBytes) GTEST_SKIP() << "this file system reserves nothing";
+    EXPECT_LT(std::filesystem::file_size(folder / "audit"), 1000U);
+  }
+  EXPECT_LT(blocks(), 100'000U);
+  EXPECT_TRUE(AuditFile::open(folder / "audit", 0)) << "the chain is whole";
+}
+
+TEST(AuditFile, DoesNotWaitForEverForTheReaderOfAPipe) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  const auto opened = AuditFile::open(folder / "pipe", 0);
+  ASSERT_FALSE(opened);
+  EXPECT_NE(opened.error().message.find("nothing reads the pipe"), std::string::npos);
 }
 
 /// A pipe with a name, whose other end the test holds.

@@ -34,10 +34,12 @@ class LivenessTest : public testing::Test {
   /// A picture of a sweep that ended at `captured_ns` is shown now.
   void show(std::int64_t captured_ns) {
     PictureStamp stamp;
-    stamp.volume = {.volume_id = ring_.volumes_published.value(),
+    const auto newer = static_cast<std::uint64_t>((now_ns_ - captured_ns) / (sweep_ms_ * kMs));
+    stamp.volume = {.volume_id = ring_.volumes_published.value() - newer,
                     .frames = 20,
                     .first_capture_time_ns = captured_ns - sweep_ms_ * kMs,
                     .last_capture_time_ns = captured_ns};
+    stamp.finished_time_ns = now_ns_;
     liveness_.shown(stamp, now_ns_);
   }
 
@@ -155,7 +157,7 @@ TEST_F(LivenessTest, ARendererThatFinishesNothingIsTheCause) {
 
 TEST_F(LivenessTest, RefusedVolumesAreTheCauseWithItsReason) {
   sweep();
-  liveness_.health_changed({.cause = "", .refusal = "2.1 GB are needed, expected at most 2 GB"});
+  liveness_.health_changed({.cause = "", .volume_refusal = "2.1 GB are needed, expected at most 2 GB"});
   for (int volume = 0; volume < 15; ++volume) {
     sweep(true, false);
     render_.volumes_refused.add();
@@ -175,6 +177,99 @@ TEST_F(LivenessTest, ASlowRendererDelaysThePictures) {
   EXPECT_EQ(state(), State::kDelayed);
   EXPECT_NEAR(liveness_.report().age_s, 4, 0.3);
   EXPECT_EQ(sentence(), "The renderer is slower than the probe: 0.8 pictures a second.");
+}
+
+TEST_F(LivenessTest, ADelayIsNotLaidToTheRendererWhereOthersAreLate) {
+  sweep();
+  const auto delay_from = [this](std::int64_t age_ms) {
+    for (int volume = 0; volume < 12; ++volume) {
+      now_ns_ += sweep_ms_ * kMs;
+      acquisition_.frames_received.add(20);
+      ring_.volumes_published.add();
+      update();
+      PictureStamp stamp;
+      stamp.volume = {.volume_id = ring_.volumes_published.value(),
+                      .frames = 20,
+                      .first_capture_time_ns = now_ns_ - (age_ms + sweep_ms_) * kMs,
+                      .last_capture_time_ns = now_ns_ - age_ms * kMs};
+      liveness_.shown(stamp, now_ns_);
+      update();
+    }
+  };
+  acquisition_.frame_age_s.set(5);
+  delay_from(5000);
+  EXPECT_EQ(state(), State::kDelayed);
+  EXPECT_EQ(sentence(), "The source's frames are 5.0 s old when they come.");
+  acquisition_.frame_age_s.set(0);
+  acquisition_.volumes_incomplete.add();
+  update();
+  EXPECT_EQ(sentence(), "The last sweep is missing too many frames.");
+  pass(1250);
+  EXPECT_EQ(state(), State::kDelayed);
+  EXPECT_EQ(sentence(), "The source has sent no frame for 1.2 s.");
+}
+
+TEST_F(LivenessTest, FramesOfARecordingAreNotLiveBehindARelay) {
+  source_.origin = FrameOrigin::kUntold;
+  sweep();
+  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(sentence(), "The picture is live as far as the sender of the frames says.");
+  source_.origin = FrameOrigin::kSimulated;
+  EXPECT_TRUE(update()) << "to be reported";
+  EXPECT_EQ(sentence(), "The picture is live, of a simulated probe.");
+  source_.origin = FrameOrigin::kRecording;
+  EXPECT_TRUE(update());
+  EXPECT_EQ(state(), State::kReplay);
+  EXPECT_FALSE(liveness_.report().live());
+  EXPECT_EQ(sentence(), "The sender of the frames plays a recording.");
+  pass(3000);
+  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(cause(), Cause::kNoFrames);
+}
+
+TEST_F(LivenessTest, AChangeThatIsNotShownIsToldBesideTheState) {
+  sweep();
+  source_.scene_trouble = "The last change is not shown yet: the renderer is still working on it.";
+  EXPECT_TRUE(update());
+  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(cause(), Cause::kChangeNotShown);
+  EXPECT_EQ(sentence(), "The picture is live. " + source_.scene_trouble);
+  source_.scene_trouble.clear();
+  EXPECT_TRUE(update());
+  EXPECT_EQ(cause(), Cause::kNone);
+}
+
+TEST_F(LivenessTest, ALostGpuIsMissingUntilItsNewDeviceShowsAPicture) {
+  sweep();
+  RenderHealth health{.state = RenderHealth::State::kRemaking, .since_ns = now_ns_, .devices_lost = 1};
+  health.cause = "a submission was lost";
+  liveness_.health_changed(health);
+  pass(250);
+  EXPECT_EQ(cause(), Cause::kGpuRemade);
+  PictureStamp late;
+  late.volume = {.volume_id = 1, .last_capture_time_ns = now_ns_};
+  late.finished_time_ns = now_ns_ - 500 * kMs;  // by the device that is lost
+  health.state = RenderHealth::State::kRunning;
+  health.since_ns = now_ns_;
+  liveness_.health_changed(health);
+  liveness_.shown(late, now_ns_);
+  pass(5000);
+  EXPECT_EQ(cause(), Cause::kGpuRemade) << "the new device has shown nothing";
+  EXPECT_NEAR(static_cast<double>(liveness_.gpu_lost_ns()), 5.25e9, 0.3e9);
+  now_ns_ += 3'600'000 * kMs;  // the process was stopped
+  update();
+  EXPECT_LT(liveness_.gpu_lost_ns(), 8'000 * kMs);
+  source_.resting = true;
+  acquisition_.frames_received.add();
+  update();
+  EXPECT_EQ(cause(), Cause::kNone) << "without viewers no picture is expected";
+  EXPECT_EQ(liveness_.gpu_lost_ns(), 0);
+  source_.resting = false;
+  update();
+  EXPECT_EQ(cause(), Cause::kGpuRemade);
+  sweep();
+  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(liveness_.gpu_lost_ns(), 0);
 }
 
 TEST_F(LivenessTest, SlowSweepsAreLiveForThreeOfThem) {
@@ -214,11 +309,11 @@ TEST_F(LivenessTest, WhatIsKnownAtOnceIsSaidAtOnce) {
        Cause::kProbeLost,
        "The probe is lost."},
       {{.failure = ""},
-       {.state = Health::kHung, .cause = "no answer for 10 s", .refusal = ""},
+       {.state = Health::kHung, .cause = "no answer for 10 s"},
        Cause::kGpuHung,
        "The GPU does not answer: no answer for 10 s."},
       {{.failure = ""},
-       {.state = Health::kRemaking, .cause = "the device was lost", .refusal = ""},
+       {.state = Health::kRemaking, .cause = "the device was lost"},
        Cause::kGpuRemade,
        "The GPU was lost and is started again: the device was lost."},
   };
@@ -239,7 +334,7 @@ TEST_F(LivenessTest, WhatIsKnownAtOnceIsSaidAtOnce) {
 
 TEST_F(LivenessTest, ASlowGpuIsNoCause) {
   sweep();
-  liveness_.health_changed({.state = RenderHealth::State::kSlow, .cause = "", .refusal = ""});
+  liveness_.health_changed({.state = RenderHealth::State::kSlow, .cause = ""});
   sweep();
   EXPECT_EQ(state(), State::kLive);
 }

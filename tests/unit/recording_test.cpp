@@ -282,11 +282,12 @@ TEST_F(RecordingTest, RefusesGeometryFilesThatAreNone) {
               "frame_kind is none of its choices, expected cartesian, convex-lines or linear-lines");
   }
   write_file(geometry, "a = " + std::string(4000, '['));
-  EXPECT_EQ(refusal(), "the file is full of brackets, expected lines such as motor_radius_mm = 28.0");
+  EXPECT_EQ(refusal(),
+            "more than 16 brackets are open at once, expected lines such as motor_radius_mm = 28.0");
   std::string dotted = "a";
   while (dotted.size() < 4000) dotted += ".a";
   write_file(geometry, dotted + " = 1\n");
-  EXPECT_EQ(refusal(), "the file is full of dots, expected lines such as motor_radius_mm = 28.0");
+  EXPECT_EQ(refusal(), "a key has more than 16 parts, expected lines such as motor_radius_mm = 28.0");
   write_file(geometry, std::string(70'000, '#'));
   EXPECT_EQ(refusal(), "the file is longer than 65536 bytes, expected lines such as motor_radius_mm = 28.0");
   write_file(geometry, std::string("\x00\xff\x01", 3));

@@ -32,7 +32,8 @@ TEST(SceneFallbackTest, FallsBackToTheLastSceneThatWasDrawn) {
   EXPECT_TRUE(scenes.falls_back(kNoPipeline, 0));
   EXPECT_EQ(scenes.in_force().revision, 2U);
   EXPECT_EQ(scenes.wanted().revision, 3U);
-  EXPECT_EQ(scenes.refusal(), "the scene of revision 3 is not shown: no memory for a pipeline");
+  EXPECT_EQ(scenes.refusal(), "no memory for a pipeline");
+  EXPECT_EQ(scenes.refused_revision(), 3U);
 }
 
 TEST(SceneFallbackTest, HasNoFallbackForALossOrForTheProvenScene) {

@@ -29,7 +29,7 @@ export class ConditionView {
     root.dataset.connection = state;
     root.dataset.picture = isOpen ? liveness.state : "not-live";
     const [word, age] = connection.children;
-    write(word!, { connecting: "Connecting", open: stateWord(liveness.state), lost: "Lost" }[state]);
+    write(word!, { connecting: "Connecting", open: stateWord(liveness), lost: "Lost" }[state]);
     write(age!, isOpen ? ageText(liveness.ageMs) : "");
     const isLive = isOpen && pictureShown && liveness.state === "live";
     const isWanted = isOpen && pictureShown && ["replay", "frozen"].includes(liveness.state);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether the picture on this display is live, and what to say where it is not.
-import { Liveness_Cause, Liveness_State, type Liveness } from "../generated/fanlight_pb.js";
+import { Liveness_Cause, Liveness_Origin, Liveness_State, type Liveness } from "../generated/fanlight_pb.js";
 
 const kSilenceMs = 2000; // the server sends a message once a second at least
 const kUsualLimitMs = 2000; // until the server has sent its own
@@ -12,6 +12,8 @@ export interface LivenessNews {
   /** What keeps new pictures away: a title and a sentence; both empty where the picture is live. */
   title: string;
   detail: string;
+  /** Of a live picture: where its frames come from, where that is no probe that is known to be one. */
+  origin?: "as-sent" | "simulated";
   /** Of a frozen picture: it is one of a recording. */
   isReplay?: boolean;
   /** Of a frozen picture: it is frozen on this display alone. */
@@ -31,6 +33,12 @@ const kTitles: Record<Liveness_Cause, string> = {
   [Liveness_Cause.SWEEPS_DROPPED]: "No complete sweep",
   [Liveness_Cause.NO_SWEEP]: "No complete sweep",
   [Liveness_Cause.DRIVER_SILENT]: "The GPU's driver does not answer",
+  [Liveness_Cause.CHANGE_NOT_SHOWN]: "Not shown as set",
+};
+
+const kOrigins: Partial<Record<Liveness_Origin, LivenessNews["origin"]>> = {
+  [Liveness_Origin.UNTOLD]: "as-sent",
+  [Liveness_Origin.SIMULATED]: "simulated",
 };
 
 /**
@@ -72,6 +80,19 @@ export class LivenessWatch {
   }
 
   news(nowMs: number): LivenessNews {
+    const news = this.stateNews(nowMs);
+    const { cause, sentence, state } = this.told ?? {};
+    if (cause !== Liveness_Cause.CHANGE_NOT_SHOWN || state === Liveness_State.NOT_LIVE || news.title) return news;
+    // The sentence of the state comes first.
+    return {
+      ...news,
+      title: kTitles[cause],
+      detail: (sentence ?? "").replace(/^.*? (?=The (last change|speckle filter) )/, ""),
+    };
+  }
+
+  /** Without a change that is not shown, which is reported beside any state. */
+  private stateNews(nowMs: number): LivenessNews {
     const ageMs = this.ageMs(nowMs);
     const shown = this.capturedServerMs !== undefined;
     const still = { state: shown ? "not-live" : "waiting", ageMs } as const;
@@ -81,11 +102,13 @@ export class LivenessWatch {
       return { ...still, title: "The server does not answer", detail };
     }
     if (this.held && shown) return { state: "frozen", ageMs, title: "", detail: "", isOwn: true };
-    const { cause, sentence, state } = this.told ?? {};
+    const { sentence, state } = this.told ?? {};
+    const isAboutScene = this.told?.cause === Liveness_Cause.CHANGE_NOT_SHOWN && state !== Liveness_State.NOT_LIVE;
+    const cause = isAboutScene ? Liveness_Cause.NONE : this.told?.cause;
     if (state === Liveness_State.FROZEN && shown) {
       const title = cause ? kTitles[cause] : "";
       const isReplay = /^The replay/.test(sentence ?? "");
-      const detail = (sentence ?? "").replace(/^The (picture|replay of a recording) is frozen\. ?/, "");
+      const detail = cause ? (sentence ?? "").replace(/^The (picture|replay of a recording) is frozen\. ?/, "") : "";
       return { state: "frozen", ageMs: isReplay ? undefined : ageMs, title, detail, ...(isReplay && { isReplay }) };
     }
     if (cause) {
@@ -97,7 +120,8 @@ export class LivenessWatch {
     const late = ageMs !== undefined && ageMs > this.limitMs();
     if (state === Liveness_State.DELAYED) return { state: "delayed", ageMs, title: "Delayed", detail: sentence ?? "" };
     if (late) return { state: "delayed", ageMs, title: "Delayed", detail: "Pictures reach this display late." };
-    return { state: "live", ageMs, title: "", detail: "" };
+    const origin = this.told && kOrigins[this.told.origin];
+    return { state: "live", ageMs, title: "", detail: "", ...(origin && { origin }) };
   }
 
   private limitMs(): number {
@@ -126,8 +150,9 @@ const kWords: Record<LivenessNews["state"], string> = {
 };
 
 /** The word for the state, always at the same place. */
-export function stateWord(state: LivenessNews["state"]): string {
-  return kWords[state];
+export function stateWord({ state, origin }: Pick<LivenessNews, "state" | "origin">): string {
+  if (origin === "simulated") return "Simulated";
+  return origin === "as-sent" ? "Live as sent" : kWords[state];
 }
 
 /** "0.4 s", "48 s", "2 min": the age of a picture. */
@@ -138,11 +163,12 @@ export function ageText(ageMs: number | undefined): string {
 
 /** The mark on a picture: "Lost, 48 s old", "Delayed 3.1 s", "Replay"; empty on a live one. */
 export function markText({ state, ageMs, isReplay, isOwn }: LivenessNews): string {
+  const word = kWords[state];
   if (state === "live") return "";
   if (isOwn) return `Frozen on this display only${ageMs === undefined ? "" : `, ${duration(ageMs / 1000)} old`}`;
-  if (isReplay) return `${stateWord(state)}, replay`;
-  if (ageMs === undefined) return stateWord(state);
-  return state === "delayed" ? `Delayed ${ageText(ageMs)}` : `${stateWord(state)}, ${duration(ageMs / 1000)} old`;
+  if (isReplay) return `${word}, replay`;
+  if (ageMs === undefined) return word;
+  return state === "delayed" ? `Delayed ${ageText(ageMs)}` : `${word}, ${duration(ageMs / 1000)} old`;
 }
 
 export function duration(seconds: number): string {

@@ -323,6 +323,7 @@ function sceneTold(state: SceneState): void {
     orbit.start(hello.fields, defaults);
   }
   if (scene && !ownView.isOpen) editor.adopt(revision, valuesOf(scene));
+  if (state.withdrawn) showRefusal(state.withdrawn);
 }
 
 function settle({ requestId, outcome }: SceneReply): void {

@@ -37,7 +37,8 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
   }
   if (liveness.title) {
     const still = pictureShown && liveness.state === "not-live" ? " The last volume is still shown." : "";
-    return { kind: "not-live", title: liveness.title, detail: (liveness.detail + still).trim() };
+    const kind = liveness.state === "live" ? "error" : "not-live";
+    return { kind, title: liveness.title, detail: (liveness.detail + still).trim() };
   }
   if (!pictureShown)
     return { kind: "waiting", title: "No picture yet", detail: `Waiting for a volume from ${source}.` };

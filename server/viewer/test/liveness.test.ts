@@ -2,8 +2,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
-import { Liveness_Cause, Liveness_State, LivenessSchema } from "../generated/fanlight_pb.js";
-import { ageText, LivenessWatch, markText } from "../src/liveness";
+import { Liveness_Cause, Liveness_Origin, Liveness_State, LivenessSchema } from "../generated/fanlight_pb.js";
+import { ageText, LivenessWatch, markText, stateWord } from "../src/liveness";
 
 const kServerAheadMs = 100_000;
 const serverMs = (pageMs: number) => pageMs + kServerAheadMs;
@@ -39,7 +39,8 @@ test("each cause from the server has a title, and removes the word live at once"
   for (const cause of Object.values(Liveness_Cause).filter(
     (value): value is Liveness_Cause => typeof value === "number",
   )) {
-    if (cause === Liveness_Cause.NONE) continue;
+    // Reported beside any state, and removes none: see below.
+    if (cause === Liveness_Cause.NONE || cause === Liveness_Cause.CHANGE_NOT_SHOWN) continue;
     const watch = watchAt(1000);
     watch.tell(told(Liveness_State.NOT_LIVE, cause, "A reason."));
     const news = watch.news(1000);
@@ -47,6 +48,32 @@ test("each cause from the server has a title, and removes the word live at once"
     assert.ok(news.title.length > 0, `cause ${cause} has no title`);
     assert.equal(news.detail, "A reason.");
   }
+});
+
+test("a change that is not shown is reported beside live, frozen and replayed pictures", () => {
+  const sentences: [Liveness_State, string, string][] = [
+    [Liveness_State.LIVE, "The picture is live.", "live"],
+    [Liveness_State.FROZEN, "The picture is frozen.", "frozen"],
+    [Liveness_State.REPLAY, "A recording is played.", "replay"],
+  ];
+  for (const [state, sentence, expected] of sentences) {
+    const watch = watchAt(1000);
+    const why = "The last change is not shown, because the GPU cannot draw it: no memory.";
+    watch.tell(told(state, Liveness_Cause.CHANGE_NOT_SHOWN, `${sentence} ${why}`));
+    const news = watch.news(1000);
+    assert.deepEqual([news.state, news.title, news.detail], [expected, "Not shown as set", why]);
+  }
+});
+
+test("a live picture says where its frames come from, where that is no known probe", () => {
+  const watch = watchAt(1000);
+  const wordOf = (origin: Liveness_Origin) => {
+    watch.tell(create(LivenessSchema, { state: Liveness_State.LIVE, origin, limitS: 2 }));
+    return stateWord(watch.news(1000));
+  };
+  assert.equal(wordOf(Liveness_Origin.PROBE), "Live");
+  assert.equal(wordOf(Liveness_Origin.UNTOLD), "Live as sent");
+  assert.equal(wordOf(Liveness_Origin.SIMULATED), "Simulated");
 });
 
 test("a sentence does not say again what its title says", () => {

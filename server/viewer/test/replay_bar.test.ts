@@ -42,7 +42,7 @@ test("a replay is marked on its picture, however old that is", () => {
   for (const nowMs of [100, 60_000]) {
     watch.heard(nowMs);
     const news = watch.news(nowMs);
-    assert.equal(stateWord(news.state), "Replay");
+    assert.equal(stateWord(news), "Replay");
     assert.equal(markText(news), "Replay");
     assert.equal(news.title, "");
   }
