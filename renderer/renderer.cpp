@@ -228,6 +228,7 @@ Result<void> Renderer::begin_cast_of_scene(SlotState& state) {
   if (auto begun = state.slot.begin_cast(scene_in_force().scene); !begun) return begun;
   if (state.slot.filter_left_out()) counters_.volumes_unfiltered.add();
   state.cast_scene = scene_in_force();
+  scenes_.note_begun();
   count_cast(state);
   return {};
 }
@@ -476,7 +477,8 @@ Result<void> Renderer::submit_light(SlotState& state) {
 
 /// Notes what the picture will show: lit_scene, by the scene in force.
 void Renderer::note_light(SlotState& state) {
-  scenes_.note_drawn();
+  // The light of an older cast says nothing about a view that is still to be cast.
+  if (!view_changed(state.cast_scene, scene_in_force())) scenes_.note_drawn();
   state.stamp = {.scene_revision = state.lit_scene.revision,
                  .pass1_runs = counters_.pass1_runs.value(),
                  .pass2_runs = counters_.pass2_runs.value(),

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <chrono>
 #include <iterator>
+#include <new>
 #include <utility>
 
 #include "proto/base/file_replacement.hpp"
@@ -35,6 +36,7 @@ void SegmentSync::leave() {
   const std::scoped_lock lock(mutex_);
   opened_.clear();
   ++leaves_;
+  failure_ = 0;
 }
 
 void SegmentSync::sync_all() {
@@ -45,13 +47,15 @@ void SegmentSync::sync_all() {
     taken = std::exchange(opened_, {});
     leaves = leaves_;
   }
+  int failure = 0;
   for (Opened& each : taken) {
     if (!each.folder_of.empty()) sync_folder_of(std::exchange(each.folder_of, {}));
     for (const OwnedFile& file : each.files)
-      if (fdatasync(file.get()) != 0) failure_ = errno;
+      if (fdatasync(file.get()) != 0) failure = errno;
   }
   if (!taken.empty()) ++syncs_;
   const std::scoped_lock lock(mutex_);
+  if (failure != 0 && leaves == leaves_) failure_ = failure;
   // All but the last were closed, and are whole on the disk. That one may have been written to meanwhile.
   if (!taken.empty() && leaves == leaves_) opened_.insert(opened_.begin(), std::move(taken.back()));
 }
@@ -62,7 +66,12 @@ void SegmentSync::run(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
     woken_.wait_for(lock, stop, std::chrono::seconds(kSyncS), [] { return false; });
     lock.unlock();
-    if (!stop.stop_requested()) sync_all();
+    if (stop.stop_requested()) return;
+    try {
+      sync_all();
+    } catch (const std::bad_alloc&) {
+      // The next segment is followed again.
+    }
   }
 }
 

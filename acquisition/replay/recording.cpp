@@ -118,6 +118,15 @@ Result<void> Recording::finish() {
   return pixels_ && pixels_->at_end() ? pixels_->finish() : Result<void>();
 }
 
+Result<void> Recording::check_pixels() {
+  const std::uint64_t bytes = sequence_.frame_bytes() * sequence_.frames.size();
+  if (has_quick_access() || bytes > kMostChecked) return {};
+  // Frames before the last one are read over.
+  std::vector<std::uint8_t> last(sequence_.frame_bytes());
+  if (auto read = pixels_->read(sequence_.frames.size() - 1, last); !read) return read;
+  return finish();
+}
+
 Result<void> Recording::find_times() {
   const auto& fields = sequence_.frames;
   if (fields.size() < 2) return bad("there is a single frame", "a sweep of 2 at least");

@@ -101,6 +101,11 @@ class Recording {
   /// After the last frame. With Pixels::kFromFile: kBadInput where the file's checksum is wrong, or pixels
   /// follow the last frame.
   Result<void> finish();
+  /// Reads all compressed pixels, up to kMostChecked bytes of them, and their checksum: a damaged byte may
+  /// give other pixels and no error where it lies. Errors as of read_frame() and finish(); nothing where
+  /// pixels are not compressed, or are more. Takes as long as the decompression.
+  Result<void> check_pixels();
+  static constexpr std::uint64_t kMostChecked = std::uint64_t{2} << 30;
 
  private:
   Recording(const Config& config, OpenedSequence opened);

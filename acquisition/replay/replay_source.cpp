@@ -64,6 +64,9 @@ Result<std::unique_ptr<ReplaySource>> ReplaySource::create(const Config& config)
   if (config.ending == Ending::kOnce) reading.pixels = Recording::Pixels::kFromFile;
   auto recording = Recording::open(reading);
   if (!recording) return recording.error();
+  // One volume of a damaged file would be rendered without an error. A player reports it at the end.
+  if (config.link == nullptr)
+    if (auto whole = recording->check_pixels(); !whole) return whole.error();
   return std::unique_ptr<ReplaySource>(new ReplaySource(config, *std::move(recording)));
 }
 

@@ -11,7 +11,8 @@ namespace fanlight {
 /// taken, so the smallest delay seen is the best estimate of the clocks' offset: arrival time minus device
 /// time. The estimate rises again only as fast as clocks drift apart, so that frames that are delayed from
 /// now on keep their times, and look late. The transfer time of the fastest frame (below a millisecond on
-/// USB) remains as an error, as does a delay that there was from the first frame on. One thread.
+/// USB) remains as an error, as does a delay that there was from the first frame on. A clock that was set
+/// back by less than the time between two frames cannot be told from a delay, and looks like one. One thread.
 class DeviceClock {
  public:
   /// Clocks that drift apart by more are followed late. Quartz oscillators have 100 parts per million at

@@ -25,7 +25,10 @@ std::size_t behind_text(std::string_view text, std::size_t at) {
     if (escapes && text[next] == '\\') {
       ++next;
     } else if (text.substr(next, end.size()) == end) {
-      return next + end.size();
+      next += end.size();
+      // Up to two quotes before the three that end a long string belong to it.
+      for (int more = 0; is_long && more < 2 && next < text.size() && text[next] == text[at]; ++more) ++next;
+      return next;
     } else if (!is_long && text[next] == '\n') {
       return next;  // no TOML
     }

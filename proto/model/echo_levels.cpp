@@ -3,9 +3,43 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace fanlight {
 
+namespace {
+
+// Of an edge that a beam has blurred, half of the amplitude is left at the true place: 6 dB below the tissue.
+// The brightest part of speckled tissue, which the shader takes for its level (surface_place.h), is brighter
+// than its mean by some 2 dB more (measured: scanned scenes of renderer/RESULTS.md).
+constexpr double kEdgeBelowTissueDb = 8.4;
+// Standard deviation of fully developed speckle, log-compressed: of 20 log10 of Rayleigh's distribution. It
+// says how many grey levels a decibel has. Scanners that smooth have less, and seem to have a wider range.
+constexpr double kSpeckleDb = 5.57;
+// As of a contrast of 50 dB: speckle that a scanner has smoothed away says nothing about decibels.
+constexpr double kMostRise = 0.83;
+// More than any step of grey levels.
+constexpr double kNoThreshold = 255;
+
+}  // namespace
+
+double EchoLevels::threshold() const {
+  if (flat) return kNoThreshold;
+  const double speckle = linear() ? 0 : noise;
+  return std::clamp(std::max(0.16 * (tissue - fluid), speckle), 5.0, 100.0);
+}
+
+double EchoLevels::rise() const {
+  // Where the echo is an amplitude, halfway is the middle of the blur.
+  if (!known || linear()) return 0.5;
+  const double below_tissue = kEdgeBelowTissueDb / kSpeckleDb * noise;  // grey levels
+  return std::clamp(1 - below_tissue / (tissue - fluid), 0.5, kMostRise);
+}
+
 std::string sentence(const EchoLevels& levels) {
+  if (levels.flat)
+    return "from the data: no surface, since the echo differs by no more than its speckle from place to "
+           "place";
   if (!levels.known) return "from the data: fluid and tissue cannot be distinguished";
   return fmt::format(
       "from the data: fluid {:.0f}, tissue {:.0f}, speckle {:.0f} grey levels{}; threshold {:.0f}, "

@@ -14,15 +14,14 @@ struct EchoLevels {
   double tissue = 0;   ///< median of the bright blocks
   double noise = 0;    ///< standard deviation of the speckle in bright blocks
   bool known = false;  ///< false: the frames show nothing, and the other values mean nothing
+  bool flat = false;   ///< not known, since the echo differs by no more than its speckle: there is no surface
 
   /// The step that makes a surface: a share of what lies between fluid and tissue. Small, since
-  /// the halves of a detector's window reach beyond a thin bright surface, and a slanted one steps slowly.
-  double threshold() const { return std::clamp(0.16 * (tissue - fluid), 5.0, 100.0); }
-  /// How far the echo has risen from the fluid's to the tissue's at a surface. A beam of which half has
-  /// passed a slanted surface receives half of the power. In log-compressed frames that is 3 dB of some 35
-  /// below the tissue. Less than that keeps off the dark gaps of its speckle (measured: renderer/RESULTS.md).
-  /// In others, where the echo is an amplitude, halfway is the middle of the blur.
-  double rise() const { return known && !linear() ? 0.65 : 0.5; }
+  /// the halves of a detector's window reach beyond a thin bright surface, and a slanted one steps slowly;
+  /// but no less than the speckle. Where the frames are flat, more than any step.
+  double threshold() const;
+  /// How far the echo has risen from the fluid's to the tissue's at a surface: see echo_levels.cpp.
+  double rise() const;
   /// What is darker behind an edge is no tissue: next to a body's outline rays meet its blurred rim, not the
   /// body. Less than half of the way from fluid to tissue, since echoes fade with depth and in shadows
   /// (measured: renderer/RESULTS.md).

@@ -53,7 +53,7 @@ Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSi
     made.filter.size = odd_pixels(scene.filter.size_mm, viewport(scene, size).pixel_mm, 1, kMostFilter);
   take_noise(made.speckle, levels);
   if (scene.detector.threshold == 0)
-    made.detector.threshold = levels.known ? levels.threshold() : Scene::Detector{}.threshold;
+    made.detector.threshold = levels.known || levels.flat ? levels.threshold() : Scene::Detector{}.threshold;
   if (scene.detector.rise == 0) made.detector.rise = levels.rise();
   if (scene.detector.least_tissue == 0) made.detector.least_tissue = levels.least_tissue();
   // What is not different must compare as equal.

@@ -30,6 +30,10 @@ class SceneFallback {
   /// The scene in force could not be drawn. True where the proven scene is in force now; false where the
   /// error is a loss, or the proven scene itself cannot be drawn.
   bool falls_back(const Error& error, std::int64_t now_ns);
+  /// The view of the scene in force is being cast: it is not refused any more.
+  void note_begun() {
+    if (in_force_.revision == wanted_.revision) refusal_.clear();
+  }
   /// A picture is made of the scene in force.
   void note_drawn();
 

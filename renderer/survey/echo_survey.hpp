@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 #include "proto/model/echo_levels.hpp"
 #include "proto/model/volume.hpp"
 
@@ -12,7 +14,8 @@ namespace fanlight {
 EchoLevels measured_levels(const Volume& volume);
 
 /// Levels that are steady over volumes: a slow mean, and what is in force follows it in steps of a tenth. A
-/// change by half, as of another gain or another recording, is in force at once.
+/// change by half, as of another gain or another recording, is in force at once, and so are volumes without
+/// contrast, after three in a row.
 class SteadyLevels {
  public:
   const EchoLevels& in_force() const { return in_force_; }
@@ -24,6 +27,7 @@ class SteadyLevels {
  private:
   EchoLevels mean_;
   EchoLevels in_force_;
+  std::uint32_t flat_volumes_ = 0;  // in a row
 };
 
 }  // namespace fanlight

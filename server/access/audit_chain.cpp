@@ -40,11 +40,13 @@ struct Part {
 
 /// What a server leaves that was ended while it rotated its log: a second name of the same file, or a new
 /// file that has no name yet. The next start removes both.
-bool is_left_by_rotation(const std::filesystem::path& path, std::span<const std::filesystem::path> before) {
+bool is_left_by_rotation(std::size_t index, std::span<const std::filesystem::path> paths) {
   std::error_code unknown;
-  const bool is_next = path.extension() == kAuditNextSuffix &&
-                       std::filesystem::exists(std::filesystem::path(path).replace_extension(), unknown);
-  return is_next || std::ranges::any_of(before, [&](const std::filesystem::path& other) {
+  const std::filesystem::path& path = paths[index];
+  const bool is_next =
+      path.extension() == kAuditNextSuffix &&
+      std::ranges::find(paths, std::filesystem::path(path).replace_extension()) != paths.end();
+  return is_next || std::ranges::any_of(paths.first(index), [&](const std::filesystem::path& other) {
            return std::filesystem::equivalent(path, other, unknown);
          });
 }
@@ -53,7 +55,7 @@ Result<std::vector<Part>> parts_in_order(std::span<const std::filesystem::path> 
   std::vector<Part> parts;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const std::filesystem::path& path = paths[i];
-    if (is_left_by_rotation(path, paths.first(i))) continue;
+    if (is_left_by_rotation(i, paths)) continue;
     std::ifstream file(path);
     if (!file) {
       return Error{ErrorCode::kNotFound,

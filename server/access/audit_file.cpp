@@ -208,14 +208,16 @@ void AuditFile::reserve() {
   if (!can_reserve_ || reserved_bytes_ >= bytes_ + kReserveBytes / 2) return;
   if (::fallocate(file_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(bytes_), kReserveBytes) == 0) {
     reserved_bytes_ = bytes_ + kReserveBytes;
-  } else if (errno == EOPNOTSUPP || errno == ENOSYS) {
-    can_reserve_ = false;
+  } else if (errno != ENOSPC && errno != EDQUOT && errno != EINTR) {
+    can_reserve_ = false;  // the file system does not, or a sandbox
   }
 }
 
 /// So that a file that is complete takes no more of the disk than its lines.
 void AuditFile::release_reserve() {
-  if (regular_ && reserved_bytes_ > 0 && !torn_) (void)!::ftruncate(file_, static_cast<off_t>(bytes_));
+  struct stat status {};
+  if (regular_ && reserved_bytes_ > 0 && !torn_ && ::fstat(file_, &status) == 0)
+    (void)!::ftruncate(file_, status.st_size);
   reserved_bytes_ = 0;
 }
 
@@ -232,6 +234,7 @@ int AuditFile::finish_last_write() {
   if (torn_) {
     if (::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) return errno;
     torn_ = false;
+    reserved_bytes_ = 0;
   }
   while (!rest_.empty()) {
     const ssize_t written = ::write(file_, rest_.data(), rest_.size());
@@ -276,7 +279,8 @@ int AuditFile::continue_in(int next, const nlohmann::json& details, const std::f
     torn_ = false;
     return failure;
   }
-  if (reserved_bytes > 0) (void)!::ftruncate(before, static_cast<off_t>(bytes));
+  struct stat old {};
+  if (reserved_bytes > 0 && ::fstat(before, &old) == 0) (void)!::ftruncate(before, old.st_size);
   ::close(before);
   sync_folder_of(path_);
   rotate_at_bytes_ = rotate_bytes_;

@@ -78,7 +78,11 @@ class AuditWriter::Work {
   }
   bool can_write() const {
     const std::scoped_lock lock(mutex_);
-    return can_write_ && overflow_ == 0 && no_memory_ == 0 && !ended_;
+    // What waits must fit into what the sink has reserved, and a disk that does not answer takes nothing.
+    constexpr std::size_t kMostWaitingBytes = kMostBytes / 8;
+    const bool answers = !busy_ || std::chrono::steady_clock::now() - busy_since_ < std::chrono::seconds(1);
+    return can_write_ && answers && queue_bytes_ < kMostWaitingBytes && overflow_ == 0 && no_memory_ == 0 &&
+           !ended_;
   }
   std::uint64_t lost() const {
     const std::scoped_lock lock(mutex_);
@@ -101,6 +105,7 @@ class AuditWriter::Work {
                   .last = ending_};
       queue_bytes_ = 0;
       busy_ = true;
+      busy_since_ = std::chrono::steady_clock::now();
       lock.unlock();
       try {
         write(batch);
@@ -243,7 +248,7 @@ class AuditWriter::Work {
 
   void publish(const std::string& notice, std::uint64_t not_written) {
     position_ = sink_->position();
-    can_write_ = has_room_ && gap_ == 0;
+    can_write_ = has_room_ && gap_ == 0 && sync_failure_ == 0;
     lost_ += not_written;
     if (notice.empty() || notice_.size() + notice.size() > kMostNoticeBytes) return;
     notice_ += notice_.empty() ? notice : "; " + notice;
@@ -271,6 +276,7 @@ class AuditWriter::Work {
   bool reopening_ = false;
   bool ending_ = false;
   bool busy_ = false;
+  std::chrono::steady_clock::time_point busy_since_{};
   bool ended_ = false;
   AuditPosition position_;
   std::string notice_;

@@ -188,6 +188,7 @@ Result<void> print_recording(const InfoOptions& options) {
   auto recording = Recording::open(
       {.path = options.file, .geometry_path = options.geometry_path, .pixels = Recording::Pixels::kFromFile});
   if (!recording) return print_unplayable(options, recording.error());
+  if (auto whole = recording->check_pixels(); !whole) return whole;
   if (options.writes_geometry) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("{}: it has a geometry already, expected a recording without one",

@@ -29,6 +29,7 @@ std::vector<float> depth_quantiles_mm(const std::vector<float>& smooth_mm, std::
 }
 
 nlohmann::ordered_json levels_json(const EchoLevels& levels) {
+  if (levels.flat) return {{"flat", true}};
   if (!levels.known) return nullptr;
   return {{"fluid", levels.fluid},
           {"tissue", levels.tissue},

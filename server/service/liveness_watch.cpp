@@ -58,7 +58,6 @@ void LivenessWatch::update() {
 
 void LivenessWatch::log() const {
   const PictureLiveness::Report& report = dependencies_.state.liveness.report();
-  if (report.cause == PictureLiveness::Cause::kChangeNotShown) return;  // SceneGuard has logged it
   if (report.live() || report.state == PictureLiveness::State::kWaiting ||
       report.state == PictureLiveness::State::kReplay || report.state == PictureLiveness::State::kResting ||
       report.state == PictureLiveness::State::kFrozen)

@@ -56,13 +56,17 @@ void PictureLiveness::Growth::see(std::uint64_t value, std::int64_t now_ns) {
 }
 
 void PictureLiveness::health_changed(const RenderHealth& health) {
-  if (health.devices_lost > health_.devices_lost) awaits_new_device_ = true;
+  if (health.devices_lost > health_.devices_lost) {
+    awaits_new_device_ = true;
+    lost_ns_ = updated_ns_;
+  }
+  if (has_device(health) && !has_device(health_)) device_back_ns_ = health.since_ns;
   health_ = health;
 }
 
 void PictureLiveness::shown(const PictureStamp& stamp, std::int64_t now_ns) {
   // A picture of the lost device may come late.
-  if (has_device(health_) && stamp.finished_time_ns >= health_.since_ns) awaits_new_device_ = false;
+  if (has_device(health_) && stamp.finished_time_ns >= device_back_ns_) awaits_new_device_ = false;
   const VolumeStamp& volume = stamp.volume;
   if (any_picture_ && volume.last_capture_time_ns <= captured_ns_) {
     captured_ns_ = volume.last_capture_time_ns;  // an older one, of the cine
@@ -102,7 +106,7 @@ PictureLiveness::Cause PictureLiveness::cause(const Source& source, std::int64_t
   if (source.probe_lost) return Cause::kProbeLost;
   if (health_.state == RenderHealth::State::kRemaking) return Cause::kGpuRemade;
   if (health_.state == RenderHealth::State::kHung) return Cause::kGpuHung;
-  if (awaits_new_device_ && !source.resting) return Cause::kGpuRemade;
+  if (lacks_new_picture(source, now_ns)) return Cause::kGpuRemade;
   const bool still = now_ns - progressed_ns_ > limit_ns();
   const bool asks_no_progress = source.frozen || source.resting;
   if ((still || asks_no_progress) && driver_.silent_ns() > kLeastLimitNs) return Cause::kDriverSilent;
@@ -175,7 +179,15 @@ bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
 void PictureLiveness::count_loss(const Source& source, std::int64_t now_ns) {
   const std::int64_t gap_ns =
       std::clamp<std::int64_t>(now_ns - std::exchange(updated_ns_, now_ns), 0, DriverWatch::kMostGapNs);
-  gpu_lost_ns_ = awaits_new_device_ && !source.resting ? gpu_lost_ns_ + gap_ns : 0;
+  // A device that refuses volumes works, and has no room.
+  if (has_device(health_) && refused_.since(std::max(lost_ns_, device_back_ns_))) awaits_new_device_ = false;
+  gpu_lost_ns_ = lacks_new_picture(source, now_ns) ? gpu_lost_ns_ + gap_ns : 0;
+}
+
+/// The GPU was lost, and there is something to show on its new device.
+bool PictureLiveness::lacks_new_picture(const Source& source, std::int64_t now_ns) const {
+  const bool has_nothing = frames_silent(now_ns) && !volumes_.since(lost_ns_);
+  return awaits_new_device_ && !source.resting && !has_nothing;
 }
 
 bool PictureLiveness::renders() const {

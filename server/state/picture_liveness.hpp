@@ -122,6 +122,7 @@ class PictureLiveness {
   };
   void count(std::int64_t now_ns);
   void count_loss(const Source& source, std::int64_t now_ns);
+  bool lacks_new_picture(const Source& source, std::int64_t now_ns) const;
   Cause cause(const Source& source, std::int64_t now_ns) const;
   Cause cause_of_stillness(std::int64_t now_ns) const;
   Cause cause_of_replay(std::int64_t now_ns) const;
@@ -138,7 +139,9 @@ class PictureLiveness {
   const PipelineCounters& pipeline_;
   RenderHealth health_;
   DriverWatch driver_;
-  bool awaits_new_device_ = false;  // the GPU was lost, and no picture of another device came yet
+  bool awaits_new_device_ = false;   // the GPU was lost, and no picture of another device came yet
+  std::int64_t lost_ns_ = 0;         // when that was noticed
+  std::int64_t device_back_ns_ = 0;  // when the new device was there
   std::int64_t gpu_lost_ns_ = 0;
   std::int64_t updated_ns_ = 0;
   bool any_picture_ = false;  // since the last rest

@@ -32,7 +32,9 @@ std::optional<NotedPicture> picture_of(const json& line) {
                        .levels = {},
                        .width = line.at("width"),
                        .height = line.at("height")};
-  if (const json& levels = line.at("levels"); !levels.is_null()) {
+  if (const json& levels = line.at("levels"); levels.is_object() && levels.contains("flat")) {
+    picture.levels.flat = levels.at("flat");
+  } else if (!levels.is_null()) {
     picture.levels = {.fluid = levels.at("fluid"),
                       .tissue = levels.at("tissue"),
                       .noise = levels.at("noise"),
@@ -72,6 +74,7 @@ std::string scene_note(std::uint64_t revision, const Scene& scene) {
 std::string picture_note(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height) {
   const EchoLevels& levels = stamp.levels;
   ordered_json known = nullptr;
+  if (levels.flat) known = {{"flat", true}};
   if (levels.known) known = {{"fluid", levels.fluid}, {"tissue", levels.tissue}, {"noise", levels.noise}};
   return ordered_json({{"picture", stamp.picture_id},
                        {"volume", stamp.volume.source_volume_index},

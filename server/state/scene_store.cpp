@@ -17,7 +17,7 @@ Result<bool> SceneStore::apply(const v1::Scene& change, const SceneField** refus
 }
 
 void SceneStore::put_in_force(const Scene& scene) {
-  constexpr std::size_t kMostEarlier = 64;
+  constexpr std::size_t kMostEarlier = 256;
   earlier_.push_back(in_force_);
   if (earlier_.size() > kMostEarlier) earlier_.pop_front();
   in_force_ = {.revision = in_force_.revision + 1, .scene = scene};
@@ -33,9 +33,10 @@ const Scene* SceneStore::of_revision(std::uint64_t revision) const {
 }
 
 void SceneStore::note_shown(std::uint64_t revision) {
-  if (revision == shown_.revision) return;
-  if (const Scene* const scene = of_revision(revision); scene != nullptr)
-    shown_ = {.revision = revision, .scene = *scene};
+  // The light of an older cast has the older revision.
+  if (revision <= shown_.revision) return;
+  shown_.revision = revision;
+  if (const Scene* const scene = of_revision(revision); scene != nullptr) shown_.scene = *scene;
 }
 
 void SceneStore::return_to_shown(const std::string& reason) {

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/state/scene_watch.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace fanlight {
 
 namespace {
 
-// More changes than a client may make in kWithdrawalNs are joined to the newest one.
+// Of a hand that moves, more are joined to the newest one.
 constexpr std::size_t kMostWaiting = 256;
 
 }  // namespace
@@ -22,9 +23,11 @@ void SceneWatch::follow(const Situation& now, std::int64_t now_ns) {
     }
   }
   while (!waiting_.empty() && waiting_.front().revision <= now.shown) waiting_.pop_front();
-  // Time without pictures does not count.
-  if (!now.are_pictures_expected)
-    for (Change& each : waiting_) each.since_ns += gap_ns;
+  // Neither time without pictures counts, nor that of a process that was stopped.
+  constexpr std::int64_t kMostGapNs = 2'000'000'000;
+  const std::int64_t left_out_ns =
+      now.are_pictures_expected ? std::max<std::int64_t>(gap_ns - kMostGapNs, 0) : gap_ns;
+  for (Change& each : waiting_) each.since_ns += std::min(left_out_ns, now_ns - each.since_ns);
 }
 
 SceneWatch::Event SceneWatch::update(const Situation& now, std::int64_t now_ns) {

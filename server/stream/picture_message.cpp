@@ -55,6 +55,7 @@ void describe(v1::Picture& message, const Picture& picture) {
   if (measures.wide_step) message.add_measures("wide step");
   if (measures.cheap_filters) message.add_measures("cheap filters");
   describe(*message.mutable_view(), stamp.view);
+  if (stamp.levels.flat) message.mutable_levels()->set_flat(true);
   if (!stamp.levels.known) return;
   v1::EchoLevels& levels = *message.mutable_levels();
   levels.set_fluid(stamp.levels.fluid);

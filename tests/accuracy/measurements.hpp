@@ -23,6 +23,9 @@ std::vector<FigureBlock> measure_small_fans(const Workbench& bench);
 /// Counts the casts after changes of fields that only passes 2 and 3 read.
 FigureBlock measure_relighting(const Workbench& bench);
 
+/// Scenes as a scanner shows them: blurred by a beam, then log-compressed.
+FigureBlock measure_scanned_scenes(const Workbench& bench);
+
 /// A thin bright interface in pixels of 0.08 mm, and where each place of a surface puts it.
 FigureBlock measure_thin_interface(const Workbench& bench);
 

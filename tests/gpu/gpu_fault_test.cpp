@@ -264,6 +264,29 @@ TEST_F(GpuFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf) {
   end();
 }
 
+TEST_F(GpuFaultTest, TheLightOfAnOlderCastDoesNotProveANewView) {
+  // The view changes while a volume is cast or lit: its light comes after the change.
+  Scene other = scene_;
+  other.mode = Mode::kMinimum;
+  inject({.call = GpuCall::kBuildPipeline, .times = kAlways, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});
+  std::uint64_t revision = 1;
+  for (int round = 0; round < 12; ++round) {
+    const std::uint64_t volume = publish(round % 2 == 0 ? kNearMm : kFarMm);
+    const std::uint64_t before = gpu_calls(GpuCall::kSubmit);
+    EXPECT_TRUE(eventually(
+        [&] { return gpu_calls(GpuCall::kSubmit) >= before + static_cast<std::uint64_t>(round) / 2; }));
+    show(++revision, other);
+    EXPECT_TRUE(eventually([&] {
+      read_others();
+      return !seen_.empty() && seen_.back().refused_revision == revision;
+    }));
+    EXPECT_EQ(picture_of(volume).rgba, (round % 2 == 0 ? near_ : far_).rgba);
+    show(++revision, scene_);
+  }
+  EXPECT_EQ(counters_.devices_lost.value(), 0U);
+  end();
+}
+
 TEST_F(GpuFaultTest, AFilterWithoutMemoryIsLeftOutOfThatVolumeOnly) {
   Scene filtered = scene_;
   filtered.speckle.across += 2;  // it needs more memory for its coefficients

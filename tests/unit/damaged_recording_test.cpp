@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 
+#include "acquisition/replay/replay_source.hpp"
 #include "tests/unit/recording_fixture.hpp"
 
 namespace fanlight {
@@ -20,6 +21,30 @@ TEST_F(RecordingTest, RefusesMoreThanTheLimit) {
   const auto refused = Recording::open({.path = path_, .geometry_path = {}, .max_bytes = 5 * 48 - 1});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("expected at most 239 bytes of pixels"), std::string::npos);
+}
+
+TEST_F(RecordingTest, FindsADamagedByteThatStillInflates) {
+  NamedFile file = test::fan_recording(5, 3, 20);
+  const auto whole = file.bytes();
+  std::size_t silent = 0;
+  // Behind the head of the stream, and before its checksum.
+  for (std::size_t from_end = 5; from_end + 2 < file.payload().size(); ++from_end) {
+    std::string damaged(whole.begin(), whole.end());
+    damaged[damaged.size() - from_end] = static_cast<char>(damaged[damaged.size() - from_end] ^ 0x10);
+    write_file(path_, damaged);
+    auto lazy = Recording::open({.path = path_, .geometry_path = {}, .pixels = Recording::Pixels::kFromFile});
+    if (!lazy) continue;
+    std::vector<std::uint8_t> frame(lazy->summary().geometry.frame_bytes());
+    if (lazy->read_frame(2, frame)) ++silent;
+    EXPECT_FALSE(lazy->check_pixels()) << from_end << " bytes before the end";
+    EXPECT_FALSE(ReplaySource::create({.recording = {.path = path_, .geometry_path = {}}}));
+  }
+  EXPECT_GT(silent, 0U) << "some damage gives no error where it lies";
+  write_file(path_, std::string(whole.begin(), whole.end()));
+  auto recording =
+      Recording::open({.path = path_, .geometry_path = {}, .pixels = Recording::Pixels::kFromFile});
+  ASSERT_TRUE(recording);
+  EXPECT_TRUE(recording->check_pixels());
 }
 
 struct Damage {

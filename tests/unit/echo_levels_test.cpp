@@ -73,6 +73,47 @@ TEST(EchoLevelsTest, StayOutsideTheSectorOut) {
   EXPECT_NEAR(measured_levels(volume).fluid, 60, 2) << "not the black border";
 }
 
+TEST(EchoLevelsTest, AreFlatWhereTheEchoIsSpeckleAlone) {
+  std::mt19937 bits(3);
+  std::normal_distribution<double> speckle(0, 20);
+  for (const double mean : {25, 140}) {
+    const EchoLevels levels = measured_levels(half_filled([&](bool) { return mean + speckle(bits); }));
+    EXPECT_TRUE(levels.flat) << mean;
+    EXPECT_FALSE(levels.known) << mean;
+    EXPECT_GT(levels.threshold(), 100) << "no step is a surface";
+  }
+  EXPECT_FALSE(measured_levels(log_compressed()).flat);
+  EXPECT_FALSE(measured_levels(not_compressed()).flat);
+}
+
+TEST(EchoLevelsTest, RiseByTheSpecklesDecibels) {
+  const auto rise = [](double noise) {
+    return EchoLevels{.fluid = 10, .tissue = 170, .noise = noise, .known = true}.rise();
+  };
+  EXPECT_NEAR(rise(23.7), 0.777, 0.002) << "60 dB from black to white";
+  EXPECT_NEAR(rise(40), 0.623, 0.002) << "36 dB";
+  EXPECT_EQ(rise(1), 0.83) << "a scanner that smooths is not taken for one of endless range";
+}
+
+TEST(SteadyLevelsTest, GiveUpAfterThreeFlatVolumes) {
+  const EchoLevels known{.fluid = 10, .tissue = 110, .noise = 20, .known = true};
+  EchoLevels flat = known;
+  flat.known = false;
+  flat.flat = true;
+  SteadyLevels steady;
+  steady.add(flat);
+  EXPECT_TRUE(steady.in_force().flat) << "nothing else is known";
+  steady.add(known);
+  EXPECT_EQ(steady.in_force(), known);
+  steady.add(flat);
+  steady.add(flat);
+  EXPECT_EQ(steady.in_force(), known) << "the probe may have slipped for a moment";
+  steady.add(flat);
+  EXPECT_TRUE(steady.in_force().flat);
+  steady.add(known);
+  EXPECT_EQ(steady.in_force(), known) << "at once";
+}
+
 TEST(SteadyLevelsTest, FollowSlowlyAndInSteps) {
   const EchoLevels first{.fluid = 10, .tissue = 110, .noise = 20, .known = true};
   SteadyLevels steady;
@@ -158,8 +199,8 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   scene.speckle.noise = 0;
   const EchoLevels log{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
   const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, log);
-  EXPECT_EQ(made.detector.threshold, 16);
-  EXPECT_EQ(made.detector.rise, 0.65);
+  EXPECT_EQ(made.detector.threshold, 18) << "no less than the speckle";
+  EXPECT_NEAR(made.detector.rise, 1 - 8.4 * 18 / 5.57 / 100, 1e-9) << "8.4 dB below the tissue";
   EXPECT_EQ(made.detector.least_tissue, 50);
   EXPECT_EQ(made.speckle.levels, 18);
   EXPECT_EQ(made.speckle.noise, 0);

@@ -26,6 +26,7 @@ TEST(TomlExcess, LooksAtNoStringAndNoComment) {
   EXPECT_EQ(toml_excess("a = \"\\\"" + repeated("{", 100) + "\""), "");
   EXPECT_EQ(toml_excess("a = '" + repeated("{", 100) + "'"), "");
   EXPECT_EQ(toml_excess("a = '''\n" + repeated("{'", 100) + "'''"), "");
+  EXPECT_NE(toml_excess("a = [\"\"\"x\"\"\"\", " + repeated("[", 100)), "") << "four quotes end it too";
   EXPECT_NE(toml_excess("a = \"open\nb = " + repeated("[", 100)), "") << "a line end ends a string";
 }
 

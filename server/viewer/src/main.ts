@@ -314,7 +314,7 @@ function viewTold(state: ViewState): void {
 }
 
 function sceneTold(state: SceneState): void {
-  const { revision, scene, defaultScene } = state;
+  const { revision, scene, defaultScene, withdrawn } = state;
   ownView.mainIs(state);
   if (defaultScene && hello) {
     hello.defaultScene = defaultScene;
@@ -323,7 +323,7 @@ function sceneTold(state: SceneState): void {
     orbit.start(hello.fields, defaults);
   }
   if (scene && !ownView.isOpen) editor.adopt(revision, valuesOf(scene));
-  if (state.withdrawn) showRefusal(state.withdrawn);
+  if (withdrawn) showRefusal(withdrawn);
 }
 
 function settle({ requestId, outcome }: SceneReply): void {
@@ -344,15 +344,15 @@ function probeTold(status: ProbeStatus): void {
 function pictureShown(picture: Picture): void {
   const news = picture.volumeId !== shown?.volumeId || !condition.pictureShown;
   shown = picture;
-  probe.show(Number(picture.captureTimeNs) / 1e6);
-  liveness.show(Number(picture.captureTimeNs) / 1e6);
+  for (const each of [probe, liveness]) each.show(Number(picture.captureTimeNs) / 1e6);
   statistics.picture(picture);
   if (measured.take(picture.levels)) controls?.refresh();
   light.placeMarker(); // the size of the picture may have changed
   quickPanel.take(picture.levels);
   overlay.show(picture);
   showBusy();
-  if (news) showCondition({ pictureShown: true, serverError: undefined });
+  if (news || picture.levels?.flat !== condition.isFlat)
+    showCondition({ pictureShown: true, serverError: undefined, isFlat: picture.levels?.flat });
 }
 
 function showScene(): void {

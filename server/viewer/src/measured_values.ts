@@ -21,7 +21,7 @@ export class MeasuredValues {
 
   /** The value in force of a field that is 0, "from the data"; undefined for other fields, and where none is known. */
   valueOf(name: string): number | undefined {
-    if (!this.levels || this.editor.number(name) !== 0) return undefined;
+    if (!this.levels || this.levels.flat || this.editor.number(name) !== 0) return undefined;
     const { leastTissue, linear, noise, tissue, threshold } = this.levels;
     if (name === "detector.threshold") return Math.round(10 * threshold) / 10;
     if (name === "detector.least_tissue") return Math.round(10 * leastTissue) / 10;

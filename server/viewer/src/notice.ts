@@ -13,6 +13,8 @@ export interface Condition {
   liveness: LivenessNews;
   source: string;
   pictureShown: boolean;
+  /** The frames show nothing but speckle, so that there is no surface. */
+  isFlat?: boolean | undefined;
 }
 
 export interface NoticeText {
@@ -37,8 +39,12 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
   }
   if (liveness.title) {
     const still = pictureShown && liveness.state === "not-live" ? " The last volume is still shown." : "";
-    const kind = liveness.state === "live" ? "error" : "not-live";
+    const kind = ["live", "replay", "frozen"].includes(liveness.state) ? "error" : "not-live";
     return { kind, title: liveness.title, detail: (liveness.detail + still).trim() };
+  }
+  if (pictureShown && condition.isFlat) {
+    const detail = "The echo differs by no more than its speckle. Is the probe in contact, and the gain right?";
+    return { kind: "waiting", title: "No surface", detail };
   }
   if (!pictureShown)
     return { kind: "waiting", title: "No picture yet", detail: `Waiting for a volume from ${source}.` };
