@@ -13,7 +13,7 @@ const browser = await chromium.launch({
 try {
   const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
   await page.goto(url);
-  await page.waitForFunction(() => document.body.innerText.includes("LIVE"), undefined, { timeout: 60_000 });
+  await page.waitForFunction(() => /LIVE|SIMULATED/.test(document.body.innerText), undefined, { timeout: 60_000 });
   await page.screenshot({ path: picture });
 } finally {
   await browser.close();

@@ -253,7 +253,7 @@ TEST_F(LivenessTest, ALostGpuIsMissingUntilItsNewDeviceShowsAPicture) {
   health.since_ns = now_ns_;
   liveness_.health_changed(health);
   liveness_.shown(late, now_ns_);
-  pass(5000);
+  for (int volume = 0; volume < 25; ++volume) sweep(true, false);
   EXPECT_EQ(cause(), Cause::kGpuRemade) << "the new device has shown nothing";
   EXPECT_NEAR(static_cast<double>(liveness_.gpu_lost_ns()), 5.25e9, 0.3e9);
   now_ns_ += 3'600'000 * kMs;  // the process was stopped
@@ -270,6 +270,20 @@ TEST_F(LivenessTest, ALostGpuIsMissingUntilItsNewDeviceShowsAPicture) {
   sweep();
   EXPECT_EQ(state(), State::kLive);
   EXPECT_EQ(liveness_.gpu_lost_ns(), 0);
+}
+
+TEST_F(LivenessTest, ALostGpuWithNothingToShowIsNotWaitedFor) {
+  sweep();
+  RenderHealth health{.state = RenderHealth::State::kRunning, .since_ns = now_ns_, .devices_lost = 1};
+  liveness_.health_changed(health);
+  pass(5000);
+  EXPECT_EQ(cause(), Cause::kNoFrames) << "no volume has come since";
+  EXPECT_EQ(liveness_.gpu_lost_ns(), 0);
+  sweep(true, false);
+  EXPECT_EQ(cause(), Cause::kGpuRemade);
+  render_.volumes_refused.add();
+  sweep(true, false);
+  EXPECT_EQ(liveness_.gpu_lost_ns(), 0) << "the new device works, and has no room";
 }
 
 TEST_F(LivenessTest, SlowSweepsAreLiveForThreeOfThem) {
