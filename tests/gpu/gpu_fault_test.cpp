@@ -235,9 +235,28 @@ struct PassChange {
 const PassChange kPassChanges[] = {
     {"pass 0", [](Scene& scene) { scene.speckle.filter = SpeckleFilter::kMedian; }},
     {"pass 1", [](Scene& scene) { scene.mode = Mode::kMean; }},
-    {"pass 2", [](Scene& scene) { scene.filter.kind = DepthFilter::kEdgePreserving; }},
+};
+// Those of passes 2 and 3 are all built with the renderer.
+const PassChange kReadyChanges[] = {
+    {"pass 2", [](Scene& scene) { scene.filter.kind = DepthFilter::kMean; }},
     {"pass 3", [](Scene& scene) { scene.finish.smoothing = Smoothing::kDiffusion; }},
 };
+
+TEST_F(GpuFaultTest, ChangesOfPasses2And3NeedNoPipeline) {
+  inject({.call = GpuCall::kBuildPipeline, .times = kAlways, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});
+  const std::uint64_t before = gpu_faults_so_far();
+  std::uint64_t revision = 1;
+  for (const PassChange& each : kReadyChanges) {
+    Scene changed = scene_;
+    each.change(changed);
+    show(++revision, changed);
+    Picture shown = picture_of(volumes_);
+    while (shown.stamp.scene_revision < revision && !HasFailure()) shown = picture_of(volumes_);
+    EXPECT_EQ(shown.stamp.scene_revision, revision) << each.pass;
+  }
+  EXPECT_EQ(gpu_faults_so_far(), before);
+  end();
+}
 
 TEST_F(GpuFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf) {
   std::uint64_t revision = 1;
@@ -260,6 +279,7 @@ TEST_F(GpuFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf) {
       return seen_.back().refused_revision == 0;
     })) << each.pass;
   }
+  expect_next_volume();  // so that nothing is in flight
   EXPECT_EQ(counters_.devices_lost.value(), 0U);
   end();
 }
@@ -283,6 +303,7 @@ TEST_F(GpuFaultTest, TheLightOfAnOlderCastDoesNotProveANewView) {
     EXPECT_EQ(picture_of(volume).rgba, (round % 2 == 0 ? near_ : far_).rgba);
     show(++revision, scene_);
   }
+  expect_next_volume();  // so that nothing is in flight
   EXPECT_EQ(counters_.devices_lost.value(), 0U);
   end();
 }
