@@ -263,7 +263,7 @@ Result<void> IgtlSource::use(LearnedFan fan) {
     fan.source.frames_per_volume = fan_.source.frames_per_volume;
   }
   fan.source.name = config_.address.text();
-  fan.source.origin = FrameOrigin::kUntold;
+  fan.source.origin = FrameOrigin::kUnknown;
   fan.source.largest_frame_bytes = most_frame_bytes_;
   fan_ = std::move(fan);
   levels_ = fan_.format.is_grey() ? std::nullopt : std::optional(GreyLevels(fan_.format, fan_.window));
@@ -400,8 +400,8 @@ std::int64_t IgtlSource::capture_time_ns(const FrameNotes& notes) {
   const std::int64_t by_clocks_ns =
       clock_.host_time_ns(static_cast<std::uint64_t>(held_.image.time_ns), held_.arrival_ns);
   // A sender whose own frames are late says so: no comparison of clocks shows that from the first frame on.
-  const std::int64_t told_ns = held_.arrival_ns - std::int64_t{notes.age_ms.value_or(0)} * 1'000'000;
-  return std::min(by_clocks_ns, told_ns);
+  const std::int64_t by_sender_ns = held_.arrival_ns - std::int64_t{notes.age_ms.value_or(0)} * 1'000'000;
+  return std::min(by_clocks_ns, by_sender_ns);
 }
 
 /// By the sender's own count, or by arrival and the gaps of its indices.

@@ -27,16 +27,16 @@ igtl::GridPose frame_place(const FanGeometry& geometry, double angle_rad) {
           .first_mm = vector(geometry.point(first.x_mm, {angle_rad, first.depth_mm}))};
 }
 
-std::span<const std::uint8_t> SentFrames::message(const QueuedFrame& frame, const Told& told,
+std::span<const std::uint8_t> SentFrames::message(const QueuedFrame& frame, const Provenance& provenance,
                                                   igtl::HeadVersion version) {
   facts_.geometry = frame.geometry;
   PlusFields fields;
   if (version != igtl::HeadVersion::kOne) {
     fields = fanlight_fields(facts_);
     for (auto& field : frame_fields(facts_, {.stamp = frame.stamp})) fields.push_back(std::move(field));
-    fields.emplace_back(plus_field::kOrigin, name_of(told.origin));
+    fields.emplace_back(plus_field::kOrigin, name_of(provenance.origin));
     fields.emplace_back(plus_field::kAgeMs,
-                        fmt::format("{}", std::max<std::int64_t>(told.age_ns, 0) / 1'000'000));
+                        fmt::format("{}", std::max<std::int64_t>(provenance.age_ns, 0) / 1'000'000));
   }
   const std::vector<std::pair<std::string_view, std::string_view>> items(fields.begin(), fields.end());
   igtl::ImageBody image{.pose = frame_place(frame.geometry, frame.stamp.angle_rad)};
@@ -44,7 +44,7 @@ std::span<const std::uint8_t> SentFrames::message(const QueuedFrame& frame, cons
                                   static_cast<std::uint16_t>(frame.geometry.rows), 1};
   auto& bytes = writer_.begin({.type = "IMAGE",
                                .device = kDevice,
-                               .timestamp = igtl::timestamp_of(told.utc_ns),
+                               .timestamp = igtl::timestamp_of(provenance.utc_ns),
                                .version = version,
                                .message_id = static_cast<std::uint32_t>(frame.stamp.sequence),
                                .metadata = items});

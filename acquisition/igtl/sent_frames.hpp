@@ -23,14 +23,14 @@ class SentFrames {
   /// Name of the device: pixels of the frame in the transducer frame.
   static constexpr const char* kDevice = "Image_Transducer";
 
-  /// What is said of a frame at the time of its sending.
-  struct Told {
+  /// When a frame was taken, and where, at the time of its sending.
+  struct Provenance {
     std::uint64_t utc_ns = 0;  ///< when it was taken, since 1970
     std::int64_t age_ns = 0;   ///< how long ago that was
     FrameOrigin origin = FrameOrigin::kProbe;
   };
   /// The message of a usable frame; valid until the next call.
-  std::span<const std::uint8_t> message(const QueuedFrame& frame, const Told& told,
+  std::span<const std::uint8_t> message(const QueuedFrame& frame, const Provenance& provenance,
                                         igtl::HeadVersion version);
 
  private:

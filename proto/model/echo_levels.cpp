@@ -38,8 +38,7 @@ double EchoLevels::rise() const {
 
 std::string sentence(const EchoLevels& levels) {
   if (levels.flat)
-    return "from the data: no surface, since the echo differs by no more than its speckle from place to "
-           "place";
+    return "from the data: no surface, since fluid and tissue differ by no more than the speckle";
   if (!levels.known) return "from the data: fluid and tissue cannot be distinguished";
   return fmt::format(
       "from the data: fluid {:.0f}, tissue {:.0f}, speckle {:.0f} grey levels{}; threshold {:.0f}, "

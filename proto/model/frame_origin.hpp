@@ -14,12 +14,12 @@ namespace fanlight {
 /// fanlight.proto.
 enum class FrameOrigin : std::uint8_t {
   kProbe,
-  kUntold,  ///< a sender that does not say it
+  kUnknown,  ///< a sender that does not say it
   kSimulated,
   kRecording,
 };
 inline constexpr auto kFrameOriginNames =
-    std::to_array<std::string_view>({"probe", "untold", "simulated", "recording"});
+    std::to_array<std::string_view>({"probe", "unknown", "simulated", "recording"});
 
 constexpr std::string_view name_of(FrameOrigin origin) {
   return kFrameOriginNames[static_cast<std::size_t>(origin)];

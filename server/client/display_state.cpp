@@ -127,7 +127,7 @@ DisplayState::Condition DisplayState::condition(std::int64_t now_ns) const {
   }
   const bool is_plain = liveness_.cause() == v1::Liveness::NONE && liveness_.origin() == v1::Liveness::PROBE;
   const char* const live = liveness_.origin() == v1::Liveness::SIMULATED ? "SIMULATED"
-                           : liveness_.origin() == v1::Liveness::UNTOLD  ? "LIVE AS SENT"
+                           : liveness_.origin() == v1::Liveness::UNKNOWN ? "LIVE, UNVERIFIED"
                                                                          : "LIVE";
   return {.word = Word::kLive, .text = live + age, .reason = is_plain ? "" : liveness_.sentence()};
 }

@@ -289,6 +289,7 @@ HttpSession::Response HttpSession::health() {
   const bool source_over =
       report.cause == Cause::kSourceFailed && dependencies_.state.source_state() != "running";
   const bool failing = source_over || report.cause == Cause::kGpuHung || report.cause == Cause::kGpuRemade ||
+                       dependencies_.state.liveness.gpu_lost_ns() > 0 ||
                        dependencies_.state.liveness.driver_silent_ns() > kLongestCompilationNs;
   const std::string source =
       dependencies_.state.probe.lost() ? "probe lost" : dependencies_.state.source_state();

@@ -36,14 +36,14 @@ std::string SceneGuard::trouble() const {
 
 void SceneGuard::withdraw() {
   const std::string reason(state_.liveness.health().scene_refusal.view());
-  state_.scene_store.return_to_shown(
-      fmt::format("The last change was withdrawn, because the GPU could not draw it: {}.", reason));
+  state_.scene_store.return_to_shown();
   state_.counters.scene_changes_withdrawn.add();
   spdlog::error("the last change was withdrawn, because the GPU could not draw it for {} s: {}",
                 SceneWatch::kWithdrawalNs / 1'000'000'000, reason);
   audit_.note({.name = "fanlight"}, {.what = "scene", .result = "withdrawn: " + reason},
               {{"revision", state_.scene_store.in_force().revision}});
-  sessions_.notify(Notice::kScene);
+  sessions_.scene_withdrawn(
+      fmt::format("The last change was withdrawn, because the GPU could not draw it: {}.", reason));
 }
 
 }  // namespace fanlight

@@ -158,21 +158,21 @@ bool PictureLiveness::update(const Source& source, std::int64_t now_ns) {
     has_rested_ = true;
     progress_.clear();
   }
-  count_loss(source, now_ns);
   driver_.observe(pipeline_.render.turn_began_ns.value(), now_ns);
+  count_loss(source, now_ns);
   const State before = report_.state;
   const Cause cause_before = report_.cause;
   const FrameOrigin origin_before = report_.origin;
   report_.origin = source.is_replay ? FrameOrigin::kRecording : source.origin;
   report_.cause = cause(source, now_ns);
   report_.state = state(source, report_.cause, now_ns);
-  if (report_.cause == Cause::kNone && any_picture_ && !source.scene_trouble.empty())
-    report_.cause = Cause::kChangeNotShown;
+  report_.scene_trouble = any_picture_ ? source.scene_trouble : "";
+  if (report_.cause == Cause::kNone && !report_.scene_trouble.empty()) report_.cause = Cause::kChangeNotShown;
   report_.age_s = any_picture_ ? std::max(0.0, seconds(now_ns - captured_ns_)) : -1;
   const bool still = now_ns - progressed_ns_ > limit_ns();
   report_.pictures_per_second = still ? 0 : rate();
   report_.sentence = sentence(source, now_ns);
-  if (report_.cause == Cause::kChangeNotShown) report_.sentence += " " + source.scene_trouble;
+  if (!report_.scene_trouble.empty()) report_.sentence += " " + report_.scene_trouble;
   return report_.state != before || report_.cause != cause_before || report_.origin != origin_before;
 }
 
@@ -181,7 +181,9 @@ void PictureLiveness::count_loss(const Source& source, std::int64_t now_ns) {
       std::clamp<std::int64_t>(now_ns - std::exchange(updated_ns_, now_ns), 0, DriverWatch::kMostGapNs);
   // A device that refuses volumes works, and has no room.
   if (has_device(health_) && refused_.since(std::max(lost_ns_, device_back_ns_))) awaits_new_device_ = false;
-  gpu_lost_ns_ = lacks_new_picture(source, now_ns) ? gpu_lost_ns_ + gap_ns : 0;
+  // A driver that compiles for the new device has a limit of its own.
+  const std::int64_t more_ns = driver_.silent_ns() > 0 ? 0 : gap_ns;
+  gpu_lost_ns_ = lacks_new_picture(source, now_ns) ? gpu_lost_ns_ + more_ns : 0;
 }
 
 /// The GPU was lost, and there is something to show on its new device.
@@ -196,7 +198,7 @@ bool PictureLiveness::renders() const {
 
 std::string PictureLiveness::live_sentence() const {
   switch (report_.origin) {
-    case FrameOrigin::kUntold:
+    case FrameOrigin::kUnknown:
       return "The picture is live as far as the sender of the frames says.";
     case FrameOrigin::kSimulated:
       return "The picture is live, of a simulated probe.";

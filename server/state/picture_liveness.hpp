@@ -52,7 +52,8 @@ class PictureLiveness {
     double age_s = -1;               ///< of the newest picture's volume; negative: no picture
     double pictures_per_second = 0;  ///< of new volumes or frames, over the last ones
     FrameOrigin origin = FrameOrigin::kProbe;
-    std::string sentence;  ///< for people; says what holds, and why
+    std::string sentence;       ///< for people; says what holds, and why
+    std::string scene_trouble;  ///< Source::scene_trouble, which is also part of `sentence`
 
     bool live() const { return state == State::kLive; }
     /// A display that comes now sees pictures of the source, or will within a moment.

@@ -21,7 +21,6 @@ void SceneStore::put_in_force(const Scene& scene) {
   earlier_.push_back(in_force_);
   if (earlier_.size() > kMostEarlier) earlier_.pop_front();
   in_force_ = {.revision = in_force_.revision + 1, .scene = scene};
-  withdrawn_.clear();
   scenes_.draft() = in_force_;
   scenes_.publish();
 }
@@ -39,10 +38,9 @@ void SceneStore::note_shown(std::uint64_t revision) {
   if (const Scene* const scene = of_revision(revision); scene != nullptr) shown_.scene = *scene;
 }
 
-void SceneStore::return_to_shown(const std::string& reason) {
+void SceneStore::return_to_shown() {
   thread_owner_.check();
   put_in_force(shown_.scene);
-  withdrawn_ = reason;
 }
 
 Result<bool> SceneStore::suggest(const Scene& suggested) {

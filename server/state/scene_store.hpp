@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -51,9 +50,7 @@ class SceneStore {
   void note_shown(std::uint64_t revision);
   std::uint64_t shown_revision() const { return shown_.revision; }
   /// Puts the scene of the newest picture in force again, under a new revision.
-  void return_to_shown(const std::string& reason);
-  /// The reason, a sentence for displays, until the next change; else empty.
-  const std::string& withdrawn() const { return withdrawn_; }
+  void return_to_shown();
 
  private:
   void put_in_force(const Scene& scene);
@@ -62,7 +59,6 @@ class SceneStore {
   Scene default_;
   NumberedScene in_force_;
   NumberedScene shown_;
-  std::string withdrawn_;
   std::deque<NumberedScene> earlier_;  // a picture may show one of them
   Mailbox<NumberedScene>& scenes_;
   std::vector<const SceneField*> chosen_;

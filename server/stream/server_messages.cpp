@@ -53,12 +53,12 @@ v1::ServerMessage ServerMessages::control(std::uint64_t session) const {
   return message;
 }
 
-v1::ServerMessage ServerMessages::scene() const {
+v1::ServerMessage ServerMessages::scene(const std::string& withdrawn) const {
   v1::ServerMessage message;
   *message.mutable_scene() = scene_state(state_.scene_store.in_force());
   *message.mutable_scene()->mutable_default_scene() = scene_message(state_.scene_store.default_scene());
   for (const std::string& note : state_.description.notes) message.mutable_scene()->add_notes(note);
-  message.mutable_scene()->set_withdrawn(state_.scene_store.withdrawn());
+  message.mutable_scene()->set_withdrawn(withdrawn);
   return message;
 }
 
@@ -83,6 +83,7 @@ v1::ServerMessage ServerMessages::liveness() const {
   to.set_cause(static_cast<v1::Liveness::Cause>(report.cause));
   to.set_origin(static_cast<v1::Liveness::Origin>(report.origin));
   to.set_sentence(report.sentence);
+  to.set_scene_trouble(report.scene_trouble);
   to.set_age_s(report.age_s);
   to.set_pictures_per_second(report.pictures_per_second);
   to.set_limit_s(static_cast<double>(state_.liveness.limit_ns()) / 1e9);

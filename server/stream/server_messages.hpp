@@ -26,7 +26,8 @@ class ServerMessages {
   static v1::ServerMessage login_needed(const std::string& reason);
   static v1::ServerMessage error(const std::string& sentence);
   v1::ServerMessage control(std::uint64_t session) const;
-  v1::ServerMessage scene() const;
+  /// `withdrawn`: why the last change was withdrawn; empty: it was not, or the client knows.
+  v1::ServerMessage scene(const std::string& withdrawn) const;
   /// `ended`: why the server has ended the private view of the session; else empty.
   v1::ServerMessage view(std::uint64_t session, const std::string& ended) const;
   v1::ServerMessage probe_status() const;

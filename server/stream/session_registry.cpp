@@ -24,6 +24,12 @@ void SessionRegistry::notify(Notice notice, std::uint64_t except_session) {
   });
 }
 
+void SessionRegistry::scene_withdrawn(const std::string& reason) {
+  thread_owner_.check();
+  for_each_open([&](RegisteredSession& session) { session.scene_withdrawn(reason); });
+  notify(Notice::kScene);
+}
+
 void SessionRegistry::view_ended(std::uint64_t session, const std::string& reason) {
   thread_owner_.check();
   const auto found = sessions_.find(session);

@@ -34,6 +34,9 @@ class RegisteredSession {
   /// The server has ended its private view.
   virtual void view_ended(const std::string& reason) = 0;
 
+  /// The server has withdrawn the last change of the main view's scene. Notice::kScene follows.
+  virtual void scene_withdrawn(const std::string& reason) = 0;
+
   /// Called once a second. May remove the session.
   virtual void second_passed() = 0;
 
@@ -73,6 +76,10 @@ class SessionRegistry {
   /// Notifies every open session except one; 0: no exception. After kScene also, with kView, those whose
   /// private views follow the main view's scene.
   void notify(Notice notice, std::uint64_t except_session = 0);
+
+  /// The server has withdrawn the last change of the scene: notifies every open session, once with the
+  /// reason.
+  void scene_withdrawn(const std::string& reason);
 
   /// The server has ended the private view of this session.
   void view_ended(std::uint64_t session, const std::string& reason);

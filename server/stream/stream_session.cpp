@@ -345,7 +345,7 @@ v1::ServerMessage StreamSession::notice_message(Notice notice) {
     case Notice::kControl:
       return shared_.messages.control(id());
     case Notice::kScene:
-      return shared_.messages.scene();
+      return shared_.messages.scene(std::exchange(withdrawn_, {}));
     case Notice::kView:
       return shared_.messages.view(id(), std::exchange(view_end_, {}));
     case Notice::kProbe:

@@ -65,6 +65,7 @@ class StreamSession : public StreamRequests::Session,
   bool is_open() const override { return identity_.principal.has_value(); }
   void notify(Notice notice) override;
   void view_ended(const std::string& reason) override;
+  void scene_withdrawn(const std::string& reason) override { withdrawn_ = reason; }
   void second_passed() override;
   void end(const std::string& reason) override;
   void abandon() override { leave(); }
@@ -125,6 +126,8 @@ class StreamSession : public StreamRequests::Session,
   SessionIdentity identity_;
   StreamSettings settings_;
   std::uint64_t view_id_ = 0;
+  std::string
+      withdrawn_;  // why the server has withdrawn the last change, until the client was told; else empty
   std::string view_end_;  // why the server has ended the private view; else empty
   InputBudget budget_;
   OutgoingQueue queue_;

@@ -7,7 +7,6 @@
 #include <glm/geometric.hpp>
 #include <memory>
 #include <span>
-#include <thread>
 #include <vector>
 
 #include "tests/accuracy/depth_errors.hpp"
@@ -50,42 +49,24 @@ using Grey = std::function<double(const glm::dvec3& at, const BeamAxes& axes, do
 
 Volume scanned(const TestFan& fan, const Grey& grey, std::uint64_t seed) {
   const FanGeometry& geometry = fan.geometry;
-  const auto frames = static_cast<std::uint32_t>(fan.angles_rad.size());
   const SpeckleField speckle = speckle_of(fan, seed);
   // The receiver's noise is new in each sample.
+  const auto frames = static_cast<std::uint32_t>(fan.angles_rad.size());
   const SpeckleField noise({geometry.columns, geometry.rows, frames}, {0.5, 1, 0.5}, seed + 1);
-  Volume volume(geometry, frames);
-  std::vector<std::span<std::uint8_t>> pixels;
-  for (std::uint32_t frame = 0; frame < frames; ++frame) {
-    pixels.push_back(volume.next_frame_pixels());
-    volume.add_frame({.sequence = frame, .frame_index = frame, .angle_rad = fan.angles_rad[frame]});
-  }
-  volume.sort_by_angle();
-  volume.stamp().volume_id = 1;
-  const auto draw = [&](std::uint32_t index) {
-    const std::uint32_t frame = volume.by_angle()[index];
+  return swept(fan, [&](std::uint32_t place, double angle_rad, std::span<std::uint8_t> pixels) {
     for (std::uint32_t row = 0; row < geometry.rows; ++row) {
       for (std::uint32_t column = 0; column < geometry.columns; ++column) {
         const std::size_t pixel = std::size_t{row} * geometry.columns + column;
         const PlanePoint in_plane =
             geometry.plane_point({static_cast<double>(column), static_cast<double>(row)});
-        const Point at = geometry.point(in_plane.x_mm,
-                                        {.angle_rad = fan.angles_rad[frame], .depth_mm = in_plane.depth_mm});
-        const double level =
-            grey({at.x_mm, at.y_mm, at.z_mm}, axes_at(geometry, fan.angles_rad[frame], column, row),
-                 in_plane.depth_mm, speckle.frame(index)[pixel], noise.frame(index)[pixel]);
-        pixels[frame][pixel] = static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, 255.0)));
+        const Point at =
+            geometry.point(in_plane.x_mm, {.angle_rad = angle_rad, .depth_mm = in_plane.depth_mm});
+        const double level = grey({at.x_mm, at.y_mm, at.z_mm}, axes_at(geometry, angle_rad, column, row),
+                                  in_plane.depth_mm, speckle.frame(place)[pixel], noise.frame(place)[pixel]);
+        pixels[pixel] = static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, 255.0)));
       }
     }
-  };
-  const std::uint32_t workers = std::max(1U, std::thread::hardware_concurrency());
-  std::vector<std::jthread> threads;
-  for (std::uint32_t worker = 0; worker < workers; ++worker)
-    threads.emplace_back([&, worker] {
-      for (std::uint32_t index = worker; index < frames; index += workers) draw(index);
-    });
-  threads.clear();
-  return volume;
+  });
 }
 
 Volume scanned(const TestFan& fan, const KnownSurface& surface, const ScannerEcho& echo, std::uint64_t seed) {

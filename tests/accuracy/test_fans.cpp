@@ -113,8 +113,7 @@ SpeckleField speckle_of(const TestFan& fan, std::uint64_t seed) {
       seed);
 }
 
-Volume swept(const TestFan& fan, const KnownSurface& surface, const KnownEcho& echo,
-             const SpeckleField* speckle) {
+Volume swept(const TestFan& fan, const DrawFrame& draw) {
   const auto frames = static_cast<std::uint32_t>(fan.angles_rad.size());
   Volume volume(fan.geometry, frames);
   std::vector<std::span<std::uint8_t>> pixels;
@@ -126,10 +125,9 @@ Volume swept(const TestFan& fan, const KnownSurface& surface, const KnownEcho& e
   volume.stamp().volume_id = 1;
 
   const auto draw_every = [&](std::uint32_t first, std::uint32_t step) {
-    for (std::uint32_t frame_index = first; frame_index < frames; frame_index += step) {
-      const std::uint32_t frame = volume.by_angle()[frame_index];
-      draw(fan.geometry, fan.angles_rad[frame], surface, echo,
-           speckle == nullptr ? nullptr : speckle->frame(frame_index), pixels[frame]);
+    for (std::uint32_t place = first; place < frames; place += step) {
+      const std::uint32_t frame = volume.by_angle()[place];
+      draw(place, fan.angles_rad[frame], pixels[frame]);
     }
   };
   const std::uint32_t workers = std::max(1U, std::thread::hardware_concurrency());
@@ -138,6 +136,14 @@ Volume swept(const TestFan& fan, const KnownSurface& surface, const KnownEcho& e
     threads.emplace_back(draw_every, worker, workers);
   threads.clear();
   return volume;
+}
+
+Volume swept(const TestFan& fan, const KnownSurface& surface, const KnownEcho& echo,
+             const SpeckleField* speckle) {
+  return swept(fan, [&](std::uint32_t place, double angle_rad, std::span<std::uint8_t> pixels) {
+    draw(fan.geometry, angle_rad, surface, echo, speckle == nullptr ? nullptr : speckle->frame(place),
+         pixels);
+  });
 }
 
 }  // namespace fanlight::test

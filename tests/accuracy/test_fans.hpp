@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,6 +42,12 @@ std::vector<TestSurface> test_surfaces();
 /// Speckle for a fan, with grains of 0.5 mm along the lines, 1 mm across and 2 mm in elevation at the depth
 /// of the surfaces.
 SpeckleField speckle_of(const TestFan& fan, std::uint64_t seed);
+
+/// Draws the pixels of a frame, rows x columns. `place`: of the frame in order of angle, from 0.
+using DrawFrame = std::function<void(std::uint32_t place, double angle_rad, std::span<std::uint8_t> pixels)>;
+
+/// A sweep whose frames are drawn by several threads at once.
+Volume swept(const TestFan& fan, const DrawFrame& draw);
 
 /// A sweep over a known surface, 8 bit. `speckle`: nullptr for none.
 Volume swept(const TestFan& fan, const KnownSurface& surface, const KnownEcho& echo,

@@ -18,13 +18,7 @@ namespace fanlight::test {
 /// test plays the acquisition thread and the server thread. Nothing waits longer than two minutes.
 class FaultyPipeline : public testing::Test {
  protected:
-  static constexpr FanGeometry kGeometry{.columns = 48,
-                                         .rows = 48,
-                                         .pixel_width_mm = 2,
-                                         .pixel_height_mm = 2,
-                                         .face_column = 23.5,
-                                         .face_row = 0,
-                                         .motor_radius_mm = 30};
+  static constexpr FanGeometry kGeometry = kSmallFan;
   static constexpr FanGeometry kDeeper{.columns = 48,
                                        .rows = 70,
                                        .pixel_width_mm = 2,

@@ -14,13 +14,7 @@ namespace {
 constexpr PictureSize kSize{.width = 48, .height = 48};
 constexpr std::uint32_t kFrameCapacity = 12;
 
-constexpr FanGeometry kCartesian{.columns = 48,
-                                 .rows = 48,
-                                 .pixel_width_mm = 2,
-                                 .pixel_height_mm = 2,
-                                 .face_column = 23.5,
-                                 .face_row = 0,
-                                 .motor_radius_mm = 30};
+constexpr FanGeometry kCartesian = kSmallFan;
 constexpr FanGeometry kConvexLines{.kind = FrameKind::kConvexLines,
                                    .columns = 45,
                                    .rows = 60,

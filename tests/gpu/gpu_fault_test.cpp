@@ -395,13 +395,7 @@ TEST_F(GpuHangTest, DoesNotKeepTheThreadFromItsEnd) {
 
 class LostRendererTest : public GpuTest {
  protected:
-  const FanGeometry geometry_{.columns = 48,
-                              .rows = 48,
-                              .pixel_width_mm = 2,
-                              .pixel_height_mm = 2,
-                              .face_column = 23.5,
-                              .face_row = 0,
-                              .motor_radius_mm = 30};
+  const FanGeometry geometry_ = kSmallFan;
   const std::vector<double> angles_rad_ = {-0.4, -0.2, 0, 0.2, 0.4};
   const Scene scene_ = scene_for(geometry_, angles_rad_.front(), angles_rad_.back());
   Volume plate(double depth_mm) const {

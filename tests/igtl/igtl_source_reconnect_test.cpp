@@ -77,7 +77,7 @@ TEST(IgtlSource, AFrameIsAsOldAsItsSenderSays) {
 TEST(IgtlSource, TellsWhereItsFramesComeFrom) {
   Rig rig;
   ASSERT_TRUE(rig.open({message_of(of_fanlight(0))}));
-  EXPECT_EQ(rig.source->description().origin, FrameOrigin::kUntold);
+  EXPECT_EQ(rig.source->description().origin, FrameOrigin::kUnknown);
   std::uint32_t index = 0;
   const auto origin_after = [&](const char* told) {
     SentImage sent = of_fanlight(++index);

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "acquisition/replay/recording_file.hpp"
+#include "tests/recording/open_files.hpp"
 #include "tests/recording/recorder_fixture.hpp"
 #include "tests/support/file_size_limit.hpp"
 #include "tests/support/file_text.hpp"
@@ -88,6 +89,15 @@ TEST_F(RecorderTest, WritesFilesForTheirOwnerAlone) {
   for (const std::string& name : files()) EXPECT_EQ(mode(name), std::filesystem::perms(0600)) << name;
   end();
   EXPECT_EQ(mode("sweeps.igs.mha"), std::filesystem::perms(0600));
+}
+
+TEST_F(RecorderTest, HasItsOpenSegmentSynced) {
+  begin({.path = path_});
+  put(0);
+  wait_for([this] { return files().size() == 3; });
+  const auto pixels = std::filesystem::canonical(folder_ / "sweeps.igs.mha.rec-0001.pixels");
+  EXPECT_EQ(open_of(pixels), 2U) << "by the writer, and by SegmentSync";
+  end();
 }
 
 TEST_F(RecorderTest, WritesTheFieldsOfPlus) {

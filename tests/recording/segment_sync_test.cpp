@@ -9,20 +9,11 @@
 #include <fstream>
 #include <thread>
 
+#include "tests/recording/open_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace fanlight::test {
 namespace {
-
-/// Descriptors of this process whose file has this name.
-std::size_t open_of(const std::filesystem::path& path) {
-  std::size_t open = 0;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-    std::error_code gone;
-    if (std::filesystem::read_symlink(entry, gone) == path) ++open;
-  }
-  return open;
-}
 
 void wait_for_syncs(const SegmentSync& sync, std::uint64_t wanted) {
   for (int tries = 0; tries < 1200 && sync.syncs() < wanted; ++tries)

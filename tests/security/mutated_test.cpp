@@ -99,7 +99,7 @@ class Babbler {
   }
 
   /// Number of messages that the server refused.
-  int untold() const { return untold_; }
+  int unknown() const { return untold_; }
 
  private:
   void read() {
@@ -137,7 +137,7 @@ TEST(Mutated, MessagesLeaveTheServerServing) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "")
       << "what a display says wrongly is counted, not logged";
   for (const auto& babbler : babblers)
-    EXPECT_EQ(babbler->untold(), 0) << "a message that cannot be read is no reason to end a session";
+    EXPECT_EQ(babbler->unknown(), 0) << "a message that cannot be read is no reason to end a session";
   EXPECT_GT(fixture.counters().messages_refused.value(), std::uint64_t{kClients * kMessagesEach / 10});
   TestDisplay after(fixture.endpoint());
   after.next(Body::kHello);

@@ -210,7 +210,7 @@ TEST_F(LivenessTest, ADelayIsNotLaidToTheRendererWhereOthersAreLate) {
 }
 
 TEST_F(LivenessTest, FramesOfARecordingAreNotLiveBehindARelay) {
-  source_.origin = FrameOrigin::kUntold;
+  source_.origin = FrameOrigin::kUnknown;
   sweep();
   EXPECT_EQ(state(), State::kLive);
   EXPECT_EQ(sentence(), "The picture is live as far as the sender of the frames says.");

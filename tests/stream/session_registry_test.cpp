@@ -29,6 +29,7 @@ class Spy : public RegisteredSession {
   bool is_open() const override { return open_; }
   void notify(Notice notice) override { told.push_back(name_of(notice)); }
   void view_ended(const std::string& reason) override { told.push_back("view ended: " + reason); }
+  void scene_withdrawn(const std::string& reason) override { told.push_back("withdrawn: " + reason); }
   void second_passed() override { told.emplace_back("second"); }
   void end(const std::string& reason) override { told.push_back("end: " + reason); }
   void abandon() override { told.emplace_back("abandon"); }
@@ -115,6 +116,14 @@ TEST_F(SessionRegistryTest, ListsAllSessionsInOrderUntilTheyAreRemoved) {
   EXPECT_EQ(registry_.all().front()->id(), 2U);
   registry_.notify(Notice::kControl);
   EXPECT_EQ(first_->told, Told());
+}
+
+TEST_F(SessionRegistryTest, AWithdrawnSceneIsExplainedToEveryOpenSession) {
+  registry_.scene_withdrawn("no memory");
+  const Told expected = {"withdrawn: no memory", "scene"};
+  EXPECT_EQ(first_->told, expected);
+  EXPECT_EQ(second_->told, expected);
+  EXPECT_TRUE(closed_->told.empty());
 }
 
 }  // namespace

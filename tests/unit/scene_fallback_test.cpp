@@ -36,6 +36,17 @@ TEST(SceneFallbackTest, FallsBackToTheLastSceneThatWasDrawn) {
   EXPECT_EQ(scenes.refused_revision(), 3U);
 }
 
+TEST(SceneFallbackTest, ARefusalEndsWhereTheWantedSceneIsBeingCast) {
+  SceneFallback scenes(numbered(1));
+  scenes.want(numbered(2));
+  ASSERT_TRUE(scenes.falls_back(kNoPipeline, 0));
+  scenes.note_begun();
+  EXPECT_FALSE(scenes.refusal().empty()) << "that is the scene before";
+  scenes.want(numbered(3));
+  scenes.note_begun();
+  EXPECT_TRUE(scenes.refusal().empty()) << "it can be drawn, however long that takes";
+}
+
 TEST(SceneFallbackTest, HasNoFallbackForALossOrForTheProvenScene) {
   SceneFallback scenes(numbered(1));
   EXPECT_FALSE(scenes.falls_back(kNoPipeline, 0));

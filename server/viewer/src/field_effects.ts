@@ -11,7 +11,9 @@ type Condition = readonly [field: string, relation: Relation, ...operands: reado
 type Relation = "is" | "is not" | "is above" | "is below";
 
 const kSurfaceShown: Condition = ["mode", "is", "surface", "surface-and-volume", "slices"];
-const kDepthShown: Condition = ["mode", "is", "surface", "surface-and-volume", "depth", "slices"];
+/** Modes that show a surface. */
+export const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
+const kDepthShown: Condition = ["mode", "is", ...kSurfaceModes];
 
 /** A group or a field has an effect if any of its conditions holds. A field also needs those of its group. */
 const kNeeds: Readonly<Record<string, readonly Condition[]>> = {

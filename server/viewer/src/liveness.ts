@@ -13,7 +13,7 @@ export interface LivenessNews {
   title: string;
   detail: string;
   /** Of a live picture: where its frames come from, where that is no probe that is known to be one. */
-  origin?: "as-sent" | "simulated";
+  origin?: "unverified" | "simulated";
   /** Of a frozen picture: it is one of a recording. */
   isReplay?: boolean;
   /** Of a frozen picture: it is frozen on this display alone. */
@@ -33,11 +33,11 @@ const kTitles: Record<Liveness_Cause, string> = {
   [Liveness_Cause.SWEEPS_DROPPED]: "No complete sweep",
   [Liveness_Cause.NO_SWEEP]: "No complete sweep",
   [Liveness_Cause.DRIVER_SILENT]: "The GPU's driver does not answer",
-  [Liveness_Cause.CHANGE_NOT_SHOWN]: "Not shown as set",
+  [Liveness_Cause.CHANGE_NOT_SHOWN]: "Settings not applied",
 };
 
 const kOrigins: Partial<Record<Liveness_Origin, LivenessNews["origin"]>> = {
-  [Liveness_Origin.UNTOLD]: "as-sent",
+  [Liveness_Origin.UNKNOWN]: "unverified",
   [Liveness_Origin.SIMULATED]: "simulated",
 };
 
@@ -81,14 +81,9 @@ export class LivenessWatch {
 
   news(nowMs: number): LivenessNews {
     const news = this.stateNews(nowMs);
-    const { cause, sentence, state } = this.told ?? {};
-    if (cause !== Liveness_Cause.CHANGE_NOT_SHOWN || state === Liveness_State.NOT_LIVE || news.title) return news;
-    // The sentence of the state comes first.
-    return {
-      ...news,
-      title: kTitles[cause],
-      detail: (sentence ?? "").replace(/^.*? (?=The (last change|speckle filter) )/, ""),
-    };
+    const detail = this.told?.sceneTrouble;
+    if (!detail || news.title) return news;
+    return { ...news, title: kTitles[Liveness_Cause.CHANGE_NOT_SHOWN], detail };
   }
 
   /** Without a change that is not shown, which is reported beside any state. */
@@ -103,8 +98,7 @@ export class LivenessWatch {
     }
     if (this.held && shown) return { state: "frozen", ageMs, title: "", detail: "", isOwn: true };
     const { sentence, state } = this.told ?? {};
-    const isAboutScene = this.told?.cause === Liveness_Cause.CHANGE_NOT_SHOWN && state !== Liveness_State.NOT_LIVE;
-    const cause = isAboutScene ? Liveness_Cause.NONE : this.told?.cause;
+    const cause = this.told?.cause === Liveness_Cause.CHANGE_NOT_SHOWN ? Liveness_Cause.NONE : this.told?.cause;
     if (state === Liveness_State.FROZEN && shown) {
       const title = cause ? kTitles[cause] : "";
       const isReplay = /^The replay/.test(sentence ?? "");
@@ -152,7 +146,7 @@ const kWords: Record<LivenessNews["state"], string> = {
 /** The word for the state, always at the same place. */
 export function stateWord({ state, origin }: Pick<LivenessNews, "state" | "origin">): string {
   if (origin === "simulated") return "Simulated";
-  return origin === "as-sent" ? "Live as sent" : kWords[state];
+  return origin === "unverified" ? "Live, unverified" : kWords[state];
 }
 
 /** "0.4 s", "48 s", "2 min": the age of a picture. */

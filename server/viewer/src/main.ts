@@ -351,12 +351,12 @@ function pictureShown(picture: Picture): void {
   quickPanel.take(picture.levels);
   overlay.show(picture);
   showBusy();
-  if (news || picture.levels?.flat !== condition.isFlat)
-    showCondition({ pictureShown: true, serverError: undefined, isFlat: picture.levels?.flat });
+  if (news) showCondition({ pictureShown: true, serverError: undefined, hasNoSurface: measured.hasNoSurface() });
 }
 
 function showScene(): void {
   controls?.refresh();
+  showCondition({ hasNoSurface: measured.hasNoSurface() });
   quickPanel.refresh();
   overlay.refresh();
   tools.offerLight(isLit());

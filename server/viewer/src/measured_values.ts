@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The measured values that fields in force ask for by being 0.
 import type { EchoLevels } from "../generated/fanlight_pb.js";
+import { kSurfaceModes } from "./field_effects";
 import { numberText } from "./field_text";
 import type { SettingsEditor } from "./settings_editor";
 
@@ -17,6 +18,12 @@ export class MeasuredValues {
     const before = this.texts();
     this.levels = levels;
     return before !== this.texts();
+  }
+
+  /** Whether a surface is wanted by a threshold from the data, which shows none in speckle alone. */
+  hasNoSurface(): boolean {
+    const wantsSurface = kSurfaceModes.includes(this.editor.choice("mode"));
+    return Boolean(this.levels?.flat) && wantsSurface && this.editor.number("detector.threshold") === 0;
   }
 
   /** The value in force of a field that is 0, "from the data"; undefined for other fields, and where none is known. */

@@ -13,8 +13,8 @@ export interface Condition {
   liveness: LivenessNews;
   source: string;
   pictureShown: boolean;
-  /** The frames show nothing but speckle, so that there is no surface. */
-  isFlat?: boolean | undefined;
+  /** A surface is wanted by a threshold from the data, and the frames show speckle only. */
+  hasNoSurface?: boolean;
 }
 
 export interface NoticeText {
@@ -42,8 +42,8 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
     const kind = ["live", "replay", "frozen"].includes(liveness.state) ? "error" : "not-live";
     return { kind, title: liveness.title, detail: (liveness.detail + still).trim() };
   }
-  if (pictureShown && condition.isFlat) {
-    const detail = "The echo differs by no more than its speckle. Is the probe in contact, and the gain right?";
+  if (pictureShown && condition.hasNoSurface) {
+    const detail = "The frames show speckle only. Check the contact of the probe, and the gain.";
     return { kind: "waiting", title: "No surface", detail };
   }
   if (!pictureShown)

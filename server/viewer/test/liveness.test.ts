@@ -59,9 +59,10 @@ test("a change that is not shown is reported beside live, frozen and replayed pi
   for (const [state, sentence, expected] of sentences) {
     const watch = watchAt(1000);
     const why = "The last change is not shown, because the GPU cannot draw it: no memory.";
-    watch.tell(told(state, Liveness_Cause.CHANGE_NOT_SHOWN, `${sentence} ${why}`));
+    const cause = Liveness_Cause.CHANGE_NOT_SHOWN;
+    watch.tell(create(LivenessSchema, { state, cause, sentence: `${sentence} ${why}`, sceneTrouble: why, limitS: 2 }));
     const news = watch.news(1000);
-    assert.deepEqual([news.state, news.title, news.detail], [expected, "Not shown as set", why]);
+    assert.deepEqual([news.state, news.title, news.detail], [expected, "Settings not applied", why]);
   }
 });
 
@@ -72,7 +73,7 @@ test("a live picture says where its frames come from, where that is no known pro
     return stateWord(watch.news(1000));
   };
   assert.equal(wordOf(Liveness_Origin.PROBE), "Live");
-  assert.equal(wordOf(Liveness_Origin.UNTOLD), "Live as sent");
+  assert.equal(wordOf(Liveness_Origin.UNKNOWN), "Live, unverified");
   assert.equal(wordOf(Liveness_Origin.SIMULATED), "Simulated");
 });
 
