@@ -74,7 +74,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   if (auto fits = check_picture(config, gpu.limits()); !fits) return fits.error();
   const bool processor = gpu.candidate().kind == kProcessorKind;
   const Sampling sampling = config.sampling.value_or(processor ? Sampling::kGathering : Sampling::kTexture);
-  const std::uint64_t band_samples = processor ? kProcessorBand : kGpuBand;
+  const std::uint64_t band_samples = config.band_samples.value_or(processor ? kProcessorBand : kGpuBand);
   PipelineStore own;
   PipelineStore& store = dependencies.store != nullptr ? *dependencies.store : own;
   auto pipelines = store.get(gpu, {.sampling = sampling, .cache = config.pipeline_cache});

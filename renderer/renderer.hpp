@@ -53,6 +53,9 @@ class Renderer {
     Skipping skipping = Skipping::kOn;
     /// Absent: chosen by the kind of GPU.
     std::optional<Sampling> sampling;
+    /// Samples that a band of pass 1 takes at most; private views have smaller ones. Absent: chosen by the
+    /// kind of GPU.
+    std::optional<std::uint64_t> band_samples;
     /// File cache of the driver's compiled pipelines; by default there is none. It is written at the end of
     /// create() and in the destructor.
     PipelineCache::Config pipeline_cache{};

@@ -69,6 +69,9 @@ void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuIma
   vkCmdCopyBufferToImage(commands, from.get(), to.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &slices);
   image_barrier(commands, to.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                 VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+  // The next shader may write to the buffer.
+  barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_NONE);
 }
 
 }  // namespace fanlight

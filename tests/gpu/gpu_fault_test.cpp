@@ -291,8 +291,8 @@ TEST_F(GpuFaultTest, TheLightOfAnOlderCastDoesNotProveANewView) {
   inject({.call = GpuCall::kBuildPipeline, .times = kAlways, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});
   std::uint64_t revision = 1;
   for (int round = 0; round < 12; ++round) {
-    const std::uint64_t volume = publish(round % 2 == 0 ? kNearMm : kFarMm);
     const std::uint64_t before = gpu_calls(GpuCall::kSubmit);
+    const std::uint64_t volume = publish(round % 2 == 0 ? kNearMm : kFarMm);
     EXPECT_TRUE(eventually(
         [&] { return gpu_calls(GpuCall::kSubmit) >= before + static_cast<std::uint64_t>(round) / 2; }));
     show(++revision, other);

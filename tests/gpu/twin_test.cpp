@@ -36,6 +36,10 @@ constexpr std::array<Figure, 7> kFigures = {{{"hit or miss", 0.999, 0.99},
                                              {"finish", 0.999, 0.99}}};
 
 constexpr double kDepthMm = 0.02;
+// A GPU's texture unit rounds the weights of its linear filter to 1/256. The worst of the 200 cases on an
+// H100: 0.915 of a case, 0.9912 of a batch, half of which is sampled by gathering.
+constexpr double kLeastByTextureUnit = 0.9;
+constexpr double kLeastInABatchByTextureUnit = 0.99;
 constexpr double kLevels = 2;  // of 255
 
 struct Agreement {
@@ -98,13 +102,17 @@ void compare_depths(const std::vector<float>& gpu_mm, const std::vector<double>&
 
 class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_t> {
  protected:
+  static bool samples_texture(std::uint32_t seed) { return seed % 2 == 0; }
+  /// A processor interpolates textures in floats.
+  static bool has_texture_unit() { return gpu().candidate().kind != kProcessorKind; }
+
   static Rendered render(const SeededCase& given, const Volume& volume, const Volume* before) {
     Scene raw = given.scene;
     raw.finish.smoothing = Smoothing::kNone;
     raw.finish.colours = ColourMap::kNone;
     RenderCounters counters;
     // Both ways of sampling are compared, also where the processor renders, and both ways of reading buffers.
-    const Casting casting{.sampling = given.seed % 2 == 0 ? Sampling::kTexture : Sampling::kGathering,
+    const Casting casting{.sampling = samples_texture(given.seed) ? Sampling::kTexture : Sampling::kGathering,
                           .access = given.seed % 4 < 2 ? BufferAccess::kTexels : BufferAccess::kStorage,
                           .own_light_device = given.seed % 3 == 0};
     const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, raw, counters, casting);
@@ -182,12 +190,14 @@ TEST_P(TwinTest, EachPassIsWhatTheTwinSays) {
   std::string line = fmt::format("seeds {} to {}:", GetParam(), GetParam() + kCasesInABatch - 1);
   std::string worst;
   double worst_share = 2;
+  const bool by_unit = has_texture_unit();
   for (std::uint32_t seed = GetParam(); seed < GetParam() + kCasesInABatch; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     const Agreements of_case = compared(seed);
     for (std::size_t at = 0; at < kFigures.size(); ++at) {
       const double share = of_case[at].share();
-      EXPECT_GE(share, kFigures[at].least_in_a_case) << kFigures[at].name;
+      const bool rounded = by_unit && at == kDepth && samples_texture(seed);
+      EXPECT_GE(share, rounded ? kLeastByTextureUnit : kFigures[at].least_in_a_case) << kFigures[at].name;
       total[at].add(of_case[at]);
       if (share < worst_share) {
         worst_share = share;
@@ -196,7 +206,9 @@ TEST_P(TwinTest, EachPassIsWhatTheTwinSays) {
     }
   }
   for (std::size_t at = 0; at < kFigures.size(); ++at) {
-    EXPECT_GE(total[at].share(), kFigures[at].least_in_a_batch) << kFigures[at].name;
+    const bool rounded = by_unit && at == kDepth;
+    EXPECT_GE(total[at].share(), rounded ? kLeastInABatchByTextureUnit : kFigures[at].least_in_a_batch)
+        << kFigures[at].name;
     line += fmt::format(" {} {:.5f} of {},", kFigures[at].name, total[at].share(), total[at].compared);
   }
   fmt::print("{} worst: {}\n", line, worst);

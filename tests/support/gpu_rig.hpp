@@ -18,6 +18,8 @@ struct Casting {
   Skipping skipping = Skipping::kOn;
   std::optional<Sampling> sampling;
   std::optional<BufferAccess> access;
+  /// Of a processor, so that a GPU casts in several bands too.
+  std::uint64_t band_samples = 8'000'000;
   /// On a processor passes 2 and 3 have a device of their own, as in `fanlight serve`.
   bool own_light_device = true;
 };
@@ -107,7 +109,8 @@ class GpuTest : public testing::Test {
              .last_angle_rad = last,
              .frame_capacity = static_cast<std::uint32_t>(angles_rad.size()),
              .skipping = casting.skipping,
-             .sampling = casting.sampling},
+             .sampling = casting.sampling,
+             .band_samples = casting.band_samples},
             {.gpu = chosen, .counters = counters, .light_gpu = lights, .store = &gpu_rig.pipelines()},
             {.revision = 1, .scene = scene}));
   }
