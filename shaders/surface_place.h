@@ -81,8 +81,12 @@ const int kLevelSamples = (kWindow + kHalf + kLevelStride - 1) / kLevelStride;
 const int kWindowSamples = (kWindow + kLevelStride - 1) / kLevelStride;
 // Samples of which the means are compared with the level of the tissue.
 const int kLevelMean = kHalf < 8 ? kHalf : 4;
-// Samples whose mean distinguishes a thin bright surface from fluid.
+// Samples whose mean distinguishes a thin bright surface from fluid, and is its peak.
 const int kShortMean = (kLevelMean + 1) / 2;
+// A sheet: no more samples are brighter than halfway from the fluid to the peak.
+const int kMostOfASheet = kLevelMean;
+// Of a sheet without speckle the level is not nearer to the peak than of a contrast of 50 dB.
+const float kMostSheetRise = 0.92;
 
 // The samples from `first` towards the tissue. Where nothing was scanned, and outside the run, 0. Unrolled:
 // an array that is indexed at run time lies in memory.
@@ -125,9 +129,24 @@ float direction_inwards(Ray ray, float oldest) {
   return difference >= 0.0 ? 1.0 : -1.0;
 }
 
+// The level at the front of a sheet, or between the fluid and the tissue behind an edge.
+float level_of(float values[kLevelSamples], float fluid, float tissue) {
+  float peak = 0.0;
+  [[unroll]] for (int last = kShortMean - 1; last < kLevelSamples; ++last) {
+    peak = max(peak, sum_to(values, last, kShortMean));
+  }
+  peak /= float(kShortMean);
+  float middle = 0.5 * (fluid + peak);
+  int brighter = 0;
+  [[unroll]] for (int each = 0; each < kLevelSamples; ++each) brighter += values[each] > middle ? 1 : 0;
+  float front = clamp(peak - rays.sheet_below, middle, mix(fluid, peak, kMostSheetRise));
+  return brighter <= kMostOfASheet ? front : mix(fluid, tissue, rays.rise);
+}
+
 // The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, first
 // rises past rays.rise of the way to the tissue's, and past rays.least_tissue. The tissue is the brightest
-// mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it.
+// mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it. A thin
+// bright sheet has its front rays.sheet_below under its peak: a mean would hold fluid on both sides of it.
 // kNotTissue where no mean of kShortMean samples behind the window's middle reaches rays.least_tissue.
 // `run`: the samples of the ray.
 float placed_by_level(Ray ray, SampleRun run, float position) {
@@ -148,7 +167,8 @@ float placed_by_level(Ray ray, SampleRun run, float position) {
     if (last < kWindowSamples) fluid = min(fluid, sum);
   }
   if (brightest < rays.least_tissue * float(kShortMean)) return kNotTissue;
-  float level = max(mix(fluid, tissue, rays.rise) / float(kLevelMean), rays.least_tissue);
+  fluid /= float(kLevelMean);
+  float level = max(level_of(values, fluid, tissue / float(kLevelMean)), rays.least_tissue);
   float found = -1.0;
   [[unroll]] for (int next = 1; next < kLevelSamples; ++next) {
     float before = values[next - 1];

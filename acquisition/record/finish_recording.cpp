@@ -177,12 +177,6 @@ Result<void> copy_pixels(const std::vector<Piece>& pieces, PixelSink& sink, cons
   return stop.stop_requested() ? Result<void>(stopped(path)) : Result<void>();
 }
 
-/// Whether two names are those of one file.
-bool same_file(const std::filesystem::path& one, const std::filesystem::path& other) {
-  std::error_code failure;
-  return std::filesystem::equivalent(one, other, failure) && !failure;
-}
-
 /// Gives the file with the pixels of the only piece a second name, and sees to it that it is on the disk.
 /// False where they must be copied.
 Result<bool> link_pixels(const std::vector<Piece>& pieces, PixelForm form, const std::filesystem::path& to) {
@@ -280,9 +274,10 @@ Result<void> write_pictures(const std::vector<SegmentPaths>& segments, const std
 }
 
 /// Whether a copy of the pixels leaves the disk enough for what is recorded meanwhile.
-bool has_room_for_copy(const std::vector<SegmentPaths>& segments, const std::filesystem::path& path) {
-  constexpr std::uint64_t kReserveBytes = 128'000'000;
-  std::uint64_t bytes = kReserveBytes;
+bool has_room_for_copy(const std::vector<SegmentPaths>& segments, const std::filesystem::path& path,
+                       std::uint64_t reserve_bytes) {
+  constexpr std::uint64_t kLeastReserveBytes = 128'000'000;
+  std::uint64_t bytes = std::max(kLeastReserveBytes, reserve_bytes);
   std::error_code failure;
   for (const SegmentPaths& each : segments) {
     const auto size = std::filesystem::file_size(each.pixels, failure);
@@ -332,7 +327,7 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
   finished.bytes = *bytes;
   // Worth less than the frames: where there is no room for the lines, the recording is finished without them.
   (void)write_pictures(segments, path);
-  remove_segments(segments);
+  remove_finished_segments(segments, path);
   return finished;
 }
 
@@ -340,7 +335,7 @@ Result<FinishedRecording> finish_in_any_form(const std::vector<SegmentPaths>& se
                                              const std::filesystem::path& path, const FinishOptions& options,
                                              FinishProgress& progress, const std::stop_token& stop) {
   const bool copies = path.extension() == ".mha";
-  if (!copies || segments.size() > 1 || has_room_for_copy(segments, path)) {
+  if (!copies || segments.size() > 1 || has_room_for_copy(segments, path, options.reserve_bytes)) {
     auto finished = finish_recording(segments, path, options, progress, stop);
     if (!finished && finished.error().code == ErrorCode::kNotFound) remove_empty(segments);
     if (!copies || finished || finished.error().code != ErrorCode::kUnavailable) return finished;

@@ -40,6 +40,11 @@ bool is_free_name(const std::filesystem::path& path) {
          !there(picture_notes_path_of(pair)) && segments_of(path).empty();
 }
 
+bool same_file(const std::filesystem::path& one, const std::filesystem::path& other) {
+  std::error_code failure;
+  return std::filesystem::equivalent(one, other, failure) && !failure;
+}
+
 Result<void> check_free_name(const std::filesystem::path& path) {
   if (auto named = check_recording_name(path); !named) return named;
   if (is_free_name(path)) return {};

@@ -21,6 +21,9 @@ std::filesystem::path picture_notes_path_of(const std::filesystem::path& path);
 /// Whether nothing of a recording of this name is there, in either form.
 bool is_free_name(const std::filesystem::path& path);
 
+/// Whether two names are those of one file.
+bool same_file(const std::filesystem::path& one, const std::filesystem::path& other);
+
 /// kInvalidArgument: the name is none of a recording's, or something has it, or a name that follows from it.
 Result<void> check_free_name(const std::filesystem::path& path);
 

@@ -10,6 +10,19 @@
 
 namespace fanlight {
 
+namespace {
+
+/// Segments beside a file of their recording's name, for an error message: another program may have put the
+/// file there.
+std::string beside(const std::vector<SegmentPaths>& segments) {
+  if (segments.empty()) return "";
+  return fmt::format(
+      "; {} and the like are of a recording of the same name: rename that file to recover them",
+      shown(segments.front().frames.filename()));
+}
+
+}  // namespace
+
 bool is_unfinished(const std::filesystem::path& path) {
   std::error_code failure;
   return !std::filesystem::exists(path, failure) && !segments_of(path).empty();
@@ -17,27 +30,24 @@ bool is_unfinished(const std::filesystem::path& path) {
 
 Result<FinishedRecording> recover_recording(const std::filesystem::path& path, const FinishOptions& options) {
   if (auto named = check_recording_name(path); !named) return named.error();
+  const RecordingLock lock(path);
+  if (!lock.held()) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{}: another process records it or finishes it, expected its end", shown(path))};
+  }
+  // A kill in the last step of finish_recording().
+  const bool finished = remove_left_overs(path);
   const std::vector<SegmentPaths> segments = segments_of(path);
   std::error_code failure;
-  if (std::filesystem::exists(path, failure)) {
-    // A kill between the last two steps of finish_recording() leaves both. The reader removes them.
-    const std::string left_over =
-        segments.empty() ? ""
-                         : fmt::format("; {} and the like are left over from it and may be removed",
-                                       shown(segments.front().frames.filename()));
-    return Error{
-        ErrorCode::kInvalidArgument,
-        fmt::format("{} is a finished recording, expected one that was cut off{}", shown(path), left_over)};
+  if (finished || std::filesystem::exists(path, failure)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} is a finished recording, expected one that was cut off{}", shown(path),
+                             beside(segments))};
   }
   if (segments.empty()) {
     return Error{ErrorCode::kNotFound,
                  fmt::format("{}: there is nothing of such a recording, expected {} or the like", shown(path),
                              shown(segment_paths(path, 1).frames.filename()))};
-  }
-  const RecordingLock lock(path);
-  if (!lock.held()) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("{}: another process records it or finishes it, expected its end", shown(path))};
   }
   FinishOptions checking = options;
   checking.check_pixels = true;

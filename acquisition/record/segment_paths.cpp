@@ -14,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "acquisition/record/recording_names.hpp"
 #include "acquisition/source/printable.hpp"
 
 namespace fanlight {
@@ -24,6 +25,7 @@ constexpr std::string_view kInfix = ".rec-";
 constexpr std::string_view kFramesEnd = ".frames";
 constexpr std::string_view kPixelsEnd = ".pixels";
 constexpr std::string_view kPicturesEnd = ".pictures";
+constexpr std::string_view kFinishedEnd = ".rec-finished";
 
 /// Names of the files in a folder, as far as it can be read.
 std::vector<std::string> names_in(const std::filesystem::path& folder) {
@@ -33,6 +35,18 @@ std::vector<std::string> names_in(const std::filesystem::path& folder) {
   for (; !failure && entry != std::filesystem::directory_iterator(); entry.increment(failure))
     names.push_back(entry->path().filename().string());
   return names;
+}
+
+std::filesystem::path finished_mark(const std::filesystem::path& recording) {
+  return recording.string() + std::string(kFinishedEnd);
+}
+
+/// Whether the mark is a second name of the recording's file, in the form that it has.
+bool is_finished(const std::filesystem::path& recording) {
+  std::filesystem::path pair = recording;
+  pair.replace_extension(".mhd");
+  const std::filesystem::path mark = finished_mark(recording);
+  return same_file(mark, recording) || same_file(mark, pair);
 }
 
 }  // namespace
@@ -92,7 +106,7 @@ std::vector<std::filesystem::path> unfinished_recordings(const std::filesystem::
     const auto infix = name.rfind(kInfix);
     if (infix == std::string::npos || !name.ends_with(kFramesEnd)) continue;
     const std::filesystem::path recording = folder / name.substr(0, infix);
-    if (!std::filesystem::exists(recording, failure)) found.insert(recording);
+    if (!std::filesystem::exists(recording, failure) && !is_finished(recording)) found.insert(recording);
   }
   return {found.begin(), found.end()};
 }
@@ -105,6 +119,36 @@ void remove_segments(const std::vector<SegmentPaths>& segments) {
     std::filesystem::remove(each.pixels, gone);
     std::filesystem::remove(each.frames, gone);
   }
+}
+
+void remove_finished_segments(const std::vector<SegmentPaths>& segments, const std::filesystem::path& file) {
+  if (segments.empty()) return;
+  const std::string frames = segments.front().frames.string();
+  const std::filesystem::path mark = finished_mark(frames.substr(0, frames.rfind(kInfix)));
+  std::error_code failure;
+  std::filesystem::remove(mark, failure);  // of an earlier file of that name
+  std::filesystem::create_hard_link(file, mark, failure);
+  remove_segments(segments);
+  std::filesystem::remove(mark, failure);
+}
+
+bool remove_left_overs(const std::filesystem::path& recording) {
+  if (!is_finished(recording)) return false;
+  remove_segments(segments_of(recording));
+  std::error_code failure;
+  std::filesystem::remove(finished_mark(recording), failure);
+  return true;
+}
+
+std::vector<std::filesystem::path> recordings_with_left_overs(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> found;
+  for (const std::string& name : names_in(folder)) {
+    if (!name.ends_with(kFinishedEnd)) continue;
+    const std::filesystem::path recording = folder / name.substr(0, name.size() - kFinishedEnd.size());
+    if (is_finished(recording)) found.push_back(recording);
+  }
+  std::ranges::sort(found);
+  return found;
 }
 
 }  // namespace fanlight

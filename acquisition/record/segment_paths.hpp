@@ -9,7 +9,7 @@ namespace fanlight {
 
 /// A part of a recording in progress: files next to the one that it will become.
 /// FILE.rec-0001.pixels has the frames' pixels, one frame behind the other; FILE.rec-0001.frames has the
-/// facts and a record for/// each frame, with the checksum of its pixels; FILE.rec-0001.pictures, where there
+/// facts and a record for each frame, with the checksum of its pixels; FILE.rec-0001.pictures, where there
 /// is one, has lines about the pictures that displays saw meanwhile. They only grow, so that whatever was
 /// written before a crash can be read. A frame counts from when its record is whole.
 struct SegmentPaths {
@@ -20,7 +20,7 @@ struct SegmentPaths {
 SegmentPaths segment_paths(const std::filesystem::path& recording, std::uint32_t number);
 /// The segments of a recording that are on the disk, in order of their numbers. Empty where there are none.
 std::vector<SegmentPaths> segments_of(const std::filesystem::path& recording);
-/// Names of the recordings in a folder of which there are segments and no file, in alphabetical order.
+/// Names of the recordings in a folder of which there are segments and no whole file, in alphabetical order.
 std::vector<std::filesystem::path> unfinished_recordings(const std::filesystem::path& folder);
 
 /// Gives the files of segments the names of another recording's. False: some have the old ones; `segments`
@@ -48,5 +48,15 @@ class RecordingLock {
 
 /// Removes the files of each.
 void remove_segments(const std::vector<SegmentPaths>& segments);
+
+/// Removes segments whose frames are all in `file`. It has a second name meanwhile, FILE.rec-finished: a kill
+/// leaves that name beside the segments that were not removed yet, so that they are known to be needed no
+/// more. A file system without hard links has no second name.
+void remove_finished_segments(const std::vector<SegmentPaths>& segments, const std::filesystem::path& file);
+/// Removes what a kill within remove_finished_segments() left of a recording. False: nothing of the kind is
+/// there. The caller has the recording's lock.
+bool remove_left_overs(const std::filesystem::path& recording);
+/// Names of the recordings in a folder of which remove_left_overs() would remove something.
+std::vector<std::filesystem::path> recordings_with_left_overs(const std::filesystem::path& folder);
 
 }  // namespace fanlight

@@ -13,12 +13,19 @@ namespace {
 // The brightest part of speckled tissue, which the shader takes for its level (surface_place.h), is brighter
 // than its mean by some 2 dB more (measured: scanned scenes of renderer/RESULTS.md).
 constexpr double kEdgeBelowTissueDb = 8.4;
+// The same 6 dB below the peak of a thin sheet. The mean of two samples, which the shader takes for the peak,
+// is lower than the peak by some 2 dB (sheets of 0.3 to 1 mm there).
+constexpr double kFrontBelowPeakDb = 4.2;
 // Standard deviation of fully developed speckle, log-compressed: of 20 log10 of Rayleigh's distribution. It
 // says how many grey levels a decibel has. Scanners that smooth have less, and seem to have a wider range.
 constexpr double kSpeckleDb = 5.57;
 // As of a contrast of 50 dB: speckle that a scanner has smoothed away says nothing about decibels.
 constexpr double kMostRise = 0.83;
-// More than any step of grey levels.
+// Halves of the detector's window are means over some cells of speckle, which differ by less than its
+// deviation (measured: a sheet of 0.45 mm needs a step of less, and 0.65 shows no more in the scanned scenes'
+// fluid).
+constexpr double kStepOverSpeckle = 0.65;
+// More than any grey level.
 constexpr double kNoThreshold = 255;
 
 }  // namespace
@@ -26,7 +33,7 @@ constexpr double kNoThreshold = 255;
 double EchoLevels::threshold() const {
   if (flat) return kNoThreshold;
   const double speckle = linear() ? 0 : noise;
-  return std::clamp(std::max(0.16 * (tissue - fluid), speckle), 5.0, 100.0);
+  return std::clamp(std::max(0.16 * (tissue - fluid), kStepOverSpeckle * speckle), 5.0, 100.0);
 }
 
 double EchoLevels::rise() const {
@@ -34,6 +41,12 @@ double EchoLevels::rise() const {
   if (!known || linear()) return 0.5;
   const double below_tissue = kEdgeBelowTissueDb / kSpeckleDb * noise;  // grey levels
   return std::clamp(1 - below_tissue / (tissue - fluid), 0.5, kMostRise);
+}
+
+double EchoLevels::sheet_below() const {
+  // Halfway: the shader takes no level that is lower.
+  if (!known || linear()) return kNoThreshold;
+  return kFrontBelowPeakDb / kSpeckleDb * noise;
 }
 
 std::string sentence(const EchoLevels& levels) {

@@ -18,10 +18,12 @@ struct EchoLevels {
 
   /// The step that makes a surface: a share of what lies between fluid and tissue. Small, since
   /// the halves of a detector's window reach beyond a thin bright surface, and a slanted one steps slowly;
-  /// but no less than the speckle. Where the frames are flat, more than any step.
+  /// but no less than the speckle that is left in their means. Where the frames are flat, more than any step.
   double threshold() const;
   /// How far the echo has risen from the fluid's to the tissue's at a surface: see echo_levels.cpp.
   double rise() const;
+  /// How far below its peak a thin bright sheet has its front, grey levels: see echo_levels.cpp.
+  double sheet_below() const;
   /// What is darker behind an edge is no tissue: next to a body's outline rays meet its blurred rim, not the
   /// body. Less than half of the way from fluid to tissue, since echoes fade with depth and in shadows
   /// (measured: renderer/RESULTS.md).

@@ -211,6 +211,10 @@ const SceneField kFields[] = {
         "place level: how far the echo has risen from the fluid's to the tissue's where "
         "the surface lies; 0 asks the data",
         0, 1, 0, FirstPass::kCast),
+    row<MEMBER(detector.sheet_below)>("detector.sheet_below", "grey levels",
+                                      "place level: how far below its brightest echo a thin bright sheet has "
+                                      "its front; 0 asks the data",
+                                      0, 255, 0, FirstPass::kCast),
     row<MEMBER(detector.least_tissue)>("detector.least_tissue", "grey levels",
                                        "place level: an edge with no echo so bright behind it is no surface; "
                                        "0 asks the data, 1 takes every edge",

@@ -55,6 +55,7 @@ Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSi
   if (scene.detector.threshold == 0)
     made.detector.threshold = levels.known || levels.flat ? levels.threshold() : Scene::Detector{}.threshold;
   if (scene.detector.rise == 0) made.detector.rise = levels.rise();
+  if (scene.detector.sheet_below == 0) made.detector.sheet_below = levels.sheet_below();
   if (scene.detector.least_tissue == 0) made.detector.least_tissue = levels.least_tissue();
   // What is not different must compare as equal.
   made.detector.window_mm = made.speckle.size_mm = made.filter.size_mm = 0;

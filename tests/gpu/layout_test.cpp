@@ -116,6 +116,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, clip2),
                             OFFSET(CastParameters, threshold),
                             OFFSET(CastParameters, rise),
+                            OFFSET(CastParameters, sheet_below),
                             OFFSET(CastParameters, least_tissue),
                             OFFSET(CastParameters, edge_sign),
                             OFFSET(CastParameters, segment_shift),

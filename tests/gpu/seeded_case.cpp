@@ -188,6 +188,7 @@ void set_detector(Dice& dice, Body& body, double finest_mm, Scene& scene) {
   detector.sign = dice.any_to(EdgeSign::kEither);
   detector.place = dice.any_to(SurfacePlace::kLevel);
   detector.rise = dice.between(0.2, 0.95);
+  detector.sheet_below = 60 * (1 - detector.rise);
   detector.least_tissue = dice.between(1, 145);
   // Noise must not create surfaces.
   detector.window = 2 * dice.whole(body.noise > 0 ? 6 : 1, 16);

@@ -126,6 +126,35 @@ TEST_F(RecoveryTest, HappensWhenARecorderBegins) {
   EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mha"});
 }
 
+TEST_F(RecoveryTest, LeavesNothingOfAFinishedRecording) {
+  // A kill while the segments are removed: the file is whole and has its second name.
+  const auto cut_off = [this] {
+    ASSERT_TRUE(recover(frames_, pixels_));
+    write_file(segment_paths(path_, 1).frames, frames_);
+    std::filesystem::create_hard_link(path_, path_.string() + ".rec-finished");
+  };
+  cut_off();
+  const auto finished = recover_recording(path_, {});
+  ASSERT_FALSE(finished);
+  EXPECT_NE(finished.error().message.find("is a finished recording"), std::string::npos);
+  EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mha"});
+
+  cut_off();
+  recorder_ = std::make_unique<Recorder>(source_, bell_, Recorder::Config{.folder = folder_.path()});
+  wait_for([this] { return files() == std::set<std::string>{"sweeps.igs.mha"}; });
+}
+
+TEST_F(RecoveryTest, KeepsSegmentsBesideAFileOfAnotherProgram) {
+  ASSERT_TRUE(recover(frames_, pixels_));
+  write_file(segment_paths(path_, 1).frames, frames_);
+  write_file(segment_paths(path_, 1).pixels, pixels_);
+  write_file(path_.string() + ".rec-finished", "of another file");
+  const auto refused = recover_recording(path_, {});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("rename that file"), std::string::npos) << refused.error().message;
+  EXPECT_TRUE(std::filesystem::exists(segment_paths(path_, 1).pixels));
+}
+
 TEST_F(RecoveryTest, RefusesWithASentence) {
   const auto missing = recover_recording(folder_ / "none.igs.mha", {});
   ASSERT_FALSE(missing);

@@ -259,8 +259,12 @@ std::optional<double> placed_by_level(const Scene::Detector& detector, const Ray
   if (*std::max_element(narrow.begin() + in_window / 2, narrow.end()) < least_tissue) return std::nullopt;
   const double tissue = *std::ranges::max_element(wide);
   const double fluid = *std::min_element(wide.begin(), wide.begin() + (in_window - mean + 1));
-  const double level = std::max(std::lerp(fluid, tissue, detector.rise), least_tissue);
   const std::vector<double> values = means(1, stride);
+  const double peak = *std::ranges::max_element(narrow);
+  const double middle = (fluid + peak) / 2;
+  const bool is_sheet = std::ranges::count_if(values, [=](double each) { return each > middle; }) <= mean;
+  const double front = std::clamp(peak - detector.sheet_below / 255, middle, std::lerp(fluid, peak, 0.92));
+  const double level = std::max(is_sheet ? front : std::lerp(fluid, tissue, detector.rise), least_tissue);
   const auto reached = std::ranges::adjacent_find(
       values, [level](double before, double after) { return before < level && after >= level; });
   if (reached == values.end()) return position;

@@ -95,6 +95,18 @@ TEST(EchoLevelsTest, RiseByTheSpecklesDecibels) {
   EXPECT_EQ(rise(1), 0.83) << "a scanner that smooths is not taken for one of endless range";
 }
 
+TEST(EchoLevelsTest, TakeAThinSheetForNoSpeckle) {
+  std::mt19937 bits(3);
+  std::normal_distribution<double> speckle(0, 20);
+  const EchoLevels levels =
+      measured_levels(made_volume(kHalfMmGeometry, kFiveAnglesRad, [&](const Point& at) {
+        return at.y_mm > 50 && at.y_mm < 51.5 ? 160 + speckle(bits) : 10.0;
+      }));
+  EXPECT_TRUE(levels.known);
+  EXPECT_FALSE(levels.linear());
+  EXPECT_NEAR(levels.noise, 20, 7) << "most of these blocks differ by the sheet, 60 from row to row";
+}
+
 TEST(SteadyLevelsTest, GiveUpAfterThreeFlatVolumes) {
   const EchoLevels known{.fluid = 10, .tissue = 110, .noise = 20, .known = true};
   EchoLevels flat = known;
@@ -199,8 +211,14 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   scene.speckle.noise = 0;
   const EchoLevels log{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
   const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, log);
-  EXPECT_EQ(made.detector.threshold, 18) << "no less than the speckle";
+  EXPECT_EQ(made.detector.threshold, 16);
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512},
+                            {.fluid = 10, .tissue = 90, .noise = 24, .known = true})
+                .detector.threshold,
+            0.65 * 24)
+      << "no less than the speckle that is left";
   EXPECT_NEAR(made.detector.rise, 1 - 8.4 * 18 / 5.57 / 100, 1e-9) << "8.4 dB below the tissue";
+  EXPECT_NEAR(made.detector.sheet_below, 4.2 * 18 / 5.57, 1e-9) << "of a sheet 4.2 dB below its peak";
   EXPECT_EQ(made.detector.least_tissue, 50);
   EXPECT_EQ(made.speckle.levels, 18);
   EXPECT_EQ(made.speckle.noise, 0);
@@ -219,6 +237,7 @@ TEST(EffectiveSceneTest, LeavesWhatTheUserHasSet) {
   Scene scene;
   scene.detector.threshold = 31;
   scene.detector.rise = 0.6;
+  scene.detector.sheet_below = 12;
   scene.detector.least_tissue = 40;
   scene.speckle.noise = 0;
   scene.speckle.levels = 7;
