@@ -47,10 +47,14 @@ Error taken(const std::filesystem::path& path) {
   return {ErrorCode::kInvalidArgument, fmt::format("{} exists already, expected a new name", shown(path))};
 }
 
-/// Gives a new file its name, unless there is something of that name.
-Result<void> name_file(ReplacementFile& next, const std::filesystem::path& path) {
+/// Gives a new file its name, unless there is something of that name. `mark`: a further name that it gets
+/// before, where the file system has such names; empty: none.
+Result<void> name_file(ReplacementFile& next, const std::filesystem::path& path,
+                       const std::filesystem::path& mark = {}) {
   if (const int failure = next.sync()) return unwritable(path, failure);
+  if (!mark.empty()) next.add_name(mark);
   const int failure = next.rename_if_free(path);
+  if (failure != 0 && !mark.empty()) unlink(mark.c_str());
   if (failure == EEXIST) return taken(path);
   if (failure != 0) return unwritable(path, failure);
   sync_folder_of(path);
@@ -185,6 +189,8 @@ Result<bool> link_pixels(const std::vector<Piece>& pieces, PixelForm form, const
   if (!whole) return false;
   const Piece& piece = pieces.front();
   const std::filesystem::path& from = piece.segment.paths.pixels;
+  // A kill between the names may have left it.
+  if (same_file(from, to)) return true;
   // Bytes of a frame that is not whole.
   std::error_code failure;
   std::filesystem::resize_file(from, piece.frames * piece.frame_bytes(), failure);
@@ -193,8 +199,6 @@ Result<bool> link_pixels(const std::vector<Piece>& pieces, PixelForm form, const
   const bool synced = file >= 0 && fdatasync(file) == 0;
   if (file >= 0) close(file);
   if (!synced) return false;
-  // A crash between the names may have left it.
-  if (same_file(from, to)) return true;
   if (link(from.c_str(), to.c_str()) == 0) {
     sync_folder_of(to);
     return true;
@@ -203,11 +207,16 @@ Result<bool> link_pixels(const std::vector<Piece>& pieces, PixelForm form, const
   return false;
 }
 
-Result<void> write_text(const std::filesystem::path& path, std::string_view text) {
+Result<void> write_text(const std::filesystem::path& path, std::string_view text,
+                        const std::filesystem::path& mark = {}) {
   ReplacementFile next;
   if (const int failure = next.create_unnamed(path, 0600)) return unwritable(path, failure);
   if (const int failure = write_all(next.descriptor(), text)) return unwritable(path, failure);
-  return name_file(next, path);
+  return name_file(next, path, mark);
+}
+
+std::filesystem::path mark_of(const std::vector<Piece>& pieces) {
+  return finished_mark(pieces.front().segment.paths);
 }
 
 /// One file: the header, and the pixels behind it.
@@ -230,7 +239,7 @@ Result<std::uint64_t> write_joined(const std::vector<Piece>& pieces, const Frame
     if (lseek(next.descriptor(), 0, SEEK_SET) != 0) return unwritable(path, errno);
     if (const int failure = write_all(next.descriptor(), first)) return unwritable(path, failure);
   }
-  if (auto named = name_file(next, path); !named) return named.error();
+  if (auto named = name_file(next, path, mark_of(pieces)); !named) return named.error();
   return first.size() + rest.size() + sink.written();
 }
 
@@ -239,6 +248,10 @@ Result<std::uint64_t> write_pair(const std::vector<Piece>& pieces, const FrameTe
                                  const std::filesystem::path& path, PixelForm form, FinishProgress& progress,
                                  const std::stop_token& stop) {
   const std::filesystem::path pixels_path = pixels_path_of(path, form);
+  std::error_code ignored;
+  // Before anything of it is touched.
+  if (std::filesystem::exists(path, ignored)) return taken(path);
+  const bool was_there = std::filesystem::exists(pixels_path, ignored);
   std::uint64_t pixel_bytes = frames.frames * pieces.front().frame_bytes();
   const auto linked = link_pixels(pieces, form, pixels_path);
   if (!linked) return linked.error();
@@ -254,8 +267,8 @@ Result<std::uint64_t> write_pair(const std::vector<Piece>& pieces, const FrameTe
   if (form == PixelForm::kZlib) header.compressed_bytes = pixel_bytes;
   const std::string text = plus_header(pieces.front().segment.facts, header) + frames.text +
                            plus_data_line(pixels_path.filename().string());
-  if (auto written = write_text(path, text); !written) {
-    unlink(pixels_path.c_str());  // it was made here
+  if (auto written = write_text(path, text, mark_of(pieces)); !written) {
+    if (!was_there) unlink(pixels_path.c_str());
     return written.error();
   }
   return text.size() + pixel_bytes;
@@ -274,10 +287,9 @@ Result<void> write_pictures(const std::vector<SegmentPaths>& segments, const std
 }
 
 /// Whether a copy of the pixels leaves the disk enough for what is recorded meanwhile.
-bool has_room_for_copy(const std::vector<SegmentPaths>& segments, const std::filesystem::path& path,
-                       std::uint64_t reserve_bytes) {
-  constexpr std::uint64_t kLeastReserveBytes = 128'000'000;
-  std::uint64_t bytes = std::max(kLeastReserveBytes, reserve_bytes);
+bool has_room_for_copy(const std::vector<SegmentPaths>& segments, const std::filesystem::path& path) {
+  constexpr std::uint64_t kReserveBytes = 128'000'000;
+  std::uint64_t bytes = kReserveBytes;
   std::error_code failure;
   for (const SegmentPaths& each : segments) {
     const auto size = std::filesystem::file_size(each.pixels, failure);
@@ -327,7 +339,8 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
   finished.bytes = *bytes;
   // Worth less than the frames: where there is no room for the lines, the recording is finished without them.
   (void)write_pictures(segments, path);
-  remove_finished_segments(segments, path);
+  remove_segments(segments);
+  unlink(finished_mark(segments.front()).c_str());
   return finished;
 }
 
@@ -335,7 +348,7 @@ Result<FinishedRecording> finish_in_any_form(const std::vector<SegmentPaths>& se
                                              const std::filesystem::path& path, const FinishOptions& options,
                                              FinishProgress& progress, const std::stop_token& stop) {
   const bool copies = path.extension() == ".mha";
-  if (!copies || segments.size() > 1 || has_room_for_copy(segments, path, options.reserve_bytes)) {
+  if (!copies || segments.size() > 1 || has_room_for_copy(segments, path)) {
     auto finished = finish_recording(segments, path, options, progress, stop);
     if (!finished && finished.error().code == ErrorCode::kNotFound) remove_empty(segments);
     if (!copies || finished || finished.error().code != ErrorCode::kUnavailable) return finished;

@@ -21,8 +21,6 @@ struct FinishOptions {
   /// Compares the pixels with their checksums. A frame that differs counts as damaged: after a power cut,
   /// pages may not have reached the disk.
   bool check_pixels = false;
-  /// The disk keeps at least this much, where the form leaves a choice: see finish_in_any_form().
-  std::uint64_t reserve_bytes = 0;
 };
 
 /// Progress of a finish that another thread watches.
@@ -51,7 +49,7 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
                                            const std::filesystem::path& path, const FinishOptions& options,
                                            FinishProgress& progress, const std::stop_token& stop);
 
-/// The same, but where there is no room for a copy of the pixels beside the reserve, they stay in the file
+/// The same, but where there is no room for a copy of the pixels, they stay in the file
 /// that they are in: x.igs.mhd with raw pixels stands in for x.igs.mha. Removes segments without anything.
 Result<FinishedRecording> finish_in_any_form(const std::vector<SegmentPaths>& segments,
                                              const std::filesystem::path& path, const FinishOptions& options,

@@ -176,11 +176,10 @@ void Recorder::finish_left_overs() {
   for (const std::filesystem::path& path : unfinished_recordings(config_.folder)) {
     auto lock = std::make_shared<RecordingLock>(path);
     if (!lock->held()) continue;  // another server's
-    finisher_.add(
-        {.segments = segments_of(path),
-         .path = path,
-         .options = {.form = config_.form, .check_pixels = true, .reserve_bytes = config_.reserve_bytes},
-         .lock = std::move(lock)});
+    finisher_.add({.segments = segments_of(path),
+                   .path = path,
+                   .options = {.form = config_.form, .check_pixels = true},
+                   .lock = std::move(lock)});
   }
 }
 
@@ -194,11 +193,10 @@ void Recorder::finish_file(const std::filesystem::path& end_path) {
     lock_ = std::make_shared<RecordingLock>(end_path);
     if (rename_segments(segments_, end_path)) path = end_path;
   }
-  finisher_.add(
-      {.segments = std::exchange(segments_, {}),
-       .path = path,
-       .options = {.form = order_->form, .last_s = order_->ring_s, .reserve_bytes = config_.reserve_bytes},
-       .lock = std::move(lock_)});
+  finisher_.add({.segments = std::exchange(segments_, {}),
+                 .path = path,
+                 .options = {.form = order_->form, .last_s = order_->ring_s},
+                 .lock = std::move(lock_)});
   begins_ns_.clear();
 }
 

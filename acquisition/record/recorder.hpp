@@ -44,8 +44,7 @@ class Recorder {
   struct Config {
     std::filesystem::path folder{};    ///< recordings in it that were cut off are finished first; empty: none
     PixelForm form = PixelForm::kRaw;  ///< of those
-    /// Nothing is recorded while less than this is free on the disk. Final files of several segments may use
-    /// it.
+    /// Nothing is recorded while less than this is free on the disk. Final files may use it.
     std::uint64_t reserve_bytes = 0;
     /// Nothing is recorded while the files in `folder` are larger together; 0: no limit.
     std::uint64_t quota_bytes = 0;

@@ -12,12 +12,12 @@ namespace fanlight {
 
 namespace {
 
-/// Segments beside a file of their recording's name, for an error message: another program may have put the
-/// file there.
+/// Segments beside a file of their recording's name, for an error message: a kill may have left them, or
+/// another program may have put the file there.
 std::string beside(const std::vector<SegmentPaths>& segments) {
   if (segments.empty()) return "";
   return fmt::format(
-      "; {} and the like are of a recording of the same name: rename that file to recover them",
+      "; {} and the like may be left over from it: if it lacks frames, rename it and recover them",
       shown(segments.front().frames.filename()));
 }
 

@@ -37,7 +37,7 @@ std::vector<std::string> names_in(const std::filesystem::path& folder) {
   return names;
 }
 
-std::filesystem::path finished_mark(const std::filesystem::path& recording) {
+std::filesystem::path mark_of(const std::filesystem::path& recording) {
   return recording.string() + std::string(kFinishedEnd);
 }
 
@@ -45,7 +45,7 @@ std::filesystem::path finished_mark(const std::filesystem::path& recording) {
 bool is_finished(const std::filesystem::path& recording) {
   std::filesystem::path pair = recording;
   pair.replace_extension(".mhd");
-  const std::filesystem::path mark = finished_mark(recording);
+  const std::filesystem::path mark = mark_of(recording);
   return same_file(mark, recording) || same_file(mark, pair);
 }
 
@@ -121,31 +121,27 @@ void remove_segments(const std::vector<SegmentPaths>& segments) {
   }
 }
 
-void remove_finished_segments(const std::vector<SegmentPaths>& segments, const std::filesystem::path& file) {
-  if (segments.empty()) return;
-  const std::string frames = segments.front().frames.string();
-  const std::filesystem::path mark = finished_mark(frames.substr(0, frames.rfind(kInfix)));
-  std::error_code failure;
-  std::filesystem::remove(mark, failure);  // of an earlier file of that name
-  std::filesystem::create_hard_link(file, mark, failure);
-  remove_segments(segments);
-  std::filesystem::remove(mark, failure);
+std::filesystem::path finished_mark(const SegmentPaths& segment) {
+  const std::string frames = segment.frames.string();
+  return mark_of(frames.substr(0, frames.rfind(kInfix)));
 }
 
 bool remove_left_overs(const std::filesystem::path& recording) {
-  if (!is_finished(recording)) return false;
-  remove_segments(segments_of(recording));
+  const bool finished = is_finished(recording);
+  if (finished) remove_segments(segments_of(recording));
+  // Without its file it is what a kill before the naming left, or what a person has deleted.
   std::error_code failure;
-  std::filesystem::remove(finished_mark(recording), failure);
-  return true;
+  const std::filesystem::path mark = mark_of(recording);
+  if (finished || std::filesystem::hard_link_count(mark, failure) == 1)
+    std::filesystem::remove(mark, failure);
+  return finished;
 }
 
 std::vector<std::filesystem::path> recordings_with_left_overs(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> found;
   for (const std::string& name : names_in(folder)) {
     if (!name.ends_with(kFinishedEnd)) continue;
-    const std::filesystem::path recording = folder / name.substr(0, name.size() - kFinishedEnd.size());
-    if (is_finished(recording)) found.push_back(recording);
+    found.push_back(folder / name.substr(0, name.size() - kFinishedEnd.size()));
   }
   std::ranges::sort(found);
   return found;

@@ -49,14 +49,14 @@ class RecordingLock {
 /// Removes the files of each.
 void remove_segments(const std::vector<SegmentPaths>& segments);
 
-/// Removes segments whose frames are all in `file`. It has a second name meanwhile, FILE.rec-finished: a kill
-/// leaves that name beside the segments that were not removed yet, so that they are known to be needed no
-/// more. A file system without hard links has no second name.
-void remove_finished_segments(const std::vector<SegmentPaths>& segments, const std::filesystem::path& file);
-/// Removes what a kill within remove_finished_segments() left of a recording. False: nothing of the kind is
-/// there. The caller has the recording's lock.
+/// A second name of the finished file, FILE.rec-finished, from just before it gets its own until its segments
+/// are removed: a kill leaves it beside those that were not, so that they are known to be needed no more. A
+/// file system without hard links has no second name.
+std::filesystem::path finished_mark(const SegmentPaths& segment);
+/// Removes what a kill left of a recording with that name: its segments, and the name; the name alone where
+/// the file is not there. Whether the recording is finished. The caller has the recording's lock.
 bool remove_left_overs(const std::filesystem::path& recording);
-/// Names of the recordings in a folder of which remove_left_overs() would remove something.
+/// Names of the recordings in a folder that have such a name.
 std::vector<std::filesystem::path> recordings_with_left_overs(const std::filesystem::path& folder);
 
 }  // namespace fanlight

@@ -117,6 +117,13 @@ int ReplacementFile::sync() const {
   return ::fsync(file_) == 0 ? 0 : errno;
 }
 
+void ReplacementFile::add_name(const std::filesystem::path& path) const {
+  ::unlink(path.c_str());
+  const std::string itself = name_.empty() ? fmt::format("/proc/self/fd/{}", file_) : name_.string();
+  // Without such names there is none.
+  if (::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) != 0) return;
+}
+
 int ReplacementFile::replace(const std::filesystem::path& target) {
   if (name_.empty()) {
     if (const int failure = create_named(target)) return failure;

@@ -14,9 +14,12 @@ namespace {
 
 // Side of a block, pixels: that of the guided filter's largest window, so that both see the same deviation.
 constexpr std::uint32_t kSide = 7;
-// What is left of speckle without the means of rows and columns, as a part of all of it (measured: scanned
-// scenes of renderer/RESULTS.md). A block that a thin surface or an edge crosses has less.
+// Speckle's deviation over what is left of it without the means of rows and columns (measured: scanned scenes
+// of renderer/RESULTS.md). Of grains that are long in one direction less is left.
 constexpr double kOverWithin = 1.4;
+// Of the tissue. Log-compressed speckle has 0.12 to 0.2: what is rougher is not compressed, or crossed by a
+// surface.
+constexpr double kLeastRoughRatio = 0.25;
 constexpr std::uint32_t kMostFrames = 16;
 constexpr std::uint32_t kMostAcross = 24;  // blocks of a frame
 constexpr std::uint32_t kMostDown = 24;
@@ -45,11 +48,10 @@ bool differ(const EchoLevels& from, const EchoLevels& to, double share) {
 
 using Histogram = std::array<std::uint32_t, 256>;
 
-/// Of the speckle in a block: `deviation` leaves out what differs between whole rows or columns, where that
-/// is more than speckle.
 struct Block {
   double mean = 0;
   double deviation = 0;
+  double within = 0;  ///< deviation from the means of rows and columns
 };
 
 /// Between the means of the rows, or columns, of a block.
@@ -81,7 +83,7 @@ Block block_at(std::span<const std::uint8_t> pixels, std::uint32_t columns, std:
   const double mean = sum / kPixels;
   const double variance = std::max(0.0, squares / kPixels - mean * mean);
   const double within = std::max(0.0, variance - variance_of(in_rows, mean) - variance_of(in_columns, mean));
-  return {.mean = mean, .deviation = std::min(std::sqrt(variance), kOverWithin * std::sqrt(within))};
+  return {.mean = mean, .deviation = std::sqrt(variance), .within = std::sqrt(within)};
 }
 
 /// Calls `use(block)` for the blocks of a grid over some frames, where the probe has scanned them.
@@ -159,10 +161,18 @@ EchoLevels measured_levels(const Volume& volume) {
   if (bright == 0) return {};
   EchoLevels levels{.fluid = median_of(means, 0, bright), .tissue = median_of(means, bright, means.size())};
   Histogram deviations{};
+  Histogram within{};
   for_each_block(volume, [&](const Block& block) {
-    if (bin_of(block.mean) >= bright) ++deviations[bin_of(block.deviation)];
+    if (bin_of(block.mean) < bright) return;
+    ++deviations[bin_of(block.deviation)];
+    ++within[bin_of(block.within)];
   });
   levels.noise = std::max(1.0, median_of(deviations, 0, deviations.size()));
+  // A thin surface that crosses the bright blocks makes them as rough as speckle without log compression.
+  EchoLevels crossed = levels;
+  crossed.noise = std::max(1.0, kOverWithin * median_of(within, 0, within.size()));
+  const bool is_rough = levels.noise > kLeastRoughRatio * levels.tissue;
+  if (is_rough && crossed.noise < levels.noise && !crossed.linear()) levels = crossed;
   const double contrast = levels.tissue - levels.fluid;
   const bool stands_out = levels.linear() ? levels.tissue >= kLeastRatio * levels.fluid
                                           : contrast >= kLeastOverSpeckle * levels.noise;
@@ -172,6 +182,7 @@ EchoLevels measured_levels(const Volume& volume) {
 }
 
 bool SteadyLevels::is_other(const EchoLevels& measured) const {
+  if (measured.flat) return !mean_.known && !mean_.flat;
   return measured.known && (!mean_.known || differ(mean_, measured, kOtherChange));
 }
 

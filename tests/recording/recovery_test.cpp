@@ -151,7 +151,7 @@ TEST_F(RecoveryTest, KeepsSegmentsBesideAFileOfAnotherProgram) {
   write_file(path_.string() + ".rec-finished", "of another file");
   const auto refused = recover_recording(path_, {});
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("rename that file"), std::string::npos) << refused.error().message;
+  EXPECT_NE(refused.error().message.find("rename it"), std::string::npos) << refused.error().message;
   EXPECT_TRUE(std::filesystem::exists(segment_paths(path_, 1).pixels));
 }
 

@@ -91,15 +91,15 @@ class Babbler {
     said_ = mutated(all[dice_.below(static_cast<std::uint32_t>(all.size()))], dice_);
     socket_.async_write(asio::buffer(said_), [this, &all, messages](auto failure, std::size_t) {
       if (failure) {
-        untold_ = messages;
+        not_sent_ = messages;
       } else {
         babble(all, messages - 1);
       }
     });
   }
 
-  /// Number of messages that the server refused.
-  int unknown() const { return untold_; }
+  /// Number of messages that could not be sent, because the server had ended the session.
+  int messages_not_sent() const { return not_sent_; }
 
  private:
   void read() {
@@ -113,7 +113,7 @@ class Babbler {
   Dice dice_;
   std::string said_;
   boost::beast::flat_buffer incoming_;
-  int untold_ = 0;
+  int not_sent_ = 0;
 };
 
 TEST(Mutated, MessagesLeaveTheServerServing) {
@@ -137,7 +137,8 @@ TEST(Mutated, MessagesLeaveTheServerServing) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "")
       << "what a display says wrongly is counted, not logged";
   for (const auto& babbler : babblers)
-    EXPECT_EQ(babbler->unknown(), 0) << "a message that cannot be read is no reason to end a session";
+    EXPECT_EQ(babbler->messages_not_sent(), 0)
+        << "a message that cannot be read is no reason to end a session";
   EXPECT_GT(fixture.counters().messages_refused.value(), std::uint64_t{kClients * kMessagesEach / 10});
   TestDisplay after(fixture.endpoint());
   after.next(Body::kHello);
