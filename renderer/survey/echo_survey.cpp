@@ -182,7 +182,6 @@ EchoLevels measured_levels(const Volume& volume) {
 }
 
 bool SteadyLevels::is_other(const EchoLevels& measured) const {
-  if (measured.flat) return !mean_.known && !mean_.flat;
   return measured.known && (!mean_.known || differ(mean_, measured, kOtherChange));
 }
 

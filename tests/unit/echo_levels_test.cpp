@@ -107,15 +107,6 @@ TEST(EchoLevelsTest, TakeAThinSheetForNoSpeckle) {
   EXPECT_NEAR(levels.noise, 20, 7) << "most of these blocks differ by the sheet, 60 from row to row";
 }
 
-TEST(SteadyLevelsTest, TakeAFirstVolumeThatIsFlat) {
-  const EchoLevels flat{.fluid = 100, .tissue = 110, .noise = 20, .flat = true};
-  SteadyLevels steady;
-  EXPECT_TRUE(steady.is_other(flat)) << "in force before its own picture";
-  steady.add(flat);
-  EXPECT_TRUE(steady.in_force().flat);
-  EXPECT_FALSE(steady.is_other(flat));
-}
-
 TEST(SteadyLevelsTest, GiveUpAfterThreeFlatVolumes) {
   const EchoLevels known{.fluid = 10, .tissue = 110, .noise = 20, .known = true};
   EchoLevels flat = known;
