@@ -49,8 +49,8 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
                                            const std::filesystem::path& path, const FinishOptions& options,
                                            FinishProgress& progress, const std::stop_token& stop);
 
-/// The same, but where there is no room for a copy of the pixels, they stay in the file
-/// that they are in: x.igs.mhd with raw pixels stands in for x.igs.mha. Removes segments without anything.
+/// The same, but where there is no room for a copy of the pixels, they stay in the file that they are in:
+/// x.igs.mhd with raw pixels stands in for x.igs.mha. Removes segments without anything.
 Result<FinishedRecording> finish_in_any_form(const std::vector<SegmentPaths>& segments,
                                              const std::filesystem::path& path, const FinishOptions& options,
                                              FinishProgress& progress, const std::stop_token& stop);

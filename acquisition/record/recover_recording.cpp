@@ -40,8 +40,10 @@ Result<FinishedRecording> recover_recording(const std::filesystem::path& path, c
   const std::vector<SegmentPaths> segments = segments_of(path);
   std::error_code failure;
   if (finished || std::filesystem::exists(path, failure)) {
+    std::filesystem::path file = path;
+    if (!std::filesystem::exists(path, failure)) file.replace_extension(".mhd");  // see finish_in_any_form()
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{} is a finished recording, expected one that was cut off{}", shown(path),
+                 fmt::format("{} is a finished recording, expected one that was cut off{}", shown(file),
                              beside(segments))};
   }
   if (segments.empty()) {

@@ -120,8 +120,8 @@ int ReplacementFile::sync() const {
 void ReplacementFile::add_name(const std::filesystem::path& path) const {
   ::unlink(path.c_str());
   const std::string itself = name_.empty() ? fmt::format("/proc/self/fd/{}", file_) : name_.string();
-  // Without such names there is none.
-  if (::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) != 0) return;
+  [[maybe_unused]] const int failure =
+      ::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW);
 }
 
 int ReplacementFile::replace(const std::filesystem::path& target) {

@@ -38,7 +38,8 @@ class ReplacementFile {
   /// Gives it the mode of the old file, and its owner as far as this process may.
   int copy_owner_of(const struct stat& old, bool must_keep_owner) const;
   int sync() const;
-  /// Gives it a further name, in place of what has it, where the file system has such names.
+  /// Gives it a further name, and takes that from another file; no name where the file system has no hard
+  /// links.
   void add_name(const std::filesystem::path& path) const;
   /// Closes it, and moves it to the name of `target`, in place of what is there.
   int replace(const std::filesystem::path& target);

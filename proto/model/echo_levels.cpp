@@ -25,8 +25,10 @@ constexpr double kMostRise = 0.83;
 // deviation (measured: a sheet of 0.45 mm needs a step of less, and 0.65 shows no more in the scanned scenes'
 // fluid).
 constexpr double kStepOverSpeckle = 0.65;
-// More than any grey level.
+// No step exceeds it.
 constexpr double kNoThreshold = 255;
+// So far below any peak that the shader takes the lowest level, halfway from the fluid.
+constexpr double kHalfway = 255;
 
 }  // namespace
 
@@ -44,8 +46,7 @@ double EchoLevels::rise() const {
 }
 
 double EchoLevels::sheet_below() const {
-  // Halfway: the shader takes no level that is lower.
-  if (!known || linear()) return kNoThreshold;
+  if (!known || linear()) return kHalfway;
   return kFrontBelowPeakDb / kSpeckleDb * noise;
 }
 

@@ -29,6 +29,12 @@ constexpr double kLeastStep = 4;
 // (measured: scanned scenes of renderer/RESULTS.md); without log compression by up to a quarter of its mean.
 constexpr double kLeastOverSpeckle = 1.8;
 constexpr double kLeastRatio = 1.6;
+// In speckle alone dark blocks are as rough as bright ones, also as a share of their mean. Where they are
+// quieter than this share, there is a body in clean fluid, and its bright blocks are rough by its border.
+constexpr double kLeastDarkRoughness = 0.35;
+// Speckle has at most 0.52 of its mean (Rayleigh's distribution). Where the fluid is black, blocks on the
+// border of a body have more.
+constexpr double kMostSpeckleRatio = 0.7;
 // So many volumes in a row are flat before known levels are given up.
 constexpr std::uint32_t kFlatVolumes = 3;
 // Of the steady mean.
@@ -162,10 +168,11 @@ EchoLevels measured_levels(const Volume& volume) {
   EchoLevels levels{.fluid = median_of(means, 0, bright), .tissue = median_of(means, bright, means.size())};
   Histogram deviations{};
   Histogram within{};
+  Histogram dark{};
   for_each_block(volume, [&](const Block& block) {
-    if (bin_of(block.mean) < bright) return;
-    ++deviations[bin_of(block.deviation)];
-    ++within[bin_of(block.within)];
+    const bool is_dark = bin_of(block.mean) < bright;
+    ++(is_dark ? dark : deviations)[bin_of(block.deviation)];
+    if (!is_dark) ++within[bin_of(block.within)];
   });
   levels.noise = std::max(1.0, median_of(deviations, 0, deviations.size()));
   // A thin surface that crosses the bright blocks makes them as rough as speckle without log compression.
@@ -177,11 +184,14 @@ EchoLevels measured_levels(const Volume& volume) {
   const bool stands_out = levels.linear() ? levels.tissue >= kLeastRatio * levels.fluid
                                           : contrast >= kLeastOverSpeckle * levels.noise;
   levels.known = contrast >= kLeastStep && stands_out;
-  levels.flat = !levels.known;
+  const bool is_speckle = levels.noise <= kMostSpeckleRatio * levels.tissue &&
+                          median_of(dark, 0, dark.size()) >= kLeastDarkRoughness * levels.noise;
+  levels.flat = !levels.known && is_speckle;
   return levels;
 }
 
 bool SteadyLevels::is_other(const EchoLevels& measured) const {
+  if (measured.flat) return !mean_.known && !mean_.flat;
   return measured.known && (!mean_.known || differ(mean_, measured, kOtherChange));
 }
 

@@ -215,7 +215,9 @@ class ScannedScenes {
         ++in_fan;
         if (shown_mm[pixel] >= 0) ++shown;
       }
-      block.rows.push_back({name, with_levels(rig, {{"empty %", share(shown, in_fan), 1, at_most(0.5)}})});
+      block.rows.push_back(
+          {name, with_levels(rig, {{"empty %", share(shown, in_fan), 1, at_most(0.5)},
+                                   {"flat", rig.picture().stamp.levels.flat ? 1.0 : 0.0, 0, at_least(1)}})});
     }
   }
 

@@ -144,6 +144,41 @@ TEST_F(RecoveryTest, LeavesNothingOfAFinishedRecording) {
   wait_for([this] { return files() == std::set<std::string>{"sweeps.igs.mha"}; });
 }
 
+TEST_F(RecoveryTest, LeavesNothingOfAFinishedPair) {
+  const std::filesystem::path pair = folder_ / "sweeps.igs.mhd";
+  ASSERT_TRUE(recover(frames_, pixels_));
+  std::filesystem::rename(path_, pair);
+  write_file(segment_paths(path_, 1).frames, frames_);
+  std::filesystem::create_hard_link(pair, path_.string() + ".rec-finished");
+  const auto finished = recover_recording(path_, {});
+  ASSERT_FALSE(finished);
+  EXPECT_NE(finished.error().message.find("sweeps.igs.mhd is a finished recording"), std::string::npos)
+      << finished.error().message;
+  EXPECT_EQ(files(), std::set<std::string>{"sweeps.igs.mhd"});
+}
+
+TEST_F(RecoveryTest, LeavesAFinishedPairAlone) {
+  // A kill before the second name, on a file system without such names: the pixels are the segment's own
+  // file.
+  const std::filesystem::path pair = folder_ / "pair.igs.mhd";
+  const SegmentPaths paths = segment_paths(pair, 1);
+  write_file(paths.frames, frames_);
+  write_file(paths.pixels, pixels_);
+  ASSERT_TRUE(recover_recording(pair, {}));
+  std::filesystem::create_hard_link(folder_ / "pair.igs.raw", paths.pixels);
+  write_file(paths.frames, std::string_view(frames_).substr(0, frames_.size() - 100));
+  FinishProgress progress;
+  EXPECT_FALSE(finish_recording({paths}, pair, {}, progress, std::stop_token()));
+  EXPECT_EQ(text_of(folder_ / "pair.igs.raw"), pixels_);
+}
+
+TEST_F(RecoveryTest, RemovesTheSecondNameOfADeletedFile) {
+  ASSERT_TRUE(recover(frames_, pixels_));
+  std::filesystem::rename(path_, path_.string() + ".rec-finished");
+  recorder_ = std::make_unique<Recorder>(source_, bell_, Recorder::Config{.folder = folder_.path()});
+  wait_for([this] { return files().empty(); });
+}
+
 TEST_F(RecoveryTest, KeepsSegmentsBesideAFileOfAnotherProgram) {
   ASSERT_TRUE(recover(frames_, pixels_));
   write_file(segment_paths(path_, 1).frames, frames_);

@@ -107,6 +107,28 @@ TEST(EchoLevelsTest, TakeAThinSheetForNoSpeckle) {
   EXPECT_NEAR(levels.noise, 20, 7) << "most of these blocks differ by the sheet, 60 from row to row";
 }
 
+TEST(EchoLevelsTest, AreNotFlatOfASmallBallInCleanFluid) {
+  for (const double fluid : {0.0, 5.0, 30.0}) {
+    for (const double radius_mm : {2.0, 4.0, 7.0}) {
+      const EchoLevels levels =
+          measured_levels(made_volume(kHalfMmGeometry, kFiveAnglesRad, [=](const Point& at) {
+            return std::hypot(at.x_mm - 12, at.y_mm - 50, at.z_mm) < radius_mm ? 200.0 : fluid;
+          }));
+      EXPECT_FALSE(levels.flat) << fluid << ", " << radius_mm << " mm: " << levels.fluid << " "
+                                << levels.tissue << " " << levels.noise;
+    }
+  }
+}
+
+TEST(SteadyLevelsTest, TakeAFirstVolumeThatIsFlat) {
+  const EchoLevels flat{.fluid = 100, .tissue = 110, .noise = 20, .flat = true};
+  SteadyLevels steady;
+  EXPECT_TRUE(steady.is_other(flat)) << "in force before its own picture";
+  steady.add(flat);
+  EXPECT_TRUE(steady.in_force().flat);
+  EXPECT_FALSE(steady.is_other(flat));
+}
+
 TEST(SteadyLevelsTest, GiveUpAfterThreeFlatVolumes) {
   const EchoLevels known{.fluid = 10, .tissue = 110, .noise = 20, .known = true};
   EchoLevels flat = known;
