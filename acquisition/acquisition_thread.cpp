@@ -18,7 +18,8 @@ Assembler::Config sweeps_of(const SourceDescription& source, MismatchCorrection 
   return {.cut = source.counts_volumes ? SweepCut::kByIndex : SweepCut::kByTurning,
           .range = {source.first_angle_rad, source.last_angle_rad},
           .correction = correction,
-          .recorded = recorded};
+          .recorded = recorded,
+          .checks_sweeps = !source.is_grid};
 }
 
 }  // namespace

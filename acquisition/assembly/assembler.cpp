@@ -27,6 +27,8 @@ Assembler::Assembler(const Dependencies& dependencies, const Config& config)
     : dependencies_(dependencies),
       config_(config),
       reversal_(config.range),
+      thumbnails_(dependencies.ring.frame_capacity()),
+      check_(dependencies.ring.frame_capacity()),
       volume_(dependencies.ring, dependencies.writer_bell) {
   if (config.correction == MismatchCorrection::kOn) {
     hysteresis_.emplace(dependencies.ring.frame_capacity(), dependencies.counters);
@@ -144,6 +146,7 @@ void Assembler::restart_sequence(std::uint64_t sequence) {
   sweep_ = {.index = sweep_.index + 1};
   reversal_.reset();
   if (hysteresis_) hysteresis_->forget_volumes();
+  check_.forget_volumes();
 }
 
 void Assembler::mark(const FrameStamp& frame, SequenceWindow::Frame use) {
@@ -306,6 +309,13 @@ void Assembler::correct_as_recorded() {
     volume_->turn_by(found->correction_rad);
 }
 
+void Assembler::check_sweep() {
+  const SweepWarnings warnings = check_.check(*volume_, thumbnails_);
+  volume_->stamp().warnings = warnings;
+  for (std::size_t i = 0; i < kSweepWarnings; ++i)
+    if (warnings.has(static_cast<SweepWarning>(i))) (dependencies_.counters.*kWarnedVolumes[i]).add();
+}
+
 void Assembler::publish() {
   VolumeStamp& stamp = volume_->stamp();
   AcquisitionCounters& counters = dependencies_.counters;
@@ -317,7 +327,9 @@ void Assembler::publish() {
   if (stamp.frames_missing > 0) counters.volumes_interpolated.add();
   last_sweep_frames_ = stamp.frames + stamp.frames_missing;
   volume_->sort_by_angle();
-  if (hysteresis_) hysteresis_->correct(*volume_, volume_.stamps());
+  thumbnails_.take(*volume_, volume_.stamps());
+  if (config_.checks_sweeps) check_sweep();
+  if (hysteresis_) hysteresis_->correct(*volume_, thumbnails_);
   if (!hysteresis_) correct_as_recorded();
   settle_pending(counters.frames_assembled, stamp.frames);
   volume_.publish();

@@ -11,7 +11,9 @@
 #include "acquisition/assembly/open_volume.hpp"
 #include "acquisition/assembly/reversal_detector.hpp"
 #include "acquisition/assembly/sequence_window.hpp"
+#include "acquisition/assembly/sweep_check.hpp"
 #include "acquisition/assembly/sweep_hysteresis.hpp"
+#include "acquisition/assembly/sweep_thumbnails.hpp"
 #include "acquisition/source/angle_check.hpp"
 #include "proto/base/thread_owner.hpp"
 #include "proto/exchange/doorbell.hpp"
@@ -66,6 +68,7 @@ class Assembler {
     /// With kOff: the corrections of these volumes, in order of their first frames. Must outlive the
     /// assembler.
     std::span<const RecordedCorrection> recorded{};
+    bool checks_sweeps = true;  ///< sets VolumeStamp::warnings; off for planes that no probe swept
   };
   /// All must outlive the assembler. `writer_bell` is the bell that the ring rings when a slot becomes free.
   /// `frame_queue` receives a copy of each committed frame before its volume is published; nullptr: none.
@@ -140,6 +143,7 @@ class Assembler {
   std::optional<DroppedSweep::Reason> reason_to_drop(double gap_rad) const;
   void drop(DroppedSweep::Reason reason, const AngleCheck::Findings& angles);
   void finish_volume();
+  void check_sweep();
   void publish();
   void correct_as_recorded();
 
@@ -153,6 +157,8 @@ class Assembler {
   Config config_;
   SequenceWindow window_;
   ReversalDetector reversal_;
+  SweepThumbnails thumbnails_;  // of the volume that is published
+  SweepCheck check_;
   std::optional<SweepHysteresis> hysteresis_;
   OpenVolume volume_;  // of the open sweep; not open before its first usable frame
   std::uint32_t pending_ = 0;

@@ -25,14 +25,14 @@ SweepHysteresis::SweepHysteresis(std::uint32_t frame_capacity, AcquisitionCounte
       sweeps_{Sweep{SweepThumbnails(frame_capacity)}, Sweep{SweepThumbnails(frame_capacity)},
               Sweep{SweepThumbnails(frame_capacity)}} {}
 
-void SweepHysteresis::correct(Volume& volume, std::span<const FrameStamp> frames) {
+void SweepHysteresis::correct(Volume& volume, const SweepThumbnails& thumbnails) {
   const SweepDirection direction = volume.stamp().direction;
   if (direction_ == direction) {
     alternating_sweeps_ = 0;
     successive_estimates_ = 0;
   } else {
     std::rotate(sweeps_.begin(), sweeps_.end() - 1, sweeps_.end());
-    sweeps_[0].thumbnails.take(volume, frames);
+    sweeps_[0].thumbnails = thumbnails;  // of the same capacity: does not allocate
     alternating_sweeps_ = std::min(alternating_sweeps_ + 1, kCompared);
     if (alternating_sweeps_ == kCompared) compare(direction, volume.geometry());
     sweeps_[0].corrected_rad = mismatch_rad_;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "acquisition/assembly/sweep_thumbnails.hpp"
 #include "proto/model/pipeline_counters.hpp"
@@ -25,7 +24,7 @@ namespace fanlight {
 /// correction does not feed back. Motion at exactly half the volume rate cannot be distinguished from a
 /// mismatch.
 ///
-/// Sweeps in one direction only, after the first, cost nothing. Allocates in the constructor only. One
+/// Sweeps in one direction only are not compared. Allocates in the constructor only. One
 /// thread, the acquisition thread.
 class SweepHysteresis {
  public:
@@ -33,8 +32,8 @@ class SweepHysteresis {
   SweepHysteresis(std::uint32_t frame_capacity, AcquisitionCounters& counters);
 
   /// Compares a finished, sorted volume with the ones before, and corrects its angles by the present
-  /// estimate. `frames`: its stamps in order of arrival.
-  void correct(Volume& volume, std::span<const FrameStamp> frames);
+  /// estimate. `thumbnails`: of its frames, with the measured angles.
+  void correct(Volume& volume, const SweepThumbnails& thumbnails);
 
   /// The next volume does not continue the last one: the probe was lost. The estimate stays in force.
   void forget_volumes();

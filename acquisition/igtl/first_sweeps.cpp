@@ -289,6 +289,7 @@ Result<void> FirstSweeps::add_geometry(LearnedFan& fan) const {
       find_geometry(address_.text(), images, geometry_path_, fitted ? std::optional(fan.fit) : std::nullopt);
   if (!found) return found.error();
   fan.source.geometry = found->geometry;
+  std::ranges::copy(found->suspicions, std::back_inserter(fan.source.notes));
   if (found->window_black) fan.window = {*found->window_black, *found->window_white};
   if (!format_.is_grey()) {
     fan.source.notes.push_back(fmt::format(

@@ -53,6 +53,7 @@ namespace {
 struct Region {
   Crop crop;
   FrameSequence::PixelSize pixel_size;
+  bool is_negative = false;  ///< one of the two is a negative number in the file
 };
 
 std::optional<Region> region_in(DcmItem& item, const SampleLayout& layout) {
@@ -83,7 +84,8 @@ std::optional<Region> region_in(DcmItem& item, const SampleLayout& layout) {
   if (!is_tissue || !inside || !(std::abs(across_cm) > 0) || !(std::abs(down_cm) > 0)) return std::nullopt;
   return Region{
       .crop = {.left = left, .top = top, .columns = right - left + 1, .rows = bottom - top + 1},
-      .pixel_size = {.width_mm = std::abs(across_cm) * kMmInCm, .height_mm = std::abs(down_cm) * kMmInCm}};
+      .pixel_size = {.width_mm = std::abs(across_cm) * kMmInCm, .height_mm = std::abs(down_cm) * kMmInCm},
+      .is_negative = across_cm < 0 || down_cm < 0};
 }
 
 /// The largest region of 2D tissue.
@@ -263,6 +265,12 @@ Result<DicomFile> open_dicom(const std::filesystem::path& path, std::uint64_t ma
           "The frames are the region of the DICOM picture that is calibrated as tissue: {} x {} pixels from "
           "column {} and row {} on.",
           crop.columns, crop.rows, crop.left, crop.top));
+      if (region->is_negative) {
+        sequence.notes.emplace_back(
+            "A size of its pixels, PhysicalDeltaX or PhysicalDeltaY, is negative: the amount is used, and "
+            "the "
+            "picture is read as it is stored, with the first row next to the probe.");
+      }
     }
   }
   sequence.columns = crop.columns;

@@ -383,6 +383,8 @@ Error Recording::bad(std::string_view wrong, std::string_view expected) const {
 void Recording::add_notes(const RecordingGeometry& geometry) {
   std::vector<std::string>& notes = summary_.notes;
   notes = sequence_.notes;
+  for (const auto* sentences : {&geometry.contradictions, &geometry.suspicions})
+    notes.insert(notes.end(), sentences->begin(), sentences->end());
   const double span_deg = summary_.largest_angle_deg - summary_.smallest_angle_deg;
   if (const auto& fit = geometry.fit) {
     notes.push_back(

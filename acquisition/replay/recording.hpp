@@ -84,6 +84,8 @@ class Recording {
   static Result<Recording> open(const Config& config);
 
   const RecordingSummary& summary() const { return summary_; }
+  /// Whether the frames are planes of a volume on a grid.
+  bool is_grid() const { return sequence_.is_grid; }
   const std::vector<Frame>& frames() const { return frames_; }  ///< in order of time, at least 2
   const std::vector<Sweep>& sweeps() const { return sweeps_; }  ///< in order of time, at least 1
   /// What Fanlight's recorder wrote; nullptr: Fanlight did not write the recording.

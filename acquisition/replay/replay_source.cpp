@@ -26,6 +26,7 @@ SourceDescription describe(const Recording& recording, ReplaySource::Ending endi
   const RecordingSummary& summary = recording.summary();
   SourceDescription source{.name = fmt::format("replay:{}", summary.name),
                            .geometry = summary.geometry,
+                           .is_grid = recording.is_grid(),
                            .frames_per_volume = summary.frames_in_longest_sweep,
                            .volumes = ending == ReplaySource::Ending::kOnce ? summary.sweeps : 0,
                            .first_angle_rad = radians(summary.smallest_angle_deg),

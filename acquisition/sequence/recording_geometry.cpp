@@ -133,6 +133,9 @@ std::string expected_value(const Key& key) {
   return fmt::format("{} or {}", fmt::join(key.choices.first(last), ", "), key.choices[last]);
 }
 
+constexpr std::string_view kHeaderOrigin = "the header";
+constexpr std::string_view kDefaultOrigin = "the default";
+
 /// Values of one origin: one per key of kKeys, or none.
 struct Layer {
   std::string origin;
@@ -226,7 +229,7 @@ Result<Layer> read_geometry_file(const std::filesystem::path& path) {
 }
 
 Result<Layer> read_header(const std::filesystem::path& path, const FrameSequence& sequence) {
-  Layer layer{.origin = "the header"};
+  Layer layer{.origin = std::string(kHeaderOrigin)};
   for (std::size_t i = 0; i < kKeyCount; ++i) {
     const auto found = sequence.fanlight_fields.find(kKeys[i].header_field);
     if (found == sequence.fanlight_fields.end()) continue;
@@ -249,7 +252,7 @@ Layer read_transform(const FrameSequence& sequence) {
 }
 
 Layer defaults() {
-  Layer layer{.origin = "the default"};
+  Layer layer{.origin = std::string(kDefaultOrigin)};
   layer.values[kFrameKind] = static_cast<double>(FrameKind::kCartesian);
   return layer;
 }
@@ -273,12 +276,17 @@ Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_pa
                                        const std::filesystem::path& geometry_path) {
   const auto file = geometry_path.empty() ? sidecar(recording_path) : geometry_path;
   std::vector<Layer> layers;
+  std::optional<Layer> beside;
   std::error_code failure;
   if (std::filesystem::is_regular_file(file, failure)) {
     auto layer = read_geometry_file(file);
     if (!layer) return layer.error();
     if (auto fits = check_grid_overrides(file, *layer, sequence); !fits) return fits.error();
-    layers.push_back(*std::move(layer));
+    if (geometry_path.empty()) {
+      beside = *std::move(layer);
+    } else {
+      layers.push_back(*std::move(layer));
+    }
   } else if (!geometry_path.empty()) {
     return Error{
         ErrorCode::kNotFound,
@@ -287,11 +295,52 @@ Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_pa
   auto header = read_header(recording_path, sequence);
   if (!header) return header.error();
   layers.push_back(*std::move(header));
+  const bool is_set =
+      sequence.pixel_size && (sequence.pixel_size->width_mm != 1 || sequence.pixel_size->height_mm != 1);
+  if (is_set) layers.push_back(read_transform(sequence));
+  if (beside) layers.push_back(*std::move(beside));
   layers.push_back(defaults());
+  if (!is_set) layers.push_back(read_transform(sequence));
   // Diverging lines have no pixel size that a matrix could contain.
-  const auto kind = *first_with(layers, kFrameKind)->values[kFrameKind];
-  if (kind != static_cast<double>(FrameKind::kConvexLines)) layers.push_back(read_transform(sequence));
+  if (*first_with(layers, kFrameKind)->values[kFrameKind] == static_cast<double>(FrameKind::kConvexLines))
+    std::erase_if(layers, [&](const Layer& layer) { return layer.origin == sequence.pixel_size_origin; });
   return layers;
+}
+
+/// Where two origins differ by more than their rounding: both, and which one is used.
+std::optional<std::string> contradiction(std::span<const Layer> layers, std::size_t key) {
+  constexpr double kRounding = 1e-3;
+  const Layer* const used = first_with(layers, key);
+  if (used == nullptr || used->origin == kDefaultOrigin) return std::nullopt;
+  const double value = *used->values[key];
+  for (const Layer& other : layers) {
+    if (other.origin == kDefaultOrigin) break;  // what follows was never set
+    if (&other == used || !other.values[key]) continue;
+    const double off = std::abs(*other.values[key] - value);
+    if (off <= kRounding * std::max(std::abs(value), 1e-3)) continue;
+    const bool is_given = used == layers.data() && used->origin != kHeaderOrigin;
+    return fmt::format("There are two values of {}: {} from {} is used, and not {} from {}{}.",
+                       kKeys[key].name, shown_value(kKeys[key], value), used->origin,
+                       shown_value(kKeys[key], *other.values[key]), other.origin,
+                       is_given ? "" : "; a file given by --geometry counts more than both");
+  }
+  return std::nullopt;
+}
+
+/// What a number of degrees says that was meant as radians: lines or a sector that span almost nothing.
+void add_suspicions(RecordingGeometry& found) {
+  constexpr double kLeastSpanDeg = 4;
+  const FanGeometry& geometry = found.geometry;
+  const auto suspect = [&](std::string_view key, double value_deg, double span_deg) {
+    if (span_deg >= kLeastSpanDeg || degrees(span_deg) > 180) return;
+    found.suspicions.push_back(fmt::format(
+        "With {} = {:.6g} the frames span {:.3g} deg. Is it in radians? {:.6g} deg would span {:.3g} deg.",
+        key, value_deg, span_deg, degrees(value_deg), degrees(span_deg)));
+  };
+  if (geometry.polar())
+    suspect("line_pitch_deg", geometry.line_pitch_deg, (geometry.columns - 1) * geometry.line_pitch_deg);
+  if (geometry.sector.half_angle_deg > 0)
+    suspect("sector_half_angle_deg", geometry.sector.half_angle_deg, 2 * geometry.sector.half_angle_deg);
 }
 
 /// The motor radius: from the probe face back to the axis that was fitted to the poses.
@@ -361,6 +410,7 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
     } else if (key.uses[kind] != Use::kUnread) {
       key.set(found, *layer->values[i]);
       found.values.push_back({key.name, shown_value(key, *layer->values[i]), layer->origin});
+      if (auto sentence = contradiction(*layers, i)) found.contradictions.push_back(*std::move(sentence));
     }
   }
   for (std::size_t i = 0; i < std::size(kListKeys); ++i) {
@@ -393,6 +443,7 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
   if (const auto checked = check(found.geometry); !checked) {
     return Error{ErrorCode::kBadInput, fmt::format("{}: {}", shown(recording_path), checked.error().message)};
   }
+  add_suspicions(found);
   return found;
 }
 

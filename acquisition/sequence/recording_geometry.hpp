@@ -16,11 +16,15 @@ namespace fanlight {
 /// Geometry of the frames of a recording, and the origin of each value.
 ///
 /// Each value is taken from the first of these that contains it:
-///   1. a geometry file given by the user, or else FILE.toml next to the recording FILE: lines of
-///      `key = value` in TOML
+///   1. a geometry file given by the user: lines of `key = value` in TOML
 ///   2. fields of the recording's own header (FanlightMotorRadiusMm for motor_radius_mm, and so on)
-////// 3. frame_kind: "cartesian"; pixel_width_mm and pixel_height_mm: its ImageToReferenceTransform, except
-///      for convex lines
+///   3. pixel_width_mm and pixel_height_mm: its ImageToReferenceTransform or calibrated region, except for
+///      convex lines
+///   4. without a file given, FILE.toml next to the recording FILE
+///   5. frame_kind: "cartesian"
+/// Where the file and the recording give different values, `contradictions` says so. A transform with pixels
+/// of exactly 1 x 1 mm is taken for one that was never set: it comes last.
+///
 /// Columns and rows are those of the frames after reading, whatever the orientation of the file
 /// (FrameSequence).
 ///
@@ -58,6 +62,8 @@ struct RecordingGeometry {
   std::optional<double> window_white;
   std::optional<FanFit> fit;  ///< of tracked poses, from which the motor angles are
   std::vector<Value> values;
+  std::vector<std::string> contradictions;  ///< a sentence for each value that two origins give differently
+  std::vector<std::string> suspicions;      ///< a sentence for each angle that looks like radians
 };
 
 /// FILE.toml next to a recording FILE.

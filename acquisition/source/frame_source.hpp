@@ -23,6 +23,7 @@ struct SourceDescription {
   std::uint64_t largest_frame_bytes =
       0;                       ///< largest frame of all geometries that it may change to; 0: none larger
   bool counts_volumes = true;  ///< stamps name their sweep; otherwise a sweep ends where the angle reverses
+  bool is_grid = false;        ///< its frames are planes of a volume on a grid, which no probe swept
   std::uint32_t frames_per_volume = 0;  ///< largest number of frames in a sweep
   std::uint32_t usual_frames = 0;       ///< frames in a sweep at first; 0: frames_per_volume
   std::uint64_t volumes = 0;            ///< that it gives before it ends; 0: not known, or without end

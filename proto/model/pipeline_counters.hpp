@@ -6,6 +6,7 @@
 
 #include "proto/base/counter.hpp"
 #include "proto/base/counter_table.hpp"
+#include "proto/model/sweep_warnings.hpp"
 
 // Each struct of counters is followed by its table, which gives every counter the name and the help text of
 // its metric. A new counter needs a member and a row. The order of the rows is the order of the metrics.
@@ -40,8 +41,16 @@ struct AcquisitionCounters {
   Counter volumes_short;         ///< the sweeps of frames_in_short_volumes
   Counter volumes_incomplete;    ///< the sweeps of frames_in_incomplete_volumes
   Counter volumes_interpolated;  ///< published with gaps that were filled from neighbouring frames
-  Counter geometry_changes;      ///< of the source, while it runs
-  Counter source_delays;         ///< times that a replay fell behind its recorded times
+  // Published with a SweepWarning, in its order.
+  Counter volumes_copied;
+  Counter volumes_blank;
+  Counter volumes_out_of_order;
+  Counter volumes_with_jump;
+  Counter volumes_sparse;
+  Counter volumes_mirrored;
+  Counter volumes_of_rings;
+  Counter geometry_changes;  ///< of the source, while it runs
+  Counter source_delays;     ///< times that a replay fell behind its recorded times
 
   Gauge<double> frame_age_s;  ///< of the newest frame when it came, since its capture
 
@@ -100,6 +109,19 @@ inline constexpr auto kAcquisitionTable = std::to_array<CountRow<AcquisitionCoun
      &AcquisitionCounters::volumes_incomplete},
     {"volumes_interpolated", "Volumes with missing frames, interpolated from their neighbours",
      &AcquisitionCounters::volumes_interpolated},
+    {"volumes_copied", "Volumes with frames that are exact copies of their neighbours",
+     &AcquisitionCounters::volumes_copied},
+    {"volumes_blank", "Volumes with frames of a single grey level", &AcquisitionCounters::volumes_blank},
+    {"volumes_out_of_order", "Volumes whose frames resemble distant frames more than their neighbours",
+     &AcquisitionCounters::volumes_out_of_order},
+    {"volumes_with_jump", "Volumes whose picture jumps between two neighbouring frames",
+     &AcquisitionCounters::volumes_with_jump},
+    {"volumes_sparse", "Volumes with neighbouring frames more than 5 deg apart",
+     &AcquisitionCounters::volumes_sparse},
+    {"volumes_mirrored", "Volumes that look like the mirror image of the one before",
+     &AcquisitionCounters::volumes_mirrored},
+    {"volumes_of_rings", "Volumes with the same echoes in all lines, as of a probe in air",
+     &AcquisitionCounters::volumes_of_rings},
     {"geometry_changes", "Changes of the frames' geometry during the stream",
      &AcquisitionCounters::geometry_changes},
     {"source_delays", "Times that a replay fell 100 ms behind its recording",
@@ -109,6 +131,13 @@ inline constexpr auto kAcquisitionTable = std::to_array<CountRow<AcquisitionCoun
     {"mismatch_refusals", "Pairs of sweeps with too little content to compare",
      &AcquisitionCounters::mismatch_refusals},
 });
+
+/// What counts each SweepWarning.
+inline constexpr std::array<Counter AcquisitionCounters::*, kSweepWarnings> kWarnedVolumes = {
+    &AcquisitionCounters::volumes_copied,       &AcquisitionCounters::volumes_blank,
+    &AcquisitionCounters::volumes_out_of_order, &AcquisitionCounters::volumes_with_jump,
+    &AcquisitionCounters::volumes_sparse,       &AcquisitionCounters::volumes_mirrored,
+    &AcquisitionCounters::volumes_of_rings};
 
 inline constexpr auto kAcquisitionValueTable = std::to_array<ValueRow<AcquisitionCounters>>({
     {"frame_age_seconds", "Age of the newest frame when it was received, since its capture",

@@ -11,6 +11,7 @@
 
 #include "proto/model/fan_geometry.hpp"
 #include "proto/model/frame.hpp"
+#include "proto/model/sweep_warnings.hpp"
 
 namespace fanlight {
 
@@ -22,7 +23,8 @@ struct VolumeStamp {
   std::uint64_t last_frame_sequence = 0;
   std::uint32_t frames = 0;
   std::uint32_t frames_missing =
-      0;  ///< lost between others; the renderer interpolates between their neighbours
+      0;                   ///< lost between others; the renderer interpolates between their neighbours
+  SweepWarnings warnings;  ///< what looks wrong in the frames
   double angle_correction_rad =
       0;  ///< added to every measured angle: half the mismatch of forward and backward sweeps
   SweepDirection direction = SweepDirection::kForward;

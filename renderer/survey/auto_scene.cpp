@@ -36,6 +36,8 @@ Extent extent_along(const SurfaceSurvey& survey, const glm::dvec3& direction, do
 
 std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, const PictureSize& size,
                                     const std::stop_token& stop) {
+  // Rings of a probe in air are the smoothest sheet of all.
+  if (volume.stamp().warnings.has(SweepWarning::kRings)) return std::nullopt;
   const auto survey = find_surface(volume, stop);
   if (!survey) return std::nullopt;
   AutoScene made{.scene = scene, .choices = {}};

@@ -161,6 +161,7 @@ std::size_t parted_at(const Histogram& counts) {
 }  // namespace
 
 EchoLevels measured_levels(const Volume& volume) {
+  if (volume.stamp().warnings.has(SweepWarning::kRings)) return {.flat = true};
   Histogram means{};
   for_each_block(volume, [&](const Block& block) { ++means[bin_of(block.mean)]; });
   const std::size_t bright = parted_at(means);

@@ -23,6 +23,7 @@
 #include "server/cli/picture_file.hpp"
 #include "server/cli/recording_report.hpp"
 #include "server/cli/serve_report.hpp"
+#include "server/cli/sweep_report.hpp"
 
 namespace fanlight {
 
@@ -194,10 +195,15 @@ Result<void> print_recording(const InfoOptions& options) {
                  fmt::format("{}: it has a geometry already, expected a recording without one",
                              printable(options.file))};
   }
+  const auto sweeps = examine_sweeps(
+      options.file, {.geometry_path = options.geometry_path, .pace = SourcePace::kAsFastAsTaken});
+  if (!sweeps) return sweeps.error();
   if (options.json) {
-    fmt::print("{}\n", json_text(recording_json(*recording), 1));
+    auto json = recording_json(*recording);
+    add_sweeps(json, *sweeps);
+    fmt::print("{}\n", json_text(json, 1));
   } else {
-    fmt::print("{}", recording_text(*recording));
+    fmt::print("{}{}", recording_text(*recording), sweep_text(*sweeps));
   }
   return write_pictures(options, nullptr, &*recording);
 }

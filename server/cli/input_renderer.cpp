@@ -115,11 +115,17 @@ Result<void> InputRenderer::render(const Volume& volume) {
   picture_ = *std::move(picture);
   ++pictures_;
   if (volume.stamp().frames_missing > 0) ++interpolated_;
+  std::vector<std::string> notes = notes_;
+  for (std::size_t i = 0; i < kSweepWarnings; ++i) {
+    if (!volume.stamp().warnings.has(static_cast<SweepWarning>(i))) continue;
+    ++warned_[i];
+    notes.emplace_back(kSweepWarningTexts[i].sentence);
+  }
   const std::uint64_t number = volume.stamp().source_volume_index;
   const RenderFiles files = options_.all ? series_.numbered(number) : options_.files;
   if (options_.all) {
-    if (auto added = series_.add(picture_, number, notes_); !added) return added;
-  } else if (auto written = write_picture(files.picture, picture_, notes_, files.access()); !written) {
+    if (auto added = series_.add(picture_, number, notes); !added) return added;
+  } else if (auto written = write_picture(files.picture, picture_, notes, files.access()); !written) {
     return written;
   }
   if (!options_.files.is_video()) {

@@ -47,8 +47,9 @@ class InputRenderer {
   std::uint64_t pictures() const { return pictures_; }
   std::uint64_t interpolated() const {
     return interpolated_;
-  }                                                     ///< of them, of volumes with interpolated frames
-  std::uint64_t expected() const { return expected_; }  ///< volumes; 0: not known
+  }                                                        ///< of them, of volumes with interpolated frames
+  const WarnedVolumes& warned() const { return warned_; }  ///< of them, by warning
+  std::uint64_t expected() const { return expected_; }     ///< volumes; 0: not known
   /// What is assumed of the source, and what was chosen.
   const std::vector<std::string>& notes() const { return notes_; }
   const std::vector<DroppedSweep>& dropped() { return volumes_->dropped(); }
@@ -83,6 +84,7 @@ class InputRenderer {
   Picture picture_;
   std::uint64_t pictures_ = 0;
   std::uint64_t interpolated_ = 0;
+  WarnedVolumes warned_{};
   std::uint64_t expected_ = 0;
 };
 

@@ -14,6 +14,7 @@
 #include "server/cli/probe_options.hpp"
 #include "server/cli/progress_line.hpp"
 #include "server/cli/recorded_pictures.hpp"
+#include "server/cli/sweep_report.hpp"
 
 namespace fanlight {
 
@@ -36,7 +37,8 @@ void print_frames(const RenderCommandOptions& options, InputRenderer& rendered) 
                                            {"frames_missing", frames.missing},
                                            {"sweeps_dropped", dropped.size()},
                                            {"dropped", dropped_json(dropped)},
-                                           {"notes", rendered.notes()}};
+                                           {"notes", rendered.notes()},
+                                           {"warnings", warnings_json(rendered.warned())}};
     fmt::print("{}\n", json_text(report));
     return;
   }
@@ -46,6 +48,7 @@ void print_frames(const RenderCommandOptions& options, InputRenderer& rendered) 
              frames.received, frames.unused, frames.missing, dropped.size());
   print_dropped(stdout, dropped);
   for (const std::string& note : rendered.notes()) fmt::print("note: {}\n", note);
+  fmt::print("{}", warnings_text(rendered.warned(), rendered.pictures()));
 }
 
 /// Renders every volume of the source to numbered files, and prints what happened to its frames.

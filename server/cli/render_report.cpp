@@ -38,6 +38,14 @@ nlohmann::ordered_json levels_json(const EchoLevels& levels) {
           {"least_tissue", levels.least_tissue()}};
 }
 
+nlohmann::ordered_json warnings_json(const SweepWarnings& warnings) {
+  auto list = nlohmann::ordered_json::array();
+  warnings.for_each([&list](const SweepWarningText& text) {
+    list.push_back({{"name", text.name}, {"sentence", text.sentence}});
+  });
+  return list;
+}
+
 }  // namespace
 
 RenderReport report_of(const std::string& input, const Picture& picture,
@@ -86,7 +94,8 @@ nlohmann::ordered_json figures_json(const RenderReport& report) {
           {"surface_share", report.surface_share},
           {"depth_5_50_95_mm", report.depth_5_50_95_mm},
           {"speckle_filter_left_out", report.speckle_filter_left_out},
-          {"levels", levels_json(picture.stamp.levels)}};
+          {"levels", levels_json(picture.stamp.levels)},
+          {"warnings", warnings_json(picture.stamp.volume.warnings)}};
 }
 
 void print_json(std::FILE* out, const RenderReport& report) {
@@ -112,6 +121,8 @@ void print_text(std::FILE* out, const RenderReport& report) {
              picture.width, picture.height, report.device, 100 * report.surface_share);
   print_dropped(out, report.dropped);
   for (const std::string& note : report.notes) fmt::print(out, "note: {}\n", note);
+  picture.stamp.volume.warnings.for_each(
+      [out](const SweepWarningText& text) { fmt::print(out, "warning: {}\n", text.sentence); });
   if (report.speckle_filter_left_out) {
     fmt::print(out, "the speckle filter was left out: the volume is too large for it on this GPU\n");
   }

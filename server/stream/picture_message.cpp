@@ -55,6 +55,11 @@ void describe(v1::Picture& message, const Picture& picture) {
   if (measures.wide_step) message.add_measures("wide step");
   if (measures.cheap_filters) message.add_measures("cheap filters");
   describe(*message.mutable_view(), stamp.view);
+  stamp.volume.warnings.for_each([&message](const SweepWarningText& text) {
+    v1::SweepWarning& warning = *message.add_warnings();
+    warning.set_name(std::string(text.name));
+    warning.set_sentence(std::string(text.sentence));
+  });
   if (stamp.levels.flat) message.mutable_levels()->set_flat(true);
   if (!stamp.levels.known) return;
   v1::EchoLevels& levels = *message.mutable_levels();

@@ -200,12 +200,14 @@ class HandMade {
       volume_.add_frame(stamps.back());
     }
     volume_.sort_by_angle();
-    mismatch.correct(volume_, stamps);
+    thumbnails_.take(volume_, stamps);
+    mismatch.correct(volume_, thumbnails_);
     return volume_;
   }
 
  private:
   Volume volume_;
+  SweepThumbnails thumbnails_{kFrames};
   std::int64_t time_ns_ = 0;
 };
 

@@ -62,21 +62,24 @@ void mismatch_of_a_volume(benchmark::State& state) {
   const SourceDescription& description = source->description();
   Volume forward(description.geometry, description.frames_per_volume);
   Volume backward(description.geometry, description.frames_per_volume);
-  std::vector<FrameStamp> stamps[2];
+  SweepThumbnails thumbnails[2] = {SweepThumbnails(description.frames_per_volume),
+                                   SweepThumbnails(description.frames_per_volume)};
   for (int sweep = 0; sweep < 2; ++sweep) {
     Volume& volume = sweep == 0 ? forward : backward;
+    std::vector<FrameStamp> stamps;
     while (!volume.full()) {
-      stamps[sweep].push_back(**source->next_frame({}));
+      stamps.push_back(**source->next_frame({}));
       source->read_pixels(volume.next_frame_pixels(), {});
-      volume.add_frame(stamps[sweep].back());
+      volume.add_frame(stamps.back());
     }
     volume.sort_by_angle();
+    thumbnails[sweep].take(volume, stamps);
   }
   AcquisitionCounters counters;
   SweepHysteresis mismatch(description.frames_per_volume, counters);
   for (auto _ : state) {
-    mismatch.correct(forward, stamps[0]);
-    mismatch.correct(backward, stamps[1]);
+    mismatch.correct(forward, thumbnails[0]);
+    mismatch.correct(backward, thumbnails[1]);
   }
   state.SetItemsProcessed(2 * state.iterations());
 }

@@ -79,6 +79,20 @@ TEST_F(DicomTest, PlaysTheCalibratedRegionOfAMultiFrameImage) {
     EXPECT_EQ(note.find("SECRET"), std::string::npos) << "nothing about the patient is reported";
 }
 
+TEST_F(DicomTest, ANegativeSizeOfPixelsIsNamed) {
+  DicomImage image(5);
+  image.pixels(ramp(std::size_t{5} * 16 * 12));
+  image.region({2, 3, 12, 10}, {0.031, -0.032});
+  image.save(path_);
+  write_file(folder_ / "x.dcm.toml", kGeometry);
+  const auto recording = record();
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_TRUE(std::ranges::any_of(recording->summary().notes, [](const std::string& note) {
+    return note.find("PhysicalDeltaY, is negative") != std::string::npos;
+  }));
+  EXPECT_NEAR(open()->sequence.pixel_size->height_mm, 0.32, 1e-9);
+}
+
 TEST_F(DicomTest, LacksWhatNoFieldTells) {
   DicomImage image(5);
   image.pixels(ramp(std::size_t{5} * 16 * 12));

@@ -107,26 +107,76 @@ TEST_F(RecordingTest, SpreadsTheAnglesOfARecordingWithoutThem) {
   EXPECT_EQ(recording.sweeps()[1].direction, SweepDirection::kBackward);
 }
 
-TEST_F(RecordingTest, TakesEachGeometryValueFromTheFirstPlaceThatHasIt) {
-  NamedFile file = test::fan_recording(5, 1, 20);
-  NamedFile::remove(file.header, "FanlightPixelWidthMm");
-  NamedFile::remove(file.header, "FanlightPixelHeightMm");
-  file.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
-  write_file(folder_ / "sweep.igs.mha.toml", "motor_radius_mm = 31\npixel_height_mm = 0.25 # finer\n");
-  const Recording recording = open_whole(file);
-  const FanGeometry& geometry = recording.summary().geometry;
-  EXPECT_DOUBLE_EQ(geometry.motor_radius_mm, 31);
-  EXPECT_DOUBLE_EQ(geometry.pixel_height_mm, 0.25);
-  EXPECT_DOUBLE_EQ(geometry.pixel_width_mm, 0.3);
-  EXPECT_DOUBLE_EQ(geometry.face_column, 3.5);
+/// A recording with a radius of its own, pixels from its transform, and a file beside it that gives other
+/// values.
+class ContradictedRecordingTest : public RecordingTest {
+ protected:
+  ContradictedRecordingTest() {
+    NamedFile::remove(file_.header, "FanlightPixelWidthMm");
+    NamedFile::remove(file_.header, "FanlightPixelHeightMm");
+    NamedFile::remove(file_.header, "FanlightFaceRow");
+    file_.set_all("ImageToReferenceTransform", "0 0.4 0 7 0.3 0 0 8 0 0 1 9 0 0 0 1");
+    write_file(folder_ / "sweep.igs.mha.toml", kBeside);
+  }
 
-  const auto origin = [&](std::string_view key) {
+  static std::string origin(const Recording& recording, std::string_view key) {
     const auto& values = recording.summary().geometry_values;
     return std::ranges::find(values, key, &RecordingGeometry::Value::key)->origin;
-  };
-  EXPECT_EQ(origin("motor_radius_mm"), path_.string() + ".toml");
-  EXPECT_EQ(origin("pixel_width_mm"), "its ImageToReferenceTransform");
-  EXPECT_EQ(origin("face_row"), "the header");
+  }
+  static bool notes(const Recording& recording, std::string_view text) {
+    return std::ranges::any_of(recording.summary().notes,
+                               [&](const std::string& note) { return note.find(text) != note.npos; });
+  }
+
+  static constexpr const char* kBeside =
+      "motor_radius_mm = 31\npixel_height_mm = 0.25 # finer\nface_row = 2\n";
+  NamedFile file_ = test::fan_recording(5, 1, 20);
+};
+
+TEST_F(ContradictedRecordingTest, ItsOwnValuesCountMoreThanTheFileBesideIt) {
+  const Recording recording = open_whole(file_);
+  const FanGeometry& geometry = recording.summary().geometry;
+  EXPECT_DOUBLE_EQ(geometry.motor_radius_mm, 28);
+  EXPECT_DOUBLE_EQ(geometry.pixel_height_mm, 0.4);
+  EXPECT_DOUBLE_EQ(geometry.pixel_width_mm, 0.3);
+  EXPECT_DOUBLE_EQ(geometry.face_column, 3.5);
+  EXPECT_DOUBLE_EQ(geometry.face_row, 2);
+  EXPECT_EQ(origin(recording, "motor_radius_mm"), "the header");
+  EXPECT_EQ(origin(recording, "pixel_width_mm"), "its ImageToReferenceTransform");
+  EXPECT_EQ(origin(recording, "face_row"), path_.string() + ".toml");
+  EXPECT_TRUE(
+      notes(recording, "There are two values of motor_radius_mm: 28 from the header is used, and not 31"));
+  EXPECT_TRUE(
+      notes(recording, "two values of pixel_height_mm: 0.4 from its ImageToReferenceTransform is used"));
+  EXPECT_FALSE(notes(recording, "two values of face_row"));
+}
+
+TEST_F(ContradictedRecordingTest, AFileThatIsGivenCountsMost) {
+  write_file(folder_ / "given.toml", kBeside);
+  write_file(path_, file_.bytes());
+  const auto recording = Recording::open({.path = path_, .geometry_path = folder_ / "given.toml"});
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_DOUBLE_EQ(recording->summary().geometry.motor_radius_mm, 31);
+  EXPECT_DOUBLE_EQ(recording->summary().geometry.pixel_height_mm, 0.25);
+  EXPECT_TRUE(notes(*recording, "There are two values of motor_radius_mm: 31 from"));
+}
+
+TEST_F(ContradictedRecordingTest, ATransformThatWasNeverSetCountsLeast) {
+  file_.set_all("ImageToReferenceTransform", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1");
+  const Recording recording = open_whole(file_);
+  EXPECT_DOUBLE_EQ(recording.summary().geometry.pixel_height_mm, 0.25);
+  EXPECT_DOUBLE_EQ(recording.summary().geometry.pixel_width_mm, 1);
+}
+
+TEST_F(RecordingTest, AnglesThatLookLikeRadiansAreNamed) {
+  NamedFile file = test::fan_recording(5, 1, 20);
+  write_file(folder_ / "sweep.igs.mha.toml", "sector_half_angle_deg = 0.61\nprobe_radius_mm = 40\n");
+  const Recording recording = open_whole(file);
+  EXPECT_TRUE(std::ranges::any_of(recording.summary().notes, [](const std::string& note) {
+    return note ==
+           "With sector_half_angle_deg = 0.61 the frames span 1.22 deg. Is it in radians? 34.9504 deg would "
+           "span 69.9 deg.";
+  }));
 }
 
 /// A recording of a curved array with a scan line in each row of the file, the first line at the marked side.

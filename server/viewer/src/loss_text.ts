@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts of the status line about lost frames and the mismatch of forward and backward sweeps.
-import type { Statistics } from "../generated/fanlight_pb.js";
+import type { Statistics, SweepWarning } from "../generated/fanlight_pb.js";
 
 /** "2 frames interpolated"; empty for none. */
 export function interpolatedText(framesMissing: number): string {
   if (framesMissing === 0) return "";
   return framesMissing === 1 ? "1 frame interpolated" : `${framesMissing} frames interpolated`;
+}
+
+/** "frames over 5 deg apart"; empty where they are not. */
+export function sparseText(warnings: Pick<SweepWarning, "name">[]): string {
+  return warnings.some(({ name }) => name === "sparse") ? "frames over 5 deg apart" : "";
 }
 
 /** "corrected 1.02 deg, left 0.03 deg (0.06 mm)"; empty if all three round to 0.00. */

@@ -24,7 +24,7 @@ import { LoginForm } from "./login_form";
 import { LivenessWatch } from "./liveness";
 import { MeasuredValues } from "./measured_values";
 import { listNotes } from "./notes";
-import type { Condition } from "./notice";
+import { kNothingKnown, type Condition } from "./notice";
 import { Orbit } from "./orbit";
 import { kOwnGroups, OwnView } from "./own_view";
 import { page } from "./page";
@@ -35,6 +35,7 @@ import { PictureView } from "./picture_view";
 import { ProbePanel } from "./probe_panel";
 import { ProbeWatch } from "./probe_watch";
 import { QuickPanel } from "./quick_panel";
+import { RecentWarnings } from "./recent_warnings";
 import { RecordingBar } from "./recording_bar";
 import { inPlainWords, titlesOf } from "./refusal_text";
 import { ReplayBar } from "./replay_bar";
@@ -57,14 +58,8 @@ guardSliders(document.body);
 const showRefusal = (sentence: string) => shell.showRefusal(inPlainWords(sentence, titlesOf(hello?.fields ?? [])));
 const clock = new ServerClock();
 const liveness = new LivenessWatch((pageMs) => clock.at(pageMs));
-const condition: Condition = {
-  connection: { state: "connecting" },
-  probe: undefined,
-  serverError: undefined,
-  liveness: liveness.news(0),
-  source: "",
-  pictureShown: false,
-};
+const condition: Condition = { ...kNothingKnown, liveness: liveness.news(0) };
+const warnings = new RecentWarnings();
 let hello: Hello | undefined;
 let defaults: Values = new Map();
 let controls: Controls | undefined;
@@ -351,6 +346,7 @@ function pictureShown(picture: Picture): void {
   quickPanel.take(picture.levels);
   overlay.show(picture);
   showBusy();
+  condition.warnings = warnings.take(picture.warnings, performance.now());
   if (news) showCondition({ pictureShown: true, serverError: undefined, hasNoSurface: measured.hasNoSurface() });
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The notice over the picture while it is not live.
+import type { SweepWarning } from "../generated/fanlight_pb.js";
 import type { LivenessNews } from "./liveness";
 import type { LostSince, ProbeNews } from "./probe_watch";
 
@@ -15,7 +16,18 @@ export interface Condition {
   pictureShown: boolean;
   /** A surface is wanted by a threshold from the data, and the frames show speckle only. */
   hasNoSurface?: boolean;
+  /** What looks wrong in the frames of the volume that is shown. */
+  warnings?: SweepWarning[];
 }
+
+/** What holds before the connection is open. */
+export const kNothingKnown: Omit<Condition, "liveness"> = {
+  connection: { state: "connecting" },
+  probe: undefined,
+  serverError: undefined,
+  source: "",
+  pictureShown: false,
+};
 
 export interface NoticeText {
   kind: "connecting" | "lost" | "probe-lost" | "probe-back" | "error" | "not-live" | "waiting";
@@ -41,6 +53,11 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
     const still = pictureShown && liveness.state === "not-live" ? " The last volume is still shown." : "";
     const kind = ["live", "replay", "frozen"].includes(liveness.state) ? "error" : "not-live";
     return { kind, title: liveness.title, detail: (liveness.detail + still).trim() };
+  }
+  // Few frames are a property of the protocol: the status line has them.
+  const warnings = (condition.warnings ?? []).filter(({ name }) => name !== "sparse");
+  if (pictureShown && warnings.length > 0) {
+    return { kind: "waiting", title: "Check the probe", detail: warnings.map(({ sentence }) => sentence).join(" ") };
   }
   if (pictureShown && condition.hasNoSurface) {
     const detail = "The frames show speckle only. Check the contact of the probe, and the gain.";

@@ -2,7 +2,7 @@
 // The status line.
 import type { Hello, Picture, Statistics } from "../generated/fanlight_pb.js";
 import { deadlineText } from "./deadline_text";
-import { interpolatedText, mismatchText } from "./loss_text";
+import { interpolatedText, mismatchText, sparseText } from "./loss_text";
 import { PicturePace } from "./picture_pace";
 import { Plot } from "./plots";
 import type { ServerClock } from "./server_clock";
@@ -41,6 +41,7 @@ export class StatisticsView {
     this.write("pass1-runs", picture.pass1Runs);
     this.write("pass2-runs", picture.pass2Runs);
     this.writeWhereAny("frames-missing", interpolatedText(picture.framesMissing));
+    this.writeWhereAny("sparse", sparseText(picture.warnings));
     this.writeWhereAny("deadline", deadlineText(picture));
     this.writeStages(picture);
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+import { create } from "@bufbuild/protobuf";
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { SweepWarningSchema } from "../generated/fanlight_pb.js";
 import type { LivenessNews } from "../src/liveness";
 import { noticeFor, type Condition } from "../src/notice";
 
@@ -18,6 +20,14 @@ const living: Condition = {
 
 test("a living picture needs no words", () => {
   assert.equal(noticeFor(living), undefined);
+});
+
+test("frames that look wrong are named, and few frames are not put over the picture", () => {
+  const warning = (name: string, sentence: string) => create(SweepWarningSchema, { name, sentence });
+  const warnings = [warning("jump", "It jumps."), warning("mirrored", "It is mirrored."), warning("sparse", "Few.")];
+  assert.equal(noticeFor({ ...living, warnings })?.title, "Check the probe");
+  assert.equal(noticeFor({ ...living, warnings, hasNoSurface: true })?.detail, "It jumps. It is mirrored.");
+  assert.equal(noticeFor({ ...living, warnings: [warning("sparse", "Few.")] }), undefined);
 });
 
 test("what is worse hides what is less", () => {
