@@ -16,6 +16,8 @@ constexpr std::uint32_t kBeside = 16;  // samples of a place, 4 x 4: rings are f
 // Of the depth: the face itself rises too steeply for pixels, and the picture may end before its last row.
 constexpr double kNearest = 0.04;
 constexpr double kFarthest = 0.98;
+// Of the depth: rings are brightest next to the lens, a plate in a bath is not.
+constexpr double kLastBrightest = 0.2;
 constexpr float kLeastRange = 24;  // grey levels, from the darkest to the brightest depth
 constexpr float kApart = 0.25F;    // of that range
 // Of all places: less than a thin sheet takes, and more than noise. A flat interface in a bath crosses each
@@ -49,8 +51,10 @@ void RingCheck::place_lines(const FanGeometry& geometry) {
   for (std::uint32_t line = 0; line < kLines; ++line) {
     for (std::uint32_t row = 0; row < kRows; ++row) {
       for (std::uint32_t beside = 0; beside < kBeside; ++beside) {
-        const FramePlace at = sample_place(geometry, (line + (beside % 4 + 0.5) / 4) / kLines,
-                                           (row + (beside / 4 + 0.5) / 4) / kRows);
+        const std::uint32_t across = beside % 4;
+        const std::uint32_t along = beside / 4;
+        const FramePlace at =
+            sample_place(geometry, (line + (across + 0.5) / 4) / kLines, (row + (along + 0.5) / 4) / kRows);
         const double column = std::clamp(std::round(at.column), 0.0, geometry.columns - 1.0);
         const double down = std::clamp(std::round(at.row), 0.0, geometry.rows - 1.0);
         *place++ = static_cast<std::uint32_t>(down) * geometry.columns + static_cast<std::uint32_t>(column);
@@ -78,9 +82,10 @@ bool RingCheck::shows_rings(const Volume& volume) {
       }
     }
   }
-  const auto [darkest, brightest] = std::ranges::minmax(mean_);
-  const float range = brightest - darkest;
-  if (range < kLeastRange) return false;
+  const auto [darkest, brightest] = std::ranges::minmax_element(mean_);
+  const float range = *brightest - *darkest;
+  if (range < kLeastRange || static_cast<double>(brightest - mean_.begin()) > kLastBrightest * kRows)
+    return false;
   const auto all = static_cast<std::size_t>(profile - profiles_.begin());
   std::size_t apart = 0;
   for (std::size_t i = 0; i < all; ++i) {

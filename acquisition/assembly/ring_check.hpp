@@ -11,9 +11,9 @@
 namespace fanlight {
 
 /// Whether all lines of all frames of a volume show the same echoes, which depend on the depth alone: the
-/// rings of a probe in air, whose pulse comes back from its own lens. A body shows itself at other depths in
-/// other lines; a flat plate along the face of a flat array cannot be told from air. In scan-converted frames
-/// the lines are those of the sector. Allocates in the constructor only. One thread.
+/// rings of a probe in air, whose pulse comes back from its own lens, brightest next to it. A body shows
+/// itself at other depths in other lines, and a plate in a bath is brightest at its own depth. In
+/// scan-converted frames the lines are those of the sector. Allocates in the constructor only. One thread.
 class RingCheck {
  public:
   RingCheck();

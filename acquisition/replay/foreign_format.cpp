@@ -10,7 +10,7 @@ namespace fanlight {
 namespace {
 
 constexpr std::string_view kConvertSequence =
-    "a PLUS sequence (.igs.mha) of 8 bit frames with their angles; Fanlight does not convert it";
+    "a PLUS sequence (.igs.mha) of 8 or 16 bit frames with their angles; Fanlight does not convert it";
 constexpr std::string_view kCartesian =
     "the volume as NRRD (.nrrd), MetaImage (.mha) or DICOM (.dcm), or the frames that it was made from as a "
     "PLUS "
@@ -29,9 +29,8 @@ struct Magic {
 using namespace std::string_view_literals;
 
 constexpr Magic kMagics[] = {
-    {344, "n+1\0"sv, {"a NIfTI volume", kCartesian}},
-    {344, "ni1\0"sv, {"the header of a NIfTI volume", kCartesian}},
-    {4, "n+2\0"sv, {"a NIfTI volume", kCartesian}},
+    {344, "ni1\0"sv, {"the header of a NIfTI volume, whose voxels are in another file", kCartesian}},
+    {4, "n+2\0"sv, {"a NIfTI-2 volume", kCartesian}},
     {0, "<VTKFile"sv, {"a VTK file", kCartesian}},
     {0, "<?xml"sv, {"an XML file, such as a VTK volume (.vti)", kCartesian}},
     {0, "# vtk DataFile"sv, {"a VTK file", kCartesian}},
@@ -59,9 +58,9 @@ struct Extension {
 constexpr Extension kExtensions[] = {
     {".imf", {"an ImFusion file", kConvertSequence}},
     {".raw", {"raw pixels without a header", kConvertSequence}},
-    {".nii", {"a NIfTI volume", kCartesian}},
     {".rf",
-     {"lines of radio frequency", "8 bit brightness frames made of them, as a PLUS sequence (.igs.mha)"}},
+     {"lines of radio frequency",
+      "brightness frames of 8 or 16 bit made of them, as a PLUS sequence (.igs.mha)"}},
 };
 
 }  // namespace
@@ -70,7 +69,6 @@ std::optional<ForeignFormat> foreign_format(std::span<const unsigned char> first
                                             const std::filesystem::path& path) {
   const std::string_view bytes(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
   const std::string ending = path.filename().string();
-  if (ending.ends_with(".nii.gz")) return ForeignFormat{"a NIfTI volume", kCartesian};
   for (const Magic& magic : kMagics) {
     if (bytes.size() >= magic.offset + magic.bytes.size() &&
         bytes.substr(magic.offset, magic.bytes.size()) == magic.bytes)

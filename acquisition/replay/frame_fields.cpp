@@ -125,7 +125,9 @@ Result<void> FrameFields::take_frame_field(const HeaderField& field) {
   const auto& [frame, index, name] = *described;
   // The lines of a frame stand together.
   if (std::exchange(last_frame_, index) != index) keys_of_frame_.clear();
-  if (!keys_of_frame_.emplace(name).second) return field.refused(from_, "each line of a frame once");
+  const auto [first, is_new] = keys_of_frame_.emplace(name, field.value);
+  if (!is_new && first->second == field.value) return {};
+  if (!is_new) return field.refused(from_, fmt::format("the same as before, {}", in_quotes(first->second)));
   if (name == "Timestamp") return take_number(field, frame.timestamp_s, "seconds");
   if (name == "MotorAngleDeg") return take_number(field, frame.motor_angle_deg, "degrees");
   if (name == "VolumeIndex") return take_number(field, frame.volume_index, "a whole number from 0");

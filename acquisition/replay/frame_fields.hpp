@@ -3,8 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 
@@ -61,7 +61,7 @@ class FrameFields {
   bool has_size_ = false;
   bool has_orientation_ = false;
   std::optional<std::uint32_t> last_frame_;
-  std::set<std::string, std::less<>> keys_of_frame_;  // of the frame that was described last
+  std::map<std::string, std::string, std::less<>> keys_of_frame_;  // of the frame that was described last
 };
 
 }  // namespace fanlight

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -100,7 +100,9 @@ class NrrdHeader {
       const auto taken = fields_.take(field);
       return taken ? Result<void>() : taken.error();
     }
-    if (!keys_.emplace(field.key).second) return field.refused(from_, "each line of the header once");
+    const auto [first, is_new] = keys_.emplace(field.key, field.value);
+    if (!is_new && first->second == field.value) return {};
+    if (!is_new) return field.refused(from_, fmt::format("the same as before, {}", in_quotes(first->second)));
     if (keys_.size() > kMostKeys)
       return from_.bad(fmt::format("the header has over {} lines", kMostKeys), "fewer");
     return pair ? take_pair(field) : take_field(field);
@@ -377,7 +379,7 @@ class NrrdHeader {
   bool has_type_ = false;
   bool has_encoding_ = false;
   bool has_endian_ = false;
-  std::set<std::string, std::less<>> keys_;
+  std::map<std::string, std::string, std::less<>> keys_;
 };
 
 }  // namespace

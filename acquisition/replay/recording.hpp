@@ -80,7 +80,7 @@ class Recording {
   /// Reads the header and the first frame, and with Pixels::kAll the others. The file is not trusted.
   /// Finishes the recording first, where its recorder was cut off (recover_recording()). Errors as of
   /// open_recording_file, read_all and find_geometry; also kBadInput where the frames give no sweep: angles
-  /// or times are missing or do not change, or the probe was tracked by hand.
+  /// or times are missing or do not change, or the probe was moved by a hand or a stepper.
   static Result<Recording> open(const Config& config);
 
   const RecordingSummary& summary() const { return summary_; }

@@ -19,6 +19,7 @@
 #include "acquisition/replay/foreign_format.hpp"
 #include "acquisition/replay/image_series.hpp"
 #include "acquisition/replay/kretz_header.hpp"
+#include "acquisition/replay/nifti_file.hpp"
 #include "acquisition/replay/nrrd_header.hpp"
 #include "acquisition/replay/pixel_reading.hpp"
 #include "acquisition/replay/sequence_header.hpp"
@@ -227,6 +228,12 @@ Result<OpenedSequence> open_dicom_sequence(const std::filesystem::path& path, st
 }
 #endif
 
+Result<OpenedSequence> open_nifti(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  auto nifti = read_nifti(path, max_bytes);
+  if (!nifti) return nifti.error();
+  return grid_sequence(nifti->grid, nifti->format, std::move(nifti->voxels), nifti->notes);
+}
+
 /// A file with a header of text and pixels behind it, or in another file.
 template <ReadHeader read_header>
 Result<OpenedSequence> open_with_header(const std::filesystem::path& path, std::uint64_t max_bytes) {
@@ -290,6 +297,7 @@ constexpr Format kFormats[] = {
 #ifdef FANLIGHT_DICOM
     {[](const Sniffed& file) { return is_dicom(file.first_bytes); }, open_dicom_sequence, only_file},
 #endif
+    {[](const Sniffed& file) { return is_nifti(file.path, file.first_bytes); }, open_nifti, only_file},
     {[](const Sniffed& file) { return file.begins_with("NRRD000"); }, open_with_header<read_nrrd_header>,
      header_and_data_file<read_nrrd_header>},
     {[](const Sniffed& file) { return file.begins_with("KRETZFILE"); }, open_with_header<read_kretz_header>,

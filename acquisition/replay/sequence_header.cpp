@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,7 +19,7 @@ namespace fanlight {
 
 namespace {
 
-constexpr std::size_t kMostKeys = 10'000;
+constexpr std::size_t kMostLines = 10'000;
 
 /// A field that must have one value where it is present.
 struct Requirement {
@@ -87,11 +87,15 @@ class MetaImageHeader {
       const auto taken = fields_.take(field);
       return taken ? Result<void>() : taken.error();
     }
-    // The second one might describe other pixels than the first.
-    if (key != "Comment" && !keys_.emplace(key).second)
-      return field.refused(from_, "each line of the header once");
-    if (keys_.size() > kMostKeys)
-      return from_.bad(fmt::format("the header has over {} lines", kMostKeys), "fewer");
+    // A second one that is equal says nothing new; another might describe other pixels than the first.
+    if (key != "Comment") {
+      const auto [first, is_new] = keys_.emplace(key, value);
+      if (!is_new && first->second == value) return {};
+      if (!is_new)
+        return field.refused(from_, fmt::format("the same as before, {}", in_quotes(first->second)));
+    }
+    if (keys_.size() > kMostLines)
+      return from_.bad(fmt::format("the header has over {} lines", kMostLines), "fewer");
     const auto* const required = std::ranges::find(kRequirements, key, &Requirement::key);
     if (required != kRequirements.end() && value != required->value)
       return field.refused(from_, required->expected, ErrorCode::kUnsupported);
@@ -208,7 +212,7 @@ class MetaImageHeader {
   std::uint32_t volumes_ = 1;
   std::vector<double> spacing_mm_;
   std::array<std::array<double, 3>, 3> axes_ = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  std::set<std::string, std::less<>> keys_;  // of the lines that belong to no frame
+  std::map<std::string, std::string, std::less<>> keys_;  // of the lines that belong to no frame
 };
 
 }  // namespace

@@ -55,10 +55,11 @@ Result<void> refuse_tracked_by_hand(const std::filesystem::path& path, const Fra
     return {};
   for (const auto& [name, motion] : sequence.motions) {
     if (motion.most_mm < kLeastMm && motion.most_deg < kLeastDeg) continue;
-    return Error{ErrorCode::kUnsupported,
-                 fmt::format("{}: this sweep was tracked by hand, {:.0f} mm and {:.0f} deg far by its {}: no "
-                             "fan, expected frames of a motor, with a MotorAngleDeg each",
-                             shown(path), motion.most_mm, motion.most_deg, name)};
+    return Error{
+        ErrorCode::kUnsupported,
+        fmt::format("{}: the probe was moved, {:.0f} mm and {:.0f} deg far by its {}, and did not turn "
+                    "about an axis: no fan, expected frames of a motor, with a MotorAngleDeg each",
+                    shown(path), motion.most_mm, motion.most_deg, name)};
   }
   return {};
 }

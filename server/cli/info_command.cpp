@@ -249,12 +249,13 @@ Result<void> print_surface(const InfoOptions& options) {
 Command add_info_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("info", "Print information about a recording or the GPUs");
   const auto options = std::make_shared<InfoOptions>();
-  CLI::Option* const file = command
-                                ->add_option("FILE", options->file,
-                                             "A recording (.igs.mha, .seq.nrrd, .vol, .dcm, a folder of "
-                                             "pictures), a volume on a grid (.mha, .nrrd, .dcm) or phantom:; "
-                                             "without it, the GPUs")
-                                ->type_name("FILE");
+  CLI::Option* const file =
+      command
+          ->add_option("FILE", options->file,
+                       "A recording (.igs.mha, .seq.nrrd, .vol, .dcm, a folder of "
+                       "pictures), a volume on a grid (.mha, .nrrd, .nii, .dcm) or phantom:; "
+                       "without it, the GPUs")
+          ->type_name("FILE");
   command->add_option("--geometry", options->geometry_path, "TOML file with the geometry of the recording")
       ->type_name("FILE");
   command

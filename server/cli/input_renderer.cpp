@@ -140,7 +140,7 @@ Result<void> InputRenderer::write_depth_and_surface_of(const RenderFiles& files)
   if (files.depth.empty() && files.surface.empty()) return {};
   const auto depths = renderer_->read_depth();
   if (!depths) return depths.error();
-  if (auto written = write_depth_and_surface(files, picture_, *depths, pixel_mm()); !written) return written;
+  if (auto written = write_depth_and_surface(files, picture_, *depths); !written) return written;
   for (const std::string* const path : {&files.depth, &files.surface})
     if (!path->empty()) written_.push_back(*path);
   return {};

@@ -64,7 +64,6 @@ class InputRenderer {
   Result<void> render(const Volume& volume);
   Result<void> look_at(const Volume& volume);
   Result<void> write_depth_and_surface_of(const RenderFiles& files);
-  double pixel_mm() const { return viewport(scene_, size_).pixel_mm; }
 
   const RenderOptions& options_;
   const RenderDevice& device_;

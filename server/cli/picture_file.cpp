@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -109,11 +110,28 @@ Result<void> check_depth_path(const std::string& path) {
 }
 
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,
-                         std::uint32_t height, double mm_per_pixel, const FileAccess& access) {
+                         std::uint32_t height, const PictureView& view, const FileAccess& access) {
   OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 1, OIIO::TypeDesc::FLOAT);
   spec.channelnames = {"Z"};
   spec.z_channel = 0;
-  spec.attribute("fanlight:mm_per_pixel", static_cast<float>(mm_per_pixel));
+  // Row order; its columns are right, down, forward and the origin, as in PictureView.
+  std::array<float, 16> matrix{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    std::size_t column = 0;
+    for (const auto* axis : {&view.right, &view.down, &view.forward, &view.origin_mm})
+      matrix[4 * row + column++] = static_cast<float>((*axis)[row]);
+  }
+  matrix[15] = 1;
+  spec.attribute("fanlight:camera", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 16), matrix.data());
+  spec.attribute("fanlight:projection", view.mm_per_pixel_per_mm > 0 ? "perspective" : "parallel");
+  spec.attribute("fanlight:mm_per_pixel", static_cast<float>(view.mm_per_pixel));
+  spec.attribute("fanlight:mm_per_pixel_per_mm", static_cast<float>(view.mm_per_pixel_per_mm));
+  spec.attribute("fanlight:middle_column", static_cast<float>(view.middle_column));
+  spec.attribute("fanlight:middle_row", static_cast<float>(view.middle_row));
+  spec.attribute(
+      "fanlight:point",
+      "origin + Z * forward + (mm_per_pixel + Z * mm_per_pixel_per_mm) * ((column - middle_column) * "
+      "right + (row - middle_row) * down), mm");
   spec.attribute("compression", "zip");
   spec.attribute("DateTime", kNoTime);
   return write(path, spec, OIIO::TypeDesc::FLOAT, depth_mm.data(), OIIO::AutoStride, access);

@@ -34,9 +34,11 @@ Result<void> write_picture(const std::string& path, const Picture& picture,
 Result<void> check_depth_path(const std::string& path);
 
 /// Writes a depth map (height x width, row major, in mm, -1 where there is no surface) as one channel of 32
-/// bit floats named Z, with the attribute fanlight:mm_per_pixel. Otherwise as write_picture(). The path must
+/// bit floats named Z. Attributes: fanlight:camera, a matrix of 4 x 4 whose columns are right, down, forward
+/// and the origin of `view`; fanlight:projection, "parallel" or "perspective"; the other fields of `view` by
+/// their names; and fanlight:point, the formula of PictureView. Otherwise as write_picture(). The path must
 /// pass check_depth_path().
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,
-                         std::uint32_t height, double mm_per_pixel, const FileAccess& access = {});
+                         std::uint32_t height, const PictureView& view, const FileAccess& access = {});
 
 }  // namespace fanlight

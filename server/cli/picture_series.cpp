@@ -39,10 +39,10 @@ Result<void> check_files(const RenderFiles& files, const PictureSize& size) {
 }
 
 Result<void> write_depth_and_surface(const RenderFiles& files, const Picture& picture,
-                                     const DepthMaps& depths, double mm_per_pixel) {
+                                     const DepthMaps& depths) {
   if (!files.depth.empty()) {
-    if (auto written = write_depth(files.depth, depths.smooth_mm, picture.width, picture.height, mm_per_pixel,
-                                   files.access());
+    if (auto written = write_depth(files.depth, depths.smooth_mm, picture.width, picture.height,
+                                   picture.stamp.view, files.access());
         !written)
       return written;
   }

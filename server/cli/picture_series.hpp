@@ -34,7 +34,7 @@ Result<void> check_files(const RenderFiles& files, const PictureSize& size);
 
 /// Writes the depth map and the surface, where they are wanted.
 Result<void> write_depth_and_surface(const RenderFiles& files, const Picture& picture,
-                                     const DepthMaps& depths, double mm_per_pixel);
+                                     const DepthMaps& depths);
 
 /// x.png, 17 -> x.000017.png
 std::string numbered_file(const std::string& path, std::uint64_t number, int digits);

@@ -113,7 +113,7 @@ Command add_render_command(CLI::App& program) {
       ->add_option(
           "INPUT", options->input,
           "A recording (.igs.mha, .seq.nrrd, .vol, .dcm, a folder of pictures), a volume on a grid (.mha, "
-          ".nrrd, .dcm), phantom: for the simulated probe, usb:VENDOR:PRODUCT[:SERIAL] for a probe, or "
+          ".nrrd, .nii, .dcm), phantom: for the simulated probe, usb:VENDOR:PRODUCT[:SERIAL] for a probe, or "
           "igtl:HOST[:PORT] for a scanner by OpenIGTLink")
       ->required()
       ->type_name("INPUT");

@@ -198,6 +198,14 @@ TEST_F(SweepCheckTest, AThinSlantedSheetBehindRingsIsABody) {
   EXPECT_TRUE(drawn(grey).empty());
 }
 
+TEST_F(SweepCheckTest, APlateInABathIsABody) {
+  const auto grey = [this](std::uint32_t, std::uint32_t row, std::uint32_t column) {
+    const double deep_mm = radius_mm(row, column) - geometry().probe_radius_mm;
+    return deep_mm > 80 ? 180 + noise_(random_) : 20 + noise_(random_) / 4;
+  };
+  EXPECT_TRUE(drawn(grey).empty());
+}
+
 TEST_F(SweepCheckTest, NoiseAloneHasNoOrderToBreak) {
   EXPECT_TRUE(
       drawn([this](std::uint32_t, std::uint32_t, std::uint32_t) { return 100 + noise_(random_); }).empty());

@@ -94,6 +94,8 @@ TEST(FanFitTest, GivesARecordingItsAngles) {
   NamedFile file = fan_recording(7, 1, 20);
   file.remove_all("MotorAngleDeg");
   NamedFile::remove(file.header, "FanlightMotorRadiusMm");
+  NamedFile::set(file.header, "FanlightPixelWidthMm", "0.5");
+  NamedFile::set(file.header, "FanlightPixelHeightMm", "0.4");
   const std::vector<ImagePose> poses = fan(32, 40, 7);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     std::string text;
@@ -106,7 +108,7 @@ TEST(FanFitTest, GivesARecordingItsAngles) {
   EXPECT_NEAR(degrees(recording->frames()[0].angle_rad), -20, 1e-6);
   EXPECT_NEAR(recording->summary().smallest_angle_deg, -20, 1e-6);
   EXPECT_NEAR(recording->summary().largest_angle_deg, 20, 1e-6);
-  EXPECT_NEAR(recording->summary().geometry.motor_radius_mm, -0.5 * 3 + 32, 1e-6);
+  EXPECT_NEAR(recording->summary().geometry.motor_radius_mm, -0.5 * 0.4 + 32, 1e-6);
   ASSERT_EQ(recording->summary().notes.size(), 1U);
   EXPECT_NE(recording->summary().notes[0].find("are fitted to the poses"), std::string::npos);
 }

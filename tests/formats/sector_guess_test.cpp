@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/phantom/phantom_source.hpp"
+#include "acquisition/replay/recording_file.hpp"
 #include "proto/model/fan_geometry.hpp"
 #include "tests/support/data_folder.hpp"
 

@@ -157,7 +157,7 @@ TEST_F(NrrdTest, IsRefusedInOneSentence) {
            Change{"encoding: raw", "encoding: raw\ndata file: ../x", kUnsupported, "in the same folder"},
            Change{"encoding: raw", "encoding: raw\ndata file: LIST", kUnsupported, "in the same folder"},
            Change{"encoding: raw", "encoding: raw\ndata file: y", kNotFound, "there is no such file"},
-           Change{"encoding: raw", "encoding: raw\nencoding: raw", kBadInput, "each line of the header once"},
+           Change{"encoding: raw", "encoding: raw\nencoding: gzip", kBadInput, "the same as before, \"raw\""},
            Change{"encoding: raw", "encoding raw", kBadInput, "expected field: value, or key:=value"},
            Change{"BRIGHTNESS", "RF_REAL", kUnsupported, "expected BRIGHTNESS"},
            Change{"MFA", "MX", kUnsupported, "expected MF, MN"},

@@ -146,18 +146,18 @@ const std::vector<Damage>& damages() {
          NamedFile::set(file.header, "DimSize", "100 200 5");
          return file.bytes();
        }},
-      {"HeaderLineTwice", kBadInput, "expected each line of the header once",
+      {"HeaderLineTwice", kBadInput, "expected the same as before, ",
        [](NamedFile& file) {
          std::string bytes = file.bytes();
          bytes.insert(bytes.find("DimSize"), "UltrasoundImageOrientation = MNA\n");
          return bytes;
        }},
-      {"AngleOfAFrameTwice", kBadInput, "expected each line of a frame once",
+      {"AngleOfAFrameTwice", kBadInput, "expected the same as before, ",
        [](NamedFile& file) {
          file.frames[1].emplace_back("MotorAngleDeg", "30");
          return file.bytes();
        }},
-      {"StatusOfAFrameTwice", kBadInput, "expected each line of a frame once",
+      {"StatusOfAFrameTwice", kBadInput, "expected the same as before, ",
        [](NamedFile& file) {
          file.frames[1].emplace_back("ImageStatus", "OK");
          file.frames[1].emplace_back("ImageStatus", "INVALID");

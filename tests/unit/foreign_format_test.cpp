@@ -17,7 +17,8 @@ std::string kind_of(std::string bytes, const std::filesystem::path& path = "swee
 }
 
 TEST(FileKindTest, NamesFormatsByTheirFirstBytes) {
-  EXPECT_EQ(kind_of(std::string(344, '\0') + "n+1\0"s + "rest"), "a NIfTI volume");
+  EXPECT_EQ(kind_of(std::string(344, '\0') + "ni1\0"s + "rest"),
+            "the header of a NIfTI volume, whose voxels are in another file");
   EXPECT_EQ(kind_of("<VTKFile type=\"ImageData\">"), "a VTK file");
   EXPECT_EQ(kind_of("II*\0\x08"s), "a TIFF picture");
   EXPECT_EQ(kind_of("\x89PNG\r\n"), "a PNG picture");

@@ -100,7 +100,8 @@ TEST_F(RecordingTest, SaysThatAProbeWasTrackedByHand) {
                    fmt::format("1 0 0 {} 0 1 0 0 0 0 1 0 0 0 0 1", 3 * i + 5));
   }
   const std::string sentence = refusal(open(file.bytes()));
-  EXPECT_NE(sentence.find("tracked by hand, 33 mm and 0 deg far by its ProbeToTrackerTransform: no fan"),
+  EXPECT_NE(sentence.find(
+                "the probe was moved, 33 mm and 0 deg far by its ProbeToTrackerTransform, and did not turn"),
             std::string::npos)
       << sentence;
   // The angles count, whatever else is in the file.

@@ -162,10 +162,17 @@ TEST_F(ContradictedRecordingTest, AFileThatIsGivenCountsMost) {
 }
 
 TEST_F(ContradictedRecordingTest, ATransformThatWasNeverSetCountsLeast) {
-  file_.set_all("ImageToReferenceTransform", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1");
+  file_.set_all("ImageToReferenceTransform", "0 1 0 5 1 0 0 7 0 0 1 0 0 0 0 1");
   const Recording recording = open_whole(file_);
   EXPECT_DOUBLE_EQ(recording.summary().geometry.pixel_height_mm, 0.25);
   EXPECT_DOUBLE_EQ(recording.summary().geometry.pixel_width_mm, 1);
+}
+
+TEST_F(RecordingTest, AnEqualLineTwiceIsNoContradiction) {
+  NamedFile file = test::fan_recording(5, 1, 20);
+  file.header.push_back(file.header.back());
+  file.frames[1].push_back(file.frames[1].back());
+  EXPECT_EQ(open_whole(file).summary().frames, 5U);
 }
 
 TEST_F(RecordingTest, AnglesThatLookLikeRadiansAreNamed) {
