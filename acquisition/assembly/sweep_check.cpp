@@ -15,6 +15,7 @@ namespace {
 using Blocks = SweepThumbnails::Blocks;
 
 constexpr std::uint32_t kFewestCopies = 3;
+constexpr double kLeastTexture = 0.02;  // of the pixels: different from the one before
 constexpr double kSparseRad = radians(5.0);
 constexpr std::uint32_t kFramesCompared = 24;  // of a sweep, where each is compared with many
 constexpr std::uint32_t kNeighbourhood = 3;    // frames; what is nearer resembles by nature
@@ -40,6 +41,13 @@ bool has_one_level(std::span<const std::uint8_t> pixels) {
   return std::ranges::all_of(pixels, [first = pixels.front()](std::uint8_t level) { return level == first; });
 }
 
+/// Whether the frame has the noise of a receiver. What is drawn without any may repeat itself.
+bool is_textured(std::span<const std::uint8_t> pixels) {
+  std::size_t different = 0;
+  for (std::size_t i = 1; i < pixels.size(); ++i) different += pixels[i] != pixels[i - 1] ? 1 : 0;
+  return static_cast<double>(different) > kLeastTexture * static_cast<double>(pixels.size());
+}
+
 void compare_pixels(const Volume& volume, SweepWarnings& warnings) {
   const auto order = volume.by_angle();
   std::uint32_t blank = 0;
@@ -48,7 +56,8 @@ void compare_pixels(const Volume& volume, SweepWarnings& warnings) {
     const auto pixels = volume.frame_pixels(order[i]);
     if (has_one_level(pixels)) {
       ++blank;
-    } else if (i > 0 && std::ranges::equal(pixels, volume.frame_pixels(order[i - 1]))) {
+    } else if (i > 0 && std::ranges::equal(pixels, volume.frame_pixels(order[i - 1])) &&
+               is_textured(pixels)) {
       ++copies;
     }
   }

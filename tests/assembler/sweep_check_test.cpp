@@ -237,6 +237,8 @@ INSTANTIATE_TEST_SUITE_P(Probes, GoodSweepTest,
                          testing::Values("phantom:scene=relief,probe=r1,columns=96,rows=160",
                                          "phantom:scene=relief,probe=r2,columns=96,rows=160",
                                          "phantom:scene=relief,probe=r1,columns=96,rows=160,seed=5",
+                                         "phantom:scene=relief,probe=r1,rate=20,speckle=off",
+                                         "phantom:scene=face,probe=r1,columns=96,rows=160,speckle=off",
                                          "phantom:scene=face,probe=r2,columns=96,rows=160",
                                          "phantom:scene=face,probe=r1,columns=96,rows=160,seed=5"));
 
