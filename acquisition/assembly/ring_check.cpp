@@ -20,6 +20,7 @@ constexpr double kFarthest = 0.98;
 constexpr double kLastBrightest = 0.2;
 constexpr float kLeastRange = 24;  // grey levels, from the darkest to the brightest depth
 constexpr float kApart = 0.25F;    // of that range
+constexpr float kMostLevels = 20;  // and no more grey levels: a dim body behind a bright lens differs by more
 // Of all places: less than a thin sheet takes, and more than noise. A flat interface in a bath crosses each
 // line once.
 constexpr double kMostApart = 0.001;
@@ -87,6 +88,7 @@ bool RingCheck::shows_rings(const Volume& volume) {
   if (range < kLeastRange || static_cast<double>(brightest - mean_.begin()) > kLastBrightest * kRows)
     return false;
   const auto all = static_cast<std::size_t>(profile - profiles_.begin());
+  const float tolerated = std::min(kApart * range, kMostLevels);
   std::size_t apart = 0;
   for (std::size_t i = 0; i < all; ++i) {
     // A place may be off by a part of a pixel.
@@ -94,7 +96,7 @@ bool RingCheck::shows_rings(const Volume& volume) {
     const std::size_t first = std::max<std::size_t>(row, 1) - 1;
     const auto [least, most] =
         std::ranges::minmax(std::span(mean_).subspan(first, std::min<std::size_t>(row + 2, kRows) - first));
-    if (profiles_[i] < least - kApart * range || profiles_[i] > most + kApart * range) ++apart;
+    if (profiles_[i] < least - tolerated || profiles_[i] > most + tolerated) ++apart;
   }
   return static_cast<double>(apart) < kMostApart * static_cast<double>(all);
 }

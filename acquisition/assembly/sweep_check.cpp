@@ -15,8 +15,10 @@ namespace {
 using Blocks = SweepThumbnails::Blocks;
 
 constexpr std::uint32_t kFewestCopies = 3;
-constexpr double kLeastTexture = 0.02;  // of the pixels: different from the one before
-constexpr double kSparseRad = radians(5.0);
+constexpr double kLeastTexture = 0.02;        // of the pixels: different from the one before
+constexpr double kSparseRad = radians(5.05);  // a step of 5 deg is not more than 5 deg
+constexpr double kLeastStepRad = radians(0.01);
+constexpr double kMostBlank = 0.25;            // of the frames, at the ends of a sweep
 constexpr std::uint32_t kFramesCompared = 24;  // of a sweep, where each is compared with many
 constexpr std::uint32_t kNeighbourhood = 3;    // frames; what is nearer resembles by nature
 // Of the squared difference to the neighbours. A frame whose true neighbours stand elsewhere differs less by
@@ -29,12 +31,25 @@ constexpr float kMostOfSame = 0.6F;  // likewise, of a mirrored sweep
 constexpr float kJumpOverBeside = 1.35F;
 constexpr double kMostOfSpan =
     0.75;  // a hand moves the probe unsteadily: a step of the angle explains that change
-constexpr float kLeastJump = 4;  // grey levels squared, mean over the blocks
+constexpr float kLeastOfOther = 0.3F;  // variance of the frames on both sides of a jump
+constexpr float kLeastJump = 4;        // grey levels squared, mean over the blocks
 
 float squared_difference(const Blocks& a, const Blocks& b) {
   float sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
   return sum / static_cast<float>(a.size());
+}
+
+/// Over the blocks of a frame.
+float variance(const Blocks& blocks) {
+  float sum = 0;
+  float squares = 0;
+  for (const float level : blocks) {
+    sum += level;
+    squares += level * level;
+  }
+  const auto count = static_cast<float>(blocks.size());
+  return std::max(0.0F, squares / count - (sum / count) * (sum / count));
 }
 
 bool has_one_level(std::span<const std::uint8_t> pixels) {
@@ -51,17 +66,27 @@ bool is_textured(std::span<const std::uint8_t> pixels) {
 void compare_pixels(const Volume& volume, SweepWarnings& warnings) {
   const auto order = volume.by_angle();
   std::uint32_t blank = 0;
+  std::uint32_t blank_run = 0;  // at the end so far
+  std::uint32_t blank_between = 0;
   std::uint32_t copies = 0;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto pixels = volume.frame_pixels(order[i]);
     if (has_one_level(pixels)) {
       ++blank;
-    } else if (i > 0 && std::ranges::equal(pixels, volume.frame_pixels(order[i - 1])) &&
-               is_textured(pixels)) {
-      ++copies;
+      ++blank_run;
+      continue;
     }
+    if (blank < i) blank_between += blank_run;
+    blank_run = 0;
+    if (i == 0) continue;
+    const double step_rad = volume.angles_rad()[order[i]] - volume.angles_rad()[order[i - 1]];
+    if (step_rad > kLeastStepRad && std::ranges::equal(pixels, volume.frame_pixels(order[i - 1])) &&
+        is_textured(pixels))
+      ++copies;
   }
-  if (blank > 0) warnings.add(SweepWarning::kBlank);
+  // The ends of a sweep may lie beside the body.
+  if (blank_between > 0 || blank > kMostBlank * static_cast<double>(order.size()))
+    warnings.add(SweepWarning::kBlank);
   if (copies >= kFewestCopies || copies + 1 == order.size()) warnings.add(SweepWarning::kCopies);
 }
 
@@ -88,7 +113,7 @@ bool is_out_of_order(const SweepThumbnails& sweep) {
       if (j + kNeighbourhood > i && i + kNeighbourhood > j) continue;
       least = std::min(least, squared_difference(blocks, sweep.blocks(j)));
     }
-    if (least < kMostOfNeighbours * beside) ++misplaced;
+    if (beside > kLeastJump && least < kMostOfNeighbours * beside) ++misplaced;
   }
   return 2 * misplaced > compared;
 }
@@ -127,8 +152,8 @@ SweepWarnings SweepCheck::check(const Volume& volume, const SweepThumbnails& thu
   const bool is_whole = warnings.empty();  // else its frames say nothing about their order
   if (is_sparse(thumbnails)) warnings.add(SweepWarning::kSparse);
   if (rings_.shows_rings(volume)) warnings.add(SweepWarning::kRings);
-  if (!is_whole) {
-    before_.clear();
+  if (!is_whole || warnings.has(SweepWarning::kRings)) {
+    forget_volumes();
     return warnings;
   }
   if (is_out_of_order(thumbnails)) {
@@ -136,7 +161,10 @@ SweepWarnings SweepCheck::check(const Volume& volume, const SweepThumbnails& thu
   } else if (jumps(thumbnails)) {
     warnings.add(SweepWarning::kJump);
   }
-  if (is_mirrored(thumbnails, before_)) warnings.add(SweepWarning::kMirrored);
+  // A body that crosses the middle while the probe is placed looks mirrored once.
+  const bool mirrored = is_mirrored(thumbnails, before_);
+  if (mirrored && was_mirrored_) warnings.add(SweepWarning::kMirrored);
+  was_mirrored_ = mirrored;
   before_ = thumbnails;
   return warnings;
 }
@@ -158,6 +186,10 @@ bool SweepCheck::jumps(const SweepThumbnails& sweep) {
     };
     const double span_rad = std::min(apart_rad(i - kSpan, i), apart_rad(i + 1, i + 1 + kSpan));
     if (apart_rad(i, i + 1) > kMostOfSpan * span_rad) continue;
+    // Where contact is lost, or the body ends, one side shows little.
+    const float here = variance(sweep.blocks(i));
+    const float next = variance(sweep.blocks(i + 1));
+    if (std::min(here, next) < kLeastOfOther * std::max(here, next)) continue;
     const float step = squared_difference(sweep.blocks(i), sweep.blocks(i + 1));
     const float beside = std::max(squared_difference(sweep.blocks(i - kSpan), sweep.blocks(i)),
                                   squared_difference(sweep.blocks(i + 1), sweep.blocks(i + 1 + kSpan)));

@@ -23,12 +23,16 @@ class SweepCheck {
   SweepWarnings check(const Volume& volume, const SweepThumbnails& thumbnails);
 
   /// The next volume does not continue the last one.
-  void forget_volumes() { before_.clear(); }
+  void forget_volumes() {
+    before_.clear();
+    was_mirrored_ = false;
+  }
 
  private:
   bool jumps(const SweepThumbnails& sweep);
 
   SweepThumbnails before_;
+  bool was_mirrored_ = false;
   RingCheck rings_;
   std::vector<float> steps_;  // squared differences of neighbours
 };

@@ -204,7 +204,8 @@ class NiftiReader {
     }
     volumes_.format = type->format;
     volumes_.format.big_endian = type->format.bytes == 2 && header.big_endian();
-    const bool scaled = header.slope() != 0 && (header.slope() != 1 || header.intercept() != 0);
+    const bool scaled = std::isfinite(header.slope()) && std::isfinite(header.intercept()) &&
+                        header.slope() != 0 && (header.slope() != 1 || header.intercept() != 0);
     if (scaled && header.slope() < 0)
       return bad("a larger value is a weaker echo (scl_slope is negative)", "values that rise with the echo",
                  ErrorCode::kUnsupported);
@@ -249,9 +250,10 @@ class NiftiReader {
     }
     // The checksum stands behind the last voxel.
     std::array<unsigned char, 4096> rest{};
-    int got = 0;
-    while (packed && (got = gzread(file_.get(), rest.data(), rest.size())) > 0) {
-    }
+    constexpr int kMostRest = 16;
+    int got = packed ? 1 : 0;
+    for (int i = 0; got > 0 && i < kMostRest; ++i) got = gzread(file_.get(), rest.data(), rest.size());
+    if (got > 0) return bad("there are many more bytes behind its voxels", "the end of the file");
     const int closed = gzclose(file_.release());
     if (got < 0 || (packed && closed != Z_OK)) return damaged(bytes, bytes);
     return {};

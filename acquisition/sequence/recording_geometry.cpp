@@ -388,6 +388,7 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
   if (!layers) return layers.error();
   if (fit) add_fit(*layers, *fit);
   const auto kind = static_cast<std::size_t>(*first_with(*layers, kFrameKind)->values[kFrameKind]);
+  const std::string& kind_origin = first_with(*layers, kFrameKind)->origin;
 
   RecordingGeometry found;
   found.fit = fit;
@@ -406,7 +407,12 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
       return bad_file(
           recording_path,
           fmt::format("{} gives a {} for {} frames", layer->origin, key.name, kFrameKindNames[kind]),
-          fmt::format("another frame_kind, or no {}", key.name));
+          fmt::format(
+              "another frame_kind{}, or no {}",
+              kind_origin == kDefaultOrigin
+                  ? ""
+                  : fmt::format(" than that of {}, which counts unless --geometry gives one", kind_origin),
+              key.name));
     } else if (key.uses[kind] != Use::kUnread) {
       key.set(found, *layer->values[i]);
       found.values.push_back({key.name, shown_value(key, *layer->values[i]), layer->origin});
@@ -441,7 +447,9 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
   }
   if (const auto fits = check_size(recording_path, sequence, found); !fits) return fits.error();
   if (const auto checked = check(found.geometry); !checked) {
-    return Error{ErrorCode::kBadInput, fmt::format("{}: {}", shown(recording_path), checked.error().message)};
+    return Error{ErrorCode::kBadInput,
+                 fmt::format("{}: {}{}{}", shown(recording_path), checked.error().message,
+                             found.contradictions.empty() ? "" : ". ", fmt::join(found.contradictions, " "))};
   }
   add_suspicions(found);
   return found;

@@ -197,7 +197,11 @@ Result<void> print_recording(const InfoOptions& options) {
   }
   const auto sweeps = examine_sweeps(
       options.file, {.geometry_path = options.geometry_path, .pace = SourcePace::kAsFastAsTaken});
-  if (!sweeps) return sweeps.error();
+  if (!sweeps) {
+    if (!options.json) fmt::print("{}", recording_text(*recording));
+    std::fflush(stdout);  // before the error
+    return sweeps.error();
+  }
   if (options.json) {
     auto json = recording_json(*recording);
     add_sweeps(json, *sweeps);

@@ -21,8 +21,11 @@ Result<SweepReport> examine_sweeps(const std::string& file, const SourceOptions&
   ProbeLink probe(bell, bell);
   auto source = open_source(file, options, probe);
   if (!source) return source.error();
-  OfflineVolumes volumes(**source);
+  const SourceDescription& description = (*source)->description();
   SweepReport report;
+  report.too_large = description.frames_per_volume * description.geometry.frame_bytes() > kMostBytes;
+  if (report.too_large) return report;
+  OfflineVolumes volumes(**source);
   for (std::uint64_t bytes = 0; bytes < kMostBytes || report.volumes < 2;) {
     const auto volume = volumes.next();
     if (!volume) return volume.error();
@@ -36,6 +39,7 @@ Result<SweepReport> examine_sweeps(const std::string& file, const SourceOptions&
     (void)volumes.dropped();  // before its queue is full
   }
   report.dropped = volumes.dropped();
+  report.whole |= description.volumes > 0 && report.volumes + report.dropped.size() >= description.volumes;
   return report;
 }
 
@@ -61,6 +65,7 @@ nlohmann::ordered_json warnings_json(const WarnedVolumes& warned) {
 
 std::string sweep_text(const SweepReport& report) {
   constexpr std::size_t kMostShown = 5;
+  if (report.too_large) return "  examined    none: a sweep has over 256 MB of frames\n";
   std::string text = fmt::format("  examined    {}{} volume{}\n", report.whole ? "all, " : "the first ",
                                  report.volumes, report.volumes == 1 ? "" : "s");
   if (report.volumes == 0) text += "  warning: No sweep of the recording can be rendered.\n";

@@ -18,11 +18,13 @@ namespace fanlight {
 struct SweepReport {
   std::uint64_t volumes = 0;  ///< assembled
   bool whole = false;         ///< these are all sweeps of the recording
+  bool too_large = false;     ///< none was assembled: a sweep alone is above the limit
   WarnedVolumes warned{};
   std::vector<DroppedSweep> dropped;
 };
 
-/// Assembles the sweeps of a recording, up to 256 MB of frames and two sweeps at least. Errors of the source.
+/// Assembles the sweeps of a recording, up to 256 MB of frames, and two sweeps
+/// where none is larger. Errors of the source.
 Result<SweepReport> examine_sweeps(const std::string& file, const SourceOptions& options);
 
 /// Lines for people, with two spaces before each.

@@ -176,9 +176,11 @@ TEST_F(SweepCheckTest, FewFramesAreSaidToBeFew) {
 
 TEST_F(SweepCheckTest, AMirroredSecondSweepIsSeen) {
   EXPECT_TRUE(warnings().empty());
-  EXPECT_EQ(warnings(mirror, 1), only(SweepWarning::kMirrored));
+  EXPECT_TRUE(warnings(mirror, 1).empty()) << "once may be a body that moved";
   EXPECT_EQ(warnings({}, 0), only(SweepWarning::kMirrored));
-  EXPECT_TRUE(warnings({}, 1).empty());
+  EXPECT_EQ(warnings(mirror, 1), only(SweepWarning::kMirrored));
+  EXPECT_EQ(warnings({}, 1), only(SweepWarning::kMirrored));
+  EXPECT_TRUE(warnings({}, 0).empty());
   check_.forget_volumes();
   EXPECT_TRUE(warnings(mirror).empty()) << "nothing is known of the sweep before";
 }
@@ -216,6 +218,28 @@ TEST_F(SweepCheckTest, FramesOfOneLevelAreSeen) {
               return frame == 4 ? 0 : ring(row, column) + 100 * std::sin(0.3 * frame + 0.2 * column);
             }),
             only(SweepWarning::kBlank));
+}
+
+TEST_F(SweepCheckTest, BlankAndDarkEndsOfASweepAreUsual) {
+  const auto body = [this](std::uint32_t frame, std::uint32_t row, std::uint32_t column) {
+    return ring(row, column) + 100 * std::sin(0.12 * frame + 0.2 * column);
+  };
+  EXPECT_TRUE(drawn([&](std::uint32_t frame, std::uint32_t row, std::uint32_t column) {
+                return frame < 2 ? 0 : body(frame, row, column);
+              }).empty());
+  EXPECT_TRUE(drawn([&](std::uint32_t frame, std::uint32_t row, std::uint32_t column) {
+                return frame > 27 ? 10 + noise_(random_) / 4 : body(frame, row, column);
+              }).empty());
+}
+
+TEST_F(SweepCheckTest, ADimBodyBehindABrightLensIsABody) {
+  const auto grey = [this](std::uint32_t, std::uint32_t row, std::uint32_t column) {
+    const double deep_mm = radius_mm(row, column) - geometry().probe_radius_mm;
+    if (deep_mm < 20) return 255.0;
+    const bool in_body = std::abs(deep_mm - 80) < 20 && std::abs(column - 48.0) < 15;
+    return (in_body ? 60 : 8) + noise_(random_) / 6;
+  };
+  EXPECT_TRUE(drawn(grey).empty());
 }
 
 /// The same scenes by other probes and seeds.

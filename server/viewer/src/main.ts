@@ -346,7 +346,7 @@ function pictureShown(picture: Picture): void {
   quickPanel.take(picture.levels);
   overlay.show(picture);
   showBusy();
-  condition.warnings = warnings.take(picture.warnings, performance.now());
+  warnings.take(picture.warnings, performance.now());
   if (news) showCondition({ pictureShown: true, serverError: undefined, hasNoSurface: measured.hasNoSurface() });
 }
 
@@ -371,7 +371,8 @@ function showBusy(): void {
 
 function showCondition(change: Partial<Condition>): void {
   const nowMs = performance.now();
-  Object.assign(condition, change, { probe: probe.news(nowMs), liveness: liveness.news(nowMs) });
+  const news = { probe: probe.news(nowMs), liveness: liveness.news(nowMs), warnings: warnings.recent(nowMs) };
+  Object.assign(condition, change, news);
   // After a probe's return only a volume from after it is live.
   if (condition.liveness.state === "live" && !probe.isLive()) condition.liveness.state = "not-live";
   const open = condition.connection.state === "open";

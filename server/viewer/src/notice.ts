@@ -16,7 +16,7 @@ export interface Condition {
   pictureShown: boolean;
   /** A surface is wanted by a threshold from the data, and the frames show speckle only. */
   hasNoSurface?: boolean;
-  /** What looks wrong in the frames of the volume that is shown. */
+  /** What looks wrong in the frames of the volume that is shown, or of those of the last seconds. */
   warnings?: SweepWarning[];
 }
 
