@@ -169,9 +169,9 @@ class NiftiReader {
 
   /// Methods 3, 2 and 1 of nifti1.h.
   Result<void> take_axes(const NiftiHeader& header) {
-    const double mm = mm_of(header.units()).value_or(1);
-    if (!mm_of(header.units()))
-      volumes_.notes.emplace_back("Its unit of length is not given: mm are assumed.");
+    const std::optional<double> unit_mm = mm_of(header.units());
+    const double mm = unit_mm.value_or(1);
+    if (!unit_mm) volumes_.notes.emplace_back("Its unit of length is not given: mm are assumed.");
     VoxelGrid& grid = volumes_.grid;
     if (header.sform_code() > 0) {
       std::array<std::array<double, 3>, 3> axes{};
@@ -210,11 +210,10 @@ class NiftiReader {
       return bad("a larger value is a weaker echo (scl_slope is negative)", "values that rise with the echo",
                  ErrorCode::kUnsupported);
     if (scaled) {
-      volumes_.notes.push_back(
-          fmt::format("Its values have a slope of {:.4g} and an offset of {:.4g}, which are not used: the "
-                      "window of grey levels is "
-                      "of the stored values.",
-                      header.slope(), header.intercept()));
+      volumes_.notes.push_back(fmt::format(
+          "Its slope of {:.4g} and offset of {:.4g} are not used: the window of grey levels is that "
+          "of the stored values.",
+          header.slope(), header.intercept()));
     }
     return {};
   }
@@ -277,7 +276,8 @@ bool is_nifti(const std::filesystem::path& path, std::span<const unsigned char> 
   const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
   if (text.size() >= kNiftiHeaderBytes && text.substr(kMagicAt, kNiftiMagic.size()) == kNiftiMagic)
     return true;
-  return text.starts_with("\x1f\x8b") && path.string().ends_with(".nii.gz");
+  const std::string name = path.string();
+  return !text.empty() && (name.ends_with(".nii") || name.ends_with(".nii.gz"));
 }
 
 Result<NiftiVolumes> read_nifti(const std::filesystem::path& path, std::uint64_t max_bytes) {

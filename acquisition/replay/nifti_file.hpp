@@ -21,15 +21,16 @@ struct NiftiVolumes {
   std::vector<std::string> notes;
 };
 
-/// Whether a file is NIfTI-1 in one file (.nii), plain or compressed by gzip: by its first 348 bytes, or by
-/// its name and the first bytes of gzip.
+/// Whether a file is NIfTI-1 in one file (.nii), plain or compressed by gzip: by its first 348 bytes, or, if
+/// it is not empty, by its name.
 bool is_nifti(const std::filesystem::path& path, std::span<const unsigned char> first_bytes);
 
 /// Reads a NIfTI-1 file (https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h): three axes, or four with
 /// time as the last, of whole numbers of 8 or 16 bit in either byte order. Spacing and handedness are from
 /// the sform, else from the qform, else from pixdim alone. A file that Fanlight wrote keeps its place in the
 /// transducer frame. kUnsupported: other types of values, axes at no right angles; kBadInput: a damaged or
-/// cut off file, or one of over `max_bytes` of voxels. Our own reader, because libniftiio trusts its files.
+/// cut off file, or one of over `max_bytes` of voxels. Our own reader: libniftiio says what is wrong on
+/// stderr alone.
 Result<NiftiVolumes> read_nifti(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 }  // namespace fanlight

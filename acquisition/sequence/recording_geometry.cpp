@@ -295,15 +295,15 @@ Result<std::vector<Layer>> read_layers(const std::filesystem::path& recording_pa
   auto header = read_header(recording_path, sequence);
   if (!header) return header.error();
   layers.push_back(*std::move(header));
-  const bool is_set =
-      sequence.pixel_size && (sequence.pixel_size->width_mm != 1 || sequence.pixel_size->height_mm != 1);
-  if (is_set) layers.push_back(read_transform(sequence));
+  const auto behind_header = static_cast<std::ptrdiff_t>(layers.size());
   if (beside) layers.push_back(*std::move(beside));
   layers.push_back(defaults());
-  if (!is_set) layers.push_back(read_transform(sequence));
   // Diverging lines have no pixel size that a matrix could contain.
   if (*first_with(layers, kFrameKind)->values[kFrameKind] == static_cast<double>(FrameKind::kConvexLines))
-    std::erase_if(layers, [&](const Layer& layer) { return layer.origin == sequence.pixel_size_origin; });
+    return layers;
+  const bool is_set =
+      sequence.pixel_size && (sequence.pixel_size->width_mm != 1 || sequence.pixel_size->height_mm != 1);
+  layers.insert(is_set ? layers.begin() + behind_header : layers.end(), read_transform(sequence));
   return layers;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "acquisition/assembly/sweep_check.hpp"
 #include "acquisition/assembly/sweep_hysteresis.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "proto/exchange/volume_ring.hpp"
@@ -84,6 +85,20 @@ void mismatch_of_a_volume(benchmark::State& state) {
   state.SetItemsProcessed(2 * state.iterations());
 }
 BENCHMARK(mismatch_of_a_volume)->Unit(benchmark::kMillisecond);
+
+/// The check of a sweep without faults, with its thumbnails.
+void check_of_a_volume(benchmark::State& state) {
+  const Volume volume = first_volume();
+  const std::vector<FrameStamp> stamps(volume.stamp().frames);
+  SweepThumbnails thumbnails(volume.frame_capacity());
+  SweepCheck check(volume.frame_capacity());
+  for (auto _ : state) {
+    thumbnails.take(volume, stamps);
+    benchmark::DoNotOptimize(check.check(volume, thumbnails));
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(check_of_a_volume)->Unit(benchmark::kMillisecond);
 
 void angle_table_of_new_angles(benchmark::State& state) {
   const Volume volume = first_volume();
