@@ -107,6 +107,7 @@ Result<void> VolumeInFlight::create_frames(const FanGeometry& geometry, std::uin
   auto made = FrameStore::create(device_, {.columns = geometry.columns,
                                            .rows = geometry.rows,
                                            .frame_capacity = frames,
+                                           .zero_is_unscanned = geometry.zero_is_unscanned,
                                            .piece_samples = config_.band_samples,
                                            .sampling = config_.sampling});
   if (!made) return made.error();
@@ -134,7 +135,7 @@ Result<void> VolumeInFlight::prepare(const Scene& scene) {
   const Scene known = effective(scene, {});
   if (auto begun = frames_.begin(known.speckle); !begun) return begun;
   bind_cast();
-  return cast_.find_pipelines(known, geometry_.kind);
+  return cast_.find_pipelines(known, geometry_);
 }
 
 Result<void> VolumeInFlight::load(const Volume& volume, const EchoLevels& levels) {

@@ -118,6 +118,11 @@
 #define FANLIGHT_KEEP_MINIMUM 3
 #define FANLIGHT_KEEP_MEAN 4
 
+// What a column of a frame is, and what grey level 0 means; see FanGeometry.
+#define FANLIGHT_FRAMES_PARALLEL 0  // columns are parallel
+#define FANLIGHT_FRAMES_POLAR 1     // columns are scan lines of a curved array
+#define FANLIGHT_FRAMES_MASKED 2    // columns are parallel, and grey level 0 was not scanned
+
 // Where on its edge the surface lies; see SurfacePlace.
 #define FANLIGHT_PLACE_FIRST_CROSSING 0
 #define FANLIGHT_PLACE_REFINED 1

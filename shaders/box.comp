@@ -20,17 +20,24 @@ layout(push_constant, scalar) uniform Constants {
 FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_FRAMES, FramesWords, frames);
 FANLIGHT_WORDS_TO_WRITE(FANLIGHT_BINDING_FILTERED_FRAMES, FilteredFramesWords, filtered_frames);
 
+// Grey level 0 was not scanned: such pixels stay as they are, and do not count in the windows of others.
+layout(constant_id = 1) const bool kMasked = false;
+
 struct Sums {
   uvec4 first;   // of grey levels
-  uvec4 second;  // unused
+  uvec4 second;  // of scanned pixels, if kMasked
 };
 
 Sums entry(uint word) {
-  return Sums(pixels_of(fetched(frames, int(word))), uvec4(0u));
+  uvec4 grey = pixels_of(fetched(frames, int(word)));
+  return Sums(grey, kMasked ? scanned_of(grey) : uvec4(0u));
 }
 
 void put(uint word, Sums sums, uvec4 numbers) {
-  store(filtered_frames, int(word), word_of((2u * sums.first + numbers) / (2u * numbers)));
+  uvec4 number = kMasked ? max(sums.second, uvec4(1u)) : numbers;
+  uvec4 means = (2u * sums.first + number) / (2u * number);
+  if (kMasked) means = kept_scanned(means, pixels_of(fetched(frames, int(word))));
+  store(filtered_frames, int(word), word_of(means));
 }
 
 #include "sliding_window.h"

@@ -26,7 +26,7 @@ layout(constant_id = 0) const int kWindow = 8;
 // FANLIGHT_KEEP_...; with FANLIGHT_KEEP_NOTHING the ray ends at the surface.
 layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
 // Frames are scan lines of a curved array.
-layout(constant_id = 2) const bool kPolar = false;
+layout(constant_id = 2) const int kFrames = FANLIGHT_FRAMES_PARALLEL;
 // Where on its edge the surface lies: FANLIGHT_PLACE_...
 layout(constant_id = 3) const int kPlace = FANLIGHT_PLACE_REFINED;
 // A sample is the mean of (2 k + 1)^2 points across the ray.

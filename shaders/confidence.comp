@@ -18,7 +18,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 // As in cast.comp.
 layout(constant_id = 0) const int kWindow = 8;
-layout(constant_id = 2) const bool kPolar = false;
+layout(constant_id = 2) const int kFrames = FANLIGHT_FRAMES_PARALLEL;
 layout(constant_id = 4) const int kAcross = 0;
 
 #define rays parameters[FANLIGHT_PARAMETER_INDEX]

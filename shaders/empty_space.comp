@@ -24,7 +24,7 @@ layout(local_size_x = 8) in;  // tiles
 // As in cast.comp.
 layout(constant_id = 0) const int kWindow = 8;
 layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
-layout(constant_id = 2) const bool kPolar = false;
+layout(constant_id = 2) const int kFrames = FANLIGHT_FRAMES_PARALLEL;
 
 FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS, NeighbourMinMaxWords, neighbour_min_max);
 layout(binding = FANLIGHT_BINDING_SEGMENT_MASKS, scalar) writeonly buffer SegmentMasks {
@@ -71,7 +71,7 @@ Levels levels_in(Cell cell) {
   ivec2 frames = frames_in(extent);
   vec2 across = extent.x;
   vec2 down = extent.from_axis - rays.motor_radius;
-  if (kPolar) {
+  if (kFrames == FANLIGHT_FRAMES_POLAR) {
     // The disc around the cell's rectangle in the plane of the frame.
     vec2 middle = vec2(0.5 * (extent.x.x + extent.x.y), 0.5 * (down.x + down.y) + rays.probe_radius);
     float reach = 0.5 * length(vec2(extent.x.y - extent.x.x, down.y - down.x));

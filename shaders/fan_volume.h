@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Samples the volume at points of the body (renderer/ALGORITHM.md, pass 1). The includer has declared the
-// parameters as `rays`, and the specialisation constant kPolar: frames are scan lines of a curved array.
+// parameters as `rays`, and the specialisation constant kFrames (FANLIGHT_FRAMES_...).
 //
 // Points are in the transducer frame, mm: x lateral, y depth below the probe face, z elevation. The sweep
 // axis is parallel to x, motor_radius behind the probe face.
@@ -65,13 +65,36 @@ float mixed(Voxels voxels) {
   vec2 columns = mix(rows.xz, rows.yw, voxels.fraction.x);
   return mix(columns.x, columns.y, voxels.fraction.z) * (1.0 / 255.0);
 }
-#else
-#define Voxels float
-float voxels_at(vec3 voxel) {
-  return textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x;
+
+// Whether all voxels that are mixed were scanned.
+bool scanned(Voxels voxels) {
+  if (kFrames != FANLIGHT_FRAMES_MASKED) return true;
+  uvec4 words = voxels.words >> voxels.shift;
+  uvec4 darkest = min(words & 0xFFu, words >> 8 & 0xFFu);
+  return min(min(darkest.x, darkest.y), min(darkest.z, darkest.w)) > 0u;
 }
-float mixed(float value) {
-  return value;
+#else
+struct Voxels {
+  float mixed;
+  float darkest;  // of the voxels that are mixed; FANLIGHT_FRAMES_MASKED only
+};
+
+Voxels voxels_at(vec3 voxel) {
+  Voxels voxels = Voxels(textureLod(volume, (voxel + 0.5) * rays.voxel_scale, 0.0).x, 1.0);
+  if (kFrames != FANLIGHT_FRAMES_MASKED) return voxels;
+  vec3 last = vec3(rays.last_column, rays.last_row, rays.last_frame);
+  ivec3 first = ivec3(floor(clamp(voxel, vec3(0.0), last)));
+  for (int corner = 0; corner < 8; ++corner) {
+    ivec3 at = min(first + ivec3(corner & 1, corner >> 1 & 1, corner >> 2), ivec3(last));
+    voxels.darkest = min(voxels.darkest, texelFetch(volume, at, 0).x);
+  }
+  return voxels;
+}
+float mixed(Voxels voxels) {
+  return voxels.mixed;
+}
+bool scanned(Voxels voxels) {
+  return voxels.darkest > 0.0;
 }
 #endif
 
@@ -89,7 +112,7 @@ VoxelPosition position_in_frame(vec3 at, float from_axis) {
   float from_apex = rho + rays.probe_radius;
   float reach = at.x * at.x + from_apex * from_apex;
   VoxelPosition position;
-  if (kPolar) {
+  if (kFrames == FANLIGHT_FRAMES_POLAR) {
     float radius = sqrt(reach);
     position.voxel.x = angle_between(at.x, from_apex, radius) * rays.column_scale + rays.column_offset;
     position.voxel.y = (radius - rays.probe_radius) * rays.row_scale + rays.row_offset;
@@ -116,8 +139,9 @@ float echo(vec3 at) {
   float from_axis = from_axis_of(at);
   VoxelPosition position = position_in_frame(at, from_axis);
   position.voxel.z = frame_at(at.z, at.y + rays.motor_radius, from_axis);
-  float value = mixed(voxels_at(position.voxel));
-  return position.margin >= 0.0 ? value : -1.0;
+  Voxels voxels = voxels_at(position.voxel);
+  float value = mixed(voxels);
+  return position.margin >= 0.0 && scanned(voxels) ? value : -1.0;
 }
 
 // Clips the interval (first, last) of t to a + b t >= 0. last < first: empty.

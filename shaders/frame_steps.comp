@@ -16,7 +16,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 // Of ray.h and fan_volume.h, which sample nothing here.
-const bool kPolar = false;
+const int kFrames = FANLIGHT_FRAMES_PARALLEL;
 const int kAcross = 0;
 
 #define rays parameters[FANLIGHT_PARAMETER_INDEX]

@@ -21,6 +21,15 @@ uint word_of(uvec4 pixels) {
   return pixels.x | pixels.y << 8 | pixels.z << 16 | pixels.w << 24;
 }
 
+// 1 for each pixel that was scanned, where grey level 0 was not.
+uvec4 scanned_of(uvec4 pixels) {
+  return min(pixels, uvec4(1u));
+}
+// A filter's result, which stays "not scanned" or an echo as the pixel was.
+uvec4 kept_scanned(uvec4 filtered, uvec4 pixels) {
+  return max(filtered, uvec4(1u)) * scanned_of(pixels);
+}
+
 // The columns of a word's pixels.
 ivec4 columns_of(int word) {
   return 4 * word + ivec4(0, 1, 2, 3);

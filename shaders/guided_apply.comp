@@ -23,6 +23,9 @@ layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) readonly buffer Coeffici
 };
 FANLIGHT_WORDS_TO_WRITE(FANLIGHT_BINDING_FILTERED_FRAMES, FilteredFramesWords, filtered_frames);
 
+// Grey level 0 was not scanned: such pixels stay as they are.
+layout(constant_id = 1) const bool kMasked = false;
+
 struct Sums {
   uvec4 first;   // of a, in 1/65535
   uvec4 second;  // of b, in 255/65535 of a grey level
@@ -35,9 +38,10 @@ Sums entry(uint word) {
 
 void put(uint word, Sums sums, uvec4 numbers) {
   vec4 scale = 1.0 / (65535.0 * vec4(numbers));
-  vec4 grey = scale * vec4(sums.first) * vec4(pixels_of(fetched(frames, int(word)))) +
-              255.0 * scale * vec4(sums.second);
-  store(filtered_frames, int(word), word_of(uvec4(min(grey + 0.5, 255.0))));
+  uvec4 pixels = pixels_of(fetched(frames, int(word)));
+  vec4 grey = scale * vec4(sums.first) * vec4(pixels) + 255.0 * scale * vec4(sums.second);
+  uvec4 rounded = uvec4(min(grey + 0.5, 255.0));
+  store(filtered_frames, int(word), word_of(kMasked ? kept_scanned(rounded, pixels) : rounded));
 }
 
 #include "sliding_window.h"

@@ -25,18 +25,28 @@ layout(binding = FANLIGHT_BINDING_COEFFICIENTS, scalar) writeonly buffer Coeffic
   uvec4 coefficients[];
 };
 
+// Grey level 0 was not scanned: such pixels stay as they are, and do not count in the windows of others.
+layout(constant_id = 1) const bool kMasked = false;
+
 struct Sums {
-  uvec4 first;   // of grey levels
+  uvec4 first;   // of grey levels; if kMasked, in the upper half of scanned pixels
   uvec4 second;  // of their squares
 };
 
+// The grey levels of at most 147 pixels fill 16 bits.
+const int kNumberShift = 16;
+
 Sums entry(uint word) {
   uvec4 grey = pixels_of(fetched(frames, int(word)));
-  return Sums(grey, grey * grey);
+  return Sums(kMasked ? grey | scanned_of(grey) << kNumberShift : grey, grey * grey);
 }
 
 // A volume is filtered some frames at a time, and only the coefficients of these frames are in the buffer.
 void put(uint word, Sums sums, uvec4 numbers) {
+  if (kMasked) {
+    numbers = max(sums.first >> kNumberShift, uvec4(1u));
+    sums.first &= (1u << kNumberShift) - 1u;
+  }
   uint kept = word - word_at(0, 0, int(prepare.first_kept));
   ivec4 columns = columns_of(int(word % uint(words_in_row())));
   vec4 number = vec4(numbers);

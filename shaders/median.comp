@@ -22,13 +22,15 @@ layout(local_size_x = 64) in;  // x: words of a row; y: rows; z: frames
 // The window: kSide x kSide pixels, at most 7 x 7, of kAcross frames.
 layout(constant_id = 0) const int kSide = 5;
 layout(constant_id = 1) const int kAcross = 1;
+// Grey level 0 was not scanned: such pixels stay as they are, and do not count in the windows of others.
+layout(constant_id = 2) const bool kMasked = false;
 
 FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_FRAMES, FramesWords, frames);
 FANLIGHT_WORDS_TO_WRITE(FANLIGHT_BINDING_FILTERED_FRAMES, FilteredFramesWords, filtered_frames);
 
 const int kWindow = kSide * kSide * kAcross;
 
-// The value of a pixel outside the volume: brighter than every grey level.
+// The value of a pixel outside the volume, or not scanned: brighter than every grey level.
 const int kAbsent = 256;
 
 int grey_at(ivec3 at) {
@@ -36,7 +38,8 @@ int grey_at(ivec3 at) {
   bool inside = all(greaterThanEqual(at, ivec3(0))) && all(lessThan(at, size));
   ivec3 clamped = clamp(at, ivec3(0), size - 1);
   uint word = fetched(frames, int(word_at(clamped.x / 4, clamped.y, clamped.z)));
-  return inside ? int(word >> (8 * (clamped.x % 4)) & 0xFFu) : kAbsent;
+  int grey = int(word >> (8 * (clamped.x % 4)) & 0xFFu);
+  return inside && !(kMasked && grey == 0) ? grey : kAbsent;
 }
 
 int median_at(ivec3 at) {
@@ -70,5 +73,7 @@ void main() {
   uvec4 medians = uvec4(0u);
   for (int pixel = 0; pixel < 4; ++pixel)
     medians[pixel] = uint(median_at(ivec3(4 * word + pixel, row, frame)));
-  store(filtered_frames, int(word_at(word, row, frame)), word_of(medians));
+  uint index = word_at(word, row, frame);
+  if (kMasked) medians = kept_scanned(medians, pixels_of(fetched(frames, int(index))));
+  store(filtered_frames, int(index), word_of(medians));
 }

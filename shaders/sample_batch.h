@@ -32,7 +32,7 @@ void samples_from(Ray ray, float index, out float values[kBatch]) {
   [[unroll]] for (int slot = 0; slot < kBatch; ++slot) voxels[slot] = voxels_at(positions[slot].voxel);
   [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
     float value = mixed(voxels[slot]);
-    values[slot] = exact(positions[slot].margin >= 0.0 ? value : -1.0);
+    values[slot] = exact(positions[slot].margin >= 0.0 && scanned(voxels[slot]) ? value : -1.0);
   }
 }
 

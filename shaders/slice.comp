@@ -13,7 +13,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 // As in cast.comp.
-layout(constant_id = 2) const bool kPolar = false;
+layout(constant_id = 2) const int kFrames = FANLIGHT_FRAMES_PARALLEL;
 
 #define rays parameters[FANLIGHT_PARAMETER_INDEX]
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours {

@@ -87,17 +87,26 @@ class FanSampler {
     const double right = place.column - column;
     const double down = place.row - row;
     const std::size_t index = std::size_t{row} * geometry_.columns + column;
+    if (geometry_.zero_is_unscanned && (has_zero(frames.first, index) || has_zero(frames.second, index)))
+      return 0;
     const auto bilinear = [&](std::span<const std::uint8_t> pixels) {
       const double upper = std::lerp(double{1} * pixels[index], double{1} * pixels[index + 1], right);
       const std::size_t below = index + geometry_.columns;
       const double lower = std::lerp(double{1} * pixels[below], double{1} * pixels[below + 1], right);
       return std::lerp(upper, lower, down);
     };
-    return static_cast<std::uint8_t>(
-        std::lround(std::lerp(bilinear(frames.first), bilinear(frames.second), frames.share)));
+    const double echo = std::lerp(bilinear(frames.first), bilinear(frames.second), frames.share);
+    // 0 is left to what was not scanned.
+    return static_cast<std::uint8_t>(std::max(1L, std::lround(echo)));
   }
 
  private:
+  /// Of the four pixels from `index` on.
+  bool has_zero(std::span<const std::uint8_t> pixels, std::size_t index) const {
+    const std::size_t below = index + geometry_.columns;
+    return std::min({pixels[index], pixels[index + 1], pixels[below], pixels[below + 1]}) == 0;
+  }
+
   bool scanned(const PlanePoint& point) const {
     const FanGeometry::Sector& sector = geometry_.sector;
     if (geometry_.kind != FrameKind::kCartesian || sector.half_angle_deg == 0) return true;

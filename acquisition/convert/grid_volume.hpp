@@ -17,7 +17,8 @@ struct GridVolume {
   std::array<double, 3> origin_mm{};  ///< centre of the first voxel
   double spacing_mm = 1;
   std::array<std::uint32_t, 3> size{};
-  std::vector<std::uint8_t> voxels;  ///< grey levels, k slowest, i fastest; 0 outside of the fan
+  std::vector<std::uint8_t>
+      voxels;  ///< grey levels, k slowest, i fastest; 0 where nothing was scanned, else 1 or more
 
   std::uint64_t bytes() const { return std::uint64_t{size[0]} * size[1] * size[2]; }
 };

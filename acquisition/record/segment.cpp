@@ -52,6 +52,8 @@ static_assert(sizeof(FrameRecord) == 56 && std::has_unique_object_representation
 
 constexpr std::uint32_t kCountsVolumes = 1;
 constexpr std::uint32_t kSimulated = 2;
+// Absent in segments of earlier versions, whose frames have no unscanned pixels.
+constexpr std::uint32_t kZeroIsUnscanned = 4;
 
 /// The facts as they stand in the file, before the source's name.
 struct FactsRecord {
@@ -83,27 +85,28 @@ std::uint32_t facts_crc(const FactsRecord& record, std::string_view source) {
 std::string facts_text(const RecordingFacts& facts) {
   const FanGeometry& geometry = facts.geometry;
   const std::string source = facts.source.substr(0, kLongestSource);
-  FactsRecord record{
-      .pixel_width_mm = geometry.pixel_width_mm,
-      .pixel_height_mm = geometry.pixel_height_mm,
-      .face_column = geometry.face_column,
-      .face_row = geometry.face_row,
-      .motor_radius_mm = geometry.motor_radius_mm,
-      .probe_radius_mm = geometry.probe_radius_mm,
-      .line_pitch_deg = geometry.line_pitch_deg,
-      .half_angle_deg = geometry.sector.half_angle_deg,
-      .reach_mm = geometry.sector.reach_mm,
-      .first_angle_rad = facts.first_angle_rad,
-      .last_angle_rad = facts.last_angle_rad,
-      .begun_utc_s = facts.begun_utc_s,
-      .kind = static_cast<std::uint32_t>(geometry.kind),
-      .columns = geometry.columns,
-      .rows = geometry.rows,
-      .flags = (facts.counts_volumes ? kCountsVolumes : 0U) | (facts.simulated ? kSimulated : 0U),
-      .frames_per_volume = facts.frames_per_volume,
-      .usual_frames = facts.usual_frames,
-      .source_bytes = static_cast<std::uint32_t>(source.size()),
-      .crc = 0};
+  FactsRecord record{.pixel_width_mm = geometry.pixel_width_mm,
+                     .pixel_height_mm = geometry.pixel_height_mm,
+                     .face_column = geometry.face_column,
+                     .face_row = geometry.face_row,
+                     .motor_radius_mm = geometry.motor_radius_mm,
+                     .probe_radius_mm = geometry.probe_radius_mm,
+                     .line_pitch_deg = geometry.line_pitch_deg,
+                     .half_angle_deg = geometry.sector.half_angle_deg,
+                     .reach_mm = geometry.sector.reach_mm,
+                     .first_angle_rad = facts.first_angle_rad,
+                     .last_angle_rad = facts.last_angle_rad,
+                     .begun_utc_s = facts.begun_utc_s,
+                     .kind = static_cast<std::uint32_t>(geometry.kind),
+                     .columns = geometry.columns,
+                     .rows = geometry.rows,
+                     .flags = (facts.counts_volumes ? kCountsVolumes : 0U) |
+                              (facts.simulated ? kSimulated : 0U) |
+                              (geometry.zero_is_unscanned ? kZeroIsUnscanned : 0U),
+                     .frames_per_volume = facts.frames_per_volume,
+                     .usual_frames = facts.usual_frames,
+                     .source_bytes = static_cast<std::uint32_t>(source.size()),
+                     .crc = 0};
   record.crc = facts_crc(record, source);
   return std::string(kMagic) + std::string(bytes_of(record)) + source;
 }
@@ -202,7 +205,8 @@ Result<RecordingFacts> read_facts(int file, const std::filesystem::path& path) {
                    .motor_radius_mm = record.motor_radius_mm,
                    .probe_radius_mm = record.probe_radius_mm,
                    .line_pitch_deg = record.line_pitch_deg,
-                   .sector = {.half_angle_deg = record.half_angle_deg, .reach_mm = record.reach_mm}},
+                   .sector = {.half_angle_deg = record.half_angle_deg, .reach_mm = record.reach_mm},
+                   .zero_is_unscanned = (record.flags & kZeroIsUnscanned) != 0},
       .counts_volumes = (record.flags & kCountsVolumes) != 0,
       .frames_per_volume = record.frames_per_volume,
       .usual_frames = record.usual_frames,

@@ -31,11 +31,12 @@ struct SequencePixels::Reading {
   std::uint64_t next = 0;  // frame
   bool transposed = false;
   PixelFormat format;
-  std::optional<GreyLevels> levels;    // absent: the stored values are grey levels
-  std::optional<Inflater> inflater;    // absent: plain pixels
-  std::vector<std::uint8_t> stored;    // a frame as in the file, where it is not grey levels
-  std::vector<std::uint8_t> in_order;  // a frame of grey levels in the file's axis order
-  long first_pixel = 0;                // offset in the file
+  std::optional<GreyLevels> levels;             // absent: the stored values are grey levels
+  std::optional<std::uint32_t> unscanned_code;  // see part_unscanned()
+  std::optional<Inflater> inflater;             // absent: plain pixels
+  std::vector<std::uint8_t> stored;             // a frame as in the file, where it is not grey levels
+  std::vector<std::uint8_t> in_order;           // a frame of grey levels in the file's axis order
+  long first_pixel = 0;                         // offset in the file
   std::uint64_t compressed_bytes = 0;
   bool gzip = false;
   struct stat opened_as {};

@@ -10,6 +10,7 @@
 
 #include "acquisition/record/recover_recording.hpp"
 #include "acquisition/replay/given_fields.hpp"
+#include "acquisition/replay/seen_sector.hpp"
 #include "acquisition/sequence/tracked_poses.hpp"
 #include "acquisition/source/angle_check.hpp"
 #include "acquisition/source/printable.hpp"
@@ -41,7 +42,26 @@ Coverage coverage(const std::vector<SequenceFrame>& frames, std::optional<T> Seq
 
 Result<ValueWindow> window_of(const Recording::Config& config, const RecordingGeometry& geometry) {
   if (geometry.window_black) return ValueWindow{*geometry.window_black, *geometry.window_white};
-  return choose_window(config.path, config.max_bytes);
+  return choose_window(config.path, config.max_bytes, geometry.unscanned);
+}
+
+/// Finds what was not scanned, where the geometry leaves that to the pixels.
+Result<void> find_unscanned(const Recording::Config& config, RecordingGeometry& geometry,
+                            OpenedSequence& opened) {
+  if (geometry.unscanned == Unscanned::kNone) return {};
+  std::vector<std::string>& notes = opened.sequence.notes;
+  if (opened.sequence.is_grid) {
+    UnscannedPixels unscanned = opened.pixels.part_unscanned(geometry.unscanned);
+    geometry.geometry.zero_is_unscanned = unscanned.code.has_value();
+    if (!unscanned.note.empty()) notes.push_back(std::move(unscanned.note));
+  } else if (geometry.unscanned == Unscanned::kDetect) {
+    const auto seen = see_sector(config.path, config.max_bytes, geometry.geometry);
+    if (!seen) return seen.error();
+    if (!*seen) return {};
+    geometry.geometry = **seen;
+    notes.push_back(note_on_seen_sector(geometry.geometry));
+  }
+  return {};
 }
 
 // A usual sweep has 20 to 90 deg; this is 2.6 rad, taken for degrees.
@@ -69,8 +89,9 @@ Result<Recording> Recording::open(const Config& config) {
   const auto fit = fit_poses(config.path, opened->sequence, opened->orientation);
   if (!fit) return fit.error();
   if (const auto fan = refuse_tracked_by_hand(config.path, opened->sequence); !fan) return fan.error();
-  const auto geometry = find_geometry(config.path, opened->sequence, config.geometry_path, *fit);
+  auto geometry = find_geometry(config.path, opened->sequence, config.geometry_path, *fit);
   if (!geometry) return geometry.error();
+  if (auto found = find_unscanned(config, *geometry, *opened); !found) return found.error();
   const auto given = fill_from_geometry(config.path, *geometry, opened->sequence);
   if (!given) return given.error();
   ValueWindow window;

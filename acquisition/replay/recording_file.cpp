@@ -326,10 +326,12 @@ Result<OpenedSequence> open_recording_file(const std::filesystem::path& path, st
   return format_of(path).open(path, max_bytes);
 }
 
-Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64_t max_bytes) {
+Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64_t max_bytes,
+                                  Unscanned unscanned) {
   constexpr std::size_t kMostFrames = 64;
   auto opened = open_recording_file(path, max_bytes);
   if (!opened) return opened.error();
+  if (unscanned != Unscanned::kNone) opened->pixels.part_unscanned(unscanned);
   ValueHistogram histogram(opened->sequence.format);
   const std::size_t frames = opened->sequence.frames.size();
   const std::size_t step = std::max<std::size_t>(1, frames / kMostFrames);

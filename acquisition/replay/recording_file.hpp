@@ -28,9 +28,10 @@ Result<OpenedSequence> open_recording_file(const std::filesystem::path& path, st
 /// folder, by name. The header is read for it. Errors as of open_recording_file().
 Result<std::vector<std::filesystem::path>> recording_files(const std::filesystem::path& path);
 
-/// Chooses a window by the values of up to 64 frames of a file, evenly spread. Errors as of
-/// open_recording_file() and SequencePixels::read().
-Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64_t max_bytes);
+/// Chooses a window by the values of up to 64 frames of a file, evenly spread, without those of pixels that
+/// were not scanned. Errors as of open_recording_file() and SequencePixels::read().
+Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64_t max_bytes,
+                                  Unscanned unscanned = Unscanned::kDetect);
 
 /// Reads all pixels into opened.sequence.pixels. Precondition: none was read. kUnavailable: no memory for
 /// them; kBadInput: the file is damaged, cut off, or too long.

@@ -93,8 +93,16 @@ Result<void> SequencePixels::read(std::uint64_t frame, std::span<std::uint8_t> t
 }
 
 void SequencePixels::set_window(const ValueWindow& window) {
-  reading_->levels.emplace(reading_->format, window);
+  reading_->levels.emplace(reading_->format, window, reading_->unscanned_code);
   reading_->stored.resize(reading_->frame_bytes());
+}
+
+UnscannedPixels SequencePixels::part_unscanned(Unscanned wanted) {
+  if (!reading_->reader) return {};
+  UnscannedPixels found = reading_->reader->part_unscanned(wanted);
+  reading_->unscanned_code = found.code;
+  if (found.code) set_window(whole_window(reading_->format));
+  return found;
 }
 
 Result<void> SequencePixels::count(std::uint64_t frame, ValueHistogram& histogram) {
@@ -103,7 +111,7 @@ Result<void> SequencePixels::count(std::uint64_t frame, ValueHistogram& histogra
   for (; reading.next <= frame; ++reading.next) {
     if (auto read = reading.read_stored(reading.stored); !read) return read;
   }
-  histogram.add(reading.stored);
+  histogram.add(reading.stored, reading.unscanned_code);
   return {};
 }
 

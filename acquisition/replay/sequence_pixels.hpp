@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "acquisition/replay/frame_reader.hpp"
 #include "acquisition/sequence/pixel_values.hpp"
 #include "proto/base/result.hpp"
 
@@ -30,6 +31,11 @@ class SequencePixels {
   /// Sets the window by which stored values become grey levels; whole_window() before. Precondition: read()
   /// was not called.
   void set_window(const ValueWindow& window);
+
+  /// Finds the pixels that were not scanned: with a code in the answer read() makes them 0 and all others 1
+  /// or more, and count() leaves them out. Only for volumes on a grid. Preconditions: `wanted` is not kNone;
+  /// neither read() nor set_window() was called.
+  UnscannedPixels part_unscanned(Unscanned wanted);
 
   /// As read(), but counts the stored values.
   Result<void> count(std::uint64_t frame, ValueHistogram& histogram);

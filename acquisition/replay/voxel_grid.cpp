@@ -7,9 +7,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 #include "acquisition/replay/frame_fields.hpp"
+#include "acquisition/replay/grid_padding.hpp"
 #include "proto/model/fan_geometry.hpp"
 
 namespace fanlight {
@@ -87,6 +89,8 @@ class FanReader : public FrameReader {
     outside_ = *std::ranges::min_element(voxels_);
   }
 
+  UnscannedPixels part_unscanned(Unscanned wanted) override;
+
   Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to) override {
     const double angle_rad = fan_.angle_rad(frame % fan_.frames);
     const T* const volume = voxels_.data() + frame / fan_.frames * grid_.voxels();
@@ -101,6 +105,12 @@ class FanReader : public FrameReader {
   }
 
  private:
+  using Look = GridPadding::Look;
+
+  /// What most voxels on the faces of the first volume have.
+  T value_on_faces() const;
+  static std::string note_on(const GridPadding& padding, T value, bool is_left_out);
+
   static T other_order(T value) {
     const std::uint16_t bits = static_cast<std::make_unsigned_t<T>>(value);
     return sizeof(T) == 1 ? value : static_cast<T>(static_cast<std::uint16_t>(bits << 8 | bits >> 8));
@@ -118,7 +128,8 @@ class FanReader : public FrameReader {
     const Between across(slice, grid_.size[2]);
     const std::size_t columns = grid_.size[0];
     const std::size_t to_slice = columns * grid_.size[1];
-    const T* const upper = volume + across.first * to_slice + down.first * columns;
+    const std::size_t first = across.first * to_slice + down.first * columns;
+    const T* const upper = volume + first;
     const T* const lower = upper + columns;
     for (std::size_t i = 0; i < columns; ++i) {
       const double here = std::lerp(double{1} * upper[i], double{1} * lower[i], down.share);
@@ -126,6 +137,33 @@ class FanReader : public FrameReader {
           std::lerp(double{1} * upper[i + to_slice], double{1} * lower[i + to_slice], down.share);
       line_[i] = static_cast<T>(std::lround(std::lerp(here, next, across.share)));
     }
+    if (!unscanned_.empty()) part_row(first, down.share, across.share);
+  }
+
+  /// Gives a row the padding's value where voxels that were not scanned contribute to it, and nowhere else.
+  void part_row(std::size_t first, double down, double across) {
+    const std::size_t columns = grid_.size[0];
+    const std::size_t to_slice = columns * grid_.size[1];
+    const auto add = [&](std::size_t from, double weight) {
+      if (weight <= 0) return;
+      for (std::size_t i = 0; i < columns; ++i) in_padding_[i] |= unscanned_[from + i];
+    };
+    std::ranges::fill(in_padding_, std::uint8_t{0});
+    add(first, (1 - down) * (1 - across));
+    add(first + columns, down * (1 - across));
+    add(first + to_slice, (1 - down) * across);
+    add(first + to_slice + columns, down * across);
+    for (std::size_t i = 0; i < columns; ++i) {
+      if (in_padding_[i] != 0) {
+        line_[i] = outside_;
+      } else if (line_[i] == outside_) {
+        line_[i] = beside(outside_);
+      }
+    }
+  }
+
+  static T beside(T value) {
+    return static_cast<T>(value == std::numeric_limits<T>::max() ? value - 1 : value + 1);
   }
 
   VoxelGrid grid_;
@@ -134,8 +172,63 @@ class FanReader : public FrameReader {
   std::vector<std::uint8_t> stored_;
   std::span<T> voxels_;  // in this machine's byte order
   std::vector<T> line_;
-  T outside_{};
+  T outside_{};                           // what was not scanned, or lies outside the grid
+  std::vector<std::uint8_t> unscanned_;   // 1 for a voxel that was not scanned; empty: all were
+  std::vector<std::uint8_t> in_padding_;  // of a row
 };
+
+template <typename T>
+T FanReader<T>::value_on_faces() const {
+  constexpr std::size_t kCodes = std::size_t{1} << (8 * sizeof(T));
+  std::vector<std::uint32_t> counts(kCodes);
+  const std::array<std::size_t, 3> size{grid_.size[0], grid_.size[1], grid_.size[2]};
+  const auto count = [&](std::size_t x, std::size_t y, std::size_t z) {
+    ++counts[static_cast<std::make_unsigned_t<T>>(voxels_[(z * size[1] + y) * size[0] + x])];
+  };
+  for (std::size_t z = 0; z < size[2]; ++z) {
+    for (std::size_t y = 0; y < size[1]; ++y) {
+      const bool is_face = z == 0 || z + 1 == size[2] || y == 0 || y + 1 == size[1];
+      const std::size_t step = is_face ? 1 : size[0] - 1;
+      for (std::size_t x = 0; x < size[0]; x += step) count(x, y, z);
+    }
+  }
+  return static_cast<T>(std::ranges::max_element(counts) - counts.begin());
+}
+
+template <typename T>
+UnscannedPixels FanReader<T>::part_unscanned(Unscanned wanted) {
+  const T value = value_on_faces();
+  // What has the value in all volumes.
+  std::vector<std::uint8_t> is_value(grid_.voxels(), 1);
+  for (std::uint32_t volume = 0; volume < grid_.volumes; ++volume) {
+    const T* const from = voxels_.data() + volume * grid_.voxels();
+    for (std::size_t at = 0; at < is_value.size(); ++at) is_value[at] &= from[at] == value ? 1 : 0;
+  }
+  GridPadding padding = find_padding(grid_.size, std::move(is_value));
+  if (padding.look == Look::kNone) return {};
+  const bool is_left_out = padding.look == Look::kBorder || wanted == Unscanned::kZero;
+  UnscannedPixels found{.code = {}, .note = note_on(padding, value, is_left_out)};
+  if (!is_left_out) return found;
+  unscanned_ = std::move(padding.voxels);
+  in_padding_.resize(line_.size());
+  outside_ = value;
+  found.code = static_cast<std::make_unsigned_t<T>>(value);
+  return found;
+}
+
+template <typename T>
+std::string FanReader<T>::note_on(const GridPadding& padding, T value, bool is_left_out) {
+  const std::string what = fmt::format("{:.0f} % of the volume, {} throughout and up to its border,",
+                                       100 * padding.share, static_cast<int>(value));
+  if (!is_left_out) {
+    return what +
+           " may be fluid or not scanned. It is taken for fluid; with unscanned = \"zero\" in the geometry "
+           "its "
+           "border is no surface.";
+  }
+  return what +
+         " was not scanned: its border is no surface. With unscanned = \"none\" in the geometry it is fluid.";
+}
 
 }  // namespace
 

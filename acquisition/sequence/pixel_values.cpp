@@ -38,11 +38,14 @@ ValueWindow whole_window(PixelFormat format) {
   return {.black = static_cast<double>(format.smallest()), .white = static_cast<double>(format.largest())};
 }
 
-GreyLevels::GreyLevels(PixelFormat format, const ValueWindow& window)
+GreyLevels::GreyLevels(PixelFormat format, const ValueWindow& window,
+                       std::optional<std::uint32_t> unscanned_code)
     : format_(format), of_code_(std::size_t{1} << (8 * format.bytes)) {
   for (std::size_t code = 0; code < of_code_.size(); ++code) {
     const double share = (value_of(format, code) - window.black) / (window.white - window.black);
     of_code_[code] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
+    if (unscanned_code)
+      of_code_[code] = code == *unscanned_code ? 0 : std::max<std::uint8_t>(of_code_[code], 1);
   }
 }
 
@@ -51,8 +54,9 @@ void GreyLevels::convert(std::span<const std::uint8_t> stored, std::span<std::ui
   for_each_code(format_, stored, [&](std::size_t code) { grey[at++] = of_code_[code]; });
 }
 
-void ValueHistogram::add(std::span<const std::uint8_t> stored) {
-  for_each_code(format_, stored, [this](std::size_t code) {
+void ValueHistogram::add(std::span<const std::uint8_t> stored, std::optional<std::uint32_t> unscanned_code) {
+  for_each_code(format_, stored, [&](std::size_t code) {
+    if (code == unscanned_code) return;
     ++counts_[static_cast<std::size_t>(value_of(format_, code) - format_.smallest())];
   });
 }

@@ -38,8 +38,9 @@ ValueWindow whole_window(PixelFormat format);
 /// Converts stored pixels to grey levels, 0 to 255.
 class GreyLevels {
  public:
-  /// Precondition: window.black < window.white.
-  GreyLevels(PixelFormat format, const ValueWindow& window);
+  /// Precondition: window.black < window.white. `unscanned_code`: the bits of a value that becomes 0; all
+  /// others become 1 or more then.
+  GreyLevels(PixelFormat format, const ValueWindow& window, std::optional<std::uint32_t> unscanned_code = {});
 
   /// `stored`: format.bytes for each of the pixels of `grey`.
   void convert(std::span<const std::uint8_t> stored, std::span<std::uint8_t> grey) const;
@@ -54,7 +55,8 @@ class ValueHistogram {
  public:
   explicit ValueHistogram(PixelFormat format)
       : format_(format), counts_(std::size_t{1} << (8 * format.bytes)) {}
-  void add(std::span<const std::uint8_t> stored);
+  /// `unscanned_code`: the bits of a value that does not count.
+  void add(std::span<const std::uint8_t> stored, std::optional<std::uint32_t> unscanned_code = {});
   /// From the value that 0.1 % lie below to the one that 0.1 % lie above: single bright pixels do not darken
   /// the picture. The whole window where all values are equal.
   ValueWindow window() const;

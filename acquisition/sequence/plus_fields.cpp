@@ -35,6 +35,7 @@ std::string geometry_lines(const FanGeometry& geometry) {
     add("SectorHalfAngleDeg", geometry.sector.half_angle_deg);
     add("SectorReachMm", geometry.sector.reach_mm);
   }
+  if (geometry.zero_is_unscanned) text += "FanlightUnscanned = zero\n";
   return text;
 }
 

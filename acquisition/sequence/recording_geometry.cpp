@@ -85,6 +85,11 @@ constexpr Key kKeys[] = {
      [](RecordingGeometry& into, double value) { into.frames_per_sweep = value; }},
     {"sweep_order", "FanlightSweepOrder", kIfGiven,
      [](RecordingGeometry& into, double value) { into.to_and_fro = value != 0; }, kSweepOrders},
+    {"unscanned", "FanlightUnscanned", kSectors,
+     [](RecordingGeometry& into, double value) {
+       into.unscanned = static_cast<Unscanned>(static_cast<int>(value));
+     },
+     kUnscannedNames},
     {"first_angle_deg", "FanlightFirstAngleDeg", kIfGiven,
      [](RecordingGeometry& into, double value) { into.first_angle_deg = value; }},
     {"last_angle_deg", "FanlightLastAngleDeg", kIfGiven,
@@ -110,8 +115,9 @@ constexpr std::size_t kPixelHeight = key_index("pixel_height_mm");
 constexpr std::size_t kFrameKind = key_index("frame_kind");
 constexpr std::size_t kFaceRow = key_index("face_row");
 constexpr std::size_t kMotorRadius = key_index("motor_radius_mm");
+constexpr std::size_t kUnscanned = key_index("unscanned");
 static_assert(kPixelWidth < kKeyCount && kPixelHeight < kKeyCount && kFrameKind < kKeyCount &&
-              kFaceRow < kKeyCount && kMotorRadius < kKeyCount);
+              kFaceRow < kKeyCount && kMotorRadius < kKeyCount && kUnscanned < kKeyCount);
 
 /// The number in a text, or the index of the choice that it names.
 std::optional<double> value_in(const Key& key, std::string_view text) {
@@ -257,17 +263,18 @@ Layer defaults() {
   return layer;
 }
 
+constexpr std::string_view kGridKeys = "window_black, window_white and unscanned alone";
+
 /// The geometry of a grid is made, and nothing else fits it.
 Result<void> check_grid_overrides(const std::filesystem::path& file, const Layer& layer,
                                   const FrameSequence& sequence) {
   if (!sequence.is_grid) return {};
   for (std::size_t i = 0; i < kKeyCount; ++i) {
-    if (!layer.values[i] || kKeys[i].name.starts_with("window_")) continue;
-    return bad_file(file, fmt::format("it gives {} for a volume on a grid", kKeys[i].name),
-                    "window_black and window_white alone");
+    if (!layer.values[i] || kKeys[i].name.starts_with("window_") || i == kUnscanned) continue;
+    return bad_file(file, fmt::format("it gives {} for a volume on a grid", kKeys[i].name), kGridKeys);
   }
   if (std::ranges::all_of(layer.lists, &std::vector<double>::empty)) return {};
-  return bad_file(file, "it gives angles for a volume on a grid", "window_black and window_white alone");
+  return bad_file(file, "it gives angles for a volume on a grid", kGridKeys);
 }
 
 /// All origins of values for the recording, in order of precedence.
@@ -451,6 +458,7 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
                  fmt::format("{}: {}{}{}", shown(recording_path), checked.error().message,
                              found.contradictions.empty() ? "" : ". ", fmt::join(found.contradictions, " "))};
   }
+  found.geometry.zero_is_unscanned = found.unscanned == Unscanned::kZero && !sequence.is_grid;
   add_suspicions(found);
   return found;
 }

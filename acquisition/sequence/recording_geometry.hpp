@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/sequence/frame_sequence.hpp"
+#include "acquisition/sequence/unscanned.hpp"
 #include "proto/base/result.hpp"
 #include "proto/model/fan_geometry.hpp"
 
@@ -35,10 +36,10 @@ namespace fanlight {
 /// without motor angles are spread; angles_deg, a list with the angle of each frame, or of the frames of one
 /// sweep; sweep_starts_deg, a list with the first angle of each sweep, where the motor begins elsewhere each
 /// time; frames_per_second, for frames without times; frames_per_sweep, for frames without VolumeIndex, with
-/// sweep_order "one-way" or "to-and-fro"; window_black and window_white, the values of pixels of 16 bit, or
-/// of signed ones, that are shown black and white; columns, rows and frames, where the geometry is for frames
-/// of one size or number only. A value that a kind of frame does not have is ignored; but line_pitch_deg is
-/// refused for every kind except "convex-lines".
+/// sweep_order "one-way" or "to-and-fro"; unscanned, by the names of Unscanned; window_black and
+/// window_white, the values of pixels of 16 bit, or of signed ones, that are shown black and white; columns,
+/// rows and frames, where the geometry is for frames of one size or number only. A value that a kind of frame
+/// does not have is ignored; but line_pitch_deg is refused for every kind except "convex-lines".
 struct RecordingGeometry {
   /// One value and its origin, for display.
   struct Value {
@@ -55,7 +56,8 @@ struct RecordingGeometry {
   std::optional<double> last_angle_deg;
   std::optional<double> frames_per_second;
   std::optional<double> frames_per_sweep;
-  bool to_and_fro = false;         ///< every second sweep is backward
+  bool to_and_fro = false;  ///< every second sweep is backward
+  Unscanned unscanned = Unscanned::kDetect;
   std::vector<double> angles_deg;  ///< of the frames of the recording, or of each sweep; empty: not given
   std::vector<double> sweep_starts_deg;  ///< of each sweep; empty: not given
   std::optional<double> window_black;    ///< both or none: see ValueWindow

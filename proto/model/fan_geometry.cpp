@@ -88,6 +88,11 @@ Result<void> check(const FanGeometry& geometry) {
                       first_mm)};
     }
   }
+  if (geometry.zero_is_unscanned && geometry.kind != FrameKind::kCartesian) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the fan geometry's zero_is_unscanned is set for {}, expected cartesian frames",
+                             kFrameKindNames[static_cast<std::size_t>(geometry.kind)])};
+  }
   if (!(geometry.depth_mm() > 0)) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the fan geometry's face_row {} lies below the last row {}, expected a frame "

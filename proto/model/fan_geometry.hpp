@@ -88,6 +88,10 @@ struct FanGeometry {
     bool operator==(const Sector&) const = default;
   } sector;
 
+  /// Cartesian frames only: grey level 0 means "not scanned", and echoes begin at 1. The border of what was
+  /// not scanned is no surface. False: grey level 0 is the weakest echo.
+  bool zero_is_unscanned = false;
+
   bool operator==(const FanGeometry&) const = default;
 
   std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }

@@ -232,6 +232,12 @@ int accumulation(Mode mode) {
   }
 }
 
+int frames_of(const FanGeometry& geometry) {
+  return geometry.polar()             ? FANLIGHT_FRAMES_POLAR
+         : geometry.zero_is_unscanned ? FANLIGHT_FRAMES_MASKED
+                                      : FANLIGHT_FRAMES_PARALLEL;
+}
+
 int edge_sign(EdgeSign sign) {
   return sign == EdgeSign::kDarkToBright ? 1 : sign == EdgeSign::kBrightToDark ? -1 : 0;
 }
@@ -257,10 +263,10 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   return to;
 }
 
-CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
+CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping skipping) {
   const int window = scene.detector.window;
   const int kept = accumulation(scene.mode);
-  const int polar = kind == FrameKind::kConvexLines ? 1 : 0;
+  const int frames = frames_of(geometry);
   // A mean or a minimum needs all samples of a ray.
   const bool skips =
       skipping == Skipping::kOn && (kept == FANLIGHT_KEEP_NOTHING || kept == FANLIGHT_KEEP_COLOUR);
@@ -269,7 +275,7 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
   const auto cast = [&](int tiles) {
     return PipelineKey{
         .shader = Shader::kCast,
-        .constants = {window, kept, polar, static_cast<int>(scene.detector.place), scene.rays.window / 2,
+        .constants = {window, kept, frames, static_cast<int>(scene.detector.place), scene.rays.window / 2,
                       skips ? 1 : 0, edge_sign(scene.detector.sign), tiles}};
   };
   CastKeys keys{.cast = cast(replaces_frames ? FANLIGHT_CAST_ALL_NOTED : FANLIGHT_CAST_ALL),
@@ -279,13 +285,13 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
                 .cast_listed = {},
                 .dirty_tiles = {}};
   if (skips) {
-    keys.empty_space = PipelineKey{.shader = Shader::kEmptySpace, .constants = {window, kept, polar}};
+    keys.empty_space = PipelineKey{.shader = Shader::kEmptySpace, .constants = {window, kept, frames}};
   }
   const bool shows_depths = shown_by(scene.mode) != FANLIGHT_SHOW_COLOUR;
   if (scene.detector.frame_steps == FrameSteps::kRemoved && shows_depths)
     keys.frame_steps = PipelineKey{.shader = Shader::kFrameSteps};
   if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
-    keys.slice = PipelineKey{.shader = Shader::kSlice, .constants = {0, 0, polar}};
+    keys.slice = PipelineKey{.shader = Shader::kSlice, .constants = {0, 0, frames}};
   }
   if (replaces_frames && skips) {
     keys.cast_listed = cast(FANLIGHT_CAST_LISTED);
@@ -295,10 +301,9 @@ CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping) {
   return keys;
 }
 
-PipelineKey confidence_key(const Scene& scene, FrameKind kind) {
+PipelineKey confidence_key(const Scene& scene, const FanGeometry& geometry) {
   return {.shader = Shader::kConfidence,
-          .constants = {scene.detector.window, 0, kind == FrameKind::kConvexLines ? 1 : 0, 0,
-                        scene.rays.window / 2}};
+          .constants = {scene.detector.window, 0, frames_of(geometry), 0, scene.rays.window / 2}};
 }
 
 TransferTable transfer_table(const TransferFunction& transfer, double step_mm) {

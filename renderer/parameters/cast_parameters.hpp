@@ -47,10 +47,10 @@ struct CastKeys {
   std::optional<PipelineKey> dirty_tiles;  ///< absent unless frames are replaced one by one (Refresh::kFrame)
                                            ///< and rays skip empty space
 };
-CastKeys cast_keys(const Scene& scene, FrameKind kind, Skipping skipping);
+CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping skipping);
 
 /// The pipeline that computes the confidence in each surface of a cast, the weights of pass 2's depth filter.
-PipelineKey confidence_key(const Scene& scene, FrameKind kind);
+PipelineKey confidence_key(const Scene& scene, const FanGeometry& geometry);
 
 /// The transfer function by grey level: colour, and the opacity of one sample of `step_mm`.
 using TransferTable = std::array<glm::vec4, 256>;

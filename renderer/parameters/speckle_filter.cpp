@@ -19,22 +19,23 @@ int reach(SpeckleFilter filter, int radius) {
 
 }  // namespace
 
-SpeckleKeys::SpeckleKeys(const Scene::Speckle& speckle) {
-  const auto add = [&](Shader shader, std::int32_t across) {
-    keys_[count_++] = {.shader = shader, .constants = {speckle.size, across}};
+SpeckleKeys::SpeckleKeys(const Scene::Speckle& speckle, bool masked) {
+  const std::int32_t mask = masked ? 1 : 0;
+  const auto add = [&](Shader shader) {
+    keys_[count_++] = {.shader = shader, .constants = {speckle.size, mask}};
   };
   switch (speckle.filter) {
     case SpeckleFilter::kNone:
       break;
     case SpeckleFilter::kBox:
-      add(Shader::kBox, 0);
+      add(Shader::kBox);
       break;
     case SpeckleFilter::kMedian:
-      add(Shader::kMedian, speckle.across);
+      keys_[count_++] = {.shader = Shader::kMedian, .constants = {speckle.size, speckle.across, mask}};
       break;
     case SpeckleFilter::kGuided:
-      add(Shader::kGuidedFit, 0);
-      add(Shader::kGuidedApply, 0);
+      add(Shader::kGuidedFit);
+      add(Shader::kGuidedApply);
       break;
   }
 }

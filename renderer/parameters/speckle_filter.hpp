@@ -14,7 +14,8 @@ namespace fanlight {
 /// guided filter has two halves.
 class SpeckleKeys {
  public:
-  explicit SpeckleKeys(const Scene::Speckle& speckle);
+  /// `masked`: FanGeometry::zero_is_unscanned.
+  SpeckleKeys(const Scene::Speckle& speckle, bool masked);
   std::span<const PipelineKey> keys() const { return std::span(keys_).first(count_); }
 
  private:

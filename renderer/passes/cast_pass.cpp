@@ -52,8 +52,8 @@ void CastPass::bind(const VolumeBindings& volume) {
   volume_written_ = own ? TimelinePoint{} : volume.written;
 }
 
-Result<void> CastPass::find_pipelines(const Scene& scene, FrameKind kind) {
-  const CastKeys keys = cast_keys(scene, kind, config_.skipping);
+Result<void> CastPass::find_pipelines(const Scene& scene, const FanGeometry& geometry) {
+  const CastKeys keys = cast_keys(scene, geometry, config_.skipping);
   const std::pair<VkPipeline*, std::optional<PipelineKey>> wanted[] = {
       {&pipelines_.cast, keys.cast},
       {&pipelines_.empty_space, keys.empty_space},
@@ -86,7 +86,7 @@ void CastPass::set_tiles(const Scene& scene, const shaders::CastParameters& para
 
 Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) {
   const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
-  if (auto found = find_pipelines(scene, volume.geometry.kind); !found) return found;
+  if (auto found = find_pipelines(scene, volume.geometry); !found) return found;
   ++number_;
   weighted_ = false;
 
@@ -182,7 +182,7 @@ bool CastPass::weights_due(const Scene& wanted, const VolumeBindings& volume) co
 
 Result<void> CastPass::add_weights(const Scene& wanted, const VolumeBindings& volume) {
   const Scene scene = effective_scene(wanted, volume.geometry, config_.size, volume.levels);
-  const auto pipeline = recorder_.pipelines().get(confidence_key(scene, volume.geometry.kind));
+  const auto pipeline = recorder_.pipelines().get(confidence_key(scene, volume.geometry));
   if (!pipeline) return pipeline.error();
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();

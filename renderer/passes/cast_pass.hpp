@@ -58,7 +58,7 @@ class CastPass {
   void bind(const VolumeBindings& volume);
 
   /// Builds the pipelines that casting this effective_scene() needs. Error: a pipeline that cannot be built.
-  Result<void> find_pipelines(const Scene& scene, FrameKind kind);
+  Result<void> find_pipelines(const Scene& scene, const FanGeometry& geometry);
 
   /// Sets pass 1 up and gives up a cast under way; submits nothing. Precondition: nothing is outstanding.
   /// Error: a pipeline that cannot be built.

@@ -55,6 +55,7 @@ bool differ(const EchoLevels& from, const EchoLevels& to, double share) {
 using Histogram = std::array<std::uint32_t, 256>;
 
 struct Block {
+  std::uint8_t darkest = 0;
   double mean = 0;
   double deviation = 0;
   double within = 0;  ///< deviation from the means of rows and columns
@@ -76,12 +77,14 @@ Block block_at(std::span<const std::uint8_t> pixels, std::uint32_t columns, std:
   std::array<std::uint32_t, kSide> in_columns{};
   std::uint32_t sum = 0;
   std::uint32_t squares = 0;
+  std::uint8_t darkest = 255;
   for (std::uint32_t down = 0; down < kSide; ++down) {
     const std::uint8_t* const line = &pixels[std::size_t{row + down} * columns + column];
     for (std::uint32_t across = 0; across < kSide; ++across) {
       in_rows[down] += line[across];
       in_columns[across] += line[across];
       squares += std::uint32_t{line[across]} * line[across];
+      darkest = std::min(darkest, line[across]);
     }
     sum += in_rows[down];
   }
@@ -89,7 +92,7 @@ Block block_at(std::span<const std::uint8_t> pixels, std::uint32_t columns, std:
   const double mean = sum / kPixels;
   const double variance = std::max(0.0, squares / kPixels - mean * mean);
   const double within = std::max(0.0, variance - variance_of(in_rows, mean) - variance_of(in_columns, mean));
-  return {.mean = mean, .deviation = std::sqrt(variance), .within = std::sqrt(within)};
+  return {.darkest = darkest, .mean = mean, .deviation = std::sqrt(variance), .within = std::sqrt(within)};
 }
 
 /// Calls `use(block)` for the blocks of a grid over some frames, where the probe has scanned them.
@@ -112,7 +115,9 @@ void for_each_block(const Volume& volume, Use&& use) {
         constexpr double kMiddle = (kSide - 1) / 2.0;
         if (!in_sector(geometry, column + kMiddle, row + kMiddle)) continue;
         const Block block = block_at(pixels, geometry.columns, column, row);
-        if (!has_border || block.mean > 0) use(block);
+        const bool is_scanned =
+            geometry.zero_is_unscanned ? block.darkest > 0 : !has_border || block.mean > 0;
+        if (is_scanned) use(block);
       }
     }
   }

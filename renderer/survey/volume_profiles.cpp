@@ -36,10 +36,15 @@ void VolumeProfiles::fill(const Volume& volume, std::uint32_t frame, std::uint32
       const std::uint32_t row = cell * rows_in_cell_;
       if (!in_sector(geometry_, middle, row + (rows_in_cell_ - 1) / 2.0)) continue;
       std::uint32_t sum = 0;
+      std::uint8_t darkest = 255;
       for (std::uint32_t each = row; each < row + rows_in_cell_; ++each) {
-        for (std::uint32_t column = first; column < end; ++column)
-          sum += pixels[std::size_t{each} * geometry_.columns + column];
+        for (std::uint32_t column = first; column < end; ++column) {
+          const std::uint8_t pixel = pixels[std::size_t{each} * geometry_.columns + column];
+          sum += pixel;
+          darkest = std::min(darkest, pixel);
+        }
       }
+      if (geometry_.zero_is_unscanned && darkest == 0) continue;
       // Before the first echo lies the border of the scanner's picture.
       any_echo |= sum > 0;
       if (any_echo)

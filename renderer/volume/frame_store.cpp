@@ -185,7 +185,7 @@ FrameStore::Bindings FrameStore::bindings() const {
 
 Result<void> FrameStore::find_pipelines() {
   pipelines_ = {};
-  const SpeckleKeys speckle(wanted_);
+  const SpeckleKeys speckle(wanted_, config_.zero_is_unscanned);
   for (std::size_t half = 0; half < speckle.keys().size(); ++half) {
     auto pipeline = device_.pipelines->get(speckle.keys()[half]);
     if (!pipeline) return pipeline.error();

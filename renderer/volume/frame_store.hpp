@@ -33,6 +33,7 @@ class FrameStore {
     std::uint32_t columns = 0;  ///< of a frame
     std::uint32_t rows = 0;
     std::uint32_t frame_capacity = 0;
+    bool zero_is_unscanned = false;   ///< as FanGeometry's
     std::uint64_t piece_samples = 0;  ///< approximate work of one piece, in samples of pass 1
     Sampling sampling = Sampling::kTexture;
   };
@@ -44,12 +45,14 @@ class FrameStore {
   /// kUnavailable where the GPU has no memory for them.
   static Result<FrameStore> create(const PassDevice& device, const Config& config);
 
-  /// Whether the memory has room for the volume, and for no larger frames. Physical sizes do not matter.
+  /// Whether the memory has room for the volume, and for no larger frames, and zeros mean the same. Physical
+  /// sizes do not matter.
   bool suits(const Volume& volume) const {
     return suits(volume.geometry()) && volume.stamp().frames <= config_.frame_capacity;
   }
   bool suits(const FanGeometry& geometry) const {
-    return geometry.columns == config_.columns && geometry.rows == config_.rows;
+    return geometry.columns == config_.columns && geometry.rows == config_.rows &&
+           geometry.zero_is_unscanned == config_.zero_is_unscanned;
   }
   std::uint32_t frame_capacity() const { return config_.frame_capacity; }
 

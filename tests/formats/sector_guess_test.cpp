@@ -10,6 +10,7 @@
 
 #include "acquisition/phantom/phantom_source.hpp"
 #include "acquisition/replay/recording_file.hpp"
+#include "acquisition/replay/seen_sector.hpp"
 #include "proto/model/fan_geometry.hpp"
 #include "tests/support/data_folder.hpp"
 
@@ -139,6 +140,40 @@ TEST(StepGuessTest, MeasuresTheStepBySpeckle) {
   StepGuesser still(kColumns, kRows, sector);
   still.add(frame(0), frame(0));
   EXPECT_FALSE(still.guess()) << "a frame that does not move";
+}
+
+/// Only where the geometry agrees with what is seen.
+TEST(SeenSectorTest, CompletesAGeometryThatItFits) {
+  const FanGeometry geometry{.columns = 300,
+                             .rows = 400,
+                             .pixel_width_mm = 0.5,
+                             .pixel_height_mm = 0.25,
+                             .face_column = 150,
+                             .face_row = 80,
+                             .motor_radius_mm = 30};
+  const SectorGuess seen{.diverges = true,
+                         .face_column = 151,
+                         .face_row = 82,
+                         .last_row = 320,
+                         .apex_row = -40,
+                         .half_angle_deg = 30};
+  const auto found = with_sector(geometry, seen);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->sector.half_angle_deg, 30);
+  EXPECT_EQ(found->probe_radius_mm, 30);
+  EXPECT_EQ(found->sector.reach_mm, 90);
+
+  const auto misfits = [&](auto&& change) {
+    FanGeometry of = geometry;
+    SectorGuess by = seen;
+    change(of, by);
+    return !with_sector(of, by);
+  };
+  EXPECT_TRUE(misfits([](FanGeometry& of, SectorGuess&) { of.face_column = 160; }));
+  EXPECT_TRUE(misfits([](FanGeometry& of, SectorGuess&) { of.face_row = 60; }));
+  EXPECT_TRUE(misfits([](FanGeometry& of, SectorGuess&) { of.probe_radius_mm = 60; }));
+  EXPECT_TRUE(misfits([](FanGeometry&, SectorGuess& by) { by.diverges = false; }));
+  EXPECT_TRUE(misfits([](FanGeometry&, SectorGuess& by) { by.half_angle_deg = 3; }));
 }
 
 }  // namespace

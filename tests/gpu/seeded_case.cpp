@@ -103,6 +103,15 @@ std::function<double(const Point&)> noisy(const Body& body, std::uint32_t seed) 
   };
 }
 
+/// The same inside a wedge about the middle of the frames, 0 (not scanned) outside.
+std::function<double(const Point&)> within_wedge(Dice& dice, std::function<double(const Point&)> grey) {
+  return [grey = std::move(grey), slope = dice.between(0.3, 0.6), near_mm = dice.between(2, 8),
+          apex_mm = dice.between(10, 30)](const Point& at) {
+    const double value = std::max(1.0, grey(at));
+    return std::abs(at.x_mm) < slope * (at.y_mm + apex_mm) && at.y_mm > near_mm ? value : 0;
+  };
+}
+
 Body made_body(Dice& dice, const FanGeometry& geometry) {
   Body body{.depth_mm = dice.between(0.5, 0.8) * geometry.depth_mm(), .ripple_mm = dice.between(5, 12)};
   if (dice.one_in(3)) body.ledge_mm = dice.between(4, 9);
@@ -276,6 +285,13 @@ SeededCase seeded_case(std::uint32_t seed) {
   body.depth_mm += dice.between(-1.5, 1.5);
   made.moved_grey = noisy(body, seed + 1'000'000);
   scene.detector.frame_steps = dice.any_to(FrameSteps::kRemoved);
+  if (made.geometry.kind == FrameKind::kCartesian && made.geometry.sector.half_angle_deg == 0) {
+    made.geometry.zero_is_unscanned = dice.one_in(2);
+    if (made.geometry.zero_is_unscanned) {
+      made.grey = within_wedge(dice, made.grey);
+      made.moved_grey = within_wedge(dice, made.moved_grey);
+    }
+  }
   return made;
 }
 

@@ -120,7 +120,7 @@ TEST_F(HookDeathTest, CatchesWhatWeAskOfTheDriver) {
   expect_caught(take_memory, "vkAllocateMemory");
   auto pipelines = Pipelines::create(gpu, {.sampling = Sampling::kGathering, .cache = {}});
   ASSERT_TRUE(pipelines);
-  expect_caught([&] { (void)(*pipelines)->get(cast_keys({}, FrameKind::kCartesian, Skipping::kOn).cast); },
+  expect_caught([&] { (void)(*pipelines)->get(cast_keys({}, {}, Skipping::kOn).cast); },
                 "vkCreateComputePipelines");
 }
 

@@ -59,6 +59,7 @@ std::optional<double> twin_echo(const Scene::Speckle& speckle, const Volume& pre
   const glm::dvec3 base(std::floor(column), std::floor(row), std::floor(*frame));
   const glm::dvec3 fraction = glm::dvec3(column, row, *frame) - base;
   double value = 0;
+  double darkest = 1;
   for (int corner = 0; corner < 8; ++corner) {
     const int right = corner & 1;
     const int down = corner >> 1 & 1;
@@ -66,9 +67,12 @@ std::optional<double> twin_echo(const Scene::Speckle& speckle, const Volume& pre
     const double weight = (right != 0 ? fraction.x : 1 - fraction.x) *
                           (down != 0 ? fraction.y : 1 - fraction.y) *
                           (next != 0 ? fraction.z : 1 - fraction.z);
-    value += weight * voxel(prepared, static_cast<int>(base.x) + right, static_cast<int>(base.y) + down,
-                            static_cast<int>(base.z) + next);
+    const double echo = voxel(prepared, static_cast<int>(base.x) + right, static_cast<int>(base.y) + down,
+                              static_cast<int>(base.z) + next);
+    value += weight * echo;
+    darkest = std::min(darkest, echo);
   }
+  if (geometry.zero_is_unscanned && darkest == 0) return std::nullopt;
   return value;
 }
 

@@ -13,7 +13,10 @@ struct Voxels {
   int columns;
   int rows;
   int frames;
+  bool masked;  ///< FanGeometry::zero_is_unscanned
   std::vector<double> value;
+
+  bool is_scanned(double grey) const { return !masked || grey > 0; }
 
   std::size_t index(int column, int row, int frame) const {
     return (static_cast<std::size_t>(frame) * static_cast<std::size_t>(rows) +
@@ -28,6 +31,7 @@ Voxels voxels_of(const Volume& volume) {
   Voxels voxels{.columns = static_cast<int>(geometry.columns),
                 .rows = static_cast<int>(geometry.rows),
                 .frames = static_cast<int>(volume.by_angle().size()),
+                .masked = geometry.zero_is_unscanned,
                 .value = {}};
   for (const std::uint32_t frame : volume.by_angle()) {
     const auto pixels = volume.frame_pixels(frame);
@@ -36,9 +40,10 @@ Voxels voxels_of(const Volume& volume) {
   return voxels;
 }
 
-/// Sets each voxel to reduce(values of its window). The window is clipped to the volume.
+/// Sets each voxel to reduce(values of its window). The window is clipped to the volume. `counts`: the values
+/// that count, those that are_scanned() in it.
 template <typename Reduce>
-Voxels over_windows(const Scene::Speckle& speckle, const Voxels& from, Reduce reduce) {
+Voxels over_windows(const Scene::Speckle& speckle, const Voxels& from, const Voxels& counts, Reduce reduce) {
   const int radius = speckle.size / 2;
   const int across = speckle.across / 2;
   Voxels to = from;
@@ -49,14 +54,14 @@ Voxels over_windows(const Scene::Speckle& speckle, const Voxels& from, Reduce re
         window.clear();
         for (int z = std::max(0, frame - across); z <= std::min(from.frames - 1, frame + across); ++z) {
           for (int y = std::max(0, row - radius); y <= std::min(from.rows - 1, row + radius); ++y) {
-            const auto first = from.value.begin() +
-                               static_cast<std::ptrdiff_t>(from.index(std::max(0, column - radius), y, z));
-            const auto last = from.value.begin() + static_cast<std::ptrdiff_t>(from.index(
-                                                       std::min(from.columns - 1, column + radius), y, z));
-            window.insert(window.end(), first, last + 1);
+            for (int x = std::max(0, column - radius); x <= std::min(from.columns - 1, column + radius);
+                 ++x) {
+              const std::size_t at = from.index(x, y, z);
+              if (counts.is_scanned(counts.value[at])) window.push_back(from.value[at]);
+            }
           }
         }
-        to.value[to.index(column, row, frame)] = reduce(window);
+        to.value[to.index(column, row, frame)] = window.empty() ? 0 : reduce(window);
       }
     }
   }
@@ -90,13 +95,17 @@ double edge_fraction(const std::vector<double>& values, double noise, double lev
 /// The guided filter with Lee's coefficients: a line a * grey + b in each window. A voxel gets the mean of
 /// the lines of all windows that contain it.
 Voxels guided(const Scene::Speckle& speckle, const Voxels& grey) {
-  const Voxels a = over_windows(
-      speckle, grey, [&](const auto& all) { return edge_fraction(all, speckle.noise, speckle.levels); });
-  Voxels b = over_windows(speckle, grey, mean);
+  const Voxels a = over_windows(speckle, grey, grey, [&](const auto& all) {
+    return edge_fraction(all, speckle.noise, speckle.levels);
+  });
+  Voxels b = over_windows(speckle, grey, grey, mean);
   for (std::size_t at = 0; at < b.value.size(); ++at) b.value[at] *= 1 - a.value[at];
 
-  Voxels filtered = over_windows(speckle, a, mean);
-  const Voxels offset = over_windows(speckle, b, mean);
+  // Windows in the middle of which nothing was scanned have lines, too.
+  Voxels all = grey;
+  all.masked = false;
+  Voxels filtered = over_windows(speckle, a, all, mean);
+  const Voxels offset = over_windows(speckle, b, all, mean);
   for (std::size_t at = 0; at < grey.value.size(); ++at) {
     filtered.value[at] = filtered.value[at] * grey.value[at] + offset.value[at];
   }
@@ -108,9 +117,9 @@ Voxels filtered(const Scene::Speckle& speckle, const Voxels& grey) {
     case SpeckleFilter::kNone:
       return grey;
     case SpeckleFilter::kBox:
-      return over_windows(speckle, grey, mean);
+      return over_windows(speckle, grey, grey, mean);
     case SpeckleFilter::kMedian:
-      return over_windows(speckle, grey, median);
+      return over_windows(speckle, grey, grey, median);
     case SpeckleFilter::kGuided:
       return guided(speckle, grey);
   }
@@ -120,14 +129,18 @@ Voxels filtered(const Scene::Speckle& speckle, const Voxels& grey) {
 }  // namespace
 
 Volume twin_prepare(const Scene::Speckle& speckle, const Volume& volume) {
-  const Voxels grey = filtered(speckle, voxels_of(volume));
+  const Voxels before = voxels_of(volume);
+  const Voxels grey = filtered(speckle, before);
   const auto order = volume.by_angle();
   Volume prepared(volume.geometry(), volume.frame_capacity());
   for (std::uint32_t frame = 0; frame < volume.stamp().frames; ++frame) {
     const auto position = static_cast<std::size_t>(std::ranges::find(order, frame) - order.begin());
     const auto pixels = prepared.next_frame_pixels();
     for (std::size_t at = 0; at < pixels.size(); ++at) {
-      pixels[at] = static_cast<std::uint8_t>(std::floor(grey.value[position * pixels.size() + at] + 0.5));
+      const std::size_t voxel = position * pixels.size() + at;
+      pixels[at] = static_cast<std::uint8_t>(std::floor(grey.value[voxel] + 0.5));
+      if (!before.masked) continue;
+      pixels[at] = before.value[voxel] > 0 ? std::max<std::uint8_t>(pixels[at], 1) : 0;
     }
     prepared.add_frame({.angle_rad = volume.angles_rad()[frame]});
   }

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/replay/seen_sector.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "acquisition/replay/recording_file.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::size_t kMostFrames = 64;
+// What the guess is good to (tests/formats/sector_guess_test.cpp), with some room.
+constexpr double kFaceMm = 2;
+constexpr double kRadiusMm = 3;
+constexpr double kRadiusShare = 0.1;
+constexpr double kLeastHalfAngleDeg = 10;
+
+}  // namespace
+
+std::optional<FanGeometry> with_sector(const FanGeometry& geometry, const SectorGuess& seen) {
+  if (!seen.diverges || seen.half_angle_deg < kLeastHalfAngleDeg) return std::nullopt;
+  const double row_mm = geometry.pixel_height_mm;
+  const double radius_mm = (geometry.face_row - seen.apex_row) * row_mm;
+  const bool fits_face =
+      std::abs(seen.face_column - geometry.face_column) * geometry.pixel_width_mm <= kFaceMm &&
+      std::abs(seen.face_row - geometry.face_row) * row_mm <= kFaceMm && radius_mm > 0;
+  const double known_mm = geometry.probe_radius_mm;
+  const bool fits_radius =
+      known_mm == 0 || std::abs(radius_mm - known_mm) <= std::max(kRadiusMm, kRadiusShare * known_mm);
+  if (!fits_face || !fits_radius) return std::nullopt;
+  FanGeometry found = geometry;
+  found.probe_radius_mm = radius_mm;
+  found.sector = {.half_angle_deg = seen.half_angle_deg,
+                  .reach_mm = (seen.last_row - seen.apex_row) * row_mm};
+  return check(found) ? std::optional(found) : std::nullopt;
+}
+
+Result<std::optional<FanGeometry>> see_sector(const std::filesystem::path& path, std::uint64_t max_bytes,
+                                              const FanGeometry& geometry) {
+  if (geometry.kind != FrameKind::kCartesian || geometry.sector.half_angle_deg > 0)
+    return std::optional<FanGeometry>();
+  auto opened = open_recording_file(path, max_bytes);
+  if (!opened) return opened.error();
+  const std::size_t frames = opened->sequence.frames.size();
+  const std::size_t step = std::max<std::size_t>(1, frames / kMostFrames);
+  std::vector<std::uint8_t> brightest(opened->sequence.frame_bytes());
+  std::vector<std::uint8_t> pixels(brightest.size());
+  for (std::size_t frame = 0; frame < frames; frame += step) {
+    if (auto read = opened->pixels.read(frame, pixels); !read) return read.error();
+    std::ranges::transform(brightest, pixels, brightest.begin(),
+                           [](std::uint8_t most, std::uint8_t pixel) { return std::max(most, pixel); });
+  }
+  const auto seen = guess_sector(brightest, geometry.columns, geometry.rows,
+                                 geometry.pixel_width_mm / geometry.pixel_height_mm);
+  return seen ? with_sector(geometry, *seen) : std::optional<FanGeometry>();
+}
+
+std::string note_on_seen_sector(const FanGeometry& geometry) {
+  return fmt::format(
+      "The scanned sector is taken from the pictures: {:.1f} deg to either side, {:.0f} to {:.0f} mm from "
+      "its "
+      "apex. Its border is no surface; sector_half_angle_deg in the geometry sets it, and unscanned = "
+      "\"none\" "
+      "leaves it out.",
+      geometry.sector.half_angle_deg, geometry.probe_radius_mm, geometry.sector.reach_mm);
+}
+
+}  // namespace fanlight
