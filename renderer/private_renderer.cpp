@@ -211,6 +211,7 @@ void PrivateRenderer::take_request(ViewState& state, const Shown& shown) {
                  .volume = shown.slot.volume(),
                  .levels = shown.slot.levels()};
   state.scene = requested_scene(state, shown);
+  state.stamp.near_tissue = shown.slot.near_tissue_state(state.scene);
   state.cast_number = state.wanted.own_camera ? 0 : shown.cast_number;
 }
 

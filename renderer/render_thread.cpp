@@ -78,6 +78,9 @@ RenderThread::~RenderThread() {
 
 void RenderThread::take_scene() {
   if (const NumberedScene* newest = to_.link.scenes.newest()) {
+    const bool removes = newest->scene.near.tissue != NearTissueShow::kShown;
+    // Where it ends was not looked for in the volume that is loaded.
+    if (removes && requested_.scene.near.tissue == NearTissueShow::kShown) load_again();
     requested_ = *newest;
     governor_.scene_came(requested_.scene, now_ns());
     renderer_->show(requested_);
@@ -189,15 +192,19 @@ void RenderThread::measure_busy() {
   busy_ns_ = 0;
 }
 
-/// A client that comes after a rest has no picture yet, whether or not a newer volume has come meanwhile.
-void RenderThread::look_for_audience() {
-  const std::uint64_t arrivals = to_.link.audience.arrivals();
-  if (std::exchange(arrivals_seen_, arrivals) == arrivals) return;
+/// The volume on show.
+void RenderThread::load_again() {
   if (cine_.is_frozen()) {
     cine_.forget_loaded();
   } else {
     volume_due_ = static_cast<bool>(volume_);
   }
+}
+
+/// A client that comes after a rest has no picture yet, whether or not a newer volume has come meanwhile.
+void RenderThread::look_for_audience() {
+  const std::uint64_t arrivals = to_.link.audience.arrivals();
+  if (std::exchange(arrivals_seen_, arrivals) != arrivals) load_again();
 }
 
 /// Answers may take several turns: further orders wait for them.

@@ -60,6 +60,7 @@ class RenderThread {
   bool volume_waits() const;
   bool is_watched() const { return to_.link.audience.present(); }
   void look_for_audience();
+  void load_again();
   void take_orders();
   void obey(const CineOrder& order);
   void obey(VolumeOrder& order);

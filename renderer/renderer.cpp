@@ -149,6 +149,7 @@ Result<void> Renderer::load(const Volume& volume, Loading loading) {
   const EchoLevels measured = loading == Loading::kKept ? EchoLevels{} : measured_levels(volume);
   const bool other = loading != Loading::kKept && levels_.is_other(measured);
   if (other) levels_.add(measured);
+  find_near_tissue_of(volume, loading);
   // A volume that does not fit takes the other slot, so that a refusal leaves the shown picture.
   const bool completes = replaces_frames() && slots_[newest_]->slot.suits(volume);
   auto loaded = completes ? complete_newest(volume, loading) : load_into_other(volume, loading);
@@ -158,10 +159,23 @@ Result<void> Renderer::load(const Volume& volume, Loading loading) {
   return loaded;
 }
 
+void Renderer::find_near_tissue_of(const Volume& volume, Loading loading) {
+  // Only where it is asked for: it reads the whole volume.
+  near_tissue_ = {.done = scene_in_force().scene.near.tissue != NearTissueShow::kShown, .found = {}};
+  if (!near_tissue_.done) {
+    steady_near_tissue_ = {};
+    return;
+  }
+  near_tissue_.found = find_near_tissue(volume, levels());
+  if (loading == Loading::kKept) return;
+  steady_near_tissue_.add(near_tissue_.found);
+  near_tissue_.found = steady_near_tissue_.in_force();
+}
+
 Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
   SlotState& next = *slots_[1 - newest_];
   next.awaits_picture = loading == Loading::kNew;
-  if (auto loaded = next.slot.load(volume, levels()); !loaded) {
+  if (auto loaded = next.slot.load(volume, levels(), near_tissue_); !loaded) {
     if (is_breakage(loaded.error())) return loaded;
     next.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
@@ -175,7 +189,7 @@ Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
 Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
   SlotState& state = *slots_[newest_];
   if (std::exchange(state.awaits_picture, loading == Loading::kNew)) counters_.volumes_skipped.add();
-  if (auto completed = state.slot.complete(volume, levels()); !completed) {
+  if (auto completed = state.slot.complete(volume, levels(), near_tissue_); !completed) {
     if (is_breakage(completed.error())) return completed;
     state.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
@@ -486,6 +500,7 @@ void Renderer::note_light(SlotState& state) {
                  .measures = state.cast_scene.deadline.measures,
                  .volume = state.slot.volume(),
                  .levels = state.slot.levels(),
+                 .near_tissue = state.slot.near_tissue_state(state.cast_scene.scene),
                  .view = picture_view(state.cast_scene.scene, config_.size)};
   state.stamp.measures.cheap_filters = scene_in_force().deadline.measures.cheap_filters;
 }

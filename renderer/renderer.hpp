@@ -18,6 +18,7 @@
 #include "renderer/schedule/scene_fallback.hpp"
 #include "renderer/schedule/watchdog.hpp"
 #include "renderer/survey/echo_survey.hpp"
+#include "renderer/survey/near_tissue_survey.hpp"
 #include "renderer/volume_in_flight.hpp"
 #include "renderer/vulkan/device_health.hpp"
 #include "renderer/vulkan/gpu.hpp"
@@ -272,6 +273,9 @@ class Renderer {
   const EchoLevels& levels() const { return fixed_levels_ ? *fixed_levels_ : levels_.in_force(); }
 
   SteadyLevels levels_;
+  void find_near_tissue_of(const Volume& volume, Loading loading);
+  NearTissueSearch near_tissue_;  // of the volume that load() got
+  SteadyNearTissue steady_near_tissue_;
   std::optional<EchoLevels> fixed_levels_;
   SceneFallback scenes_;
   std::uint64_t pictures_ = 0;

@@ -138,7 +138,8 @@ Result<void> VolumeInFlight::prepare(const Scene& scene) {
   return cast_.find_pipelines(known, geometry_);
 }
 
-Result<void> VolumeInFlight::load(const Volume& volume, const EchoLevels& levels) {
+Result<void> VolumeInFlight::load(const Volume& volume, const EchoLevels& levels,
+                                  const NearTissueSearch& near_tissue) {
   ++frames_version_;  // also where the old frames are freed and the new ones fail
   if (!frames_.suits(volume)) {
     if (auto made = replace_frames(volume); !made) return made;
@@ -146,6 +147,7 @@ Result<void> VolumeInFlight::load(const Volume& volume, const EchoLevels& levels
   frames_.load(volume);
   geometry_ = volume.geometry();
   levels_ = levels;
+  near_tissue_ = near_tissue;
   angles_rad_.clear();
   for (const std::uint32_t index : volume.by_angle()) angles_rad_.push_back(volume.angles_rad()[index]);
   update_angles();
@@ -221,7 +223,8 @@ bool VolumeInFlight::replace(const QueuedFrame& frame, std::uint32_t frame_index
   return true;
 }
 
-Result<void> VolumeInFlight::complete(const Volume& volume, const EchoLevels& levels) {
+Result<void> VolumeInFlight::complete(const Volume& volume, const EchoLevels& levels,
+                                      const NearTissueSearch& near_tissue) {
   const auto frames = static_cast<std::uint32_t>(angles_rad_.size());
   const bool same_layout =
       frames_.suits(volume) && volume.geometry() == geometry_ && volume.stamp().frames == frames;
@@ -231,8 +234,8 @@ Result<void> VolumeInFlight::complete(const Volume& volume, const EchoLevels& le
     if (!frames_.holds(frame_index, volume.commit_numbers()[order[frame_index]])) mark_changed(frame_index);
     same_angles &= angles_rad_[frame_index] == volume.angles_rad()[order[frame_index]];
   }
-  changed_beyond_ |= !same_angles || levels != levels_;
-  return load(volume, levels);
+  changed_beyond_ |= !same_angles || levels != levels_ || near_tissue != near_tissue_;
+  return load(volume, levels, near_tissue);
 }
 
 Result<void> VolumeInFlight::recast(const Scene& scene) {

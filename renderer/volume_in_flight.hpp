@@ -62,8 +62,8 @@ class VolumeInFlight {
   /// volume's, or it has more frames than the memory holds, the frames' memory is freed and allocated again.
   /// Precondition: nothing is outstanding. Errors as FrameStore::create; then light() still works on the last
   /// depth map, but begin_cast() needs a load() that succeeds.
-  /// `levels`: for what scenes leave to the data.
-  Result<void> load(const Volume& volume, const EchoLevels& levels);
+  /// `levels`: for what scenes leave to the data; `near_tissue`: for those that remove it.
+  Result<void> load(const Volume& volume, const EchoLevels& levels, const NearTissueSearch& near_tissue);
 
   /// Copies a frame of the next volume, which is estimated to have `frames` frames, ahead of the others. The
   /// last depth map can still be lit. Does nothing where the frame does not fit. Precondition: nothing is
@@ -87,8 +87,9 @@ class VolumeInFlight {
   bool suits(const Volume& volume) const { return frames_.suits(volume); }
 
   /// Completes the volume that replace() assembled frame by frame: takes its missing frames, its angles and
-  /// its stamp. Precondition: suits(volume). Error as load(). Other levels need a begin_cast().
-  Result<void> complete(const Volume& volume, const EchoLevels& levels);
+  /// its stamp. Precondition: suits(volume). Error as load(). Other levels or other near tissue need a
+  /// begin_cast().
+  Result<void> complete(const Volume& volume, const EchoLevels& levels, const NearTissueSearch& near_tissue);
 
   /// Whether the frames changed since the cast, and whether recast() suffices; otherwise begin_cast() is
   /// needed.
@@ -165,6 +166,7 @@ class VolumeInFlight {
             .geometry = geometry_,
             .extent = extent_,
             .levels = levels_,
+            .near_tissue = near_tissue_.found,
             .frames_gone = frames_gone_,
             .written = cast_timeline().newest()};
   }
@@ -184,6 +186,11 @@ class VolumeInFlight {
 
   /// Those of load().
   const EchoLevels& levels() const { return levels_; }
+  /// What a picture of the scene shows of the near tissue.
+  NearTissueState near_tissue_state(const Scene& scene) const {
+    if (scene.near.tissue == NearTissueShow::kShown || !near_tissue_.done) return NearTissueState::kShown;
+    return near_tissue_.found ? NearTissueState::kRemoved : NearTissueState::kNotFound;
+  }
   /// The scene with what it leaves to this volume.
   Scene effective(const Scene& scene) const { return effective(scene, levels_); }
 
@@ -221,6 +228,7 @@ class VolumeInFlight {
   VolumeStamp volume_;
   VolumeExtent extent_;
   EchoLevels levels_;
+  NearTissueSearch near_tissue_;
   bool frames_gone_ = false;  // frames of the next volume were staged since the cast
   std::uint64_t frames_version_ = 0;
   std::uint64_t bindings_version_ = 0;

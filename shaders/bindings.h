@@ -9,6 +9,7 @@
 // Uniform buffers.
 #define FANLIGHT_BINDING_CAST_PARAMETERS 0
 #define FANLIGHT_BINDING_LIGHT_PARAMETERS 1
+#define FANLIGHT_BINDING_NEAR_TISSUE 36
 
 // The volume, as passes 0 and 1 read it. Frames are in order of ascending angle.
 // 3D texture: column, row, frame.

@@ -17,6 +17,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
 #include "cast_parameters.h"
+#include "near_tissue.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -136,8 +137,9 @@ float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown) {
   return edge >= 0.0 && place > kNotTissue ? depth_mm : FANLIGHT_NO_SURFACE;
 }
 
-RayResult cast_ray(Ray ray, uvec4 segment_mask) {
-  vec2 shown = cropped(vec2(rays.start, rays.end), ray.from, ray.forward);
+// Nothing before `start_mm` is shown.
+RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
+  vec2 shown = cropped(vec2(max(rays.start, start_mm), rays.end), ray.from, ray.forward);
   SampleRun samples = samples_of_ray(ray, shown);
   EdgeDetector detector;
   start(detector);
@@ -243,7 +245,7 @@ void main() {
   uvec4 segment_mask = kSkipping ? segment_masks[tile] : uvec4(~0u);
   // A loop of one iteration at most, not an `if`: in an empty tile the rays are not even set up.
   for (bool due = has_ray && segment_mask != uvec4(0u); due; due = false) {
-    result = cast_ray(ray_of(vec2(ray_pixel)), segment_mask);
+    result = cast_ray(ray_of(vec2(ray_pixel)), start_of_ray(vec2(ray_pixel)), segment_mask);
   }
   if (kTiles != FANLIGHT_CAST_ALL) atomicMax(sample_ends[tile], result.sample_end);
   write_pixels(pixel, result);

@@ -2,6 +2,8 @@
 // Pass 1, slices: planes through the volume, each in its part of the picture, in grey
 // (renderer/ALGORITHM.md, pass 1). Black where nothing was scanned or it is cropped.
 //
+// Near tissue that the surface leaves out is dim, with a line at its end.
+//
 // Reads: the parameters; the volume and the angle table (fan_volume.h).
 // Writes: volume_colour, RGBA8, height x width of the picture, inside the parts of the planes.
 #version 460
@@ -9,6 +11,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "bindings.h"
 #include "cast_parameters.h"
+#include "near_tissue.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -21,6 +24,23 @@ layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colour
 };
 #include "fan_volume.h"
 
+// Of what near tissue is left in the planes.
+const float kDimmed = 0.45;
+const vec3 kLine = vec3(1.0, 0.75, 0.2);
+// Half of the line's width, in pixels.
+const float kHalfLine = 0.9;
+
+// The colour of an echo at a point. `pixel_mm`: distance of the plane's pixels.
+vec3 coloured(float value, vec3 at, float pixel_mm) {
+  float from_axis = from_axis_of(at);
+  VoxelPosition position = position_in_frame(at, from_axis);
+  float angle = angle_between(at.z, at.y + rays.motor_radius, from_axis);
+  float beyond_mm = (position.voxel.y - end_of_near_tissue(position.voxel.x, angle)) * near.row_mm;
+  float line = clamp(kHalfLine + 0.5 - abs(beyond_mm) / pixel_mm, 0.0, 1.0);
+  vec3 grey = vec3(beyond_mm < 0.0 ? kDimmed * value : value);
+  return position.margin >= 0.0 ? mix(grey, kLine, line) : grey;
+}
+
 void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
@@ -31,7 +51,9 @@ void main() {
     vec3 at = rays.slice_planes[slice].origin + float(pixel.x) * rays.slice_planes[slice].right_step +
               float(pixel.y) * rays.slice_planes[slice].down_step;
     vec2 interval = between_frames(cropped(vec2(0.0, 0.0), at, vec3(0.0)), at, vec3(0.0));
-    float value = interval.x <= interval.y ? max(echo(at), 0.0) : 0.0;
-    volume_colour[pixel.y * rays.width + pixel.x] = packUnorm4x8(vec4(vec3(value), 1.0));
+    bool shown = interval.x <= interval.y;
+    float value = shown ? max(echo(at), 0.0) : 0.0;
+    vec3 colour = shown ? coloured(value, at, length(rays.slice_planes[slice].right_step)) : vec3(0.0);
+    volume_colour[pixel.y * rays.width + pixel.x] = packUnorm4x8(vec4(colour, 1.0));
   }
 }

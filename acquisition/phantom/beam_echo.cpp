@@ -40,12 +40,13 @@ float bell(float away) {
 }
 
 /// Power of the echo from a depth below the skin, before losses. `facing`: 0 to 1, how squarely the line
-/// meets the skin.
-float power_at(float depth_mm, float facing, bool has_bone) {
+/// meets the skin. `tissue`: Found::echo.
+float power_at(float depth_mm, float facing, bool has_bone, float tissue) {
   if (depth_mm < -kHalfStepMm) return kFluidPower;
   const float share = std::clamp(0.5F + 0.5F * depth_mm / kHalfStepMm, 0.0F, 1.0F);
   const float squareness = 0.15F + 0.85F * facing * facing;
-  float power = kTissuePower + kSkinPower * squareness * bell((depth_mm - kSkinLineMm) / kSkinLineMm);
+  float power =
+      tissue * kTissuePower + kSkinPower * squareness * bell((depth_mm - kSkinLineMm) / kSkinLineMm);
   if (has_bone) power += kBonePower * squareness * bell((depth_mm - kBoneMm) / kBoneSpreadMm);
   return kFluidPower + share * (power - kFluidPower);
 }
@@ -78,7 +79,8 @@ void BeamEcho::draw(const BodyScene& scene, const BodyScene::Lines& lines, const
     constexpr float kSafe = 0.6F;
     const float alike_mm = kSafe * std::abs(found.distance_mm) - reach_mm -
                            (found.distance_mm > 0 ? 0.0F : kSafe * (kBoneEndMm + 2));
-    if (alike_mm > samples.step_mm) {
+    const bool has_layers = found.part == BodyScene::Part::kNearWall && found.distance_mm <= 0;
+    if (alike_mm > samples.step_mm && !has_layers) {
       const auto steps = static_cast<std::size_t>(alike_mm / samples.step_mm);
       const std::size_t end = std::min(power.size(), sample + std::max<std::size_t>(steps, 1));
       const bool fluid = found.distance_mm > 0;
@@ -104,7 +106,7 @@ void BeamEcho::draw(const BodyScene& scene, const BodyScene::Lines& lines, const
     for (std::size_t line = 0; line < kAcross; ++line) {
       const float place = kPlaces[line] / kPlaces[kAcross - 1];
       const float depth_mm = -(found.distance_mm + place * (slope + place * bend));
-      mean += weights_[line] * power_at(depth_mm, facing, found.has_bone);
+      mean += weights_[line] * power_at(depth_mm, facing, found.has_bone, found.echo);
       const bool in_bone = found.has_bone && depth_mm > kBoneMm - 1 && depth_mm < kBoneEndMm;
       bone_share += in_bone ? weights_[line] : 0.0F;
       tissue_share += depth_mm > 0 ? weights_[line] : 0.0F;

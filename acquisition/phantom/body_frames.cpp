@@ -31,7 +31,7 @@ BodyFrames::BodyFrames(const Config& config, const FanGeometry& geometry, const 
     : geometry_(geometry),
       scale_(config.scale),
       speckle_(speckle),
-      scene_(config.kind, config.moving),
+      scene_(config.kind, config.moving, config.seed, config.has_near_wall),
       beam_(config.beam_mm),
       samples_in_line_(geometry.rows),
       line_stride_(geometry.rows + kPadding),

@@ -25,7 +25,9 @@ class BodyFrames {
   struct Config {
     BodyScene::Kind kind = BodyScene::Kind::kFace;
     bool moving = true;
-    double beam_mm = 0;  ///< see BeamEcho
+    std::uint64_t seed = 1;     ///< of the poses; BodyScene::Kind::kWomb only
+    bool has_near_wall = true;  ///< the same
+    double beam_mm = 0;         ///< see BeamEcho
     EchoScale scale;
   };
 

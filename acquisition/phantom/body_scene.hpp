@@ -6,6 +6,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "acquisition/phantom/distance_grid.hpp"
@@ -16,13 +17,15 @@ namespace fanlight {
 /// fluid. In the transducer frame, mm.
 ///
 /// kFace: a fetal head in three-quarter view, a hand at its cheek and the umbilical cord, about 55 to 150
-/// mm deep. It breathes, turns and moves the hand with periods of some seconds. kSphere: of 30 mm radius, 90
-/// mm deep in the middle. kPlane: tissue from 90 mm on, tilted by 20 deg.
+/// mm deep. It breathes, turns and moves the hand with periods of some seconds. kWomb: the same bodies,
+/// turned and laid by the seed, behind an undulating near wall with a placenta of 8 to 30 mm; between its
+/// inside and them lie 2 to 20 mm of fluid where it is the least. kSphere: of 30 mm radius, 90 mm deep in the
+/// middle. kPlane: tissue from 90 mm on, tilted by 20 deg.
 ///
 /// Immutable after construction: any thread may read it.
 class BodyScene {
  public:
-  enum class Kind : std::uint8_t { kFace, kSphere, kPlane };
+  enum class Kind : std::uint8_t { kFace, kWomb, kSphere, kPlane };
   static constexpr std::size_t kMostBodies = 3;
   static constexpr float kNearMm = 22;
 
@@ -45,14 +48,20 @@ class BodyScene {
   };
   using Lines = std::array<Line, kMostBodies + 1>;
 
+  /// What the bodies are, and what they lie in.
+  enum class Part : std::uint8_t { kFarWall, kNearWall, kHead, kHand, kCord, kShape };
+
   /// What lies at a point.
   struct Found {
     float distance_mm = 0;
-    bool has_bone = false;  ///< the nearest body has bones below its skin
+    Part part = Part::kFarWall;  ///< the nearest
+    bool has_bone = false;       ///< the nearest body has bones below its skin
+    float echo = 1;              ///< power of the tissue there, of usual tissue's
   };
 
-  /// Takes most of a second for the face, once in a process.
-  BodyScene(Kind kind, bool moving);
+  /// Takes most of a second for the face, once in a process. `seed`: of the poses and of the near wall, and
+  /// whether that is there; kWomb only.
+  BodyScene(Kind kind, bool moving, std::uint64_t seed = 1, bool has_near_wall = true);
 
   Poses poses_at(double time_s) const;
 
@@ -63,16 +72,63 @@ class BodyScene {
   Found at(const Lines& lines, float along_mm, float across_mm) const;
 
   /// The signed distance to the nearest surface. Truth for tests.
-  float distance_mm(const Poses& poses, const glm::vec3& at_mm) const;
+  float distance_mm(const Poses& poses, const glm::vec3& at_mm) const {
+    return found(poses, at_mm).distance_mm;
+  }
+  Found found(const Poses& poses, const glm::vec3& at_mm) const;
+
+  /// Least fluid between the near wall and the bodies along y, at time 0; kWomb only.
+  float gap_mm() const { return gap_mm_; }
 
  private:
   struct Body {
     std::shared_ptr<const DistanceGrid> surface;
+    Part part = Part::kShape;
     bool has_bone = false;
   };
 
+  /// The near wall of kWomb, between the probe and its inside: as thick as the sum says, across the scan
+  /// lines.
+  struct NearWall {
+    static constexpr std::size_t kWaves = 3;
+    struct Wave {
+      float across_per_mm = 0;  // rad, along x
+      float up_per_mm = 0;      // rad, along z
+      float phase_rad = 0;
+      float amplitude_mm = 0;
+    };
+    float thickness_mm = 0;
+    std::array<Wave, kWaves> waves{};
+    // The placenta: a flat mound.
+    glm::vec3 placenta_mm{0};  // x, z of its middle, and its height
+    float placenta_radius_mm = 1;
+
+    /// Below the probe's curved face, and where the wall ends there.
+    struct Depth {
+      float below_mm = 0;
+      float end_mm = 0;
+    };
+    Depth depth(const glm::vec3& at_mm) const;
+    /// Power of its tissue, of usual tissue's: skin, fat, muscles with their fasciae, uterus and placenta.
+    static float echo(const Depth& depth);
+  };
+
+  /// How the bodies of kFace and kWomb lie at rest.
+  struct Rest {
+    double yaw_rad = 0.5;
+    double pitch_rad = 0.12;
+    double roll_rad = 0.1;
+    glm::vec3 head_mm{0, 106, 2};  // the point between the ears
+  };
+
+  void lay_in_womb(std::uint64_t seed);
+  float least_gap_mm() const;
+
   Kind kind_;
   bool moving_;
+  Rest rest_;
+  std::optional<NearWall> near_wall_;
+  float gap_mm_ = 0;
   std::vector<Body> bodies_;
 };
 

@@ -46,6 +46,8 @@ std::optional<BodyScene::Kind> bodies_of(PhantomSource::Scene scene) {
       return std::nullopt;
     case PhantomSource::Scene::kFace:
       return BodyScene::Kind::kFace;
+    case PhantomSource::Scene::kWomb:
+      return BodyScene::Kind::kWomb;
     case PhantomSource::Scene::kSphere:
       return BodyScene::Kind::kSphere;
     case PhantomSource::Scene::kPlane:
@@ -119,6 +121,8 @@ PhantomSource::PhantomSource(const Config& config)
     bodies_ = std::make_unique<BodyFrames>(
         BodyFrames::Config{.kind = *bodies,
                            .moving = config.motion == PhantomScene::Motion::kMoving,
+                           .seed = config.seed,
+                           .has_near_wall = config.near_wall == NearWall::kOn,
                            .beam_mm = config.beam_mm,
                            .scale = config.scale},
         geometry, speckle_);

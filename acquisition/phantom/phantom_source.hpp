@@ -31,12 +31,14 @@ class PhantomSource final : public FrameSource {
     kUnpaced,
   };
   enum class Speckle : std::uint8_t { kOn, kOff };
+  /// Of Scene::kWomb.
+  enum class NearWall : std::uint8_t { kOn, kOff };
   /// Whether stamps contain the volume index, the frame index and the direction. Otherwise the end of a sweep
   /// must be found from the reversal of the angle.
   enum class Index : std::uint8_t { kOn, kOff };
 
   /// What the probe sees: PhantomScene, or one of BodyScene.
-  enum class Scene : std::uint8_t { kRelief, kFace, kSphere, kPlane };
+  enum class Scene : std::uint8_t { kRelief, kFace, kWomb, kSphere, kPlane };
 
   struct Config {
     double frame_rate_hz = 75;             ///< 0.1 to 1000; 35 frames take 466 ms, as in the paper
@@ -48,7 +50,7 @@ class PhantomSource final : public FrameSource {
     // From the probe's face to the apex of its scan lines, and to the motor's axis. Not options of their own.
     double probe_radius_mm = 50;
     double motor_radius_mm = 30;
-    std::uint64_t seed = 1;     ///< of the speckle, jitter, turning and losses
+    std::uint64_t seed = 1;     ///< of the speckle, jitter, turning, losses and the womb
     std::uint64_t volumes = 0;  ///< number of volumes after which the source ends; 0: never
     /// Thickness of the beam across the frame (elevation), full width at half maximum, 0 to 8. The default is
     /// about the frame distance, as for a real array: a thinner beam leaves steps between the frames of a
@@ -57,6 +59,7 @@ class PhantomSource final : public FrameSource {
     Speckle speckle = Speckle::kOn;
     EchoScale scale;  ///< range 20 to 120 dB, gain -40 to 40 dB
     Scene scene = Scene::kRelief;
+    NearWall near_wall = NearWall::kOn;
     PhantomScene::Motion motion = PhantomScene::Motion::kMoving;
     /// Mismatch of forward and backward sweeps, -4 to 4: the measured angle is the true one minus half of
     /// this in a forward frame, and plus half of this in a backward frame.

@@ -47,11 +47,15 @@ Result<std::optional<FanGeometry>> see_sector(const std::filesystem::path& path,
   auto opened = open_recording_file(path, max_bytes);
   if (!opened) return opened.error();
   const std::size_t frames = opened->sequence.frames.size();
-  const std::size_t step = std::max<std::size_t>(1, frames / kMostFrames);
+  // Of compressed pixels the first ones: to reach the others all would be unpacked.
+  const bool spreads = opened->pixels.has_quick_access();
+  const std::size_t step = spreads ? std::max<std::size_t>(1, frames / kMostFrames) : 1;
+  const std::size_t end = spreads ? frames : std::min(frames, kMostFrames);
   std::vector<std::uint8_t> brightest(opened->sequence.frame_bytes());
   std::vector<std::uint8_t> pixels(brightest.size());
-  for (std::size_t frame = 0; frame < frames; frame += step) {
-    if (auto read = opened->pixels.read(frame, pixels); !read) return read.error();
+  for (std::size_t frame = 0; frame < end; frame += step) {
+    // Damage is reported by who reads that frame.
+    if (!opened->pixels.read(frame, pixels)) break;
     std::ranges::transform(brightest, pixels, brightest.begin(),
                            [](std::uint8_t most, std::uint8_t pixel) { return std::max(most, pixel); });
   }

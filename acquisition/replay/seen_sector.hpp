@@ -18,7 +18,7 @@ std::optional<FanGeometry> with_sector(const FanGeometry& geometry, const Sector
 
 /// Looks for the sector of a recording that has none in its geometry, in up to 64 of its frames. nullopt: the
 /// frames are no images, fill their rectangle, or show no sector that fits. Errors as of
-/// open_recording_file() and SequencePixels::read().
+/// open_recording_file().
 Result<std::optional<FanGeometry>> see_sector(const std::filesystem::path& path, std::uint64_t max_bytes,
                                               const FanGeometry& geometry);
 

@@ -33,6 +33,13 @@ struct PictureView {
 };
 
 /// Identity and time of one picture.
+/// The tissue between the probe and the first fluid, in a picture (Scene::Near).
+enum class NearTissueState : std::uint8_t {
+  kShown,
+  kRemoved,
+  kNotFound,  ///< to be removed, but the volume shows no fluid behind it: it is shown
+};
+
 struct PictureStamp {
   std::uint64_t view_id = 0;         ///< 0: the main view; else PrivateView::view_id
   std::uint64_t picture_id = 0;      ///< counts the pictures of a view from 1
@@ -43,6 +50,7 @@ struct PictureStamp {
   DeadlineMeasures measures;        ///< in force for this picture
   VolumeStamp volume;
   EchoLevels levels;  ///< in force for this picture, where its scene asks for values from the data
+  NearTissueState near_tissue = NearTissueState::kShown;
   PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
   bool passes_overlap = false;             ///< passes 2 and 3 run while pass 1 of another volume does

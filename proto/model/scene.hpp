@@ -34,6 +34,11 @@ enum class FrameSteps : std::uint8_t {
   kKept,
   kRemoved,  ///< by the mean over one frame spacing, across the frames
 };
+/// The tissue between the probe and the first fluid, such as the belly's wall.
+enum class NearTissueShow : std::uint8_t {
+  kShown,
+  kRemoved,  ///< rays start in the fluid behind it, where the volume shows where it ends
+};
 /// Content of the picture.
 enum class Mode : std::uint8_t {
   kSurface,
@@ -111,6 +116,11 @@ struct Scene {
     double normal_z = 0;
     double distance_mm = 0;
   } clip1, clip2;
+
+  struct Near {
+    NearTissueShow tissue = NearTissueShow::kShown;
+    double shift_mm = 0;  ///< of where it ends, away from the probe
+  } near;
 
   struct Speckle {
     SpeckleFilter filter = SpeckleFilter::kGuided;

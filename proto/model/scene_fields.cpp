@@ -18,6 +18,7 @@ constexpr std::string_view kSpeckleFilters[] = {"none", "box", "median", "guided
 constexpr std::string_view kSigns[] = {"dark-to-bright", "bright-to-dark", "either"};
 constexpr std::string_view kPlaces[] = {"first-crossing", "refined", "two-scales", "ridge", "level"};
 constexpr std::string_view kFrameSteps[] = {"kept", "removed"};
+constexpr std::string_view kNearTissue[] = {"shown", "removed"};
 constexpr std::string_view kRefreshes[] = {"volume", "frame"};
 constexpr std::string_view kModes[] = {
     "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth", "slice", "slices"};
@@ -140,6 +141,13 @@ const SceneField kFields[] = {
     row<MEMBER(rays.stride)>("rays.stride", "pixels",
                              "one ray per N by N pixels: 2 is coarse, with a quarter of the rays", 1, 2, 1,
                              FirstPass::kCast),
+    choice<MEMBER(near.tissue)>("near.tissue",
+                                "the tissue between the probe and the first fluid: shown, or removed where "
+                                "the volume shows fluid behind it",
+                                FirstPass::kCast, kNearTissue),
+    row<MEMBER(near.shift_mm)>("near.shift_mm", "mm",
+                               "how much more is removed than was found, away from the probe; negative: less",
+                               -30, 30, 0, FirstPass::kCast),
     row<MEMBER(crop.left_mm)>("crop.left_mm", "mm", "nothing is shown below this lateral position (x)", -1000,
                               1000, 0, FirstPass::kCast),
     row<MEMBER(crop.right_mm)>("crop.right_mm", "mm", "nor above this", -1000, 1000, 0, FirstPass::kCast),

@@ -8,6 +8,7 @@
 #include "renderer/vulkan/command_recording.hpp"
 #include "shaders/bindings.h"
 #include "shaders/cast_parameters.h"
+#include "shaders/near_tissue.h"
 
 namespace fanlight {
 
@@ -20,6 +21,8 @@ Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPl
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   const WantedBuffer buffers[] = {
       {"cast_parameters", &made.parameters, sizeof(shaders::CastParameters),
+       VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
+      {"near_tissue", &made.near_tissue, sizeof(shaders::NearTissueParameters),
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
       {"staged_transfer", &made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
        BufferPlace::kToGpu},
@@ -43,9 +46,13 @@ Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPl
 void CastMemory::write_to(const DescriptorSets& descriptors) const {
   maps.write_to(descriptors);
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
-      {FANLIGHT_BINDING_CAST_PARAMETERS, &parameters}, {FANLIGHT_BINDING_RAY_DEPTH, &ray_depth},
-      {FANLIGHT_BINDING_SEGMENT_MASKS, &segments},     {FANLIGHT_BINDING_OLD_SEGMENT_MASKS, &old_segments},
-      {FANLIGHT_BINDING_SAMPLE_ENDS, &reached},        {FANLIGHT_BINDING_DIRTY_TILES, &tile_list}};
+      {FANLIGHT_BINDING_CAST_PARAMETERS, &parameters},
+      {FANLIGHT_BINDING_NEAR_TISSUE, &near_tissue},
+      {FANLIGHT_BINDING_RAY_DEPTH, &ray_depth},
+      {FANLIGHT_BINDING_SEGMENT_MASKS, &segments},
+      {FANLIGHT_BINDING_OLD_SEGMENT_MASKS, &old_segments},
+      {FANLIGHT_BINDING_SAMPLE_ENDS, &reached},
+      {FANLIGHT_BINDING_DIRTY_TILES, &tile_list}};
   for (const auto& [binding, buffer] : buffers) descriptors.write(binding, *buffer);
   descriptors.write(FANLIGHT_BINDING_TRANSFER, transfer);
 }

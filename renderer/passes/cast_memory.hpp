@@ -18,7 +18,8 @@ struct CastMemory {
   void write_to(const DescriptorSets& descriptors) const;
 
   // Written by the host.
-  GpuBuffer parameters;  ///< shaders::CastParameters
+  GpuBuffer parameters;   ///< shaders::CastParameters
+  GpuBuffer near_tissue;  ///< shaders::NearTissueParameters
   GpuBuffer staged_transfer;
 
   GpuImage transfer;

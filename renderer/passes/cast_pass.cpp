@@ -95,6 +95,8 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
   const shaders::CastParameters parameters =
       cast_parameters(scene, config_.size, volume.geometry, volume.table, volume.extent);
   memory_.parameters.mapped_as<shaders::CastParameters>() = parameters;
+  memory_.near_tissue.mapped_as<shaders::NearTissueParameters>() =
+      near_tissue_parameters(scene, parameters, volume.geometry, volume.extent, volume.near_tissue);
   farthest_mm_ = parameters.end;
   segments_in_ray_ = groups(parameters.steps, 1U << parameters.segment_shift);
   recorder_.reset_times();

@@ -10,6 +10,7 @@
 #include "proto/model/scene.hpp"
 #include "renderer/parameters/angle_table.hpp"
 #include "renderer/parameters/cast_parameters.hpp"
+#include "renderer/parameters/near_tissue.hpp"
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/cast_memory.hpp"
 #include "renderer/passes/depth_maps.hpp"
@@ -27,6 +28,7 @@ struct VolumeBindings {
   const FanGeometry& geometry;
   const VolumeExtent& extent;
   const EchoLevels& levels;  ///< for what a scene leaves to the data
+  const std::optional<NearTissue>& near_tissue;
   bool frames_gone = false;  ///< frames of the next volume were staged since the cast
   TimelinePoint written;     ///< reached when the GPU has written all of it
 };

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "renderer/survey/echo_survey.hpp"
+#include "renderer/survey/near_tissue_survey.hpp"
 #include "renderer/survey/surface_survey.hpp"
 
 namespace fanlight {
@@ -38,7 +40,8 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
                                     const std::stop_token& stop) {
   // Rings of a probe in air are the smoothest sheet of all.
   if (volume.stamp().warnings.has(SweepWarning::kRings)) return std::nullopt;
-  const auto survey = find_surface(volume, stop);
+  const auto near_tissue = find_near_tissue(volume, measured_levels(volume));
+  const auto survey = find_surface(volume, stop, near_tissue);
   if (!survey) return std::nullopt;
   AutoScene made{.scene = scene, .choices = {}};
   Scene& to = made.scene;
@@ -73,6 +76,9 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   const double before_mm = along.low - start_mm;
   choose(fmt::format("rays begin {:.0f} mm {} its nearest part and end {:.0f} mm behind its farthest",
                      std::abs(before_mm), before_mm >= 0 ? "before" : "behind", kBehindMm));
+
+  to.near = {.tissue = near_tissue ? NearTissueShow::kRemoved : NearTissueShow::kShown};
+  if (near_tissue) choose("the tissue before the first fluid is removed");
 
   to.rays.step_mm = 0;
   to.detector.window_mm = 2 * kSurveyWindowMm;

@@ -44,8 +44,9 @@ double median(std::vector<float> values) {
 /// reverse for steps from bright to dark.
 class Steps {
  public:
-  Steps(const VolumeProfiles& profiles, EdgeSign sign)
+  Steps(const VolumeProfiles& profiles, const std::vector<int>& first_cells, EdgeSign sign)
       : profiles_(profiles),
+        first_cells_(first_cells),
         sign_(sign == EdgeSign::kBrightToDark ? -1.0F : 1.0F),
         window_(std::max(1, static_cast<int>(std::lround(kSurveyWindowMm / profiles.cell_mm())))),
         steps_(std::size_t{profiles.profiles()} * profiles.cells(), 0.0F) {
@@ -59,7 +60,7 @@ class Steps {
   /// The first cell of a local maximum of at least `least` at or behind `from`; -1: none.
   int first_peak(std::uint32_t profile, int from, float least) const {
     const int cells = static_cast<int>(profiles_.cells());
-    for (int cell = std::max(from, 1); cell + 1 < cells; ++cell) {
+    for (int cell = std::max({from, 1, first_cells_[profile]}); cell + 1 < cells; ++cell) {
       const auto here = static_cast<std::uint32_t>(cell);
       const float step = at(profile, here);
       if (step >= least && step >= at(profile, here - 1) && step > at(profile, here + 1)) return cell;
@@ -92,6 +93,7 @@ class Steps {
   }
 
   const VolumeProfiles& profiles_;
+  const std::vector<int>& first_cells_;  // of each profile; what lies before is removed
   float sign_;
   int window_;
   std::vector<float> steps_;  // profiles x cells; 0 also where a window has no data
@@ -298,9 +300,9 @@ double merit(const SurfaceSurvey& survey) {
   return std::sqrt(survey.covered_share) * survey.contrast * clean * clean;
 }
 
-std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, EdgeSign sign,
-                                        const std::stop_token& stop) {
-  const Steps steps(profiles, sign);
+std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, const std::vector<int>& first_cells,
+                                        EdgeSign sign, const std::stop_token& stop) {
+  const Steps steps(profiles, first_cells, sign);
   const double clutter = steps.clutter();
   std::optional<SurfaceSurvey> best;
   for (const float least_step : kLeastSteps) {
@@ -321,11 +323,16 @@ std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, EdgeSign
 
 }  // namespace
 
-std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_token& stop) {
+std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_token& stop,
+                                          const std::optional<NearTissue>& removed) {
   const VolumeProfiles profiles(volume, stop);
+  if (stop.stop_requested()) return std::nullopt;
+  std::vector<int> first_cells(profiles.profiles());
+  for (std::uint32_t profile = 0; removed && profile < profiles.profiles(); ++profile)
+    first_cells[profile] = static_cast<int>(std::ceil(profiles.end_cell(profile, *removed)));
   // Behind most surfaces of interest, such as skin in fluid, the echo is brighter.
-  if (auto found = find_steps(profiles, EdgeSign::kDarkToBright, stop)) return found;
-  return find_steps(profiles, EdgeSign::kBrightToDark, stop);
+  if (auto found = find_steps(profiles, first_cells, EdgeSign::kDarkToBright, stop)) return found;
+  return find_steps(profiles, first_cells, EdgeSign::kBrightToDark, stop);
 }
 
 }  // namespace fanlight

@@ -8,6 +8,7 @@
 
 #include "proto/model/scene.hpp"
 #include "proto/model/volume.hpp"
+#include "renderer/parameters/near_tissue.hpp"
 
 namespace fanlight {
 
@@ -34,7 +35,9 @@ struct SurfaceSurvey {
 inline constexpr double kSurveyWindowMm = 5;
 
 /// Deterministic. nullopt: no sheet stands out of the clutter, or a stop was requested: it ends within a
-/// fraction of its time then. Precondition: the volume has frames, sorted by angle.
-std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_token& stop = {});
+/// fraction of its time then. `removed`: near tissue in which no sheet is looked for. Precondition: the
+/// volume has frames, sorted by angle.
+std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_token& stop = {},
+                                          const std::optional<NearTissue>& removed = {});
 
 }  // namespace fanlight

@@ -54,12 +54,20 @@ void VolumeProfiles::fill(const Volume& volume, std::uint32_t frame, std::uint32
   }
 }
 
-glm::dvec3 VolumeProfiles::position(std::uint32_t profile, double cell) const {
+double VolumeProfiles::middle_column(std::uint32_t profile) const {
   const std::uint32_t line = profile % across_;
   const std::uint32_t first = line * geometry_.columns / across_;
   const std::uint32_t end = (line + 1) * geometry_.columns / across_;
+  return (first + end - 1) / 2.0;
+}
+
+double VolumeProfiles::end_cell(std::uint32_t profile, const NearTissue& near) const {
+  return near.end_row_at(geometry_, middle_column(profile), angles_rad_[profile / across_]) / rows_in_cell_;
+}
+
+glm::dvec3 VolumeProfiles::position(std::uint32_t profile, double cell) const {
   const PlanePoint at = geometry_.plane_point(
-      {.column = (first + end - 1) / 2.0, .row = cell * rows_in_cell_ + (rows_in_cell_ - 1) / 2.0});
+      {.column = middle_column(profile), .row = cell * rows_in_cell_ + (rows_in_cell_ - 1) / 2.0});
   const Point point =
       geometry_.point(at.x_mm, {.angle_rad = angles_rad_[profile / across_], .depth_mm = at.depth_mm});
   return {point.x_mm, point.y_mm, point.z_mm};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proto/model/volume.hpp"
+#include "renderer/parameters/near_tissue.hpp"
 
 namespace fanlight {
 
@@ -31,6 +32,12 @@ class VolumeProfiles {
   /// Length of a cell along a profile, mm.
   double cell_mm() const { return cell_mm_; }
 
+  /// The cell, with a fraction, in which near tissue ends along a profile.
+  double end_cell(std::uint32_t profile, const NearTissue& near) const;
+
+  /// Sweep angle of a frame of profiles, ascending.
+  double angle_rad(std::uint32_t frame) const { return angles_rad_[frame]; }
+
   /// Mean grey level; kNoData where the cell holds no scanned pixel. Profiles are numbered frame by frame.
   float level(std::uint32_t profile, std::uint32_t cell) const {
     return levels_[std::size_t{profile} * cells_ + cell];
@@ -40,6 +47,7 @@ class VolumeProfiles {
   glm::dvec3 position(std::uint32_t profile, double cell) const;
 
  private:
+  double middle_column(std::uint32_t profile) const;
   void fill(const Volume& volume, std::uint32_t frame, std::uint32_t index);
 
   FanGeometry geometry_;

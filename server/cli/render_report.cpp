@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <span>
+#include <string_view>
 
 #include "proto/model/echo_levels.hpp"
 
@@ -36,6 +38,11 @@ nlohmann::ordered_json levels_json(const EchoLevels& levels) {
           {"noise", levels.noise},
           {"threshold", levels.threshold()},
           {"least_tissue", levels.least_tissue()}};
+}
+
+std::string_view near_tissue_name(NearTissueState state) {
+  constexpr std::array<std::string_view, 3> kNames = {"shown", "removed", "not found"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 nlohmann::ordered_json warnings_json(const SweepWarnings& warnings) {
@@ -95,6 +102,7 @@ nlohmann::ordered_json figures_json(const RenderReport& report) {
           {"depth_5_50_95_mm", report.depth_5_50_95_mm},
           {"speckle_filter_left_out", report.speckle_filter_left_out},
           {"levels", levels_json(picture.stamp.levels)},
+          {"near_tissue", near_tissue_name(picture.stamp.near_tissue)},
           {"warnings", warnings_json(picture.stamp.volume.warnings)}};
 }
 
@@ -123,6 +131,8 @@ void print_text(std::FILE* out, const RenderReport& report) {
   for (const std::string& note : report.notes) fmt::print(out, "note: {}\n", note);
   picture.stamp.volume.warnings.for_each(
       [out](const SweepWarningText& text) { fmt::print(out, "warning: {}\n", text.sentence); });
+  if (picture.stamp.near_tissue == NearTissueState::kNotFound)
+    fmt::print(out, "near tissue is shown: no fluid was found behind it\n");
   if (report.speckle_filter_left_out) {
     fmt::print(out, "the speckle filter was left out: the volume is too large for it on this GPU\n");
   }

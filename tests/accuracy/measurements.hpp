@@ -29,6 +29,9 @@ FigureBlock measure_scanned_scenes(const Workbench& bench);
 /// A thin bright interface in pixels of 0.08 mm, and where each place of a surface puts it.
 FigureBlock measure_thin_interface(const Workbench& bench);
 
+/// The simulated womb, with and without its near tissue.
+FigureBlock measure_wombs(const Workbench& bench);
+
 /// The reference work (R1): the phantom of the simulated probe.
 FigureBlock measure_reference_work(const Workbench& bench);
 

@@ -74,6 +74,32 @@ test("the lines of four panes move the planes, and the panes have depth scales",
   });
 });
 
+test("a button removes near tissue from the volume on show, or says that it found none", async () => {
+  const mark = (viewer) => viewer.page.locator("#near-tissue-mark");
+  const pressed = (viewer) => viewer.page.locator("#near-tissue").getAttribute("aria-pressed");
+  await withPage("womb", "phantom:scene=womb,seed=13,volumes=1", async (viewer) => {
+    await viewer.firstPicture();
+    assert.equal(await mark(viewer).isVisible(), false);
+    await click(viewer, "#near-tissue");
+    await mark(viewer).waitFor({ state: "visible" });
+    assert.equal(await mark(viewer).textContent(), "Near tissue removed");
+    assert.equal(await pressed(viewer), "true");
+    await press(viewer, "4");
+    await viewer.settled();
+    if (process.env.FANLIGHT_SHOTS) await viewer.page.screenshot({ path: `${process.env.FANLIGHT_SHOTS}/womb.png` });
+    await click(viewer, "#near-tissue");
+    await mark(viewer).waitFor({ state: "hidden" });
+    assert.equal(await pressed(viewer), "false");
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+  await withPage("no-womb", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    await click(viewer, "#near-tissue");
+    await mark(viewer).waitFor({ state: "visible" });
+    assert.match(await mark(viewer).textContent(), /nothing removed/);
+  });
+});
+
 test("the crop box has handles in all four panes, and opens again", async () => {
   await withPage("crop", kStillSource, async (viewer) => {
     await viewer.firstPicture();

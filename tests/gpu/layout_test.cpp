@@ -14,6 +14,7 @@
 #include "shaders/bindings.h"
 #include "shaders/cast_parameters.h"
 #include "shaders/light_parameters.h"
+#include "shaders/near_tissue.h"
 #include "shaders/prepare_constants.h"
 #include "shaders/spirv.hpp"
 
@@ -138,6 +139,17 @@ TEST(Layout, SlicesAreOneInBothLanguages) {
                             OFFSET(Slice, height)};
   for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "Slice"), expected);
+  }
+}
+
+TEST(Layout, NearTissueIsOneInBothLanguages) {
+  const Offsets expected = {
+      OFFSET(NearTissueParameters, start_columns),   OFFSET(NearTissueParameters, start_rows),
+      OFFSET(NearTissueParameters, end_columns),     OFFSET(NearTissueParameters, end_angles),
+      OFFSET(NearTissueParameters, end_first_angle), OFFSET(NearTissueParameters, row_mm),
+      OFFSET(NearTissueParameters, ray_start),       OFFSET(NearTissueParameters, end_row)};
+  for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv, shaders::cast_gathering_spirv}) {
+    EXPECT_EQ(offsets_in(spirv, "NearTissueParameters"), expected);
   }
 }
 

@@ -343,7 +343,7 @@ function pictureShown(picture: Picture): void {
   statistics.picture(picture);
   if (measured.take(picture.levels)) controls?.refresh();
   light.placeMarker(); // the size of the picture may have changed
-  quickPanel.take(picture.levels);
+  quickPanel.take(picture);
   overlay.show(picture);
   showBusy();
   warnings.take(picture.warnings, performance.now());

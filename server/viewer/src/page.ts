@@ -10,6 +10,7 @@ export const page = {
   layout: find("#layout", HTMLFieldSetElement),
   resetView: find("#reset-view", HTMLButtonElement),
   findSurface: find("#find-surface", HTMLButtonElement),
+  nearTissue: find("#near-tissue", HTMLButtonElement),
   source: find("#source", HTMLElement),
   notes: find("#notes", HTMLElement),
   refusal: find("#refusal", HTMLElement),

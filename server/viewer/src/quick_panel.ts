@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The settings in reach: presets, panes, four sliders, views, the search among the others; undo and redo.
-import { Role, type EchoLevels, type Hello, type PresetList } from "../generated/fanlight_pb.js";
+import { Role, type Hello, type Picture, type PresetList } from "../generated/fanlight_pb.js";
 import { find } from "./element";
 import type { FieldEffects } from "./field_effects";
+import { NearTissueButton } from "./near_tissue";
 import { OwnPresets, type OwnPresetEvents } from "./own_presets";
 import { page } from "./page";
 import { connectViews, LayoutBar, PresetBar } from "./preset_bar";
@@ -19,6 +20,7 @@ export class QuickPanel {
   private readonly presets: PresetBar;
   private readonly ownPresets: OwnPresets;
   private readonly layout: LayoutBar;
+  private readonly nearTissue: NearTissueButton;
   private allowed = false;
 
   constructor(
@@ -30,6 +32,7 @@ export class QuickPanel {
     this.sliders = new QuickSettings(page.quick, editor, effects);
     this.presets = new PresetBar(page.presets, editor);
     this.layout = new LayoutBar(page.layout, editor);
+    this.nearTissue = new NearTissueButton(page.nearTissue, find("#near-tissue-mark", HTMLElement), editor);
     connectViews(page.views, editor);
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
     page.undo.onclick = () => this.undo();
@@ -64,13 +67,15 @@ export class QuickPanel {
     this.sliders.refresh();
     this.presets.refresh();
     this.layout.refresh();
+    this.nearTissue.refresh();
     page.undo.disabled = !this.allowed || !this.history.canUndo;
     page.redo.disabled = !this.allowed || !this.history.canRedo;
   }
 
-  /** The levels of the picture shown. */
-  take(levels: EchoLevels | undefined): void {
+  /** The picture shown. */
+  take({ levels, nearTissue }: Picture): void {
     this.sliders.take(levels);
+    this.nearTissue.showPicture(nearTissue);
   }
 
   /** Whether the picture lacks a change of this display. */
@@ -84,6 +89,7 @@ export class QuickPanel {
     this.allowed = may;
     for (const part of [page.quick, page.views]) part.inert = !may;
     for (const part of [page.presets, page.layout]) part.inert = !may || ownView;
+    page.nearTissue.disabled = !may || ownView;
     if (changed) this.refresh();
   }
 

@@ -30,6 +30,7 @@ const kMain = new Map([
 /** Order: what detects the surface, what it looks like, what is set once. Unknown groups follow. */
 const kGroups = new Map([
   ["detector", "Surface detector"],
+  ["near", "Near tissue"],
   ["speckle", "Speckle reduction"],
   ["filter", "Depth filter"],
   ["light", "Light"],

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "proto/model/echo_levels.hpp"
+#include "proto/model/volume.hpp"
+#include "renderer/parameters/near_tissue.hpp"
+
+namespace fanlight {
+
+/// Looks for near tissue with fluid behind it in a coarse copy of the volume. nullopt: there is none, or most
+/// of what lies behind touches it, or the grey levels are not known. Deterministic. About 15 ms for a volume
+/// of 12 million pixels, on one core; allocates.
+std::optional<NearTissue> find_near_tissue(const Volume& volume, const EchoLevels& levels);
+
+/// Near tissue that is steady over volumes: a slow mean, which follows at once where much has moved.
+class SteadyNearTissue {
+ public:
+  const std::optional<NearTissue>& in_force() const { return in_force_; }
+  /// nullopt is in force after three in a row.
+  void add(const std::optional<NearTissue>& found);
+
+ private:
+  std::optional<NearTissue> in_force_;
+  std::uint32_t without_ = 0;  // volumes in a row
+};
+
+}  // namespace fanlight
