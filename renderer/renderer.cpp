@@ -168,7 +168,7 @@ void Renderer::find_near_tissue_of(const Volume& volume, Loading loading) {
   }
   near_tissue_.found = find_near_tissue(volume, levels());
   if (loading == Loading::kKept) return;
-  steady_near_tissue_.add(near_tissue_.found);
+  steady_near_tissue_.add(near_tissue_.found, volume.geometry());
   near_tissue_.found = steady_near_tissue_.in_force();
 }
 

@@ -26,7 +26,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const int kWindow = 8;
 // FANLIGHT_KEEP_...; with FANLIGHT_KEEP_NOTHING the ray ends at the surface.
 layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
-// Frames are scan lines of a curved array.
+// FANLIGHT_FRAMES_...
 layout(constant_id = 2) const int kFrames = FANLIGHT_FRAMES_PARALLEL;
 // Where on its edge the surface lies: FANLIGHT_PLACE_...
 layout(constant_id = 3) const int kPlace = FANLIGHT_PLACE_REFINED;

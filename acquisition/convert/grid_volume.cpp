@@ -96,8 +96,8 @@ class FanSampler {
       return std::lerp(upper, lower, down);
     };
     const double echo = std::lerp(bilinear(frames.first), bilinear(frames.second), frames.share);
-    // 0 is left to what was not scanned.
-    return static_cast<std::uint8_t>(std::max(1L, std::lround(echo)));
+    // 0 is left to what was not scanned, where that is known.
+    return static_cast<std::uint8_t>(std::max(knows_border_ ? 1L : 0L, std::lround(echo)));
   }
 
  private:
@@ -119,6 +119,8 @@ class FanSampler {
 
   const Volume& volume_;
   const FanGeometry& geometry_;
+  bool knows_border_ = geometry_.kind != FrameKind::kCartesian || geometry_.sector.half_angle_deg > 0 ||
+                       geometry_.zero_is_unscanned;
   std::vector<double> angles_rad_;
 };
 

@@ -18,7 +18,8 @@ struct GridVolume {
   double spacing_mm = 1;
   std::array<std::uint32_t, 3> size{};
   std::vector<std::uint8_t>
-      voxels;  ///< grey levels, k slowest, i fastest; 0 where nothing was scanned, else 1 or more
+      voxels;  ///< grey levels, k slowest, i fastest; 0 where nothing was scanned, else 1 or more;
+               ///< of Cartesian frames without a known sector, 0 may be either
 
   std::uint64_t bytes() const { return std::uint64_t{size[0]} * size[1] * size[2]; }
 };

@@ -12,6 +12,8 @@ namespace {
 constexpr double kLeastShare = 0.02;
 // Echoes of a fan reach all sides of its grid; a body in fluid does not.
 constexpr double kLeastExtent = 0.9;
+// Thinner grids are nearly all border.
+constexpr std::uint32_t kLeastSide = 8;
 // Of the voxels between echoes, along any axis, and enclosed by them. A curved array leaves a dent before it.
 constexpr double kMostDents = 0.1;
 constexpr double kMostEnclosed = 0.01;
@@ -58,6 +60,17 @@ class Voxels {
       smallest = std::min(smallest, reach / static_cast<double>(size_[axis]));
     }
     return smallest;
+  }
+
+  /// Whether the padding is in all corners of the grid: a fan that is swept reaches none.
+  bool has_all_corners() const {
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      std::size_t at = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        at += (corner >> axis & 1) * (size_[axis] - 1) * step_[axis];
+      if (state_[at] != kReached) return false;
+    }
+    return true;
   }
 
   /// Reached voxels between two echoes along one of the axes; of the axis with the most.
@@ -139,10 +152,12 @@ GridPadding find_padding(std::array<std::uint32_t, 3> size, std::vector<std::uin
   const auto reached = static_cast<double>(voxels.count(kReached));
   const auto enclosed = static_cast<double>(voxels.count(kUnreached));
   GridPadding padding{.share = reached / (reached + echoes + enclosed)};
-  if (padding.share < kLeastShare) return padding;
-  const bool is_border = voxels.extent() >= kLeastExtent && enclosed <= kMostEnclosed * echoes &&
-                         static_cast<double>(voxels.dents()) <= kMostDents * echoes;
-  padding.look = is_border ? GridPadding::Look::kBorder : GridPadding::Look::kFluid;
+  if (padding.share >= kLeastShare) {
+    const bool is_border = std::ranges::min(size) >= kLeastSide && voxels.has_all_corners() &&
+                           voxels.extent() >= kLeastExtent && enclosed <= kMostEnclosed * echoes &&
+                           static_cast<double>(voxels.dents()) <= kMostDents * echoes;
+    padding.look = is_border ? GridPadding::Look::kBorder : GridPadding::Look::kFluid;
+  }
   padding.voxels = std::move(voxels).reached();
   return padding;
 }

@@ -13,7 +13,8 @@ namespace fanlight {
 struct GridPadding {
   enum class Look : std::uint8_t {
     kNone,    ///< less than 2 % of the volume
-    kBorder,  ///< as of a fan: what it leaves reaches all sides of the grid and has hardly any dents
+    kBorder,  ///< as of a fan: it fills all corners of the grid, and what it leaves reaches all sides and has
+              ///< hardly any dents
     kFluid,   ///< part of it looks like fluid without an echo: it cannot be told from what was not scanned
   };
   Look look = Look::kNone;

@@ -19,11 +19,14 @@ constexpr double kFaceMm = 2;
 constexpr double kRadiusMm = 3;
 constexpr double kRadiusShare = 0.1;
 constexpr double kLeastHalfAngleDeg = 10;
+// A sector that leans is a part of one: the rest had no contact.
+constexpr double kMostLeanDeg = 2;
 
 }  // namespace
 
 std::optional<FanGeometry> with_sector(const FanGeometry& geometry, const SectorGuess& seen) {
-  if (!seen.diverges || seen.half_angle_deg < kLeastHalfAngleDeg) return std::nullopt;
+  if (!seen.diverges || seen.half_angle_deg < kLeastHalfAngleDeg || std::abs(seen.lean_deg) > kMostLeanDeg)
+    return std::nullopt;
   const double row_mm = geometry.pixel_height_mm;
   const double radius_mm = (geometry.face_row - seen.apex_row) * row_mm;
   const bool fits_face =
@@ -34,9 +37,9 @@ std::optional<FanGeometry> with_sector(const FanGeometry& geometry, const Sector
       known_mm == 0 || std::abs(radius_mm - known_mm) <= std::max(kRadiusMm, kRadiusShare * known_mm);
   if (!fits_face || !fits_radius) return std::nullopt;
   FanGeometry found = geometry;
-  found.probe_radius_mm = radius_mm;
-  found.sector = {.half_angle_deg = seen.half_angle_deg,
-                  .reach_mm = (seen.last_row - seen.apex_row) * row_mm};
+  if (known_mm == 0) found.probe_radius_mm = radius_mm;
+  // Down to the last row: a body may lie below all that is bright in most beams.
+  found.sector = {.half_angle_deg = seen.half_angle_deg, .reach_mm = 0};
   return check(found) ? std::optional(found) : std::nullopt;
 }
 
@@ -66,12 +69,12 @@ Result<std::optional<FanGeometry>> see_sector(const std::filesystem::path& path,
 
 std::string note_on_seen_sector(const FanGeometry& geometry) {
   return fmt::format(
-      "The scanned sector is taken from the pictures: {:.1f} deg to either side, {:.0f} to {:.0f} mm from "
-      "its "
-      "apex. Its border is no surface; sector_half_angle_deg in the geometry sets it, and unscanned = "
-      "\"none\" "
-      "leaves it out.",
-      geometry.sector.half_angle_deg, geometry.probe_radius_mm, geometry.sector.reach_mm);
+      "The scanned sector is taken from the pictures: {:.1f} deg to either side, from {:.0f} mm before its "
+      "apex on. "
+      "Its border is no surface; sector_half_angle_deg in the geometry sets it, and unscanned = \"none\" "
+      "leaves it "
+      "out.",
+      geometry.sector.half_angle_deg, geometry.probe_radius_mm);
 }
 
 }  // namespace fanlight

@@ -109,6 +109,9 @@ class FanReader : public FrameReader {
 
   /// What most voxels on the faces of the first volume have.
   T value_on_faces() const;
+  /// Whether the first volume has fluid besides the padding. Tissue alone may be a body in fluid without an
+  /// echo.
+  bool has_dark_parts(const std::vector<std::uint8_t>& padding) const;
   static std::string note_on(const GridPadding& padding, T value, bool is_left_out);
 
   static T other_order(T value) {
@@ -205,8 +208,9 @@ UnscannedPixels FanReader<T>::part_unscanned(Unscanned wanted) {
     for (std::size_t at = 0; at < is_value.size(); ++at) is_value[at] &= from[at] == value ? 1 : 0;
   }
   GridPadding padding = find_padding(grid_.size, std::move(is_value));
-  if (padding.look == Look::kNone) return {};
-  const bool is_left_out = padding.look == Look::kBorder || wanted == Unscanned::kZero;
+  const bool is_forced = wanted == Unscanned::kZero && padding.share > 0;
+  if (padding.look == Look::kNone && !is_forced) return {};
+  const bool is_left_out = is_forced || (padding.look == Look::kBorder && has_dark_parts(padding.voxels));
   UnscannedPixels found{.code = {}, .note = note_on(padding, value, is_left_out)};
   if (!is_left_out) return found;
   unscanned_ = std::move(padding.voxels);
@@ -214,6 +218,42 @@ UnscannedPixels FanReader<T>::part_unscanned(Unscanned wanted) {
   outside_ = value;
   found.code = static_cast<std::make_unsigned_t<T>>(value);
   return found;
+}
+
+template <typename T>
+bool FanReader<T>::has_dark_parts(const std::vector<std::uint8_t>& padding) const {
+  constexpr std::size_t kSide = 5;  // of a block: means even speckle out
+  constexpr double kBlocks = 20'000;
+  constexpr double kDarkShare = 0.4;  // of the way to the bright blocks
+  constexpr double kLeastDark = 0.02;
+  const std::array<std::size_t, 3> size{grid_.size[0], grid_.size[1], grid_.size[2]};
+  double black = std::numeric_limits<T>::max();
+  for (std::size_t voxel = 0; voxel < padding.size(); ++voxel)
+    if (padding[voxel] == 0) black = std::min(black, double{1} * voxels_[voxel]);
+  const auto step =
+      static_cast<std::size_t>(std::max(1.0, std::cbrt(static_cast<double>(grid_.voxels()) / kBlocks)));
+  std::vector<double> means;
+  for (std::size_t z = 0; z + kSide <= size[2]; z += step) {
+    for (std::size_t y = 0; y + kSide <= size[1]; y += step) {
+      for (std::size_t x = 0; x + kSide <= size[0]; x += step) {
+        double sum = 0;
+        bool is_scanned = true;
+        for (std::size_t at = 0; at < kSide * kSide * kSide && is_scanned; ++at) {
+          const std::size_t voxel =
+              ((z + at / (kSide * kSide)) * size[1] + y + at / kSide % kSide) * size[0] + x + at % kSide;
+          is_scanned = padding[voxel] == 0;
+          sum += voxels_[voxel];
+        }
+        if (is_scanned) means.push_back(sum / (kSide * kSide * kSide) - black);
+      }
+    }
+  }
+  if (means.empty()) return false;
+  const auto bright = means.begin() + static_cast<std::ptrdiff_t>(means.size() * 9 / 10);
+  std::ranges::nth_element(means, bright);
+  const double most = kDarkShare * *bright;
+  const auto dark = std::ranges::count_if(means, [most](double mean) { return mean <= most; });
+  return static_cast<double>(dark) >= kLeastDark * static_cast<double>(means.size());
 }
 
 template <typename T>

@@ -35,7 +35,9 @@ std::string geometry_lines(const FanGeometry& geometry) {
     add("SectorHalfAngleDeg", geometry.sector.half_angle_deg);
     add("SectorReachMm", geometry.sector.reach_mm);
   }
-  if (geometry.zero_is_unscanned) text += "FanlightUnscanned = zero\n";
+  // A replay shows what the source showed, and detects nothing more.
+  if (geometry.kind == FrameKind::kCartesian)
+    text += fmt::format("FanlightUnscanned = {}\n", geometry.zero_is_unscanned ? "zero" : "none");
   return text;
 }
 

@@ -182,6 +182,7 @@ std::optional<SectorGuess> guess_sector(std::span<const std::uint8_t> all_bright
     const double left_rad = std::atan(left->slope * column_rows);
     const double right_rad = std::atan(right->slope * column_rows);
     guess.half_angle_deg = degrees((right_rad - left_rad) / 2);
+    guess.lean_deg = degrees((right_rad + left_rad) / 2);
     guess.face_column = apex_column;
     for (int ray = 0; ray < kRays; ++ray) {
       const double rad = std::lerp(left_rad, right_rad, (ray + 4.0) / (kRays + 7.0));

@@ -19,6 +19,7 @@ struct SectorGuess {
   double last_row = 0;        ///< last bright row there
   double apex_row = 0;        ///< where the edges meet, above the face; if it diverges
   double half_angle_deg = 0;  ///< of the edges to their middle; if it diverges
+  double lean_deg = 0;        ///< of their middle to the columns of the frame, to the right; if it diverges
   double left_column = 0;     ///< of parallel edges
   double right_column = 0;
 };

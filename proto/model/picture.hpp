@@ -32,7 +32,6 @@ struct PictureView {
   double middle_row = 0;
 };
 
-/// Identity and time of one picture.
 /// The tissue between the probe and the first fluid, in a picture (Scene::Near).
 enum class NearTissueState : std::uint8_t {
   kShown,
@@ -40,6 +39,7 @@ enum class NearTissueState : std::uint8_t {
   kNotFound,  ///< to be removed, but the volume shows no fluid behind it: it is shown
 };
 
+/// Identity and time of one picture.
 struct PictureStamp {
   std::uint64_t view_id = 0;         ///< 0: the main view; else PrivateView::view_id
   std::uint64_t picture_id = 0;      ///< counts the pictures of a view from 1

@@ -2,11 +2,11 @@
 #include "renderer/parameters/near_tissue.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/vec3.hpp>
 #include <iterator>
 #include <tuple>
-#include <vector>
 
 #include "shaders/bindings.h"
 #include "shaders/cast_parameters.h"
@@ -18,6 +18,7 @@ namespace {
 constexpr double kStepMm = 2;
 constexpr int kHalvings = 6;
 constexpr std::uint32_t kPoints = FANLIGHT_RAY_STARTS;
+using Starts = std::array<std::optional<double>, std::size_t{kPoints} * kPoints>;
 
 /// Whether a point lies in the scanned fan, and before the end of the near tissue.
 class Removed {
@@ -74,10 +75,10 @@ std::optional<double> start_of(const Removed& removed, const shaders::CastParame
 }
 
 /// Gives the points without a value the mean of their neighbours', from the nearest on.
-void fill(std::vector<std::optional<double>>& starts) {
+void fill(Starts& starts) {
   for (bool any = true; any;) {
     any = false;
-    const auto before = starts;
+    const Starts before = starts;
     for (std::uint32_t at = 0; at < starts.size(); ++at) {
       if (before[at]) continue;
       double sum = 0;
@@ -134,12 +135,12 @@ shaders::NearTissueParameters near_tissue_parameters(const Scene& scene, const s
                          [&](float row) { return static_cast<float>(row + shift_rows); });
 
   const Removed removed(geometry, volume, *near, shift_rows);
-  std::vector<std::optional<double>> starts;
-  starts.reserve(std::size_t{kPoints} * kPoints);
+  Starts starts;
   for (std::uint32_t row = 0; row < kPoints; ++row) {
-    for (std::uint32_t column = 0; column < kPoints; ++column)
-      starts.push_back(
-          start_of(removed, rays, double{1} * column / to.start_columns, double{1} * row / to.start_rows));
+    for (std::uint32_t column = 0; column < kPoints; ++column) {
+      starts[row * kPoints + column] =
+          start_of(removed, rays, double{1} * column / to.start_columns, double{1} * row / to.start_rows);
+    }
   }
   fill(starts);
   for (std::size_t at = 0; at < starts.size(); ++at)

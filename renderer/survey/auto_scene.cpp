@@ -77,7 +77,7 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   choose(fmt::format("rays begin {:.0f} mm {} its nearest part and end {:.0f} mm behind its farthest",
                      std::abs(before_mm), before_mm >= 0 ? "before" : "behind", kBehindMm));
 
-  to.near = {.tissue = near_tissue ? NearTissueShow::kRemoved : NearTissueShow::kShown};
+  if (near_tissue) to.near.tissue = NearTissueShow::kRemoved;
   if (near_tissue) choose("the tissue before the first fluid is removed");
 
   to.rays.step_mm = 0;

@@ -33,7 +33,9 @@ constexpr double kLeastBegun = 0.15;
 constexpr int kSmoothings = 12;
 // SteadyNearTissue.
 constexpr float kShareOfNewMap = 0.3F;
-constexpr float kJumpRows = 16;
+constexpr float kJumpMm = 5;
+constexpr float kLeftMm = 0.5F;
+constexpr double kOtherAngleRad = 0.01;
 constexpr std::uint32_t kMostWithout = 3;
 
 /// The fluid behind the near tissue of one profile, in cells.
@@ -229,23 +231,34 @@ std::optional<NearTissue> find_near_tissue(const Volume& volume, const EchoLevel
   return found;
 }
 
-void SteadyNearTissue::add(const std::optional<NearTissue>& found) {
+void SteadyNearTissue::add(const std::optional<NearTissue>& found, const FanGeometry& geometry) {
+  if (geometry != geometry_) *this = {};
+  geometry_ = geometry;
   without_ = found ? 0 : without_ + 1;
-  if (!found) {
-    if (without_ >= kMostWithout) in_force_.reset();
+  if (found) follow(*found);
+  if (without_ >= kMostWithout) mean_ = in_force_ = std::nullopt;
+}
+
+void SteadyNearTissue::follow(const NearTissue& found) {
+  if (!mean_) {
+    mean_ = in_force_ = found;
     return;
   }
-  if (!in_force_) {
-    in_force_ = found;
-    return;
+  const auto rows = [this](float length_mm) {
+    return length_mm / static_cast<float>(geometry_.pixel_height_mm);
+  };
+  const auto differs = [](double one, double other) { return std::abs(one - other) > kOtherAngleRad; };
+  bool has_left = differs(found.first_angle_rad, in_force_->first_angle_rad) ||
+                  differs(found.last_angle_rad, in_force_->last_angle_rad);
+  mean_->first_angle_rad = found.first_angle_rad;
+  mean_->last_angle_rad = found.last_angle_rad;
+  for (std::size_t point = 0; point < found.end_row.size(); ++point) {
+    float& row = mean_->end_row[point];
+    const float apart = found.end_row[point] - row;
+    row += std::abs(apart) > rows(kJumpMm) ? apart : kShareOfNewMap * apart;
+    has_left |= std::abs(row - in_force_->end_row[point]) > rows(kLeftMm);
   }
-  in_force_->first_angle_rad = found->first_angle_rad;
-  in_force_->last_angle_rad = found->last_angle_rad;
-  for (std::size_t point = 0; point < found->end_row.size(); ++point) {
-    float& row = in_force_->end_row[point];
-    const float apart = found->end_row[point] - row;
-    row += std::abs(apart) > kJumpRows ? apart : kShareOfNewMap * apart;
-  }
+  if (has_left) in_force_ = mean_;
 }
 
 }  // namespace fanlight

@@ -15,14 +15,19 @@ namespace fanlight {
 /// of 12 million pixels, on one core; allocates.
 std::optional<NearTissue> find_near_tissue(const Volume& volume, const EchoLevels& levels);
 
-/// Near tissue that is steady over volumes: a slow mean, which follows at once where much has moved.
+/// Near tissue that is steady over volumes: a slow mean, which follows at once where much has moved. What is
+/// in force changes only where the mean has left it, so that a still scene is not cast again.
 class SteadyNearTissue {
  public:
   const std::optional<NearTissue>& in_force() const { return in_force_; }
-  /// nullopt is in force after three in a row.
-  void add(const std::optional<NearTissue>& found);
+  /// `geometry`: of the volume; another one discards the mean. nullopt is in force after three in a row.
+  void add(const std::optional<NearTissue>& found, const FanGeometry& geometry);
 
  private:
+  void follow(const NearTissue& found);
+
+  FanGeometry geometry_;
+  std::optional<NearTissue> mean_;
   std::optional<NearTissue> in_force_;
   std::uint32_t without_ = 0;  // volumes in a row
 };

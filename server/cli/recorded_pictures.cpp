@@ -77,7 +77,10 @@ class RecordedPictures {
             left_out, scene_unknown_);
       }
       if (steady_ > 0) {
-        fmt::print("{} of them with filter.steady above 0: they may differ from what was shown\n", steady_);
+        fmt::print(
+            "{} of them with filter.steady above 0 or near.tissue removed: they may differ from what was "
+            "shown\n",
+            steady_);
       }
     }
     if (rendered_ > 0) return {};
@@ -119,7 +122,8 @@ class RecordedPictures {
     if (auto settled = finish_shown(); !settled) return settled;
     const auto made = render_once(*renderer_, volume);
     if (!made) return made.error();
-    if (scene->second.filter.steady > 0) ++steady_;
+    const bool removes = scene->second.near.tissue != NearTissueShow::kShown;
+    if (scene->second.filter.steady > 0 || removes) ++steady_;
     ++rendered_;
     return write_picture(numbered_file(options_.out, picture.picture_id, 6), *made, {});
   }

@@ -69,6 +69,10 @@ TEST(GridPaddingTest, MayBeFluid) {
       {"a ball in a bath",
        [](double x, double y, double z) { return std::hypot(x - 30, y - 25, z - 32) < 20; }},
       {"tissue below a bath", [](double x, double y, double) { return y > 30 + 3 * std::sin(x / 5); }},
+      {"a dome that nearly fills the grid",
+       [](double x, double y, double z) {
+         return y > 2 + 0.01 * (std::pow(x - 30, 2) + std::pow(z - 32, 2));
+       }},
       {"a wall, a bath and tissue", [](double, double y, double) { return y < 4 || y > 30; }},
       {"a fan of speckle that is clipped to black",
        [](double x, double y, double z) {
@@ -86,6 +90,9 @@ TEST(GridPaddingTest, IsNotInAFullVolume) {
   EXPECT_EQ(find_padding(kGridSize, each_voxel([](double, double, double) { return 0; })).look, Look::kNone);
   EXPECT_EQ(find_padding(kGridSize, each_voxel([](double, double, double) { return 1; })).look, Look::kFluid);
   EXPECT_EQ(find_padding({2, 2, 2}, {0, 0, 0, 0, 0, 0, 0, 0}).look, Look::kNone);
+  std::vector<std::uint8_t> thin(std::size_t{40} * 40 * 2);
+  for (std::size_t at = 0; at < thin.size(); ++at) thin[at] = at % 40 < 4 ? 1 : 0;
+  EXPECT_EQ(find_padding({40, 40, 2}, thin).look, Look::kFluid) << "all voxels are on the border";
 }
 
 // ---- in recordings ----
@@ -113,7 +120,9 @@ class PaddedVolumeTest : public testing::Test {
     std::vector<int> voxels;
     for (const std::uint8_t outside :
          each_voxel([](double x, double y, double z) { return in_fan(x, y, z) ? 0 : 1; })) {
-      const int more = static_cast<int>(voxels.size() * 7 % 150);
+      // Fluid above tissue.
+      const bool is_fluid = voxels.size() / kGridSize[0] % kGridSize[1] < 20;
+      const int more = static_cast<int>(voxels.size() * 7 % (is_fluid ? 10 : 150));
       voxels.push_back(outside != 0 ? around : echo + more);
     }
     return voxels;
@@ -200,6 +209,17 @@ TEST_F(PaddedVolumeTest, MayBeDecidedByTheGeometryFile) {
   const auto zero = open("MET_UCHAR", ball, "unscanned = \"zero\"\n");
   ASSERT_TRUE(zero) << zero.error().message;
   EXPECT_TRUE(zero->summary().geometry.zero_is_unscanned);
+
+  // One that touches all sides of its grid: tissue alone, with no fluid besides.
+  std::vector<int> inscribed;
+  for (const std::uint8_t voxel : each_voxel([](double x, double y, double z) {
+         const double away = std::hypot((x - 29.5) / 29.5, (y - 24.5) / 24.5, (z - 31.5) / 31.5);
+         return away < 1 ? 90 + 20 * std::sin(3 * x + 5 * y + 7 * z) : 0;
+       }))
+    inscribed.push_back(voxel);
+  const auto touching = open("MET_UCHAR", inscribed, "");
+  ASSERT_TRUE(touching) << touching.error().message;
+  EXPECT_FALSE(touching->summary().geometry.zero_is_unscanned);
 
   const auto refused = open("MET_UCHAR", ball, "unscanned = \"yes\"\n");
   ASSERT_FALSE(refused);

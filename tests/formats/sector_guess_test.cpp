@@ -161,7 +161,7 @@ TEST(SeenSectorTest, CompletesAGeometryThatItFits) {
   ASSERT_TRUE(found);
   EXPECT_EQ(found->sector.half_angle_deg, 30);
   EXPECT_EQ(found->probe_radius_mm, 30);
-  EXPECT_EQ(found->sector.reach_mm, 90);
+  EXPECT_EQ(found->sector.reach_mm, 0) << "deeper echoes may come";
 
   const auto misfits = [&](auto&& change) {
     FanGeometry of = geometry;
@@ -174,6 +174,7 @@ TEST(SeenSectorTest, CompletesAGeometryThatItFits) {
   EXPECT_TRUE(misfits([](FanGeometry& of, SectorGuess&) { of.probe_radius_mm = 60; }));
   EXPECT_TRUE(misfits([](FanGeometry&, SectorGuess& by) { by.diverges = false; }));
   EXPECT_TRUE(misfits([](FanGeometry&, SectorGuess& by) { by.half_angle_deg = 3; }));
+  EXPECT_TRUE(misfits([](FanGeometry&, SectorGuess& by) { by.lean_deg = -8; })) << "a side without contact";
 }
 
 }  // namespace

@@ -106,12 +106,12 @@ TEST(NearTissueTest, IsNotFoundWithoutAny) {
 TEST(NearTissueTest, StaysWhereNothingMoves) {
   ScannedWomb womb = scanned("scene=womb,seed=4,moving=off");
   SteadyNearTissue steady;
-  steady.add(find_near_tissue(womb.volume, measured_levels(womb.volume)));
+  steady.add(find_near_tissue(womb.volume, measured_levels(womb.volume)), womb.volume.geometry());
   ASSERT_TRUE(steady.in_force());
   for (int sweep = 0; sweep < 2; ++sweep) {
     const NearTissue before = *steady.in_force();
     scan(womb);
-    steady.add(find_near_tissue(womb.volume, measured_levels(womb.volume)));
+    steady.add(find_near_tissue(womb.volume, measured_levels(womb.volume)), womb.volume.geometry());
     double most_mm = 0;
     for (std::size_t point = 0; point < before.end_row.size(); ++point) {
       const double rows = steady.in_force()->end_row[point] - before.end_row[point];
@@ -122,12 +122,33 @@ TEST(NearTissueTest, StaysWhereNothingMoves) {
 }
 
 TEST(NearTissueTest, IsGivenUpAfterThreeVolumesWithout) {
+  const FanGeometry geometry{.pixel_height_mm = 0.5};
   SteadyNearTissue steady;
-  steady.add(NearTissue{.first_angle_rad = -0.5, .last_angle_rad = 0.5});
-  for (int volume = 0; volume < 2; ++volume) steady.add(std::nullopt);
+  steady.add(NearTissue{.first_angle_rad = -0.5, .last_angle_rad = 0.5}, geometry);
+  for (int volume = 0; volume < 2; ++volume) steady.add(std::nullopt, geometry);
   EXPECT_TRUE(steady.in_force());
-  steady.add(std::nullopt);
+  steady.add(std::nullopt, geometry);
   EXPECT_FALSE(steady.in_force());
+}
+
+TEST(NearTissueTest, FollowsAtOnceWhatMovesFarAndKeepsWhatHardlyMoves) {
+  const FanGeometry geometry{.pixel_height_mm = 0.5};
+  const auto at_row = [](float row) {
+    NearTissue near{.first_angle_rad = -0.5, .last_angle_rad = 0.5};
+    near.end_row.fill(row);
+    return near;
+  };
+  SteadyNearTissue steady;
+  const auto after = [&](float row, const FanGeometry& of) {
+    steady.add(at_row(row), of);
+    return steady.in_force()->end_row[0];
+  };
+  EXPECT_EQ(after(40, geometry), 40);
+  EXPECT_EQ(after(42, geometry), 40) << "the mean has moved by 0.3 mm";
+  EXPECT_EQ(after(52, geometry), 52) << "more than 5 mm";
+  FanGeometry deeper = geometry;
+  deeper.pixel_height_mm = 0.6;
+  EXPECT_EQ(after(50, deeper), 50) << "rows of another size";
 }
 
 }  // namespace
