@@ -31,7 +31,7 @@ class FrameReader {
 
   /// From now on read() gives pixels that were not scanned a value of their own. Precondition: `wanted` is
   /// not kNone.
-  virtual UnscannedPixels part_unscanned(Unscanned wanted) {
+  virtual UnscannedPixels mark_unscanned(Unscanned wanted) {
     (void)wanted;
     return {};
   }

@@ -32,7 +32,7 @@ struct SequencePixels::Reading {
   bool transposed = false;
   PixelFormat format;
   std::optional<GreyLevels> levels;             // absent: the stored values are grey levels
-  std::optional<std::uint32_t> unscanned_code;  // see part_unscanned()
+  std::optional<std::uint32_t> unscanned_code;  // see mark_unscanned()
   std::optional<Inflater> inflater;             // absent: plain pixels
   std::vector<std::uint8_t> stored;             // a frame as in the file, where it is not grey levels
   std::vector<std::uint8_t> in_order;           // a frame of grey levels in the file's axis order

@@ -51,7 +51,7 @@ Result<void> find_unscanned(const Recording::Config& config, RecordingGeometry& 
   if (geometry.unscanned == Unscanned::kNone) return {};
   std::vector<std::string>& notes = opened.sequence.notes;
   if (opened.sequence.is_grid) {
-    UnscannedPixels unscanned = opened.pixels.part_unscanned(geometry.unscanned);
+    UnscannedPixels unscanned = opened.pixels.mark_unscanned(geometry.unscanned);
     geometry.geometry.zero_is_unscanned = unscanned.code.has_value();
     if (!unscanned.note.empty()) notes.push_back(std::move(unscanned.note));
   } else if (geometry.unscanned == Unscanned::kDetect) {

@@ -331,7 +331,7 @@ Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64
   constexpr std::size_t kMostFrames = 64;
   auto opened = open_recording_file(path, max_bytes);
   if (!opened) return opened.error();
-  if (unscanned != Unscanned::kNone) opened->pixels.part_unscanned(unscanned);
+  if (unscanned != Unscanned::kNone) opened->pixels.mark_unscanned(unscanned);
   ValueHistogram histogram(opened->sequence.format);
   const std::size_t frames = opened->sequence.frames.size();
   const std::size_t step = std::max<std::size_t>(1, frames / kMostFrames);

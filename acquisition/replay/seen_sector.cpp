@@ -69,11 +69,11 @@ Result<std::optional<FanGeometry>> see_sector(const std::filesystem::path& path,
 
 std::string note_on_seen_sector(const FanGeometry& geometry) {
   return fmt::format(
-      "The scanned sector is taken from the pictures: {:.1f} deg to either side, from {:.0f} mm before its "
-      "apex on. "
-      "Its border is no surface; sector_half_angle_deg in the geometry sets it, and unscanned = \"none\" "
-      "leaves it "
-      "out.",
+      "The scanned sector is taken from the pictures: {:.1f} deg to either side, beginning {:.0f} mm from "
+      "its "
+      "apex. Its border is no surface. Set sector_half_angle_deg in the geometry to correct it, or unscanned "
+      "= "
+      "\"none\" to ignore it.",
       geometry.sector.half_angle_deg, geometry.probe_radius_mm);
 }
 

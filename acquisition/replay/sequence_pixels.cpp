@@ -97,9 +97,9 @@ void SequencePixels::set_window(const ValueWindow& window) {
   reading_->stored.resize(reading_->frame_bytes());
 }
 
-UnscannedPixels SequencePixels::part_unscanned(Unscanned wanted) {
+UnscannedPixels SequencePixels::mark_unscanned(Unscanned wanted) {
   if (!reading_->reader) return {};
-  UnscannedPixels found = reading_->reader->part_unscanned(wanted);
+  UnscannedPixels found = reading_->reader->mark_unscanned(wanted);
   reading_->unscanned_code = found.code;
   if (found.code) set_window(whole_window(reading_->format));
   return found;

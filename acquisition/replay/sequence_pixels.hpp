@@ -35,7 +35,7 @@ class SequencePixels {
   /// Finds the pixels that were not scanned: with a code in the answer read() makes them 0 and all others 1
   /// or more, and count() leaves them out. Only for volumes on a grid. Preconditions: `wanted` is not kNone;
   /// neither read() nor set_window() was called.
-  UnscannedPixels part_unscanned(Unscanned wanted);
+  UnscannedPixels mark_unscanned(Unscanned wanted);
 
   /// As read(), but counts the stored values.
   Result<void> count(std::uint64_t frame, ValueHistogram& histogram);

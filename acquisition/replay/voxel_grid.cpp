@@ -89,7 +89,7 @@ class FanReader : public FrameReader {
     outside_ = *std::ranges::min_element(voxels_);
   }
 
-  UnscannedPixels part_unscanned(Unscanned wanted) override;
+  UnscannedPixels mark_unscanned(Unscanned wanted) override;
 
   Result<void> read(std::uint64_t frame, std::span<std::uint8_t> to) override {
     const double angle_rad = fan_.angle_rad(frame % fan_.frames);
@@ -140,11 +140,11 @@ class FanReader : public FrameReader {
           std::lerp(double{1} * upper[i + to_slice], double{1} * lower[i + to_slice], down.share);
       line_[i] = static_cast<T>(std::lround(std::lerp(here, next, across.share)));
     }
-    if (!unscanned_.empty()) part_row(first, down.share, across.share);
+    if (!unscanned_.empty()) mark_row(first, down.share, across.share);
   }
 
   /// Gives a row the padding's value where voxels that were not scanned contribute to it, and nowhere else.
-  void part_row(std::size_t first, double down, double across) {
+  void mark_row(std::size_t first, double down, double across) {
     const std::size_t columns = grid_.size[0];
     const std::size_t to_slice = columns * grid_.size[1];
     const auto add = [&](std::size_t from, double weight) {
@@ -199,7 +199,7 @@ T FanReader<T>::value_on_faces() const {
 }
 
 template <typename T>
-UnscannedPixels FanReader<T>::part_unscanned(Unscanned wanted) {
+UnscannedPixels FanReader<T>::mark_unscanned(Unscanned wanted) {
   const T value = value_on_faces();
   // What has the value in all volumes.
   std::vector<std::uint8_t> is_value(grid_.voxels(), 1);
@@ -263,8 +263,7 @@ std::string FanReader<T>::note_on(const GridPadding& padding, T value, bool is_l
   if (!is_left_out) {
     return what +
            " may be fluid or not scanned. It is taken for fluid; with unscanned = \"zero\" in the geometry "
-           "its "
-           "border is no surface.";
+           "its border is no surface.";
   }
   return what +
          " was not scanned: its border is no surface. With unscanned = \"none\" in the geometry it is fluid.";

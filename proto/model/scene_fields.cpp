@@ -146,7 +146,7 @@ const SceneField kFields[] = {
                                 "the volume shows fluid behind it",
                                 FirstPass::kCast, kNearTissue),
     row<MEMBER(near.shift_mm)>("near.shift_mm", "mm",
-                               "how much more is removed than was found, away from the probe; negative: less",
+                               "moves the end of what is removed away from the probe; negative: towards it",
                                -30, 30, 0, FirstPass::kCast),
     row<MEMBER(crop.left_mm)>("crop.left_mm", "mm", "nothing is shown below this lateral position (x)", -1000,
                               1000, 0, FirstPass::kCast),

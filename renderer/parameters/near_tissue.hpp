@@ -41,8 +41,8 @@ struct NearTissueSearch {
 
 /// Where rays start to show anything, where the scene removes near tissue: each where it first leaves it. For
 /// a grid of rays over the picture; those that do not meet the fan take the values of their neighbours.
-/// Without near tissue, or where the scene shows it, all values are -FANLIGHT_MAX_DEPTH. Takes about 3 ms;
-/// allocates.
+/// Without near tissue, or where the scene shows it, all values are -FANLIGHT_MAX_DEPTH. Does not
+/// allocate.
 shaders::NearTissueParameters near_tissue_parameters(const Scene& scene, const shaders::CastParameters& rays,
                                                      const FanGeometry& geometry, const VolumeExtent& volume,
                                                      const std::optional<NearTissue>& near);

@@ -11,8 +11,8 @@
 namespace fanlight {
 
 /// Looks for near tissue with fluid behind it in a coarse copy of the volume. nullopt: there is none, or most
-/// of what lies behind touches it, or the grey levels are not known. Deterministic. About 15 ms for a volume
-/// of 12 million pixels, on one core; allocates.
+/// of what lies behind touches it, or the grey levels are not known. Deterministic. Reads up to
+/// 40 whole frames; allocates.
 std::optional<NearTissue> find_near_tissue(const Volume& volume, const EchoLevels& levels);
 
 /// Near tissue that is steady over volumes: a slow mean, which follows at once where much has moved. What is
