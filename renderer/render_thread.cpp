@@ -78,9 +78,11 @@ RenderThread::~RenderThread() {
 
 void RenderThread::take_scene() {
   if (const NumberedScene* newest = to_.link.scenes.newest()) {
-    const bool removes = newest->scene.near.tissue != NearTissueShow::kShown;
+    const Scene::Near& near = newest->scene.near;
+    const Scene::Near& before = requested_.scene.near;
     // Where it ends was not looked for in the volume that is loaded.
-    if (removes && requested_.scene.near.tissue == NearTissueShow::kShown) load_again();
+    if (near.is_removed() && (near.tissue != before.tissue || near.before_bone != before.before_bone))
+      load_again();
     requested_ = *newest;
     governor_.scene_came(requested_.scene, now_ns());
     renderer_->show(requested_);

@@ -166,7 +166,7 @@ class VolumeInFlight {
             .geometry = geometry_,
             .extent = extent_,
             .levels = levels_,
-            .near_tissue = near_tissue_.found,
+            .near_tissue = near_tissue_,
             .frames_gone = frames_gone_,
             .written = cast_timeline().newest()};
   }
@@ -187,10 +187,7 @@ class VolumeInFlight {
   /// Those of load().
   const EchoLevels& levels() const { return levels_; }
   /// What a picture of the scene shows of the near tissue.
-  NearTissueState near_tissue_state(const Scene& scene) const {
-    if (scene.near.tissue == NearTissueShow::kShown || !near_tissue_.done) return NearTissueState::kShown;
-    return near_tissue_.found ? NearTissueState::kRemoved : NearTissueState::kNotFound;
-  }
+  NearTissueState near_tissue_state(const Scene& scene) const { return near_tissue_.state(scene.near); }
   /// The scene with what it leaves to this volume.
   Scene effective(const Scene& scene) const { return effective(scene, levels_); }
 

@@ -32,11 +32,13 @@ struct PictureView {
   double middle_row = 0;
 };
 
-/// The tissue between the probe and the first fluid, in a picture (Scene::Near).
+/// The tissue next to the probe, in a picture (Scene::Near).
 enum class NearTissueState : std::uint8_t {
   kShown,
-  kRemoved,
-  kNotFound,  ///< to be removed, but the volume shows no fluid behind it: it is shown
+  kRemoved,        ///< up to the first fluid
+  kNotFound,       ///< to be removed, but the volume shows no fluid behind it: it is shown
+  kRemovedToBone,  ///< up to the near wall of a closed bright shell
+  kNoBone,         ///< to be removed, but the volume shows no such shell: it is shown
 };
 
 /// Identity and time of one picture.

@@ -7,36 +7,42 @@ namespace fanlight {
 
 namespace {
 
-constexpr Look::Value kFacePreset[] = {{"mode", "surface"},
-                                       {"filter.size_mm", "6"},
-                                       {"detector.threshold", "0"},
-                                       {"detector.least_tissue", "0"},
+constexpr Look::Value kFacePreset[] = {{"mode", "surface"},         {"filter.size_mm", "6"},
+                                       {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
+                                       {"detector.window_mm", "6"}, {"detector.sign", "dark-to-bright"},
+                                       {"detector.place", "level"}, {"near.before_bone", "shown"},
                                        {"finish.colours", "none"}};
 
 // A small window keeps folds and creases; less light goes under the skin, and shadows are open.
 constexpr Look::Value kSkinPreset[] = {{"mode", "surface"},         {"filter.size_mm", "3"},
                                        {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
+                                       {"detector.window_mm", "6"}, {"detector.sign", "dark-to-bright"},
+                                       {"detector.place", "level"}, {"near.before_bone", "shown"},
                                        {"finish.colours", "none"},  {"material.scatter_mm", "0.6"},
                                        {"light.specular", "0.3"},   {"shadow.coefficient", "0.35"},
                                        {"finish.exposure", "1.6"}};
 
-// The brightest echo along each ray: how the field looks at the skeleton.
-constexpr Look::Value kBonePreset[] = {{"mode", "maximum"},
+// The bright line behind which the echo falls: bone throws a shadow, and the inside of a skull is dark.
+constexpr Look::Value kBonePreset[] = {{"mode", "surface"},
                                        {"filter.size_mm", "6"},
-                                       {"detector.threshold", "0"},
-                                       {"detector.least_tissue", "0"},
-                                       {"finish.colours", "grey"}};
+                                       {"detector.threshold", "20"},
+                                       {"detector.window_mm", "10"},
+                                       {"detector.sign", "bright-to-dark"},
+                                       {"detector.place", "ridge"},
+                                       {"detector.least_tissue", "1"},
+                                       {"near.before_bone", "removed"},
+                                       {"finish.colours", "none"}};
 
-constexpr Look::Value kDepthPreset[] = {{"mode", "depth"},
-                                        {"filter.size_mm", "6"},
-                                        {"detector.threshold", "0"},
-                                        {"detector.least_tissue", "0"},
+constexpr Look::Value kDepthPreset[] = {{"mode", "depth"},           {"filter.size_mm", "6"},
+                                        {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
+                                        {"detector.window_mm", "6"}, {"detector.sign", "dark-to-bright"},
+                                        {"detector.place", "level"}, {"near.before_bone", "shown"},
                                         {"finish.colours", "gold"}};
 
 constexpr Preset kPresets[] = {
     {"face", "the surface, smooth, in warm light", "skin", kFacePreset},
     {"skin", "the surface with its folds and creases", "skin", kSkinPreset},
-    {"bone", "the brightest echoes, as a picture through the body", "clinical", kBonePreset},
+    {"bone", "the near side of bones: of a skull, without what lies before it", "clinical", kBonePreset},
     {"depth", "how far the surface is: near is bright", "clinical", kDepthPreset},
 };
 

@@ -34,10 +34,11 @@ enum class FrameSteps : std::uint8_t {
   kKept,
   kRemoved,  ///< by the mean over one frame spacing, across the frames
 };
-/// The tissue between the probe and the first fluid, such as the belly's wall.
+/// The tissue next to the probe: all before the first fluid, such as the belly's wall, or all before the near
+/// wall of a closed bright shell, such as a skull.
 enum class NearTissueShow : std::uint8_t {
   kShown,
-  kRemoved,  ///< rays start in the fluid behind it, where the volume shows where it ends
+  kRemoved,  ///< rays start where it ends, if the volume shows that
 };
 /// Content of the picture.
 enum class Mode : std::uint8_t {
@@ -119,7 +120,12 @@ struct Scene {
 
   struct Near {
     NearTissueShow tissue = NearTissueShow::kShown;
+    NearTissueShow before_bone = NearTissueShow::kShown;
     double shift_mm = 0;  ///< of where it ends, away from the probe
+
+    bool is_removed() const {
+      return tissue == NearTissueShow::kRemoved || before_bone == NearTissueShow::kRemoved;
+    }
   } near;
 
   struct Speckle {

@@ -115,16 +115,29 @@ double NearTissue::end_row_at(const FanGeometry& geometry, double column, double
                    std::lerp(double{next[0]}, double{next[1]}, x - left), z - below);
 }
 
+const NearTissue* NearTissueSearch::removed_by(const Scene::Near& near) const {
+  const NearTissueShow wanted = ends_at_bone ? near.before_bone : near.tissue;
+  return found && wanted == NearTissueShow::kRemoved ? &*found : nullptr;
+}
+
+NearTissueState NearTissueSearch::state(const Scene::Near& near) const {
+  if (!done || !near.is_removed()) return NearTissueState::kShown;
+  if (removed_by(near) != nullptr)
+    return ends_at_bone ? NearTissueState::kRemovedToBone : NearTissueState::kRemoved;
+  return near.tissue == NearTissueShow::kRemoved ? NearTissueState::kNotFound : NearTissueState::kNoBone;
+}
+
 shaders::NearTissueParameters near_tissue_parameters(const Scene& scene, const shaders::CastParameters& rays,
                                                      const FanGeometry& geometry, const VolumeExtent& volume,
-                                                     const std::optional<NearTissue>& near) {
+                                                     const NearTissueSearch& search) {
   shaders::NearTissueParameters to{};
   std::ranges::fill(to.ray_start, static_cast<float>(-FANLIGHT_MAX_DEPTH));
   std::ranges::fill(to.end_row, static_cast<float>(-FANLIGHT_MAX_DEPTH));
   to.start_columns = static_cast<float>((kPoints - 1) / std::max(rays.width - 1.0, 1.0));
   to.start_rows = static_cast<float>((kPoints - 1) / std::max(rays.height - 1.0, 1.0));
   to.row_mm = static_cast<float>(geometry.pixel_height_mm);
-  if (!near || scene.near.tissue != NearTissueShow::kRemoved) return to;
+  const NearTissue* const near = search.removed_by(scene.near);
+  if (near == nullptr) return to;
   const double shift_rows = scene.near.shift_mm / geometry.pixel_height_mm;
   to.end_columns = static_cast<float>((NearTissue::kAcross - 1) / (geometry.columns - 1.0));
   to.end_angles =

@@ -7,14 +7,15 @@
 #include <optional>
 
 #include "proto/model/fan_geometry.hpp"
+#include "proto/model/picture.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/parameters/cast_parameters.hpp"
 #include "shaders/near_tissue.h"
 
 namespace fanlight {
 
-/// Where the tissue before the fluid ends, such as the belly's wall and a placenta: a smooth map over the
-/// fan. It lies in the fluid, behind that tissue and before what is behind the fluid.
+/// Where the tissue next to the probe ends, such as the belly's wall and a placenta: a smooth map over the
+/// fan. It lies in the fluid behind that tissue, or just before a bone.
 struct NearTissue {
   static constexpr std::uint32_t kAcross =
       FANLIGHT_NEAR_ENDS;  ///< control points from the first column to the last
@@ -35,7 +36,13 @@ struct NearTissue {
 /// What a search for near tissue came to.
 struct NearTissueSearch {
   bool done = false;                ///< false: no scene asked for it
-  std::optional<NearTissue> found;  ///< nullopt: no fluid behind near tissue was found
+  std::optional<NearTissue> found;  ///< nullopt: its end was not found
+  bool ends_at_bone = false;        ///< of `found`; otherwise in fluid
+
+  /// What a scene removes; nullptr: nothing.
+  const NearTissue* removed_by(const Scene::Near& near) const;
+  /// What a picture of the scene shows of it.
+  NearTissueState state(const Scene::Near& near) const;
   bool operator==(const NearTissueSearch&) const = default;
 };
 
@@ -45,6 +52,6 @@ struct NearTissueSearch {
 /// allocate.
 shaders::NearTissueParameters near_tissue_parameters(const Scene& scene, const shaders::CastParameters& rays,
                                                      const FanGeometry& geometry, const VolumeExtent& volume,
-                                                     const std::optional<NearTissue>& near);
+                                                     const NearTissueSearch& near);
 
 }  // namespace fanlight

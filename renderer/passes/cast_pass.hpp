@@ -28,7 +28,7 @@ struct VolumeBindings {
   const FanGeometry& geometry;
   const VolumeExtent& extent;
   const EchoLevels& levels;  ///< for what a scene leaves to the data
-  const std::optional<NearTissue>& near_tissue;
+  const NearTissueSearch& near_tissue;
   bool frames_gone = false;  ///< frames of the next volume were staged since the cast
   TimelinePoint written;     ///< reached when the GPU has written all of it
 };

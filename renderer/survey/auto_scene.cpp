@@ -9,6 +9,7 @@
 
 #include "renderer/survey/echo_survey.hpp"
 #include "renderer/survey/near_tissue_survey.hpp"
+#include "renderer/survey/shell_survey.hpp"
 #include "renderer/survey/surface_survey.hpp"
 
 namespace fanlight {
@@ -41,7 +42,9 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   // Rings of a probe in air are the smoothest sheet of all.
   if (volume.stamp().warnings.has(SweepWarning::kRings)) return std::nullopt;
   const auto near_tissue = find_near_tissue(volume, measured_levels(volume));
-  const auto survey = find_surface(volume, stop, near_tissue);
+  // A head that touches the tissue before it: its near side is looked for, not the far one from within.
+  const auto shell = near_tissue ? std::nullopt : find_shell(volume, stop);
+  const auto survey = shell ? std::optional(shell->near_wall) : find_surface(volume, stop, near_tissue);
   if (!survey) return std::nullopt;
   AutoScene made{.scene = scene, .choices = {}};
   Scene& to = made.scene;
@@ -77,8 +80,18 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   choose(fmt::format("rays begin {:.0f} mm {} its nearest part and end {:.0f} mm behind its farthest",
                      std::abs(before_mm), before_mm >= 0 ? "before" : "behind", kBehindMm));
 
-  if (near_tissue) to.near.tissue = NearTissueShow::kRemoved;
-  if (near_tissue) choose("the tissue before the first fluid is removed");
+  if (near_tissue) {
+    to.near.tissue = NearTissueShow::kRemoved;
+    choose("the tissue before the first fluid is removed");
+  }
+  if (shell) {
+    to.near.before_bone = NearTissueShow::kRemoved;
+    to.detector.place = SurfacePlace::kRidge;
+    choose(
+        fmt::format("a closed bright shell of {:.0f} mm across, such as a skull: its near side is shown, and "
+                    "what lies before it is removed",
+                    2 * shell->radius_mm));
+  }
 
   to.rays.step_mm = 0;
   to.detector.window_mm = 2 * kSurveyWindowMm;

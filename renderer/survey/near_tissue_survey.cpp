@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "renderer/survey/profile_map.hpp"
+#include "renderer/survey/shell_survey.hpp"
 #include "renderer/survey/volume_profiles.hpp"
 
 namespace fanlight {
@@ -46,10 +48,11 @@ struct Gap {
   double end = 0;
 };
 
-class Map {
+/// The gaps of all profiles.
+class Gaps {
  public:
-  Map(const VolumeProfiles& profiles, double fluid_level)
-      : profiles_(profiles), gaps_(profiles.profiles()), value_(profiles.profiles()) {
+  Gaps(const VolumeProfiles& profiles, double fluid_level)
+      : profiles_(profiles), gaps_(profiles.profiles()), map_(profiles) {
     for (std::uint32_t profile = 0; profile < profiles.profiles(); ++profile)
       gaps_[profile] = gap_of(profile, fluid_level);
   }
@@ -73,7 +76,7 @@ class Map {
     for (std::uint32_t profile = 0; profile < gaps_.size(); ++profile) {
       if (!gaps_[profile].known) continue;
       around.clear();
-      for_neighbours(profile, kMapNeighbours, [&](std::uint32_t other, double) {
+      map_.for_neighbours(profile, kMapNeighbours, [&](std::uint32_t other, double) {
         if (gaps_[other].known) around.push_back(gaps_[other].first);
       });
       const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
@@ -83,45 +86,21 @@ class Map {
     for (std::uint32_t profile = 0; profile < gaps_.size(); ++profile) gaps_[profile].known &= !out[profile];
   }
 
-  /// A smooth map through the gaps, over the profiles without one too.
-  void smooth() {
-    fill();
-    for (int round = 0; round < kSmoothings; ++round) {
-      const std::vector<double> before = value_;
-      for (std::uint32_t profile = 0; profile < gaps_.size(); ++profile) {
-        double sum = 0;
-        double weights = 0;
-        for_neighbours(profile, 1, [&](std::uint32_t other, double weight) {
-          sum += weight * before[other];
-          weights += weight;
-        });
-        value_[profile] = within_gap(profile, sum / weights);
-      }
+  /// A smooth map through the gaps, over the profiles without one too. Precondition: one is known.
+  const ProfileMap& smooth_map() {
+    for (std::uint32_t profile = 0; profile < gaps_.size(); ++profile) {
+      const Gap& gap = gaps_[profile];
+      if (gap.known)
+        map_.set(profile,
+                 gap.first + std::min((gap.end - gap.first) / 2, kMapBehindMm / profiles_.cell_mm()));
     }
-  }
-
-  /// In cells, at a profile of each frame, with a fraction, and at an angle.
-  double at(double across, double angle_rad) const {
-    const double column = std::clamp(across, 0.0, profiles_.across() - 1.0);
-    const double frame = frame_at(angle_rad);
-    const auto left = std::min(static_cast<std::uint32_t>(column), profiles_.across() - 2);
-    const auto below = std::min(static_cast<std::uint32_t>(frame), profiles_.frames() - 2);
-    const double* const from = &value_[std::size_t{below} * profiles_.across() + left];
-    const double* const next = from + profiles_.across();
-    return std::lerp(std::lerp(from[0], from[1], column - left), std::lerp(next[0], next[1], column - left),
-                     frame - below);
+    map_.fill();
+    map_.smooth(kSmoothings,
+                [this](std::uint32_t profile, double cell) { return within_gap(profile, cell); });
+    return map_;
   }
 
  private:
-  double frame_at(double angle_rad) const {
-    std::uint32_t above = 1;
-    while (above + 1 < profiles_.frames() && profiles_.angle_rad(above) < angle_rad) ++above;
-    const double below_rad = profiles_.angle_rad(above - 1);
-    const double step_rad = profiles_.angle_rad(above) - below_rad;
-    const double share = step_rad > 0 ? (angle_rad - below_rad) / step_rad : 0;
-    return above - 1 + std::clamp(share, 0.0, 1.0);
-  }
-
   Gap gap_of(std::uint32_t profile, double fluid_level) const {
     const int cells = static_cast<int>(profiles_.cells());
     const auto level = [&](int cell) { return profiles_.level(profile, static_cast<std::uint32_t>(cell)); };
@@ -143,60 +122,19 @@ class Map {
     return {};
   }
 
-  template <typename Use>
-  void for_neighbours(std::uint32_t profile, int reach, Use&& use) const {
-    const int across = static_cast<int>(profiles_.across());
-    const int frames = static_cast<int>(profiles_.frames());
-    const int column = static_cast<int>(profile) % across;
-    const int frame = static_cast<int>(profile) / across;
-    for (int z = std::max(0, frame - reach); z <= std::min(frames - 1, frame + reach); ++z) {
-      for (int x = std::max(0, column - reach); x <= std::min(across - 1, column + reach); ++x)
-        use(static_cast<std::uint32_t>(z * across + x), z == frame && x == column ? 2.0 : 1.0);
-    }
-  }
-
   /// Behind the near tissue, and before what is behind the fluid.
-  double within_gap(std::uint32_t profile, double value) const {
+  double within_gap(std::uint32_t profile, double cell) const {
     const Gap& gap = gaps_[profile];
-    if (gap.open) return std::min(value, gap.end);
-    if (!gap.known) return value;
+    if (gap.open) return std::min(cell, gap.end);
+    if (!gap.known) return cell;
     const double half = (gap.end - gap.first) / 2;
     const double behind = std::min(half, kMapBehindMm / profiles_.cell_mm());
-    return std::clamp(value, gap.first + behind / 2, std::max(gap.first + behind, gap.end - behind));
-  }
-
-  /// Behind the near tissue where a gap is known; elsewhere the mean of the nearest ones.
-  void fill() {
-    std::vector<bool> has(gaps_.size());
-    for (std::uint32_t profile = 0; profile < gaps_.size(); ++profile) {
-      has[profile] = gaps_[profile].known;
-      if (!has[profile]) continue;
-      const double half = (gaps_[profile].end - gaps_[profile].first) / 2;
-      value_[profile] = gaps_[profile].first + std::min(half, kMapBehindMm / profiles_.cell_mm());
-    }
-    for (bool any = true; any;) {
-      any = false;
-      std::vector<bool> grown = has;
-      for (std::uint32_t profile = 0; profile < gaps_.size(); ++profile) {
-        if (has[profile]) continue;
-        double sum = 0;
-        int count = 0;
-        for_neighbours(profile, 1, [&](std::uint32_t other, double) {
-          if (!has[other]) return;
-          sum += value_[other];
-          ++count;
-        });
-        if (count == 0) continue;
-        value_[profile] = sum / count;
-        grown[profile] = any = true;
-      }
-      has = std::move(grown);
-    }
+    return std::clamp(cell, gap.first + behind / 2, std::max(gap.first + behind, gap.end - behind));
   }
 
   const VolumeProfiles& profiles_;
   std::vector<Gap> gaps_;
-  std::vector<double> value_;  // cells
+  ProfileMap map_;
 };
 
 }  // namespace
@@ -205,30 +143,24 @@ std::optional<NearTissue> find_near_tissue(const Volume& volume, const EchoLevel
   if (!levels.known || volume.stamp().frames < 2) return std::nullopt;
   const VolumeProfiles profiles(volume);
   if (profiles.across() < 2 || profiles.frames() < 2 || profiles.cells() == 0) return std::nullopt;
-  Map map(profiles, std::lerp(levels.fluid, levels.tissue, kFluidShare));
-  const double with_gap = map.known_share();
-  map.drop_outliers();
-  if (map.known_share() < kLeastInAgreement * with_gap) return std::nullopt;
-  if (map.known_share() < kLeastKnown || map.begun_share() < kLeastBegun) return std::nullopt;
-  map.smooth();
+  Gaps gaps(profiles, std::lerp(levels.fluid, levels.tissue, kFluidShare));
+  const double with_gap = gaps.known_share();
+  gaps.drop_outliers();
+  if (gaps.known_share() < kLeastInAgreement * with_gap) return std::nullopt;
+  if (gaps.known_share() < kLeastKnown || gaps.begun_share() < kLeastBegun) return std::nullopt;
+  return gaps.smooth_map().near_tissue(volume);
+}
 
-  const auto order = volume.by_angle();
-  NearTissue found{.first_angle_rad = volume.angles_rad()[order.front()],
-                   .last_angle_rad = volume.angles_rad()[order.back()]};
-  if (!(found.last_angle_rad > found.first_angle_rad)) return std::nullopt;
-  const double rows = profiles.cell_mm() / volume.geometry().pixel_height_mm;
-  const double columns = volume.geometry().columns;
-  for (std::uint32_t z = 0; z < NearTissue::kAround; ++z) {
-    const double angle_rad =
-        std::lerp(found.first_angle_rad, found.last_angle_rad, z / (NearTissue::kAround - 1.0));
-    for (std::uint32_t x = 0; x < NearTissue::kAcross; ++x) {
-      // A profile lies in the middle of its columns.
-      const double column = x / (NearTissue::kAcross - 1.0) * (columns - 1);
-      const double cell = map.at((column + 0.5) / columns * profiles.across() - 0.5, angle_rad);
-      found.end_row[std::size_t{z} * NearTissue::kAcross + x] = static_cast<float>(cell * rows);
-    }
+NearTissueSearch search_near_tissue(const Volume& volume, const EchoLevels& levels,
+                                    const Scene::Near& wanted) {
+  NearTissueSearch search{.done = wanted.is_removed(), .found = {}};
+  if (wanted.before_bone == NearTissueShow::kRemoved) {
+    if (const auto shell = find_shell(volume)) search.found = shell->before;
+    search.ends_at_bone = search.found.has_value();
   }
-  return found;
+  if (!search.found && wanted.tissue == NearTissueShow::kRemoved)
+    search.found = find_near_tissue(volume, levels);
+  return search;
 }
 
 void SteadyNearTissue::add(const std::optional<NearTissue>& found, const FanGeometry& geometry) {

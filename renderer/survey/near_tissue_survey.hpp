@@ -15,6 +15,11 @@ namespace fanlight {
 /// 40 whole frames; allocates.
 std::optional<NearTissue> find_near_tissue(const Volume& volume, const EchoLevels& levels);
 
+/// Looks for what the scene removes: what lies before a closed bright shell (find_shell); where there is
+/// none, or it is shown, near tissue. Deterministic; allocates.
+NearTissueSearch search_near_tissue(const Volume& volume, const EchoLevels& levels,
+                                    const Scene::Near& wanted);
+
 /// Near tissue that is steady over volumes: a slow mean, which follows at once where much has moved. What is
 /// in force changes only where the mean has left it, so that a still scene is not cast again.
 class SteadyNearTissue {

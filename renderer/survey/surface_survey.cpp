@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <glm/geometric.hpp>
-#include <numeric>
 #include <utility>
 
+#include "renderer/survey/echo_sheets.hpp"
 #include "renderer/survey/ray_start.hpp"
 #include "renderer/survey/volume_profiles.hpp"
 
@@ -16,12 +15,8 @@ namespace fanlight {
 
 namespace {
 
-// A sheet may rise by so much from one profile to the next.
-constexpr int kMostRiseCells = 3;
-// The least step of a sheet, grey levels, is tried: with small steps sheets grow together, with large ones
-// they fall apart.
+// Least steps of a sheet that are tried, grey levels.
 constexpr float kLeastSteps[] = {8, 14, 20, 26, 32, 40, 50};
-constexpr std::size_t kPeaks = 2;       // candidates in a profile: its largest steps
 constexpr double kLeastCovered = 0.06;  // of the profiles
 constexpr double kLeastOverClutter = 3;
 constexpr int kFoundCells = 4;
@@ -33,152 +28,6 @@ constexpr int kLeastThreshold = 10;
 constexpr int kMostThreshold = 60;
 constexpr int kThresholdStep = 2;
 
-double median(std::vector<float> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
-/// Steps of the echo along all profiles: mean of the cells behind minus mean of the cells before, or the
-/// reverse for steps from bright to dark.
-class Steps {
- public:
-  Steps(const VolumeProfiles& profiles, const std::vector<int>& first_cells, EdgeSign sign)
-      : profiles_(profiles),
-        first_cells_(first_cells),
-        sign_(sign == EdgeSign::kBrightToDark ? -1.0F : 1.0F),
-        window_(std::max(1, static_cast<int>(std::lround(kSurveyWindowMm / profiles.cell_mm())))),
-        steps_(std::size_t{profiles.profiles()} * profiles.cells(), 0.0F) {
-    for (std::uint32_t profile = 0; profile < profiles.profiles(); ++profile) fill(profile);
-  }
-
-  float at(std::uint32_t profile, std::uint32_t cell) const {
-    return steps_[std::size_t{profile} * profiles_.cells() + cell];
-  }
-
-  /// The first cell of a local maximum of at least `least` at or behind `from`; -1: none.
-  int first_peak(std::uint32_t profile, int from, float least) const {
-    const int cells = static_cast<int>(profiles_.cells());
-    for (int cell = std::max({from, 1, first_cells_[profile]}); cell + 1 < cells; ++cell) {
-      const auto here = static_cast<std::uint32_t>(cell);
-      const float step = at(profile, here);
-      if (step >= least && step >= at(profile, here - 1) && step > at(profile, here + 1)) return cell;
-    }
-    return -1;
-  }
-
-  /// Median size of all steps; 0 in a volume without noise.
-  double clutter() const { return median(sizes_); }
-
- private:
-  void fill(std::uint32_t profile) {
-    const int cells = static_cast<int>(profiles_.cells());
-    for (int cell = window_; cell + window_ <= cells; ++cell) {
-      float before = 0;
-      float behind = 0;
-      bool whole = true;
-      for (int each = 0; each < window_; ++each) {
-        const float near_level = profiles_.level(profile, static_cast<std::uint32_t>(cell - 1 - each));
-        const float far_level = profiles_.level(profile, static_cast<std::uint32_t>(cell + each));
-        whole &= near_level >= 0 && far_level >= 0;
-        before += near_level;
-        behind += far_level;
-      }
-      if (!whole) continue;
-      const float step = (behind - before) / static_cast<float>(window_);
-      steps_[std::size_t{profile} * profiles_.cells() + static_cast<std::size_t>(cell)] = sign_ * step;
-      sizes_.push_back(std::abs(step));
-    }
-  }
-
-  const VolumeProfiles& profiles_;
-  const std::vector<int>& first_cells_;  // of each profile; what lies before is removed
-  float sign_;
-  int window_;
-  std::vector<float> steps_;  // profiles x cells; 0 also where a window has no data
-  std::vector<float> sizes_;  // of those with data
-};
-
-struct Peak {
-  std::uint32_t profile = 0;
-  int cell = 0;
-  float step = 0;
-};
-
-/// The largest steps of each profile, and which of them hang together.
-class Sheets {
- public:
-  Sheets(const VolumeProfiles& profiles, const Steps& steps, float least_step) : least_step_(least_step) {
-    first_of_.reserve(profiles.profiles() + 1);
-    for (std::uint32_t profile = 0; profile < profiles.profiles(); ++profile) {
-      first_of_.push_back(peaks_.size());
-      add_peaks(profile, steps);
-    }
-    first_of_.push_back(peaks_.size());
-    parents_.resize(peaks_.size());
-    std::iota(parents_.begin(), parents_.end(), std::size_t{0});
-    for (std::uint32_t profile = 0; profile < profiles.profiles(); ++profile) {
-      if ((profile + 1) % profiles.across() != 0) join(profile, profile + 1);
-      if (profile + profiles.across() < profiles.profiles()) join(profile, profile + profiles.across());
-    }
-  }
-
-  /// The sheet with the largest sum of steps; of each profile its largest step.
-  std::vector<Peak> strongest() {
-    std::vector<double> sums(peaks_.size(), 0.0);
-    for (std::size_t i = 0; i < peaks_.size(); ++i) sums[root(i)] += peaks_[i].step;
-    if (sums.empty()) return {};
-    const auto best = static_cast<std::size_t>(std::ranges::max_element(sums) - sums.begin());
-    std::vector<Peak> sheet;
-    for (std::size_t i = 0; i < peaks_.size(); ++i) {
-      if (root(i) != best) continue;
-      if (!sheet.empty() && sheet.back().profile == peaks_[i].profile) {
-        if (peaks_[i].step > sheet.back().step) sheet.back() = peaks_[i];
-      } else {
-        sheet.push_back(peaks_[i]);
-      }
-    }
-    return sheet;
-  }
-
- private:
-  void add_peaks(std::uint32_t profile, const Steps& steps) {
-    std::vector<Peak> found;
-    for (int cell = steps.first_peak(profile, 0, least_step_); cell >= 0;
-         cell = steps.first_peak(profile, cell + 1, least_step_)) {
-      found.push_back({profile, cell, steps.at(profile, static_cast<std::uint32_t>(cell))});
-    }
-    if (found.size() > kPeaks) {
-      std::ranges::nth_element(found, found.begin() + kPeaks, std::greater(), &Peak::step);
-      found.resize(kPeaks);
-      std::ranges::sort(found, {}, &Peak::cell);
-    }
-    peaks_.insert(peaks_.end(), found.begin(), found.end());
-  }
-
-  void join(std::uint32_t a, std::uint32_t b) {
-    for (std::size_t i = first_of_[a]; i < first_of_[a + 1]; ++i) {
-      for (std::size_t j = first_of_[b]; j < first_of_[b + 1]; ++j) {
-        if (std::abs(peaks_[i].cell - peaks_[j].cell) <= kMostRiseCells) parents_[root(i)] = root(j);
-      }
-    }
-  }
-
-  std::size_t root(std::size_t peak) {
-    while (parents_[peak] != peak) {
-      parents_[peak] = parents_[parents_[peak]];
-      peak = parents_[peak];
-    }
-    return peak;
-  }
-
-  float least_step_;
-  std::vector<Peak> peaks_;            // in order of profiles, then of cells
-  std::vector<std::size_t> first_of_;  // index of each profile's first peak, and the end
-  std::vector<std::size_t> parents_;   // union-find
-};
-
 /// How a sheet lies in space.
 struct Attitude {
   glm::dvec3 normal{0, -1, 0};  // its mean, towards the probe
@@ -186,20 +35,20 @@ struct Attitude {
 };
 
 /// Of the triangles between neighbouring profiles.
-Attitude attitude_of(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
+Attitude attitude_of(const VolumeProfiles& profiles, const Sheet& sheet) {
   std::vector<int> cells(profiles.profiles(), -1);
-  for (const Peak& peak : sheet) cells[peak.profile] = peak.cell;
+  for (const SheetPoint& point : sheet) cells[point.profile] = point.cell;
   glm::dvec3 sum(0);
   double area = 0;
-  for (const Peak& peak : sheet) {
-    const std::uint32_t right = peak.profile + 1;
-    const std::uint32_t next = peak.profile + profiles.across();
+  for (const SheetPoint& point : sheet) {
+    const std::uint32_t right = point.profile + 1;
+    const std::uint32_t next = point.profile + profiles.across();
     if (right % profiles.across() == 0 || next >= profiles.profiles() || cells[right] < 0 || cells[next] < 0)
       continue;
-    const glm::dvec3 here = profiles.position(peak.profile, peak.cell);
+    const glm::dvec3 here = profiles.position(point.profile, point.cell);
     glm::dvec3 normal = glm::cross(profiles.position(right, cells[right]) - here,
                                    profiles.position(next, cells[next]) - here);
-    const glm::dvec3 beam = profiles.position(peak.profile, peak.cell + 1) - here;
+    const glm::dvec3 beam = profiles.position(point.profile, point.cell + 1) - here;
     if (glm::dot(normal, beam) > 0) normal = -normal;
     sum += normal;
     area += glm::length(normal);
@@ -209,19 +58,18 @@ Attitude attitude_of(const VolumeProfiles& profiles, const std::vector<Peak>& sh
 }
 
 /// The ranges of the profiles in which a step of `threshold` is near the sheet.
-std::vector<StartRange> start_ranges(const VolumeProfiles& profiles, const Steps& steps,
-                                     const std::vector<Peak>& sheet, const glm::dvec3& normal,
-                                     float threshold) {
+std::vector<StartRange> start_ranges(const VolumeProfiles& profiles, const EchoSteps& steps,
+                                     const Sheet& sheet, const glm::dvec3& normal, float threshold) {
   std::vector<StartRange> ranges;
-  for (const Peak& peak : sheet) {
-    const auto depth_mm = [&](int cell) { return -glm::dot(normal, profiles.position(peak.profile, cell)); };
+  for (const SheetPoint& point : sheet) {
+    const auto depth_mm = [&](int cell) { return -glm::dot(normal, profiles.position(point.profile, cell)); };
     int before = -1;
-    int cell = steps.first_peak(peak.profile, 0, threshold);
-    while (cell >= 0 && cell < peak.cell - kFoundCells) {
+    int cell = steps.first_peak(point.profile, 0, threshold);
+    while (cell >= 0 && cell < point.cell - kFoundCells) {
       before = cell;
-      cell = steps.first_peak(peak.profile, cell + 1, threshold);
+      cell = steps.first_peak(point.profile, cell + 1, threshold);
     }
-    if (cell < 0 || cell > peak.cell + kFoundCells) continue;
+    if (cell < 0 || cell > point.cell + kFoundCells) continue;
     const StartRange range{before < 0 ? -HUGE_VAL : depth_mm(before), depth_mm(cell)};
     // Along a beam at a right angle to the view, or beyond, nothing is found first.
     if (range.from_mm < range.to_mm) ranges.push_back(range);
@@ -230,7 +78,7 @@ std::vector<StartRange> start_ranges(const VolumeProfiles& profiles, const Steps
 }
 
 /// The threshold and the start of the rays by which a search finds the sheet first in the most profiles.
-void choose_search(const VolumeProfiles& profiles, const Steps& steps, const std::vector<Peak>& sheet,
+void choose_search(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet,
                    SurfaceSurvey& survey) {
   std::array<Start, (kMostThreshold - kLeastThreshold) / kThresholdStep + 1> starts{};
   const auto threshold_at = [](std::ptrdiff_t index) {
@@ -269,28 +117,12 @@ void look_along(SurfaceSurvey& survey) {
 }
 
 /// Of the sheet, along the profiles, from the first cell.
-double median_depth_mm(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
-  std::vector<float> depths_mm;
-  depths_mm.reserve(sheet.size());
-  for (const Peak& peak : sheet) depths_mm.push_back(static_cast<float>(peak.cell * profiles.cell_mm()));
-  return median(std::move(depths_mm));
-}
-
-SurfaceSurvey survey_of(const VolumeProfiles& profiles, const std::vector<Peak>& sheet) {
-  SurfaceSurvey survey;
-  survey.covered_share = static_cast<double>(sheet.size()) / profiles.profiles();
-  std::vector<float> contrasts;
-  for (const Peak& peak : sheet) {
-    contrasts.push_back(peak.step);
-    survey.points.push_back(profiles.position(peak.profile, peak.cell));
-    survey.centre += survey.points.back() / static_cast<double>(sheet.size());
-  }
-  survey.contrast = median(contrasts);
-  const Attitude attitude = attitude_of(profiles, sheet);
-  survey.normal = attitude.normal;
-  survey.flatness = attitude.flatness;
-  look_along(survey);
-  return survey;
+double median_depth_mm(const VolumeProfiles& profiles, const Sheet& sheet) {
+  std::vector<int> cells;
+  for (const SheetPoint& point : sheet) cells.push_back(point.cell);
+  const auto middle = cells.begin() + static_cast<std::ptrdiff_t>(cells.size() / 2);
+  std::ranges::nth_element(cells, middle);
+  return *middle * profiles.cell_mm();
 }
 
 /// A large sheet of high contrast that is found first and can be seen from one side. The root: a clean sheet
@@ -300,22 +132,19 @@ double merit(const SurfaceSurvey& survey) {
   return std::sqrt(survey.covered_share) * survey.contrast * clean * clean;
 }
 
-std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, const std::vector<int>& first_cells,
+std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, const std::vector<CellRange>& ranges,
                                         EdgeSign sign, const std::stop_token& stop) {
-  const Steps steps(profiles, first_cells, sign);
-  const double clutter = steps.clutter();
+  const EchoSteps steps(profiles, ranges, sign);
+  const double least_contrast = kLeastOverClutter * steps.clutter();
   std::optional<SurfaceSurvey> best;
   for (const float least_step : kLeastSteps) {
     if (stop.stop_requested()) return std::nullopt;
-    const std::vector<Peak> sheet = Sheets(profiles, steps, least_step).strongest();
-    if (sheet.empty()) continue;
-    SurfaceSurvey survey = survey_of(profiles, sheet);
-    survey.clutter = clutter;
-    survey.sign = sign;
-    if (survey.covered_share < kLeastCovered || survey.contrast < kLeastOverClutter * clutter) continue;
+    const Sheet sheet = strongest_sheet(profiles, steps, least_step);
+    if (static_cast<double>(sheet.size()) < kLeastCovered * profiles.profiles()) continue;
+    if (sheet.empty() || contrast_of(sheet) < least_contrast) continue;
     // The echo of the probe's own face fades into the dark: that is no fluid behind tissue.
     if (sign == EdgeSign::kBrightToDark && median_depth_mm(profiles, sheet) < kRingDownMm) continue;
-    choose_search(profiles, steps, sheet, survey);
+    SurfaceSurvey survey = survey_of(profiles, steps, sheet);
     if (!best || merit(survey) > merit(*best)) best = std::move(survey);
   }
   return best;
@@ -323,16 +152,34 @@ std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, const st
 
 }  // namespace
 
+SurfaceSurvey survey_of(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet) {
+  SurfaceSurvey survey;
+  survey.sign = steps.sign();
+  survey.covered_share = static_cast<double>(sheet.size()) / profiles.profiles();
+  for (const SheetPoint& point : sheet) {
+    survey.points.push_back(profiles.position(point.profile, point.cell));
+    survey.centre += survey.points.back() / static_cast<double>(sheet.size());
+  }
+  survey.contrast = contrast_of(sheet);
+  survey.clutter = steps.clutter();
+  const Attitude attitude = attitude_of(profiles, sheet);
+  survey.normal = attitude.normal;
+  survey.flatness = attitude.flatness;
+  look_along(survey);
+  choose_search(profiles, steps, sheet, survey);
+  return survey;
+}
+
 std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_token& stop,
                                           const std::optional<NearTissue>& removed) {
   const VolumeProfiles profiles(volume, stop);
   if (stop.stop_requested()) return std::nullopt;
-  std::vector<int> first_cells(profiles.profiles());
+  std::vector<CellRange> ranges = all_cells(profiles);
   for (std::uint32_t profile = 0; removed && profile < profiles.profiles(); ++profile)
-    first_cells[profile] = static_cast<int>(std::ceil(profiles.end_cell(profile, *removed)));
+    ranges[profile].first = static_cast<int>(std::ceil(profiles.end_cell(profile, *removed)));
   // Behind most surfaces of interest, such as skin in fluid, the echo is brighter.
-  if (auto found = find_steps(profiles, first_cells, EdgeSign::kDarkToBright, stop)) return found;
-  return find_steps(profiles, first_cells, EdgeSign::kBrightToDark, stop);
+  if (auto found = find_steps(profiles, ranges, EdgeSign::kDarkToBright, stop)) return found;
+  return find_steps(profiles, ranges, EdgeSign::kBrightToDark, stop);
 }
 
 }  // namespace fanlight

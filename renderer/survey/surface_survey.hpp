@@ -9,6 +9,8 @@
 #include "proto/model/scene.hpp"
 #include "proto/model/volume.hpp"
 #include "renderer/parameters/near_tissue.hpp"
+#include "renderer/survey/echo_sheets.hpp"
+#include "renderer/survey/volume_profiles.hpp"
 
 namespace fanlight {
 
@@ -31,8 +33,8 @@ struct SurfaceSurvey {
   double found_share = 0;          ///< of the sheet's profiles, by that threshold, within 4 mm
 };
 
-/// Length of the mean on either side of a step, mm.
-inline constexpr double kSurveyWindowMm = 5;
+/// How a sheet lies, and how a search finds it. Precondition: it is not empty.
+SurfaceSurvey survey_of(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet);
 
 /// Deterministic. nullopt: no sheet stands out of the clutter, or a stop was requested: it ends within a
 /// fraction of its time then. `removed`: near tissue in which no sheet is looked for. Precondition: the

@@ -78,7 +78,7 @@ class RecordedPictures {
       }
       if (steady_ > 0) {
         fmt::print(
-            "{} of them with filter.steady above 0 or near.tissue removed: they may differ from what was "
+            "{} of them with filter.steady above 0 or near tissue removed: they may differ from what was "
             "shown\n",
             steady_);
       }
@@ -122,7 +122,7 @@ class RecordedPictures {
     if (auto settled = finish_shown(); !settled) return settled;
     const auto made = render_once(*renderer_, volume);
     if (!made) return made.error();
-    const bool removes = scene->second.near.tissue != NearTissueShow::kShown;
+    const bool removes = scene->second.near.is_removed();
     if (scene->second.filter.steady > 0 || removes) ++steady_;
     ++rendered_;
     return write_picture(numbered_file(options_.out, picture.picture_id, 6), *made, {});

@@ -41,7 +41,8 @@ nlohmann::ordered_json levels_json(const EchoLevels& levels) {
 }
 
 std::string_view near_tissue_name(NearTissueState state) {
-  constexpr std::array<std::string_view, 3> kNames = {"shown", "removed", "not found"};
+  constexpr std::array<std::string_view, 5> kNames = {"shown", "removed", "not found", "removed to bone",
+                                                      "no bone"};
   return kNames[static_cast<std::size_t>(state)];
 }
 
@@ -133,6 +134,8 @@ void print_text(std::FILE* out, const RenderReport& report) {
       [out](const SweepWarningText& text) { fmt::print(out, "warning: {}\n", text.sentence); });
   if (picture.stamp.near_tissue == NearTissueState::kNotFound)
     fmt::print(out, "near tissue is shown: no fluid was found behind it\n");
+  if (picture.stamp.near_tissue == NearTissueState::kNoBone)
+    fmt::print(out, "near tissue is shown: no closed bone was found behind it\n");
   if (report.speckle_filter_left_out) {
     fmt::print(out, "the speckle filter was left out: the volume is too large for it on this GPU\n");
   }

@@ -10,6 +10,8 @@ const [kShown, kRemoved] = [0, 1];
 export function nearTissueText(state: NearTissue): string {
   if (state === NearTissue.REMOVED) return "Near tissue removed";
   if (state === NearTissue.NOT_FOUND) return "No fluid behind near tissue: nothing removed";
+  if (state === NearTissue.REMOVED_TO_BONE) return "Removed up to the bone";
+  if (state === NearTissue.NO_BONE) return "No closed bone found: nothing removed";
   return "";
 }
 

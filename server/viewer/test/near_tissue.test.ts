@@ -8,4 +8,6 @@ test("the mark says what a picture shows of the near tissue", () => {
   assert.equal(nearTissueText(NearTissue.SHOWN), "");
   assert.equal(nearTissueText(NearTissue.REMOVED), "Near tissue removed");
   assert.match(nearTissueText(NearTissue.NOT_FOUND), /nothing removed/);
+  assert.equal(nearTissueText(NearTissue.REMOVED_TO_BONE), "Removed up to the bone");
+  assert.match(nearTissueText(NearTissue.NO_BONE), /nothing removed/);
 });
