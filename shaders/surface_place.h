@@ -85,6 +85,10 @@ const int kLevelMean = kHalf < 8 ? kHalf : 4;
 const int kShortMean = (kLevelMean + 1) / 2;
 // A sheet: no more samples are brighter than halfway from the fluid to the peak.
 const int kMostOfASheet = kLevelMean;
+// The foot of a rise, of the way from the fluid to the tissue.
+const float kFoot = 0.35;
+// Over which the pulse and the filters of pass 0 spread the echo of a surface that is met at a right angle.
+const float kOwnRiseMm = 0.5;
 // Of a sheet without speckle the level is not nearer to the peak than of a contrast of 50 dB.
 const float kMostSheetRise = 0.92;
 
@@ -143,12 +147,41 @@ float level_of(float values[kLevelSamples], float fluid, float tissue) {
   return brighter <= kMostOfASheet ? front : mix(fluid, tissue, rays.rise);
 }
 
+// Where the echo first rises past a level, and where it last rose past the foot before, in values from the
+// first; -1: nowhere.
+struct Rise {
+  float foot;
+  float level;
+};
+
+Rise rise_through(float values[kLevelSamples], float foot_level, float level) {
+  Rise rise = Rise(-1.0, -1.0);
+  [[unroll]] for (int next = 1; next < kLevelSamples; ++next) {
+    float before = values[next - 1];
+    float after = values[next];
+    float step = max(after - before, 1e-6);
+    float foot = float(next - 1) + clamp((foot_level - before) / step, 0.0, 1.0);
+    rise.foot = rise.level < 0.0 && before < foot_level && after >= foot_level ? foot : rise.foot;
+    float place = float(next - 1) + clamp((level - before) / step, 0.0, 1.0);
+    rise.level = rise.level < 0.0 && before < level && after >= level ? place : rise.level;
+  }
+  return rise;
+}
+
+// Values from a rise to the surface behind it: a beam that meets a slanted surface reaches it with its border
+// first, and its echo rises slowly. The longer the rise, the farther behind lies the surface.
+float reach_behind(Rise rise, float spacing) {
+  float value_mm = float(kLevelStride) * spacing;
+  float long_mm = rise.foot < 0.0 ? 0.0 : (rise.level - rise.foot) * value_mm - kOwnRiseMm;
+  return min(rays.reach * max(long_mm, 0.0), float(kHalf) * spacing) / value_mm;
+}
+
 // The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, first
 // rises past rays.rise of the way to the tissue's, and past rays.least_tissue. The tissue is the brightest
 // mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it. A thin
 // bright sheet has its front rays.sheet_below under its peak: a mean would hold fluid on both sides of it.
-// kNotTissue where no mean of kShortMean samples behind the window's middle reaches rays.least_tissue.
-// `run`: the samples of the ray.
+// The surface lies behind that place where the echo rises slowly (reach_behind). kNotTissue where no mean of
+// kShortMean samples behind the window's middle reaches rays.least_tissue. `run`: the samples of the ray.
 float placed_by_level(Ray ray, SampleRun run, float position) {
   float oldest = ceil(position + float(kHalf) - 1.0) - float(kWindow - 1);
   float inwards = direction_inwards(ray, oldest);
@@ -169,14 +202,9 @@ float placed_by_level(Ray ray, SampleRun run, float position) {
   if (brightest < rays.least_tissue * float(kShortMean)) return kNotTissue;
   fluid /= float(kLevelMean);
   float level = max(level_of(values, fluid, tissue / float(kLevelMean)), rays.least_tissue);
-  float found = -1.0;
-  [[unroll]] for (int next = 1; next < kLevelSamples; ++next) {
-    float before = values[next - 1];
-    float after = values[next];
-    float part = clamp((level - before) / max(after - before, 1e-6), 0.0, 1.0);
-    found = found < 0.0 && before < level && after >= level ? float(next - 1) + part : found;
-  }
-  return found < 0.0 ? position : start + inwards * float(kLevelStride) * found;
+  Rise rise = rise_through(values, min(mix(fluid, tissue / float(kLevelMean), kFoot), level), level);
+  float found = rise.level + reach_behind(rise, ray.spacing);
+  return rise.level < 0.0 ? position : start + inwards * float(kLevelStride) * found;
 }
 
 #endif

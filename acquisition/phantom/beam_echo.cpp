@@ -51,10 +51,25 @@ float power_at(float depth_mm, float facing, bool has_bone, float tissue) {
   return kFluidPower + share * (power - kFluidPower);
 }
 
+/// By means of three samples, as often as their variances add up to the pulse's.
+void blur_by_pulse(std::span<float> power, float step_mm) {
+  constexpr float kMostShare = 0.25F;
+  const float share = 0.5F * BeamEcho::kPulseMm * BeamEcho::kPulseMm / (step_mm * step_mm);
+  const int rounds = static_cast<int>(std::ceil(share / kMostShare));
+  const float of_each = share / static_cast<float>(rounds);
+  for (int round = 0; round < rounds; ++round) {
+    float before = power.front();
+    for (std::size_t sample = 0; sample + 1 < power.size(); ++sample) {
+      const float here = power[sample];
+      power[sample] += of_each * (before + power[sample + 1] - 2 * here);
+      before = here;
+    }
+  }
+}
+
 }  // namespace
 
-BeamEcho::BeamEcho(double beam_mm)
-    : focus_deviation_mm_(static_cast<float>(beam_mm / (2 * std::sqrt(2 * std::log(2.0))))) {
+BeamEcho::BeamEcho(double beam_mm) : focus_deviation_mm_(static_cast<float>(beam_mm * kDeviationOfBeam)) {
   float sum = 0;
   for (std::size_t line = 0; line < kAcross; ++line) sum += weights_[line] = bell(kPlaces[line]);
   for (float& weight : weights_) weight /= sum;
@@ -67,6 +82,12 @@ float BeamEcho::deviation_mm(float depth_mm) const {
 
 void BeamEcho::draw(const BodyScene& scene, const BodyScene::Lines& lines, const Samples& samples,
                     std::span<float> power) const {
+  draw_echoes(scene, lines, samples, power);
+  blur_by_pulse(power, samples.step_mm);
+}
+
+void BeamEcho::draw_echoes(const BodyScene& scene, const BodyScene::Lines& lines, const Samples& samples,
+                           std::span<float> power) const {
   float left = 1;  // of the power that was sent
   float before_mm = 0;
   for (std::size_t sample = 0; sample < power.size();) {

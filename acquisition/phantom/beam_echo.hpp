@@ -11,9 +11,9 @@ namespace fanlight {
 
 /// The echoes of a BodyScene along one scan line, as a beam with a thickness across the frame (elevation)
 /// receives them:
-/// - The beam is narrowest at its focus. Its echo is the mean power of five neighbouring lines across
-/// the
+/// - The beam is narrowest at its focus. Its echo is the mean power of five neighbouring lines across the
 ///   frame, with Gaussian weights.
+/// - The pulse has a length: the power is blurred along the line.
 /// - Skin is bright where the line meets it at a right angle, and fainter where it grazes. Tissue scatters;
 ///   bone below the skin of the head and the hand is bright.
 /// - Tissue weakens what comes from behind it by more than the gain by depth makes up for, and bone takes
@@ -22,7 +22,14 @@ namespace fanlight {
 /// One thread; allocates nothing after construction.
 class BeamEcho {
  public:
-  /// `beam_mm`: thickness at the focus, full width at half maximum. 0: a line.
+  /// A beam's thickness is that between the points where the amplitude of its echo is half of the middle's
+  /// (-6 dB), as data sheets give it. The standard deviation of the power over that, for a Gaussian: 1 / (4
+  /// sqrt(ln 2)).
+  static constexpr double kDeviationOfBeam = 0.300280;
+  /// Standard deviation of the pulse's power along the line, mm.
+  static constexpr float kPulseMm = 0.2F;
+
+  /// `beam_mm`: thickness at the focus, see kDeviationOfBeam. 0: a line.
   explicit BeamEcho(double beam_mm);
 
   /// Samples of a line, from first_mm along it, step_mm apart.
@@ -38,6 +45,9 @@ class BeamEcho {
 
  private:
   static constexpr std::size_t kAcross = 5;
+
+  void draw_echoes(const BodyScene& scene, const BodyScene::Lines& lines, const Samples& samples,
+                   std::span<float> power) const;
 
   float deviation_mm(float depth_mm) const;
 

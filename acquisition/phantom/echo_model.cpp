@@ -6,6 +6,8 @@
 #include <iterator>
 #include <numeric>
 
+#include "acquisition/phantom/beam_echo.hpp"
+
 namespace fanlight {
 
 namespace {
@@ -28,22 +30,25 @@ std::int16_t rounded(double grey) {
   return static_cast<std::int16_t>(std::lround(std::clamp(grey, -1000.0, 1000.0)));
 }
 
+/// The power of the echo for each depth.
 std::vector<double> flat_echo(const Tissue& of, std::uint32_t entries) {
-  std::vector<double> amplitude(entries);
-  for (std::size_t i = 0; i < amplitude.size(); ++i) {
+  std::vector<double> power(entries);
+  for (std::size_t i = 0; i < power.size(); ++i) {
     const double depth_mm = (static_cast<double>(i) + 0.5) * EchoModel::kStepMm - EchoModel::kBeforeMm;
     const double in_skin = depth_mm / kSkinMm;
     const double tissue = of.tissue * std::exp(-std::max(depth_mm, 0.0) / kDecayMm) +
                           of.skin * std::exp(-0.5 * in_skin * in_skin);
     const double share = std::clamp(0.5 + 0.5 * depth_mm / kInterfaceMm, 0.0, 1.0);
-    amplitude[i] = of.fluid + share * (tissue - of.fluid);
+    const double amplitude = of.fluid + share * (tissue - of.fluid);
+    power[i] = amplitude * amplitude;
   }
-  return amplitude;
+  return power;
 }
 
 std::vector<double> blurred(const std::vector<double>& values, std::uint32_t blur) {
   const auto last = static_cast<std::int64_t>(values.size()) - 1;
-  const double deviation = std::max(blur * EchoModel::kBlurStepMm / EchoModel::kStepMm, 1e-3);  // in entries
+  const double deviation =
+      std::hypot(blur * EchoModel::kBlurStepMm, BeamEcho::kPulseMm) / EchoModel::kStepMm;  // in entries
   const auto reach = static_cast<std::int64_t>(std::ceil(3 * deviation));
   std::vector<double> weights;
   for (std::int64_t away = -reach; away <= reach; ++away) {
@@ -69,11 +74,12 @@ EchoModel::EchoModel(const EchoScale& scale, double field_mm)
       speckle_greys_(scale.speckle_greys()) {
   const bool log = scale.kind == EchoScale::Kind::kLog;
   const Tissue& of = log ? kLogTissue : kLinearTissue;
-  std::vector<double> flat = flat_echo(of, entries_);
-  std::ranges::transform(flat, flat.begin(), [&](double amplitude) { return scale.grey(amplitude); });
+  const std::vector<double> flat = flat_echo(of, entries_);
   greys_.reserve(std::size_t{kBlurs} * entries_);
-  for (std::uint32_t blur = 0; blur < kBlurs; ++blur)
-    std::ranges::transform(blurred(flat, blur), std::back_inserter(greys_), rounded);
+  for (std::uint32_t blur = 0; blur < kBlurs; ++blur) {
+    std::ranges::transform(blurred(flat, blur), std::back_inserter(greys_),
+                           [&](double power) { return rounded(scale.grey(std::sqrt(power))); });
+  }
 }
 
 }  // namespace fanlight

@@ -13,10 +13,10 @@ namespace fanlight {
 /// The simulated probe's echo as a function of depth below the surface: fluid, skin, and tissue that fades
 /// with depth.
 ///
-/// Across the thickness of the beam, a slanted surface lies at different depths. Its echo is that of a flat
-/// surface, blurred by a Gaussian along depth. So there is a table for each of kBlurs standard deviations.
-/// Grey levels are blurred, in kLog too: the faint tails of a blurred power would need the surface farther
-/// next to the frame than its slope says.
+/// Across the thickness of the beam, a slanted surface lies at different depths. The power of its echo is
+/// that of a flat surface, blurred by a Gaussian along depth, before the compression. So there is a table for
+/// each of kBlurs standard deviations, each with the length of the pulse (BeamEcho). It takes the surface for
+/// a plane as far as the beam reaches.
 class EchoModel {
  public:
   static constexpr double kBeforeMm = 14;  ///< a table begins this far before the surface

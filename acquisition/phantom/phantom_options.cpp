@@ -136,7 +136,7 @@ constexpr Option kOptions[] = {
      [](std::string_view text, Config& config) { return read_number(text, config.seed); }},
     {"volumes", "Sweeps until the source ends", "a whole number, 0 for no end",
      [](std::string_view text, Config& config) { return read_number(text, config.volumes); }},
-    {"beam", "Thickness of the beam across the frame", "0 to 8 mm",
+    {"beam", "Thickness of the beam across the frame at -6 dB", "0 to 8 mm",
      [](std::string_view text, Config& config) { return read_number(text, config.beam_mm); }},
     {"speckle", "Speckle", "on or off",
      [](std::string_view text, Config& config) {

@@ -20,8 +20,7 @@ constexpr double kFieldMm = 160;
 constexpr double kSectorHalfAngleDeg = 35;
 
 constexpr double kSlopeReachMm = 0.75;  // the slope is measured over this distance to either side
-const double kFullWidths =
-    2 * std::sqrt(2 * std::log(2.0));  // full width at half maximum for a standard deviation of 1
+                                        // full width at half maximum for a standard deviation of 1
 // Frames that the probe buffers while the caller takes none.
 constexpr double kBufferedFrames = 8;
 constexpr double kNsPerS = 1e9;
@@ -250,7 +249,7 @@ void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
 
   // A step e out of the plane of the frame moves by (-sin, cos) in y and z, that is e (sin + cos dS/dz) in
   // depth relative to the surface.
-  const double blurs_per_slope = config_.beam_mm / kFullWidths / EchoModel::kBlurStepMm;
+  const double blurs_per_slope = config_.beam_mm * BeamEcho::kDeviationOfBeam / EchoModel::kBlurStepMm;
   const auto level = static_cast<float>(blurs_per_slope * exposure.sine);
   const auto per_mm = static_cast<float>(blurs_per_slope * exposure.cosine / (2 * kSlopeReachMm));
   const std::uint8_t* const factors = speckle_.row(row_index + exposure.speckle_row);

@@ -52,7 +52,7 @@ class PhantomSource final : public FrameSource {
     double motor_radius_mm = 30;
     std::uint64_t seed = 1;     ///< of the speckle, jitter, turning, losses and the womb
     std::uint64_t volumes = 0;  ///< number of volumes after which the source ends; 0: never
-    /// Thickness of the beam across the frame (elevation), full width at half maximum, 0 to 8. The default is
+    /// Thickness of the beam across the frame (elevation) at half of the amplitude, 0 to 8. The default is
     /// about the frame distance, as for a real array: a thinner beam leaves steps between the frames of a
     /// slanted surface.
     double beam_mm = 5;

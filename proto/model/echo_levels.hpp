@@ -31,6 +31,9 @@ struct EchoLevels {
   /// Whether the speckle's deviation is proportional to its mean, as without log compression.
   bool linear() const { return noise > kLeastLinearRatio * tissue; }
 
+  /// Whether the speckle says how many grey levels a decibel has.
+  bool in_decibels() const { return known && !linear() && noise >= 1; }
+
   /// Between the ratios of log-compressed pictures (0.12 to 0.2) and of Rayleigh's distribution (0.52).
   static constexpr double kLeastLinearRatio = 0.35;
 

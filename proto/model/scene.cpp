@@ -80,6 +80,7 @@ constexpr double kDetectorMm = 6;
 constexpr double kFilterMm = 6;
 // Depths of one surface may differ by this within such a window: it is slanted.
 constexpr double kStepMm = 12;
+constexpr double kReach = 0.6;
 
 }  // namespace
 
@@ -118,6 +119,7 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
   scene.detector.window_mm = kDetectorMm;
   scene.detector.threshold = 0;
   scene.detector.place = SurfacePlace::kLevel;
+  scene.detector.reach = kReach;
   scene.detector.frame_steps = FrameSteps::kRemoved;
   scene.filter.islands = scaled(scene.filter.islands);
   scene.filter.holes = scaled(scene.filter.holes);

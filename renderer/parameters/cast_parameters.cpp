@@ -256,6 +256,7 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   set_slices(to, scene, size);
   to.threshold = static_cast<float>(scene.detector.threshold / kGreyLevels);
   to.rise = static_cast<float>(scene.detector.rise);
+  to.reach = static_cast<float>(scene.detector.reach);
   to.sheet_below = static_cast<float>(scene.detector.sheet_below / kGreyLevels);
   to.least_tissue = static_cast<float>(scene.detector.least_tissue / kGreyLevels);
   to.edge_sign = edge_sign(scene.detector.sign);

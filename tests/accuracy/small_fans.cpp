@@ -289,6 +289,7 @@ void SmallFans::measure(DepthRig& rig, const TestFan& fan, const TestSurface& su
   for (KnownView& view : views) {
     // These edges are blurred after the compression, so that no decibels say where they are.
     view.scene.detector.rise = 0.65;
+    view.scene.detector.reach = 0;
     bench_.change(view.scene);
   }
   if (bench_.wants(clean) || wants_normals) rig.set_volume(sweeps.clean());

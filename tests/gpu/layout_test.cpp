@@ -117,6 +117,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, clip2),
                             OFFSET(CastParameters, threshold),
                             OFFSET(CastParameters, rise),
+                            OFFSET(CastParameters, reach),
                             OFFSET(CastParameters, sheet_below),
                             OFFSET(CastParameters, least_tissue),
                             OFFSET(CastParameters, edge_sign),

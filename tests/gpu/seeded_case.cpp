@@ -198,6 +198,7 @@ void set_detector(Dice& dice, Body& body, double finest_mm, Scene& scene) {
   detector.place = dice.any_to(SurfacePlace::kLevel);
   detector.rise = dice.between(0.2, 0.95);
   detector.sheet_below = 60 * (1 - detector.rise);
+  detector.reach = dice.one_in(3) ? 0 : dice.between(0.1, 1);
   detector.least_tissue = dice.between(1, 145);
   // Noise must not create surfaces.
   detector.window = 2 * dice.whole(body.noise > 0 ? 6 : 1, 16);

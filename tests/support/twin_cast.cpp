@@ -8,6 +8,7 @@
 
 #include "tests/support/cpu_twin.hpp"
 #include "tests/support/twin_echo.hpp"
+#include "tests/support/twin_place.hpp"
 
 namespace fanlight::test {
 
@@ -218,61 +219,11 @@ double placed(const Scene::Detector& detector, const std::vector<double>& run, d
   return front < 0 ? position : static_cast<double>(oldest) + front - 0.5;
 }
 
-/// Where the echo reaches the level of the tissue, for an edge at `position`, both in samples of the ray
-/// (`placed_by_level` in surface_place.h). Absent: there is no tissue behind the edge.
-std::optional<double> placed_by_level(const Scene::Detector& detector, const RaySamples& samples,
-                                      double position) {
-  const int window = detector.window;
-  const int half = window / 2;
-  const auto value = [&](int index) {
+SampleEcho echo_of(const RaySamples& samples) {
+  return [&samples](int index) {
     const double depth_mm = samples.depth_mm(index);
     return index >= 0 && depth_mm <= samples.end_mm() ? samples.at(depth_mm).value_or(0) : 0;
   };
-  const int oldest = static_cast<int>(std::ceil(position + half - 1)) - (window - 1);
-  const auto sum_of = [&](int first, int count) {
-    double sum = 0;
-    for (int at = first; at < first + count; ++at) sum += value(at);
-    return sum;
-  };
-  const bool rises = sum_of(oldest + half, half) >= sum_of(oldest, half);
-  const bool inwards = detector.sign == EdgeSign::kEither ? rises : detector.sign == EdgeSign::kDarkToBright;
-  const int start = inwards ? oldest : oldest + window - 1;
-  // Means of this many samples, one each `stride`, from the start towards the tissue.
-  const auto means = [&](int count, int stride) {
-    std::vector<double> of;
-    for (int number = 0; number + stride * (count - 1) < window + half; number += stride) {
-      double sum = 0;
-      for (int each = 0; each < count; ++each) {
-        const int from_start = number + stride * each;
-        sum += value(inwards ? start + from_start : start - from_start);
-      }
-      of.push_back(sum / count);
-    }
-    return of;
-  };
-  const int stride = half < 8 ? 1 : 2;
-  const int mean = half < 8 ? half : 4;
-  const std::vector<double> wide = means(mean, stride);
-  const double least_tissue = detector.least_tissue / 255;
-  const int in_window = (window + stride - 1) / stride;
-  const std::vector<double> narrow = means((mean + 1) / 2, stride);
-  if (*std::max_element(narrow.begin() + in_window / 2, narrow.end()) < least_tissue) return std::nullopt;
-  const double tissue = *std::ranges::max_element(wide);
-  const double fluid = *std::min_element(wide.begin(), wide.begin() + (in_window - mean + 1));
-  const std::vector<double> values = means(1, stride);
-  const double peak = *std::ranges::max_element(narrow);
-  const double middle = (fluid + peak) / 2;
-  const bool is_sheet = std::ranges::count_if(values, [=](double each) { return each > middle; }) <= mean;
-  const double front = std::clamp(peak - detector.sheet_below / 255, middle, std::lerp(fluid, peak, 0.92));
-  const double level = std::max(is_sheet ? front : std::lerp(fluid, tissue, detector.rise), least_tissue);
-  const auto reached = std::ranges::adjacent_find(
-      values, [level](double before, double after) { return before < level && after >= level; });
-  if (reached == values.end()) return position;
-  const double before = *reached;
-  const double after = *std::next(reached);
-  const double part = std::clamp((level - before) / std::max(after - before, 1e-6), 0.0, 1.0);
-  const double found = stride * (static_cast<double>(reached - values.begin()) + part);
-  return start + (inwards ? found : -found);
 }
 
 /// The positions of all edges in a run of scanned samples, in samples from its first.
@@ -306,10 +257,11 @@ double first_surface_mm(const Scene::Detector& detector, const RaySamples& sampl
       if (!shown.holds(samples.depth_mm(first + position))) continue;
       const bool at_edge =
           detector.place == SurfacePlace::kFirstCrossing || detector.place == SurfacePlace::kRefined;
-      const std::optional<double> place = at_edge ? first + position
-                                          : detector.place == SurfacePlace::kLevel
-                                              ? placed_by_level(detector, samples, first + position)
-                                              : first + placed(detector, run, position);
+      const std::optional<double> place =
+          at_edge ? first + position
+          : detector.place == SurfacePlace::kLevel
+              ? twin_place_by_level(detector, echo_of(samples), samples.depth_step_mm(), first + position)
+              : first + placed(detector, run, position);
       if (place) return std::clamp(samples.depth_mm(*place), shown.first_mm, shown.last_mm);
     }
     run.clear();

@@ -90,8 +90,8 @@ TEST(EchoLevelsTest, RiseByTheSpecklesDecibels) {
   const auto rise = [](double noise) {
     return EchoLevels{.fluid = 10, .tissue = 170, .noise = noise, .known = true}.rise();
   };
-  EXPECT_NEAR(rise(23.7), 0.777, 0.002) << "60 dB from black to white";
-  EXPECT_NEAR(rise(40), 0.623, 0.002) << "36 dB";
+  EXPECT_NEAR(rise(23.7), 0.734, 0.002) << "60 dB from black to white";
+  EXPECT_NEAR(rise(40), 0.551, 0.002) << "36 dB";
   EXPECT_EQ(rise(1), 0.83) << "a scanner that smooths is not taken for one of endless range";
 }
 
@@ -231,6 +231,7 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   Scene scene;
   scene.detector.threshold = 0;
   scene.speckle.noise = 0;
+  scene.detector.reach = 0.6;
   const EchoLevels log{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
   const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, log);
   EXPECT_EQ(made.detector.threshold, 16);
@@ -239,15 +240,17 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
                 .detector.threshold,
             0.65 * 24)
       << "no less than the speckle that is left";
-  EXPECT_NEAR(made.detector.rise, 1 - 8.4 * 18 / 5.57 / 100, 1e-9) << "8.4 dB below the tissue";
+  EXPECT_NEAR(made.detector.rise, 1 - 10 * 18 / 5.57 / 100, 1e-9) << "10 dB below the tissue";
   EXPECT_NEAR(made.detector.sheet_below, 4.2 * 18 / 5.57, 1e-9) << "of a sheet 4.2 dB below its peak";
   EXPECT_EQ(made.detector.least_tissue, 50);
+  EXPECT_EQ(made.detector.reach, 0.6);
   EXPECT_EQ(made.speckle.levels, 18);
   EXPECT_EQ(made.speckle.noise, 0);
   const EchoLevels linear{.fluid = 6, .tissue = 100, .noise = 50, .known = true};
   EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).speckle.noise, 0.5);
   EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).speckle.levels, 0);
   EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).detector.rise, 0.5);
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, linear).detector.reach, 0);
   const Scene unknown = effective_scene(scene, kHalfMmGeometry, {512, 512}, {});
   EXPECT_EQ(unknown.detector.threshold, Scene::Detector{}.threshold);
   EXPECT_EQ(unknown.detector.rise, 0.5);

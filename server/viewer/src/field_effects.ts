@@ -50,6 +50,7 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   "light.occlusion_mm": [["light.occlusion", "is above", 0]],
   "material.glow": [["material.scatter_mm", "is above", 0]],
   "detector.rise": [["detector.place", "is", "level"]],
+  "detector.reach": [["detector.place", "is", "level"]],
   "detector.sheet_below": [["detector.place", "is", "level"]],
   "detector.least_tissue": [["detector.place", "is", "level"]],
   "light.shininess": [["light.specular", "is above", 0]],
