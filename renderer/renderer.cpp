@@ -161,15 +161,8 @@ Result<void> Renderer::load(const Volume& volume, Loading loading) {
 
 void Renderer::find_near_tissue_of(const Volume& volume, Loading loading) {
   // Only where it is asked for: it reads the whole volume.
-  const bool ended_at_bone = near_tissue_.ends_at_bone;
   near_tissue_ = search_near_tissue(volume, levels(), scene_in_force().scene.near);
-  // A volume or two without it are passed over.
-  if (!near_tissue_.found) near_tissue_.ends_at_bone = ended_at_bone;
-  if (!near_tissue_.done || near_tissue_.ends_at_bone != ended_at_bone) steady_near_tissue_ = {};
-  if (!near_tissue_.done) return;
-  if (loading == Loading::kKept) return;
-  steady_near_tissue_.add(near_tissue_.found, volume.geometry());
-  near_tissue_.found = steady_near_tissue_.in_force();
+  if (loading != Loading::kKept) steady_near_tissue_.add(near_tissue_, volume.geometry());
 }
 
 Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {

@@ -23,8 +23,8 @@ namespace fanlight {
 class BeamEcho {
  public:
   /// A beam's thickness is that between the points where the amplitude of its echo is half of the middle's
-  /// (-6 dB), as data sheets give it. The standard deviation of the power over that, for a Gaussian: 1 / (4
-  /// sqrt(ln 2)).
+  /// (-6 dB), as data sheets give it. For a Gaussian, the power's standard deviation is 1 / (4 sqrt(ln 2)) of
+  /// that.
   static constexpr double kDeviationOfBeam = 0.300280;
   /// Standard deviation of the pulse's power along the line, mm.
   static constexpr float kPulseMm = 0.2F;

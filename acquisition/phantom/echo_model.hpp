@@ -19,7 +19,7 @@ namespace fanlight {
 /// a plane as far as the beam reaches.
 class EchoModel {
  public:
-  static constexpr double kBeforeMm = 14;  ///< a table begins this far before the surface
+  static constexpr double kBeforeMm = 17;  ///< a table begins this far before the surface
   static constexpr double kStepMm = 1.0 / 16;
   static constexpr std::uint32_t kBlurs = 14;
   static constexpr double kBlurStepMm = 0.4;

@@ -20,7 +20,6 @@ constexpr double kFieldMm = 160;
 constexpr double kSectorHalfAngleDeg = 35;
 
 constexpr double kSlopeReachMm = 0.75;  // the slope is measured over this distance to either side
-                                        // full width at half maximum for a standard deviation of 1
 // Frames that the probe buffers while the caller takes none.
 constexpr double kBufferedFrames = 8;
 constexpr double kNsPerS = 1e9;

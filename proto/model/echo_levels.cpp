@@ -11,9 +11,11 @@ namespace {
 
 // Of an edge that a beam has blurred, half of the amplitude is left at the true place: 6 dB below the tissue.
 // The brightest part of speckled tissue, which the shader takes for its level (surface_place.h), is brighter
-// than its mean by some 2 dB more. With Scene::Detector::reach, which moves a surface that lies there away
-// from the probe, 2 dB more still (measured: scanned scenes of renderer/RESULTS.md).
-constexpr double kEdgeBelowTissueDb = 10;
+// than its mean by some 2 dB more. The usual reach moves a surface into the tissue, from a level that is
+// lower by so much (measured: scanned scenes of renderer/RESULTS.md).
+constexpr double kEdgeBelowTissueDb = 8.4;
+constexpr double kUsualReach = 0.6;
+constexpr double kLowerByReachDb = 1.6;
 // The same 6 dB below the peak of a thin sheet. The mean of two samples, which the shader takes for the peak,
 // is lower than the peak by some 2 dB (sheets of 0.3 to 1 mm there).
 constexpr double kFrontBelowPeakDb = 4.2;
@@ -39,10 +41,11 @@ double EchoLevels::threshold() const {
   return std::clamp(std::max(0.16 * (tissue - fluid), kStepOverSpeckle * speckle), 5.0, 100.0);
 }
 
-double EchoLevels::rise() const {
+double EchoLevels::rise(double reach) const {
   // Where the echo is an amplitude, halfway is the middle of the blur.
   if (!known || linear()) return 0.5;
-  const double below_tissue = kEdgeBelowTissueDb / kSpeckleDb * noise;  // grey levels
+  const double below_db = kEdgeBelowTissueDb + kLowerByReachDb * std::min(reach / kUsualReach, 1.0);
+  const double below_tissue = below_db / kSpeckleDb * noise;  // grey levels
   return std::clamp(1 - below_tissue / (tissue - fluid), 0.5, kMostRise);
 }
 

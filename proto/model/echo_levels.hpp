@@ -21,7 +21,8 @@ struct EchoLevels {
   /// but no less than the speckle that is left in their means. Where the frames are flat, more than any step.
   double threshold() const;
   /// How far the echo has risen from the fluid's to the tissue's at a surface: see echo_levels.cpp.
-  double rise() const;
+  /// `reach`: Scene::Detector::reach.
+  double rise(double reach) const;
   /// How far below its peak a thin bright sheet has its front, grey levels: see echo_levels.cpp.
   double sheet_below() const;
   /// What is darker behind an edge is no tissue: next to a body's outline rays meet its blurred rim, not the
@@ -31,7 +32,7 @@ struct EchoLevels {
   /// Whether the speckle's deviation is proportional to its mean, as without log compression.
   bool linear() const { return noise > kLeastLinearRatio * tissue; }
 
-  /// Whether the speckle says how many grey levels a decibel has.
+  /// Whether there is log-compressed speckle, of which the lengths of rises were measured.
   bool in_decibels() const { return known && !linear() && noise >= 1; }
 
   /// Between the ratios of log-compressed pictures (0.12 to 0.2) and of Rayleigh's distribution (0.52).

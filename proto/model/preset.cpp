@@ -25,11 +25,11 @@ constexpr Look::Value kSkinPreset[] = {{"mode", "surface"},         {"filter.siz
 // The bright line behind which the echo falls: bone throws a shadow, and the inside of a skull is dark.
 constexpr Look::Value kBonePreset[] = {{"mode", "surface"},
                                        {"filter.size_mm", "6"},
-                                       {"detector.threshold", "20"},
+                                       {"detector.threshold", "0"},
                                        {"detector.window_mm", "10"},
                                        {"detector.sign", "bright-to-dark"},
                                        {"detector.place", "ridge"},
-                                       {"detector.least_tissue", "1"},
+                                       {"detector.least_tissue", "0"},
                                        {"near.before_bone", "removed"},
                                        {"finish.colours", "none"}};
 
@@ -42,7 +42,7 @@ constexpr Look::Value kDepthPreset[] = {{"mode", "depth"},           {"filter.si
 constexpr Preset kPresets[] = {
     {"face", "the surface, smooth, in warm light", "skin", kFacePreset},
     {"skin", "the surface with its folds and creases", "skin", kSkinPreset},
-    {"bone", "the near side of bones: of a skull, without what lies before it", "clinical", kBonePreset},
+    {"bone", "the near side of a skull, or the first border from bright to dark", "clinical", kBonePreset},
     {"depth", "how far the surface is: near is bright", "clinical", kDepthPreset},
 };
 

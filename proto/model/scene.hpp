@@ -146,7 +146,7 @@ struct Scene {
     EdgeSign sign = EdgeSign::kDarkToBright;
     SurfacePlace place = SurfacePlace::kRefined;
     double rise = 0;         ///< place level: share of the way from the fluid to the tissue; 0: from the data
-    double reach = 0;        ///< place level: of the surface behind a slow rise, mm a mm of it; 0: none
+    double reach = 0;        ///< place level: share of the length of the rise; 0: none
     double sheet_below = 0;  ///< place level: of a thin sheet's front below its peak; 0: from the data
     double least_tissue = 0;  ///< place level: of an echo behind an edge, grey levels; 0: from the data
     FrameSteps frame_steps = FrameSteps::kKept;

@@ -223,10 +223,11 @@ const SceneField kFields[] = {
         "place level: how far the echo has risen from the fluid's to the tissue's where "
         "the surface lies; 0 asks the data",
         0, 1, 0, FirstPass::kCast),
-    row<MEMBER(detector.reach)>("detector.reach", "",
-                                "place level: how far behind that level the surface lies, as a share of the "
-                                "length over which the echo rises to it, beyond 0.5 mm",
-                                0, 2, 0, FirstPass::kCast),
+    row<MEMBER(detector.reach)>(
+        "detector.reach", "",
+        "place level: moves the surface into the tissue by this share of the length of "
+        "the echo's rise beyond 0.5 mm; no effect without log compression or speckle",
+        0, 2, 0, FirstPass::kCast),
     row<MEMBER(detector.sheet_below)>("detector.sheet_below", "grey levels",
                                       "place level: how far below its brightest echo a thin bright sheet has "
                                       "its front; 0 asks the data",

@@ -54,9 +54,9 @@ Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSi
   take_noise(made.speckle, levels);
   if (scene.detector.threshold == 0)
     made.detector.threshold = levels.known || levels.flat ? levels.threshold() : Scene::Detector{}.threshold;
-  if (scene.detector.rise == 0) made.detector.rise = levels.rise();
   // How far a slow rise reaches was measured in decibels.
   if (!levels.in_decibels()) made.detector.reach = 0;
+  if (scene.detector.rise == 0) made.detector.rise = levels.rise(made.detector.reach);
   if (scene.detector.sheet_below == 0) made.detector.sheet_below = levels.sheet_below();
   if (scene.detector.least_tissue == 0) made.detector.least_tissue = levels.least_tissue();
   // What is not different must compare as equal.

@@ -121,10 +121,11 @@ const NearTissue* NearTissueSearch::removed_by(const Scene::Near& near) const {
 }
 
 NearTissueState NearTissueSearch::state(const Scene::Near& near) const {
-  if (!done || !near.is_removed()) return NearTissueState::kShown;
   if (removed_by(near) != nullptr)
     return ends_at_bone ? NearTissueState::kRemovedToBone : NearTissueState::kRemoved;
-  return near.tissue == NearTissueShow::kRemoved ? NearTissueState::kNotFound : NearTissueState::kNoBone;
+  if (for_fluid && near.tissue == NearTissueShow::kRemoved) return NearTissueState::kNotFound;
+  if (for_bone && near.before_bone == NearTissueShow::kRemoved) return NearTissueState::kNoBone;
+  return NearTissueState::kShown;
 }
 
 shaders::NearTissueParameters near_tissue_parameters(const Scene& scene, const shaders::CastParameters& rays,

@@ -35,9 +35,13 @@ struct NearTissue {
 
 /// What a search for near tissue came to.
 struct NearTissueSearch {
-  bool done = false;                ///< false: no scene asked for it
+  // What was looked for; nothing where no scene asked for it.
+  bool for_fluid = false;
+  bool for_bone = false;
   std::optional<NearTissue> found;  ///< nullopt: its end was not found
   bool ends_at_bone = false;        ///< of `found`; otherwise in fluid
+
+  bool done() const { return for_fluid || for_bone; }
 
   /// What a scene removes; nullptr: nothing.
   const NearTissue* removed_by(const Scene::Near& near) const;

@@ -18,6 +18,8 @@ namespace {
 
 // Of the field: a round body extends beyond the part of it that the survey sees.
 constexpr double kMargin = 1.45;
+// Of the near wall of a shell, by the detector, where it looks for it first.
+constexpr double kLeastFoundOfShell = 0.5;
 constexpr double kBehindMm = 12;  // rays continue behind the sheet
 
 /// Quantiles of the points along a direction, mm from the centre.
@@ -43,7 +45,8 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   if (volume.stamp().warnings.has(SweepWarning::kRings)) return std::nullopt;
   const auto near_tissue = find_near_tissue(volume, measured_levels(volume));
   // A head that touches the tissue before it: its near side is looked for, not the far one from within.
-  const auto shell = near_tissue ? std::nullopt : find_shell(volume, stop);
+  auto shell = near_tissue ? std::nullopt : find_shell(volume, stop);
+  if (shell && shell->near_wall.found_share < kLeastFoundOfShell) shell.reset();
   const auto survey = shell ? std::optional(shell->near_wall) : find_surface(volume, stop, near_tissue);
   if (!survey) return std::nullopt;
   AutoScene made{.scene = scene, .choices = {}};
@@ -80,12 +83,12 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   choose(fmt::format("rays begin {:.0f} mm {} its nearest part and end {:.0f} mm behind its farthest",
                      std::abs(before_mm), before_mm >= 0 ? "before" : "behind", kBehindMm));
 
-  if (near_tissue) {
-    to.near.tissue = NearTissueShow::kRemoved;
-    choose("the tissue before the first fluid is removed");
-  }
+  // The preset for bone, which shows its bright line.
+  if (to.near.before_bone == NearTissueShow::kRemoved) to.detector.place = SurfacePlace::kLevel;
+  to.near.tissue = near_tissue ? NearTissueShow::kRemoved : NearTissueShow::kShown;
+  to.near.before_bone = shell ? NearTissueShow::kRemoved : NearTissueShow::kShown;
+  if (near_tissue) choose("the tissue before the first fluid is removed");
   if (shell) {
-    to.near.before_bone = NearTissueShow::kRemoved;
     to.detector.place = SurfacePlace::kRidge;
     choose(
         fmt::format("a closed bright shell of {:.0f} mm across, such as a skull: its near side is shown, and "

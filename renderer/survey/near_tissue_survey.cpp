@@ -153,26 +153,36 @@ std::optional<NearTissue> find_near_tissue(const Volume& volume, const EchoLevel
 
 NearTissueSearch search_near_tissue(const Volume& volume, const EchoLevels& levels,
                                     const Scene::Near& wanted) {
-  NearTissueSearch search{.done = wanted.is_removed(), .found = {}};
-  if (wanted.before_bone == NearTissueShow::kRemoved) {
+  NearTissueSearch search;
+  search.for_bone = wanted.before_bone == NearTissueShow::kRemoved;
+  // Tissue without a contrast has no bone, and rings of a probe in air have none.
+  const bool may_have_bone = !levels.flat && !volume.stamp().warnings.has(SweepWarning::kRings);
+  if (search.for_bone && may_have_bone) {
     if (const auto shell = find_shell(volume)) search.found = shell->before;
     search.ends_at_bone = search.found.has_value();
   }
-  if (!search.found && wanted.tissue == NearTissueShow::kRemoved)
-    search.found = find_near_tissue(volume, levels);
+  search.for_fluid = !search.found && wanted.tissue == NearTissueShow::kRemoved;
+  if (search.for_fluid) search.found = find_near_tissue(volume, levels);
   return search;
 }
 
-void SteadyNearTissue::add(const std::optional<NearTissue>& found, const FanGeometry& geometry) {
-  if (geometry != geometry_) *this = {};
+void SteadyNearTissue::add(NearTissueSearch& search, const FanGeometry& geometry) {
+  if (geometry != geometry_ || !search.done()) *this = {};
   geometry_ = geometry;
-  without_ = found ? 0 : without_ + 1;
-  if (found) follow(*found);
+  // Where fluid is found instead of the bone in force, or the reverse, that counts as nothing found.
+  const bool agrees = search.found && (!in_force_ || search.ends_at_bone == ends_at_bone_);
+  without_ = agrees ? 0 : without_ + 1;
   if (without_ >= kMostWithout) mean_ = in_force_ = std::nullopt;
+  if (search.found && (agrees || !in_force_)) {
+    ends_at_bone_ = search.ends_at_bone;
+    follow(*search.found);
+  }
+  search.found = in_force_;
+  if (in_force_) search.ends_at_bone = ends_at_bone_;
 }
 
 void SteadyNearTissue::follow(const NearTissue& found) {
-  if (!mean_) {
+  if (!mean_ || !in_force_) {
     mean_ = in_force_ = found;
     return;
   }

@@ -24,9 +24,10 @@ NearTissueSearch search_near_tissue(const Volume& volume, const EchoLevels& leve
 /// in force changes only where the mean has left it, so that a still scene is not cast again.
 class SteadyNearTissue {
  public:
-  const std::optional<NearTissue>& in_force() const { return in_force_; }
-  /// `geometry`: of the volume; another one discards the mean. nullopt is in force after three in a row.
-  void add(const std::optional<NearTissue>& found, const FanGeometry& geometry);
+  /// Takes what a search found, and sets that to what is in force. `geometry`: of the volume; another one
+  /// discards the mean, and so does a search for nothing. What is in force is given up after three volumes in
+  /// a row without it.
+  void add(NearTissueSearch& search, const FanGeometry& geometry);
 
  private:
   void follow(const NearTissue& found);
@@ -34,6 +35,7 @@ class SteadyNearTissue {
   FanGeometry geometry_;
   std::optional<NearTissue> mean_;
   std::optional<NearTissue> in_force_;
+  bool ends_at_bone_ = false;  // of in_force_
   std::uint32_t without_ = 0;  // volumes in a row
 };
 

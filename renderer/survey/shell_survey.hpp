@@ -11,10 +11,10 @@
 namespace fanlight {
 
 /// A closed bright shell, such as a fetal skull: a sheet behind which the echo is darker, bent towards the
-/// probe, and behind it one before which it is darker, bent away. Both lie near one sphere.
+/// probe, and behind it a bright line before which it is darker, bent away. Both lie near one sphere.
 struct ShellSurvey {
   SurfaceSurvey near_wall;  ///< the inner side of its wall next to the probe
-  NearTissue before;        ///< ends just before that wall
+  NearTissue before;        ///< ends just before that wall; beside the shell as deep as at its border
   double radius_mm = 0;     ///< of the sphere
 };
 

@@ -135,7 +135,7 @@ void print_text(std::FILE* out, const RenderReport& report) {
   if (picture.stamp.near_tissue == NearTissueState::kNotFound)
     fmt::print(out, "near tissue is shown: no fluid was found behind it\n");
   if (picture.stamp.near_tissue == NearTissueState::kNoBone)
-    fmt::print(out, "near tissue is shown: no closed bone was found behind it\n");
+    fmt::print(out, "near tissue is shown: no skull was found behind it\n");
   if (report.speckle_filter_left_out) {
     fmt::print(out, "the speckle filter was left out: the volume is too large for it on this GPU\n");
   }

@@ -183,7 +183,7 @@ class ScannedScenes {
     figures.push_back({"fluid", levels.fluid, 0});
     figures.push_back({"tissue", levels.tissue, 0});
     figures.push_back({"speckle", levels.noise, 1});
-    figures.push_back({"rise", levels.rise(), 2});
+    figures.push_back({"rise", levels.rise(0.6), 2});
     return figures;
   }
 

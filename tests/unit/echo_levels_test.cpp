@@ -88,11 +88,14 @@ TEST(EchoLevelsTest, AreFlatWhereTheEchoIsSpeckleAlone) {
 
 TEST(EchoLevelsTest, RiseByTheSpecklesDecibels) {
   const auto rise = [](double noise) {
-    return EchoLevels{.fluid = 10, .tissue = 170, .noise = noise, .known = true}.rise();
+    return EchoLevels{.fluid = 10, .tissue = 170, .noise = noise, .known = true}.rise(0);
   };
-  EXPECT_NEAR(rise(23.7), 0.734, 0.002) << "60 dB from black to white";
-  EXPECT_NEAR(rise(40), 0.551, 0.002) << "36 dB";
+  EXPECT_NEAR(rise(23.7), 0.777, 0.002) << "60 dB from black to white";
+  EXPECT_NEAR(rise(40), 0.623, 0.002) << "36 dB";
   EXPECT_EQ(rise(1), 0.83) << "a scanner that smooths is not taken for one of endless range";
+  const EchoLevels usual{.fluid = 10, .tissue = 170, .noise = 23.7, .known = true};
+  EXPECT_NEAR(usual.rise(0.6), 0.734, 0.002) << "10 dB below the tissue, where the reach makes up for it";
+  EXPECT_EQ(usual.rise(1), usual.rise(0.6));
 }
 
 TEST(EchoLevelsTest, TakeAThinSheetForNoSpeckle) {

@@ -11,6 +11,7 @@
 #include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "renderer/survey/echo_survey.hpp"
+#include "renderer/survey/shell_survey.hpp"
 
 namespace fanlight::test {
 namespace {
@@ -100,55 +101,82 @@ TEST(NearTissueTest, IsNotFoundWithoutAny) {
   for (const char* scene : {"face", "sphere", "plane", "relief"}) {
     const ScannedWomb fluid = scanned(fmt::format("scene={},moving=off", scene));
     EXPECT_FALSE(find_near_tissue(fluid.volume, measured_levels(fluid.volume))) << scene;
+    EXPECT_FALSE(find_shell(fluid.volume)) << scene;
   }
+}
+
+/// What is in force after a search that came to this.
+NearTissueSearch after(SteadyNearTissue& steady, const std::optional<NearTissue>& found,
+                       const FanGeometry& geometry, bool ends_at_bone = false) {
+  NearTissueSearch search{
+      .for_fluid = true, .for_bone = ends_at_bone, .found = found, .ends_at_bone = ends_at_bone};
+  steady.add(search, geometry);
+  return search;
+}
+
+NearTissue at_row(float row) {
+  NearTissue near{.first_angle_rad = -0.5, .last_angle_rad = 0.5};
+  near.end_row.fill(row);
+  return near;
 }
 
 TEST(NearTissueTest, StaysWhereNothingMoves) {
   ScannedWomb womb = scanned("scene=womb,seed=4,moving=off");
   SteadyNearTissue steady;
-  steady.add(find_near_tissue(womb.volume, measured_levels(womb.volume)), womb.volume.geometry());
-  ASSERT_TRUE(steady.in_force());
+  const auto next = [&] {
+    const auto found = find_near_tissue(womb.volume, measured_levels(womb.volume));
+    return after(steady, found, womb.volume.geometry()).found;
+  };
+  auto before = next();
+  ASSERT_TRUE(before);
   for (int sweep = 0; sweep < 2; ++sweep) {
-    const NearTissue before = *steady.in_force();
     scan(womb);
-    steady.add(find_near_tissue(womb.volume, measured_levels(womb.volume)), womb.volume.geometry());
+    const auto now = next();
+    ASSERT_TRUE(now);
     double most_mm = 0;
-    for (std::size_t point = 0; point < before.end_row.size(); ++point) {
-      const double rows = steady.in_force()->end_row[point] - before.end_row[point];
+    for (std::size_t point = 0; point < before->end_row.size(); ++point) {
+      const double rows = now->end_row[point] - before->end_row[point];
       most_mm = std::max(most_mm, std::abs(rows) * womb.volume.geometry().pixel_height_mm);
     }
     EXPECT_LT(most_mm, 1);
+    before = now;
   }
 }
 
 TEST(NearTissueTest, IsGivenUpAfterThreeVolumesWithout) {
   const FanGeometry geometry{.pixel_height_mm = 0.5};
   SteadyNearTissue steady;
-  steady.add(NearTissue{.first_angle_rad = -0.5, .last_angle_rad = 0.5}, geometry);
-  for (int volume = 0; volume < 2; ++volume) steady.add(std::nullopt, geometry);
-  EXPECT_TRUE(steady.in_force());
-  steady.add(std::nullopt, geometry);
-  EXPECT_FALSE(steady.in_force());
+  after(steady, at_row(20), geometry);
+  for (int volume = 0; volume < 2; ++volume) EXPECT_TRUE(after(steady, std::nullopt, geometry).found);
+  EXPECT_FALSE(after(steady, std::nullopt, geometry).found);
+}
+
+TEST(NearTissueTest, EndsInFluidInsteadOfAtABoneOnlyAfterThreeVolumesWithoutTheBone) {
+  const FanGeometry geometry{.pixel_height_mm = 0.5};
+  SteadyNearTissue steady;
+  after(steady, at_row(60), geometry, true);
+  for (int volume = 0; volume < 2; ++volume) {
+    const NearTissueSearch search = after(steady, at_row(20), geometry, false);
+    EXPECT_TRUE(search.ends_at_bone);
+    EXPECT_EQ(search.found->end_row[0], 60);
+  }
+  const NearTissueSearch search = after(steady, at_row(20), geometry, false);
+  EXPECT_FALSE(search.ends_at_bone);
+  EXPECT_EQ(search.found->end_row[0], 20);
 }
 
 TEST(NearTissueTest, FollowsAtOnceWhatMovesFarAndKeepsWhatHardlyMoves) {
   const FanGeometry geometry{.pixel_height_mm = 0.5};
-  const auto at_row = [](float row) {
-    NearTissue near{.first_angle_rad = -0.5, .last_angle_rad = 0.5};
-    near.end_row.fill(row);
-    return near;
-  };
   SteadyNearTissue steady;
-  const auto after = [&](float row, const FanGeometry& of) {
-    steady.add(at_row(row), of);
-    return steady.in_force()->end_row[0];
+  const auto row_after = [&](float row, const FanGeometry& of) {
+    return after(steady, at_row(row), of).found->end_row[0];
   };
-  EXPECT_EQ(after(40, geometry), 40);
-  EXPECT_EQ(after(42, geometry), 40) << "the mean has moved by 0.3 mm";
-  EXPECT_EQ(after(52, geometry), 52) << "more than 5 mm";
+  EXPECT_EQ(row_after(40, geometry), 40);
+  EXPECT_EQ(row_after(42, geometry), 40) << "the mean has moved by 0.3 mm";
+  EXPECT_EQ(row_after(52, geometry), 52) << "more than 5 mm";
   FanGeometry deeper = geometry;
   deeper.pixel_height_mm = 0.6;
-  EXPECT_EQ(after(50, deeper), 50) << "rows of another size";
+  EXPECT_EQ(row_after(50, deeper), 50) << "rows of another size";
 }
 
 }  // namespace

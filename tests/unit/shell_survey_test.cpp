@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "proto/model/preset.hpp"
 #include "renderer/survey/auto_scene.hpp"
 #include "renderer/survey/near_tissue_survey.hpp"
 #include "tests/support/made_volume.hpp"
@@ -100,10 +102,21 @@ TEST(ShellSurveyTest, IsNotFoundInWhatIsNoShell) {
     const bool is_dark = depth_mm > 18 && (at.y_mm < kMiddleY || inside_mm(at) > kBoneMm);
     return (is_dark ? 40.0 : 130.0) + head_noise(at);
   };
+  // A bladder, or a sac: behind it the tissue stays bright.
+  const auto cavity = [](const Point& at) { return (inside_mm(at) > 0 ? 20.0 : 110.0) + head_noise(at); };
   EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), organ)));
+  EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), cavity)));
   EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), bowl)));
   EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), ball)));
   EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), tissue)));
+}
+
+TEST(ShellSurveyTest, NeedsMoreThanAFewFrames) {
+  for (const int frames : {1, 2, 3}) {
+    std::vector<double> angles_rad;
+    for (int frame = 0; frame < frames; ++frame) angles_rad.push_back(0.05 * frame);
+    EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, angles_rad, head))) << frames;
+  }
 }
 
 TEST(ShellSurveyTest, IsWhatTheAutomaticSceneShows) {
@@ -113,6 +126,16 @@ TEST(ShellSurveyTest, IsWhatTheAutomaticSceneShows) {
   EXPECT_EQ(made->scene.near.before_bone, NearTissueShow::kRemoved);
   EXPECT_EQ(made->scene.detector.sign, EdgeSign::kBrightToDark);
   EXPECT_LT(std::abs(made->scene.camera.yaw_deg), 15);
+
+  // What a preset for bone has set is not kept where there is no bone.
+  Scene bone = scene_for(kHeadGeometry, radians(-30), radians(30));
+  apply_preset(bone, *std::ranges::find(presets(), "bone", &Preset::name));
+  const auto plane = auto_scene(
+      made_volume(kHeadGeometry, head_angles(), [](const Point& at) { return at.y_mm > 60 ? 140.0 : 20.0; }),
+      bone, {512, 512});
+  ASSERT_TRUE(plane);
+  EXPECT_EQ(plane->scene.near.before_bone, NearTissueShow::kShown);
+  EXPECT_EQ(plane->scene.detector.place, SurfacePlace::kLevel);
 }
 
 TEST(ShellSurveyTest, IsSearchedForWhereASceneRemovesWhatLiesBeforeIt) {

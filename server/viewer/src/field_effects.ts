@@ -26,7 +26,10 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   transfer: [["mode", "is", "volume", "surface-and-volume"]],
   slice: [["mode", "is", "slice"]],
 
-  "near.shift_mm": [["near.tissue", "is", "removed"]],
+  "near.shift_mm": [
+    ["near.tissue", "is", "removed"],
+    ["near.before_bone", "is", "removed"],
+  ],
   "speckle.size": [["speckle.filter", "is not", "none"]],
   "speckle.size_mm": [["speckle.filter", "is not", "none"]],
   "speckle.across": [["speckle.filter", "is not", "none"]],

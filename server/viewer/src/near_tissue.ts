@@ -3,7 +3,7 @@
 import { NearTissue } from "../generated/fanlight_pb.js";
 import type { SettingsEditor } from "./settings_editor";
 
-const kField = "near.tissue";
+const [kToFluid, kToBone] = ["near.tissue", "near.before_bone"];
 const [kShown, kRemoved] = [0, 1];
 
 /** What the mark says; empty: nothing. */
@@ -11,7 +11,7 @@ export function nearTissueText(state: NearTissue): string {
   if (state === NearTissue.REMOVED) return "Near tissue removed";
   if (state === NearTissue.NOT_FOUND) return "No fluid behind near tissue: nothing removed";
   if (state === NearTissue.REMOVED_TO_BONE) return "Removed up to the bone";
-  if (state === NearTissue.NO_BONE) return "No closed bone found: nothing removed";
+  if (state === NearTissue.NO_BONE) return "No skull found: nothing removed";
   return "";
 }
 
@@ -21,7 +21,13 @@ export class NearTissueButton {
     private readonly mark: HTMLElement,
     private readonly editor: Pick<SettingsEditor, "set" | "number">,
   ) {
-    button.onclick = () => editor.set([[kField, this.isOn() ? kShown : kRemoved]]);
+    button.onclick = () => {
+      if (!this.isOn()) return editor.set([[kToFluid, kRemoved]]);
+      editor.set([
+        [kToFluid, kShown],
+        [kToBone, kShown],
+      ]);
+    };
   }
 
   /** After a change of the scene. */
@@ -36,6 +42,6 @@ export class NearTissueButton {
   }
 
   private isOn(): boolean {
-    return this.editor.number(kField) === kRemoved;
+    return [kToFluid, kToBone].some((field) => this.editor.number(field) === kRemoved);
   }
 }
