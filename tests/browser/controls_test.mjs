@@ -109,7 +109,10 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     await click(viewer, '[data-preset="bone"]');
     await viewer.settled();
     assert.ok(await isPressed(viewer, '[data-preset="bone"]'));
-    assert.equal(await viewer.page.locator('[data-field="mode"]').inputValue(), "3");
+    assert.equal(await viewer.page.locator('[data-field="detector.sign"]').inputValue(), "1");
+    const mark = viewer.page.locator("#near-tissue-mark");
+    await mark.waitFor({ state: "visible" });
+    assert.equal(await mark.textContent(), "No skull found: nothing removed");
     await press(viewer, "z");
     await viewer.settled();
     assert.ok(await isPressed(viewer, '[data-preset="face"]'), "undo does not bring the preset back");

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Near tissue removed: a body behind fluid behind a layered wall, all of known shape.
+#include <algorithm>
 #include <cmath>
 
+#include "proto/model/preset.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
@@ -171,6 +173,34 @@ TEST_F(NearTissueGpuTest, IsDimInThePlanesUpToALine) {
   EXPECT_GE(on_line, 1);
   EXPECT_LE(on_line, 4);
   EXPECT_GT(alike, 10);
+}
+
+/// From the outer side of a skull inwards, mm; near the skull.
+double inside_skull_mm(const Point& at) {
+  return 26 * (1 - std::hypot(at.x_mm / 34, (at.y_mm - 42) / 26, at.z_mm / 28));
+}
+
+TEST_F(NearTissueGpuTest, EndsAtTheNearSideOfASkullByThePresetForBone) {
+  volume_.emplace(made_volume(kFan, even_angles(), [](const Point& at) {
+    const double inside_mm = inside_skull_mm(at);
+    // Fat before the skull: an edge that the preset would show first.
+    if (inside_mm < 0) return below_face_mm(at) < 4 ? 170.0 : 110.0;
+    return inside_mm < 3 ? 170.0 : 50.0;
+  }));
+  apply_preset(scene_, *std::ranges::find(presets(), "bone", &Preset::name));
+  scene_.near.tissue = NearTissueShow::kShown;
+  std::vector<float> depth_mm;
+  EXPECT_EQ(shown(depth_mm).stamp.near_tissue, NearTissueState::kRemovedToBone);
+  const auto points = surface();
+  ASSERT_GT(points.size(), 0.5 * kPicture.width * kPicture.height);
+  const auto off = std::ranges::count_if(points, [](const Point& at) {
+    const double inside_mm = inside_skull_mm(at);
+    return at.y_mm > 42 || inside_mm < -1.5 || inside_mm > 4.5;
+  });
+  EXPECT_LT(static_cast<double>(off), 0.02 * static_cast<double>(points.size()));
+
+  volume_.emplace(made_volume(kFan, even_angles(), grey_at));
+  EXPECT_EQ(shown(depth_mm).stamp.near_tissue, NearTissueState::kNoBone);
 }
 
 }  // namespace
