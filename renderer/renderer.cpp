@@ -161,8 +161,9 @@ Result<void> Renderer::load(const Volume& volume, Loading loading) {
 
 void Renderer::find_near_tissue_of(const Volume& volume, Loading loading) {
   // Only where it is asked for: it reads the whole volume.
-  near_tissue_ = search_near_tissue(volume, levels(), scene_in_force().scene.near);
-  if (loading != Loading::kKept) steady_near_tissue_.add(near_tissue_, volume.geometry());
+  const Scene::Near& wanted = scene_in_force().scene.near;
+  near_tissue_ = search_near_tissue(volume, levels(), wanted);
+  if (loading != Loading::kKept) steady_near_tissue_.add(near_tissue_, wanted, volume.geometry());
 }
 
 Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {

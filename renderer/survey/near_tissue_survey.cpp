@@ -166,9 +166,11 @@ NearTissueSearch search_near_tissue(const Volume& volume, const EchoLevels& leve
   return search;
 }
 
-void SteadyNearTissue::add(NearTissueSearch& search, const FanGeometry& geometry) {
-  if (geometry != geometry_ || !search.done()) *this = {};
+void SteadyNearTissue::add(NearTissueSearch& search, const Scene::Near& wanted, const FanGeometry& geometry) {
+  const bool is_same_search = wanted.tissue == wanted_.tissue && wanted.before_bone == wanted_.before_bone;
+  if (geometry != geometry_ || !is_same_search) *this = {};
   geometry_ = geometry;
+  wanted_ = wanted;
   // Where fluid is found instead of the bone in force, or the reverse, that counts as nothing found.
   const bool agrees = search.found && (!in_force_ || search.ends_at_bone == ends_at_bone_);
   without_ = agrees ? 0 : without_ + 1;
@@ -182,7 +184,7 @@ void SteadyNearTissue::add(NearTissueSearch& search, const FanGeometry& geometry
 }
 
 void SteadyNearTissue::follow(const NearTissue& found) {
-  if (!mean_ || !in_force_) {
+  if (!mean_) {
     mean_ = in_force_ = found;
     return;
   }

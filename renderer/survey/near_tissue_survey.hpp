@@ -24,15 +24,16 @@ NearTissueSearch search_near_tissue(const Volume& volume, const EchoLevels& leve
 /// in force changes only where the mean has left it, so that a still scene is not cast again.
 class SteadyNearTissue {
  public:
-  /// Takes what a search found, and sets that to what is in force. `geometry`: of the volume; another one
-  /// discards the mean, and so does a search for nothing. What is in force is given up after three volumes in
-  /// a row without it.
-  void add(NearTissueSearch& search, const FanGeometry& geometry);
+  /// Takes what a search found, and sets that to what is in force. `wanted`: by the scene that was searched
+  /// for; `geometry`: of the volume. Another one of either discards the mean. What is in force is given up
+  /// after three volumes in a row without it.
+  void add(NearTissueSearch& search, const Scene::Near& wanted, const FanGeometry& geometry);
 
  private:
   void follow(const NearTissue& found);
 
   FanGeometry geometry_;
+  Scene::Near wanted_;
   std::optional<NearTissue> mean_;
   std::optional<NearTissue> in_force_;
   bool ends_at_bone_ = false;  // of in_force_

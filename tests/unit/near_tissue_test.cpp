@@ -105,12 +105,19 @@ TEST(NearTissueTest, IsNotFoundWithoutAny) {
   }
 }
 
+constexpr Scene::Near kBoth{.tissue = NearTissueShow::kRemoved, .before_bone = NearTissueShow::kRemoved};
+constexpr Scene::Near kToFluid{.tissue = NearTissueShow::kRemoved};
+constexpr Scene::Near kToBone{.before_bone = NearTissueShow::kRemoved};
+
 /// What is in force after a search that came to this.
 NearTissueSearch after(SteadyNearTissue& steady, const std::optional<NearTissue>& found,
-                       const FanGeometry& geometry, bool ends_at_bone = false) {
-  NearTissueSearch search{
-      .for_fluid = true, .for_bone = ends_at_bone, .found = found, .ends_at_bone = ends_at_bone};
-  steady.add(search, geometry);
+                       const FanGeometry& geometry, bool ends_at_bone = false,
+                       const Scene::Near& wanted = kBoth) {
+  NearTissueSearch search{.for_fluid = !ends_at_bone && wanted.tissue == NearTissueShow::kRemoved,
+                          .for_bone = wanted.before_bone == NearTissueShow::kRemoved,
+                          .found = found,
+                          .ends_at_bone = ends_at_bone};
+  steady.add(search, wanted, geometry);
   return search;
 }
 
@@ -163,6 +170,17 @@ TEST(NearTissueTest, EndsInFluidInsteadOfAtABoneOnlyAfterThreeVolumesWithoutTheB
   const NearTissueSearch search = after(steady, at_row(20), geometry, false);
   EXPECT_FALSE(search.ends_at_bone);
   EXPECT_EQ(search.found->end_row[0], 20);
+}
+
+TEST(NearTissueTest, EndsAtOnceWhereTheSceneWantsItToEnd) {
+  const FanGeometry geometry{.pixel_height_mm = 0.5};
+  SteadyNearTissue steady;
+  after(steady, at_row(60), geometry, true, kToBone);
+  // A frozen volume is searched once.
+  const NearTissueSearch to_fluid = after(steady, at_row(20), geometry, false, kToFluid);
+  EXPECT_EQ(to_fluid.state(kToFluid), NearTissueState::kRemoved);
+  const NearTissueSearch to_bone = after(steady, at_row(60), geometry, true, kBoth);
+  EXPECT_EQ(to_bone.state(kBoth), NearTissueState::kRemovedToBone);
 }
 
 TEST(NearTissueTest, FollowsAtOnceWhatMovesFarAndKeepsWhatHardlyMoves) {

@@ -11,26 +11,13 @@
 #include "renderer/survey/auto_scene.hpp"
 #include "renderer/survey/near_tissue_survey.hpp"
 #include "tests/support/made_volume.hpp"
+#include "tests/support/survey_fan.hpp"
 
 namespace fanlight::test {
 namespace {
 
-constexpr FanGeometry kHeadGeometry{.columns = 96,
-                                    .rows = 120,
-                                    .pixel_width_mm = 1,
-                                    .pixel_height_mm = 1,
-                                    .face_column = 47.5,
-                                    .face_row = 0,
-                                    .motor_radius_mm = 30};
-
-std::vector<double> head_angles() {
-  std::vector<double> angles_rad;
-  for (int frame = 0; frame < 41; ++frame) angles_rad.push_back(radians(1.5 * frame - 30));
-  return angles_rad;
-}
-
 double head_noise(const Point& at) {
-  return 8 * std::sin(13.7 * at.x_mm + 7.1 * at.y_mm + 3.3 * at.z_mm) * std::sin(5.3 * at.y_mm - 2 * at.x_mm);
+  return 8 * position_noise(at);
 }
 
 // Half axes of an ellipsoid: lateral, into the body, elevation.
@@ -61,7 +48,7 @@ double near_side_mm(double x_mm, double z_mm) {
 }
 
 TEST(ShellSurveyTest, FindsTheNearWallOfAHeadThatTouchesTheTissueBeforeIt) {
-  const Volume volume = made_volume(kHeadGeometry, head_angles(), head);
+  const Volume volume = made_volume(kSurveyFan, survey_angles(), head);
   const auto shell = find_shell(volume);
   ASSERT_TRUE(shell);
   // The sphere goes through the inner sides.
@@ -79,11 +66,11 @@ TEST(ShellSurveyTest, FindsTheNearWallOfAHeadThatTouchesTheTissueBeforeIt) {
 }
 
 TEST(ShellSurveyTest, EndsWhatLiesBeforeItBeforeTheBone) {
-  const Volume volume = made_volume(kHeadGeometry, head_angles(), head);
+  const Volume volume = made_volume(kSurveyFan, survey_angles(), head);
   const auto shell = find_shell(volume);
   ASSERT_TRUE(shell);
   for (const double x_mm : {-15.0, 0.0, 15.0}) {
-    const double end_mm = shell->before.end_row_at(kHeadGeometry, kHeadGeometry.face_column + x_mm, 0);
+    const double end_mm = shell->before.end_row_at(kSurveyFan, kSurveyFan.face_column + x_mm, 0);
     EXPECT_LT(end_mm, near_side_mm(x_mm, 0) + 1) << x_mm;
     EXPECT_GT(end_mm, near_side_mm(x_mm, 0) - 5) << x_mm;
   }
@@ -104,34 +91,34 @@ TEST(ShellSurveyTest, IsNotFoundInWhatIsNoShell) {
   };
   // A bladder, or a sac: behind it the tissue stays bright.
   const auto cavity = [](const Point& at) { return (inside_mm(at) > 0 ? 20.0 : 110.0) + head_noise(at); };
-  EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), organ)));
-  EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), cavity)));
-  EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), bowl)));
-  EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), ball)));
-  EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, head_angles(), tissue)));
+  EXPECT_FALSE(find_shell(made_volume(kSurveyFan, survey_angles(), organ)));
+  EXPECT_FALSE(find_shell(made_volume(kSurveyFan, survey_angles(), cavity)));
+  EXPECT_FALSE(find_shell(made_volume(kSurveyFan, survey_angles(), bowl)));
+  EXPECT_FALSE(find_shell(made_volume(kSurveyFan, survey_angles(), ball)));
+  EXPECT_FALSE(find_shell(made_volume(kSurveyFan, survey_angles(), tissue)));
 }
 
 TEST(ShellSurveyTest, NeedsMoreThanAFewFrames) {
   for (const int frames : {1, 2, 3}) {
     std::vector<double> angles_rad;
     for (int frame = 0; frame < frames; ++frame) angles_rad.push_back(0.05 * frame);
-    EXPECT_FALSE(find_shell(made_volume(kHeadGeometry, angles_rad, head))) << frames;
+    EXPECT_FALSE(find_shell(made_volume(kSurveyFan, angles_rad, head))) << frames;
   }
 }
 
 TEST(ShellSurveyTest, IsWhatTheAutomaticSceneShows) {
-  const Volume volume = made_volume(kHeadGeometry, head_angles(), head);
-  const auto made = auto_scene(volume, scene_for(kHeadGeometry, radians(-30), radians(30)), {512, 512});
+  const Volume volume = made_volume(kSurveyFan, survey_angles(), head);
+  const auto made = auto_scene(volume, scene_for(kSurveyFan, radians(-30), radians(30)), {512, 512});
   ASSERT_TRUE(made);
   EXPECT_EQ(made->scene.near.before_bone, NearTissueShow::kRemoved);
   EXPECT_EQ(made->scene.detector.sign, EdgeSign::kBrightToDark);
   EXPECT_LT(std::abs(made->scene.camera.yaw_deg), 15);
 
   // What a preset for bone has set is not kept where there is no bone.
-  Scene bone = scene_for(kHeadGeometry, radians(-30), radians(30));
+  Scene bone = scene_for(kSurveyFan, radians(-30), radians(30));
   apply_preset(bone, *std::ranges::find(presets(), "bone", &Preset::name));
   const auto plane = auto_scene(
-      made_volume(kHeadGeometry, head_angles(), [](const Point& at) { return at.y_mm > 60 ? 140.0 : 20.0; }),
+      made_volume(kSurveyFan, survey_angles(), [](const Point& at) { return at.y_mm > 60 ? 140.0 : 20.0; }),
       bone, {512, 512});
   ASSERT_TRUE(plane);
   EXPECT_EQ(plane->scene.near.before_bone, NearTissueShow::kShown);
@@ -139,7 +126,7 @@ TEST(ShellSurveyTest, IsWhatTheAutomaticSceneShows) {
 }
 
 TEST(ShellSurveyTest, IsSearchedForWhereASceneRemovesWhatLiesBeforeIt) {
-  const Volume volume = made_volume(kHeadGeometry, head_angles(), head);
+  const Volume volume = made_volume(kSurveyFan, survey_angles(), head);
   Scene::Near near{.before_bone = NearTissueShow::kRemoved};
   const NearTissueSearch found = search_near_tissue(volume, {}, near);
   EXPECT_EQ(found.state(near), NearTissueState::kRemovedToBone);
@@ -150,7 +137,7 @@ TEST(ShellSurveyTest, IsSearchedForWhereASceneRemovesWhatLiesBeforeIt) {
   EXPECT_EQ(found.state({}), NearTissueState::kShown);
 
   const Volume tissue =
-      made_volume(kHeadGeometry, head_angles(), [](const Point& at) { return 110 + head_noise(at); });
+      made_volume(kSurveyFan, survey_angles(), [](const Point& at) { return 110 + head_noise(at); });
   EXPECT_EQ(search_near_tissue(tissue, {}, near).state(near), NearTissueState::kNoBone);
 }
 

@@ -11,27 +11,14 @@
 #include "renderer/survey/auto_scene.hpp"
 #include "renderer/survey/ray_start.hpp"
 #include "tests/support/made_volume.hpp"
+#include "tests/support/survey_fan.hpp"
 
 namespace fanlight::test {
 namespace {
 
-const FanGeometry kGeometry{.columns = 96,
-                            .rows = 120,
-                            .pixel_width_mm = 1,
-                            .pixel_height_mm = 1,
-                            .face_column = 47.5,
-                            .face_row = 0,
-                            .motor_radius_mm = 30};
-
-std::vector<double> even_angles() {
-  std::vector<double> angles_rad;
-  for (int frame = 0; frame < 41; ++frame) angles_rad.push_back(radians(1.5 * frame - 30));
-  return angles_rad;
-}
-
 /// A noise of the position: grey levels -6 to 6.
 double noise(const Point& at) {
-  return 6 * std::sin(13.7 * at.x_mm + 7.1 * at.y_mm + 3.3 * at.z_mm) * std::sin(5.3 * at.y_mm - 2 * at.x_mm);
+  return 6 * position_noise(at);
 }
 
 /// Bright tissue behind a plane through (0, 60, 0).
@@ -42,7 +29,7 @@ struct Tilted {
 Volume behind_plane(const Tilted& plane) {
   static Tilted tilt;
   tilt = plane;
-  return made_volume(kGeometry, even_angles(), [](const Point& at) {
+  return made_volume(kSurveyFan, survey_angles(), [](const Point& at) {
     const double surface_mm = 60 + tilt.across * at.x_mm + tilt.up * at.z_mm;
     return (at.y_mm > surface_mm ? 140.0 : 20.0) + noise(at);
   });
@@ -64,7 +51,7 @@ TEST(SurfaceSurveyTest, FindsAPlaneAndItsNormal) {
 }
 
 TEST(SurfaceSurveyTest, PassesOverLayersNextToTheProbe) {
-  const Volume volume = made_volume(kGeometry, even_angles(), [](const Point& at) {
+  const Volume volume = made_volume(kSurveyFan, survey_angles(), [](const Point& at) {
     const double depth_mm = std::hypot(at.y_mm + 30, at.z_mm) - 30;
     if (depth_mm < 12) return 90 + 60 * std::sin(depth_mm) + noise(at);
     return (at.y_mm > 70 ? 150.0 : 15.0) + noise(at);
@@ -76,25 +63,25 @@ TEST(SurfaceSurveyTest, PassesOverLayersNextToTheProbe) {
 
 TEST(SurfaceSurveyTest, FindsAPlaneWithoutAnyNoise) {
   const auto survey = find_surface(
-      made_volume(kGeometry, even_angles(), [](const Point& at) { return at.y_mm > 60 ? 140.0 : 20.0; }));
+      made_volume(kSurveyFan, survey_angles(), [](const Point& at) { return at.y_mm > 60 ? 140.0 : 20.0; }));
   ASSERT_TRUE(survey);
   EXPECT_NEAR(survey->centre.y, 60, 2);
 }
 
 TEST(SurfaceSurveyTest, FindsFluidBehindTissueWhereThereIsNoOtherSheet) {
   const Volume volume = made_volume(
-      kGeometry, even_angles(), [](const Point& at) { return (at.y_mm > 60 ? 20.0 : 140.0) + noise(at); });
+      kSurveyFan, survey_angles(), [](const Point& at) { return (at.y_mm > 60 ? 20.0 : 140.0) + noise(at); });
   const auto survey = find_surface(volume);
   ASSERT_TRUE(survey);
   EXPECT_EQ(survey->sign, EdgeSign::kBrightToDark);
   EXPECT_NEAR(survey->centre.y, 60, 2);
   EXPECT_EQ(
-      auto_scene(volume, scene_for(kGeometry, radians(-30), radians(30)), {512, 512})->scene.detector.sign,
+      auto_scene(volume, scene_for(kSurveyFan, radians(-30), radians(30)), {512, 512})->scene.detector.sign,
       EdgeSign::kBrightToDark);
 }
 
 TEST(SurfaceSurveyTest, TakesTheFadingEchoOfAProbeInAirForNoSheet) {
-  const Volume volume = made_volume(kGeometry, even_angles(), [](const Point& at) {
+  const Volume volume = made_volume(kSurveyFan, survey_angles(), [](const Point& at) {
     const double depth_mm = std::hypot(at.y_mm + 30, at.z_mm) - 30;
     return 220 * std::exp(-depth_mm / 5) + 6 + noise(at);
   });
@@ -134,7 +121,7 @@ TEST(RayStartTest, GivesUpTheHundredthThatCostsTheMost) {
 TEST(SurfaceSurveyTest, SurvivesASheetThatTurnsAwayFromTheView) {
   // A wall on the right side of the fan, which continues below: an L.
   for (const double wall_mm : {5.0, 15.0, 25.0}) {
-    const Volume volume = made_volume(kGeometry, even_angles(), [wall_mm](const Point& at) {
+    const Volume volume = made_volume(kSurveyFan, survey_angles(), [wall_mm](const Point& at) {
       return (at.x_mm > wall_mm + 0.3 * at.y_mm - 15 || at.y_mm > 85 ? 140.0 : 20.0) + 3 * noise(at);
     });
     const auto survey = find_surface(volume);
@@ -146,12 +133,12 @@ TEST(SurfaceSurveyTest, SurvivesASheetThatTurnsAwayFromTheView) {
 
 TEST(SurfaceSurveyTest, FindsNothingInNoise) {
   const Volume volume =
-      made_volume(kGeometry, even_angles(), [](const Point& at) { return 60 + 3 * noise(at); });
+      made_volume(kSurveyFan, survey_angles(), [](const Point& at) { return 60 + 3 * noise(at); });
   EXPECT_FALSE(find_surface(volume));
 }
 
 TEST(SurfaceSurveyTest, FindsNothingInTheDark) {
-  EXPECT_FALSE(find_surface(made_volume(kGeometry, even_angles(), [](const Point&) { return 0.0; })));
+  EXPECT_FALSE(find_surface(made_volume(kSurveyFan, survey_angles(), [](const Point&) { return 0.0; })));
 }
 
 /// A head in fluid: an ellipsoid, turned, with a nose.
@@ -184,7 +171,7 @@ TEST(SurfaceSurveyTest, FindsAHeadInNineteenOfTwentyPoses) {
                     .turn_rad = between(-1.5, 1.5),
                     .tilt_rad = between(-0.7, 0.7)};
     std::normal_distribution<double> speckle(0, 20);
-    const Volume volume = made_volume(kGeometry, even_angles(), [&](const Point& at) {
+    const Volume volume = made_volume(kSurveyFan, survey_angles(), [&](const Point& at) {
       return (head.holds(at) ? 140 : 8) + speckle(bits);
     });
     const auto survey = find_surface(volume);
@@ -203,7 +190,7 @@ TEST(SurfaceSurveyTest, FindsAHeadInNineteenOfTwentyPoses) {
 }
 
 TEST(AutoSceneTest, LooksAtThePlaneAtARightAngleFromJustBeforeIt) {
-  const Scene base = scene_for(kGeometry, radians(-30), radians(30));
+  const Scene base = scene_for(kSurveyFan, radians(-30), radians(30));
   const auto made = auto_scene(behind_plane({0.4, 0}), base, {512, 512});
   ASSERT_TRUE(made);
   const ViewFrame view = view_frame(made->scene.camera);
@@ -221,11 +208,11 @@ TEST(AutoSceneTest, LooksAtThePlaneAtARightAngleFromJustBeforeIt) {
 
 TEST(AutoSceneTest, BeginsTheRaysBehindAnEchoBeforeTheSheet) {
   // A narrow bright layer 9 mm before the tissue, over half of its width.
-  const Volume volume = made_volume(kGeometry, even_angles(), [](const Point& at) {
+  const Volume volume = made_volume(kSurveyFan, survey_angles(), [](const Point& at) {
     const bool layer = at.x_mm > 0 && at.y_mm > 51 && at.y_mm < 54;
     return (at.y_mm > 60 || layer ? 140.0 : 20.0) + noise(at);
   });
-  const auto made = auto_scene(volume, scene_for(kGeometry, radians(-30), radians(30)), {512, 512});
+  const auto made = auto_scene(volume, scene_for(kSurveyFan, radians(-30), radians(30)), {512, 512});
   ASSERT_TRUE(made);
   const ViewFrame view = view_frame(made->scene.camera);
   const double first_mm = glm::dot(glm::dvec3(0, 60, 0) - view.centre, view.forward) - kSurveyWindowMm;
@@ -234,8 +221,9 @@ TEST(AutoSceneTest, BeginsTheRaysBehindAnEchoBeforeTheSheet) {
 }
 
 TEST(AutoSceneTest, SaysThatThereIsNoSurface) {
-  const Volume volume = made_volume(kGeometry, even_angles(), [](const Point& at) { return 60 + noise(at); });
-  EXPECT_FALSE(auto_scene(volume, scene_for(kGeometry, radians(-30), radians(30)), {512, 512}));
+  const Volume volume =
+      made_volume(kSurveyFan, survey_angles(), [](const Point& at) { return 60 + noise(at); });
+  EXPECT_FALSE(auto_scene(volume, scene_for(kSurveyFan, radians(-30), radians(30)), {512, 512}));
 }
 
 }  // namespace
