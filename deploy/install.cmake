@@ -7,6 +7,8 @@ set(packaging ${CMAKE_BINARY_DIR}/packaging)
 set(commands serve render batch watch view token audit bench info record recover convert)
 
 install(TARGETS fanlight RUNTIME COMPONENT server)
+# Where the run path of the program finds it.
+install(TARGETS fanlight_images_module LIBRARY DESTINATION lib/fanlight COMPONENT server)
 if(TARGET fanlight-view)
   install(TARGETS fanlight-view RUNTIME COMPONENT view)
 endif()

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/replay/image_series.hpp"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 
 #include "acquisition/replay/frame_fields.hpp"
 #include "acquisition/source/printable.hpp"
+#include "proto/images/image_library.hpp"
 
 namespace fanlight {
 
@@ -157,20 +157,22 @@ struct ImageSeries::State {
 };
 
 Result<void> ImageSeries::State::look() {
-  auto input = OIIO::ImageInput::open(files.front().string());
-  if (!input) {
-    return bad_file(files.front(), "the picture cannot be read (" + in_quotes(OIIO::geterror()) + ")",
+  const auto library = image_library();
+  if (!library) return library.error();
+  const auto picture = (*library)->open(files.front().string());
+  if (!picture) {
+    return bad_file(files.front(), "the picture cannot be read (" + in_quotes(picture.error().message) + ")",
                     "a picture or video of a usual format", ErrorCode::kUnsupported);
   }
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.width < 2 || spec.height < 2 || spec.width > static_cast<int>(FrameFields::kMostSide) ||
-      spec.height > static_cast<int>(FrameFields::kMostSide) || spec.nchannels < 1 || spec.depth > 1) {
-    return bad_file(files.front(), fmt::format("it has {} x {} pixels", spec.width, spec.height),
+  const ImageShape shape = (*picture)->shape();
+  if (shape.width < 2 || shape.height < 2 || shape.width > static_cast<int>(FrameFields::kMostSide) ||
+      shape.height > static_cast<int>(FrameFields::kMostSide) || shape.channels < 1 || shape.depth > 1) {
+    return bad_file(files.front(), fmt::format("it has {} x {} pixels", shape.width, shape.height),
                     fmt::format("2 to {} on each side", FrameFields::kMostSide));
   }
-  columns = static_cast<std::uint32_t>(spec.width);
-  rows = static_cast<std::uint32_t>(spec.height);
-  format.bytes = spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::INT8 ? 1 : 2;
+  columns = static_cast<std::uint32_t>(shape.width);
+  rows = static_cast<std::uint32_t>(shape.height);
+  format.bytes = shape.bytes_per_value;
   frames = files.size();
   return {};
 }
@@ -212,23 +214,22 @@ Result<void> ImageSeries::read(std::uint64_t frame, std::span<std::uint8_t> to) 
 
 Result<void> ImageSeries::State::read(std::uint64_t frame, std::span<std::uint8_t> to) {
   const auto& file = files[frame];
-  const auto input = OIIO::ImageInput::open(file.string());
-  if (!input) {
-    (void)OIIO::geterror();  // the library keeps it otherwise
+  const auto library = image_library();
+  if (!library) return library.error();
+  const auto picture = (*library)->open(file.string());
+  if (!picture)
     return bad_file(file, fmt::format("frame {} cannot be read", frame), "as many as were there at first");
-  }
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.width != static_cast<int>(columns) || spec.height != static_cast<int>(rows) ||
-      spec.nchannels < 1 || spec.nchannels > 8) {
-    return bad_file(file, fmt::format("frame {} has {} x {} pixels", frame, spec.width, spec.height),
+  const ImageShape shape = (*picture)->shape();
+  if (shape.width != static_cast<int>(columns) || shape.height != static_cast<int>(rows) ||
+      shape.channels < 1 || shape.channels > 8) {
+    return bad_file(file, fmt::format("frame {} has {} x {} pixels", frame, shape.width, shape.height),
                     fmt::format("{} x {}, as the first", columns, rows));
   }
   const std::size_t pixels = std::size_t{columns} * rows;
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  const auto channels = static_cast<std::size_t>(shape.channels);
   values.resize(pixels * channels * format.bytes);
-  const OIIO::TypeDesc type = format.bytes == 1 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16;
-  if (!input->read_image(0, 0, 0, spec.nchannels, type, values.data())) {
-    return bad_file(file, fmt::format("frame {} is damaged ({})", frame, in_quotes(input->geterror())),
+  if (const auto read_all = (*picture)->read(format.bytes, values); !read_all) {
+    return bad_file(file, fmt::format("frame {} is damaged ({})", frame, in_quotes(read_all.error().message)),
                     "a whole picture");
   }
   if (format.bytes == 1) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/cli/picture_file.hpp"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
@@ -12,9 +10,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <system_error>
+#include <vector>
 
 #include "proto/base/file_replacement.hpp"
 #include "proto/base/printable.hpp"
+#include "proto/images/image_library.hpp"
 
 namespace fanlight {
 
@@ -30,21 +30,14 @@ Error unwritable(const std::string& path, std::string reason) {
                                                path, reason)};
 }
 
-/// Encodes in memory: the library reports no error of a full disk where it writes to a file itself.
-Result<void> write(const std::string& path, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type,
-                   const void* pixels, OIIO::stride_t pixel_stride, const FileAccess& access) {
+Result<void> write(const std::string& path, const ImageToWrite& image, const FileAccess& access) {
+  const auto library = image_library();
+  if (!library) return library.error();
   const bool to_output = path == kStandardOutput;
-  const std::string name = to_output ? "picture.png" : path;  // its ending chooses the format
-  const auto output = OIIO::ImageOutput::create(name);
-  if (!output) return unwritable(path, OIIO::geterror());
-  OIIO::Filesystem::IOVecOutput encoded;
-  if (!output->supports("ioproxy") || !output->set_ioproxy(&encoded)) {
-    return unwritable(path, fmt::format("the format {} is not supported", output->format_name()));
-  }
-  if (!output->open(name, spec) || !output->write_image(type, pixels, pixel_stride) || !output->close()) {
-    return unwritable(path, output->geterror());
-  }
-  const auto& bytes = encoded.buffer();
+  // Its ending chooses the format.
+  const auto encoded = (*library)->encode(to_output ? "picture.png" : path, image);
+  if (!encoded) return unwritable(path, encoded.error().message);
+  const std::vector<std::uint8_t>& bytes = *encoded;
   if (to_output) {
     if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size()) return {};
     return Error{ErrorCode::kUnavailable,
@@ -74,8 +67,9 @@ Result<void> check_folder_of(const std::string& path) {
 }
 
 Result<void> check_picture_ending(const std::string& path) {
-  if (!OIIO::ImageOutput::create(path)) {
-    (void)OIIO::geterror();
+  const auto library = image_library();
+  if (!library) return library.error();
+  if (!(*library)->writes(path)) {
     return Error{
         ErrorCode::kInvalidArgument,
         fmt::format("{} could not be written (it ends in no picture format), expected a name such as "
@@ -93,12 +87,15 @@ Result<void> check_picture_path(const std::string& path) {
 
 Result<void> write_picture(const std::string& path, const Picture& picture,
                            std::span<const std::string> notes, const FileAccess& access) {
-  OIIO::ImageSpec spec(static_cast<int>(picture.width), static_cast<int>(picture.height), 3,
-                       OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  spec.attribute("DateTime", kNoTime);
-  if (!notes.empty()) spec.attribute("ImageDescription", fmt::format("{}", fmt::join(notes, " ")));
-  return write(path, spec, OIIO::TypeDesc::UINT8, picture.rgba.data(), 4, access);
+  ImageToWrite image{.width = static_cast<int>(picture.width),
+                     .height = static_cast<int>(picture.height),
+                     .channels = 3,
+                     .pixels = picture.rgba.data(),
+                     .pixel_bytes = 4,
+                     .attributes = {{"oiio:ColorSpace", "sRGB"}, {"DateTime", kNoTime}}};
+  if (!notes.empty())
+    image.attributes.emplace_back("ImageDescription", fmt::format("{}", fmt::join(notes, " ")));
+  return write(path, image, access);
 }
 
 Result<void> check_depth_path(const std::string& path) {
@@ -111,9 +108,6 @@ Result<void> check_depth_path(const std::string& path) {
 
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,
                          std::uint32_t height, const PictureView& view, const FileAccess& access) {
-  OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 1, OIIO::TypeDesc::FLOAT);
-  spec.channelnames = {"Z"};
-  spec.z_channel = 0;
   // Row order; its columns are right, down, forward and the origin, as in PictureView.
   std::array<float, 16> matrix{};
   for (std::size_t row = 0; row < 3; ++row) {
@@ -122,19 +116,27 @@ Result<void> write_depth(const std::string& path, std::span<const float> depth_m
       matrix[4 * row + column++] = static_cast<float>((*axis)[row]);
   }
   matrix[15] = 1;
-  spec.attribute("fanlight:camera", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 16), matrix.data());
-  spec.attribute("fanlight:projection", view.mm_per_pixel_per_mm > 0 ? "perspective" : "parallel");
-  spec.attribute("fanlight:mm_per_pixel", static_cast<float>(view.mm_per_pixel));
-  spec.attribute("fanlight:mm_per_pixel_per_mm", static_cast<float>(view.mm_per_pixel_per_mm));
-  spec.attribute("fanlight:middle_column", static_cast<float>(view.middle_column));
-  spec.attribute("fanlight:middle_row", static_cast<float>(view.middle_row));
-  spec.attribute(
-      "fanlight:point",
-      "origin + Z * forward + (mm_per_pixel + Z * mm_per_pixel_per_mm) * ((column - middle_column) * "
-      "right + (row - middle_row) * down), mm");
-  spec.attribute("compression", "zip");
-  spec.attribute("DateTime", kNoTime);
-  return write(path, spec, OIIO::TypeDesc::FLOAT, depth_mm.data(), OIIO::AutoStride, access);
+  const auto number = [](double value) { return static_cast<float>(value); };
+  const ImageToWrite image{
+      .width = static_cast<int>(width),
+      .height = static_cast<int>(height),
+      .channels = 1,
+      .floats = true,
+      .pixels = depth_mm.data(),
+      .pixel_bytes = sizeof(float),
+      .attributes = {
+          {"fanlight:camera", matrix},
+          {"fanlight:projection", view.mm_per_pixel_per_mm > 0 ? "perspective" : "parallel"},
+          {"fanlight:mm_per_pixel", number(view.mm_per_pixel)},
+          {"fanlight:mm_per_pixel_per_mm", number(view.mm_per_pixel_per_mm)},
+          {"fanlight:middle_column", number(view.middle_column)},
+          {"fanlight:middle_row", number(view.middle_row)},
+          {"fanlight:point",
+           "origin + Z * forward + (mm_per_pixel + Z * mm_per_pixel_per_mm) * ((column - middle_column) * "
+           "right + (row - middle_row) * down), mm"},
+          {"compression", "zip"},
+          {"DateTime", kNoTime}}};
+  return write(path, image, access);
 }
 
 }  // namespace fanlight

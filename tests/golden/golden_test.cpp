@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares a few small pictures of the simulated probe with recorded ones. `tests/golden/update` renders new
 // ones and shows both side by side.
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
 #include "acquisition/source/suggested_scene.hpp"
+#include "proto/images/image_library.hpp"
 #include "proto/model/look.hpp"
 #include "server/cli/picture_file.hpp"
 #include "tests/support/gpu_rig.hpp"
@@ -148,12 +148,14 @@ std::string golden_path(const Golden& golden) {
 
 /// The RGB values of the recorded picture; empty if the file does not exist.
 std::vector<std::uint8_t> read_rgb(const std::string& path) {
-  const auto file = OIIO::ImageInput::open(path);
+  const auto library = image_library();
+  if (!library) return {};
+  const auto file = (*library)->open(path);
   if (!file) return {};
-  const OIIO::ImageSpec& spec = file->spec();
-  std::vector<std::uint8_t> rgb(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) *
-                                3);
-  if (spec.nchannels != 3 || !file->read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, rgb.data())) return {};
+  const ImageShape shape = (*file)->shape();
+  std::vector<std::uint8_t> rgb(static_cast<std::size_t>(shape.width) *
+                                static_cast<std::size_t>(shape.height) * 3);
+  if (shape.channels != 3 || !(*file)->read(1, rgb)) return {};
   return rgb;
 }
 
