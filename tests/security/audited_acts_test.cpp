@@ -110,7 +110,7 @@ TEST(AuditedActs, ChangesByScriptsAreFolded) {
 
 TEST(AuditedActs, ReadingAPictureHasALine) {
   AuditedServer server;
-  EXPECT_NE(server.talk("GET /api/picture.png").find("503"), std::string::npos);
+  EXPECT_NE(server.talk("GET /api/picture.png").find("HTTP/1.1 503"), std::string::npos);
   server->show(7, 100);
   std::string answer;
   for (int tries = 0; tries < 200 && answer.find("200 OK") == std::string::npos; ++tries) {

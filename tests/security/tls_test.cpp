@@ -39,14 +39,15 @@ ssl::context client() {
 TEST(Tls, GuardsTheScriptsDoorAndTheMetrics) {
   TlsServerFixture guarded;
   auto context = client();
-  EXPECT_NE(https(guarded, context, get("/")).find("200"), std::string::npos) << "the page, to log in on";
-  EXPECT_NE(https(guarded, context, get("/healthz")).find("200"), std::string::npos);
+  EXPECT_NE(https(guarded, context, get("/")).find("HTTP/1.1 200"), std::string::npos)
+      << "the page, to log in on";
+  EXPECT_NE(https(guarded, context, get("/healthz")).find("HTTP/1.1 200"), std::string::npos);
   for (const char* target : {"/metrics", "/api/scene", "/api/picture.png"}) {
-    EXPECT_NE(https(guarded, context, get(target)).find("401"), std::string::npos) << target;
+    EXPECT_NE(https(guarded, context, get(target)).find("HTTP/1.1 401"), std::string::npos) << target;
     const std::string with = "Authorization: Bearer " + guarded.token(Role::kViewer).text + "\r\n";
-    EXPECT_EQ(https(guarded, context, get(target, with)).find("401"), std::string::npos) << target;
+    EXPECT_EQ(https(guarded, context, get(target, with)).find("HTTP/1.1 401"), std::string::npos) << target;
     const std::string lower = "Authorization: bearer " + guarded.token(Role::kViewer).text + "\r\n";
-    EXPECT_EQ(https(guarded, context, get(target, lower)).find("401"), std::string::npos) << target;
+    EXPECT_EQ(https(guarded, context, get(target, lower)).find("HTTP/1.1 401"), std::string::npos) << target;
   }
 }
 
@@ -88,7 +89,7 @@ TEST(Tls, AViewersScriptMayReadAndNotChange) {
                      guarded.token(role).text + "\r\nContent-Length: " + std::to_string(body.size()) +
                      "\r\n\r\n" + body);
   };
-  EXPECT_NE(patch(Role::kViewer).find("403"), std::string::npos);
+  EXPECT_NE(patch(Role::kViewer).find("HTTP/1.1 403"), std::string::npos);
   EXPECT_FALSE(guarded.fixture().has_scene());
   EXPECT_NE(patch(Role::kOperator).find("\"up_mm\": 33"), std::string::npos);
   EXPECT_EQ(guarded.fixture().next_scene().scene.light.up_mm, 33);
@@ -105,8 +106,8 @@ TEST(Tls, SpeaksNothingOlderAndNothingWeaker) {
     if (ciphers != nullptr) SSL_CTX_set_cipher_list(context.native_handle(), ciphers);
     return https(guarded, context, get("/healthz"));
   };
-  EXPECT_NE(handshake(TLS1_3_VERSION, TLS1_3_VERSION, nullptr).find("200"), std::string::npos);
-  EXPECT_NE(handshake(TLS1_2_VERSION, TLS1_2_VERSION, "ECDHE-ECDSA-AES128-GCM-SHA256").find("200"),
+  EXPECT_NE(handshake(TLS1_3_VERSION, TLS1_3_VERSION, nullptr).find("HTTP/1.1 200"), std::string::npos);
+  EXPECT_NE(handshake(TLS1_2_VERSION, TLS1_2_VERSION, "ECDHE-ECDSA-AES128-GCM-SHA256").find("HTTP/1.1 200"),
             std::string::npos);
   for (const int version : {TLS1_VERSION, TLS1_1_VERSION}) {
     EXPECT_NE(handshake(version, version, nullptr).find("handshake"), std::string::npos) << version;
@@ -188,7 +189,7 @@ TEST(Tls, APageOfAnotherSiteIsRefusedAndAudited) {
   auto context = client();
   const std::string with = "Authorization: Bearer " + guarded.token(Role::kAdmin).text +
                            "\r\nOrigin: https://elsewhere.example\r\n";
-  EXPECT_NE(https(guarded, context, get("/api/scene", with)).find("403"), std::string::npos);
+  EXPECT_NE(https(guarded, context, get("/api/scene", with)).find("HTTP/1.1 403"), std::string::npos);
   EXPECT_EQ(guarded.audited("request").size(), 1U);
 }
 

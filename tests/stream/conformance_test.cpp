@@ -156,7 +156,7 @@ TEST(Conformance, ChoosesTheSubprotocol) {
   }
   for (const char* offer : {"fanlight.v1", "fanlight.v3,fanlight.v4", "fanlight.v2x", ","}) {
     RawClient client(fixture, offer);
-    EXPECT_NE(client.answer.find("400"), std::string::npos) << offer;
+    EXPECT_NE(client.answer.find("HTTP/1.1 400"), std::string::npos) << offer;
   }
 }
 
@@ -267,14 +267,14 @@ TEST(Conformance, RefusesMalformedUpgrades) {
     return answer;
   };
   const std::string key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
-  EXPECT_NE(upgrade(key).find("400"), std::string::npos) << "no version";
-  EXPECT_NE(upgrade("Sec-WebSocket-Version: 13\r\n").find("400"), std::string::npos) << "no key";
+  EXPECT_NE(upgrade(key).find("HTTP/1.1 400"), std::string::npos) << "no version";
+  EXPECT_NE(upgrade("Sec-WebSocket-Version: 13\r\n").find("HTTP/1.1 400"), std::string::npos) << "no key";
   EXPECT_NE(upgrade(key + "Sec-WebSocket-Version: 8\r\n").find("4"), std::string::npos) << "an old version";
   for (const char* const wrong : {"x", "dGhlIHNhbXBsZSBub25jZQ", "dGhlIHNhbXBsZSBub25jZR==",
                                   "dGhlIHNhbXBsZSBub25j!Q==", "dGhlIHNhbXBsZSBub25jZQdGhl"}) {
     const std::string answer =
         upgrade(std::string("Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: ") + wrong + "\r\n");
-    EXPECT_NE(answer.find("400"), std::string::npos) << wrong;
+    EXPECT_NE(answer.find("HTTP/1.1 400"), std::string::npos) << wrong;
   }
 }
 

@@ -91,18 +91,20 @@ TEST(Http, ReportsAFailedSourceAsUnhealthy) {
 TEST(Http, AnswersHeadWithoutABody) {
   ServerFixture fixture;
   const std::string answer = talk(fixture, "HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
-  EXPECT_NE(answer.find("200"), std::string::npos);
+  EXPECT_NE(answer.find("HTTP/1.1 200"), std::string::npos);
   EXPECT_EQ(answer.substr(answer.size() - 4), "\r\n\r\n");
 }
 
 TEST(Http, RefusesUnknownPathsAndMethods) {
   ServerFixture fixture;
   for (const char* target : {"/nothing", "/../etc/passwd", "/index.html/", "//", "*"}) {
-    EXPECT_NE(get(fixture, target).find("404"), std::string::npos) << target;
+    EXPECT_NE(get(fixture, target).find("HTTP/1.1 404"), std::string::npos) << target;
   }
-  EXPECT_NE(talk(fixture, "DELETE / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("405"),
-            std::string::npos);
-  EXPECT_NE(talk(fixture, "GET /stream HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("404"),
+  EXPECT_NE(
+      talk(fixture, "DELETE / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("HTTP/1.1 405"),
+      std::string::npos);
+  EXPECT_NE(talk(fixture, "GET /stream HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+                .find("HTTP/1.1 404"),
             std::string::npos);
   EXPECT_GE(fixture.counters().requests_refused.value(), 7U);
 }
@@ -114,11 +116,11 @@ TEST(Http, RefusesHostsThatAreNotLoopback) {
   };
   for (const char* host :
        {"localhost", "localhost:8080", "127.0.0.1:1", "127.1.2.3", "[::1]", "[::1]:8080"}) {
-    EXPECT_NE(named(host).find("200"), std::string::npos) << host;
+    EXPECT_NE(named(host).find("HTTP/1.1 200"), std::string::npos) << host;
   }
   for (const char* host :
        {"elsewhere.example", "elsewhere.example:8080", "10.0.0.1", "localhost.example", "[::2]:80", "::"}) {
-    EXPECT_NE(named(host).find("421"), std::string::npos) << host;
+    EXPECT_NE(named(host).find("HTTP/1.1 421"), std::string::npos) << host;
   }
 }
 
@@ -131,7 +133,7 @@ TEST(Http, RefusesMalformedRequests) {
        {std::string("nonsense\r\n\r\n"), std::string("GET / HTTP/1.1\r\nContent-Length: 5\r\n\r\nhello"),
         large_header, std::string("GET / HTTP/9.9\r\n\r\n")}) {
     const std::string answer = talk(fixture, request);
-    EXPECT_NE(answer.find("400"), std::string::npos) << request.substr(0, 40);
+    EXPECT_NE(answer.find("HTTP/1.1 400"), std::string::npos) << request.substr(0, 40);
     EXPECT_NE(answer.find("expected"), std::string::npos) << request.substr(0, 40);
   }
   EXPECT_NE(get(fixture, "/healthz").find("ok"), std::string::npos);

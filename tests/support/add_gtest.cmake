@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 # fanlight_add_gtest(TARGET LABELS LABEL... [TIMEOUT SECONDS] [FILTER PATTERN] [LAUNCHER COMMAND...]
-#                    [ALONE | WAITS] [NAME NAME] [SHARDS N])
+#                    [ALONE | WAITS] [NAME NAME] [SHARDS N] [SANITIZED])
 # Registers a GoogleTest program as one test of ctest, which runs all cases in one process: starting a process, a
 # sanitizer or a Vulkan driver for each case costs more than most cases. Nothing is asked of the program when it is
 # built, so a busy machine cannot fail there.
 # The program writes its results to test_results/NAME.xml of the build folder, which tests/summary reads.
 # SHARDS makes N tests, NAME_1 to NAME_N, of which each runs a part of the cases.
 # TIMEOUT ends a test that hangs; it is generous, because machines are shared.
+# SANITIZED: a test of protocols, which tests/run runs under the sanitizers. A third run in the release build would show
+# nothing else, and cost a minute and a half to compile; there the program is built on request only.
 # PROCESSORS counts halves of a processor, of which tests/run gives ctest all: a test computes on one (2), WAITS for
 # its own time limits most of the time (1), or takes two and stands ALONE on a small machine (4).
 function(fanlight_add_gtest target)
-  cmake_parse_arguments(PARSE_ARGV 1 given "ALONE;WAITS" "NAME;TIMEOUT;FILTER;SHARDS" "LABELS;LAUNCHER")
+  cmake_parse_arguments(PARSE_ARGV 1 given "ALONE;SANITIZED;WAITS" "NAME;TIMEOUT;FILTER;SHARDS" "LABELS;LAUNCHER")
+  if(given_SANITIZED AND CMAKE_BUILD_TYPE STREQUAL Release)
+    set_target_properties(${target} PROPERTIES EXCLUDE_FROM_ALL ON)
+    return()
+  endif()
   if(NOT given_NAME)
     set(given_NAME ${target})
   endif()
