@@ -6,8 +6,8 @@
 //   segment of a tile's rays (empty_space.comp); tile_list, the tiles to cast again (dirty_tiles.comp); the
 //   transfer function.
 // Writes, height x width of the picture, top row first: depth and ray_depth (the same: mm below the view
-//   plane, FANLIGHT_NO_SURFACE without a surface and outside the viewport), volume_colour (RGBA8). For each
-//   tile: sample_ends.
+//   plane, FANLIGHT_NO_SURFACE without a surface and outside the viewport), volume_colour (RGBA8; alpha: how
+//   sure the surface is, 1 without one). For each tile: sample_ends.
 //
 // On llvmpipe an `if` saves no work, since both sides run under a mask: work that few lanes need stands in
 // loops that end early.
@@ -103,6 +103,7 @@ SampleRun samples_of_ray(Ray ray, vec2 shown) {
 
 struct RayResult {
   float surface;    // its depth, mm, or FANLIGHT_NO_SURFACE
+  float sure;       // 0 to 1 where there is one
   vec3 colour;      // 0 to 1
   uint sample_end;  // the first sample that was not read
 };
@@ -122,14 +123,15 @@ float first_candidate(float edges[kBatch], float tried, Ray ray, vec2 shown) {
   return first;
 }
 
-// The depth of the surface whose edge lies at position `edge`, mm; FANLIGHT_NO_SURFACE without an edge, and
-// where what is behind it is too dark for tissue. A place outside what is shown moves to its border.
-float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown) {
+// The depth of the surface whose edge lies at position `edge`, mm, and how sure it is; FANLIGHT_NO_SURFACE
+// without an edge, and where what is behind it is no tissue. A place outside what is shown moves to its
+// border.
+float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float sure) {
   float place = edge;
   if (kPlace >= FANLIGHT_PLACE_TWO_SCALES) {
     bool pending = edge >= 0.0;
     while (pending) {
-      place = kPlace == FANLIGHT_PLACE_LEVEL ? placed_by_level(ray, samples, edge) : placed(ray, edge);
+      place = kPlace == FANLIGHT_PLACE_LEVEL ? placed_by_level(ray, samples, edge, sure) : placed(ray, edge);
       pending = false;
     }
   }
@@ -145,6 +147,7 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
   start(detector);
   RayAccumulator accumulator = new_ray_accumulator();
   float surface_mm = FANLIGHT_NO_SURFACE;
+  float sure = 1.0;
   float edges[kBatch];  // that ended in the last batch
   [[unroll]] for (int slot = 0; slot < kBatch; ++slot) edges[slot] = -1.0;
   float tried = -1.0;  // the last edge without tissue behind it
@@ -182,11 +185,11 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
       }
     }
     edge = edge >= 0.0 || surface_mm >= 0.0 ? edge : candidate(last_edge(detector), tried, ray, shown);
-    surface_mm = max(surface_mm, depth_of(edge, ray, samples, shown));
+    surface_mm = max(surface_mm, depth_of(edge, ray, samples, shown, sure));
     tried = max(tried, edge);
     done = edge < 0.0 || (surface_mm >= 0.0 && complete(accumulator));
   }
-  return RayResult(surface_mm, colour_of(accumulator), uint(whole(index)));
+  return RayResult(surface_mm, surface_mm >= 0.0 ? sure : 1.0, colour_of(accumulator), uint(whole(index)));
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch
@@ -216,7 +219,7 @@ bool in_viewport(uvec2 pixel) {
 
 // Writes the result to all pixels of the ray that lie in the picture.
 void write_pixels(uvec2 first, RayResult result) {
-  uint packed_colour = packUnorm4x8(vec4(result.colour, 1.0));
+  uint packed_colour = packUnorm4x8(vec4(result.colour, result.sure));
   for (uint down = 0u; down < rays.pixel_stride; ++down) {
     for (uint across = 0u; across < rays.pixel_stride; ++across) {
       uvec2 pixel = first + uvec2(across, down);
@@ -241,7 +244,7 @@ void main() {
   uvec2 ray_pixel = rays.pixel_stride > 1u ? max(pixel, view_first) : pixel;
   bool has_ray = all(lessThan(ray_pixel, pixel + rays.pixel_stride)) && in_viewport(ray_pixel);
 
-  RayResult result = RayResult(FANLIGHT_NO_SURFACE, vec3(0.0), has_ray ? rays.steps : 0u);
+  RayResult result = RayResult(FANLIGHT_NO_SURFACE, 1.0, vec3(0.0), has_ray ? rays.steps : 0u);
   uvec4 segment_mask = kSkipping ? segment_masks[tile] : uvec4(~0u);
   // A loop of one iteration at most, not an `if`: in an empty tile the rays are not even set up.
   for (bool due = has_ray && segment_mask != uvec4(0u); due; due = false) {

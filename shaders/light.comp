@@ -2,7 +2,8 @@
 // Pass 2, light: shades the filtered depth map (renderer/ALGORITHM.md, pass 2): normals, Blinn-Phong, and a
 // shadow ray over the height map. Or shows the depth map or the colours of pass 1.
 //
-// Reads: the parameters; smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel; min_depth
+// Reads: the parameters; smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel, whose
+//   alpha says how sure the surface is; min_depth
 //   (min_depth.comp).
 // Writes: lit, four half floats a pixel, displayed (sRGB) values. Maps: height x width of the picture.
 //
@@ -38,6 +39,8 @@ layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit {
 #include "soft_light.h"
 #include "surface_light.h"
 
+// Share of the light of a surface that is a guess.
+const float kGuessLight = 0.3;
 // The light that the film tone shows as white.
 const float kWhite = 3.0;
 
@@ -58,6 +61,19 @@ SoftLight soft_light_around(ivec2 pixel, float depth) {
   }
   vec3 mean = weights > 0.0 ? sum / weights : vec3(1.0, 1.0, 0.0);
   return SoftLight(mean.x, mean.y, mean.z, depth);
+}
+
+// How sure the surface is, 0 to 1: the mean about a pixel, since speckle makes it uneven. Alpha of
+// volume_colour.
+float sure_about(ivec2 pixel) {
+  ivec2 first = ivec2(lighting.view_left, lighting.view_top);
+  ivec2 last = ivec2(lighting.view_right, lighting.view_bottom);
+  float sum = 0.0;
+  [[unroll]] for (int each = 0; each < 9; ++each) {
+    ivec2 beside = ivec2(each % 3, each / 3) - 1;
+    sum += float(volume_colour[index_of(clamp(pixel + beside, first, last))] >> 24);
+  }
+  return sum / (9.0 * 255.0);
 }
 
 vec3 shade(ivec2 pixel, float depth) {
@@ -81,7 +97,8 @@ vec3 shade(ivec2 pixel, float depth) {
   // A shadow reduces the direct light only. The paper (README.md) scales the whole pixel. Then a side that
   // faces away from the light, with ambient light only, is brighter than a shadow next to it.
   vec3 from_body = ((lighting.ambient + rim) * soft.sky + lighting.diffuse * matt) * lighting.material;
-  return lighting.light_colour * (from_body + vec3(lighting.specular * highlight * soft.direct));
+  vec3 light = lighting.light_colour * (from_body + vec3(lighting.specular * highlight * soft.direct));
+  return mix(kGuessLight, 1.0, sure_about(pixel)) * light;
 }
 
 // Light to what a screen can show. Reinhard et al., "Photographic tone reproduction for digital images",

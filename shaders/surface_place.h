@@ -89,6 +89,8 @@ const int kMostOfASheet = kLevelMean;
 const float kFoot = 0.35;
 // Over which the pulse and the filters of pass 0 spread the echo of a surface that is met at a right angle.
 const float kOwnRiseMm = 0.5;
+// A surface is sure where fluid and tissue differ by this multiple of rays.least_contrast.
+const float kSureContrast = 2.0;
 // Of a sheet without speckle the level is not nearer to the peak than of a contrast of 50 dB.
 const float kMostSheetRise = 0.92;
 
@@ -181,8 +183,10 @@ float reach_behind(Rise rise, float spacing) {
 // mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it. A thin
 // bright sheet has its front rays.sheet_below under its peak: a mean would hold fluid on both sides of it.
 // The surface lies behind that place where the echo rises slowly (reach_behind). kNotTissue where no mean of
-// kShortMean samples behind the window's middle reaches rays.least_tissue. `run`: the samples of the ray.
-float placed_by_level(Ray ray, SampleRun run, float position) {
+// kShortMean samples behind the window's middle reaches rays.least_tissue, or where tissue and fluid differ
+// by less than rays.least_contrast. `run`: the samples of the ray. `sure`: from 0 at that contrast to 1.
+float placed_by_level(Ray ray, SampleRun run, float position, out float sure) {
+  sure = 1.0;
   float oldest = ceil(position + float(kHalf) - 1.0) - float(kWindow - 1);
   float inwards = direction_inwards(ray, oldest);
   float start = inwards > 0.0 ? oldest : oldest + float(kWindow - 1);
@@ -201,6 +205,10 @@ float placed_by_level(Ray ray, SampleRun run, float position) {
   }
   if (brightest < rays.least_tissue * float(kShortMean)) return kNotTissue;
   fluid /= float(kLevelMean);
+  float contrast = tissue / float(kLevelMean) - fluid;
+  if (contrast < rays.least_contrast) return kNotTissue;
+  float sure_beyond = (kSureContrast - 1.0) * rays.least_contrast;
+  sure = sure_beyond > 0.0 ? clamp((contrast - rays.least_contrast) / sure_beyond, 0.0, 1.0) : 1.0;
   float level = max(level_of(values, fluid, tissue / float(kLevelMean)), rays.least_tissue);
   Rise rise = rise_through(values, min(mix(fluid, tissue / float(kLevelMean), kFoot), level), level);
   float found = rise.level + reach_behind(rise, ray.spacing);

@@ -53,6 +53,9 @@ struct PictureStamp {
   VolumeStamp volume;
   EchoLevels levels;  ///< in force for this picture, where its scene asks for values from the data
   NearTissueState near_tissue = NearTissueState::kShown;
+  /// Of the pixels with a surface, 0 to 1: the echo before and behind it differs by less than twice what
+  /// speckle alone reaches. They are dimmed.
+  double guessed_share = 0;
   PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
   bool passes_overlap = false;             ///< passes 2 and 3 run while pass 1 of another volume does

@@ -236,6 +236,12 @@ const SceneField kFields[] = {
                                        "place level: an edge with no echo so bright behind it is no surface; "
                                        "0 asks the data, 1 takes every edge",
                                        0, 255, 0, FirstPass::kCast),
+    row<MEMBER(detector.least_contrast)>(
+        "detector.least_contrast", "grey levels",
+        "place level: an edge where the fluid before it and the tissue behind it differ by less is no "
+        "surface; "
+        "0 asks the data for what speckle alone does not reach, 1 takes every edge",
+        0, 255, 0, FirstPass::kCast),
     choice<MEMBER(detector.frame_steps)>("detector.frame_steps",
                                          "the steps that mixed echoes between two frames make on a slanted "
                                          "surface: kept, or removed by the mean over "

@@ -259,6 +259,7 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   to.reach = static_cast<float>(scene.detector.reach);
   to.sheet_below = static_cast<float>(scene.detector.sheet_below / kGreyLevels);
   to.least_tissue = static_cast<float>(scene.detector.least_tissue / kGreyLevels);
+  to.least_contrast = static_cast<float>(scene.detector.least_contrast / kGreyLevels);
   to.edge_sign = edge_sign(scene.detector.sign);
   set_segments(to, scene);
   return to;

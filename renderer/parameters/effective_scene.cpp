@@ -59,6 +59,8 @@ Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSi
   if (scene.detector.rise == 0) made.detector.rise = levels.rise(made.detector.reach);
   if (scene.detector.sheet_below == 0) made.detector.sheet_below = levels.sheet_below();
   if (scene.detector.least_tissue == 0) made.detector.least_tissue = levels.least_tissue();
+  if (scene.detector.least_contrast == 0)
+    made.detector.least_contrast = levels.least_contrast(scene.speckle.filter != SpeckleFilter::kNone);
   // What is not different must compare as equal.
   made.detector.window_mm = made.speckle.size_mm = made.filter.size_mm = 0;
   return made;

@@ -26,12 +26,14 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
                                   {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage},
                                   {"row_sums", &made.row_sums, pixels * sizeof(glm::uvec2), kStorage},
                                   {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kRead},
-                                  {"nearest", &made.nearest, sizeof(std::uint32_t), kFilled},
+                                  {"map_totals", &made.map_totals, sizeof(MapTotals), kFilled | kRead},
                                   {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage},
                                   {"finished", &made.finished, pixels * sizeof(std::uint32_t), kRead},
                                   {"read_back", &made.read_back, pixels * sizeof(std::uint32_t),
                                    VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
                                   {"read_back_depth", &made.read_back_depth, pixels * sizeof(float),
+                                   VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
+                                  {"read_back_totals", &made.read_back_totals, sizeof(MapTotals),
                                    VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu}};
   if (auto created = create_buffers(gpu, buffers); !created) return created.error();
   return made;
@@ -50,7 +52,7 @@ void LightMemory::write_to(const DescriptorSets& descriptors) const {
       {FANLIGHT_BINDING_WEIGHTS, &weights},
       {FANLIGHT_BINDING_ROW_SUMS, &row_sums},
       {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth},
-      {FANLIGHT_BINDING_MIN_DEPTH, &nearest},
+      {FANLIGHT_BINDING_MIN_DEPTH, &map_totals},
       {FANLIGHT_BINDING_LIT, &row_sums},
       {FANLIGHT_BINDING_DIFFUSED, &diffused},
       {FANLIGHT_BINDING_FINISHED, &finished}};

@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 #include "proto/base/result.hpp"
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/pipelines/descriptor_sets.hpp"
 #include "renderer/vulkan/gpu_memory.hpp"
 
 namespace fanlight {
+
+/// What min_depth.comp finds in a filtered depth map.
+struct MapTotals {
+  float min_depth_mm = 0;
+  std::uint32_t shown_pixels = 0;    ///< with a surface
+  std::uint32_t guessed_pixels = 0;  ///< of these, those that are not sure
+};
 
 /// The memory of a LightPass besides its input: parameters, and the maps that each step writes for the next
 /// one. Maps: height x width, top row first. Tiles: 8 x 8 pixels, numbered along the rows of tiles.
@@ -26,12 +35,13 @@ struct LightMemory {
   GpuBuffer weights;
   GpuBuffer row_sums;  ///< later pass 2's picture
   GpuBuffer smooth_depth;
-  GpuBuffer nearest;
+  GpuBuffer map_totals;  ///< MapTotals
   // Pass 3.
   GpuBuffer diffused;
   GpuBuffer finished;
   GpuBuffer read_back;
   GpuBuffer read_back_depth;
+  GpuBuffer read_back_totals;
 };
 
 }  // namespace fanlight

@@ -264,9 +264,9 @@ Result<void> LightPass::change(const Scene& scene) {
   return add_light_steps(light_keys(scene), scene);
 }
 
-void LightPass::record_clear_min_depth(VkCommandBuffer commands) const {
-  vkCmdFillBuffer(commands, memory_.nearest.get(), 0, VK_WHOLE_SIZE,
-                  std::bit_cast<std::uint32_t>(kFarthestMm));
+void LightPass::record_clear_totals(VkCommandBuffer commands) const {
+  const MapTotals none{.min_depth_mm = kFarthestMm};
+  vkCmdUpdateBuffer(commands, memory_.map_totals.get(), 0, sizeof none, &none);
   barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
@@ -278,7 +278,7 @@ void LightPass::record_steps(VkCommandBuffer commands, std::size_t end_step) con
     const bool first_of_stage = index == 0 || steps_[index - 1].stage != step.stage;
     if (first_of_stage && step.stage == Stage::kFilter) {
       recorder_.stamp(GpuTimestamps::kFilterBegin);
-      record_clear_min_depth(commands);
+      record_clear_totals(commands);
     }
     if (first_of_stage && step.stage == Stage::kLight) recorder_.stamp(GpuTimestamps::kLightBegin);
     if (first_of_stage && step.stage == Stage::kFinish) recorder_.stamp(GpuTimestamps::kLightEnd);
@@ -299,6 +299,8 @@ void LightPass::record_read_back(VkCommandBuffer commands) const {
   vkCmdCopyBuffer(commands, memory_.finished.get(), memory_.read_back.get(), 1, &all);
   const VkBufferCopy depths{.size = memory_.read_back_depth.bytes()};
   vkCmdCopyBuffer(commands, memory_.smooth_depth.get(), memory_.read_back_depth.get(), 1, &depths);
+  const VkBufferCopy totals{.size = memory_.read_back_totals.bytes()};
+  vkCmdCopyBuffer(commands, memory_.map_totals.get(), memory_.read_back_totals.get(), 1, &totals);
   barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
           VK_ACCESS_2_HOST_READ_BIT);
@@ -332,6 +334,11 @@ Result<void> LightPass::submit(std::size_t end_step) {
   changed_ = {};
   is_new_cast_ = is_new_input_ = false;
   return {};
+}
+
+double LightPass::guessed_share() const {
+  const auto& totals = memory_.read_back_totals.mapped_as<MapTotals>();
+  return totals.shown_pixels == 0 ? 0 : static_cast<double>(totals.guessed_pixels) / totals.shown_pixels;
 }
 
 Result<void> LightPass::submit_next() {

@@ -102,6 +102,10 @@ class LightPass {
     return {reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)};
   }
 
+  /// Of its pixels with a surface, the share whose surface is a guess: the echo before and behind it differs
+  /// by less than twice what speckle alone reaches (surface_place.h). 0 where that is not known.
+  double guessed_share() const;
+
  private:
   explicit LightPass(const Config& config) : config_(config) {}
   enum class Change : std::uint8_t { kNone, kWeights, kCast };
@@ -114,7 +118,7 @@ class LightPass {
   Result<void> add_filter_steps(const LightKeys& keys);
   Result<void> add_light_steps(const LightKeys& keys, const Scene& scene);
   Result<void> submit(std::size_t end_step);
-  void record_clear_min_depth(VkCommandBuffer commands) const;
+  void record_clear_totals(VkCommandBuffer commands) const;
   void record_steps(VkCommandBuffer commands, std::size_t end_step) const;
   void record_read_back(VkCommandBuffer commands) const;
   std::uint32_t pixels() const { return config_.size.width * config_.size.height; }

@@ -103,6 +103,7 @@ nlohmann::ordered_json figures_json(const RenderReport& report) {
           {"depth_5_50_95_mm", report.depth_5_50_95_mm},
           {"speckle_filter_left_out", report.speckle_filter_left_out},
           {"levels", levels_json(picture.stamp.levels)},
+          {"guessed_share", picture.stamp.guessed_share},
           {"near_tissue", near_tissue_name(picture.stamp.near_tissue)},
           {"warnings", warnings_json(picture.stamp.volume.warnings)}};
 }
@@ -136,6 +137,10 @@ void print_text(std::FILE* out, const RenderReport& report) {
     fmt::print(out, "near tissue is shown: no fluid was found behind it\n");
   if (picture.stamp.near_tissue == NearTissueState::kNoBone)
     fmt::print(out, "near tissue is shown: no skull was found behind it\n");
+  if (picture.stamp.guessed_share >= 0.005)
+    fmt::print(out,
+               "{:.0f} % of the surface is a guess, and dimmed: it stands out of the speckle by little\n",
+               100 * picture.stamp.guessed_share);
   if (report.speckle_filter_left_out) {
     fmt::print(out, "the speckle filter was left out: the volume is too large for it on this GPU\n");
   }

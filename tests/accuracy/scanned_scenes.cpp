@@ -206,16 +206,29 @@ class ScannedScenes {
       bench_.change(view.scene);
       DepthRig rig = new_rig(fan);
       rig.set_volume(volume);
-      const std::vector<float> shown_mm = rig.depths(view.scene).smooth_mm;
-      std::size_t in_fan = 0;
-      std::size_t shown = 0;
-      for (std::size_t pixel = 0; pixel < view.truth.size(); ++pixel) {
-        if (view.truth[pixel].meets == Meets::kNothing) continue;
-        ++in_fan;
-        if (shown_mm[pixel] >= 0) ++shown;
-      }
+      const auto shown_percent = [&](const Scene& scene) {
+        const std::vector<float> shown_mm = rig.depths(scene).cast_mm;
+        std::size_t in_fan = 0;
+        std::size_t shown = 0;
+        for (std::size_t pixel = 0; pixel < view.truth.size(); ++pixel) {
+          if (view.truth[pixel].meets == Meets::kNothing) continue;
+          ++in_fan;
+          if (shown_mm[pixel] >= 0) ++shown;
+        }
+        return share(shown, in_fan);
+      };
+      Scene by_hand = view.scene;
+      by_hand.detector.threshold = 5;
+      Scene raw = by_hand;
+      raw.speckle.filter = SpeckleFilter::kNone;
+      Scene every_edge = by_hand;
+      every_edge.detector.least_contrast = 1;
+      const double shown = shown_percent(view.scene);
       block.rows.push_back(
-          {name, with_levels(rig, {{"empty %", share(shown, in_fan), 1, at_most(0.5)},
+          {name, with_levels(rig, {{"empty %", shown, 1, at_most(0.5)},
+                                   {"by hand %", shown_percent(by_hand), 1, at_most(0.5)},
+                                   {"raw %", shown_percent(raw), 1, at_most(0.5)},
+                                   {"every edge %", shown_percent(every_edge), 1},
                                    {"flat", rig.picture().stamp.levels.flat ? 1.0 : 0.0, 0, at_least(1)}})});
     }
   }

@@ -101,6 +101,26 @@ test("a button removes near tissue from the volume on show, or says that it foun
   });
 });
 
+test("a mark says how much of the surface is a guess", async () => {
+  await withPage("guess", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    const mark = viewer.page.locator("#guess-mark");
+    assert.equal(await mark.isVisible(), false);
+    const setLeastContrast = async (greyLevels) => {
+      const box = viewer.page.locator('[data-number="detector.least_contrast"]');
+      await viewer.unfold("detector");
+      await box.fill(String(greyLevels));
+      await box.press("Enter");
+    };
+    await setLeastContrast(60);
+    await mark.waitFor({ state: "visible" });
+    assert.match(await mark.textContent(), /^\d\d+ % of the surface is a guess: dimmed$/);
+    await setLeastContrast(0);
+    await mark.waitFor({ state: "hidden" });
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
 test("the crop box has handles in all four panes, and opens again", async () => {
   await withPage("crop", kStillSource, async (viewer) => {
     await viewer.firstPicture();

@@ -120,6 +120,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, reach),
                             OFFSET(CastParameters, sheet_below),
                             OFFSET(CastParameters, least_tissue),
+                            OFFSET(CastParameters, least_contrast),
                             OFFSET(CastParameters, edge_sign),
                             OFFSET(CastParameters, segment_shift),
                             OFFSET(CastParameters, least_seen),

@@ -146,7 +146,8 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
                                                confidence, as_double(gpu.previous_mm));
     Agreements agreements;
     compare_maps(given, gpu.depths, cast, filtered_mm, agreements);
-    const auto lit = twin_light(as_double(gpu.depths.smooth_mm), cast.colour, given.size, given.scene);
+    const auto lit =
+        twin_light(as_double(gpu.depths.smooth_mm), cast.sure, cast.colour, given.size, given.scene);
     agreements[kLit] = compared_colours(gpu.raw, lit);
     agreements[kFinished] =
         compared_colours(gpu.finished, twin_finish(as_rgb(gpu.raw), given.size, given.scene.finish));

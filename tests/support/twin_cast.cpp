@@ -242,9 +242,14 @@ std::vector<double> edge_positions(const Scene::Detector& detector, const std::v
   return positions;
 }
 
-/// The depth of the first surface that is not cropped, or kNoSurface.
-double first_surface_mm(const Scene::Detector& detector, const RaySamples& samples, SampleValues values,
-                        const DepthInterval& shown) {
+struct FirstSurface {
+  double depth_mm = kNoSurface;
+  double sure = 1;
+};
+
+/// The first surface that is not cropped.
+FirstSurface first_surface(const Scene::Detector& detector, const RaySamples& samples, SampleValues values,
+                           const DepthInterval& shown) {
   values.emplace_back();  // nullopt: ends the last run
   std::vector<double> run;
   for (std::size_t index = 0; index < values.size(); ++index) {
@@ -257,16 +262,18 @@ double first_surface_mm(const Scene::Detector& detector, const RaySamples& sampl
       if (!shown.holds(samples.depth_mm(first + position))) continue;
       const bool at_edge =
           detector.place == SurfacePlace::kFirstCrossing || detector.place == SurfacePlace::kRefined;
-      const std::optional<double> place =
-          at_edge ? first + position
+      const std::optional<TwinPlace> place =
+          at_edge ? std::optional(TwinPlace{first + position})
           : detector.place == SurfacePlace::kLevel
               ? twin_place_by_level(detector, echo_of(samples), samples.depth_step_mm(), first + position)
-              : first + placed(detector, run, position);
-      if (place) return std::clamp(samples.depth_mm(*place), shown.first_mm, shown.last_mm);
+              : std::optional(TwinPlace{first + placed(detector, run, position)});
+      if (!place) continue;
+      const double depth_mm = samples.depth_mm(place->position);
+      return {.depth_mm = std::clamp(depth_mm, shown.first_mm, shown.last_mm), .sure = place->sure};
     }
     run.clear();
   }
-  return kNoSurface;
+  return {};
 }
 
 struct Side {
@@ -399,7 +406,9 @@ void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, Twi
       const RaySamples samples(scene, prepared, ray);
       const DepthInterval shown = cropped(scene, ray);
       const SampleValues values = samples.all();
-      cast.depth_mm[pixel] = first_surface_mm(scene.detector, samples, values, shown);
+      const FirstSurface surface = first_surface(scene.detector, samples, values, shown);
+      cast.depth_mm[pixel] = surface.depth_mm;
+      cast.sure[pixel] = surface.sure;
       cast.colour[pixel] =
           accumulated_colour(scene, samples, values, shown, step_of(scene, prepared.geometry()));
     }
@@ -436,6 +445,7 @@ TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& prepared)
   const std::size_t pixels = std::size_t{size.width} * size.height;
   TwinCast cast{.depth_mm = std::vector(pixels, kNoSurface),
                 .confidence = std::vector(pixels, 0.0),
+                .sure = std::vector(pixels, 1.0),
                 .colour = std::vector(pixels, Rgb(0))};
   if (scene.mode == Mode::kSlice) cast_slice(scene, size, prepared, cast);
   if (scene.mode == Mode::kSlices) cast_slices(scene, size, prepared, cast);

@@ -347,8 +347,26 @@ double toned(const Scene::Finish& finish, double light) {
   return finish.tone == Tone::kFilm ? exposed * (1 + exposed / (kWhite * kWhite)) / (1 + exposed) : exposed;
 }
 
-/// Blinn-Phong, soft light, and the light on the rim.
-Rgb lit_colour(const Scene& scene, const Relief& relief, const SoftLight* soft_light, int column, int row) {
+/// The mean about a pixel of the viewport.
+double sure_about(const std::vector<double>& sure, PictureSize size, const Scene& scene, int column,
+                  int row) {
+  const Viewport part = viewport(scene, size);
+  const auto within = [](int at, std::uint32_t first, std::uint32_t count) {
+    return static_cast<std::size_t>(
+        std::clamp(at, static_cast<int>(first), static_cast<int>(first + count) - 1));
+  };
+  double sum = 0;
+  for (const int down : {-1, 0, 1}) {
+    for (const int right : {-1, 0, 1})
+      sum += sure[within(row + down, part.top, part.height) * size.width +
+                  within(column + right, part.left, part.width)];
+  }
+  return sum / 9;
+}
+
+/// Blinn-Phong, soft light, and the light on the rim. `sure`: 0 to 1.
+Rgb lit_colour(const Scene& scene, const Relief& relief, double sure, const SoftLight* soft_light, int column,
+               int row) {
   const Scene::Light& light = scene.light;
   const dvec3 point = relief.point(column, row);
   const dvec3 normal = relief.normal(column, row);
@@ -372,7 +390,8 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, const SoftLight* soft_l
                        linear_of(scene.material.blue));
   const dvec3 linear = lamp * (material * (light.ambient * soft.sky + light.diffuse * matt + rim * soft.sky) +
                                light.specular * highlight * soft.direct);
-  const auto shown = [&](double part) { return displayed_of(toned(scene.finish, part)); };
+  const double seen = std::lerp(0.3, 1.0, sure);
+  const auto shown = [&](double part) { return displayed_of(toned(scene.finish, seen * part)); };
   return {shown(linear.x), shown(linear.y), shown(linear.z)};
 }
 
@@ -388,8 +407,8 @@ bool shows_surface(Mode mode) {
 
 }  // namespace
 
-std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vector<Rgb>& colour,
-                            PictureSize size, const Scene& scene) {
+std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vector<double>& sure,
+                            const std::vector<Rgb>& colour, PictureSize size, const Scene& scene) {
   if (!shows_surface(scene.mode)) return colour;
   std::vector<Rgb> shown = scene.mode == Mode::kSlices ? colour : std::vector(smooth_mm.size(), Rgb(0));
   const Relief relief(smooth_mm, size, scene);
@@ -402,7 +421,8 @@ std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vec
     } else if (scene.mode == Mode::kDepth) {
       shown[pixel] = depth_grey(scene.rays, smooth_mm[pixel]);
     } else {
-      shown[pixel] = lit_colour(scene, relief, soft_light.get(), column, row);
+      shown[pixel] = lit_colour(scene, relief, sure_about(sure, size, scene, column, row), soft_light.get(),
+                                column, row);
     }
   });
   if (scene.mode == Mode::kSurfaceAndVolume) {

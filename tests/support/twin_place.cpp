@@ -31,8 +31,8 @@ std::optional<Rise> rise_through(const std::vector<double>& values, double foot_
 
 }  // namespace
 
-std::optional<double> twin_place_by_level(const Scene::Detector& detector, const SampleEcho& value,
-                                          double spacing_mm, double position) {
+std::optional<TwinPlace> twin_place_by_level(const Scene::Detector& detector, const SampleEcho& value,
+                                             double spacing_mm, double position) {
   const int window = detector.window;
   const int half = window / 2;
   const int oldest = static_cast<int>(std::ceil(position + half - 1)) - (window - 1);
@@ -66,6 +66,9 @@ std::optional<double> twin_place_by_level(const Scene::Detector& detector, const
   if (*std::max_element(narrow.begin() + in_window / 2, narrow.end()) < least_tissue) return std::nullopt;
   const double tissue = *std::ranges::max_element(wide);
   const double fluid = *std::min_element(wide.begin(), wide.begin() + (in_window - mean + 1));
+  const double least_contrast = detector.least_contrast / 255;
+  if (tissue - fluid < least_contrast) return std::nullopt;
+  const double sure = least_contrast > 0 ? std::min((tissue - fluid) / least_contrast - 1, 1.0) : 1;
   const std::vector<double> values = means(1, stride);
   const double peak = *std::ranges::max_element(narrow);
   const double middle = (fluid + peak) / 2;
@@ -73,11 +76,11 @@ std::optional<double> twin_place_by_level(const Scene::Detector& detector, const
   const double front = std::clamp(peak - detector.sheet_below / 255, middle, std::lerp(fluid, peak, 0.92));
   const double level = std::max(is_sheet ? front : std::lerp(fluid, tissue, detector.rise), least_tissue);
   const auto rise = rise_through(values, std::min(std::lerp(fluid, tissue, 0.35), level), level);
-  if (!rise) return position;
+  if (!rise) return TwinPlace{position, sure};
   const double long_mm = stride * (rise->level - rise->foot) * spacing_mm - 0.5;
   const double behind_mm = std::min(detector.reach * std::max(long_mm, 0.0), half * spacing_mm);
   const double found = stride * rise->level + behind_mm / spacing_mm;
-  return start + (inwards ? found : -found);
+  return TwinPlace{start + (inwards ? found : -found), sure};
 }
 
 }  // namespace fanlight::test

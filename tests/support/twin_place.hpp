@@ -11,10 +11,16 @@ namespace fanlight::test {
 /// The echo of a ray's sample, 0 to 1; 0 outside the ray.
 using SampleEcho = std::function<double(int index)>;
 
+/// A place in samples of the ray, and how sure the surface there is, 0 to 1.
+struct TwinPlace {
+  double position = 0;
+  double sure = 1;
+};
+
 /// Pass 1, SurfacePlace::kLevel: where the echo reaches the level of the tissue, for an edge at `position`,
 /// both in samples of the ray (`placed_by_level` in surface_place.h). Absent: there is no tissue behind the
 /// edge.
-std::optional<double> twin_place_by_level(const Scene::Detector& detector, const SampleEcho& value,
-                                          double spacing_mm, double position);
+std::optional<TwinPlace> twin_place_by_level(const Scene::Detector& detector, const SampleEcho& value,
+                                             double spacing_mm, double position);
 
 }  // namespace fanlight::test

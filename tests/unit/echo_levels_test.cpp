@@ -246,6 +246,7 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   EXPECT_NEAR(made.detector.rise, 1 - 10 * 18 / 5.57 / 100, 1e-9) << "10 dB below the tissue";
   EXPECT_NEAR(made.detector.sheet_below, 4.2 * 18 / 5.57, 1e-9) << "of a sheet 4.2 dB below its peak";
   EXPECT_EQ(made.detector.least_tissue, 50);
+  EXPECT_EQ(made.detector.least_contrast, 1.3 * 18);
   EXPECT_EQ(made.detector.reach, 0.6);
   EXPECT_EQ(made.speckle.levels, 18);
   EXPECT_EQ(made.speckle.noise, 0);
@@ -258,7 +259,26 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   EXPECT_EQ(unknown.detector.threshold, Scene::Detector{}.threshold);
   EXPECT_EQ(unknown.detector.rise, 0.5);
   EXPECT_EQ(unknown.detector.least_tissue, 0);
+  EXPECT_EQ(unknown.detector.least_contrast, 0);
   EXPECT_EQ(unknown.speckle.noise, Scene::Speckle{}.noise);
+}
+
+TEST(EffectiveSceneTest, AsksForMoreContrastThanSpeckleHas) {
+  const auto least_contrast = [](SpeckleFilter filter, const EchoLevels& levels) {
+    Scene scene;
+    scene.speckle.filter = filter;
+    return effective_scene(scene, kHalfMmGeometry, {512, 512}, levels).detector.least_contrast;
+  };
+  const EchoLevels log{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
+  EXPECT_EQ(least_contrast(SpeckleFilter::kNone, log), 3 * 18.0);
+  EXPECT_EQ(least_contrast(SpeckleFilter::kMedian, log), 1.3 * 18);
+  const EchoLevels flat{.fluid = 100, .tissue = 110, .noise = 18, .flat = true};
+  EXPECT_EQ(least_contrast(SpeckleFilter::kGuided, flat), 1.3 * 18) << "what stands out of speckle alone";
+  EchoLevels linear{.fluid = 6, .tissue = 100, .noise = 50, .known = true};
+  EXPECT_EQ(least_contrast(SpeckleFilter::kGuided, linear), 0) << "it would take tissue in shadows away";
+  linear.known = false;
+  linear.flat = true;
+  EXPECT_EQ(least_contrast(SpeckleFilter::kGuided, linear), 1.3 * 50);
 }
 
 TEST(EffectiveSceneTest, LeavesWhatTheUserHasSet) {
@@ -267,6 +287,7 @@ TEST(EffectiveSceneTest, LeavesWhatTheUserHasSet) {
   scene.detector.rise = 0.6;
   scene.detector.sheet_below = 12;
   scene.detector.least_tissue = 40;
+  scene.detector.least_contrast = 9;
   scene.speckle.noise = 0;
   scene.speckle.levels = 7;
   const EchoLevels levels{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
