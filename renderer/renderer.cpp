@@ -332,6 +332,7 @@ bool Renderer::collect(Picture& picture) {
     state.stamp.stage_ms = stage_ms;
     state.stamp.passes_overlap = !on_one_device();
     state.stamp.finished_time_ns = now_ns();
+    state.stamp.surface_share = state.slot.surface_share();
     state.stamp.guessed_share = state.slot.guessed_share();
     counters_.pictures_finished.add();
     picture.stamp = state.stamp;

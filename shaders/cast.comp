@@ -124,15 +124,18 @@ float first_candidate(float edges[kBatch], float tried, Ray ray, vec2 shown) {
 }
 
 // The depth of the surface whose edge lies at position `edge`, mm, and how sure it is; FANLIGHT_NO_SURFACE
-// without an edge, and where what is behind it is no tissue. A place outside what is shown moves to its
+// without an edge, and where it is no surface. A place outside what is shown moves to its
 // border.
 float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float sure) {
   float place = edge;
-  if (kPlace >= FANLIGHT_PLACE_TWO_SCALES) {
-    bool pending = edge >= 0.0;
-    while (pending) {
-      place = kPlace == FANLIGHT_PLACE_LEVEL ? placed_by_level(ray, samples, edge, sure) : placed(ray, edge);
-      pending = false;
+  for (bool pending = edge >= 0.0; pending; pending = false) {
+    if (kPlace == FANLIGHT_PLACE_LEVEL) {
+      place = placed_by_level(ray, samples, edge, sure);
+    } else {
+      if (kPlace >= FANLIGHT_PLACE_TWO_SCALES) place = placed(ray, edge);
+      // Only where it is asked for.
+      for (bool due = rays.least_contrast > 0.0; due; due = false) sure = sureness_of(ray, samples, edge);
+      place = sure < 0.0 ? kNotTissue : place;
     }
   }
   float depth_mm = clamp(rays.start + place * ray.spacing, shown.x, shown.y);
@@ -189,7 +192,7 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
     tried = max(tried, edge);
     done = edge < 0.0 || (surface_mm >= 0.0 && complete(accumulator));
   }
-  return RayResult(surface_mm, surface_mm >= 0.0 ? sure : 1.0, colour_of(accumulator), uint(whole(index)));
+  return RayResult(surface_mm, sure, colour_of(accumulator), uint(whole(index)));
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch
@@ -219,7 +222,8 @@ bool in_viewport(uvec2 pixel) {
 
 // Writes the result to all pixels of the ray that lie in the picture.
 void write_pixels(uvec2 first, RayResult result) {
-  uint packed_colour = packUnorm4x8(vec4(result.colour, result.sure));
+  float alpha = result.surface >= 0.0 ? (1.0 + 254.0 * result.sure) / 255.0 : 0.0;
+  uint packed_colour = packUnorm4x8(vec4(result.colour, alpha));
   for (uint down = 0u; down < rays.pixel_stride; ++down) {
     for (uint across = 0u; across < rays.pixel_stride; ++across) {
       uvec2 pixel = first + uvec2(across, down);

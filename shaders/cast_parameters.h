@@ -93,7 +93,7 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float reach;           // FANLIGHT_PLACE_LEVEL: of the surface behind a slow rise, for each mm of the rise
   float sheet_below;     // FANLIGHT_PLACE_LEVEL: of a thin bright sheet's front, below its peak, 0 to 1
   float least_tissue;    // FANLIGHT_PLACE_LEVEL: what is darker behind an edge is no tissue, 0 to 1
-  float least_contrast;  // FANLIGHT_PLACE_LEVEL: what differs by less at an edge is speckle, 0 to 1
+  float least_contrast;  // what differs by less at an edge is no surface, 0 to 1
   int edge_sign;         // edges that are surfaces: +1 dark to bright, -1 bright to dark, 0 either
 
   // The rays of a tile are divided into segments of 1 << segment_shift samples. Grey levels outside

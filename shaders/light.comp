@@ -2,9 +2,8 @@
 // Pass 2, light: shades the filtered depth map (renderer/ALGORITHM.md, pass 2): normals, Blinn-Phong, and a
 // shadow ray over the height map. Or shows the depth map or the colours of pass 1.
 //
-// Reads: the parameters; smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel, whose
-//   alpha says how sure the surface is; min_depth
-//   (min_depth.comp).
+// Reads: the parameters; smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel, whose alpha says how
+//   sure the surface is (cast.comp); min_depth (min_depth.comp).
 // Writes: lit, four half floats a pixel, displayed (sRGB) values. Maps: height x width of the picture.
 //
 // Points are in the view frame, mm: right, up, and height towards the viewer (-depth).
@@ -63,17 +62,20 @@ SoftLight soft_light_around(ivec2 pixel, float depth) {
   return SoftLight(mean.x, mean.y, mean.z, depth);
 }
 
-// How sure the surface is, 0 to 1: the mean about a pixel, since speckle makes it uneven. Alpha of
-// volume_colour.
+// How sure the surface is, 0 to 1: the mean of the rays about a pixel, since speckle makes it uneven. 0 where
+// none of them met a surface: the pixel is in a hole that was filled.
 float sure_about(ivec2 pixel) {
   ivec2 first = ivec2(lighting.view_left, lighting.view_top);
   ivec2 last = ivec2(lighting.view_right, lighting.view_bottom);
   float sum = 0.0;
+  float met = 0.0;
   [[unroll]] for (int each = 0; each < 9; ++each) {
     ivec2 beside = ivec2(each % 3, each / 3) - 1;
-    sum += float(volume_colour[index_of(clamp(pixel + beside, first, last))] >> 24);
+    float alpha = float(volume_colour[index_of(clamp(pixel + beside, first, last))] >> 24);
+    sum += max(alpha - 1.0, 0.0);
+    met += min(alpha, 1.0);
   }
-  return sum / (9.0 * 255.0);
+  return sum / (254.0 * max(met, 1.0));
 }
 
 vec3 shade(ivec2 pixel, float depth) {

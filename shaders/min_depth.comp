@@ -2,12 +2,10 @@
 // Pass 2: the smallest depth of the filtered map, above which shadow rays end (light.comp), and how much of
 // what is shown is a guess. One invocation a row.
 //
-// Reads: smooth_depth, float a pixel, mm, and volume_colour, RGBA8 a pixel, whose alpha says how sure the
-// surface
-//   is (cast.comp); height x width of the picture.
+// Reads: smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel, whose alpha says how sure the surface
+//   is (cast.comp). Both: height x width of the picture.
 // Writes: min_depth, the bits of a float, mm, which holds FANLIGHT_MAX_DEPTH before; shown_pixels, those with
-// a
-//   surface, and guessed_pixels, those of them that are not sure, which hold 0 before.
+//   a surface; guessed_pixels, those of them that are not sure. Both hold 0 before.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

@@ -71,7 +71,7 @@ float placed(Ray ray, float position) {
   return found < 0.0 ? position : oldest + found;
 }
 
-// In place of a position: there is no tissue behind the edge. Below the position of any sample.
+// In place of a position: the edge is no surface. Below the position of any sample.
 const float kNotTissue = -1e9;
 
 // Of a window with many samples every second one is read: half the time, and neighbours differ little.
@@ -89,8 +89,8 @@ const int kMostOfASheet = kLevelMean;
 const float kFoot = 0.35;
 // Over which the pulse and the filters of pass 0 spread the echo of a surface that is met at a right angle.
 const float kOwnRiseMm = 0.5;
-// A surface is sure where fluid and tissue differ by this multiple of rays.least_contrast.
-const float kSureContrast = 2.0;
+// A surface is sure where fluid and tissue differ by twice rays.least_contrast, or by so much more than that.
+const float kMostGuess = 30.0 / 255.0;
 // Of a sheet without speckle the level is not nearer to the peak than of a contrast of 50 dB.
 const float kMostSheetRise = 0.92;
 
@@ -178,23 +178,26 @@ float reach_behind(Rise rise, float spacing) {
   return min(rays.reach * max(long_mm, 0.0), float(kHalf) * spacing) / value_mm;
 }
 
-// The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, first
-// rises past rays.rise of the way to the tissue's, and past rays.least_tissue. The tissue is the brightest
-// mean of kLevelMean samples up to half a window beyond the window, the fluid the darkest within it. A thin
-// bright sheet has its front rays.sheet_below under its peak: a mean would hold fluid on both sides of it.
-// The surface lies behind that place where the echo rises slowly (reach_behind). kNotTissue where no mean of
-// kShortMean samples behind the window's middle reaches rays.least_tissue, or where tissue and fluid differ
-// by less than rays.least_contrast. `run`: the samples of the ray. `sure`: from 0 at that contrast to 1.
-float placed_by_level(Ray ray, SampleRun run, float position, out float sure) {
-  sure = 1.0;
+// Echoes about an edge: means of kLevelMean samples but for `brightest`.
+struct EdgeEchoes {
+  float start;      // position of the first sample
+  float inwards;    // +1 or -1: from the fluid towards the tissue
+  float fluid;      // the darkest mean within the window
+  float tissue;     // the brightest up to half a window beyond it
+  float brightest;  // mean of kShortMean samples behind the window's middle
+};
+
+// Of the edge at `position`, with the samples from the fluid towards the tissue. `run`: the samples of the
+// ray.
+EdgeEchoes echoes_about(Ray ray, SampleRun run, float position, out float values[kLevelSamples]) {
+  EdgeEchoes echoes;
   float oldest = ceil(position + float(kHalf) - 1.0) - float(kWindow - 1);
-  float inwards = direction_inwards(ray, oldest);
-  float start = inwards > 0.0 ? oldest : oldest + float(kWindow - 1);
-  float values[kLevelSamples];
-  samples_inwards(ray, run, start, inwards, values);
+  echoes.inwards = direction_inwards(ray, oldest);
+  echoes.start = echoes.inwards > 0.0 ? oldest : oldest + float(kWindow - 1);
+  samples_inwards(ray, run, echoes.start, echoes.inwards, values);
   float fluid = 1e6;
   float tissue = 0.0;
-  float brightest = 0.0;  // sum of kShortMean samples
+  float brightest = 0.0;
   [[unroll]] for (int last = kWindowSamples / 2 + kShortMean - 1; last < kLevelSamples; ++last) {
     brightest = max(brightest, sum_to(values, last, kShortMean));
   }
@@ -203,16 +206,42 @@ float placed_by_level(Ray ray, SampleRun run, float position, out float sure) {
     tissue = max(tissue, sum);
     if (last < kWindowSamples) fluid = min(fluid, sum);
   }
-  if (brightest < rays.least_tissue * float(kShortMean)) return kNotTissue;
-  fluid /= float(kLevelMean);
-  float contrast = tissue / float(kLevelMean) - fluid;
-  if (contrast < rays.least_contrast) return kNotTissue;
-  float sure_beyond = (kSureContrast - 1.0) * rays.least_contrast;
-  sure = sure_beyond > 0.0 ? clamp((contrast - rays.least_contrast) / sure_beyond, 0.0, 1.0) : 1.0;
-  float level = max(level_of(values, fluid, tissue / float(kLevelMean)), rays.least_tissue);
-  Rise rise = rise_through(values, min(mix(fluid, tissue / float(kLevelMean), kFoot), level), level);
+  echoes.fluid = fluid / float(kLevelMean);
+  echoes.tissue = tissue / float(kLevelMean);
+  echoes.brightest = brightest / float(kShortMean);
+  return echoes;
+}
+
+// How sure it is that this is a surface: from 0 where tissue and fluid differ by rays.least_contrast to 1; -1
+// where they differ by less, as speckle alone does.
+float sureness(EdgeEchoes echoes) {
+  float beyond = echoes.tissue - echoes.fluid - rays.least_contrast;
+  float sure_beyond = min(rays.least_contrast, kMostGuess);
+  float share = sure_beyond > 0.0 ? min(beyond / sure_beyond, 1.0) : 1.0;
+  return beyond < 0.0 ? -1.0 : share;
+}
+
+// The position of the surface whose edge lies at `position`: where the echo, coming from the fluid, first
+// rises past rays.rise of the way to the tissue's, and past rays.least_tissue. A thin bright sheet has its
+// front rays.sheet_below under its peak: a mean would hold fluid on both sides of it. The surface lies behind
+// that place where the echo rises slowly (reach_behind). kNotTissue where nothing behind the window's middle
+// reaches rays.least_tissue, and where the surface is not sure. `run`: the samples of the ray.
+float placed_by_level(Ray ray, SampleRun run, float position, out float sure) {
+  float values[kLevelSamples];
+  EdgeEchoes echoes = echoes_about(ray, run, position, values);
+  sure = sureness(echoes);
+  if (echoes.brightest < rays.least_tissue || sure < 0.0) return kNotTissue;
+  float level = max(level_of(values, echoes.fluid, echoes.tissue), rays.least_tissue);
+  float foot_level = min(mix(echoes.fluid, echoes.tissue, kFoot), level);
+  Rise rise = rise_through(values, foot_level, level);
   float found = rise.level + reach_behind(rise, ray.spacing);
-  return rise.level < 0.0 ? position : start + inwards * float(kLevelStride) * found;
+  return rise.level < 0.0 ? position : echoes.start + echoes.inwards * float(kLevelStride) * found;
+}
+
+// sureness() of the edge at `position`.
+float sureness_of(Ray ray, SampleRun run, float position) {
+  float values[kLevelSamples];
+  return sureness(echoes_about(ray, run, position, values));
 }
 
 #endif

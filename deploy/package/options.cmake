@@ -16,3 +16,4 @@ string(JOIN " " flags
   -fstack-protector-strong -D_FORTIFY_SOURCE=2 -Wformat -Werror=format-security)
 set(CMAKE_CXX_FLAGS "${flags}" CACHE STRING "")
 set(CMAKE_EXE_LINKER_FLAGS "-Wl,-z,relro -Wl,-z,now -Wl,--build-id=sha1" CACHE STRING "")
+set(CMAKE_MODULE_LINKER_FLAGS "${CMAKE_EXE_LINKER_FLAGS}" CACHE STRING "")

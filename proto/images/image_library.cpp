@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <atomic>
 #include <string_view>
 
 #include "proto/base/version.hpp"
@@ -38,8 +39,12 @@ Result<ImageLibrary*> load_image_library() {
 }  // namespace
 
 Result<ImageLibrary*> image_library() {
-  static const Result<ImageLibrary*> loaded = load_image_library();
-  return loaded;
+  // A failure is tried again: it may have been a lack of memory.
+  static std::atomic<ImageLibrary*> loaded = nullptr;
+  if (ImageLibrary* const library = loaded) return library;
+  Result<ImageLibrary*> library = load_image_library();
+  if (library) loaded = *library;
+  return library;
 }
 
 }  // namespace fanlight

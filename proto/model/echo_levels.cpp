@@ -29,10 +29,9 @@ constexpr double kMostRise = 0.83;
 // fluid).
 constexpr double kStepOverSpeckle = 0.65;
 // Contrast that speckle alone reaches on less than 0.5 % of rays, in its deviations as measured before any
-// filter: the brightest and the darkest mean of four samples within some mm differ by so much
-// (scanned/*-alone in tests/accuracy with a threshold of 5: 2 to 10 % of rays at 0.5, none at 1; 0.7 to 13 %
-// at 2 without a filter, none at 3). Surfaces have three times as much and more: no scene shows less by it.
-constexpr double kReducedContrast = 1.3;
+// filter: the brightest and the darkest mean of four samples within some mm differ by so much (measured:
+// "Speckle alone" in renderer/RESULTS.md).
+constexpr double kReducedContrast = 1.6;
 constexpr double kRawContrast = 3;
 // No step exceeds it.
 constexpr double kNoThreshold = 255;
@@ -61,14 +60,16 @@ double EchoLevels::sheet_below() const {
 }
 
 double EchoLevels::least_contrast(bool reduced) const {
+  if (flat && noise == 0) return kNoThreshold;
   // Without log compression tissue in a shadow would be lost with the speckle, where there is tissue.
   if ((!known && !flat) || (linear() && !flat)) return 0;
-  return (reduced ? kReducedContrast : kRawContrast) * noise;
+  // Where there is a surface its slopes between two frames have less contrast than raw speckle alone.
+  return (reduced || known ? kReducedContrast : kRawContrast) * noise;
 }
 
 std::string sentence(const EchoLevels& levels) {
   if (levels.flat)
-    return "from the data: no surface, since fluid and tissue differ by no more than the speckle";
+    return "from the data: fluid and tissue differ by no more than the speckle, which is no surface";
   if (!levels.known) return "from the data: fluid and tissue cannot be distinguished";
   return fmt::format(
       "from the data: fluid {:.0f}, tissue {:.0f}, speckle {:.0f} grey levels{}; threshold {:.0f}, "

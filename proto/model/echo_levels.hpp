@@ -30,7 +30,8 @@ struct EchoLevels {
   /// (measured: renderer/RESULTS.md).
   double least_tissue() const { return known ? std::lerp(fluid, tissue, 0.4) : 0; }
   /// What the echo before and behind a surface differs by at least, grey levels, so that of rays through
-  /// speckle alone less than 0.5 % show one; 0: not known. `reduced`: a filter has reduced the speckle.
+  /// speckle alone less than 0.5 % show one; 0: not known. `reduced`: a filter has reduced the speckle as far
+  /// as it was measured.
   double least_contrast(bool reduced) const;
   /// Whether the speckle's deviation is proportional to its mean, as without log compression.
   bool linear() const { return noise > kLeastLinearRatio * tissue; }

@@ -7,19 +7,31 @@ namespace fanlight {
 
 namespace {
 
-constexpr Look::Value kFacePreset[] = {{"mode", "surface"},         {"filter.size_mm", "6"},
-                                       {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
-                                       {"detector.window_mm", "6"}, {"detector.sign", "dark-to-bright"},
-                                       {"detector.place", "level"}, {"near.before_bone", "shown"},
+constexpr Look::Value kFacePreset[] = {{"mode", "surface"},
+                                       {"filter.size_mm", "6"},
+                                       {"detector.threshold", "0"},
+                                       {"detector.least_tissue", "0"},
+                                       {"detector.least_contrast", "0"},
+                                       {"detector.window_mm", "6"},
+                                       {"detector.sign", "dark-to-bright"},
+                                       {"detector.place", "level"},
+                                       {"near.before_bone", "shown"},
                                        {"finish.colours", "none"}};
 
 // A small window keeps folds and creases; less light goes under the skin, and shadows are open.
-constexpr Look::Value kSkinPreset[] = {{"mode", "surface"},         {"filter.size_mm", "3"},
-                                       {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
-                                       {"detector.window_mm", "6"}, {"detector.sign", "dark-to-bright"},
-                                       {"detector.place", "level"}, {"near.before_bone", "shown"},
-                                       {"finish.colours", "none"},  {"material.scatter_mm", "0.6"},
-                                       {"light.specular", "0.3"},   {"shadow.coefficient", "0.35"},
+constexpr Look::Value kSkinPreset[] = {{"mode", "surface"},
+                                       {"filter.size_mm", "3"},
+                                       {"detector.threshold", "0"},
+                                       {"detector.least_tissue", "0"},
+                                       {"detector.least_contrast", "0"},
+                                       {"detector.window_mm", "6"},
+                                       {"detector.sign", "dark-to-bright"},
+                                       {"detector.place", "level"},
+                                       {"near.before_bone", "shown"},
+                                       {"finish.colours", "none"},
+                                       {"material.scatter_mm", "0.6"},
+                                       {"light.specular", "0.3"},
+                                       {"shadow.coefficient", "0.35"},
                                        {"finish.exposure", "1.6"}};
 
 // The bright line behind which the echo falls: bone throws a shadow, and the inside of a skull is dark.
@@ -30,13 +42,19 @@ constexpr Look::Value kBonePreset[] = {{"mode", "surface"},
                                        {"detector.sign", "bright-to-dark"},
                                        {"detector.place", "ridge"},
                                        {"detector.least_tissue", "0"},
+                                       {"detector.least_contrast", "0"},
                                        {"near.before_bone", "removed"},
                                        {"finish.colours", "none"}};
 
-constexpr Look::Value kDepthPreset[] = {{"mode", "depth"},           {"filter.size_mm", "6"},
-                                        {"detector.threshold", "0"}, {"detector.least_tissue", "0"},
-                                        {"detector.window_mm", "6"}, {"detector.sign", "dark-to-bright"},
-                                        {"detector.place", "level"}, {"near.before_bone", "shown"},
+constexpr Look::Value kDepthPreset[] = {{"mode", "depth"},
+                                        {"filter.size_mm", "6"},
+                                        {"detector.threshold", "0"},
+                                        {"detector.least_tissue", "0"},
+                                        {"detector.least_contrast", "0"},
+                                        {"detector.window_mm", "6"},
+                                        {"detector.sign", "dark-to-bright"},
+                                        {"detector.place", "level"},
+                                        {"near.before_bone", "shown"},
                                         {"finish.colours", "gold"}};
 
 constexpr Preset kPresets[] = {

@@ -149,7 +149,7 @@ struct Scene {
     double reach = 0;        ///< place level: share of the length of the rise; 0: none
     double sheet_below = 0;  ///< place level: of a thin sheet's front below its peak; 0: from the data
     double least_tissue = 0;    ///< place level: of an echo behind an edge, grey levels; 0: from the data
-    double least_contrast = 0;  ///< place level: between fluid and tissue, grey levels; 0: from the data
+    double least_contrast = 0;  ///< between fluid and tissue, grey levels; 0: from the data
     FrameSteps frame_steps = FrameSteps::kKept;
   } detector;
 

@@ -238,9 +238,8 @@ const SceneField kFields[] = {
                                        0, 255, 0, FirstPass::kCast),
     row<MEMBER(detector.least_contrast)>(
         "detector.least_contrast", "grey levels",
-        "place level: an edge where the fluid before it and the tissue behind it differ by less is no "
-        "surface; "
-        "0 asks the data for what speckle alone does not reach, 1 takes every edge",
+        "an edge where the fluid before it and the tissue behind it differ by less is no surface; 0 asks the "
+        "data for what speckle alone does not reach, 1 takes every edge",
         0, 255, 0, FirstPass::kCast),
     choice<MEMBER(detector.frame_steps)>("detector.frame_steps",
                                          "the steps that mixed echoes between two frames make on a slanted "

@@ -12,6 +12,8 @@ namespace {
 constexpr int kLeastSpeckle = 3;
 constexpr int kMostSpeckle = 7;
 constexpr int kMostFilter = 31;
+// Detector windows whose means are of four samples.
+constexpr int kLeastReducing = 8;
 
 /// The odd number of pixels nearest to a length, limited.
 int odd_pixels(double length_mm, double pixel_mm, int least, int most) {
@@ -22,6 +24,15 @@ int odd_pixels(double length_mm, double pixel_mm, int least, int most) {
 /// The even number of samples nearest to a length, limited.
 int even_samples(double length_mm, double step_mm) {
   return std::clamp(2 * static_cast<int>(std::lround(length_mm / step_mm / 2)), 2, kMostDetectorWindow);
+}
+
+/// Whether a filter takes speckle of these levels away, and means are long enough to take more.
+bool reduces_speckle(const Scene::Speckle& speckle, const EchoLevels& levels) {
+  constexpr double kEnough = 0.7;
+  if (speckle.filter == SpeckleFilter::kNone) return false;
+  if (speckle.filter != SpeckleFilter::kGuided) return speckle.size > kLeastSpeckle;
+  const double removed = speckle.noise > 0 ? speckle.noise * levels.tissue : speckle.levels;
+  return speckle.size > kLeastSpeckle && removed >= kEnough * levels.noise;
 }
 
 void take_noise(Scene::Speckle& speckle, const EchoLevels& levels) {
@@ -59,8 +70,10 @@ Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSi
   if (scene.detector.rise == 0) made.detector.rise = levels.rise(made.detector.reach);
   if (scene.detector.sheet_below == 0) made.detector.sheet_below = levels.sheet_below();
   if (scene.detector.least_tissue == 0) made.detector.least_tissue = levels.least_tissue();
-  if (scene.detector.least_contrast == 0)
-    made.detector.least_contrast = levels.least_contrast(scene.speckle.filter != SpeckleFilter::kNone);
+  if (scene.detector.least_contrast == 0) {
+    const bool reduced = made.detector.window >= kLeastReducing && reduces_speckle(made.speckle, levels);
+    made.detector.least_contrast = levels.least_contrast(reduced);
+  }
   // What is not different must compare as equal.
   made.detector.window_mm = made.speckle.size_mm = made.filter.size_mm = 0;
   return made;

@@ -338,7 +338,13 @@ Result<void> LightPass::submit(std::size_t end_step) {
 
 double LightPass::guessed_share() const {
   const auto& totals = memory_.read_back_totals.mapped_as<MapTotals>();
-  return totals.shown_pixels == 0 ? 0 : static_cast<double>(totals.guessed_pixels) / totals.shown_pixels;
+  const bool dims = filtered_.show == FANLIGHT_SHOW_SURFACE;
+  return !dims || totals.shown_pixels == 0 ? 0
+                                           : static_cast<double>(totals.guessed_pixels) / totals.shown_pixels;
+}
+
+double LightPass::surface_share() const {
+  return static_cast<double>(memory_.read_back_totals.mapped_as<MapTotals>().shown_pixels) / pixels();
 }
 
 Result<void> LightPass::submit_next() {

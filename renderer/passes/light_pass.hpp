@@ -102,8 +102,12 @@ class LightPass {
     return {reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)};
   }
 
-  /// Of its pixels with a surface, the share whose surface is a guess: the echo before and behind it differs
-  /// by less than twice what speckle alone reaches (surface_place.h). 0 where that is not known.
+  /// Share of the picture's pixels that have a surface.
+  double surface_share() const;
+
+  /// Of these, the share whose surface is a guess and is dimmed: it is not sure (surface_place.h), or fills a
+  /// hole. 0 where nothing is dimmed: in modes that do not light the surface, and where the speckle is not
+  /// known.
   double guessed_share() const;
 
  private:

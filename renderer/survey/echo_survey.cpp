@@ -202,13 +202,14 @@ bool SteadyLevels::is_other(const EchoLevels& measured) const {
 }
 
 void SteadyLevels::add(const EchoLevels& measured) {
-  if (!measured.known) {
+  const bool stays_flat = measured.flat && mean_.flat;
+  if (!measured.known && !stays_flat) {
     flat_volumes_ = measured.flat ? flat_volumes_ + 1 : 0;
     if (measured.flat && (!mean_.known || flat_volumes_ >= kFlatVolumes)) mean_ = in_force_ = measured;
     return;
   }
   flat_volumes_ = 0;
-  if (is_other(measured)) {
+  if (stays_flat ? differ(mean_.noise, measured.noise, kOtherChange) : is_other(measured)) {
     mean_ = in_force_ = measured;
     return;
   }

@@ -139,7 +139,7 @@ void print_text(std::FILE* out, const RenderReport& report) {
     fmt::print(out, "near tissue is shown: no skull was found behind it\n");
   if (picture.stamp.guessed_share >= 0.005)
     fmt::print(out,
-               "{:.0f} % of the surface is a guess, and dimmed: it stands out of the speckle by little\n",
+               "{:.0f} % of the surface is uncertain and dimmed: it barely stands out from the speckle\n",
                100 * picture.stamp.guessed_share);
   if (report.speckle_filter_left_out) {
     fmt::print(out, "the speckle filter was left out: the volume is too large for it on this GPU\n");

@@ -33,7 +33,11 @@ std::optional<NotedPicture> picture_of(const json& line) {
                        .width = line.at("width"),
                        .height = line.at("height")};
   if (const json& levels = line.at("levels"); levels.is_object() && levels.contains("flat")) {
-    picture.levels.flat = levels.at("flat");
+    // Recordings before 2026-11-26 say no more.
+    picture.levels = {.fluid = levels.value("fluid", 0.0),
+                      .tissue = levels.value("tissue", 0.0),
+                      .noise = levels.value("noise", 0.0),
+                      .flat = levels.at("flat")};
   } else if (!levels.is_null()) {
     picture.levels = {.fluid = levels.at("fluid"),
                       .tissue = levels.at("tissue"),
@@ -74,8 +78,9 @@ std::string scene_note(std::uint64_t revision, const Scene& scene) {
 std::string picture_note(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height) {
   const EchoLevels& levels = stamp.levels;
   ordered_json known = nullptr;
-  if (levels.flat) known = {{"flat", true}};
-  if (levels.known) known = {{"fluid", levels.fluid}, {"tissue", levels.tissue}, {"noise", levels.noise}};
+  if (levels.known || levels.flat)
+    known = {{"fluid", levels.fluid}, {"tissue", levels.tissue}, {"noise", levels.noise}};
+  if (levels.flat) known["flat"] = true;
   return ordered_json({{"picture", stamp.picture_id},
                        {"volume", stamp.volume.source_volume_index},
                        {"first_frame", stamp.volume.first_frame_sequence},

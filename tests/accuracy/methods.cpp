@@ -5,6 +5,7 @@ namespace fanlight::test {
 
 void with_fixed_numbers(Scene& scene) {
   scene.detector = {};
+  scene.detector.least_contrast = 1;
   scene.speckle = {};
 }
 

@@ -221,12 +221,29 @@ class ScannedScenes {
       by_hand.detector.threshold = 5;
       Scene raw = by_hand;
       raw.speckle.filter = SpeckleFilter::kNone;
+      // As in volumes with a surface, whose levels are known.
+      Scene reduced = by_hand;
+      reduced.speckle.noise = 0;
+      const auto most_percent = [&](Scene scene) {
+        double most = 0;
+        for (const SurfacePlace place : {SurfacePlace::kFirstCrossing, SurfacePlace::kRefined,
+                                         SurfacePlace::kTwoScales, SurfacePlace::kRidge}) {
+          scene.detector.place = place;
+          most = std::max(most, shown_percent(scene));
+        }
+        scene.detector.place = SurfacePlace::kLevel;
+        scene.detector.sign = EdgeSign::kEither;
+        return std::max(most, shown_percent(scene));
+      };
       Scene every_edge = by_hand;
       every_edge.detector.least_contrast = 1;
       const double shown = shown_percent(view.scene);
+      reduced.speckle.levels = rig.picture().stamp.levels.noise;
       block.rows.push_back(
           {name, with_levels(rig, {{"empty %", shown, 1, at_most(0.5)},
                                    {"by hand %", shown_percent(by_hand), 1, at_most(0.5)},
+                                   {"places %", most_percent(by_hand), 1, at_most(0.5)},
+                                   {"reduced %", shown_percent(reduced), 1, at_most(0.5)},
                                    {"raw %", shown_percent(raw), 1, at_most(0.5)},
                                    {"every edge %", shown_percent(every_edge), 1},
                                    {"flat", rig.picture().stamp.levels.flat ? 1.0 : 0.0, 0, at_least(1)}})});

@@ -101,7 +101,7 @@ test("a button removes near tissue from the volume on show, or says that it foun
   });
 });
 
-test("a mark says how much of the surface is a guess", async () => {
+test("a mark says how much of the surface is uncertain", async () => {
   await withPage("guess", kStillSource, async (viewer) => {
     await viewer.firstPicture();
     const mark = viewer.page.locator("#guess-mark");
@@ -114,7 +114,7 @@ test("a mark says how much of the surface is a guess", async () => {
     };
     await setLeastContrast(60);
     await mark.waitFor({ state: "visible" });
-    assert.match(await mark.textContent(), /^\d\d+ % of the surface is a guess: dimmed$/);
+    assert.match(await mark.textContent(), /^\d\d+ % of the surface is uncertain \(dimmed\)$/);
     await setLeastContrast(0);
     await mark.waitFor({ state: "hidden" });
     assert.deepEqual(viewer.consoleProblems, []);

@@ -286,7 +286,6 @@ SeededCase seeded_case(std::uint32_t seed) {
   body.depth_mm += dice.between(-1.5, 1.5);
   made.moved_grey = noisy(body, seed + 1'000'000);
   scene.detector.frame_steps = dice.any_to(FrameSteps::kRemoved);
-
   if (made.geometry.kind == FrameKind::kCartesian && made.geometry.sector.half_angle_deg == 0) {
     made.geometry.zero_is_unscanned = dice.one_in(2);
     if (made.geometry.zero_is_unscanned) {
@@ -295,7 +294,7 @@ SeededCase seeded_case(std::uint32_t seed) {
     }
   }
   // Half of the bodies' contrast and less: what is shown is a guess, or sure.
-  scene.detector.least_contrast = dice.between(1, 60);
+  scene.detector.least_contrast = dice.between(1, 25);
   return made;
 }
 

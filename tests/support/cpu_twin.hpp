@@ -25,7 +25,7 @@ Volume twin_prepare(const Scene::Speckle& speckle, const Volume& volume);
 struct TwinCast {
   std::vector<double> depth_mm;    ///< no surfaces in Mode::kSlice, which casts no rays
   std::vector<double> confidence;  ///< contrast of the edge over the noise next to it; 0 without a surface
-  std::vector<double> sure;        ///< 0 to 1 by the contrast of fluid and tissue; 1 without a surface
+  std::vector<double> sure;        ///< 0 to 1 by the contrast of fluid and tissue; -1 without a surface
   std::vector<Rgb> colour;         ///< in the modes that show the echo itself; black in the others
 };
 

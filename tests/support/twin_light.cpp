@@ -347,7 +347,7 @@ double toned(const Scene::Finish& finish, double light) {
   return finish.tone == Tone::kFilm ? exposed * (1 + exposed / (kWhite * kWhite)) / (1 + exposed) : exposed;
 }
 
-/// The mean about a pixel of the viewport.
+/// The mean of the rays about a pixel of the viewport that met a surface.
 double sure_about(const std::vector<double>& sure, PictureSize size, const Scene& scene, int column,
                   int row) {
   const Viewport part = viewport(scene, size);
@@ -356,12 +356,17 @@ double sure_about(const std::vector<double>& sure, PictureSize size, const Scene
         std::clamp(at, static_cast<int>(first), static_cast<int>(first + count) - 1));
   };
   double sum = 0;
+  int met = 0;
   for (const int down : {-1, 0, 1}) {
-    for (const int right : {-1, 0, 1})
-      sum += sure[within(row + down, part.top, part.height) * size.width +
-                  within(column + right, part.left, part.width)];
+    for (const int right : {-1, 0, 1}) {
+      const double there = sure[within(row + down, part.top, part.height) * size.width +
+                                within(column + right, part.left, part.width)];
+      if (there < 0) continue;
+      sum += there;
+      ++met;
+    }
   }
-  return sum / 9;
+  return met > 0 ? sum / met : 0;
 }
 
 /// Blinn-Phong, soft light, and the light on the rim. `sure`: 0 to 1.

@@ -17,9 +17,13 @@ struct TwinPlace {
   double sure = 1;
 };
 
+/// Pass 1: how sure the surface is whose edge lies at `position`, in samples of the ray (`sureness` in
+/// surface_place.h). Absent: it is none.
+std::optional<double> twin_sureness(const Scene::Detector& detector, const SampleEcho& value,
+                                    double position);
+
 /// Pass 1, SurfacePlace::kLevel: where the echo reaches the level of the tissue, for an edge at `position`,
-/// both in samples of the ray (`placed_by_level` in surface_place.h). Absent: there is no tissue behind the
-/// edge.
+/// both in samples of the ray (`placed_by_level` in surface_place.h). Absent: it is no surface.
 std::optional<TwinPlace> twin_place_by_level(const Scene::Detector& detector, const SampleEcho& value,
                                              double spacing_mm, double position);
 

@@ -56,7 +56,6 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   "detector.reach": [["detector.place", "is", "level"]],
   "detector.sheet_below": [["detector.place", "is", "level"]],
   "detector.least_tissue": [["detector.place", "is", "level"]],
-  "detector.least_contrast": [["detector.place", "is", "level"]],
   "light.shininess": [["light.specular", "is above", 0]],
   "shadow.softness_mm": [["shadow.coefficient", "is below", 1]],
   "finish.iterations": [["finish.smoothing", "is", "diffusion"]],

@@ -2,22 +2,27 @@
 // The mark over a picture, much of whose surface differs from speckle by little.
 import type { Picture } from "../generated/fanlight_pb.js";
 
-/** Rims are a guess in every picture. */
-const kWorthSaying = 0.1;
+type Shares = Pick<Picture, "guessedShare" | "surfaceShare" | "levels">;
 
-/** What the mark says; empty: nothing. `threshold`: of the scene, 0 from the data. */
-export function guessText(picture: Pick<Picture, "guessedShare" | "levels">, threshold: number): string {
-  const percent = Math.round(100 * picture.guessedShare);
-  if (picture.guessedShare >= kWorthSaying) return `${percent} % of the surface is a guess: dimmed`;
-  if (picture.levels?.flat && threshold > 0) return "Speckle only, but for what stands out of it";
-  return "";
+/** Rims are uncertain in every picture. */
+const kWorthSaying = 0.1;
+/** Of the picture: less may be a stray edge in speckle. */
+export const kSomeSurface = 0.005;
+
+/** What the mark says; empty: nothing. */
+export function guessText({ guessedShare, surfaceShare, levels }: Shares): string {
+  const texts: string[] = [];
+  if (levels?.flat && surfaceShare >= kSomeSurface) texts.push("Mostly speckle: only what stands out from it is shown");
+  if (guessedShare >= kWorthSaying)
+    texts.push(`${Math.round(100 * guessedShare)} % of the surface is uncertain (dimmed)`);
+  return texts.join(". ");
 }
 
 export class GuessMark {
   constructor(private readonly mark: HTMLElement) {}
 
-  show(picture: Pick<Picture, "guessedShare" | "levels">, threshold: number): void {
-    const text = guessText(picture, threshold);
+  show(picture: Shares): void {
+    const text = guessText(picture);
     this.mark.textContent = text;
     this.mark.hidden = text === "";
   }

@@ -341,7 +341,7 @@ function pictureShown(picture: Picture): void {
   shown = picture;
   for (const each of [probe, liveness]) each.show(Number(picture.captureTimeNs) / 1e6);
   statistics.picture(picture);
-  if (measured.take(picture.levels)) controls?.refresh();
+  if (measured.take(picture.levels, picture.surfaceShare)) controls?.refresh();
   light.placeMarker(); // the size of the picture may have changed
   quickPanel.take(picture);
   overlay.show(picture);

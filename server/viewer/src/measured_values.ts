@@ -3,6 +3,7 @@
 import type { EchoLevels } from "../generated/fanlight_pb.js";
 import { kSurfaceModes } from "./field_effects";
 import { numberText } from "./field_text";
+import { kSomeSurface } from "./guess_mark";
 import type { SettingsEditor } from "./settings_editor";
 
 /** Fields that can ask the data. */
@@ -10,20 +11,22 @@ export const kMeasuredFields = ["detector.threshold", "detector.least_tissue", "
 
 export class MeasuredValues {
   private levels: EchoLevels | undefined;
+  private surfaceShare = 0;
 
   constructor(private readonly editor: Pick<SettingsEditor, "number" | "choice">) {}
 
-  /** Takes the levels of a picture; whether a text of this object has changed. */
-  take(levels: EchoLevels | undefined): boolean {
+  /** Takes the levels of a picture, and the share of it that has a surface; whether a text of this object has changed. */
+  take(levels: EchoLevels | undefined, surfaceShare = 0): boolean {
     const before = this.texts();
     this.levels = levels;
+    this.surfaceShare = surfaceShare;
     return before !== this.texts();
   }
 
-  /** Whether a surface is wanted by a threshold from the data, which shows none in speckle alone. */
+  /** Whether a surface is wanted, and the picture shows none because there is speckle alone. */
   hasNoSurface(): boolean {
     const wantsSurface = kSurfaceModes.includes(this.editor.choice("mode"));
-    return Boolean(this.levels?.flat) && wantsSurface && this.editor.number("detector.threshold") === 0;
+    return Boolean(this.levels?.flat) && wantsSurface && this.surfaceShare < kSomeSurface;
   }
 
   /** The value in force of a field that is 0, "from the data"; undefined for other fields, and where none is known. */

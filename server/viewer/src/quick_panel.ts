@@ -78,7 +78,7 @@ export class QuickPanel {
   take(picture: Picture): void {
     this.sliders.take(picture.levels);
     this.nearTissue.showPicture(picture.nearTissue);
-    this.guess.show(picture, this.editor.number("detector.threshold"));
+    this.guess.show(picture);
   }
 
   /** Whether the picture lacks a change of this display. */

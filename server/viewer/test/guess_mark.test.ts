@@ -4,15 +4,18 @@ import { test } from "node:test";
 import type { EchoLevels } from "../generated/fanlight_pb.js";
 import { guessText } from "../src/guess_mark";
 
-test("the mark says how much of the surface is a guess", () => {
+test("the mark says how much of the surface is uncertain", () => {
   const levels = { flat: false } as EchoLevels;
-  assert.equal(guessText({ guessedShare: 0.04, levels }, 0), "");
-  assert.equal(guessText({ guessedShare: 0.254, levels }, 0), "25 % of the surface is a guess: dimmed");
+  assert.equal(guessText({ guessedShare: 0.04, surfaceShare: 0.6, levels }), "");
+  assert.equal(
+    guessText({ guessedShare: 0.254, surfaceShare: 0.6, levels }),
+    "25 % of the surface is uncertain (dimmed)",
+  );
 });
 
-test("the mark says that there is speckle only, where a threshold by hand could hide it", () => {
+test("the mark says that a surface stands out from speckle alone", () => {
   const levels = { flat: true } as EchoLevels;
-  assert.match(guessText({ guessedShare: 0, levels }, 12), /^Speckle only/);
-  assert.equal(guessText({ guessedShare: 0, levels }, 0), "", "the notice says it");
-  assert.equal(guessText({ guessedShare: 0 }, 12), "");
+  assert.match(guessText({ guessedShare: 0.5, surfaceShare: 0.3, levels }), /^Mostly speckle: .*\. 50 % of/);
+  assert.equal(guessText({ guessedShare: 0, surfaceShare: 0.001, levels }), "", "the notice says it");
+  assert.equal(guessText({ guessedShare: 0, surfaceShare: 0.3 }), "");
 });
