@@ -225,6 +225,7 @@ TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
   scene.detector.threshold = 40;
   scene.detector.rise = 0.7;
   scene.detector.least_tissue = 50;
+  scene.detector.least_contrast = 20;
   scene.speckle.filter = SpeckleFilter::kNone;
   scene.filter.size_mm = 0;
   scene.filter.step_mm = 2;

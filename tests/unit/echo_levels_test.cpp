@@ -246,7 +246,7 @@ TEST(EffectiveSceneTest, TakesThresholdAndNoiseFromTheData) {
   EXPECT_NEAR(made.detector.rise, 1 - 10 * 18 / 5.57 / 100, 1e-9) << "10 dB below the tissue";
   EXPECT_NEAR(made.detector.sheet_below, 4.2 * 18 / 5.57, 1e-9) << "of a sheet 4.2 dB below its peak";
   EXPECT_EQ(made.detector.least_tissue, 50);
-  EXPECT_EQ(made.detector.least_contrast, 1.6 * 18);
+  EXPECT_EQ(made.detector.least_contrast, 1.3 * 18);
   EXPECT_EQ(made.detector.reach, 0.6);
   EXPECT_EQ(made.speckle.levels, 18);
   EXPECT_EQ(made.speckle.noise, 0);
@@ -270,8 +270,8 @@ TEST(EffectiveSceneTest, AsksForMoreContrastThanSpeckleHas) {
     return effective_scene(scene, kHalfMmGeometry, {512, 512}, levels).detector.least_contrast;
   };
   const EchoLevels log{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
-  EXPECT_EQ(least_contrast(SpeckleFilter::kNone, log), 1.6 * 18) << "slopes between two frames have less";
-  EXPECT_EQ(least_contrast(SpeckleFilter::kMedian, log), 1.6 * 18);
+  EXPECT_EQ(least_contrast(SpeckleFilter::kNone, log), 1.3 * 18) << "slopes between two frames have little";
+  EXPECT_EQ(least_contrast(SpeckleFilter::kMedian, log), 1.3 * 18);
   const EchoLevels flat{.fluid = 100, .tissue = 110, .noise = 18, .flat = true};
   EXPECT_EQ(least_contrast(SpeckleFilter::kGuided, flat), 1.6 * 18) << "what stands out of speckle alone";
   EXPECT_EQ(least_contrast(SpeckleFilter::kNone, flat), 3 * 18.0);
