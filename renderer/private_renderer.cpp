@@ -284,7 +284,7 @@ bool PrivateRenderer::collect() {
     state.stamp.stage_ms = stage_ms;
     state.stamp.finished_time_ns = now_ns();
     state.stamp.surface_share = state.light->surface_share();
-    state.stamp.guessed_share = state.light->guessed_share();
+    state.stamp.uncertain_share = state.light->uncertain_share();
     Picture& picture = state.wanted.pictures->draft();
     picture.stamp = state.stamp;
     picture.width = cast_config_.size.width;

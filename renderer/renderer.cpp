@@ -333,7 +333,7 @@ bool Renderer::collect(Picture& picture) {
     state.stamp.passes_overlap = !on_one_device();
     state.stamp.finished_time_ns = now_ns();
     state.stamp.surface_share = state.slot.surface_share();
-    state.stamp.guessed_share = state.slot.guessed_share();
+    state.stamp.uncertain_share = state.slot.uncertain_share();
     counters_.pictures_finished.add();
     picture.stamp = state.stamp;
     picture.width = config_.size.width;

@@ -143,7 +143,7 @@ class VolumeInFlight {
   // Of the main view. Precondition: nothing is outstanding.
   std::span<const std::uint8_t> picture() const { return light_.picture(); }
   double surface_share() const { return light_.surface_share(); }
-  double guessed_share() const { return light_.guessed_share(); }
+  double uncertain_share() const { return light_.uncertain_share(); }
   std::span<const float> depth_mm() const { return light_.depth_mm(); }
   /// Those of the cast are 0 where the picture is not the first of its cast.
   std::array<StageSpan, kStages> stage_spans() const;

@@ -32,7 +32,7 @@
 #define FANLIGHT_BINDING_RAY_DEPTH 35
 // float a pixel: contrast of the edge over the noise next to it.
 #define FANLIGHT_BINDING_CONFIDENCE 9
-// Packed RGBA8 a pixel: the colours of pass 1; alpha 0 without a surface, else 1 to 255 by how sure it is.
+// Packed RGBA8 a pixel: the colours of pass 1, and in alpha the certainty (certainty.h).
 #define FANLIGHT_BINDING_VOLUME_COLOUR 10
 // float a pixel: the temporally filtered depth map of the previous volume, mm.
 #define FANLIGHT_BINDING_PREVIOUS_DEPTH 11
@@ -54,8 +54,8 @@
 #define FANLIGHT_BINDING_DIFFUSED 19
 // Packed RGBA8 a pixel: the picture of pass 3.
 #define FANLIGHT_BINDING_FINISHED 20
-// Three uints: the bits of the smallest depth in the filtered map; its pixels with a surface; those not sure.
-#define FANLIGHT_BINDING_MIN_DEPTH 21
+// MapTotals (map_totals.h).
+#define FANLIGHT_BINDING_MAP_TOTALS 21
 
 // Further buffers of passes 0 and 1.
 // Texels of four pixels: the frames that pass 1 samples, filtered or not.

@@ -6,8 +6,8 @@
 //   segment of a tile's rays (empty_space.comp); tile_list, the tiles to cast again (dirty_tiles.comp); the
 //   transfer function.
 // Writes, height x width of the picture, top row first: depth and ray_depth (the same: mm below the view
-//   plane, FANLIGHT_NO_SURFACE without a surface and outside the viewport), volume_colour (RGBA8; alpha: how
-//   sure the surface is, 1 without one). For each tile: sample_ends.
+//   plane, FANLIGHT_NO_SURFACE without a surface and outside the viewport), volume_colour (RGBA8, with the
+//   certainty: certainty.h). For each tile: sample_ends.
 //
 // On llvmpipe an `if` saves no work, since both sides run under a mask: work that few lanes need stands in
 // loops that end early.
@@ -17,6 +17,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
 #include "cast_parameters.h"
+#include "certainty.h"
 #include "near_tissue.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -103,7 +104,7 @@ SampleRun samples_of_ray(Ray ray, vec2 shown) {
 
 struct RayResult {
   float surface;    // its depth, mm, or FANLIGHT_NO_SURFACE
-  float sure;       // 0 to 1 where there is one
+  float certainty;  // 0 to 1 where there is one
   vec3 colour;      // 0 to 1
   uint sample_end;  // the first sample that was not read
 };
@@ -123,19 +124,20 @@ float first_candidate(float edges[kBatch], float tried, Ray ray, vec2 shown) {
   return first;
 }
 
-// The depth of the surface whose edge lies at position `edge`, mm, and how sure it is; FANLIGHT_NO_SURFACE
+// The depth of the surface whose edge lies at position `edge`, mm, and its certainty; FANLIGHT_NO_SURFACE
 // without an edge, and where it is no surface. A place outside what is shown moves to its
 // border.
-float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float sure) {
+float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float certainty) {
   float place = edge;
   for (bool pending = edge >= 0.0; pending; pending = false) {
     if (kPlace == FANLIGHT_PLACE_LEVEL) {
-      place = placed_by_level(ray, samples, edge, sure);
+      place = placed_by_level(ray, samples, edge, certainty);
     } else {
       if (kPlace >= FANLIGHT_PLACE_TWO_SCALES) place = placed(ray, edge);
       // Only where it is asked for.
-      for (bool due = rays.least_contrast > 0.0; due; due = false) sure = sureness_of(ray, samples, edge);
-      place = sure < 0.0 ? kNotTissue : place;
+      for (bool due = rays.least_contrast > 0.0; due; due = false)
+        certainty = certainty_at(ray, samples, edge);
+      place = certainty < 0.0 ? kNotTissue : place;
     }
   }
   float depth_mm = clamp(rays.start + place * ray.spacing, shown.x, shown.y);
@@ -150,10 +152,10 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
   start(detector);
   RayAccumulator accumulator = new_ray_accumulator();
   float surface_mm = FANLIGHT_NO_SURFACE;
-  float sure = 1.0;
+  float certainty = 1.0;
   float edges[kBatch];  // that ended in the last batch
   [[unroll]] for (int slot = 0; slot < kBatch; ++slot) edges[slot] = -1.0;
-  float tried = -1.0;  // the last edge without tissue behind it
+  float tried = -1.0;  // the last edge that is no surface
   float index = samples.first;
   bool done = false;
   // One iteration ends at an edge, or with the ray.
@@ -188,11 +190,11 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
       }
     }
     edge = edge >= 0.0 || surface_mm >= 0.0 ? edge : candidate(last_edge(detector), tried, ray, shown);
-    surface_mm = max(surface_mm, depth_of(edge, ray, samples, shown, sure));
+    surface_mm = max(surface_mm, depth_of(edge, ray, samples, shown, certainty));
     tried = max(tried, edge);
     done = edge < 0.0 || (surface_mm >= 0.0 && complete(accumulator));
   }
-  return RayResult(surface_mm, sure, colour_of(accumulator), uint(whole(index)));
+  return RayResult(surface_mm, certainty, colour_of(accumulator), uint(whole(index)));
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch
@@ -222,7 +224,7 @@ bool in_viewport(uvec2 pixel) {
 
 // Writes the result to all pixels of the ray that lie in the picture.
 void write_pixels(uvec2 first, RayResult result) {
-  float alpha = result.surface >= 0.0 ? (1.0 + 254.0 * result.sure) / 255.0 : 0.0;
+  float alpha = result.surface >= 0.0 ? alpha_of(result.certainty) : 0.0;
   uint packed_colour = packUnorm4x8(vec4(result.colour, alpha));
   for (uint down = 0u; down < rays.pixel_stride; ++down) {
     for (uint across = 0u; across < rays.pixel_stride; ++across) {

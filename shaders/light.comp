@@ -2,8 +2,8 @@
 // Pass 2, light: shades the filtered depth map (renderer/ALGORITHM.md, pass 2): normals, Blinn-Phong, and a
 // shadow ray over the height map. Or shows the depth map or the colours of pass 1.
 //
-// Reads: the parameters; smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel, whose alpha says how
-//   sure the surface is (cast.comp); min_depth (min_depth.comp).
+// Reads: the parameters; smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel, with the certainty
+//   (certainty.h); totals (map_totals.comp).
 // Writes: lit, four half floats a pixel, displayed (sRGB) values. Maps: height x width of the picture.
 //
 // Points are in the view frame, mm: right, up, and height towards the viewer (-depth).
@@ -12,7 +12,9 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
+#include "certainty.h"
 #include "light_parameters.h"
+#include "map_totals.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -28,8 +30,8 @@ layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth {
   float smooth_depth[];
 };
-layout(binding = FANLIGHT_BINDING_MIN_DEPTH, scalar) readonly buffer MinDepth {
-  uint min_depth;
+layout(binding = FANLIGHT_BINDING_MAP_TOTALS, scalar) readonly buffer Totals {
+  MapTotals totals;
 };
 layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit {
   uvec2 lit[];
@@ -38,8 +40,8 @@ layout(binding = FANLIGHT_BINDING_LIT, scalar) writeonly buffer Lit {
 #include "soft_light.h"
 #include "surface_light.h"
 
-// Share of the light of a surface that is a guess.
-const float kGuessLight = 0.3;
+// Share of the light that a surface without any certainty has.
+const float kUncertainLight = 0.3;
 // The light that the film tone shows as white.
 const float kWhite = 3.0;
 
@@ -62,20 +64,20 @@ SoftLight soft_light_around(ivec2 pixel, float depth) {
   return SoftLight(mean.x, mean.y, mean.z, depth);
 }
 
-// How sure the surface is, 0 to 1: the mean of the rays about a pixel, since speckle makes it uneven. 0 where
-// none of them met a surface: the pixel is in a hole that was filled.
-float sure_about(ivec2 pixel) {
+// How certain the surface is: the mean of the rays about a pixel, since speckle makes it uneven. 0 where none
+// of them met a surface: the pixel is in a hole that was filled.
+float certainty_about(ivec2 pixel) {
   ivec2 first = ivec2(lighting.view_left, lighting.view_top);
   ivec2 last = ivec2(lighting.view_right, lighting.view_bottom);
   float sum = 0.0;
   float met = 0.0;
   [[unroll]] for (int each = 0; each < 9; ++each) {
     ivec2 beside = ivec2(each % 3, each / 3) - 1;
-    float alpha = float(volume_colour[index_of(clamp(pixel + beside, first, last))] >> 24);
-    sum += max(alpha - 1.0, 0.0);
-    met += min(alpha, 1.0);
+    uint colour = volume_colour[index_of(clamp(pixel + beside, first, last))];
+    sum += certainty_of(colour);
+    met += has_surface(colour) ? 1.0 : 0.0;
   }
-  return sum / (254.0 * max(met, 1.0));
+  return sum / max(met, 1.0);
 }
 
 vec3 shade(ivec2 pixel, float depth) {
@@ -100,7 +102,7 @@ vec3 shade(ivec2 pixel, float depth) {
   // faces away from the light, with ambient light only, is brighter than a shadow next to it.
   vec3 from_body = ((lighting.ambient + rim) * soft.sky + lighting.diffuse * matt) * lighting.material;
   vec3 light = lighting.light_colour * (from_body + vec3(lighting.specular * highlight * soft.direct));
-  return mix(kGuessLight, 1.0, sure_about(pixel)) * light;
+  return mix(kUncertainLight, 1.0, certainty_about(pixel)) * light;
 }
 
 // Light to what a screen can show. Reinhard et al., "Photographic tone reproduction for digital images",

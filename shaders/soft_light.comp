@@ -3,7 +3,7 @@
 // light that enters the surface (renderer/ALGORITHM.md, soft light). Of the four pixels, the first that has a
 // surface stands for all.
 //
-// Reads: the parameters; smooth_depth, float a pixel, mm; min_depth (min_depth.comp).
+// Reads: the parameters; smooth_depth, float a pixel, mm; totals (map_totals.comp).
 // Writes: the first map of soft_light.h.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -11,6 +11,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "bindings.h"
 #include "light_parameters.h"
+#include "map_totals.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -20,8 +21,8 @@ layout(constant_id = 1) const bool kSoftShadows = true;
 layout(binding = FANLIGHT_BINDING_SMOOTH_DEPTH, scalar) readonly buffer Smooth {
   float smooth_depth[];
 };
-layout(binding = FANLIGHT_BINDING_MIN_DEPTH, scalar) readonly buffer MinDepth {
-  uint min_depth;
+layout(binding = FANLIGHT_BINDING_MAP_TOTALS, scalar) readonly buffer Totals {
+  MapTotals totals;
 };
 #include "soft_light.h"
 #include "surface_light.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points, normals and shadow rays of the filtered depth map (renderer/ALGORITHM.md, light). The includer has
-// declared the parameters as `lighting`, smooth_depth and min_depth, and the specialisation constants
+// declared the parameters as `lighting`, smooth_depth and totals, and the specialisation constants
 // kPerspective and kSoftShadows.
 //
 // Points are in the view frame, mm: right, up, and height towards the viewer (-depth).
@@ -68,7 +68,7 @@ float light_seen(vec3 from, float depth) {
   float part = leaves ? (lighting.shadow_top - start.z) / towards_light.z : 1.0;
   // Above the highest surface nothing hides the light, if the ray climbs faster than its penumbra widens.
   float climb = towards_light.z - lighting.softness * length(towards_light) / light_distance;
-  float to_nearest = -uintBitsToFloat(min_depth) - start.z;
+  float to_nearest = -uintBitsToFloat(totals.min_depth) - start.z;
   if (climb > 0.0) part = min(part, max(to_nearest / climb, 0.0));
   vec3 end = start + part * towards_light;
 

@@ -89,8 +89,9 @@ const int kMostOfASheet = kLevelMean;
 const float kFoot = 0.35;
 // Over which the pulse and the filters of pass 0 spread the echo of a surface that is met at a right angle.
 const float kOwnRiseMm = 0.5;
-// A surface is sure where fluid and tissue differ by twice rays.least_contrast, or by so much more than that.
-const float kMostGuess = 30.0 / 255.0;
+// A surface is certain where fluid and tissue differ by twice rays.least_contrast, or by so much more than
+// that.
+const float kMostUncertain = 30.0 / 255.0;
 // Of a sheet without speckle the level is not nearer to the peak than of a contrast of 50 dB.
 const float kMostSheetRise = 0.92;
 
@@ -212,12 +213,12 @@ EdgeEchoes echoes_about(Ray ray, SampleRun run, float position, out float values
   return echoes;
 }
 
-// How sure it is that this is a surface: from 0 where tissue and fluid differ by rays.least_contrast to 1; -1
-// where they differ by less, as speckle alone does.
-float sureness(EdgeEchoes echoes) {
+// The certainty of a surface: from 0 where tissue and fluid differ by rays.least_contrast to 1; -1 where they
+// differ by less, as speckle alone does: that is no surface.
+float certainty_by(EdgeEchoes echoes) {
   float beyond = echoes.tissue - echoes.fluid - rays.least_contrast;
-  float sure_beyond = min(rays.least_contrast, kMostGuess);
-  float share = sure_beyond > 0.0 ? min(beyond / sure_beyond, 1.0) : 1.0;
+  float certain_beyond = min(rays.least_contrast, kMostUncertain);
+  float share = certain_beyond > 0.0 ? min(beyond / certain_beyond, 1.0) : 1.0;
   return beyond < 0.0 ? -1.0 : share;
 }
 
@@ -225,12 +226,12 @@ float sureness(EdgeEchoes echoes) {
 // rises past rays.rise of the way to the tissue's, and past rays.least_tissue. A thin bright sheet has its
 // front rays.sheet_below under its peak: a mean would hold fluid on both sides of it. The surface lies behind
 // that place where the echo rises slowly (reach_behind). kNotTissue where nothing behind the window's middle
-// reaches rays.least_tissue, and where the surface is not sure. `run`: the samples of the ray.
-float placed_by_level(Ray ray, SampleRun run, float position, out float sure) {
+// reaches rays.least_tissue, and where certainty_by() finds no surface. `run`: the samples of the ray.
+float placed_by_level(Ray ray, SampleRun run, float position, out float certainty) {
   float values[kLevelSamples];
   EdgeEchoes echoes = echoes_about(ray, run, position, values);
-  sure = sureness(echoes);
-  if (echoes.brightest < rays.least_tissue || sure < 0.0) return kNotTissue;
+  certainty = certainty_by(echoes);
+  if (echoes.brightest < rays.least_tissue || certainty < 0.0) return kNotTissue;
   float level = max(level_of(values, echoes.fluid, echoes.tissue), rays.least_tissue);
   float foot_level = min(mix(echoes.fluid, echoes.tissue, kFoot), level);
   Rise rise = rise_through(values, foot_level, level);
@@ -238,10 +239,10 @@ float placed_by_level(Ray ray, SampleRun run, float position, out float sure) {
   return rise.level < 0.0 ? position : echoes.start + echoes.inwards * float(kLevelStride) * found;
 }
 
-// sureness() of the edge at `position`.
-float sureness_of(Ray ray, SampleRun run, float position) {
+// certainty_by() of the edge at `position`.
+float certainty_at(Ray ray, SampleRun run, float position) {
   float values[kLevelSamples];
-  return sureness(echoes_about(ray, run, position, values));
+  return certainty_by(echoes_about(ray, run, position, values));
 }
 
 #endif

@@ -13,7 +13,7 @@ namespace fanlight {
 
 namespace {
 
-// Found by the program's run path: the build's folder, or lib/fanlight beside its own.
+// Found by the run path of the program: ../lib/fanlight beside it.
 constexpr const char* kFile = "libfanlight-images.so";
 
 Result<ImageLibrary*> load_image_library() {

@@ -28,12 +28,12 @@ constexpr double kMostRise = 0.83;
 // deviation (measured: a sheet of 0.45 mm needs a step of less, and 0.65 shows no more in the scanned scenes'
 // fluid).
 constexpr double kStepOverSpeckle = 0.65;
-// Contrast that speckle alone reaches on less than 0.5 % of rays, in its deviations as measured before any
-// filter: the brightest and the darkest mean of four samples within some mm differ by so much (measured:
-// "Speckle alone" in renderer/RESULTS.md).
+// Contrast that speckle alone reaches on less than 0.5 % of the rays, in deviations of the speckle before any
+// filter: the difference of the brightest and the darkest mean of four samples within some mm. With and
+// without a filter (measured: "Speckle alone" in renderer/RESULTS.md).
 constexpr double kReducedContrast = 1.6;
 constexpr double kRawContrast = 3;
-// Where there is a surface, its slopes between two frames and thin sheets have less contrast than others:
+// Where there is tissue, thin sheets and slopes between two frames have less contrast than other surfaces:
 // at 1.6 a sheet of 0.45 mm has holes.
 constexpr double kKnownContrast = 1.3;
 // No step exceeds it.
@@ -64,15 +64,15 @@ double EchoLevels::sheet_below() const {
 
 double EchoLevels::least_contrast(bool reduced) const {
   if (flat && noise == 0) return kNoThreshold;
-  // Without log compression tissue in a shadow would be lost with the speckle, where there is tissue.
-  if ((!known && !flat) || (linear() && !flat)) return 0;
-  if (known) return kKnownContrast * noise;
-  return (reduced ? kReducedContrast : kRawContrast) * noise;
+  if (flat) return (reduced ? kReducedContrast : kRawContrast) * noise;
+  // Without log compression, tissue in a shadow would be lost with the speckle.
+  return known && !linear() ? kKnownContrast * noise : 0;
 }
 
 std::string sentence(const EchoLevels& levels) {
   if (levels.flat)
-    return "from the data: fluid and tissue differ by no more than the speckle, which is no surface";
+    return "from the data: fluid and tissue differ by no more than the speckle; only what stands out from it "
+           "is shown";
   if (!levels.known) return "from the data: fluid and tissue cannot be distinguished";
   return fmt::format(
       "from the data: fluid {:.0f}, tissue {:.0f}, speckle {:.0f} grey levels{}; threshold {:.0f}, "

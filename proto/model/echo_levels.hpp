@@ -29,9 +29,9 @@ struct EchoLevels {
   /// body. Less than half of the way from fluid to tissue, since echoes fade with depth and in shadows
   /// (measured: renderer/RESULTS.md).
   double least_tissue() const { return known ? std::lerp(fluid, tissue, 0.4) : 0; }
-  /// What the echo before and behind a surface differs by at least, grey levels, so that of rays through
-  /// speckle alone less than 0.5 % show one; 0: not known. `reduced`: a filter has reduced the speckle as far
-  /// as it was measured.
+  /// Least difference of the echo before and behind a surface, grey levels, 0 to 255; 0 where nothing is
+  /// known of the speckle. In flat frames so much that less than 0.5 % of the rays show a surface. `reduced`:
+  /// a filter reduces the speckle.
   double least_contrast(bool reduced) const;
   /// Whether the speckle's deviation is proportional to its mean, as without log compression.
   bool linear() const { return noise > kLeastLinearRatio * tissue; }

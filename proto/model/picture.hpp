@@ -54,9 +54,9 @@ struct PictureStamp {
   EchoLevels levels;  ///< in force for this picture, where its scene asks for values from the data
   NearTissueState near_tissue = NearTissueState::kShown;
   double surface_share = 0;  ///< of the pixels, those with a surface, 0 to 1
-  /// Of these, those whose surface is a guess and is dimmed, 0 to 1: it stands out from the speckle by
+  /// Of these, those whose surface is uncertain and dimmed, 0 to 1: it stands out from the speckle by
   /// little, or fills a hole. 0 in modes that do not light the surface, and where the speckle is not known.
-  double guessed_share = 0;
+  double uncertain_share = 0;
   PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
   bool passes_overlap = false;             ///< passes 2 and 3 run while pass 1 of another volume does

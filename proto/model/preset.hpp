@@ -14,9 +14,9 @@ namespace fanlight {
 /// The view, the light's place and the crop box stay.
 struct Preset {
   std::string_view name;
-  std::string_view help;  ///< one clause for users
-  std::string_view look;  ///< its name; `values` change it
-  std::span<const Look::Value> values;
+  std::string_view help;                ///< one clause for users
+  std::string_view look;                ///< its name
+  std::span<const Look::Value> values;  ///< that differ from the look's and from those that all presets share
 };
 
 /// The default first. All presets set the same fields.

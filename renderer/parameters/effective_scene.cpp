@@ -12,8 +12,8 @@ namespace {
 constexpr int kLeastSpeckle = 3;
 constexpr int kMostSpeckle = 7;
 constexpr int kMostFilter = 31;
-// Detector windows whose means are of four samples.
-constexpr int kLeastReducing = 8;
+// From this window on, the detector's means are of four samples, as in EchoLevels::least_contrast().
+constexpr int kFullMeansWindow = 8;
 
 /// The odd number of pixels nearest to a length, limited.
 int odd_pixels(double length_mm, double pixel_mm, int least, int most) {
@@ -26,13 +26,14 @@ int even_samples(double length_mm, double step_mm) {
   return std::clamp(2 * static_cast<int>(std::lround(length_mm / step_mm / 2)), 2, kMostDetectorWindow);
 }
 
-/// Whether a filter takes speckle of these levels away, and means are long enough to take more.
+/// Whether a filter reduces speckle of these levels: its window is not the smallest, and its noise is not set
+/// far below theirs.
 bool reduces_speckle(const Scene::Speckle& speckle, const EchoLevels& levels) {
-  constexpr double kEnough = 0.7;
-  if (speckle.filter == SpeckleFilter::kNone) return false;
-  if (speckle.filter != SpeckleFilter::kGuided) return speckle.size > kLeastSpeckle;
+  constexpr double kLeastShare = 0.7;
+  if (speckle.filter == SpeckleFilter::kNone || speckle.size == kLeastSpeckle) return false;
+  if (speckle.filter != SpeckleFilter::kGuided) return true;
   const double removed = speckle.noise > 0 ? speckle.noise * levels.tissue : speckle.levels;
-  return speckle.size > kLeastSpeckle && removed >= kEnough * levels.noise;
+  return removed >= kLeastShare * levels.noise;
 }
 
 void take_noise(Scene::Speckle& speckle, const EchoLevels& levels) {
@@ -71,7 +72,7 @@ Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSi
   if (scene.detector.sheet_below == 0) made.detector.sheet_below = levels.sheet_below();
   if (scene.detector.least_tissue == 0) made.detector.least_tissue = levels.least_tissue();
   if (scene.detector.least_contrast == 0) {
-    const bool reduced = made.detector.window >= kLeastReducing && reduces_speckle(made.speckle, levels);
+    const bool reduced = made.detector.window >= kFullMeansWindow && reduces_speckle(made.speckle, levels);
     made.detector.least_contrast = levels.least_contrast(reduced);
   }
   // What is not different must compare as equal.

@@ -27,7 +27,7 @@ struct CastMaps {
 
   GpuBuffer depth;       ///< float, mm; FANLIGHT_NO_SURFACE without a surface
   GpuBuffer confidence;  ///< float: contrast of the edge over the noise next to it
-  GpuBuffer colour;      ///< packed RGBA8; alpha: how sure the surface is (cast.comp)
+  GpuBuffer colour;      ///< packed RGBA8; alpha: the certainty (shaders/certainty.h)
 };
 
 }  // namespace fanlight

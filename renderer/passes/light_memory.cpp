@@ -7,6 +7,7 @@
 #include "renderer/vulkan/command_recording.hpp"
 #include "shaders/bindings.h"
 #include "shaders/light_parameters.h"
+#include "shaders/map_totals.h"
 
 namespace fanlight {
 
@@ -17,24 +18,25 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
   constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   constexpr VkBufferUsageFlags kRead = kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
   constexpr VkBufferUsageFlags kFilled = kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-  const WantedBuffer buffers[] = {{"light_parameters", &made.parameters, sizeof(shaders::LightParameters),
-                                   VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
-                                  {"steady", &made.steady, pixels * sizeof(float), kStorage, steady_place},
-                                  {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage},
-                                  {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage},
-                                  {"filled", &made.filled, pixels * sizeof(float), kStorage},
-                                  {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage},
-                                  {"row_sums", &made.row_sums, pixels * sizeof(glm::uvec2), kStorage},
-                                  {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kRead},
-                                  {"map_totals", &made.map_totals, sizeof(MapTotals), kFilled | kRead},
-                                  {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage},
-                                  {"finished", &made.finished, pixels * sizeof(std::uint32_t), kRead},
-                                  {"read_back", &made.read_back, pixels * sizeof(std::uint32_t),
-                                   VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
-                                  {"read_back_depth", &made.read_back_depth, pixels * sizeof(float),
-                                   VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
-                                  {"read_back_totals", &made.read_back_totals, sizeof(MapTotals),
-                                   VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu}};
+  const WantedBuffer buffers[] = {
+      {"light_parameters", &made.parameters, sizeof(shaders::LightParameters),
+       VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
+      {"steady", &made.steady, pixels * sizeof(float), kStorage, steady_place},
+      {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage},
+      {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage},
+      {"filled", &made.filled, pixels * sizeof(float), kStorage},
+      {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage},
+      {"row_sums", &made.row_sums, pixels * sizeof(glm::uvec2), kStorage},
+      {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kRead},
+      {"map_totals", &made.map_totals, sizeof(shaders::MapTotals), kFilled | kRead},
+      {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage},
+      {"finished", &made.finished, pixels * sizeof(std::uint32_t), kRead},
+      {"read_back", &made.read_back, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+       BufferPlace::kFromGpu},
+      {"read_back_depth", &made.read_back_depth, pixels * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+       BufferPlace::kFromGpu},
+      {"read_back_totals", &made.read_back_totals, sizeof(shaders::MapTotals),
+       VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu}};
   if (auto created = create_buffers(gpu, buffers); !created) return created.error();
   return made;
 }
@@ -52,7 +54,7 @@ void LightMemory::write_to(const DescriptorSets& descriptors) const {
       {FANLIGHT_BINDING_WEIGHTS, &weights},
       {FANLIGHT_BINDING_ROW_SUMS, &row_sums},
       {FANLIGHT_BINDING_SMOOTH_DEPTH, &smooth_depth},
-      {FANLIGHT_BINDING_MIN_DEPTH, &map_totals},
+      {FANLIGHT_BINDING_MAP_TOTALS, &map_totals},
       {FANLIGHT_BINDING_LIT, &row_sums},
       {FANLIGHT_BINDING_DIFFUSED, &diffused},
       {FANLIGHT_BINDING_FINISHED, &finished}};

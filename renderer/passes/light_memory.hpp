@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-
 #include "proto/base/result.hpp"
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/pipelines/descriptor_sets.hpp"
 #include "renderer/vulkan/gpu_memory.hpp"
 
 namespace fanlight {
-
-/// What min_depth.comp finds in a filtered depth map.
-struct MapTotals {
-  float min_depth_mm = 0;
-  std::uint32_t shown_pixels = 0;    ///< with a surface
-  std::uint32_t guessed_pixels = 0;  ///< of these, those that are not sure
-};
 
 /// The memory of a LightPass besides its input: parameters, and the maps that each step writes for the next
 /// one. Maps: height x width, top row first. Tiles: 8 x 8 pixels, numbered along the rows of tiles.
@@ -35,7 +26,7 @@ struct LightMemory {
   GpuBuffer weights;
   GpuBuffer row_sums;  ///< later pass 2's picture
   GpuBuffer smooth_depth;
-  GpuBuffer map_totals;  ///< MapTotals
+  GpuBuffer map_totals;  ///< shaders::MapTotals
   // Pass 3.
   GpuBuffer diffused;
   GpuBuffer finished;

@@ -7,6 +7,7 @@
 
 #include "renderer/vulkan/command_recording.hpp"
 #include "shaders/bindings.h"
+#include "shaders/map_totals.h"
 
 namespace fanlight {
 
@@ -183,7 +184,7 @@ Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
       on_tiles(pipelines.fixed(Shader::kHoles), parts.filled),
       mean ? on_lines(*rows, parts.rows.top, parts.rows.bottom) : on_tiles(*rows, parts.rows),
       mean ? on_lines(*columns, parts.smooth.left, parts.smooth.right) : on_tiles(*columns, parts.smooth),
-      on_lines(pipelines.fixed(Shader::kMinDepth), 0, static_cast<int>(config_.size.height))};
+      on_lines(pipelines.fixed(Shader::kMapTotals), 0, static_cast<int>(config_.size.height))};
   for (const LightStep& step : steps) steps_.add(step);
   return {};
 }
@@ -265,7 +266,7 @@ Result<void> LightPass::change(const Scene& scene) {
 }
 
 void LightPass::record_clear_totals(VkCommandBuffer commands) const {
-  const MapTotals none{.min_depth_mm = kFarthestMm};
+  const shaders::MapTotals none{.min_depth = std::bit_cast<std::uint32_t>(kFarthestMm)};
   vkCmdUpdateBuffer(commands, memory_.map_totals.get(), 0, sizeof none, &none);
   barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
@@ -336,15 +337,15 @@ Result<void> LightPass::submit(std::size_t end_step) {
   return {};
 }
 
-double LightPass::guessed_share() const {
-  const auto& totals = memory_.read_back_totals.mapped_as<MapTotals>();
-  const bool dims = filtered_.show == FANLIGHT_SHOW_SURFACE;
-  return !dims || totals.shown_pixels == 0 ? 0
-                                           : static_cast<double>(totals.guessed_pixels) / totals.shown_pixels;
+double LightPass::surface_share() const {
+  return static_cast<double>(memory_.read_back_totals.mapped_as<shaders::MapTotals>().surface_pixels) /
+         pixels();
 }
 
-double LightPass::surface_share() const {
-  return static_cast<double>(memory_.read_back_totals.mapped_as<MapTotals>().shown_pixels) / pixels();
+double LightPass::uncertain_share() const {
+  const auto& totals = memory_.read_back_totals.mapped_as<shaders::MapTotals>();
+  if (filtered_.show != FANLIGHT_SHOW_SURFACE || totals.surface_pixels == 0) return 0;
+  return static_cast<double>(totals.uncertain_pixels) / totals.surface_pixels;
 }
 
 Result<void> LightPass::submit_next() {

@@ -105,10 +105,10 @@ class LightPass {
   /// Share of the picture's pixels that have a surface.
   double surface_share() const;
 
-  /// Of these, the share whose surface is a guess and is dimmed: it is not sure (surface_place.h), or fills a
-  /// hole. 0 where nothing is dimmed: in modes that do not light the surface, and where the speckle is not
-  /// known.
-  double guessed_share() const;
+  /// Of these, the share whose surface is uncertain and dimmed: it stands out from the speckle by little
+  /// (surface_place.h), or fills a hole. 0 where nothing is dimmed: in modes that do not light the surface,
+  /// and where the speckle is not known.
+  double uncertain_share() const;
 
  private:
   explicit LightPass(const Config& config) : config_(config) {}

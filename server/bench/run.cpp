@@ -67,10 +67,7 @@ Result<BenchTimes> run_bench_row(const RenderDevice& device, const BenchRow& row
     if (!plain) return plain.error();
     note(round, "cast_unskipped", cast_ms(unskipped.picture()));
   }
-  const auto depths = rig.renderer().read_depth();
-  if (!depths) return depths.error();
-  const auto surfaces = std::ranges::count_if(depths->smooth_mm, [](float depth) { return depth >= 0; });
-  times.surface_share = static_cast<double>(surfaces) / static_cast<double>(depths->smooth_mm.size());
+  times.surface_share = rig.picture().stamp.surface_share;
   return times;
 }
 

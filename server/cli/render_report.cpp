@@ -58,14 +58,12 @@ nlohmann::ordered_json warnings_json(const SweepWarnings& warnings) {
 
 RenderReport report_of(const std::string& input, const Picture& picture,
                        const std::vector<float>& smooth_mm) {
-  const auto surfaces = std::ranges::count_if(smooth_mm, [](float depth) { return depth >= 0; });
   constexpr double kShares[] = {0.05, 0.5, 0.95};
   RenderReport report{.input = input,
                       .picture = picture,
                       .dropped = {},
                       .notes = {},
                       .device = {},
-                      .surface_share = static_cast<double>(surfaces) / static_cast<double>(smooth_mm.size()),
                       .depth_5_50_95_mm = depth_quantiles_mm(smooth_mm, kShares)};
   for (const double stage_ms : picture.stamp.stage_ms) report.total_ms += stage_ms;
   return report;
@@ -99,11 +97,11 @@ nlohmann::ordered_json figures_json(const RenderReport& report) {
           {"frames", picture.stamp.volume.frames},
           {"width", picture.width},
           {"height", picture.height},
-          {"surface_share", report.surface_share},
+          {"surface_share", picture.stamp.surface_share},
           {"depth_5_50_95_mm", report.depth_5_50_95_mm},
           {"speckle_filter_left_out", report.speckle_filter_left_out},
           {"levels", levels_json(picture.stamp.levels)},
-          {"guessed_share", picture.stamp.guessed_share},
+          {"uncertain_share", picture.stamp.uncertain_share},
           {"near_tissue", near_tissue_name(picture.stamp.near_tissue)},
           {"warnings", warnings_json(picture.stamp.volume.warnings)}};
 }
@@ -128,7 +126,7 @@ void print_text(std::FILE* out, const RenderReport& report) {
   const Picture& picture = report.picture;
   fmt::print(out, "volume {} of {} has {} frames; {} x {} pixels on {}, a surface in {:.1f} % of them\n",
              picture.stamp.volume.source_volume_index, report.input, picture.stamp.volume.frames,
-             picture.width, picture.height, report.device, 100 * report.surface_share);
+             picture.width, picture.height, report.device, 100 * picture.stamp.surface_share);
   print_dropped(out, report.dropped);
   for (const std::string& note : report.notes) fmt::print(out, "note: {}\n", note);
   picture.stamp.volume.warnings.for_each(
@@ -137,10 +135,10 @@ void print_text(std::FILE* out, const RenderReport& report) {
     fmt::print(out, "near tissue is shown: no fluid was found behind it\n");
   if (picture.stamp.near_tissue == NearTissueState::kNoBone)
     fmt::print(out, "near tissue is shown: no skull was found behind it\n");
-  if (picture.stamp.guessed_share >= 0.005)
+  if (picture.stamp.uncertain_share >= 0.005)
     fmt::print(out,
                "{:.0f} % of the surface is uncertain and dimmed: it barely stands out from the speckle\n",
-               100 * picture.stamp.guessed_share);
+               100 * picture.stamp.uncertain_share);
   if (report.speckle_filter_left_out) {
     fmt::print(out, "the speckle filter was left out: the volume is too large for it on this GPU\n");
   }

@@ -20,7 +20,6 @@ struct RenderReport {
   std::vector<DroppedSweep> dropped;  ///< before the volume
   std::vector<std::string> notes;     ///< about the source
   std::string device;
-  double surface_share = 0;             ///< of the pixels
   std::vector<float> depth_5_50_95_mm;  ///< empty without a surface
   bool speckle_filter_left_out = false;
   double total_ms = 0;

@@ -61,7 +61,7 @@ void describe(v1::Picture& message, const Picture& picture) {
     warning.set_sentence(std::string(text.sentence));
   });
   message.set_surface_share(stamp.surface_share);
-  message.set_guessed_share(stamp.guessed_share);
+  message.set_uncertain_share(stamp.uncertain_share);
   message.set_near_tissue(static_cast<v1::NearTissue>(stamp.near_tissue));
   if (stamp.levels.flat) message.mutable_levels()->set_flat(true);
   if (!stamp.levels.known) return;

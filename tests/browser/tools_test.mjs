@@ -102,9 +102,9 @@ test("a button removes near tissue from the volume on show, or says that it foun
 });
 
 test("a mark says how much of the surface is uncertain", async () => {
-  await withPage("guess", kStillSource, async (viewer) => {
+  await withPage("uncertain", kStillSource, async (viewer) => {
     await viewer.firstPicture();
-    const mark = viewer.page.locator("#guess-mark");
+    const mark = viewer.page.locator("#uncertain-mark");
     assert.equal(await mark.isVisible(), false);
     const setLeastContrast = async (greyLevels) => {
       const box = viewer.page.locator('[data-number="detector.least_contrast"]');

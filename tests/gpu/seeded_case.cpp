@@ -293,7 +293,7 @@ SeededCase seeded_case(std::uint32_t seed) {
       made.moved_grey = within_wedge(dice, made.moved_grey);
     }
   }
-  // Half of the bodies' contrast and less: what is shown is a guess, or sure.
+  // Half of the bodies' contrast and less: what is shown is uncertain, or certain.
   scene.detector.least_contrast = dice.between(1, 25);
   return made;
 }

@@ -147,12 +147,12 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     Agreements agreements;
     compare_maps(given, gpu.depths, cast, filtered_mm, agreements);
     const auto lit =
-        twin_light(as_double(gpu.depths.smooth_mm), cast.sure, cast.colour, given.size, given.scene);
+        twin_light(as_double(gpu.depths.smooth_mm), cast.certainty, cast.colour, given.size, given.scene);
     agreements[kLit] = compared_colours(gpu.raw, lit);
     agreements[kFinished] =
         compared_colours(gpu.finished, twin_finish(as_rgb(gpu.raw), given.size, given.scene.finish));
 
-    compare_guesses(gpu, cast, given.scene.mode);
+    compare_shares(gpu, cast, given.scene.mode);
     const auto shown = std::ranges::count_if(lit, [](const Rgb& colour) { return colour != Rgb(0); });
     EXPECT_GT(static_cast<std::size_t>(shown), lit.size() / 20)
         << "seed " << seed << " shows too little to prove anything";
@@ -160,20 +160,20 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
   }
 
  private:
-  /// The share of the surface that is not sure.
-  static void compare_guesses(const Rendered& gpu, const TwinCast& cast, Mode mode) {
+  /// The shares of the picture that have a surface, and of these that are uncertain.
+  static void compare_shares(const Rendered& gpu, const TwinCast& cast, Mode mode) {
     double shown = 0;
-    double guessed = 0;
-    for (std::size_t pixel = 0; pixel < cast.sure.size(); ++pixel) {
+    double uncertain = 0;
+    for (std::size_t pixel = 0; pixel < cast.certainty.size(); ++pixel) {
       if (gpu.depths.smooth_mm[pixel] < 0) continue;
       ++shown;
       // Alpha has 254 steps.
-      guessed += cast.sure[pixel] < 1 - 0.5 / 254 ? 1 : 0;
+      uncertain += cast.certainty[pixel] < 1 - 0.5 / 254 ? 1 : 0;
     }
     const bool dims = mode == Mode::kSurface || mode == Mode::kSurfaceAndVolume || mode == Mode::kSlices;
     const PictureStamp& stamp = gpu.raw.stamp;
-    EXPECT_DOUBLE_EQ(stamp.surface_share, shown / static_cast<double>(cast.sure.size()));
-    EXPECT_NEAR(stamp.guessed_share, dims && shown > 0 ? guessed / shown : 0, 0.01);
+    EXPECT_DOUBLE_EQ(stamp.surface_share, shown / static_cast<double>(cast.certainty.size()));
+    EXPECT_NEAR(stamp.uncertain_share, dims && shown > 0 ? uncertain / shown : 0, 0.01);
   }
 
   static void compare_maps(const SeededCase& given, const DepthMaps& gpu, const TwinCast& cast,

@@ -25,7 +25,7 @@ Volume twin_prepare(const Scene::Speckle& speckle, const Volume& volume);
 struct TwinCast {
   std::vector<double> depth_mm;    ///< no surfaces in Mode::kSlice, which casts no rays
   std::vector<double> confidence;  ///< contrast of the edge over the noise next to it; 0 without a surface
-  std::vector<double> sure;        ///< 0 to 1 by the contrast of fluid and tissue; -1 without a surface
+  std::vector<double> certainty;   ///< 0 to 1 by the contrast of fluid and tissue; -1 without a surface
   std::vector<Rgb> colour;         ///< in the modes that show the echo itself; black in the others
 };
 
@@ -58,9 +58,9 @@ std::vector<double> twin_depth_filter(const Scene& scene, PictureSize size,
                                       const std::vector<double>& depth_mm, std::vector<double> confidence,
                                       const std::vector<double>& previous_mm);
 
-/// Pass 2, light: the picture of the mode, from the filtered depths, and how sure they are and the colours of
+/// Pass 2, light: the picture of the mode, from the filtered depths, their certainty, and the colours of
 /// pass 1.
-std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vector<double>& sure,
+std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vector<double>& certainty,
                             const std::vector<Rgb>& colour, PictureSize size, const Scene& scene);
 
 /// Pass 3: smoothing and colour map.

@@ -244,7 +244,7 @@ std::vector<double> edge_positions(const Scene::Detector& detector, const std::v
 
 struct FirstSurface {
   double depth_mm = kNoSurface;
-  double sure = -1;
+  double certainty = -1;
 };
 
 /// The first surface that is not cropped.
@@ -265,12 +265,12 @@ FirstSurface first_surface(const Scene::Detector& detector, const RaySamples& sa
       std::optional<TwinPlace> place;
       if (detector.place == SurfacePlace::kLevel) {
         place = twin_place_by_level(detector, echo_of(samples), samples.depth_step_mm(), first + position);
-      } else if (const auto sure = twin_sureness(detector, echo_of(samples), first + position)) {
-        place = TwinPlace{first + (at_edge ? position : placed(detector, run, position)), *sure};
+      } else if (const auto certainty = twin_certainty(detector, echo_of(samples), first + position)) {
+        place = TwinPlace{first + (at_edge ? position : placed(detector, run, position)), *certainty};
       }
       if (!place) continue;
       const double depth_mm = samples.depth_mm(place->position);
-      return {.depth_mm = std::clamp(depth_mm, shown.first_mm, shown.last_mm), .sure = place->sure};
+      return {.depth_mm = std::clamp(depth_mm, shown.first_mm, shown.last_mm), .certainty = place->certainty};
     }
     run.clear();
   }
@@ -409,7 +409,7 @@ void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, Twi
       const SampleValues values = samples.all();
       const FirstSurface surface = first_surface(scene.detector, samples, values, shown);
       cast.depth_mm[pixel] = surface.depth_mm;
-      cast.sure[pixel] = surface.sure;
+      cast.certainty[pixel] = surface.certainty;
       cast.colour[pixel] =
           accumulated_colour(scene, samples, values, shown, step_of(scene, prepared.geometry()));
     }
@@ -446,7 +446,7 @@ TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& prepared)
   const std::size_t pixels = std::size_t{size.width} * size.height;
   TwinCast cast{.depth_mm = std::vector(pixels, kNoSurface),
                 .confidence = std::vector(pixels, 0.0),
-                .sure = std::vector(pixels, -1.0),
+                .certainty = std::vector(pixels, -1.0),
                 .colour = std::vector(pixels, Rgb(0))};
   if (scene.mode == Mode::kSlice) cast_slice(scene, size, prepared, cast);
   if (scene.mode == Mode::kSlices) cast_slices(scene, size, prepared, cast);

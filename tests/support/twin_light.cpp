@@ -348,8 +348,8 @@ double toned(const Scene::Finish& finish, double light) {
 }
 
 /// The mean of the rays about a pixel of the viewport that met a surface.
-double sure_about(const std::vector<double>& sure, PictureSize size, const Scene& scene, int column,
-                  int row) {
+double certainty_about(const std::vector<double>& certainty, PictureSize size, const Scene& scene, int column,
+                       int row) {
   const Viewport part = viewport(scene, size);
   const auto within = [](int at, std::uint32_t first, std::uint32_t count) {
     return static_cast<std::size_t>(
@@ -359,8 +359,8 @@ double sure_about(const std::vector<double>& sure, PictureSize size, const Scene
   int met = 0;
   for (const int down : {-1, 0, 1}) {
     for (const int right : {-1, 0, 1}) {
-      const double there = sure[within(row + down, part.top, part.height) * size.width +
-                                within(column + right, part.left, part.width)];
+      const double there = certainty[within(row + down, part.top, part.height) * size.width +
+                                     within(column + right, part.left, part.width)];
       if (there < 0) continue;
       sum += there;
       ++met;
@@ -369,9 +369,9 @@ double sure_about(const std::vector<double>& sure, PictureSize size, const Scene
   return met > 0 ? sum / met : 0;
 }
 
-/// Blinn-Phong, soft light, and the light on the rim. `sure`: 0 to 1.
-Rgb lit_colour(const Scene& scene, const Relief& relief, double sure, const SoftLight* soft_light, int column,
-               int row) {
+/// Blinn-Phong, soft light, and the light on the rim. `certainty`: 0 to 1.
+Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const SoftLight* soft_light,
+               int column, int row) {
   const Scene::Light& light = scene.light;
   const dvec3 point = relief.point(column, row);
   const dvec3 normal = relief.normal(column, row);
@@ -395,7 +395,7 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, double sure, const Soft
                        linear_of(scene.material.blue));
   const dvec3 linear = lamp * (material * (light.ambient * soft.sky + light.diffuse * matt + rim * soft.sky) +
                                light.specular * highlight * soft.direct);
-  const double seen = std::lerp(0.3, 1.0, sure);
+  const double seen = std::lerp(0.3, 1.0, certainty);
   const auto shown = [&](double part) { return displayed_of(toned(scene.finish, seen * part)); };
   return {shown(linear.x), shown(linear.y), shown(linear.z)};
 }
@@ -412,7 +412,7 @@ bool shows_surface(Mode mode) {
 
 }  // namespace
 
-std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vector<double>& sure,
+std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vector<double>& certainty,
                             const std::vector<Rgb>& colour, PictureSize size, const Scene& scene) {
   if (!shows_surface(scene.mode)) return colour;
   std::vector<Rgb> shown = scene.mode == Mode::kSlices ? colour : std::vector(smooth_mm.size(), Rgb(0));
@@ -426,8 +426,8 @@ std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vec
     } else if (scene.mode == Mode::kDepth) {
       shown[pixel] = depth_grey(scene.rays, smooth_mm[pixel]);
     } else {
-      shown[pixel] = lit_colour(scene, relief, sure_about(sure, size, scene, column, row), soft_light.get(),
-                                column, row);
+      shown[pixel] = lit_colour(scene, relief, certainty_about(certainty, size, scene, column, row),
+                                soft_light.get(), column, row);
     }
   });
   if (scene.mode == Mode::kSurfaceAndVolume) {

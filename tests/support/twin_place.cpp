@@ -80,14 +80,14 @@ class EdgeEchoes {
 
 }  // namespace
 
-std::optional<double> twin_sureness(const Scene::Detector& detector, const SampleEcho& value,
-                                    double position) {
+std::optional<double> twin_certainty(const Scene::Detector& detector, const SampleEcho& value,
+                                     double position) {
   const EdgeEchoes echoes(detector, value, position);
   const double contrast = echoes.tissue() - echoes.fluid();
   const double least_contrast = detector.least_contrast / 255;
   if (contrast < least_contrast) return std::nullopt;
-  const double sure_beyond = std::min(least_contrast, 30 / 255.0);
-  return sure_beyond > 0 ? std::min((contrast - least_contrast) / sure_beyond, 1.0) : 1;
+  const double certain_beyond = std::min(least_contrast, 30 / 255.0);
+  return certain_beyond > 0 ? std::min((contrast - least_contrast) / certain_beyond, 1.0) : 1;
 }
 
 std::optional<TwinPlace> twin_place_by_level(const Scene::Detector& detector, const SampleEcho& value,
@@ -97,8 +97,8 @@ std::optional<TwinPlace> twin_place_by_level(const Scene::Detector& detector, co
   const std::vector<double> narrow = echoes.means((echoes.mean() + 1) / 2);
   if (*std::max_element(narrow.begin() + echoes.in_window() / 2, narrow.end()) < least_tissue)
     return std::nullopt;
-  const auto sure = twin_sureness(detector, value, position);
-  if (!sure) return std::nullopt;
+  const auto certainty = twin_certainty(detector, value, position);
+  if (!certainty) return std::nullopt;
   const double tissue = echoes.tissue();
   const double fluid = echoes.fluid();
   const std::vector<double> values = echoes.means(1);
@@ -109,12 +109,12 @@ std::optional<TwinPlace> twin_place_by_level(const Scene::Detector& detector, co
   const double front = std::clamp(peak - detector.sheet_below / 255, middle, std::lerp(fluid, peak, 0.92));
   const double level = std::max(is_sheet ? front : std::lerp(fluid, tissue, detector.rise), least_tissue);
   const auto rise = rise_through(values, std::min(std::lerp(fluid, tissue, 0.35), level), level);
-  if (!rise) return TwinPlace{position, *sure};
+  if (!rise) return TwinPlace{position, *certainty};
   const int stride = echoes.stride();
   const double long_mm = stride * (rise->level - rise->foot) * spacing_mm - 0.5;
   const double most_mm = detector.window / 2.0 * spacing_mm;
   const double behind_mm = std::min(detector.reach * std::max(long_mm, 0.0), most_mm);
-  return TwinPlace{echoes.place_of(stride * rise->level + behind_mm / spacing_mm), *sure};
+  return TwinPlace{echoes.place_of(stride * rise->level + behind_mm / spacing_mm), *certainty};
 }
 
 }  // namespace fanlight::test

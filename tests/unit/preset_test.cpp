@@ -32,6 +32,22 @@ TEST(PresetTest, SetsTheSameFieldsInAllPresets) {
   for (const Preset& preset : presets()) EXPECT_EQ(sorted(preset), sorted(presets().front())) << preset.name;
 }
 
+TEST(PresetTest, LeavesNothingOfAnotherPreset) {
+  for (const Preset& before : presets()) {
+    for (const Preset& preset : presets()) {
+      Scene scene;
+      scene.detector.threshold = 31;
+      scene.detector.least_tissue = scene.detector.least_contrast = 1;
+      apply_preset(scene, before);
+      apply_preset(scene, preset);
+      Scene alone;
+      apply_preset(alone, preset);
+      EXPECT_EQ(first_pass_changed(scene, alone), FirstPass::kNone)
+          << preset.name << " after " << before.name;
+    }
+  }
+}
+
 TEST(PresetTest, LeavesViewAndLightWhereTheyAre) {
   for (const Preset& preset : presets()) {
     Scene scene;

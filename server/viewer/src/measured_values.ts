@@ -3,7 +3,7 @@
 import type { EchoLevels } from "../generated/fanlight_pb.js";
 import { kSurfaceModes } from "./field_effects";
 import { numberText } from "./field_text";
-import { kSomeSurface } from "./guess_mark";
+import { kSomeSurface } from "./uncertain_mark";
 import type { SettingsEditor } from "./settings_editor";
 
 /** Fields that can ask the data. */

@@ -3,7 +3,7 @@
 import { Role, type Hello, type Picture, type PresetList } from "../generated/fanlight_pb.js";
 import { find } from "./element";
 import type { FieldEffects } from "./field_effects";
-import { GuessMark } from "./guess_mark";
+import { UncertainMark } from "./uncertain_mark";
 import { NearTissueButton } from "./near_tissue";
 import { OwnPresets, type OwnPresetEvents } from "./own_presets";
 import { page } from "./page";
@@ -21,7 +21,7 @@ export class QuickPanel {
   private readonly presets: PresetBar;
   private readonly ownPresets: OwnPresets;
   private readonly layout: LayoutBar;
-  private readonly guess = new GuessMark(find("#guess-mark", HTMLElement));
+  private readonly uncertain = new UncertainMark(find("#uncertain-mark", HTMLElement));
   private readonly nearTissue: NearTissueButton;
   private allowed = false;
 
@@ -78,7 +78,7 @@ export class QuickPanel {
   take(picture: Picture): void {
     this.sliders.take(picture.levels);
     this.nearTissue.showPicture(picture.nearTissue);
-    this.guess.show(picture);
+    this.uncertain.show(picture);
   }
 
   /** Whether the picture lacks a change of this display. */

@@ -2,7 +2,7 @@
 // The mark over a picture, much of whose surface differs from speckle by little.
 import type { Picture } from "../generated/fanlight_pb.js";
 
-type Shares = Pick<Picture, "guessedShare" | "surfaceShare" | "levels">;
+type Shares = Pick<Picture, "uncertainShare" | "surfaceShare" | "levels">;
 
 /** Rims are uncertain in every picture. */
 const kWorthSaying = 0.1;
@@ -10,19 +10,19 @@ const kWorthSaying = 0.1;
 export const kSomeSurface = 0.005;
 
 /** What the mark says; empty: nothing. */
-export function guessText({ guessedShare, surfaceShare, levels }: Shares): string {
+export function uncertainText({ uncertainShare, surfaceShare, levels }: Shares): string {
   const texts: string[] = [];
   if (levels?.flat && surfaceShare >= kSomeSurface) texts.push("Mostly speckle: only what stands out from it is shown");
-  if (guessedShare >= kWorthSaying)
-    texts.push(`${Math.round(100 * guessedShare)} % of the surface is uncertain (dimmed)`);
+  if (uncertainShare >= kWorthSaying)
+    texts.push(`${Math.round(100 * uncertainShare)} % of the surface is uncertain (dimmed)`);
   return texts.join(". ");
 }
 
-export class GuessMark {
+export class UncertainMark {
   constructor(private readonly mark: HTMLElement) {}
 
   show(picture: Shares): void {
-    const text = guessText(picture);
+    const text = uncertainText(picture);
     this.mark.textContent = text;
     this.mark.hidden = text === "";
   }
