@@ -16,6 +16,8 @@ namespace fanlight {
 /// - The pulse has a length: the power is blurred along the line.
 /// - Skin is bright where the line meets it at a right angle, and fainter where it grazes. Tissue scatters;
 ///   bone below the skin of the head and the hand is bright.
+/// - The echo between the probe and what is near it returns several times: a haze with rings below the face,
+///   which falls below the fluid within 16 mm.
 /// - Tissue weakens what comes from behind it by more than the gain by depth makes up for, and bone takes
 ///   almost all of it: behind the hand and within the head it is dark. Below that is the receiver's noise.
 ///
@@ -30,7 +32,13 @@ class BeamEcho {
   static constexpr float kPulseMm = 0.2F;
 
   /// `beam_mm`: thickness at the focus, see kDeviationOfBeam. 0: a line.
-  explicit BeamEcho(double beam_mm);
+  BeamEcho(double beam_mm, bool has_reverberation);
+
+  /// Standard deviation of the beam's power across the frame.
+  float deviation_mm(float depth_mm) const;
+
+  /// Power of the reverberation at a depth below the probe's face, in the unit of draw().
+  static float reverberation(float depth_mm);
 
   /// Samples of a line, from first_mm along it, step_mm apart.
   struct Samples {
@@ -49,9 +57,8 @@ class BeamEcho {
   void draw_echoes(const BodyScene& scene, const BodyScene::Lines& lines, const Samples& samples,
                    std::span<float> power) const;
 
-  float deviation_mm(float depth_mm) const;
-
   float focus_deviation_mm_;
+  bool has_reverberation_;
   std::array<float, kAcross> weights_{};
 };
 

@@ -9,15 +9,16 @@
 #include "acquisition/phantom/beam_echo.hpp"
 #include "acquisition/phantom/body_scene.hpp"
 #include "acquisition/phantom/echo_scale.hpp"
+#include "acquisition/phantom/frame_speckle.hpp"
 #include "acquisition/phantom/scan_converter.hpp"
-#include "acquisition/phantom/speckle_tile.hpp"
 #include "proto/model/fan_geometry.hpp"
 
 namespace fanlight {
 
 /// Draws the frames of a BodyScene: the echoes of each scan line (BeamEcho), blurred a little across the
-/// lines, speckled in the grid of lines and samples, in grey levels, and for a Cartesian frame
-/// scan-converted. So speckle is finer near the probe than far from it, as behind a real beam.
+/// lines and a little of it far across them (side lobes), speckled in the grid of lines and samples, in grey
+/// levels, and for a Cartesian frame scan-converted. So speckle is finer near the probe than far from it, as
+/// behind a real beam.
 ///
 /// One thread; draw() allocates nothing.
 class BodyFrames {
@@ -25,21 +26,23 @@ class BodyFrames {
   struct Config {
     BodyScene::Kind kind = BodyScene::Kind::kFace;
     bool moving = true;
-    std::uint64_t seed = 1;     ///< of the poses; BodyScene::Kind::kWomb only
-    bool has_near_wall = true;  ///< the same
+    std::uint64_t seed = 1;     ///< of the speckle, and with BodyScene::Kind::kWomb of the poses
+    bool has_near_wall = true;  ///< BodyScene::Kind::kWomb only
+    bool has_speckle = true;
+    bool has_clutter = true;    ///< side lobes, and reverberation below the probe's face
+    double frame_step_rad = 0;  ///< between neighbouring frames
     double beam_mm = 0;         ///< see BeamEcho
     EchoScale scale;
   };
 
-  /// `speckle` must outlive this. A Cartesian frame is drawn from three lines for eight columns.
-  BodyFrames(const Config& config, const FanGeometry& geometry, const SpeckleTile& speckle);
+  /// A Cartesian frame is drawn from three lines for eight columns.
+  BodyFrames(const Config& config, const FanGeometry& geometry);
 
-  /// Where and when a frame is scanned, and where its speckle lies in the tile.
+  /// Where and when a frame is scanned.
   struct Exposure {
     double time_s = 0;
     double angle_rad = 0;
-    std::uint32_t speckle_row = 0;
-    std::uint32_t speckle_column = 0;
+    FrameSpeckle::Place place;
   };
 
   /// Writes rows x columns pixels.
@@ -57,19 +60,22 @@ class BodyFrames {
   };
 
   BodyScene::Line in_transducer_frame(const ScanLine& line, double angle_rad) const;
-  void draw_samples(const Exposure& exposure, std::uint32_t sample, std::span<std::uint8_t> greys) const;
-  float blurred(std::uint32_t line, std::uint32_t sample) const;
+  void draw_samples(std::uint32_t sample, std::span<std::uint8_t> greys);
+  void blur_across(std::uint32_t sample);
 
   FanGeometry geometry_;
   EchoScale scale_;
-  const SpeckleTile& speckle_;
   BodyScene scene_;
   BeamEcho beam_;
   BeamEcho::Samples samples_;
   std::uint32_t samples_in_line_;
   std::uint32_t line_stride_;  // in power_
   std::vector<ScanLine> lines_;
-  std::vector<float> power_;         // lines x line_stride_
+  std::uint32_t lobe_lines_ = 0;  // to either side of a line; 0: no side lobes
+  std::vector<float> power_;      // lines x line_stride_
+  std::vector<double> sums_;      // of one sample, of the lines before each
+  std::vector<float> blurred_;    // one sample of all lines
+  std::optional<FrameSpeckle> speckle_;
   std::vector<std::int16_t> greys_;  // by the upper half of the bits of a power
   std::array<std::int16_t, 256> speckle_greys_;
   std::optional<ScanConverter> converter_;

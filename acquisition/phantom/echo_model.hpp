@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "acquisition/phantom/echo_scale.hpp"
-#include "acquisition/phantom/speckle_tile.hpp"
 
 namespace fanlight {
 
@@ -32,7 +31,7 @@ class EchoModel {
   /// Mean grey levels, kBlurs x entries(). They may be below 0 before the speckle is added.
   const std::int16_t* greys() const { return greys_.data(); }
 
-  /// kLog: what a factor of SpeckleTile adds to a grey level.
+  /// kLog: what a factor of FrameSpeckle adds to a grey level.
   const std::array<std::int16_t, 256>& speckle_greys() const { return speckle_greys_; }
 
  private:

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/phantom/speckle_tile.hpp"
+#include "acquisition/phantom/frame_speckle.hpp"
 
 namespace fanlight {
 
@@ -28,7 +28,7 @@ double EchoScale::grey(double amplitude) const {
 std::array<std::int16_t, 256> EchoScale::speckle_greys() const {
   std::array<std::int16_t, 256> greys{};
   for (std::size_t factor = 0; factor < greys.size(); ++factor) {
-    const double ratio = std::max(static_cast<double>(factor), 0.5) / SpeckleTile::kOne;
+    const double ratio = std::max(static_cast<double>(factor), 0.5) / FrameSpeckle::kOne;
     greys[factor] = static_cast<std::int16_t>(std::lround(kWhite / range_db * decibels(ratio)));
   }
   return greys;

@@ -22,7 +22,7 @@ struct EchoScale {
   /// The grey level of an amplitude; may be below 0 or above 255.
   double grey(double amplitude) const;
 
-  /// kLog: what each factor of SpeckleTile adds to a grey level.
+  /// kLog: what each factor of FrameSpeckle adds to a grey level.
   std::array<std::int16_t, 256> speckle_greys() const;
 };
 

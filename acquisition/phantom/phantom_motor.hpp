@@ -33,13 +33,14 @@ class PhantomMotor {
   /// Position at the frame `sequence`. Precondition: `sequence` never decreases between calls.
   Position at(std::uint64_t sequence);
 
+  /// Angle between neighbouring frames.
+  double step_rad() const { return config_.sweep_rad / (config_.frames_per_volume - 1); }
   /// Largest possible number of frames in a sweep.
   std::uint32_t most_frames() const { return config_.frames_per_volume + 2 * config_.turning_frames; }
   /// Largest absolute measured angle.
   double furthest_rad() const;
 
  private:
-  double step_rad() const { return config_.sweep_rad / (config_.frames_per_volume - 1); }
   std::int64_t end_of(std::uint64_t sweep) const;
   std::uint64_t frames() const;
 

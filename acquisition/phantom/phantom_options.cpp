@@ -142,6 +142,10 @@ constexpr Option kOptions[] = {
      [](std::string_view text, Config& config) {
        return read_switch(text, config.speckle, PhantomSource::Speckle::kOn, PhantomSource::Speckle::kOff);
      }},
+    {"clutter", "Side lobes, and reverberation below the probe", "on or off",
+     [](std::string_view text, Config& config) {
+       return read_switch(text, config.clutter, PhantomSource::Clutter::kOn, PhantomSource::Clutter::kOff);
+     }},
     {"moving", "Whether the body moves", "on or off",
      [](std::string_view text, Config& config) {
        return read_switch(text, config.motion, PhantomScene::Motion::kMoving, PhantomScene::Motion::kStill);

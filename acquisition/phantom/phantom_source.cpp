@@ -102,7 +102,7 @@ PhantomSource::PhantomSource(const Config& config)
           .simulated = true,
           .subject = subject_of(config.scene)},
       scene_(config.motion),
-      speckle_(config.speckle == Speckle::kOn ? SpeckleTile(config.seed) : SpeckleTile()),
+      speckle_(speckle_of_frames()),
       echo_(config.scale, kFieldMm),
       surface_depths_mm_(config.columns),
       depths_below_mm_(config.columns),
@@ -121,10 +121,36 @@ PhantomSource::PhantomSource(const Config& config)
                            .moving = config.motion == PhantomScene::Motion::kMoving,
                            .seed = config.seed,
                            .has_near_wall = config.near_wall == NearWall::kOn,
+                           .has_speckle = config.speckle == Speckle::kOn,
+                           .has_clutter = config.clutter == Clutter::kOn,
+                           .frame_step_rad = motor_.step_rad(),
                            .beam_mm = config.beam_mm,
                            .scale = config.scale},
-        geometry, speckle_);
+        geometry);
+  } else if (config.clutter == Clutter::kOn) {
+    for (std::uint32_t row = 0; row < geometry.rows; ++row) {
+      const double power = BeamEcho::reverberation(static_cast<float>(row * geometry.pixel_height_mm));
+      reverberation_.push_back(
+          static_cast<std::int16_t>(std::clamp(config.scale.grey(std::sqrt(power)), -1000.0, 1000.0)));
+    }
   }
+}
+
+FrameSpeckle PhantomSource::speckle_of_frames() const {
+  const FanGeometry& geometry = description_.geometry;
+  if (config_.speckle == Speckle::kOff || bodies_of(config_.scene)) return FrameSpeckle(geometry.columns);
+  const double deviation_mm = config_.beam_mm * BeamEcho::kDeviationOfBeam;
+  std::vector<float> deviations;
+  for (std::uint32_t row = 0; row < geometry.rows; ++row) {
+    const double frame_mm = motor_.step_rad() * (row * geometry.pixel_height_mm + geometry.motor_radius_mm);
+    deviations.push_back(static_cast<float>(deviation_mm / frame_mm));
+  }
+  return {config_.seed, geometry.columns, std::move(deviations)};
+}
+
+/// On the fan, counted from the first angle of a sweep that turned on time.
+FrameSpeckle::Place PhantomSource::place() const {
+  return {.sweep = sweep_, .frame = (true_angle_rad_ + radians(config_.sweep_deg) / 2) / motor_.step_rad()};
 }
 
 PhantomSource::Row PhantomSource::row_of(std::uint32_t row) const {
@@ -187,26 +213,21 @@ Result<std::optional<FrameStamp>> PhantomSource::next_frame(std::stop_token stop
   const bool ended = config_.volumes > 0 && position.sweep >= config_.volumes;
   if (ended || stop.stop_requested()) return std::optional<FrameStamp>{};
   true_angle_rad_ = position.true_angle_rad;
+  sweep_ = position.sweep;
   current_ = stamp(next_sequence_++, position);
   return std::optional(current_);
 }
 
 FrameFault PhantomSource::read_pixels(std::span<std::uint8_t> pixels, std::stop_token /*stop*/) {
   thread_owner_.check();
-  const std::uint64_t speckle_roll = mixed_bits(config_.seed + mixed_bits(current_.sequence + 1));
   if (bodies_) {
-    bodies_->draw({.time_s = scene_time_s(current_),
-                   .angle_rad = true_angle_rad_,
-                   .speckle_row = static_cast<std::uint32_t>(speckle_roll >> 32),
-                   .speckle_column = static_cast<std::uint32_t>(speckle_roll)},
-                  pixels);
+    bodies_->draw({.time_s = scene_time_s(current_), .angle_rad = true_angle_rad_, .place = place()}, pixels);
     return FrameFault::kNone;
   }
   const Exposure exposure{.pose = scene_.pose_at(scene_time_s(current_)),
                           .sine = std::sin(true_angle_rad_),
-                          .cosine = std::cos(true_angle_rad_),
-                          .speckle_row = static_cast<std::uint32_t>(speckle_roll >> 32),
-                          .speckle_column = static_cast<std::uint32_t>(speckle_roll)};
+                          .cosine = std::cos(true_angle_rad_)};
+  speckle_.set_place(place());
   const std::uint32_t columns = description_.geometry.columns;
   for (std::uint32_t row = 0; row < rows_.size(); ++row) {
     draw_row(row, exposure, pixels.subspan(std::size_t{row} * columns, columns));
@@ -251,7 +272,8 @@ void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
   const double blurs_per_slope = config_.beam_mm * BeamEcho::kDeviationOfBeam / EchoModel::kBlurStepMm;
   const auto level = static_cast<float>(blurs_per_slope * exposure.sine);
   const auto per_mm = static_cast<float>(blurs_per_slope * exposure.cosine / (2 * kSlopeReachMm));
-  const std::uint8_t* const factors = speckle_.row(row_index + exposure.speckle_row);
+  const std::span<const std::uint8_t> factors = speckle_.row(row_index);
+  const std::int32_t least = reverberation_.empty() ? -1000 : reverberation_[row_index];
   constexpr auto kPerMm = static_cast<float>(1 / EchoModel::kStepMm);
   const auto offset = static_cast<float>((base.y_mm + EchoModel::kBeforeMm) / EchoModel::kStepMm);
   const auto per_ahead = static_cast<float>(row.scale_mm * exposure.cosine / EchoModel::kStepMm);
@@ -269,14 +291,16 @@ void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
       const float entry = std::clamp(depth - surface_mm[column] * kPerMm, 0.0F, last_entry);
       const float slant = std::abs(level + per_mm * (above_mm[column] - below_mm[column]));
       const auto blur = static_cast<std::uint32_t>(std::min(slant + 0.5F, EchoModel::kBlurs - 0.5F));
-      const std::int32_t mean = greys[blur * entries + static_cast<std::uint32_t>(entry)];
-      const std::uint32_t factor = factors[(exposure.speckle_column + column) % SpeckleTile::kSide];
+      // The louder of two echoes is near enough to their sum.
+      const std::int32_t mean =
+          std::max<std::int32_t>(least, greys[blur * entries + static_cast<std::uint32_t>(entry)]);
+      const std::uint32_t factor = factors[column];
       pixels[column] = static_cast<std::uint8_t>(std::clamp(with_speckle(mean, factor), 0, 255));
     }
   };
   if (config_.scale.kind == EchoScale::Kind::kLinear) {
     draw([](std::int32_t mean, std::uint32_t factor) {
-      constexpr std::int32_t kOne = SpeckleTile::kOne;
+      constexpr std::int32_t kOne = FrameSpeckle::kOne;
       return (mean * static_cast<std::int32_t>(factor) + kOne / 2) / kOne;
     });
   } else {

@@ -7,9 +7,9 @@
 
 #include "acquisition/phantom/body_frames.hpp"
 #include "acquisition/phantom/echo_model.hpp"
+#include "acquisition/phantom/frame_speckle.hpp"
 #include "acquisition/phantom/phantom_motor.hpp"
 #include "acquisition/phantom/phantom_scene.hpp"
-#include "acquisition/phantom/speckle_tile.hpp"
 #include "acquisition/source/frame_source.hpp"
 #include "acquisition/source/pacer.hpp"
 #include "proto/base/thread_owner.hpp"
@@ -31,6 +31,8 @@ class PhantomSource final : public FrameSource {
     kUnpaced,
   };
   enum class Speckle : std::uint8_t { kOn, kOff };
+  /// Side lobes, and reverberation below the probe's face.
+  enum class Clutter : std::uint8_t { kOn, kOff };
   /// Of Scene::kWomb.
   enum class NearWall : std::uint8_t { kOn, kOff };
   /// Whether stamps contain the volume index, the frame index and the direction. Otherwise the end of a sweep
@@ -57,7 +59,8 @@ class PhantomSource final : public FrameSource {
     /// slanted surface.
     double beam_mm = 5;
     Speckle speckle = Speckle::kOn;
-    EchoScale scale;  ///< range 20 to 120 dB, gain -40 to 40 dB
+    Clutter clutter = Clutter::kOn;  ///< Scene::kRelief has the reverberation only
+    EchoScale scale;                 ///< range 20 to 120 dB, gain -40 to 40 dB
     Scene scene = Scene::kRelief;
     NearWall near_wall = NearWall::kOn;
     PhantomScene::Motion motion = PhantomScene::Motion::kMoving;
@@ -109,12 +112,12 @@ class PhantomSource final : public FrameSource {
     PhantomScene::Pose pose;
     double sine;  ///< of the motor angle
     double cosine;
-    std::uint32_t speckle_row;
-    std::uint32_t speckle_column;
   };
 
   Row row_of(std::uint32_t row) const;
   std::int64_t capture_time_ns(std::uint64_t sequence) const;
+  FrameSpeckle speckle_of_frames() const;
+  FrameSpeckle::Place place() const;
   FrameStamp stamp(std::uint64_t sequence, const PhantomMotor::Position& position) const;
   bool lost(std::uint64_t sequence) const;
   void draw_row(std::uint32_t row, const Exposure& exposure, std::span<std::uint8_t> pixels);
@@ -124,20 +127,22 @@ class PhantomSource final : public FrameSource {
   PhantomMotor motor_;
   SourceDescription description_;
   PhantomScene scene_;
-  SpeckleTile speckle_;
+  FrameSpeckle speckle_;  // with Scene::kRelief
   Pacer pacer_;
   std::vector<float> across_;  // per column: lateral position, see Row
   std::vector<float> ahead_;   // per column: depth offset, see Row; at most 1
   std::vector<Row> rows_;
   EchoModel echo_;
-  std::unique_ptr<BodyFrames> bodies_;    // null with Scene::kRelief
-  std::vector<float> surface_depths_mm_;  // of the row being drawn
-  std::vector<float> depths_below_mm_;    // the same, slightly below and above it in elevation
+  std::vector<std::int16_t> reverberation_;  // grey level of each row; empty: none
+  std::unique_ptr<BodyFrames> bodies_;       // null with Scene::kRelief
+  std::vector<float> surface_depths_mm_;     // of the row being drawn
+  std::vector<float> depths_below_mm_;       // the same, slightly below and above it in elevation
   std::vector<float> depths_above_mm_;
   std::int64_t start_ns_ = kSimulatedStartNs;
   std::uint64_t next_sequence_ = 0;
   FrameStamp current_;
   double true_angle_rad_ = 0;  // of current_
+  std::uint64_t sweep_ = 0;
   [[no_unique_address]] ThreadOwner thread_owner_;
 };
 

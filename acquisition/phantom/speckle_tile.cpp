@@ -84,24 +84,20 @@ std::uint64_t mixed_bits(std::uint64_t state) {
   return state ^ (state >> 31);
 }
 
-SpeckleTile::SpeckleTile(std::uint64_t seed) : factors_(kPixels) {
+SpeckleTile::SpeckleTile(std::uint64_t seed) : real_(kPixels), imaginary_(kPixels) {
   Field field = scatterers(mixed_bits(seed + 1));
   const Kernel axial = gaussian(kAxialSpread);
   const Kernel lateral = gaussian(kLateralSpread);
   blur(field.real, axial, lateral);
   blur(field.imaginary, axial, lateral);
 
-  // The magnitude of a circular Gaussian field is Rayleigh distributed.
-  std::vector<float>& magnitude = field.real;
   double sum = 0;
-  for (std::size_t i = 0; i < kPixels; ++i) {
-    magnitude[i] = std::sqrt(field.real[i] * field.real[i] + field.imaginary[i] * field.imaginary[i]);
-    sum += magnitude[i];
-  }
-  const auto scale = static_cast<float>(kOne * static_cast<double>(kPixels) / sum);
-  std::ranges::transform(magnitude, factors_.begin(), [scale](float value) {
-    return static_cast<std::uint8_t>(std::min(255.0F, value * scale + 0.5F));
-  });
+  for (std::size_t i = 0; i < kPixels; ++i)
+    sum += std::sqrt(field.real[i] * field.real[i] + field.imaginary[i] * field.imaginary[i]);
+  const auto scale = static_cast<float>(double{kMean} * static_cast<double>(kPixels) / sum);
+  const auto scaled = [scale](float value) { return static_cast<std::int16_t>(std::lround(value * scale)); };
+  std::ranges::transform(field.real, real_.begin(), scaled);
+  std::ranges::transform(field.imaginary, imaginary_.begin(), scaled);
 }
 
 }  // namespace fanlight

@@ -7,23 +7,26 @@
 
 namespace fanlight {
 
-/// Seamless square of fully developed speckle: Rayleigh distributed factors of mean 1, correlated over about
-/// 2 pixels down (axial) and 3 across (lateral), as behind a real beam. Fixed point: `kOne` is 1; factors are
-/// limited just below 4. Equal seeds give equal tiles.
+/// Seamless square of the echoes of many scatterers: complex numbers with a Gaussian distribution, correlated
+/// over about 2 pixels down (axial) and 3 across (lateral), as behind a real beam. Their magnitude is fully
+/// developed speckle. Equal seeds give equal tiles.
 class SpeckleTile {
  public:
   static constexpr std::uint32_t kSide = 512;  ///< a power of two: coordinates wrap by masking
-  static constexpr std::uint32_t kOne = 64;
+  /// Mean magnitude.
+  static constexpr float kMean = 1024;
 
-  /// No speckle: every factor is kOne.
-  SpeckleTile() : factors_(std::size_t{kSide} * kSide, kOne) {}
   explicit SpeckleTile(std::uint64_t seed);
 
-  /// The kSide factors of a row; the row index wraps.
-  const std::uint8_t* row(std::uint32_t row) const { return factors_.data() + (row % kSide) * kSide; }
+  /// The kSide real and imaginary parts of a row; the row index wraps.
+  const std::int16_t* real(std::uint32_t row) const { return real_.data() + first_of(row); }
+  const std::int16_t* imaginary(std::uint32_t row) const { return imaginary_.data() + first_of(row); }
 
  private:
-  std::vector<std::uint8_t> factors_;
+  static std::size_t first_of(std::uint32_t row) { return std::size_t{row % kSide} * kSide; }
+
+  std::vector<std::int16_t> real_;
+  std::vector<std::int16_t> imaginary_;
 };
 
 /// One step of the SplitMix64 generator: a well mixed number for each state. The caller advances the state by

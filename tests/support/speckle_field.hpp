@@ -8,10 +8,9 @@
 namespace fanlight::test {
 
 /// Fully developed speckle of a whole sweep, as of a real beam: the magnitude of a complex Gaussian field
-/// that is smoothed along the lines, across them and from frame to frame. Neighbouring frames therefore show
-/// nearly the same grains; the speckle tile of the simulated probe generates independent grains for each
-/// frame. The factors are Rayleigh distributed with mean 1 (standard deviation 0.52). The field is periodic
-/// in each direction. Equal seeds give equal fields on every machine.
+/// that is smoothed along the lines, across them and from frame to frame, by the same number of frames at
+/// each depth. The factors are Rayleigh distributed with mean 1 (standard deviation 0.52). The field is
+/// periodic in each direction. Equal seeds give equal fields on every machine.
 class SpeckleField {
  public:
   struct Size {

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "tests/unit/phantom_frames.hpp"
 
@@ -22,6 +23,7 @@ PhantomSource::Config sharp(Scene scene, FrameKind scan) {
           .rows = 512,
           .beam_mm = 0,
           .speckle = PhantomSource::Speckle::kOff,
+          .clutter = PhantomSource::Clutter::kOff,
           .scene = scene,
           .motion = PhantomScene::Motion::kStill,
           .pace = PhantomSource::Pace::kUnpaced};
@@ -179,6 +181,7 @@ TEST(BodyFrames, AreDrawnInTheSmallestAndLargestSizes) {
       config.columns = side;
       config.rows = side;
       config.beam_mm = 8;
+      config.clutter = PhantomSource::Clutter::kOn;
       config.frames_per_volume = 2;
       config.sweep_deg = 170;
       const auto source = make(config);
@@ -212,6 +215,40 @@ TEST(BodyFrames, AreDarkBehindBone) {
   EXPECT_GT(skin, 160);
   EXPECT_LT(behind, skin - 60);
   EXPECT_GT(mean_grey(-20, -5), 0) << "fluid is not black";
+}
+
+/// Mean grey level of some rows and columns.
+double mean_grey(const Frame& frame, std::uint32_t columns, std::pair<std::uint32_t, std::uint32_t> rows,
+                 std::pair<std::uint32_t, std::uint32_t> across) {
+  double sum = 0;
+  for (std::uint32_t row = rows.first; row < rows.second; ++row)
+    for (std::uint32_t column = across.first; column < across.second; ++column)
+      sum += frame.pixels[row * columns + column];
+  return sum / ((rows.second - rows.first) * (across.second - across.first));
+}
+
+TEST(BodyFrames, HaveReverberationBelowTheProbeAndSideLobesBesideABody) {
+  auto config = sharp(Scene::kSphere, FrameKind::kConvexLines);
+  const auto clean_source = make(config);
+  config.clutter = PhantomSource::Clutter::kOn;
+  const auto source = make(config);
+  for (int i = 0; i < 17; ++i) {
+    next_stamp(*clean_source);
+    next_stamp(*source);
+  }
+  const Frame clean = next(*clean_source);
+  const Frame frame = next(*source);
+  const auto added = [&](std::pair<std::uint32_t, std::uint32_t> rows,
+                         std::pair<std::uint32_t, std::uint32_t> across) {
+    return mean_grey(frame, config.columns, rows, across) - mean_grey(clean, config.columns, rows, across);
+  };
+  // A row is 0.31 mm, and 60 dB are 255 grey levels. Fluid is 34 dB below tissue.
+  EXPECT_NEAR(added({0, 8}, {0, 192}), (34 - 5) * 255 / 60.0, 15) << "below the face";
+  EXPECT_LT(added({72, 80}, {0, 192}), 1) << "23 mm below it";
+  // The sphere's near side at the range of 70 mm meets lines 96 +- 34, and the lobes 31 lines beside them.
+  EXPECT_GT(added({215, 225}, {40, 50}), 5) << "beside the sphere";
+  EXPECT_LT(added({215, 225}, {0, 10}), 2) << "further from it";
+  EXPECT_NEAR(added({215, 225}, {90, 100}), 0, 1) << "within it";
 }
 
 TEST(BodyFrames, MoveUnlessTheyAreStill) {

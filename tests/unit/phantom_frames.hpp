@@ -11,7 +11,8 @@
 namespace fanlight::test {
 
 /// Linear: the theory of its speckle is known.
-inline constexpr PhantomSource::Config kSpeckled = {.scale = {.kind = EchoScale::Kind::kLinear},
+inline constexpr PhantomSource::Config kSpeckled = {.clutter = PhantomSource::Clutter::kOff,
+                                                    .scale = {.kind = EchoScale::Kind::kLinear},
                                                     .pace = PhantomSource::Pace::kUnpaced};
 
 struct Frame {

@@ -164,11 +164,12 @@ TEST(PhantomOptions, AreRefusedInOneSentence) {
     return config ? std::string("taken") : config.error().message;
   };
   EXPECT_EQ(refusal("colums=2"), "the phantom has no option \"colums\", did you mean columns?");
-  EXPECT_EQ(refusal("film=2"),
-            "the phantom has no option \"film\", expected rate, frames, columns, rows, sweep, seed, "
-            "volumes, beam, speckle, moving, probe, scene, wall, scan, compression, range, gain, lag, "
-            "jitter, turning, "
-            "index, lost");
+  EXPECT_EQ(
+      refusal("film=2"),
+      "the phantom has no option \"film\", expected rate, frames, columns, rows, sweep, seed, "
+      "volumes, beam, speckle, clutter, moving, probe, scene, wall, scan, compression, range, gain, lag, "
+      "jitter, turning, "
+      "index, lost");
   EXPECT_EQ(refusal("rate=fast"), "the phantom's rate is \"fast\", expected 0.1 to 1000 frames a second");
   EXPECT_EQ(refusal("rate=0"), "the phantom's rate is 0, expected 0.1 to 1000 frames a second");
   EXPECT_EQ(refusal("rate=nan"), "the phantom's rate is \"nan\", expected 0.1 to 1000 frames a second");
