@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 
 #include "renderer/survey/scanned_sector.hpp"
 
@@ -23,6 +24,12 @@ constexpr double kLeastRoughRatio = 0.25;
 constexpr std::uint32_t kMostFrames = 16;
 constexpr std::uint32_t kMostAcross = 24;  // blocks of a frame
 constexpr std::uint32_t kMostDown = 24;
+// Layers of equal thickness below the probe's face, to the depth of the frames. Those next to the face that
+// are bright all over are left out: reverberation is there, and not of tissue. Not where they reach further
+// than it.
+constexpr std::size_t kLayers = 24;
+constexpr std::size_t kMostBrightLayers = 8;
+constexpr double kBrightAllOver = 0.9;
 // Levels that lie closer together are one.
 constexpr double kLeastStep = 4;
 // The method parts pure speckle too, into blocks whose medians differ by up to 1.1 of its deviation
@@ -95,7 +102,7 @@ Block block_at(std::span<const std::uint8_t> pixels, std::uint32_t columns, std:
   return {.darkest = darkest, .mean = mean, .deviation = std::sqrt(variance), .within = std::sqrt(within)};
 }
 
-/// Calls `use(block)` for the blocks of a grid over some frames, where the probe has scanned them.
+/// Calls `use(block, layer)` for the blocks of a grid over some frames, where the probe has scanned them.
 template <typename Use>
 void for_each_block(const Volume& volume, Use&& use) {
   const FanGeometry& geometry = volume.geometry();
@@ -117,7 +124,9 @@ void for_each_block(const Volume& volume, Use&& use) {
         const Block block = block_at(pixels, geometry.columns, column, row);
         const bool is_scanned =
             geometry.zero_is_unscanned ? block.darkest > 0 : !has_border || block.mean > 0;
-        if (is_scanned) use(block);
+        if (!is_scanned) continue;
+        const double share = from_face_mm(geometry, column + kMiddle, row + kMiddle) / geometry.depth_mm();
+        use(block, static_cast<std::size_t>(std::clamp(share, 0.0, 0.999) * kLayers));
       }
     }
   }
@@ -163,19 +172,43 @@ std::size_t parted_at(const Histogram& counts) {
   return at;
 }
 
+Histogram sum_of(const std::array<Histogram, kLayers>& layers, std::size_t first) {
+  Histogram sum{};
+  for (std::size_t layer = first; layer < kLayers; ++layer)
+    for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += layers[layer][bin];
+  return sum;
+}
+
+/// The first layer that is not bright all over. What is bright changes with the layers that count.
+std::size_t below_reverberation(const std::array<Histogram, kLayers>& layers) {
+  for (std::size_t first = 0; first < kMostBrightLayers; ++first) {
+    const std::size_t bright = parted_at(sum_of(layers, first));
+    const Histogram& means = layers[first];
+    const auto in_all = std::accumulate(means.begin(), means.end(), 0U);
+    const auto in_bright =
+        std::accumulate(means.begin() + static_cast<std::ptrdiff_t>(bright), means.end(), 0U);
+    if (bright == 0 || (in_all > 0 && in_bright < kBrightAllOver * in_all)) return first;
+  }
+  return 0;
+}
+
 }  // namespace
 
 EchoLevels measured_levels(const Volume& volume) {
   if (volume.stamp().warnings.has(SweepWarning::kRings)) return {.flat = true};
-  Histogram means{};
-  for_each_block(volume, [&](const Block& block) { ++means[bin_of(block.mean)]; });
+  std::array<Histogram, kLayers> means_of_layers{};
+  for_each_block(
+      volume, [&](const Block& block, std::size_t layer) { ++means_of_layers[layer][bin_of(block.mean)]; });
+  const std::size_t first_layer = below_reverberation(means_of_layers);
+  const Histogram means = sum_of(means_of_layers, first_layer);
   const std::size_t bright = parted_at(means);
   if (bright == 0) return {};
   EchoLevels levels{.fluid = median_of(means, 0, bright), .tissue = median_of(means, bright, means.size())};
   Histogram deviations{};
   Histogram within{};
   Histogram dark{};
-  for_each_block(volume, [&](const Block& block) {
+  for_each_block(volume, [&](const Block& block, std::size_t layer) {
+    if (layer < first_layer) return;
     const bool is_dark = bin_of(block.mean) < bright;
     ++(is_dark ? dark : deviations)[bin_of(block.deviation)];
     if (!is_dark) ++within[bin_of(block.within)];

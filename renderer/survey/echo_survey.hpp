@@ -10,7 +10,8 @@ namespace fanlight {
 
 /// The levels of one volume: from some ten thousand blocks of pixels, which the method of Otsu (1979, "A
 /// threshold selection method from gray-level histograms") parts into dark and bright ones. Medians, so that
-/// blocks on an edge do not count. Reads less than a million pixels; does not allocate.
+/// blocks on an edge do not count. Layers below the probe's face that are bright all over, as by
+/// reverberation, do not count either. Reads less than a million pixels; does not allocate.
 EchoLevels measured_levels(const Volume& volume);
 
 /// Levels that are steady over volumes: a slow mean, and what is in force follows it in steps of a tenth. A

@@ -43,26 +43,56 @@ BeamAxes axes_at(const FanGeometry& geometry, double angle_rad, std::uint32_t co
   return {.axial = axial, .lateral = lateral, .elevation = glm::normalize(glm::cross(axial, lateral))};
 }
 
-/// A grey level for each pixel of the sweep, by its place.
-using Grey = std::function<double(const glm::dvec3& at, const BeamAxes& axes, double depth_mm, double factor,
-                                  double noise)>;
+/// A place in a frame.
+struct Place {
+  glm::dvec3 at{};
+  BeamAxes axes;
+  double depth_mm = 0;  ///< below the probe's face
+};
 
-Volume scanned(const TestFan& fan, const Grey& grey, std::uint64_t seed) {
+Place place_in(const FanGeometry& geometry, double angle_rad, std::uint32_t column, std::uint32_t row) {
+  const PlanePoint in_plane = geometry.plane_point({static_cast<double>(column), static_cast<double>(row)});
+  const Point at = geometry.point(in_plane.x_mm, {.angle_rad = angle_rad, .depth_mm = in_plane.depth_mm});
+  return {.at = {at.x_mm, at.y_mm, at.z_mm},
+          .axes = axes_at(geometry, angle_rad, column, row),
+          .depth_mm = in_plane.depth_mm};
+}
+
+/// What the echo is made of: the share of tissue at a place. See ScannerEcho.
+using Share = std::function<double(const glm::dvec3& at, const BeamAxes& axes, double depth_mm)>;
+
+/// Mean square of the share where side lobes point: at the same range, up to 8 deg aside in the frame and
+/// 6 deg across it.
+double beside(const Share& share, const Place& place) {
+  const auto squared = [&](const glm::dvec3& towards, double angle_deg) {
+    const double angle = radians(angle_deg);
+    const glm::dvec3 at =
+        place.at + place.depth_mm * (std::sin(angle) * towards + (std::cos(angle) - 1) * place.axes.axial);
+    const double found = share(at, place.axes, place.depth_mm);
+    return found * found;
+  };
+  double sum = 0;
+  for (const double angle_deg : {-8.0, -4.0, 4.0, 8.0}) sum += squared(place.axes.lateral, angle_deg);
+  for (const double angle_deg : {-6.0, 6.0}) sum += squared(place.axes.elevation, angle_deg);
+  return sum / 6;
+}
+
+Volume scanned(const TestFan& fan, const Share& share, const ScannerEcho& echo, std::uint64_t seed) {
   const FanGeometry& geometry = fan.geometry;
   const SpeckleField speckle = speckle_of(fan, seed);
   // The receiver's noise is new in each sample.
   const auto frames = static_cast<std::uint32_t>(fan.angles_rad.size());
   const SpeckleField noise({geometry.columns, geometry.rows, frames}, {0.5, 1, 0.5}, seed + 1);
-  return swept(fan, [&](std::uint32_t place, double angle_rad, std::span<std::uint8_t> pixels) {
+  return swept(fan, [&](std::uint32_t frame, double angle_rad, std::span<std::uint8_t> pixels) {
     for (std::uint32_t row = 0; row < geometry.rows; ++row) {
+      double lobes = 0;
       for (std::uint32_t column = 0; column < geometry.columns; ++column) {
         const std::size_t pixel = std::size_t{row} * geometry.columns + column;
-        const PlanePoint in_plane =
-            geometry.plane_point({static_cast<double>(column), static_cast<double>(row)});
-        const Point at =
-            geometry.point(in_plane.x_mm, {.angle_rad = angle_rad, .depth_mm = in_plane.depth_mm});
-        const double level = grey({at.x_mm, at.y_mm, at.z_mm}, axes_at(geometry, angle_rad, column, row),
-                                  in_plane.depth_mm, speckle.frame(place)[pixel], noise.frame(place)[pixel]);
+        const Place place = place_in(geometry, angle_rad, column, row);
+        // They change slowly across the lines.
+        if (column % 4 == 0) lobes = beside(share, place);
+        const double level = echo.grey(share(place.at, place.axes, place.depth_mm), lobes, place.depth_mm,
+                                       speckle.frame(frame)[pixel], noise.frame(frame)[pixel]);
         pixels[pixel] = static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, 255.0)));
       }
     }
@@ -72,10 +102,10 @@ Volume scanned(const TestFan& fan, const Grey& grey, std::uint64_t seed) {
 Volume scanned(const TestFan& fan, const KnownSurface& surface, const ScannerEcho& echo, std::uint64_t seed) {
   return scanned(
       fan,
-      [&](const glm::dvec3& at, const BeamAxes& axes, double depth_mm, double factor, double noise) {
-        return echo.grey(surface.below_mm(at), surface.normal(at), axes, depth_mm, factor, noise);
+      [&](const glm::dvec3& at, const BeamAxes& axes, double depth_mm) {
+        return echo.share(surface.below_mm(at), surface.normal(at), axes, depth_mm);
       },
-      seed);
+      echo, seed);
 }
 
 /// Signed errors of what is shown, mm, and the numbers of pixels.
@@ -116,7 +146,8 @@ double share(std::size_t part, std::size_t whole) {
 
 constexpr char kLegend[] =
     R"(Frames as a scanner makes them: the amplitude of the echo is blurred by the pulse and by a beam with a width in the
-frame and across it, multiplied by speckle, with the receiver's noise, and log-compressed. From the probe, default scene.
+frame and across it, with side lobes of -32 dB and reverberation below the probe, multiplied by speckle, with the
+receiver's noise, and log-compressed. From the probe, default scene.
 signed: median of shown - true depth. of shown, of true: within 0.5 mm, of what is shown on rays that meet surface or fluid,
 and of the true surface that is met at less than 75 deg. empty: shown on all rays, where there is no surface at all.)";
 
@@ -192,20 +223,20 @@ class ScannedScenes {
       const std::string name =
           fmt::format("scanned/{}/{}/{}", scanner.name, is_tissue ? "tissue-alone" : "noise-alone", fan.name);
       if (!bench_.wants(name)) continue;
-      const double below_mm = is_tissue ? 1000 : -1000;
+      // So much gain that the noise is seen.
+      ScannerEcho echo = scanner.echo;
+      if (!is_tissue) echo.tissue_grey += 90;
       const Volume volume = scanned(
-          fan,
-          [&](const glm::dvec3&, const BeamAxes& axes, double depth_mm, double factor, double noise) {
-            // So much gain that the noise is seen.
-            const double gain = is_tissue ? 0 : 90;
-            return gain + scanner.echo.grey(below_mm, {0, -1, 0}, axes, depth_mm, factor, noise);
-          },
-          5);
+          fan, [&](const glm::dvec3&, const BeamAxes&, double) { return is_tissue ? 1.0 : 0.0; }, echo, 5);
       const KnownPlane none({0, 1000, 0}, 0, 0);
       KnownView view = known_views(fan.scanned(), none, Projection::kParallel).front();
       bench_.change(view.scene);
       DepthRig rig = new_rig(fan);
       rig.set_volume(volume);
+      // The reverberation's own end is an edge, from bright to dark.
+      const double above_noise_db = echo.reverberation_db - echo.noise_db;
+      const KnownPlane its_end({0, above_noise_db / echo.reverberation_mm_db, 0}, 0, 0);
+      const KnownView beyond = known_views(fan.scanned(), its_end, Projection::kParallel).front();
       const auto shown_percent = [&](const Scene& scene) {
         const std::vector<float> shown_mm = rig.depths(scene).cast_mm;
         std::size_t in_fan = 0;
@@ -213,7 +244,8 @@ class ScannedScenes {
         for (std::size_t pixel = 0; pixel < view.truth.size(); ++pixel) {
           if (view.truth[pixel].meets == Meets::kNothing) continue;
           ++in_fan;
-          if (shown_mm[pixel] >= 0) ++shown;
+          const bool either = scene.detector.sign == EdgeSign::kEither;
+          if (shown_mm[pixel] >= (either ? beyond.truth[pixel].depth_mm : 0)) ++shown;
         }
         return share(shown, in_fan);
       };

@@ -24,19 +24,22 @@ double ScannerEcho::spread_mm(const glm::dvec3& normal, const BeamAxes& axes, do
   return std::sqrt(along * along + across * across + elevation * elevation);
 }
 
-double ScannerEcho::grey(double below_mm, const glm::dvec3& normal, const BeamAxes& axes, double depth_mm,
-                         double factor, double noise) const {
+double ScannerEcho::share(double below_mm, const glm::dvec3& normal, const BeamAxes& axes,
+                          double depth_mm) const {
   const double spread = spread_mm(normal, axes, depth_mm);
+  if (thickness_mm == 0) return 0.5 * std::erfc(-below_mm / (spread * std::numbers::sqrt2));
+  // A Gaussian sheet stays one, lower and wider.
+  const double sheet = thickness_mm / (2 * std::sqrt(2 * std::numbers::ln2));
+  const double blurred = std::hypot(sheet, spread);
+  const double away = (below_mm - thickness_mm / 2) / blurred;
+  return sheet / blurred * std::exp(-0.5 * away * away);
+}
+
+double ScannerEcho::grey(double share, double beside, double depth_mm, double factor, double noise) const {
   const double fluid = amplitude_of(-contrast_db);
-  double share = 0.5 * std::erfc(-below_mm / (spread * std::numbers::sqrt2));
-  if (thickness_mm > 0) {
-    // A Gaussian sheet stays one, lower and wider.
-    const double sheet = thickness_mm / (2 * std::sqrt(2 * std::numbers::ln2));
-    const double blurred = std::hypot(sheet, spread);
-    const double away = (below_mm - thickness_mm / 2) / blurred;
-    share = sheet / blurred * std::exp(-0.5 * away * away);
-  }
-  const double echo = (fluid + (1 - fluid) * share) * factor;
+  const double lobes = amplitude_of(lobes_db) * std::sqrt(beside);
+  const double reverberation = amplitude_of(reverberation_db - reverberation_mm_db * std::max(depth_mm, 0.0));
+  const double echo = std::hypot(fluid + (1 - fluid) * share, lobes, reverberation) * factor;
   const double amplitude = std::hypot(echo, amplitude_of(noise_db) * noise);
   return tissue_grey + 255 / range_db * 20 * std::log10(std::max(amplitude, 1e-6));
 }

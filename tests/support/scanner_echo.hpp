@@ -18,8 +18,9 @@ struct BeamAxes {
   glm::dvec3 elevation{};  ///< across the frame
 };
 
-/// Grey levels as a scanner makes them: the amplitude of the echo is blurred by the pulse and by the beam,
-/// the speckle multiplies it, the receiver adds its noise, and then it is log-compressed. The blur of a
+/// Grey levels as a scanner makes them: the amplitude of the echo is blurred by the pulse and by the beam;
+/// what the side lobes meet and the reverberation below the probe are added to its power; the speckle
+/// multiplies it, the receiver adds its noise, and then it is log-compressed. The blur of a
 /// surface is that of a plane through its normal: exact for planes, and where the radius of curvature is
 /// large against the beam.
 struct ScannerEcho {
@@ -37,10 +38,16 @@ struct ScannerEcho {
   double focus_mm = 32;
   double widening = 0.02;  ///< of both, mm a mm from the focus
 
-  /// `below_mm`, `normal`: of the surface. `depth_mm`: from the probe's face. `factor`, `noise`: of speckle,
-  /// with mean 1.
-  double grey(double below_mm, const glm::dvec3& normal, const BeamAxes& axes, double depth_mm, double factor,
-              double noise) const;
+  double lobes_db = -32;           ///< of all side lobes, over the echo of what they meet
+  double reverberation_db = 0;     ///< at the probe's face, over tissue
+  double reverberation_mm_db = 4;  ///< less a mm below it
+
+  /// Amplitude of the blurred echo, 0 for fluid to 1 for tissue.
+  double share(double below_mm, const glm::dvec3& normal, const BeamAxes& axes, double depth_mm) const;
+
+  /// `share`: see above. `beside`: mean square of the share where the side lobes point. `depth_mm`: from the
+  /// probe's face. `factor`, `noise`: of speckle, with mean 1.
+  double grey(double share, double beside, double depth_mm, double factor, double noise) const;
 
  private:
   double spread_mm(const glm::dvec3& normal, const BeamAxes& axes, double depth_mm) const;

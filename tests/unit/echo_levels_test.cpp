@@ -86,6 +86,40 @@ TEST(EchoLevelsTest, AreFlatWhereTheEchoIsSpeckleAlone) {
   EXPECT_FALSE(measured_levels(not_compressed()).flat);
 }
 
+/// Reverberation below the probe: 210 at its face, 8 grey levels less each mm.
+double reverberation(const Point& at) {
+  const double depth_mm = std::hypot(at.y_mm + 30, at.z_mm) - 30;
+  return 210 - 8 * depth_mm;
+}
+
+TEST(EchoLevelsTest, LeaveReverberationOut) {
+  std::mt19937 bits(3);
+  std::normal_distribution<double> speckle(0, 20);
+  const auto levels_of = [&](auto tissue) {
+    return measured_levels(made_volume(kHalfMmGeometry, kFiveAnglesRad, [&](const Point& at) {
+      return std::max(reverberation(at), tissue(at) ? 120.0 : 30.0) + speckle(bits);
+    }));
+  };
+  // A ball, so that less of the volume is tissue than reverberation.
+  const EchoLevels ball =
+      levels_of([](const Point& at) { return std::hypot(at.x_mm, at.y_mm - 55, at.z_mm) < 15; });
+  EXPECT_TRUE(ball.known);
+  EXPECT_NEAR(ball.tissue, 120, 8);
+  EXPECT_NEAR(ball.fluid, 30, 5);
+  EXPECT_TRUE(levels_of([](const Point&) { return false; }).flat) << "nothing but noise below it";
+}
+
+TEST(EchoLevelsTest, CountTissueThatBeginsAtTheProbe) {
+  std::mt19937 bits(3);
+  std::normal_distribution<double> speckle(0, 20);
+  const EchoLevels levels =
+      measured_levels(made_volume(kHalfMmGeometry, kFiveAnglesRad, [&](const Point& at) {
+        return (at.y_mm < 60 ? 130 : 20) + speckle(bits);
+      }));
+  EXPECT_TRUE(levels.known);
+  EXPECT_NEAR(levels.tissue, 130, 5);
+}
+
 TEST(EchoLevelsTest, RiseByTheSpecklesDecibels) {
   const auto rise = [](double noise) {
     return EchoLevels{.fluid = 10, .tissue = 170, .noise = noise, .known = true}.rise(0);

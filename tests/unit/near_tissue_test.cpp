@@ -93,14 +93,25 @@ TEST(NearTissueTest, EndsBetweenTheWallAndTheFetus) {
     const Shares shares = judged(womb, *found);
     ASSERT_GT(shares.lines, 1000) << probe << ", seed " << seed;
     EXPECT_LE(shares.wall_left, 0.002 * shares.lines) << probe << ", seed " << seed;
-    EXPECT_LE(shares.fetus_cut, 0.02 * shares.lines) << probe << ", seed " << seed;
+    EXPECT_LE(shares.fetus_cut, 0.03 * shares.lines) << probe << ", seed " << seed;
   }
 }
 
 TEST(NearTissueTest, IsNotFoundWithoutAny) {
   for (const char* scene : {"face", "sphere", "plane", "relief"}) {
-    const ScannedWomb fluid = scanned(fmt::format("scene={},moving=off", scene));
+    const ScannedWomb fluid = scanned(fmt::format("scene={},moving=off,clutter=off", scene));
     EXPECT_FALSE(find_near_tissue(fluid.volume, measured_levels(fluid.volume))) << scene;
+    EXPECT_FALSE(find_shell(fluid.volume)) << scene;
+  }
+}
+
+// It is bright, with fluid behind it, and as little wanted.
+TEST(NearTissueTest, MayBeTheReverberationBelowTheProbe) {
+  for (const char* scene : {"face", "sphere"}) {
+    const ScannedWomb fluid = scanned(fmt::format("scene={},moving=off", scene));
+    const auto found = find_near_tissue(fluid.volume, measured_levels(fluid.volume));
+    ASSERT_TRUE(found) << scene;
+    EXPECT_EQ(judged(fluid, *found).fetus_cut, 0) << scene;
     EXPECT_FALSE(find_shell(fluid.volume)) << scene;
   }
 }
