@@ -190,6 +190,10 @@ class VolumeInFlight {
   const EchoLevels& levels() const { return levels_; }
   /// What a picture of the scene shows of the near tissue.
   NearTissueState near_tissue_state(const Scene& scene) const { return near_tissue_.state(scene.near); }
+  /// PictureStamp::near_end_mm.
+  double near_end_mm(const Scene& scene) const {
+    return fanlight::near_end_mm(scene, geometry_, extent_, near_tissue_);
+  }
   /// The scene with what it leaves to this volume.
   Scene effective(const Scene& scene) const { return effective(scene, levels_); }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -53,6 +54,9 @@ struct PictureStamp {
   VolumeStamp volume;
   EchoLevels levels;  ///< in force for this picture, where its scene asks for values from the data
   NearTissueState near_tissue = NearTissueState::kShown;
+  /// Depth (y) at which the removed near tissue ends, on the line along y through the camera's target; NaN:
+  /// it is shown, or that line does not meet it.
+  double near_end_mm = std::numeric_limits<double>::quiet_NaN();
   double surface_share = 0;  ///< of the pixels, those with a surface, 0 to 1
   /// Of these, those whose surface is uncertain and dimmed, 0 to 1: it stands out from the speckle by
   /// little, or fills a hole. 0 in modes that do not light the surface, and where the speckle is not known.

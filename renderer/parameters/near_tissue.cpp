@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/vec3.hpp>
 #include <iterator>
+#include <limits>
 #include <tuple>
 
 #include "shaders/bindings.h"
@@ -47,18 +48,19 @@ class Removed {
   double shift_rows_;
 };
 
-/// Where the ray first leaves what is removed. nullopt: it never enters the fan.
-std::optional<double> start_of(const Removed& removed, const shaders::CastParameters& rays, double column,
-                               double row) {
+/// A straight line: from + depth_mm * forward.
+struct Line {
+  glm::dvec3 from{};
+  glm::dvec3 forward{};
+};
+
+/// Where a line first leaves what is removed, between two depths; first_mm where it enters the fan elsewhere.
+/// nullopt: it never enters the fan.
+std::optional<double> leaves(const Removed& removed, const Line& line, double first_mm, double last_mm) {
   using Place = Removed::Place;
-  const glm::dvec3 from =
-      glm::dvec3(rays.origin) + column * glm::dvec3(rays.right_step) + row * glm::dvec3(rays.down_step);
-  const glm::dvec3 forward =
-      glm::dvec3(rays.forward) + column * glm::dvec3(rays.right_turn) + row * glm::dvec3(rays.down_turn);
-  const auto place = [&](double depth_mm) { return removed.place(from + depth_mm * forward); };
+  const auto place = [&](double depth_mm) { return removed.place(line.from + depth_mm * line.forward); };
   bool in_tissue = false;
-  const double first_mm = std::max(rays.start, rays.eye);
-  for (double depth_mm = first_mm; depth_mm <= rays.end; depth_mm += kStepMm) {
+  for (double depth_mm = first_mm; depth_mm <= last_mm; depth_mm += kStepMm) {
     const Place here = place(depth_mm);
     if (here == Place::kRemoved) in_tissue = true;
     if (here == Place::kRemoved || (here == Place::kOutside && !in_tissue)) continue;
@@ -71,7 +73,17 @@ std::optional<double> start_of(const Removed& removed, const shaders::CastParame
     }
     return outside_mm;
   }
-  return in_tissue ? std::optional<double>(rays.end) : std::nullopt;
+  return in_tissue ? std::optional<double>(last_mm) : std::nullopt;
+}
+
+/// Where the ray first leaves what is removed. nullopt: it never enters the fan.
+std::optional<double> start_of(const Removed& removed, const shaders::CastParameters& rays, double column,
+                               double row) {
+  const Line ray{.from = glm::dvec3(rays.origin) + column * glm::dvec3(rays.right_step) +
+                         row * glm::dvec3(rays.down_step),
+                 .forward = glm::dvec3(rays.forward) + column * glm::dvec3(rays.right_turn) +
+                            row * glm::dvec3(rays.down_turn)};
+  return leaves(removed, ray, std::max(rays.start, rays.eye), rays.end);
 }
 
 /// Gives the points without a value the mean of their neighbours', from the nearest on.
@@ -160,6 +172,18 @@ shaders::NearTissueParameters near_tissue_parameters(const Scene& scene, const s
   for (std::size_t at = 0; at < starts.size(); ++at)
     if (starts[at]) to.ray_start[at] = static_cast<float>(*starts[at]);
   return to;
+}
+
+double near_end_mm(const Scene& scene, const FanGeometry& geometry, const VolumeExtent& volume,
+                   const NearTissueSearch& search) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const NearTissue* const near = search.removed_by(scene.near);
+  if (near == nullptr) return none;
+  const Removed removed(geometry, volume, *near, scene.near.shift_mm / geometry.pixel_height_mm);
+  const Line line{.from = {scene.camera.target.x_mm, 0, scene.camera.target.z_mm}, .forward = {0, 1, 0}};
+  const double first_mm = geometry.nearest_mm();
+  const auto end_mm = leaves(removed, line, first_mm, geometry.depth_mm());
+  return end_mm && *end_mm > first_mm ? *end_mm : none;
 }
 
 }  // namespace fanlight

@@ -58,4 +58,8 @@ shaders::NearTissueParameters near_tissue_parameters(const Scene& scene, const s
                                                      const FanGeometry& geometry, const VolumeExtent& volume,
                                                      const NearTissueSearch& near);
 
+/// PictureStamp::near_end_mm.
+double near_end_mm(const Scene& scene, const FanGeometry& geometry, const VolumeExtent& volume,
+                   const NearTissueSearch& near);
+
 }  // namespace fanlight

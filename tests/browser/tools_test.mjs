@@ -93,7 +93,33 @@ test("a button removes near tissue from the volume on show, or says that it foun
     await viewer.settled();
     assert.deepEqual(viewer.consoleProblems, []);
   });
-  await withPage("no-womb", kStillSource, async (viewer) => {
+  await withPage("near-end", "phantom:scene=womb,seed=13,volumes=1", async (viewer) => {
+    await viewer.firstPicture();
+    await press(viewer, "4");
+    await viewer.settled();
+    const handle = viewer.page.locator('#planes .grip[data-line="near-end"]');
+    assert.equal(await handle.count(), 0);
+    await click(viewer, "#near-tissue");
+    await mark(viewer).waitFor({ state: "visible" });
+    await viewer.settled();
+    assert.equal(await handle.count(), 2, "in the two panes that show the depth");
+    const boxOf = () => handle.first().boundingBox();
+    const middle = ({ x, y, width, height }) => ({ x: x + width / 4, y: y + height / 2 });
+    const before = middle(await boxOf());
+    await viewer.page.mouse.move(before.x, before.y);
+    await viewer.page.mouse.down();
+    for (const down of [5, 10, 20]) await viewer.page.mouse.move(before.x, before.y + down);
+    await viewer.page.mouse.up();
+    await viewer.page.waitForFunction((y) => {
+      const grip = document.querySelector('#planes .grip[data-line="near-end"]');
+      return grip && Math.abs(grip.getBoundingClientRect().y + grip.getBoundingClientRect().height / 2 - y) < 4;
+    }, before.y + 20);
+    await viewer.settled();
+    const after = middle(await boxOf());
+    assert.ok(Math.abs(after.y - before.y - 20) < 4, `the line moved by ${after.y - before.y} of 20 pixels`);
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+  await withPage("no-womb", `${kStillSource},clutter=off`, async (viewer) => {
     await viewer.firstPicture();
     await click(viewer, "#near-tissue");
     await mark(viewer).waitFor({ state: "visible" });

@@ -135,6 +135,22 @@ TEST_F(NearTissueGpuTest, EndsElsewhereByTheShift) {
   EXPECT_GT(share_on_wall(surface()), 0.8);
 }
 
+TEST_F(NearTissueGpuTest, SaysWhereItEndsBeforeTheTarget) {
+  scene_.camera.target.x_mm = 6;
+  scene_.camera.target.z_mm = -4;
+  std::vector<float> depth_mm;
+  const double end_mm = shown(depth_mm).stamp.near_end_mm;
+  const Point end{6, end_mm, -4};
+  EXPECT_GT(below_face_mm(end), wall_end_mm(end));
+  EXPECT_LT(end_mm, body_mm(end));
+  scene_.near.shift_mm = 5;
+  EXPECT_NEAR(shown(depth_mm).stamp.near_end_mm, end_mm + 5, 0.3);
+  scene_.camera.target.x_mm = 500;
+  EXPECT_TRUE(std::isnan(shown(depth_mm).stamp.near_end_mm)) << "beside the fan";
+  scene_.near.tissue = NearTissueShow::kShown;
+  EXPECT_TRUE(std::isnan(shown(depth_mm).stamp.near_end_mm));
+}
+
 TEST_F(NearTissueGpuTest, IsRemovedAlikeWithoutSkipping) {
   std::vector<float> with_mm;
   std::vector<float> without_mm;

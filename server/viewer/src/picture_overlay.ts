@@ -134,7 +134,8 @@ export class PictureOverlay {
 
   private showMarks(): void {
     page.frame.dataset.mode = this.editor.choice("mode");
-    this.planes.show(this.from.shown()?.view, this.fullSize().width);
-    this.marks.show(this.from.shown()?.view, this.bar(), this.fullSize().width, this.editor.choice("mode"));
+    const shown = this.from.shown();
+    this.planes.show(shown?.view, this.fullSize().width, shown?.nearEndMm);
+    this.marks.show(shown?.view, this.bar(), this.fullSize().width, this.editor.choice("mode"));
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines over the four panes that move the planes, the depth scales, and the crop box with handles in all panes.
+// Lines over the four panes that move the planes, the depth scales, the handle at the end of the near tissue, and the
+// crop box with handles in all panes.
 import type { View } from "../generated/fanlight_pb.js";
 import { drawing } from "./element";
 import { pixelOfPoint } from "./measurement";
@@ -25,6 +26,8 @@ const kLeastBoxMm = 2;
 const kLeastPixelsPerMm = 0.3; // a face that looks at the viewer cannot be dragged in the 3D pane
 const kOpenMm = 1000;
 const kDragStartPixels = 2; // a click moves nothing
+const kNearShift = "near.shift_mm";
+const kMostNearShiftMm = 30; // the field's range
 
 /** `way`: from where the pointer was taken to where it is, pixels of the picture. */
 interface Drag {
@@ -35,6 +38,7 @@ interface Drag {
 export class PlaneOverlay {
   private view: View | undefined;
   private fullWidth = 0;
+  private nearEndMm: number | undefined; // depth (y) where the near tissue ends, at the target
   /** Of the picture: while it lacks a change, lines and scales stay where they fit it. */
   private shown = { mode: "", target: { x: 0, y: 0, z: 0 }, fieldMm: 1 };
   private cropping = false;
@@ -62,8 +66,9 @@ export class PlaneOverlay {
     this.draw();
   }
 
-  /** `fullWidth`: of the picture in its full size, which the view is of. */
-  show(view: View | undefined, fullWidth: number): void {
+  /** `fullWidth`: of the picture in its full size, which the view is of. `nearEndMm`: see Picture. */
+  show(view: View | undefined, fullWidth: number, nearEndMm?: number): void {
+    this.nearEndMm = nearEndMm;
     this.view = view;
     this.fullWidth = fullWidth;
     this.draw();
@@ -85,7 +90,7 @@ export class PlaneOverlay {
     this.svg.style.setProperty("--scale-text", `${(window.innerWidth >= 2600 ? 22 : 12) * pixelsPerPoint}px`);
     this.svg.setAttribute("viewBox", `0 0 ${this.canvas.width} ${this.canvas.height}`);
     const panes = panesOf(this.shown.mode, this.canvas);
-    const parts = panes.flatMap((pane) => [...this.scaleOf(pane), ...this.linesOf(pane)]);
+    const parts = panes.flatMap((pane) => [...this.scaleOf(pane), ...this.linesOf(pane), ...this.nearEndIn(pane)]);
     if (this.cropping) parts.push(...panes.flatMap((pane) => this.boxIn(pane)), ...this.boxInSpace());
     this.svg.replaceChildren(...parts);
   }
@@ -131,6 +136,24 @@ export class PlaneOverlay {
         },
       }));
     });
+  }
+
+  /** A handle where the near tissue ends before the target, in the panes that show the depth; the line follows it. */
+  private nearEndIn(pane: Pane): SVGElement[] {
+    if (this.nearEndMm === undefined || pane.up.axis !== "y") return [];
+    const from = pixelAlong(pane, "y", this.nearEndMm, this.target(), this.fieldMm());
+    if (withinPane(pane, false, from) !== from) return [];
+    const shiftMm = this.editor.number(kNearShift);
+    const at = (row: number) => handleIn(pane, row);
+    return this.draggable("near-end", at(from), false, (element) => ({
+      moved: (way) => {
+        const mmPerPixel = this.fieldMm() / pane.part.height;
+        const wanted = shiftMm + way.y * mmPerPixel;
+        const value = Math.max(-kMostNearShiftMm, Math.min(kMostNearShiftMm, wanted));
+        element.setAttribute("d", at(from + (value - shiftMm) / mmPerPixel));
+        this.editor.set([[kNearShift, tidy(value)]]);
+      },
+    }));
   }
 
   private boxIn(pane: Pane): SVGElement[] {
@@ -252,6 +275,12 @@ export class PlaneOverlay {
 
 function along(isColumn: boolean, pixel: PagePoint): number {
   return isColumn ? pixel.x : pixel.y;
+}
+
+/** A short bar about the middle of the pane. */
+function handleIn({ part }: Pane, row: number): string {
+  const half = part.width / 12;
+  return `M${part.left + part.width / 2 - half} ${row}h${2 * half}`;
 }
 
 function lineIn({ part }: Pane, isColumn: boolean, at: number): string {
