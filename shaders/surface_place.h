@@ -85,10 +85,11 @@ const int kLevelMean = kHalf < 8 ? kHalf : 4;
 const int kShortMean = (kLevelMean + 1) / 2;
 // A sheet: no more samples are brighter than halfway from the fluid to the peak.
 const int kMostOfASheet = kLevelMean;
-// The foot of a rise: this many times as far below the tissue as the level, so that it is as many decibels
-// below whatever the contrast; and at least so much of the way from the fluid.
+// The foot of a rise: this many times as far below the tissue as rays.rise, so that it is as many decibels
+// below whatever the contrast; within these shares of the way from the fluid.
 const float kFoot = 2.4;
 const float kLeastFoot = 0.25;
+const float kMostFoot = 0.5;
 // Over which the pulse and the filters of pass 0 spread the echo of a surface that is met at a right angle.
 const float kOwnRiseMm = 0.5;
 // A surface is certain where fluid and tissue differ by twice rays.least_contrast, or by so much more than
@@ -235,7 +236,7 @@ float placed_by_level(Ray ray, SampleRun run, float position, out float certaint
   certainty = certainty_by(echoes);
   if (echoes.brightest < rays.least_tissue || certainty < 0.0) return kNotTissue;
   float level = max(level_of(values, echoes.fluid, echoes.tissue), rays.least_tissue);
-  float foot = max(1.0 - kFoot * (1.0 - rays.rise), kLeastFoot);
+  float foot = clamp(1.0 - kFoot * (1.0 - rays.rise), kLeastFoot, kMostFoot);
   float foot_level = min(mix(echoes.fluid, echoes.tissue, foot), level);
   Rise rise = rise_through(values, foot_level, level);
   float found = rise.level + reach_behind(rise, ray.spacing);

@@ -16,8 +16,6 @@ namespace fanlight {
 /// - The pulse has a length: the power is blurred along the line.
 /// - Skin is bright where the line meets it at a right angle, and fainter where it grazes. Tissue scatters;
 ///   bone below the skin of the head and the hand is bright.
-/// - The echo between the probe and what is near it returns several times: a haze with rings below the face,
-///   which falls below the fluid within 16 mm.
 /// - Tissue weakens what comes from behind it by more than the gain by depth makes up for, and bone takes
 ///   almost all of it: behind the hand and within the head it is dark. Below that is the receiver's noise.
 ///
@@ -32,13 +30,15 @@ class BeamEcho {
   static constexpr float kPulseMm = 0.2F;
 
   /// `beam_mm`: thickness at the focus, see kDeviationOfBeam. 0: a line.
-  BeamEcho(double beam_mm, bool has_reverberation);
+  explicit BeamEcho(double beam_mm);
 
   /// Standard deviation of the beam's power across the frame.
   float deviation_mm(float depth_mm) const;
 
-  /// Power of the reverberation at a depth below the probe's face, in the unit of draw().
+  /// Power of the reverberation at a distance from the probe's face, in the unit of draw(), which leaves it
+  /// out. 0 from kReverberationMm on.
   static float reverberation(float depth_mm);
+  static constexpr float kReverberationMm = 22;
 
   /// Samples of a line, from first_mm along it, step_mm apart.
   struct Samples {
@@ -58,7 +58,6 @@ class BeamEcho {
                    std::span<float> power) const;
 
   float focus_deviation_mm_;
-  bool has_reverberation_;
   std::array<float, kAcross> weights_{};
 };
 

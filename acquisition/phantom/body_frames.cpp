@@ -38,7 +38,7 @@ BodyFrames::BodyFrames(const Config& config, const FanGeometry& geometry)
     : geometry_(geometry),
       scale_(config.scale),
       scene_(config.kind, config.moving, config.seed, config.has_near_wall),
-      beam_(config.beam_mm, config.has_clutter),
+      beam_(config.beam_mm),
       samples_in_line_(geometry.rows),
       line_stride_(geometry.rows + kPadding),
       greys_(greys_of_powers(config.scale)),
@@ -78,6 +78,10 @@ BodyFrames::BodyFrames(const Config& config, const FanGeometry& geometry)
       parallel ? geometry.pixel_width_mm : std::asin(lines_[1].sine) - std::asin(lines_[0].sine);
   if (config.has_clutter)
     lobe_lines_ = static_cast<std::uint32_t>((parallel ? kLobeMm : kLobeAngleRad) / pitch);
+  for (std::uint32_t sample = 0; sample < samples_in_line_; ++sample) {
+    const auto from_face_mm = static_cast<float>(sample * geometry.pixel_height_mm);
+    reverberation_.push_back(config.has_clutter ? BeamEcho::reverberation(from_face_mm) : 0.0F);
+  }
   const auto lines = static_cast<std::uint32_t>(lines_.size());
   if (!config.has_speckle) {
     speckle_.emplace(lines);
@@ -114,14 +118,15 @@ void BodyFrames::draw(const Exposure& exposure, std::span<std::uint8_t> pixels) 
   if (converter_) converter_->draw(scanned_, pixels);
 }
 
-/// Writes one sample of all lines to blurred_: the main lobe's three lines, and the side lobes.
+/// Writes one sample of all lines to blurred_: the main lobe's three lines, the side lobes, and
+/// reverberation.
 void BodyFrames::blur_across(std::uint32_t sample) {
   const std::size_t lines = lines_.size();
   const auto power = [&](std::size_t line) { return power_[line * line_stride_ + sample]; };
   for (std::size_t line = 0; line < lines; ++line) {
     const std::size_t before = line == 0 ? 0 : line - 1;
     const std::size_t behind = std::min(line + 1, lines - 1);
-    blurred_[line] = 0.25F * (power(before) + power(behind)) + 0.5F * power(line);
+    blurred_[line] = 0.25F * (power(before) + power(behind)) + 0.5F * power(line) + reverberation_[sample];
     sums_[line + 1] = sums_[line] + power(line);
   }
   if (lobe_lines_ == 0) return;

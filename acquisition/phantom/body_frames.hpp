@@ -16,9 +16,9 @@
 namespace fanlight {
 
 /// Draws the frames of a BodyScene: the echoes of each scan line (BeamEcho), blurred a little across the
-/// lines and a little of it far across them (side lobes), speckled in the grid of lines and samples, in grey
-/// levels, and for a Cartesian frame scan-converted. So speckle is finer near the probe than far from it, as
-/// behind a real beam.
+/// lines and a little of it far across them (side lobes), with reverberation below the face, speckled in the
+/// grid of lines and samples, in grey levels, and for a Cartesian frame scan-converted. So speckle is finer
+/// near the probe than far from it, as behind a real beam.
 ///
 /// One thread; draw() allocates nothing.
 class BodyFrames {
@@ -71,10 +71,11 @@ class BodyFrames {
   std::uint32_t samples_in_line_;
   std::uint32_t line_stride_;  // in power_
   std::vector<ScanLine> lines_;
-  std::uint32_t lobe_lines_ = 0;  // to either side of a line; 0: no side lobes
-  std::vector<float> power_;      // lines x line_stride_
-  std::vector<double> sums_;      // of one sample, of the lines before each
-  std::vector<float> blurred_;    // one sample of all lines
+  std::uint32_t lobe_lines_ = 0;      // to either side of a line; 0: no side lobes
+  std::vector<float> power_;          // lines x line_stride_
+  std::vector<float> reverberation_;  // power of each sample
+  std::vector<double> sums_;          // of one sample, of the lines before each
+  std::vector<float> blurred_;        // one sample of all lines
   std::optional<FrameSpeckle> speckle_;
   std::vector<std::int16_t> greys_;  // by the upper half of the bits of a power
   std::array<std::int16_t, 256> speckle_greys_;

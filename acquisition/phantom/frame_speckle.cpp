@@ -52,10 +52,13 @@ std::span<const std::uint8_t> FrameSpeckle::row(std::uint32_t row) {
     squares += weight * weight;
   }
   const float scale = static_cast<float>(kOne) / (SpeckleTile::kMean * std::sqrt(squares));
-  for (std::size_t column = 0; column < factors_.size(); ++column) {
-    const float magnitude =
-        std::sqrt(real_[column] * real_[column] + imaginary_[column] * imaginary_[column]);
-    factors_[column] = static_cast<std::uint8_t>(std::min(255.0F, magnitude * scale + 0.5F));
+  // Local copies: the compiler must assume that a written factor aliases the members.
+  const std::span<const float> real = real_;
+  const std::span<const float> imaginary = imaginary_;
+  const std::span<std::uint8_t> factors = factors_;
+  for (std::size_t column = 0; column < factors.size(); ++column) {
+    const float magnitude = std::sqrt(real[column] * real[column] + imaginary[column] * imaginary[column]);
+    factors[column] = static_cast<std::uint8_t>(std::min(255.0F, magnitude * scale + 0.5F));
   }
   return factors_;
 }

@@ -15,9 +15,9 @@ namespace fanlight {
 ///
 /// The scatterers of a sweep lie in slices one frame distance apart, each an excerpt of the tile. A frame's
 /// echo is their complex sum, weighted by the beam's thickness across the frame: where the beam is thicker
-/// than the distance of the frames, as near the probe, neighbouring frames show nearly the same speckle.
-/// Another sweep has other scatterers: in the time between, a patient and a hand move by more than a
-/// wavelength.
+/// than the distance of the frames, as near the probe, neighbouring frames show nearly the same speckle;
+/// a beam thicker than kMostDeviation counts as that. Another sweep has other scatterers: in the time
+/// between, a patient and a hand move by more than a wavelength.
 ///
 /// One thread; allocates nothing after construction.
 class FrameSpeckle {

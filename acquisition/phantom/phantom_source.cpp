@@ -19,6 +19,8 @@ constexpr double kFieldMm = 160;
 // Of the convex array.
 constexpr double kSectorHalfAngleDeg = 35;
 
+constexpr std::int16_t kNoEcho = -1000;  // below any grey level
+
 constexpr double kSlopeReachMm = 0.75;  // the slope is measured over this distance to either side
 // Frames that the probe buffers while the caller takes none.
 constexpr double kBufferedFrames = 8;
@@ -127,13 +129,29 @@ PhantomSource::PhantomSource(const Config& config)
                            .beam_mm = config.beam_mm,
                            .scale = config.scale},
         geometry);
-  } else if (config.clutter == Clutter::kOn) {
-    for (std::uint32_t row = 0; row < geometry.rows; ++row) {
-      const double power = BeamEcho::reverberation(static_cast<float>(row * geometry.pixel_height_mm));
-      reverberation_.push_back(
-          static_cast<std::int16_t>(std::clamp(config.scale.grey(std::sqrt(power)), -1000.0, 1000.0)));
+  } else {
+    none_.assign(geometry.columns, kNoEcho);
+    if (config.clutter == Clutter::kOn) reverberation_ = reverberation_of_pixels();
+  }
+}
+
+/// Of the rows that come near enough to the probe's face.
+std::vector<std::int16_t> PhantomSource::reverberation_of_pixels() const {
+  const FanGeometry& geometry = description_.geometry;
+  std::vector<std::int16_t> greys;
+  for (std::uint32_t row = 0; row * geometry.pixel_height_mm < BeamEcho::kReverberationMm; ++row) {
+    for (std::uint32_t column = 0; column < geometry.columns; ++column) {
+      const double along_mm = row * geometry.pixel_height_mm;
+      const double across_mm =
+          geometry.kind == FrameKind::kCartesian ? across_[column] * geometry.pixel_width_mm : 0;
+      const double from_face_mm =
+          std::hypot(across_mm, along_mm + geometry.probe_radius_mm) - geometry.probe_radius_mm;
+      const double power = BeamEcho::reverberation(static_cast<float>(from_face_mm));
+      const double grey = power > 0 ? config_.scale.grey(std::sqrt(power)) : kNoEcho;
+      greys.push_back(static_cast<std::int16_t>(std::clamp(grey, double{kNoEcho}, 1000.0)));
     }
   }
+  return greys;
 }
 
 FrameSpeckle PhantomSource::speckle_of_frames() const {
@@ -273,7 +291,10 @@ void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
   const auto level = static_cast<float>(blurs_per_slope * exposure.sine);
   const auto per_mm = static_cast<float>(blurs_per_slope * exposure.cosine / (2 * kSlopeReachMm));
   const std::span<const std::uint8_t> factors = speckle_.row(row_index);
-  const std::int32_t least = reverberation_.empty() ? -1000 : reverberation_[row_index];
+  const std::size_t first = std::size_t{row_index} * config_.columns;
+  const std::span<const std::int16_t> reverberation =
+      first < reverberation_.size() ? std::span(reverberation_).subspan(first, config_.columns)
+                                    : std::span(none_);
   constexpr auto kPerMm = static_cast<float>(1 / EchoModel::kStepMm);
   const auto offset = static_cast<float>((base.y_mm + EchoModel::kBeforeMm) / EchoModel::kStepMm);
   const auto per_ahead = static_cast<float>(row.scale_mm * exposure.cosine / EchoModel::kStepMm);
@@ -291,9 +312,9 @@ void PhantomSource::draw_row(std::uint32_t row_index, const Exposure& exposure,
       const float entry = std::clamp(depth - surface_mm[column] * kPerMm, 0.0F, last_entry);
       const float slant = std::abs(level + per_mm * (above_mm[column] - below_mm[column]));
       const auto blur = static_cast<std::uint32_t>(std::min(slant + 0.5F, EchoModel::kBlurs - 0.5F));
-      // The louder of two echoes is near enough to their sum.
-      const std::int32_t mean =
-          std::max<std::int32_t>(least, greys[blur * entries + static_cast<std::uint32_t>(entry)]);
+      // The louder of two echoes: at most 3 dB less than their sum.
+      const std::int32_t mean = std::max<std::int32_t>(
+          reverberation[column], greys[blur * entries + static_cast<std::uint32_t>(entry)]);
       const std::uint32_t factor = factors[column];
       pixels[column] = static_cast<std::uint8_t>(std::clamp(with_speckle(mean, factor), 0, 255));
     }

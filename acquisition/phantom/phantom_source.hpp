@@ -117,6 +117,7 @@ class PhantomSource final : public FrameSource {
   Row row_of(std::uint32_t row) const;
   std::int64_t capture_time_ns(std::uint64_t sequence) const;
   FrameSpeckle speckle_of_frames() const;
+  std::vector<std::int16_t> reverberation_of_pixels() const;
   FrameSpeckle::Place place() const;
   FrameStamp stamp(std::uint64_t sequence, const PhantomMotor::Position& position) const;
   bool lost(std::uint64_t sequence) const;
@@ -133,10 +134,12 @@ class PhantomSource final : public FrameSource {
   std::vector<float> ahead_;   // per column: depth offset, see Row; at most 1
   std::vector<Row> rows_;
   EchoModel echo_;
-  std::vector<std::int16_t> reverberation_;  // grey level of each row; empty: none
-  std::unique_ptr<BodyFrames> bodies_;       // null with Scene::kRelief
-  std::vector<float> surface_depths_mm_;     // of the row being drawn
-  std::vector<float> depths_below_mm_;       // the same, slightly below and above it in elevation
+  std::vector<std::int16_t>
+      reverberation_;                     // grey level of each pixel of the first rows; below any other: none
+  std::vector<std::int16_t> none_;        // the same for a row that has none
+  std::unique_ptr<BodyFrames> bodies_;    // null with Scene::kRelief
+  std::vector<float> surface_depths_mm_;  // of the row being drawn
+  std::vector<float> depths_below_mm_;    // the same, slightly below and above it in elevation
   std::vector<float> depths_above_mm_;
   std::int64_t start_ns_ = kSimulatedStartNs;
   std::uint64_t next_sequence_ = 0;

@@ -56,7 +56,8 @@ struct Line {
 
 /// Where a line first leaves what is removed, between two depths; first_mm where it enters the fan elsewhere.
 /// nullopt: it never enters the fan.
-std::optional<double> leaves(const Removed& removed, const Line& line, double first_mm, double last_mm) {
+std::optional<double> first_exit_mm(const Removed& removed, const Line& line, double first_mm,
+                                    double last_mm) {
   using Place = Removed::Place;
   const auto place = [&](double depth_mm) { return removed.place(line.from + depth_mm * line.forward); };
   bool in_tissue = false;
@@ -83,7 +84,7 @@ std::optional<double> start_of(const Removed& removed, const shaders::CastParame
                          row * glm::dvec3(rays.down_step),
                  .forward = glm::dvec3(rays.forward) + column * glm::dvec3(rays.right_turn) +
                             row * glm::dvec3(rays.down_turn)};
-  return leaves(removed, ray, std::max(rays.start, rays.eye), rays.end);
+  return first_exit_mm(removed, ray, std::max(rays.start, rays.eye), rays.end);
 }
 
 /// Gives the points without a value the mean of their neighbours', from the nearest on.
@@ -181,9 +182,13 @@ double near_end_mm(const Scene& scene, const FanGeometry& geometry, const Volume
   if (near == nullptr) return none;
   const Removed removed(geometry, volume, *near, scene.near.shift_mm / geometry.pixel_height_mm);
   const Line line{.from = {scene.camera.target.x_mm, 0, scene.camera.target.z_mm}, .forward = {0, 1, 0}};
-  const double first_mm = geometry.nearest_mm();
-  const auto end_mm = leaves(removed, line, first_mm, geometry.depth_mm());
-  return end_mm && *end_mm > first_mm ? *end_mm : none;
+  // Outside the fan at its rim, where it begins the nearest to the axis along y.
+  const double rim_rad = std::max(std::abs(volume.first_angle_rad), std::abs(volume.last_angle_rad));
+  const double first_mm = (geometry.nearest_mm() + geometry.motor_radius_mm) * std::cos(rim_rad) -
+                          geometry.motor_radius_mm - kStepMm;
+  const double last_mm = geometry.depth_mm();
+  const auto end_mm = first_exit_mm(removed, line, first_mm, last_mm);
+  return end_mm && *end_mm > first_mm && *end_mm < last_mm ? *end_mm : none;
 }
 
 }  // namespace fanlight

@@ -30,6 +30,10 @@ constexpr std::uint32_t kMostDown = 24;
 constexpr std::size_t kLayers = 24;
 constexpr std::size_t kMostBrightLayers = 8;
 constexpr double kBrightAllOver = 0.9;
+// Of the contrast: tissue fades by less from the first layer to the middle one, reverberation by more.
+constexpr double kMostFading = 0.4;
+// Whether it fades cannot be seen from this grey level on.
+constexpr double kSaturated = 220;
 // Levels that lie closer together are one.
 constexpr double kLeastStep = 4;
 // The method parts pure speckle too, into blocks whose medians differ by up to 1.1 of its deviation
@@ -42,6 +46,16 @@ constexpr double kLeastDarkRoughness = 0.35;
 // Speckle has at most 0.52 of its mean (Rayleigh's distribution). Where the fluid is black, blocks on the
 // border of a body have more.
 constexpr double kMostSpeckleRatio = 0.7;
+// Blocks of a small body are less than this share of all.
+constexpr double kSmallShare = 0.02;
+// Deviations above black from which on it does not cut speckle off.
+constexpr double kFullSpeckle = 1.8;
+// No block of speckle alone lies so many of its deviations above the others: means of blocks have at most
+// half of its deviation.
+constexpr double kBeyondSpeckle = 2.5;
+constexpr std::uint32_t kLeastBlocks = 4;
+// More of a layer is reverberation, not a small body.
+constexpr double kMostOfALayer = 0.25;
 // So many volumes in a row are flat before known levels are given up.
 constexpr std::uint32_t kFlatVolumes = 3;
 // Of the steady mean.
@@ -66,6 +80,7 @@ struct Block {
   double mean = 0;
   double deviation = 0;
   double within = 0;  ///< deviation from the means of rows and columns
+  double peak = 0;    ///< the largest of these means
 };
 
 /// Between the means of the rows, or columns, of a block.
@@ -99,7 +114,13 @@ Block block_at(std::span<const std::uint8_t> pixels, std::uint32_t columns, std:
   const double mean = sum / kPixels;
   const double variance = std::max(0.0, squares / kPixels - mean * mean);
   const double within = std::max(0.0, variance - variance_of(in_rows, mean) - variance_of(in_columns, mean));
-  return {.darkest = darkest, .mean = mean, .deviation = std::sqrt(variance), .within = std::sqrt(within)};
+  const double peak =
+      std::max(*std::ranges::max_element(in_rows), *std::ranges::max_element(in_columns)) / double{kSide};
+  return {.darkest = darkest,
+          .mean = mean,
+          .deviation = std::sqrt(variance),
+          .within = std::sqrt(within),
+          .peak = peak};
 }
 
 /// Calls `use(block, layer)` for the blocks of a grid over some frames, where the probe has scanned them.
@@ -109,6 +130,7 @@ void for_each_block(const Volume& volume, Use&& use) {
   const auto order = volume.by_angle();
   const auto frames = std::min<std::uint32_t>(kMostFrames, static_cast<std::uint32_t>(order.size()));
   if (geometry.columns < kSide || geometry.rows < kSide) return;
+  const double depth_mm = geometry.depth_mm();
   // Where the sector is not known, what is all black is the border of the scanner's picture.
   const bool has_border = geometry.kind == FrameKind::kCartesian && geometry.sector.half_angle_deg == 0;
   const std::uint32_t across = std::min(kMostAcross, geometry.columns / kSide);
@@ -125,7 +147,7 @@ void for_each_block(const Volume& volume, Use&& use) {
         const bool is_scanned =
             geometry.zero_is_unscanned ? block.darkest > 0 : !has_border || block.mean > 0;
         if (!is_scanned) continue;
-        const double share = from_face_mm(geometry, column + kMiddle, row + kMiddle) / geometry.depth_mm();
+        const double share = from_face_mm(geometry, column + kMiddle, row + kMiddle) / depth_mm;
         use(block, static_cast<std::size_t>(std::clamp(share, 0.0, 0.999) * kLayers));
       }
     }
@@ -172,61 +194,146 @@ std::size_t parted_at(const Histogram& counts) {
   return at;
 }
 
-Histogram sum_of(const std::array<Histogram, kLayers>& layers, std::size_t first) {
-  Histogram sum{};
-  for (std::size_t layer = first; layer < kLayers; ++layer)
-    for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += layers[layer][bin];
-  return sum;
+/// Blocks by layer and mean.
+struct Blocks {
+  std::array<Histogram, kLayers> layers{};
+  std::array<bool, kLayers> counted{};  ///< layers that are not left out
+
+  Histogram means() const {
+    Histogram sum{};
+    for (std::size_t layer = 0; layer < kLayers; ++layer) {
+      if (!counted[layer]) continue;
+      for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += layers[layer][bin];
+    }
+    return sum;
+  }
+};
+
+std::uint32_t count_from(const Histogram& means, std::size_t bin) {
+  return std::accumulate(means.begin() + static_cast<std::ptrdiff_t>(bin), means.end(), 0U);
 }
 
-/// The first layer that is not bright all over. What is bright changes with the layers that count.
-std::size_t below_reverberation(const std::array<Histogram, kLayers>& layers) {
-  for (std::size_t first = 0; first < kMostBrightLayers; ++first) {
-    const std::size_t bright = parted_at(sum_of(layers, first));
-    const Histogram& means = layers[first];
-    const auto in_all = std::accumulate(means.begin(), means.end(), 0U);
-    const auto in_bright =
-        std::accumulate(means.begin() + static_cast<std::ptrdiff_t>(bright), means.end(), 0U);
-    if (bright == 0 || (in_all > 0 && in_bright < kBrightAllOver * in_all)) return first;
+/// Whether more than a share of the blocks of a layer lie from a bin on; false without any.
+bool lie_beyond(const Histogram& layer, std::size_t bin, double share) {
+  const std::uint32_t all = count_from(layer, 0);
+  return all > 0 && count_from(layer, bin) >= share * all;
+}
+
+/// Leaves out the layers next to the probe that are bright all over. What is bright changes with the layers
+/// that count.
+void leave_reverberation_out(Blocks& blocks) {
+  for (std::size_t first = 0; first <= kMostBrightLayers; ++first) {
+    const std::size_t bright = parted_at(blocks.means());
+    const bool is_empty = count_from(blocks.layers[first], 0) == 0;
+    if (bright == 0 || !(is_empty || lie_beyond(blocks.layers[first], bright, kBrightAllOver))) return;
+    blocks.counted[first] = false;
   }
-  return 0;
+  // Tissue reaches from the probe to here.
+  blocks.counted.fill(true);
+}
+
+Blocks blocks_of(const Volume& volume) {
+  Blocks blocks;
+  blocks.counted.fill(true);
+  for_each_block(volume,
+                 [&](const Block& block, std::size_t layer) { ++blocks.layers[layer][bin_of(block.mean)]; });
+  leave_reverberation_out(blocks);
+  return blocks;
+}
+
+/// How rough the blocks of both classes are, medians.
+struct Roughness {
+  double bright = 0;
+  double bright_within = 0;  ///< without the means of rows and columns
+  double bright_peak = 0;    ///< the largest of these means
+  double dark = 0;
+};
+
+Roughness roughness_of(const Volume& volume, const Blocks& blocks, std::size_t bright) {
+  Histogram deviations{};
+  Histogram within{};
+  Histogram peaks{};
+  Histogram dark{};
+  for_each_block(volume, [&](const Block& block, std::size_t layer) {
+    if (!blocks.counted[layer]) return;
+    const bool is_dark = bin_of(block.mean) < bright;
+    ++(is_dark ? dark : deviations)[bin_of(block.deviation)];
+    if (is_dark) return;
+    ++within[bin_of(block.within)];
+    ++peaks[bin_of(block.peak)];
+  });
+  return {.bright = median_of(deviations, 0, deviations.size()),
+          .bright_within = median_of(within, 0, within.size()),
+          .bright_peak = median_of(peaks, 0, peaks.size()),
+          .dark = median_of(dark, 0, dark.size())};
+}
+
+/// The levels of blocks parted at a bin: known, flat or neither.
+EchoLevels parted_levels(const Volume& volume, const Blocks& blocks, std::size_t bright) {
+  const Histogram means = blocks.means();
+  const Roughness rough = roughness_of(volume, blocks, bright);
+  EchoLevels levels{.fluid = median_of(means, 0, bright), .tissue = median_of(means, bright, means.size())};
+  levels.noise = std::max(1.0, rough.bright);
+  // A thin surface that crosses the bright blocks makes them as rough as speckle without log compression, and
+  // is itself brighter than they are at the mean.
+  const double crossed = std::max(1.0, kOverWithin * rough.bright_within);
+  const bool is_rough = levels.noise > kLeastRoughRatio * levels.tissue;
+  if (is_rough && crossed < levels.noise && crossed <= EchoLevels::kLeastLinearRatio * rough.bright_peak)
+    levels.noise = std::min(crossed, EchoLevels::kLeastLinearRatio * levels.tissue);
+  // Of a small body most blocks are crossed by its border. Log-compressed, the fluid is as rough as the
+  // tissue where black does not cut its speckle off.
+  const bool is_small = count_from(means, bright) < kSmallShare * count_from(means, 0);
+  const bool is_whole = levels.fluid >= kFullSpeckle * rough.dark && rough.dark > 0;
+  if (is_small && is_whole && !levels.linear()) levels.noise = std::min(levels.noise, rough.dark);
+  const double contrast = levels.tissue - levels.fluid;
+  const bool stands_out = levels.linear() ? levels.tissue >= kLeastRatio * levels.fluid
+                                          : contrast >= kLeastOverSpeckle * levels.noise;
+  levels.known = contrast >= kLeastStep && stands_out;
+  const bool is_speckle =
+      levels.noise <= kMostSpeckleRatio * levels.tissue && rough.dark >= kLeastDarkRoughness * levels.noise;
+  levels.flat = !levels.known && is_speckle;
+  return levels;
+}
+
+/// The levels of a volume that seems flat: where a body is too small to be a class of its own, some blocks
+/// are brighter than speckle can be.
+EchoLevels levels_of_small_body(const Volume& volume, Blocks blocks, const EchoLevels& flat) {
+  const Histogram means = blocks.means();
+  const std::size_t beyond =
+      bin_of(median_of(means, 0, means.size()) + kBeyondSpeckle * std::max(flat.noise, kLeastStep));
+  for (std::size_t layer = 0; layer < kLayers; ++layer)
+    if (lie_beyond(blocks.layers[layer], beyond, kMostOfALayer)) blocks.counted[layer] = false;
+  if (count_from(blocks.means(), beyond) < kLeastBlocks) return flat;
+  const EchoLevels body = parted_levels(volume, blocks, beyond);
+  return body.known ? body : flat;
+}
+
+/// The levels of a volume that has no surface below the layers that were left out. They are tissue, and not
+/// reverberation, where they do not fade from the face on: as behind a thick wall, with fluid up to the end.
+EchoLevels levels_of_near_tissue(const Volume& volume, Blocks blocks, const EchoLevels& rest) {
+  const auto next =
+      static_cast<std::size_t>(std::ranges::find(blocks.counted, true) - blocks.counted.begin());
+  if (next < 2 || next == kLayers) return rest;
+  const auto level_of = [&](std::size_t layer) {
+    return median_of(blocks.layers[layer], 0, blocks.layers[layer].size());
+  };
+  const double fades = level_of(0) - level_of((next - 1) / 2);
+  blocks.counted.fill(true);
+  const EchoLevels all = parted_levels(volume, blocks, parted_at(blocks.means()));
+  const bool is_tissue = fades < kMostFading * (all.tissue - all.fluid) && level_of(0) < kSaturated;
+  return all.known && is_tissue ? all : rest;
 }
 
 }  // namespace
 
 EchoLevels measured_levels(const Volume& volume) {
   if (volume.stamp().warnings.has(SweepWarning::kRings)) return {.flat = true};
-  std::array<Histogram, kLayers> means_of_layers{};
-  for_each_block(
-      volume, [&](const Block& block, std::size_t layer) { ++means_of_layers[layer][bin_of(block.mean)]; });
-  const std::size_t first_layer = below_reverberation(means_of_layers);
-  const Histogram means = sum_of(means_of_layers, first_layer);
-  const std::size_t bright = parted_at(means);
-  if (bright == 0) return {};
-  EchoLevels levels{.fluid = median_of(means, 0, bright), .tissue = median_of(means, bright, means.size())};
-  Histogram deviations{};
-  Histogram within{};
-  Histogram dark{};
-  for_each_block(volume, [&](const Block& block, std::size_t layer) {
-    if (layer < first_layer) return;
-    const bool is_dark = bin_of(block.mean) < bright;
-    ++(is_dark ? dark : deviations)[bin_of(block.deviation)];
-    if (!is_dark) ++within[bin_of(block.within)];
-  });
-  levels.noise = std::max(1.0, median_of(deviations, 0, deviations.size()));
-  // A thin surface that crosses the bright blocks makes them as rough as speckle without log compression.
-  EchoLevels crossed = levels;
-  crossed.noise = std::max(1.0, kOverWithin * median_of(within, 0, within.size()));
-  const bool is_rough = levels.noise > kLeastRoughRatio * levels.tissue;
-  if (is_rough && crossed.noise < levels.noise && !crossed.linear()) levels = crossed;
-  const double contrast = levels.tissue - levels.fluid;
-  const bool stands_out = levels.linear() ? levels.tissue >= kLeastRatio * levels.fluid
-                                          : contrast >= kLeastOverSpeckle * levels.noise;
-  levels.known = contrast >= kLeastStep && stands_out;
-  const bool is_speckle = levels.noise <= kMostSpeckleRatio * levels.tissue &&
-                          median_of(dark, 0, dark.size()) >= kLeastDarkRoughness * levels.noise;
-  levels.flat = !levels.known && is_speckle;
-  return levels;
+  const Blocks blocks = blocks_of(volume);
+  const std::size_t bright = parted_at(blocks.means());
+  if (bright == 0) return levels_of_near_tissue(volume, blocks, {});
+  EchoLevels levels = parted_levels(volume, blocks, bright);
+  if (levels.flat) levels = levels_of_small_body(volume, blocks, levels);
+  return levels.known ? levels : levels_of_near_tissue(volume, blocks, levels);
 }
 
 bool SteadyLevels::is_other(const EchoLevels& measured) const {

@@ -18,11 +18,12 @@ inline bool in_sector(const FanGeometry& geometry, double column, double row) {
          (geometry.sector.reach_mm == 0 || radius_mm <= geometry.sector.reach_mm);
 }
 
-/// Distance of a place of a frame from the probe's face along the scan line.
+/// Distance of a place of a frame from the probe's face along the scan line; negative before the face.
 inline double from_face_mm(const FanGeometry& geometry, double column, double row) {
-  const PlanePoint at = geometry.plane_point({column, row});
-  if (geometry.probe_radius_mm == 0) return at.depth_mm;
-  return std::hypot(at.x_mm, at.depth_mm + geometry.probe_radius_mm) - geometry.probe_radius_mm;
+  const double along_mm = (row - geometry.face_row) * geometry.pixel_height_mm;
+  if (geometry.kind != FrameKind::kCartesian || geometry.probe_radius_mm == 0) return along_mm;
+  const double across_mm = (column - geometry.face_column) * geometry.pixel_width_mm;
+  return std::hypot(across_mm, along_mm + geometry.probe_radius_mm) - geometry.probe_radius_mm;
 }
 
 }  // namespace fanlight

@@ -103,6 +103,7 @@ nlohmann::ordered_json figures_json(const RenderReport& report) {
           {"levels", levels_json(picture.stamp.levels)},
           {"uncertain_share", picture.stamp.uncertain_share},
           {"near_tissue", near_tissue_name(picture.stamp.near_tissue)},
+          {"near_end_mm", picture.stamp.near_end_mm},  // null: not removed
           {"warnings", warnings_json(picture.stamp.volume.warnings)}};
 }
 

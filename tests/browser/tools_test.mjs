@@ -104,8 +104,9 @@ test("a button removes near tissue from the volume on show, or says that it foun
     await viewer.settled();
     assert.equal(await handle.count(), 2, "in the two panes that show the depth");
     const boxOf = () => handle.first().boundingBox();
-    const middle = ({ x, y, width, height }) => ({ x: x + width / 4, y: y + height / 2 });
-    const before = middle(await boxOf());
+    // Beside the line of the other plane, which crosses the handle in its middle.
+    const grabPoint = ({ x, y, width, height }) => ({ x: x + width / 4, y: y + height / 2 });
+    const before = grabPoint(await boxOf());
     await viewer.page.mouse.move(before.x, before.y);
     await viewer.page.mouse.down();
     for (const down of [5, 10, 20]) await viewer.page.mouse.move(before.x, before.y + down);
@@ -115,7 +116,7 @@ test("a button removes near tissue from the volume on show, or says that it foun
       return grip && Math.abs(grip.getBoundingClientRect().y + grip.getBoundingClientRect().height / 2 - y) < 4;
     }, before.y + 20);
     await viewer.settled();
-    const after = middle(await boxOf());
+    const after = grabPoint(await boxOf());
     assert.ok(Math.abs(after.y - before.y - 20) < 4, `the line moved by ${after.y - before.y} of 20 pixels`);
     assert.deepEqual(viewer.consoleProblems, []);
   });

@@ -38,7 +38,8 @@ double ScannerEcho::share(double below_mm, const glm::dvec3& normal, const BeamA
 double ScannerEcho::grey(double share, double beside, double depth_mm, double factor, double noise) const {
   const double fluid = amplitude_of(-contrast_db);
   const double lobes = amplitude_of(lobes_db) * std::sqrt(beside);
-  const double reverberation = amplitude_of(reverberation_db - reverberation_mm_db * std::max(depth_mm, 0.0));
+  const double reverberation =
+      amplitude_of(reverberation_db - reverberation_db_per_mm * std::max(depth_mm, 0.0));
   const double echo = std::hypot(fluid + (1 - fluid) * share, lobes, reverberation) * factor;
   const double amplitude = std::hypot(echo, amplitude_of(noise_db) * noise);
   return tissue_grey + 255 / range_db * 20 * std::log10(std::max(amplitude, 1e-6));

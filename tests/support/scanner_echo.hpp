@@ -38,9 +38,9 @@ struct ScannerEcho {
   double focus_mm = 32;
   double widening = 0.02;  ///< of both, mm a mm from the focus
 
-  double lobes_db = -32;           ///< of all side lobes, over the echo of what they meet
-  double reverberation_db = 0;     ///< at the probe's face, over tissue
-  double reverberation_mm_db = 4;  ///< less a mm below it
+  double lobes_db = -32;               ///< of all side lobes, over the echo of what they meet
+  double reverberation_db = 0;         ///< at the probe's face, over tissue
+  double reverberation_db_per_mm = 4;  ///< by which it falls
 
   /// Amplitude of the blurred echo, 0 for fluid to 1 for tissue.
   double share(double below_mm, const glm::dvec3& normal, const BeamAxes& axes, double depth_mm) const;

@@ -108,7 +108,7 @@ std::optional<TwinPlace> twin_place_by_level(const Scene::Detector& detector, co
       std::ranges::count_if(values, [=](double each) { return each > middle; }) <= echoes.mean();
   const double front = std::clamp(peak - detector.sheet_below / 255, middle, std::lerp(fluid, peak, 0.92));
   const double level = std::max(is_sheet ? front : std::lerp(fluid, tissue, detector.rise), least_tissue);
-  const double foot = std::lerp(fluid, tissue, std::max(1 - 2.4 * (1 - detector.rise), 0.25));
+  const double foot = std::lerp(fluid, tissue, std::clamp(1 - 2.4 * (1 - detector.rise), 0.25, 0.5));
   const auto rise = rise_through(values, std::min(foot, level), level);
   if (!rise) return TwinPlace{position, *certainty};
   const int stride = echoes.stride();

@@ -120,6 +120,35 @@ TEST(EchoLevelsTest, CountTissueThatBeginsAtTheProbe) {
   EXPECT_NEAR(levels.tissue, 130, 5);
 }
 
+TEST(EchoLevelsTest, CountASlabNextToTheProbe) {
+  std::mt19937 bits(3);
+  std::normal_distribution<double> speckle(0, 20);
+  // Layers of 3.5 mm: eight may be left out.
+  for (const double end_mm : {9.0, 20.0, 27.0, 30.0, 34.0}) {
+    const EchoLevels levels =
+        measured_levels(made_volume(kHalfMmGeometry, kFiveAnglesRad, [&](const Point& at) {
+          const double depth_mm = std::hypot(at.y_mm + 30, at.z_mm) - 30;
+          return (depth_mm < end_mm ? 130 : 40) + speckle(bits);
+        }));
+    EXPECT_TRUE(levels.known) << end_mm;
+    EXPECT_NEAR(levels.tissue, 130, 5) << end_mm;
+  }
+}
+
+TEST(EchoLevelsTest, FindASmallBallInSpeckle) {
+  const std::vector<double> near_angles_rad = {-0.05, 0, 0.05};
+  std::mt19937 bits(3);
+  std::normal_distribution<double> speckle(0, 15);
+  const EchoLevels levels =
+      measured_levels(made_volume(kHalfMmGeometry, near_angles_rad, [&](const Point& at) {
+        return (std::hypot(at.x_mm - 12, at.y_mm - 50, at.z_mm) < 5 ? 150 : 45) + speckle(bits);
+      }));
+  EXPECT_TRUE(levels.known);
+  EXPECT_NEAR(levels.fluid, 45, 4);
+  EXPECT_GT(levels.tissue, 100) << "blocks on its border are darker";
+  EXPECT_NEAR(levels.noise, 15, 3);
+}
+
 TEST(EchoLevelsTest, RiseByTheSpecklesDecibels) {
   const auto rise = [](double noise) {
     return EchoLevels{.fluid = 10, .tissue = 170, .noise = noise, .known = true}.rise(0);

@@ -93,6 +93,7 @@ TEST(NearTissueTest, EndsBetweenTheWallAndTheFetus) {
     const Shares shares = judged(womb, *found);
     ASSERT_GT(shares.lines, 1000) << probe << ", seed " << seed;
     EXPECT_LE(shares.wall_left, 0.002 * shares.lines) << probe << ", seed " << seed;
+    // 2.7 % where 2.6 mm of fluid lie between them.
     EXPECT_LE(shares.fetus_cut, 0.03 * shares.lines) << probe << ", seed " << seed;
   }
 }
@@ -105,13 +106,15 @@ TEST(NearTissueTest, IsNotFoundWithoutAny) {
   }
 }
 
-// It is bright, with fluid behind it, and as little wanted.
+// It is bright, with fluid behind it, and hides the body as a wall does.
 TEST(NearTissueTest, MayBeTheReverberationBelowTheProbe) {
   for (const char* scene : {"face", "sphere"}) {
     const ScannedWomb fluid = scanned(fmt::format("scene={},moving=off", scene));
     const auto found = find_near_tissue(fluid.volume, measured_levels(fluid.volume));
     ASSERT_TRUE(found) << scene;
-    EXPECT_EQ(judged(fluid, *found).fetus_cut, 0) << scene;
+    const Shares shares = judged(fluid, *found);
+    ASSERT_GT(shares.lines, 400) << scene;
+    EXPECT_EQ(shares.fetus_cut, 0) << scene;
     EXPECT_FALSE(find_shell(fluid.volume)) << scene;
   }
 }

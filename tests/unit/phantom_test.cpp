@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -10,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/phantom/phantom_options.hpp"
 #include "tests/unit/phantom_frames.hpp"
 
 namespace fanlight::test {
@@ -245,6 +248,50 @@ TEST(Phantom, IsBlackOutsideTheSectorAndDarkInTheFluid) {
     }
   }
   EXPECT_NEAR(fluid_sum / fluid_pixels, 6, 0.5);
+}
+
+/// Correlation of two frames over some rows and the columns 32 to 160.
+double correlation(const Frame& one, const Frame& other, std::uint32_t columns, std::uint32_t first_row,
+                   std::uint32_t end_row) {
+  std::array<double, 5> sums{};  // of one, other, their squares and their product
+  double count = 0;
+  for (std::uint32_t row = first_row; row < end_row; ++row) {
+    for (std::uint32_t column = 32; column < 160; ++column, ++count) {
+      const double here = one.pixels[row * columns + column];
+      const double there = other.pixels[row * columns + column];
+      const std::array<double, 5> terms = {here, there, here * here, there * there, here * there};
+      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += terms[i];
+    }
+  }
+  for (double& sum : sums) sum /= count;
+  const auto [mean, other_mean, square, other_square, product] = sums;
+  return (product - mean * other_mean) /
+         std::sqrt((square - mean * mean) * (other_square - other_mean * other_mean));
+}
+
+// The beam covers two frames near the probe, and hardly so far from it.
+TEST(Phantom, HasSimilarSpeckleInNeighbouringFramesNearTheProbe) {
+  for (const char* scene : {"plane", "relief"}) {
+    // Fluid of a middle grey, down to 60 mm.
+    auto config =
+        *parse_phantom(fmt::format("scene={},gain=20,clutter=off,moving=off", scene), usual_phantom());
+    config.pace = PhantomSource::Pace::kUnpaced;
+    const auto source = make(config);
+    ASSERT_NE(source, nullptr);
+    std::vector<Frame> frames;
+    for (std::uint32_t frame = 0; frame < 2 * config.frames_per_volume; ++frame)
+      frames.push_back(next(*source));
+    const Frame& middle = frames[30];
+    const double near = correlation(middle, frames[31], config.columns, 0, 40);
+    const double far = correlation(middle, frames[31], config.columns, 150, 190);
+    EXPECT_GT(near, 0.6) << scene;
+    EXPECT_LT(far, near - 0.2) << scene;
+    EXPECT_GT(far, 0.05) << scene;
+    // Frame 30 of the next sweep, which runs backward.
+    const Frame& again = frames[2 * config.frames_per_volume - 1 - 30];
+    EXPECT_NEAR(again.stamp.angle_rad, middle.stamp.angle_rad, 1e-9);
+    EXPECT_NEAR(correlation(middle, again, config.columns, 0, 40), 0, 0.1) << scene;
+  }
 }
 
 /// Mean and standard deviation of the grey levels in a square of tissue.

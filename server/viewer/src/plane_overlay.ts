@@ -35,12 +35,21 @@ interface Drag {
   ended?(way: PagePoint): void;
 }
 
+/** What a picture shows that has all changes of this page. */
+interface Shown {
+  mode: string;
+  target: Place;
+  fieldMm: number;
+  nearEndMm: number | undefined;
+  nearShiftMm: number;
+}
+
 export class PlaneOverlay {
   private view: View | undefined;
   private fullWidth = 0;
   private nearEndMm: number | undefined; // depth (y) where the near tissue ends, at the target
   /** Of the picture: while it lacks a change, lines and scales stay where they fit it. */
-  private shown = { mode: "", target: { x: 0, y: 0, z: 0 }, fieldMm: 1 };
+  private shown: Shown = { mode: "", target: { x: 0, y: 0, z: 0 }, fieldMm: 1, nearEndMm: undefined, nearShiftMm: 0 };
   private cropping = false;
   private allowed = false;
   private dragging: number | undefined; // the pointer
@@ -95,12 +104,14 @@ export class PlaneOverlay {
     this.svg.replaceChildren(...parts);
   }
 
-  private read(): { mode: string; target: Place; fieldMm: number } {
+  private read(): Shown {
     const at = (axis: Axis) => this.editor.number(`camera.target_${axis}_mm`);
     return {
       mode: this.editor.choice("mode"),
       target: { x: at("x"), y: at("y"), z: at("z") },
       fieldMm: this.editor.number("camera.field_mm"),
+      nearEndMm: this.nearEndMm,
+      nearShiftMm: this.editor.number(kNearShift),
     };
   }
 
@@ -140,17 +151,19 @@ export class PlaneOverlay {
 
   /** A handle where the near tissue ends before the target, in the panes that show the depth; the line follows it. */
   private nearEndIn(pane: Pane): SVGElement[] {
-    if (this.nearEndMm === undefined || pane.up.axis !== "y") return [];
-    const from = pixelAlong(pane, "y", this.nearEndMm, this.target(), this.fieldMm());
-    if (withinPane(pane, false, from) !== from) return [];
+    const { nearEndMm, nearShiftMm } = this.shown;
+    if (nearEndMm === undefined || pane.up.axis !== "y") return [];
+    // Until a picture has a new shift, the handle is where the line will be.
     const shiftMm = this.editor.number(kNearShift);
+    const from = pixelAlong(pane, "y", nearEndMm + shiftMm - nearShiftMm, this.target(), this.fieldMm());
+    if (withinPane(pane, false, from) !== from) return [];
     const at = (row: number) => handleIn(pane, row);
     return this.draggable("near-end", at(from), false, (element) => ({
       moved: (way) => {
         const mmPerPixel = this.fieldMm() / pane.part.height;
         const wanted = shiftMm + way.y * mmPerPixel;
         const value = Math.max(-kMostNearShiftMm, Math.min(kMostNearShiftMm, wanted));
-        element.setAttribute("d", at(from + (value - shiftMm) / mmPerPixel));
+        element.setAttribute("d", at(withinPane(pane, false, from + (value - shiftMm) / mmPerPixel)));
         this.editor.set([[kNearShift, tidy(value)]]);
       },
     }));
