@@ -131,7 +131,9 @@ PhantomSource::PhantomSource(const Config& config)
         geometry);
   } else {
     none_.assign(geometry.columns, kNoEcho);
-    if (config.clutter == Clutter::kOn) reverberation_ = reverberation_of_pixels();
+    // Without speckle, frames beside the relief would be exact copies, which the assembler reports as frozen.
+    const bool has_speckle = config.speckle == Speckle::kOn;
+    if (config.clutter == Clutter::kOn && has_speckle) reverberation_ = reverberation_of_pixels();
   }
 }
 

@@ -59,7 +59,7 @@ class PhantomSource final : public FrameSource {
     /// slanted surface.
     double beam_mm = 5;
     Speckle speckle = Speckle::kOn;
-    Clutter clutter = Clutter::kOn;  ///< Scene::kRelief has the reverberation only
+    Clutter clutter = Clutter::kOn;  ///< Scene::kRelief: reverberation only, and with speckle
     EchoScale scale;                 ///< range 20 to 120 dB, gain -40 to 40 dB
     Scene scene = Scene::kRelief;
     NearWall near_wall = NearWall::kOn;

@@ -56,6 +56,8 @@ constexpr double kBeyondSpeckle = 2.5;
 constexpr std::uint32_t kLeastBlocks = 4;
 // More of a layer is reverberation, not a small body.
 constexpr double kMostOfALayer = 0.25;
+// Log-compressed speckle that black cuts off has less than its mean. Dark blocks on a border have more.
+constexpr double kMostCutOffRatio = 1;
 // So many volumes in a row are flat before known levels are given up.
 constexpr std::uint32_t kFlatVolumes = 3;
 // Of the steady mean.
@@ -123,7 +125,7 @@ Block block_at(std::span<const std::uint8_t> pixels, std::uint32_t columns, std:
           .peak = peak};
 }
 
-/// Calls `use(block, layer)` for the blocks of a grid over some frames, where the probe has scanned them.
+/// Calls `use(block, layer, is_scanned)` for the blocks of a grid over some frames, within the sector.
 template <typename Use>
 void for_each_block(const Volume& volume, Use&& use) {
   const FanGeometry& geometry = volume.geometry();
@@ -146,9 +148,8 @@ void for_each_block(const Volume& volume, Use&& use) {
         const Block block = block_at(pixels, geometry.columns, column, row);
         const bool is_scanned =
             geometry.zero_is_unscanned ? block.darkest > 0 : !has_border || block.mean > 0;
-        if (!is_scanned) continue;
         const double share = from_face_mm(geometry, column + kMiddle, row + kMiddle) / depth_mm;
-        use(block, static_cast<std::size_t>(std::clamp(share, 0.0, 0.999) * kLayers));
+        use(block, static_cast<std::size_t>(std::clamp(share, 0.0, 0.999) * kLayers), is_scanned);
       }
     }
   }
@@ -197,6 +198,7 @@ std::size_t parted_at(const Histogram& counts) {
 /// Blocks by layer and mean.
 struct Blocks {
   std::array<Histogram, kLayers> layers{};
+  std::array<std::uint32_t, kLayers> not_scanned{};
   std::array<bool, kLayers> counted{};  ///< layers that are not left out
 
   Histogram means() const {
@@ -213,10 +215,10 @@ std::uint32_t count_from(const Histogram& means, std::size_t bin) {
   return std::accumulate(means.begin() + static_cast<std::ptrdiff_t>(bin), means.end(), 0U);
 }
 
-/// Whether more than a share of the blocks of a layer lie from a bin on; false without any.
-bool lie_beyond(const Histogram& layer, std::size_t bin, double share) {
-  const std::uint32_t all = count_from(layer, 0);
-  return all > 0 && count_from(layer, bin) >= share * all;
+/// Whether at least a share of the blocks of a layer lie from a bin on; false without any.
+bool lie_beyond(const Blocks& blocks, std::size_t layer, std::size_t bin, double share) {
+  const std::uint32_t all = count_from(blocks.layers[layer], 0) + blocks.not_scanned[layer];
+  return all > 0 && count_from(blocks.layers[layer], bin) >= share * all;
 }
 
 /// Leaves out the layers next to the probe that are bright all over. What is bright changes with the layers
@@ -224,8 +226,9 @@ bool lie_beyond(const Histogram& layer, std::size_t bin, double share) {
 void leave_reverberation_out(Blocks& blocks) {
   for (std::size_t first = 0; first <= kMostBrightLayers; ++first) {
     const std::size_t bright = parted_at(blocks.means());
-    const bool is_empty = count_from(blocks.layers[first], 0) == 0;
-    if (bright == 0 || !(is_empty || lie_beyond(blocks.layers[first], bright, kBrightAllOver))) return;
+    // Small frames have layers without any block.
+    const bool is_empty = count_from(blocks.layers[first], 0) + blocks.not_scanned[first] == 0;
+    if (bright == 0 || !(is_empty || lie_beyond(blocks, first, bright, kBrightAllOver))) return;
     blocks.counted[first] = false;
   }
   // Tissue reaches from the probe to here.
@@ -235,8 +238,9 @@ void leave_reverberation_out(Blocks& blocks) {
 Blocks blocks_of(const Volume& volume) {
   Blocks blocks;
   blocks.counted.fill(true);
-  for_each_block(volume,
-                 [&](const Block& block, std::size_t layer) { ++blocks.layers[layer][bin_of(block.mean)]; });
+  for_each_block(volume, [&](const Block& block, std::size_t layer, bool is_scanned) {
+    ++(is_scanned ? blocks.layers[layer][bin_of(block.mean)] : blocks.not_scanned[layer]);
+  });
   leave_reverberation_out(blocks);
   return blocks;
 }
@@ -254,8 +258,8 @@ Roughness roughness_of(const Volume& volume, const Blocks& blocks, std::size_t b
   Histogram within{};
   Histogram peaks{};
   Histogram dark{};
-  for_each_block(volume, [&](const Block& block, std::size_t layer) {
-    if (!blocks.counted[layer]) return;
+  for_each_block(volume, [&](const Block& block, std::size_t layer, bool is_scanned) {
+    if (!is_scanned || !blocks.counted[layer]) return;
     const bool is_dark = bin_of(block.mean) < bright;
     ++(is_dark ? dark : deviations)[bin_of(block.deviation)];
     if (is_dark) return;
@@ -274,11 +278,15 @@ EchoLevels parted_levels(const Volume& volume, const Blocks& blocks, std::size_t
   const Roughness rough = roughness_of(volume, blocks, bright);
   EchoLevels levels{.fluid = median_of(means, 0, bright), .tissue = median_of(means, bright, means.size())};
   levels.noise = std::max(1.0, rough.bright);
-  // A thin surface that crosses the bright blocks makes them as rough as speckle without log compression, and
-  // is itself brighter than they are at the mean.
+  // A thin surface that crosses the bright blocks makes them as rough as speckle without log compression. In
+  // speckled fluid, which shows that there is speckle, it is known by its own brightness, not that of its
+  // blocks.
   const double crossed = std::max(1.0, kOverWithin * rough.bright_within);
   const bool is_rough = levels.noise > kLeastRoughRatio * levels.tissue;
-  if (is_rough && crossed < levels.noise && crossed <= EchoLevels::kLeastLinearRatio * rough.bright_peak)
+  const bool is_fluid_speckled =
+      rough.dark >= kLeastDarkRoughness * crossed && rough.dark <= kMostCutOffRatio * levels.fluid;
+  const double level = is_fluid_speckled ? rough.bright_peak : levels.tissue;
+  if (is_rough && crossed < levels.noise && crossed <= EchoLevels::kLeastLinearRatio * level)
     levels.noise = std::min(crossed, EchoLevels::kLeastLinearRatio * levels.tissue);
   // Of a small body most blocks are crossed by its border. Log-compressed, the fluid is as rough as the
   // tissue where black does not cut its speckle off.
@@ -302,7 +310,7 @@ EchoLevels levels_of_small_body(const Volume& volume, Blocks blocks, const EchoL
   const std::size_t beyond =
       bin_of(median_of(means, 0, means.size()) + kBeyondSpeckle * std::max(flat.noise, kLeastStep));
   for (std::size_t layer = 0; layer < kLayers; ++layer)
-    if (lie_beyond(blocks.layers[layer], beyond, kMostOfALayer)) blocks.counted[layer] = false;
+    if (lie_beyond(blocks, layer, beyond, kMostOfALayer)) blocks.counted[layer] = false;
   if (count_from(blocks.means(), beyond) < kLeastBlocks) return flat;
   const EchoLevels body = parted_levels(volume, blocks, beyond);
   return body.known ? body : flat;
