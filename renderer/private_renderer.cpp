@@ -284,16 +284,9 @@ bool PrivateRenderer::collect() {
     state.stamp.picture_id = ++state.pictures;
     state.stamp.stage_ms = stage_ms;
     state.stamp.finished_time_ns = now_ns();
-    state.stamp.surface_share = state.light->surface_share();
-    state.stamp.uncertain_share = state.light->uncertain_share();
     Picture& picture = state.wanted.pictures->draft();
     picture.stamp = state.stamp;
-    picture.width = cast_config_.size.width;
-    picture.height = cast_config_.size.height;
-    const auto rgba = state.light->picture();
-    picture.rgba.assign(rgba.begin(), rgba.end());
-    const auto depth_mm = state.light->depth_mm();
-    picture.depth_mm.assign(depth_mm.begin(), depth_mm.end());
+    state.light->read_picture(picture);
     state.wanted.pictures->publish();
     counters_.private_pictures.add();
     any = true;

@@ -332,16 +332,9 @@ bool Renderer::collect(Picture& picture) {
     state.stamp.stage_ms = stage_ms;
     state.stamp.passes_overlap = !on_one_device();
     state.stamp.finished_time_ns = now_ns();
-    state.stamp.surface_share = state.slot.surface_share();
-    state.stamp.uncertain_share = state.slot.uncertain_share();
     counters_.pictures_finished.add();
     picture.stamp = state.stamp;
-    picture.width = config_.size.width;
-    picture.height = config_.size.height;
-    const auto rgba = state.slot.picture();
-    picture.rgba.assign(rgba.begin(), rgba.end());
-    const auto depth_mm = state.slot.depth_mm();
-    picture.depth_mm.assign(depth_mm.begin(), depth_mm.end());
+    state.slot.read_picture(picture);
     if (first) counters_.volumes_rendered.add();
     return true;
   }

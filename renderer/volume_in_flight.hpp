@@ -141,9 +141,7 @@ class VolumeInFlight {
   void drop_held();
 
   // Of the main view. Precondition: nothing is outstanding.
-  std::span<const std::uint8_t> picture() const { return light_.picture(); }
-  double surface_share() const { return light_.surface_share(); }
-  double uncertain_share() const { return light_.uncertain_share(); }
+  void read_picture(Picture& to) const { light_.read_picture(to); }
   std::span<const float> depth_mm() const { return light_.depth_mm(); }
   /// Those of the cast are 0 where the picture is not the first of its cast.
   std::array<StageSpan, kStages> stage_spans() const;

@@ -21,25 +21,16 @@ layout(binding = FANLIGHT_BINDING_DIFFUSED, scalar) writeonly buffer Diffused {
 };
 #include "lit_picture.h"
 
-// Step size. With four neighbours, steps up to a quarter are stable.
-const float kStep = 0.2;
-
 // Pixels beyond the border repeat the border.
 vec3 lit_at(ivec2 pixel) {
   ivec2 inside = clamp(pixel, ivec2(0), ivec2(lighting.width, lighting.height) - 1);
   return unpacked(lit[uint(inside.y) * lighting.width + uint(inside.x)]);
 }
 
-vec3 flow(vec3 from, vec3 to) {
-  float step = (brightness(from) - brightness(to)) * lighting.diffusion_scale;
-  return (from - to) / (1.0 + step * step);
-}
+#include "finish_colour.h"
 
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (pixel.x >= int(lighting.width) || pixel.y >= int(lighting.height)) return;
-  vec3 here = lit_at(pixel);
-  vec3 flows = flow(lit_at(pixel + ivec2(1, 0)), here) + flow(lit_at(pixel - ivec2(1, 0)), here) +
-               flow(lit_at(pixel + ivec2(0, 1)), here) + flow(lit_at(pixel - ivec2(0, 1)), here);
-  diffused[uint(pixel.y) * lighting.width + uint(pixel.x)] = packed(here + kStep * flows);
+  diffused[uint(pixel.y) * lighting.width + uint(pixel.x)] = packed(diffused_colour(pixel));
 }

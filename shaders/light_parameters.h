@@ -78,7 +78,9 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
 }
 FANLIGHT_SHADER_STRUCT_END
 
-#ifndef __cplusplus
+#if defined FANLIGHT_WEB
+uniform LightParameters lighting;
+#elif !defined __cplusplus
 layout(binding = FANLIGHT_BINDING_LIGHT_PARAMETERS, scalar) uniform Parameters {
   LightParameters parameters[1];
 };

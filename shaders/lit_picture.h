@@ -4,12 +4,14 @@
 #ifndef FANLIGHT_SHADERS_LIT_PICTURE_H
 #define FANLIGHT_SHADERS_LIT_PICTURE_H
 
+#ifndef FANLIGHT_WEB
 vec3 unpacked(uvec2 halves) {
   return vec3(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y).x);
 }
 uvec2 packed(vec3 colour) {
   return uvec2(packHalf2x16(colour.rg), packHalf2x16(vec2(colour.b, 1.0)));
 }
+#endif
 
 // Luma of a displayed colour (Rec. 709).
 float brightness(vec3 colour) {

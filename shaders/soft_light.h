@@ -6,10 +6,6 @@
 #ifndef FANLIGHT_SHADERS_SOFT_LIGHT_H
 #define FANLIGHT_SHADERS_SOFT_LIGHT_H
 
-layout(binding = FANLIGHT_BINDING_DIFFUSED, scalar) buffer SoftLights {
-  uvec2 soft_lights[];  // four half floats
-};
-
 struct SoftLight {
   // All three fade where the surface ends and nothing is known beyond.
   float direct;     // share of the direct light that no shadow takes, 0 to 1
@@ -21,6 +17,18 @@ struct SoftLight {
 ivec2 soft_size() {
   return ivec2(lighting.width + 1u, lighting.height + 1u) / 2;
 }
+
+#ifdef FANLIGHT_WEB
+uniform highp sampler2D soft_lights;  // of one map, four half floats
+
+SoftLight soft_light_at(ivec2 at, uint map) {
+  vec4 values = texelFetch(soft_lights, at, 0);
+  return SoftLight(values.x, values.y, values.z, values.w);
+}
+#else
+layout(binding = FANLIGHT_BINDING_DIFFUSED, scalar) buffer SoftLights {
+  uvec2 soft_lights[];  // four half floats
+};
 
 // `map`: 0 or 1.
 uint soft_index(ivec2 at, uint map) {
@@ -39,5 +47,6 @@ void write_soft_light(ivec2 at, uint map, SoftLight light) {
   soft_lights[soft_index(at, map)] =
       uvec2(packHalf2x16(vec2(light.direct, light.sky)), packHalf2x16(vec2(light.scattered, light.depth)));
 }
+#endif
 
 #endif

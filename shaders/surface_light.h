@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points, normals and shadow rays of the filtered depth map (renderer/ALGORITHM.md, light). The includer has
-// declared the parameters as `lighting`, smooth_depth and totals, and the specialisation constants
-// kPerspective and kSoftShadows.
+// declared the parameters as `lighting`, the constants kPerspective and kSoftShadows, and
+//   float filtered_depth(ivec2 pixel)   of a pixel in the viewport, mm; FANLIGHT_NO_SURFACE
+//   float nearest_depth()               the smallest one
 //
 // Points are in the view frame, mm: right, up, and height towards the viewer (-depth).
 #ifndef FANLIGHT_SHADERS_SURFACE_LIGHT_H
@@ -17,8 +18,7 @@ const float kShadowReach = 1000.0;
 // FANLIGHT_NO_SURFACE outside the viewport.
 float depth_at(ivec2 pixel) {
   ivec2 first = ivec2(lighting.view_left, lighting.view_top);
-  float depth_there =
-      smooth_depth[index_of(clamp(pixel, first, ivec2(lighting.view_right, lighting.view_bottom)))];
+  float depth_there = filtered_depth(clamp(pixel, first, ivec2(lighting.view_right, lighting.view_bottom)));
   return in_view(pixel) ? depth_there : FANLIGHT_NO_SURFACE;
 }
 
@@ -68,7 +68,7 @@ float light_seen(vec3 from, float depth) {
   float part = leaves ? (lighting.shadow_top - start.z) / towards_light.z : 1.0;
   // Above the highest surface nothing hides the light, if the ray climbs faster than its penumbra widens.
   float climb = towards_light.z - lighting.softness * length(towards_light) / light_distance;
-  float to_nearest = -uintBitsToFloat(totals.min_depth) - start.z;
+  float to_nearest = -nearest_depth() - start.z;
   if (climb > 0.0) part = min(part, max(to_nearest / climb, 0.0));
   vec3 end = start + part * towards_light;
 
@@ -94,7 +94,7 @@ float light_seen(vec3 from, float depth) {
                       ? fraction * start_scale / (fraction * start_scale + (1.0 - fraction) * end_scale)
                       : fraction;
     float height = mix(start.z, end.z, along);
-    float depth_there = smooth_depth[index_of(ivec2(at + 0.5))];
+    float depth_there = filtered_depth(ivec2(at + 0.5));
     float clearance = depth_there >= 0.0 ? height + depth_there : 1e9;
     float visible = kSoftShadows ? clamp(0.5 + 0.5 * clearance / (blur * along), 0.0, 1.0)
                                  : (clearance < 0.0 ? 0.0 : 1.0);

@@ -19,6 +19,17 @@ inline constexpr std::array<std::string_view, 7> kStageNames = {"prepare", "uplo
                                                                 "light",   "finish", "read_back"};
 inline constexpr std::size_t kStages = kStageNames.size();
 
+/// The part of a picture that shows a surface, in pixels. Only this part has depths.
+struct SurfacePart {
+  std::uint32_t left = 0;
+  std::uint32_t top = 0;
+  std::uint32_t width = 0;  ///< 0: the mode shows no surface
+  std::uint32_t height = 0;
+  bool as_depth = false;  ///< shown as a depth map, not lit
+
+  bool operator==(const SurfacePart&) const = default;
+};
+
 /// Position of a picture's pixels in the transducer frame. The point at depth d of pixel (column, row) is
 /// origin + d * forward + (mm_per_pixel + d * mm_per_pixel_per_mm) * ((column - middle_column) * right + (row
 /// - middle_row) * down). Depths are measured along forward; right, down and forward are unit vectors.
@@ -31,6 +42,7 @@ struct PictureView {
   double mm_per_pixel_per_mm = 0;  ///< 0 in a parallel projection
   double middle_column = 0;
   double middle_row = 0;
+  SurfacePart part;
 };
 
 /// The tissue next to the probe, in a picture (Scene::Near).
@@ -49,6 +61,8 @@ struct PictureStamp {
   std::uint64_t scene_revision = 0;  ///< of the scene shown
   std::uint64_t pass1_runs = 0;      ///< count of the renderer when this picture was submitted
   std::uint64_t pass2_runs = 0;
+  /// Of the filtered depth map, unique in the process: pictures of which only the light differs share it.
+  std::uint64_t surface_id = 0;
   std::uint8_t deadline_level = 0;  ///< see DeadlineState
   DeadlineMeasures measures;        ///< in force for this picture
   VolumeStamp volume;
@@ -69,12 +83,15 @@ struct PictureStamp {
 
 /// A finished picture. `rgba`: height x width x 4 bytes, row major, top row first, sRGB values, alpha 255.
 /// `depth_mm`: height x width floats, same order, depth of the surface as lit; negative: no surface.
+/// `certainty`: height x width, same order: 0 where no ray met a surface, else how certain it is, 1 to 255
+/// (shaders/certainty.h). Holes that the filter has filled have a depth and no certainty.
 struct Picture {
   PictureStamp stamp;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::vector<std::uint8_t> rgba;
   std::vector<float> depth_mm;
+  std::vector<std::uint8_t> certainty;
 };
 
 /// A black picture with all the memory that it will need, so that filling it allocates nothing.
@@ -82,6 +99,7 @@ inline Picture blank_picture(std::uint32_t width, std::uint32_t height) {
   Picture blank{.width = width, .height = height};
   blank.rgba.resize(std::size_t{4} * width * height);
   blank.depth_mm.resize(std::size_t{width} * height);
+  blank.certainty.resize(std::size_t{width} * height);
   return blank;
 }
 

@@ -132,19 +132,6 @@ PipelineKey scatter_key(bool along_columns, bool perspective) {
 
 }  // namespace
 
-int shown_by(Mode mode) {
-  switch (mode) {
-    case Mode::kSurface:
-    case Mode::kSurfaceAndVolume:
-    case Mode::kSlices:
-      return FANLIGHT_SHOW_SURFACE;
-    case Mode::kDepth:
-      return FANLIGHT_SHOW_DEPTH;
-    default:
-      return FANLIGHT_SHOW_COLOUR;
-  }
-}
-
 shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm) {
   shaders::LightParameters to{};
   set_viewport(to, scene, size);

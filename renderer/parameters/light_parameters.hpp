@@ -19,10 +19,6 @@ namespace fanlight {
 /// frame.
 shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm);
 
-/// What a picture of this mode shows inside the viewport: FANLIGHT_SHOW_SURFACE, _DEPTH or _COLOUR. The first
-/// two come from the depth map.
-int shown_by(Mode mode);
-
 /// The pipelines of pass 2 that depend on the scene; the other ones of passes 2 and 3 have no constants.
 struct LightKeys {
   PipelineKey filter_rows;                ///< Shader::kMeanRows or kSmooth

@@ -6,12 +6,24 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "shaders/bindings.h"
+
 namespace fanlight {
 
 namespace {
 
 std::array<double, 3> to_array(const glm::dvec3& vector) {
   return {vector.x, vector.y, vector.z};
+}
+
+SurfacePart surface_part(Mode mode, const Viewport& port) {
+  const int shown = shown_by(mode);
+  if (shown == FANLIGHT_SHOW_COLOUR) return {};
+  return {.left = port.left,
+          .top = port.top,
+          .width = port.width,
+          .height = port.height,
+          .as_depth = shown == FANLIGHT_SHOW_DEPTH};
 }
 
 }  // namespace
@@ -64,6 +76,19 @@ Viewport viewport(const Scene& scene, PictureSize size) {
   return port;
 }
 
+int shown_by(Mode mode) {
+  switch (mode) {
+    case Mode::kSurface:
+    case Mode::kSurfaceAndVolume:
+    case Mode::kSlices:
+      return FANLIGHT_SHOW_SURFACE;
+    case Mode::kDepth:
+      return FANLIGHT_SHOW_DEPTH;
+    default:
+      return FANLIGHT_SHOW_COLOUR;
+  }
+}
+
 PictureView picture_view(const Scene& scene, PictureSize size) {
   const ViewFrame view = view_frame(scene.camera);
   const Viewport port = viewport(scene, size);
@@ -76,7 +101,8 @@ PictureView picture_view(const Scene& scene, PictureSize size) {
           .mm_per_pixel = port.pixel_mm * (widens ? eye_height_mm(scene.camera) / eye_mm : 1),
           .mm_per_pixel_per_mm = widens ? port.pixel_mm / eye_mm : 0,
           .middle_column = port.centre_column(),
-          .middle_row = port.centre_row()};
+          .middle_row = port.centre_row(),
+          .part = surface_part(scene.mode, port)};
 }
 
 }  // namespace fanlight

@@ -42,7 +42,11 @@ struct Viewport {
 
 Viewport viewport(const Scene& scene, PictureSize size);
 
-/// Position of the viewport's pixels in the transducer frame.
+/// What a picture of this mode shows inside the viewport: FANLIGHT_SHOW_SURFACE, _DEPTH or _COLOUR. The first
+/// two come from the depth map.
+int shown_by(Mode mode);
+
+/// Position of the viewport's pixels in the transducer frame, and whether they show a surface.
 PictureView picture_view(const Scene& scene, PictureSize size);
 
 bool is_perspective(const Scene::Camera& camera);

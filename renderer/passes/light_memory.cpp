@@ -35,6 +35,8 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
        BufferPlace::kFromGpu},
       {"read_back_depth", &made.read_back_depth, pixels * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
        BufferPlace::kFromGpu},
+      {"read_back_colours", &made.read_back_colours, pixels * sizeof(std::uint32_t),
+       VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu},
       {"read_back_totals", &made.read_back_totals, sizeof(shaders::MapTotals),
        VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu}};
   if (auto created = create_buffers(gpu, buffers); !created) return created.error();

@@ -32,6 +32,7 @@ struct LightMemory {
   GpuBuffer finished;
   GpuBuffer read_back;
   GpuBuffer read_back_depth;
+  GpuBuffer read_back_colours;
   GpuBuffer read_back_totals;
 };
 

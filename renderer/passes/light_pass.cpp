@@ -2,6 +2,7 @@
 #include "renderer/passes/light_pass.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <utility>
 
@@ -46,6 +47,13 @@ void set_smooth_part(shaders::LightParameters& parameters, const PixelRect& part
   parameters.smooth_bottom = part.bottom;
 }
 
+/// Unique in the process, also over views that come and go and over a GPU that is opened again: displays keep
+/// surfaces by it.
+std::uint64_t next_surface_id() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
+
 int diffusion_steps(const Scene& scene) {
   return scene.finish.smoothing == Smoothing::kDiffusion ? scene.finish.iterations : 0;
 }
@@ -88,6 +96,7 @@ LightPass::Change LightPass::take(const CastPass& cast) {
 void LightPass::name_maps(const CastMaps& maps) {
   if (std::exchange(named_maps_, maps.depth.get()) != maps.depth.get())
     maps.write_to(recorder_.descriptors());
+  named_colours_ = maps.colour.get();
 }
 
 void LightPass::read(const CastPass& cast) {
@@ -246,6 +255,7 @@ Result<void> LightPass::begin(const Scene& scene, History history) {
     if (filter_due_ != scene.filter) step_ms_[static_cast<std::size_t>(Stage::kFilter)] = 0;
     filter_due_ = scene.filter;
     filter_.reset();
+    surface_id_ = next_surface_id();
   }
   return add_light_steps(keys, scene);
 }
@@ -293,13 +303,20 @@ void LightPass::record_steps(VkCommandBuffer commands, std::size_t end_step) con
 }
 
 void LightPass::record_read_back(VkCommandBuffer commands) const {
-  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-          VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
+  // Of the maps of pass 1 too, which may be a copy.
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT,
+          VK_ACCESS_2_TRANSFER_READ_BIT);
   recorder_.stamp(GpuTimestamps::kFinishEnd);
   const VkBufferCopy all{.size = memory_.read_back.bytes()};
   vkCmdCopyBuffer(commands, memory_.finished.get(), memory_.read_back.get(), 1, &all);
   const VkBufferCopy depths{.size = memory_.read_back_depth.bytes()};
   vkCmdCopyBuffer(commands, memory_.smooth_depth.get(), memory_.read_back_depth.get(), 1, &depths);
+  // Not again for a light that moved. A copy by the host is read where it is.
+  if (is_new_input_ && config_.copies != Copies::kByHost) {
+    const VkBufferCopy colours{.size = memory_.read_back_colours.bytes()};
+    vkCmdCopyBuffer(commands, named_colours_, memory_.read_back_colours.get(), 1, &colours);
+  }
   const VkBufferCopy totals{.size = memory_.read_back_totals.bytes()};
   vkCmdCopyBuffer(commands, memory_.map_totals.get(), memory_.read_back_totals.get(), 1, &totals);
   barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
@@ -337,11 +354,35 @@ Result<void> LightPass::submit(std::size_t end_step) {
   return {};
 }
 
+/// The colours of pass 1, packed RGBA8, of the last picture's maps.
+std::span<const std::uint8_t> LightPass::colours() const {
+  return config_.copies == Copies::kByHost ? copies_.colour.mapped() : memory_.read_back_colours.mapped();
+}
+
+void LightPass::read_picture(Picture& to) const {
+  to.width = config_.size.width;
+  to.height = config_.size.height;
+  to.stamp.surface_id = surface_id_;
+  to.stamp.surface_share = surface_share();
+  to.stamp.uncertain_share = uncertain_share();
+  const auto rgba = memory_.read_back.mapped();
+  to.rgba.assign(rgba.begin(), rgba.end());
+  to.depth_mm.assign(depth_mm().begin(), depth_mm().end());
+  to.certainty.resize(pixels());
+  const auto colours_of_pass1 = colours();
+  for (std::size_t pixel = 0; pixel < to.certainty.size(); ++pixel)
+    to.certainty[pixel] = colours_of_pass1[4 * pixel + 3];
+}
+
+/// Share of the picture's pixels that have a surface.
 double LightPass::surface_share() const {
   return static_cast<double>(memory_.read_back_totals.mapped_as<shaders::MapTotals>().surface_pixels) /
          pixels();
 }
 
+/// Of these, the share whose surface is uncertain and dimmed: it stands out from the speckle by little
+/// (surface_place.h), or fills a hole. 0 where nothing is dimmed: in modes that do not light the surface, and
+/// where the speckle is not known.
 double LightPass::uncertain_share() const {
   const auto& totals = memory_.read_back_totals.mapped_as<shaders::MapTotals>();
   if (filtered_.show != FANLIGHT_SHOW_SURFACE || totals.surface_pixels == 0) return 0;

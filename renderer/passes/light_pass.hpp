@@ -92,23 +92,16 @@ class LightPass {
 
   // What the GPU wrote. Precondition: nothing is outstanding.
 
-  /// The finished picture: height x width x RGBA, top row first.
-  std::span<const std::uint8_t> picture() const { return memory_.read_back.mapped(); }
+  /// Copies the finished picture, and what its stamp says of the surface: `surface_id` and both shares.
+  /// Allocates nothing where `to` has been as large before.
+  void read_picture(Picture& to) const;
 
-  /// Its depth map after pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none: height x width, top
-  /// row first.
+  /// The picture's depth map after pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none: height x
+  /// width, top row first.
   std::span<const float> depth_mm() const {
     const auto bytes = memory_.read_back_depth.mapped();
     return {reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)};
   }
-
-  /// Share of the picture's pixels that have a surface.
-  double surface_share() const;
-
-  /// Of these, the share whose surface is uncertain and dimmed: it stands out from the speckle by little
-  /// (surface_place.h), or fills a hole. 0 where nothing is dimmed: in modes that do not light the surface,
-  /// and where the speckle is not known.
-  double uncertain_share() const;
 
  private:
   explicit LightPass(const Config& config) : config_(config) {}
@@ -116,6 +109,9 @@ class LightPass {
   Change take(const CastPass& cast);
   void name_maps(const CastMaps& maps);
   void learn_step_times();
+  double surface_share() const;
+  double uncertain_share() const;
+  std::span<const std::uint8_t> colours() const;
   bool in_pieces() const { return config_.pauses || config_.copies == Config::Copies::kByHost; }
   void choose_regions(const Scene& scene, shaders::LightParameters& parameters);
   LightStep on_tiles(VkPipeline pipeline, const PixelRect& part) const;
@@ -137,18 +133,20 @@ class LightPass {
   };
   Input input_;
   double farthest_mm_ = 0;
-  VkBuffer named_maps_ = VK_NULL_HANDLE;    // depth of the maps that the descriptors name
-  const CastMaps* maps_to_copy_ = nullptr;  // until the next submission
-  TimelinePoint written_;                   // reached when the GPU has written the maps
-  bool is_new_cast_ = false;                // no picture of it was submitted
-  bool is_new_input_ = false;               // no picture of it, or of its weights, was submitted
+  VkBuffer named_maps_ = VK_NULL_HANDLE;     // depth of the maps that the descriptors name
+  VkBuffer named_colours_ = VK_NULL_HANDLE;  // colours of the same maps
+  const CastMaps* maps_to_copy_ = nullptr;   // until the next submission
+  TimelinePoint written_;                    // reached when the GPU has written the maps
+  bool is_new_cast_ = false;                 // no picture of it was submitted
+  bool is_new_input_ = false;                // no picture of it, or of its weights, was submitted
   bool is_first_of_cast_ = false;
   PixelRect changed_;  // of what copy_by_host() copied, since the last picture
 
   // Of the picture under way.
   LightSteps steps_;
-  LightRegions regions_;  // what they compute
-  bool partly_ = false;   // that is a part of the picture
+  LightRegions regions_;          // what they compute
+  bool partly_ = false;           // that is a part of the picture
+  std::uint64_t surface_id_ = 0;  // PictureStamp::surface_id
   /// What a picture's maps depend on besides pass 1, the filter's options and the last volume.
   struct MapsKey {
     shaders::LightParameters parameters{};  // without the part that is computed

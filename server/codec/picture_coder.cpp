@@ -20,6 +20,7 @@ Result<std::unique_ptr<PictureCoder>> make_coder(const StreamSettings& settings)
     case StreamSettings::Codec::kH264:
       return Coder(std::make_unique<H264Coder>(settings.bit_rate_kbps, settings.rate_hz));
     case StreamSettings::Codec::kJpeg:
+    case StreamSettings::Codec::kSurface:  // what a picture shows beside its surface
       break;
   }
   if (settings.bit_rate_kbps > 0) return Coder(JpegCoder::with_bit_rate(settings.bit_rate_kbps));

@@ -52,8 +52,14 @@ Result<StreamSettings> parse_stream_request(const v1::StreamRequest& request, in
       settings.codec = StreamSettings::Codec::kH264;
       if (settings.bit_rate_kbps == 0) settings.bit_rate_kbps = kDefaultH264Kbps;
       break;
+    case v1::StreamRequest::SURFACE:
+      settings.codec = StreamSettings::Codec::kSurface;
+      settings.bit_rate_kbps = 0;
+      settings.most_width = settings.most_height = 0;
+      settings.quality = request.quality() > 0 ? static_cast<int>(request.quality()) : default_quality;
+      break;
     default:
-      return Error{ErrorCode::kInvalidArgument, "codec: expected JPEG, PNG or H264"};
+      return Error{ErrorCode::kInvalidArgument, "codec: expected JPEG, PNG, H264 or SURFACE"};
   }
   return settings;
 }

@@ -12,7 +12,7 @@ namespace fanlight {
 
 /// How the pictures of a session are encoded. Sessions with equal settings share the encodings.
 struct StreamSettings {
-  enum class Codec : std::uint8_t { kJpeg, kPng, kH264 };
+  enum class Codec : std::uint8_t { kJpeg, kPng, kH264, kSurface };
   Codec codec = Codec::kJpeg;
   int quality = 0;               ///< of JPEG, 1 to 100; 0: the bit rate decides
   int bit_rate_kbps = 0;         ///< 0: fixed quality

@@ -39,6 +39,7 @@ void OutgoingQueue::offer(const PictureOffer& picture) {
 
 void OutgoingQueue::begin_stream(bool needs_key) {
   skip_waiting();
+  client_surface_ = 0;
   needs_key_ = needs_key;
 }
 
@@ -83,8 +84,14 @@ OutgoingQueue::Item OutgoingQueue::next_of_picture() {
     return item;
   }
   picture_under_way_ = true;
-  bytes_under_way_ = waiting_.message->size();
-  return {.kind = Item::Kind::kPicture, .message = std::exchange(waiting_.message, nullptr)};
+  // Messages arrive in the order of their sending, or the session ends.
+  const bool has_surface = waiting_.surface_id != 0 && waiting_.surface_id == client_surface_;
+  if (waiting_.surface_id != 0) client_surface_ = waiting_.surface_id;
+  SharedMessage whole = std::exchange(waiting_.message, nullptr);
+  Item item{.kind = Item::Kind::kPicture,
+            .message = has_surface ? std::exchange(waiting_.without_surface, nullptr) : std::move(whole)};
+  bytes_under_way_ = item.message->size();
+  return item;
 }
 
 void OutgoingQueue::sent() {

@@ -68,8 +68,8 @@ class OutgoingQueue {
   /// Replaces the picture that waits. After a skipped picture only a key picture is taken.
   void offer(const PictureOffer& picture);
 
-  /// The following pictures belong to another stream: skips the one that waits. `needs_key`: the stream can
-  /// only be joined with a key picture.
+  /// The following pictures belong to another stream: skips the one that waits, and sends the next surface
+  /// whole. `needs_key`: the stream can only be joined with a key picture.
   void begin_stream(bool needs_key);
 
   /// Removes and returns what to send next. Precondition: nothing is under way.
@@ -100,8 +100,9 @@ class OutgoingQueue {
   std::deque<ShownRequest> given_up_;  // to be answered with picture_id 0
   PictureOffer waiting_;               // without a message: none
   bool picture_under_way_ = false;
-  std::size_t bytes_under_way_ = 0;  // of that picture
-  bool needs_key_ = false;           // a picture was skipped that the next ones may depend on
+  std::size_t bytes_under_way_ = 0;   // of that picture
+  std::uint64_t client_surface_ = 0;  // PictureOffer::surface_id that the client got last; 0: none
+  bool needs_key_ = false;            // a picture was skipped that the next ones may depend on
   bool closing_ = false;
   bool close_sent_ = false;
   PictureCounts counts_;

@@ -9,6 +9,7 @@
 
 #include "proto/fanlight.pb.h"
 #include "server/stream/picture_message.hpp"
+#include "server/stream/server_messages.hpp"
 
 namespace fanlight {
 
@@ -23,6 +24,7 @@ StreamSettings coding_settings(StreamSettings settings) {
 void put_pixels(v1::Picture& message, StreamSettings::Codec codec, std::span<const std::uint8_t> bytes) {
   switch (codec) {
     case StreamSettings::Codec::kJpeg:
+    case StreamSettings::Codec::kSurface:
       return message.set_jpeg(bytes.data(), bytes.size());
     case StreamSettings::Codec::kPng:
       return message.set_png(bytes.data(), bytes.size());
@@ -31,21 +33,39 @@ void put_pixels(v1::Picture& message, StreamSettings::Codec codec, std::span<con
   }
 }
 
-/// Describes a picture and its encoded pixels as a serialised ServerMessage.
-SharedMessage picture_message(PictureSnapshot& snapshot, const StreamSettings& settings, const Pixels& pixels,
-                              const CodedPicture& coded) {
+/// Describes a picture and its encoded pixels; without pixels where a display makes them from the surface.
+v1::ServerMessage picture_message(PictureSnapshot& snapshot, const StreamSettings& settings,
+                                  const Pixels& pixels, const CodedPicture& coded) {
   v1::ServerMessage message;
   v1::Picture& body = *message.mutable_picture();
   describe(body, snapshot.picture());
   body.set_width(pixels.width);
   body.set_height(pixels.height);
   body.set_key_picture(coded.key);
-  put_pixels(body, settings.codec, coded.bytes);
+  if (!coded.bytes.empty()) put_pixels(body, settings.codec, coded.bytes);
   if (settings.with_depth) {
     body.set_depth(snapshot.depth());
     body.set_depth_unit_mm(kDepthUnitMm);
   }
-  return std::make_shared<const std::string>(message.SerializeAsString());
+  return message;
+}
+
+/// A surface without its maps.
+v1::Surface outline_of(const v1::Surface& surface) {
+  v1::Surface outline;
+  outline.set_surface_id(surface.surface_id());
+  outline.set_left(surface.left());
+  outline.set_top(surface.top());
+  outline.set_width(surface.width());
+  outline.set_height(surface.height());
+  outline.set_as_depth(surface.as_depth());
+  return outline;
+}
+
+/// Whether the surface is all that a picture shows.
+bool is_surface_only(const Picture& picture) {
+  const SurfacePart& part = picture.stamp.view.part;
+  return part.width == picture.width && part.height == picture.height;
 }
 
 /// Runs an encoding on a thread of the pool. Where memory runs out, its result is an error, and the server
@@ -90,16 +110,37 @@ void PictureHub::Job::run(const CoderFactory& make_coder) {
   }
   const Picture& picture = snapshot->picture();
   const Pixels pixels = machine->scaler.fitted(pixels_of(picture), settings);
-  const auto coded = machine->coder->encode(pixels, key);
+  const bool with_surface = settings.codec == StreamSettings::Codec::kSurface;
+  Result<CodedPicture> coded = CodedPicture{};
+  if (!with_surface || !is_surface_only(picture)) coded = machine->coder->encode(pixels, key);
   if (!coded) {
     offer = coded.error();
     return;
   }
-  offer = PictureOffer{.message = picture_message(*snapshot, settings, pixels, *coded),
-                       .picture_id = picture.stamp.picture_id,
-                       .scene_revision = picture.stamp.scene_revision,
-                       .view_id = view_id,
-                       .key = coded->key};
+  v1::ServerMessage message = picture_message(*snapshot, settings, pixels, *coded);
+  PictureOffer made{.picture_id = picture.stamp.picture_id,
+                    .scene_revision = picture.stamp.scene_revision,
+                    .view_id = view_id,
+                    .key = coded->key};
+  if (with_surface && picture.stamp.view.part.width > 0) {
+    if (auto packed = machine->pack_surface(picture); !packed) {
+      offer = packed.error();
+      return;
+    }
+    made.surface_id = picture.stamp.surface_id;
+    *message.mutable_picture()->mutable_surface() = outline_of(machine->surface);
+    made.without_surface = serialised(message);
+    *message.mutable_picture()->mutable_surface() = machine->surface;
+  }
+  made.message = serialised(message);
+  offer = std::move(made);
+}
+
+Result<void> PictureHub::Machine::pack_surface(const Picture& picture) {
+  // Of a picture whose light alone has changed it is packed already.
+  if (surface.surface_id() == picture.stamp.surface_id) return {};
+  surface.Clear();  // also where packing fails
+  return surface_coder.encode(picture, surface);
 }
 
 /// The newest picture as a file: who waits for it, and the last one made.

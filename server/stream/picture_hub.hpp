@@ -16,6 +16,7 @@
 #include "proto/model/picture.hpp"
 #include "server/codec/encoder_pool.hpp"
 #include "server/codec/picture_coder.hpp"
+#include "server/codec/surface_coder.hpp"
 #include "server/state/server_counters.hpp"
 #include "server/stream/picture_snapshot.hpp"
 #include "server/stream/picture_subscriber.hpp"
@@ -105,6 +106,11 @@ class PictureHub {
   struct Machine {
     std::unique_ptr<PictureCoder> coder;
     PictureScaler scaler;
+    SurfaceCoder surface_coder;
+    v1::Surface surface;  // of the last picture that has one
+
+    /// Sets `surface`.
+    Result<void> pack_surface(const Picture& picture);
   };
   struct Encoding {
     std::shared_ptr<Machine> machine = std::make_shared<Machine>();

@@ -12,6 +12,7 @@ void PictureSnapshot::take(const Picture& picture) {
   picture_.height = picture.height;
   picture_.rgba.assign(picture.rgba.begin(), picture.rgba.end());
   picture_.depth_mm.assign(picture.depth_mm.begin(), picture.depth_mm.end());
+  picture_.certainty.assign(picture.certainty.begin(), picture.certainty.end());
 }
 
 const std::string& PictureSnapshot::depth() {

@@ -15,6 +15,9 @@ using SharedMessage = std::shared_ptr<const std::string>;
 /// An encoded picture, ready to be sent.
 struct PictureOffer {
   SharedMessage message;
+  /// The same for a client that has its surface; null where `surface_id` is 0.
+  SharedMessage without_surface;
+  std::uint64_t surface_id = 0;  ///< 0: it contains no surface
   std::uint64_t picture_id = 0;
   std::uint64_t scene_revision = 0;
   std::uint64_t view_id = 0;

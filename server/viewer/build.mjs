@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// node build.mjs [--outdir DIR] [--tests] [--proto FILE]
-//   --outdir  writes the files of the page to DIR
-//   --tests   writes the unit tests to generated/tests.mjs, for `node --test`
+// node build.mjs [--outdir DIR] [--tests] [--proto FILE] [--shaders DIR]
+//   --outdir   writes the files of the page to DIR
+//   --tests    writes the unit tests to generated/tests.mjs, for `node --test`
+//   --shaders  where the renderer's shaders are
 // Generates the messages from the schema and type-checks everything first.
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdirSync, readdirSync } from "node:fs";
+import { copyFileSync, mkdirSync, readdirSync, readFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
@@ -15,6 +16,7 @@ const { values } = parseArgs({
   options: {
     outdir: { type: "string" },
     proto: { type: "string", default: join(home, "../../proto/fanlight.proto") },
+    shaders: { type: "string", default: join(home, "../../shaders") },
     tests: { type: "boolean", default: false },
   },
 });
@@ -30,6 +32,33 @@ const run = (command, ...args) => {
     console.error(`build.mjs: ${command} ${args.join(" ")}: ${failure.message}`);
     process.exit(1);
   }
+};
+
+/** The text of a shader with each file that it includes, once. */
+function shaderText(path, included = new Set()) {
+  included.add(path);
+  const lines = readFileSync(path, "utf8").split("\n");
+  return lines
+    .map((line) => {
+      const name = /^#include "(.*)"/.exec(line)?.[1];
+      if (name) return included.has(join(shaders, name)) ? "" : shaderText(join(shaders, name), included);
+      // GLSL ES has no attributes.
+      return line
+        .replace(/\/\/.*/, "")
+        .replace(/\[\[\w+\]\] */g, "")
+        .trim();
+    })
+    .filter((line) => line)
+    .join("\n");
+}
+
+const shaders = resolve(values.shaders);
+const shaderTexts = {
+  name: "shaders",
+  setup({ onResolve, onLoad }) {
+    onResolve({ filter: /\.(frag|vert)$/ }, ({ path }) => ({ path: join(shaders, "web", path), namespace: "shader" }));
+    onLoad({ filter: /.*/, namespace: "shader" }, ({ path }) => ({ contents: shaderText(path), loader: "text" }));
+  },
 };
 
 const proto = resolve(values.proto);
@@ -51,6 +80,7 @@ if (values.tests) {
   await build({
     stdin: { contents: tests, resolveDir: join(home, "test") },
     outfile: join(home, "generated/tests.mjs"),
+    plugins: [shaderTexts],
     external: ["./clip.js"],
     bundle: true,
     platform: "node",
@@ -63,6 +93,7 @@ if (values.tests) {
 if (values.outdir) {
   await build({
     entryPoints: { viewer: join(home, "src/main.ts") },
+    plugins: [shaderTexts],
     outdir: resolve(values.outdir),
     bundle: true,
     minify: true,

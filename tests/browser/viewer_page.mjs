@@ -7,18 +7,20 @@ import { chromium } from "playwright-core";
 
 const kWaitMs = 30_000;
 
-export function launchChromium() {
+/** `webGl`: on the processor, by SwiftShader; else the page shows the server's pictures. */
+export function launchChromium({ webGl = false } = {}) {
   return chromium.launch({
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
     args: [
       "--headless",
       "--no-sandbox",
-      "--disable-gpu",
+      ...(webGl ? [] : ["--disable-gpu"]),
       "--disable-quic",
       "--no-first-run",
       "--disable-background-networking",
       "--disable-component-update",
       "--disable-sync",
+      ...(webGl ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"]),
     ],
   });
 }

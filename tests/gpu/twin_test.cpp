@@ -154,7 +154,7 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
 
     compare_shares(gpu, cast, given.scene.mode);
     const auto shown = std::ranges::count_if(lit, [](const Rgb& colour) { return colour != Rgb(0); });
-    EXPECT_GT(static_cast<std::size_t>(shown), lit.size() / 20)
+    EXPECT_GE(static_cast<std::size_t>(shown), lit.size() / 20)
         << "seed " << seed << " shows too little to prove anything";
     return agreements;
   }

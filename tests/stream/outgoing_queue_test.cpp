@@ -184,5 +184,34 @@ TEST_F(OutgoingQueueTest, TheEndSkipsThePicturesThatWaitOrAreUnderWay) {
   expect_counts(2, 0, 2);
 }
 
+TEST_F(OutgoingQueueTest, SendsASurfaceOnceAndThenPicturesWithoutIt) {
+  const auto with_surface = [](std::uint64_t picture_id, std::uint64_t surface_id) {
+    PictureOffer offer = picture(picture_id);
+    offer.without_surface = text("outline");
+    offer.surface_id = surface_id;
+    return offer;
+  };
+  const auto next_text = [this] {
+    const Item item = queue_.next();
+    queue_.sent();
+    return *item.message;
+  };
+  queue_.offer(with_surface(1, 11));
+  EXPECT_EQ(next_text(), "picture 1");
+  queue_.offer(with_surface(2, 11));
+  EXPECT_EQ(next_text(), "outline") << "the client has this surface";
+  queue_.offer(with_surface(3, 12));
+  queue_.offer(with_surface(4, 12));
+  EXPECT_EQ(next_text(), "picture 4") << "picture 3 with the surface was never sent";
+  queue_.offer(picture(5));
+  EXPECT_EQ(next_text(), "picture 5");
+  queue_.offer(with_surface(6, 12));
+  EXPECT_EQ(next_text(), "outline");
+  queue_.begin_stream(false);
+  queue_.offer(with_surface(7, 12));
+  EXPECT_EQ(next_text(), "picture 7") << "another stream begins with its surface";
+  expect_counts(7, 6, 1);
+}
+
 }  // namespace
 }  // namespace fanlight::test

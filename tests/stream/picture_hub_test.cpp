@@ -415,5 +415,59 @@ TEST_F(PictureHubTest, RequestsForThePictureFileAreBounded) {
   EXPECT_EQ(log_.encoded, 1);
 }
 
+TEST_F(PictureHubTest, PacksASurfaceOnceForAllWhoLightItAndForAllItsLights) {
+  const StreamSettings surfaces{.codec = StreamSettings::Codec::kSurface, .quality = 80};
+  SpySubscriber first(1, surfaces);
+  SpySubscriber second(2, surfaces);
+  hub_.add(first);
+  hub_.add(second);
+  const auto show_surface = [this](std::uint64_t picture_id, std::uint64_t surface_id,
+                                   std::uint32_t part_width) {
+    Picture& picture = pictures_[0];
+    picture.stamp = {.picture_id = picture_id, .surface_id = surface_id};
+    picture.stamp.view.part = {.width = part_width, .height = part_width};
+    picture.width = picture.height = 2;
+    picture.rgba.assign(16, 7);
+    picture.depth_mm.assign(4, 30.F);
+    picture.certainty.assign(4, 255);
+    hub_.show(picture);
+    finish_jobs();
+  };
+  const auto sent = [](const SharedMessage& message) {
+    v1::ServerMessage read;
+    EXPECT_TRUE(read.ParseFromString(*message));
+    return read.picture();
+  };
+  show_surface(1, 5, 2);
+  ASSERT_EQ(first.offers.size(), 1U);
+  EXPECT_EQ(first.offers[0].message, second.offers[0].message);
+  EXPECT_EQ(first.offers[0].surface_id, 5U);
+  const v1::Picture whole = sent(first.offers[0].message);
+  EXPECT_FALSE(whole.surface().residuals().empty());
+  EXPECT_EQ(whole.jpeg().size(), 0U) << "the surface is all that the picture shows";
+  EXPECT_EQ(log_.encoded, 0);
+  const v1::Picture outline = sent(first.offers[0].without_surface);
+  EXPECT_EQ(outline.surface().surface_id(), 5U);
+  EXPECT_EQ(outline.surface().width(), 2U);
+  EXPECT_TRUE(outline.surface().runs().empty());
+
+  // Another light, and then another surface.
+  pictures_[0].depth_mm.assign(4, 99.F);
+  show_surface(2, 5, 2);
+  EXPECT_EQ(sent(first.offers[1].message).surface().residuals(), whole.surface().residuals());
+  show_surface(3, 6, 2);
+  EXPECT_EQ(sent(first.offers[2].message).surface().surface_id(), 6U);
+
+  // Planes beside the surface, and a picture without one.
+  show_surface(4, 7, 1);
+  EXPECT_EQ(log_.encoded, 1);
+  EXPECT_GT(sent(first.offers[3].message).jpeg().size(), 0U);
+  EXPECT_EQ(sent(first.offers[3].message).surface().width(), 1U);
+  show_surface(5, 8, 0);
+  EXPECT_EQ(first.offers[4].surface_id, 0U);
+  EXPECT_GT(sent(first.offers[4].message).jpeg().size(), 0U);
+  EXPECT_FALSE(sent(first.offers[4].message).has_surface());
+}
+
 }  // namespace
 }  // namespace fanlight::test

@@ -5,6 +5,7 @@ import { canDecodeFilm } from "./film_decoder";
 
 const kJpeg = "0"; // without a request; every browser decodes it
 const kH264 = "2";
+const kSurface = "3";
 
 export class CodecChoice {
   private filmWanted = false;
@@ -12,8 +13,11 @@ export class CodecChoice {
   constructor(
     private readonly select: HTMLSelectElement,
     private readonly connection: Pick<Connection, "send">,
+    lightsSurfaces: boolean,
   ) {
     select.onchange = () => this.ask();
+    select.value = lightsSurfaces ? kSurface : kJpeg;
+    select.querySelector<HTMLOptionElement>(`[value="${kSurface}"]`)!.disabled = !lightsSurfaces;
     select.querySelector<HTMLOptionElement>(`[value="${kH264}"]`)!.disabled = !canDecodeFilm();
   }
 

@@ -11,7 +11,6 @@ import {
   type ViewReply,
   type ViewState,
 } from "../generated/fanlight_pb.js";
-import { CodecChoice } from "./codec_choice";
 import { ConditionView } from "./condition_view";
 import { Connection, streamUrl } from "./connection";
 import { ControlBar, controlText } from "./control_bar";
@@ -31,7 +30,7 @@ import { page } from "./page";
 import { PageShell } from "./page_shell";
 import { PictureInput } from "./picture_input";
 import { PictureOverlay } from "./picture_overlay";
-import { PictureView } from "./picture_view";
+import { PictureStream } from "./picture_stream";
 import { ProbePanel } from "./probe_panel";
 import { ProbeWatch } from "./probe_watch";
 import { QuickPanel } from "./quick_panel";
@@ -110,14 +109,11 @@ const isLit = () => effects.missing("light") === undefined;
 const light = new LightHandle(editor, page.canvas, page.light, isLit);
 const movesRays = () => !ownView.wanted;
 const orbit = new Orbit(editor, page.canvas, movesRays);
-const view = new PictureView(
-  page.canvas,
-  page.frame,
-  pictureShown,
-  (sentence) => showCondition({ serverError: sentence }),
-  () => codec.fallBack(),
-);
-const codec = new CodecChoice(page.codec, connection);
+const pictures = new PictureStream(editor, connection, {
+  shown: pictureShown,
+  unreadable: (sentence) => showCondition({ serverError: sentence }),
+});
+const { view, codec } = pictures;
 const login = new LoginForm(page.login, connection);
 const controlBar = new ControlBar(page.control, (wish, toSession) =>
   connection.send({ case: "control", value: { wish, toSession } }),
@@ -353,6 +349,7 @@ function pictureShown(picture: Picture): void {
 function showScene(): void {
   controls?.refresh();
   showCondition({ hasNoSurface: measured.hasNoSurface() });
+  view.relight();
   quickPanel.refresh();
   overlay.refresh();
   tools.offerLight(isLit());

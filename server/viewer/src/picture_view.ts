@@ -1,21 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// The canvas. At most one picture is decoded and at most one waits, the newest. H.264 pictures are all decoded.
+// The canvas. At most one picture is decoded and at most one waits, the newest. H.264 pictures are all decoded. A
+// surface is lit here, and again when the light moves.
 import type { Picture } from "../generated/fanlight_pb.js";
 import { FilmDecoder } from "./film_decoder";
+import type { SurfaceView } from "./surface/surface_view";
+
+/** After the last movement of the light. */
+const kRestMs = 150;
 
 export class PictureView {
   private decoding = false;
   private waiting: Picture | undefined;
   private held = false;
+  private relightDue = false;
+  private relitMs = -Infinity;
+  private restTimer = 0;
   private readonly context: CanvasRenderingContext2D;
   private readonly film: FilmDecoder;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly frame: HTMLElement,
-    private readonly shown: (picture: Picture) => void,
-    private readonly unreadable: (sentence: string) => void,
-    filmFailed: () => void,
+    private readonly surface: SurfaceView,
+    private readonly events: { shown(picture: Picture): void; unreadable(sentence: string): void; filmFailed(): void },
   ) {
     const context = canvas.getContext("2d", { alpha: false });
     if (!context) throw new Error("This browser has no 2D canvas.");
@@ -23,8 +30,8 @@ export class PictureView {
     this.film = new FilmDecoder((frame, picture) => {
       if (this.held) return;
       this.draw(frame, frame.displayWidth, frame.displayHeight);
-      this.shown(picture);
-    }, filmFailed);
+      this.events.shown(picture);
+    }, events.filmFailed);
   }
 
   /** Keeps the picture on this display as it is; a film is decoded on, since its next pictures depend on these. */
@@ -34,11 +41,33 @@ export class PictureView {
   }
 
   show(picture: Picture): void {
-    if (picture.h264.length > 0) return this.film.decode(picture);
+    if (picture.h264.length > 0) {
+      this.surface.forget();
+      return this.film.decode(picture);
+    }
     this.film.end();
     if (this.held) return;
     this.waiting = picture;
     if (!this.decoding) void this.decode();
+  }
+
+  /** The light or what it falls on may have changed: lights the surface again with the screen's next picture. */
+  relight(): void {
+    if (this.relightDue || this.held) return;
+    this.relightDue = true;
+    requestAnimationFrame(() => {
+      this.relightDue = false;
+      if (this.held || !this.surface.isOld) return;
+      this.relitMs = performance.now();
+      this.surface.draw(this.context, true);
+      window.clearTimeout(this.restTimer);
+      this.restTimer = window.setTimeout(() => this.refine(), kRestMs);
+    });
+  }
+
+  /** The light has come to rest. */
+  private refine(): void {
+    if (!this.held && this.surface.isCoarse) this.surface.draw(this.context, false);
   }
 
   private async decode(): Promise<void> {
@@ -47,30 +76,35 @@ export class PictureView {
       const picture = this.waiting;
       this.waiting = undefined;
       try {
-        const bitmap = await createImageBitmap(blobOf(picture));
-        if (!this.held) this.draw(bitmap, bitmap.width, bitmap.height);
-        bitmap.close();
-        if (!this.held) this.shown(picture);
+        const blob = blobOf(picture);
+        const [bitmap] = await Promise.all([blob && createImageBitmap(blob), this.surface.take(picture)]);
+        if (!this.held) {
+          this.draw(bitmap, picture.width, picture.height);
+          this.surface.draw(this.context, performance.now() - this.relitMs < kRestMs);
+          this.events.shown(picture);
+        }
+        bitmap?.close();
       } catch {
-        this.unreadable(`Picture ${picture.pictureId} could not be decoded.`);
+        this.events.unreadable(`Picture ${picture.pictureId} could not be decoded.`);
       }
     }
     this.decoding = false;
   }
 
-  private draw(image: CanvasImageSource, width: number, height: number): void {
+  private draw(image: CanvasImageSource | undefined, width: number, height: number): void {
     if (this.canvas.width !== width || this.canvas.height !== height) {
       this.canvas.width = width;
       this.canvas.height = height;
       this.frame.style.setProperty("--aspect", String(width / height));
     }
-    this.context.drawImage(image, 0, 0);
+    if (image) this.context.drawImage(image, 0, 0);
     this.frame.hidden = false;
   }
 }
 
-function blobOf(picture: Picture): Blob {
-  return picture.png.length > 0
-    ? new Blob([picture.png], { type: "image/png" })
-    : new Blob([picture.jpeg], { type: "image/jpeg" });
+/** The pixels that the server has drawn; undefined where the surface is all that the picture shows. */
+function blobOf(picture: Picture): Blob | undefined {
+  if (picture.png.length > 0) return new Blob([picture.png], { type: "image/png" });
+  if (picture.jpeg.length > 0) return new Blob([picture.jpeg], { type: "image/jpeg" });
+  return undefined;
 }

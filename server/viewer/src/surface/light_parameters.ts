@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene as the uniforms of passes 2 and 3 (shaders/light_parameters.h), as light_parameters() in renderer/parameters
+// for the part of the picture that the surface covers.
+import type { View } from "../../generated/fanlight_pb.js";
+import type { Rectangle } from "../view_geometry";
+
+/** The values of a scene by the names of its fields. */
+export interface SceneValues {
+  number(name: string): number;
+  choice(name: string): string;
+}
+
+/** Values by the name of a member of LightParameters. */
+export type LightParameters = Record<string, number | readonly number[]>;
+
+/** Which constants the shaders have, and which of them run. */
+export interface LightPlan {
+  parameters: LightParameters;
+  perspective: boolean;
+  softShadows: boolean;
+  softLight: boolean;
+  scatters: boolean;
+  diffusionSteps: number;
+}
+
+const kShowSurface = 0;
+const kShowDepth = 1;
+const kScatteredShare = [0.9, 0.6, 0.45];
+const kGlowReach = 2;
+const kScatterReach = 2.3;
+const kMostPlaces = 48;
+const kGreyLevels = 255;
+
+const kColourMaps: Readonly<Record<string, readonly number[]>> = {
+  sepia: [0, 0, 0, 0.29, 0.2, 0.13, 0.69, 0.56, 0.4, 1, 0.95, 0.84],
+  gold: [0, 0, 0, 0.45, 0.2, 0.02, 0.85, 0.55, 0.12, 1, 0.95, 0.7],
+  ice: [0, 0, 0, 0.05, 0.22, 0.45, 0.35, 0.62, 0.85, 0.92, 0.98, 1],
+  heat: [0, 0, 0, 0.55, 0, 0, 1, 0.55, 0, 1, 1, 0.85],
+};
+const kGrey = [0, 0, 0, 1 / 3, 1 / 3, 1 / 3, 2 / 3, 2 / 3, 2 / 3, 1, 1, 1];
+
+/** Linear components of a displayed colour (sRGB). */
+function linear(scene: SceneValues, group: string): number[] {
+  return ["red", "green", "blue"].map((name) => {
+    const value = scene.number(`${group}.${name}`);
+    return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+  });
+}
+
+/** `view`: of the picture; `part`: of it, with the surface. */
+export function lightPlan(scene: SceneValues, view: View, part: Rectangle, asDepth: boolean): LightPlan {
+  const scatterMm = scene.number("material.scatter_mm");
+  const softLight =
+    !asDepth && (scatterMm > 0 || scene.number("light.occlusion") > 0 || scene.number("light.fade_mm") > 0);
+  return {
+    parameters: {
+      ...viewParameters(scene, view, part),
+      ...lightParameters(scene),
+      ...(softLight ? softParameters(scene, scatterMm, pixelMm(scene, view)) : {}),
+      ...finishParameters(scene, asDepth),
+    },
+    perspective: view.mmPerPixelPerMm > 0,
+    softShadows: scene.number("shadow.softness_mm") > 0,
+    softLight,
+    scatters: softLight && scatterMm > 0,
+    diffusionSteps: scene.choice("finish.smoothing") === "diffusion" ? scene.number("finish.iterations") : 0,
+  };
+}
+
+/** Side of a pixel in the body at the depth of the target. */
+function pixelMm(scene: SceneValues, view: View): number {
+  return view.mmPerPixel + view.mmPerPixelPerMm * scene.number("camera.distance_mm");
+}
+
+function viewParameters(scene: SceneValues, view: View, part: Rectangle): LightParameters {
+  const pixel = pixelMm(scene, view);
+  const widens = view.mmPerPixelPerMm > 0;
+  const eyeHeightMm = widens ? view.mmPerPixel / view.mmPerPixelPerMm : 0;
+  const startMm = scene.number("rays.start_mm");
+  return {
+    width: part.width,
+    height: part.height,
+    view_left: 0,
+    view_top: 0,
+    view_right: part.width - 1,
+    view_bottom: part.height - 1,
+    centre: [view.middleColumn - part.left, view.middleRow - part.top],
+    pixel,
+    view_scale_at_0: view.mmPerPixel / pixel,
+    view_scale_per_mm: view.mmPerPixelPerMm / pixel,
+    eye_height: eyeHeightMm,
+    // At least 1 mm in front of the eye.
+    shadow_top: -(widens ? Math.max(startMm, 1 - eyeHeightMm) : startMm),
+    same_surface: scene.number("filter.step_mm"),
+  };
+}
+
+function lightParameters(scene: SceneValues): LightParameters {
+  const light = ["right", "up", "depth"].map((name) => scene.number(`light.${name}_mm`));
+  const fromTarget = [light[0]!, light[1]!, scene.number("camera.distance_mm") - light[2]!];
+  const distanceMm = Math.hypot(...fromTarget);
+  return {
+    light: [light[0]!, light[1]!, -light[2]!],
+    light_direction: distanceMm > 0 ? fromTarget.map((each) => each / distanceMm) : [0, 0, 1],
+    directional: scene.choice("light.kind") === "directional" ? 1 : 0,
+    lamp_distance: Math.max(distanceMm, 1e-3),
+    light_colour: linear(scene, "light"),
+    material: linear(scene, "material"),
+    ambient: scene.number("light.ambient"),
+    diffuse: scene.number("light.diffuse"),
+    specular: scene.number("light.specular"),
+    shininess: scene.number("light.shininess"),
+    central_normals: scene.choice("light.normals") === "central" ? 1 : 0,
+    shadow: scene.number("shadow.coefficient"),
+    softness: scene.number("shadow.softness_mm"),
+    rim: scene.number("light.rim"),
+  };
+}
+
+function softParameters(scene: SceneValues, scatterMm: number, pixel: number): LightParameters {
+  const parameters = {
+    occlusion: scene.number("light.occlusion"),
+    occlusion_reach: scene.number("light.occlusion_mm"),
+    fade_reach: scene.number("light.fade_mm"),
+  };
+  if (scatterMm <= 0) return parameters;
+  return {
+    ...parameters,
+    scattered: kScatteredShare,
+    scatter_radius: Math.ceil(Math.min((kScatterReach * scatterMm) / (2 * pixel), kMostPlaces)),
+    scatter_fall: 1 / (2 * scatterMm * scatterMm),
+    glow: scene.number("material.glow"),
+    glow_reach: kGlowReach * scatterMm,
+  };
+}
+
+function finishParameters(scene: SceneValues, asDepth: boolean): LightParameters {
+  const colours = scene.choice("finish.colours");
+  const startMm = scene.number("rays.start_mm");
+  return {
+    exposure: scene.number("finish.exposure"),
+    film: scene.choice("finish.tone") === "film" ? 1 : 0,
+    show: asDepth ? kShowDepth : kShowSurface,
+    depth_white: startMm,
+    depth_scale: 1 / (scene.number("rays.end_mm") - startMm),
+    mean: scene.choice("finish.smoothing") === "mean" ? 1 : 0,
+    diffusion_scale: kGreyLevels / scene.number("finish.conductance"),
+    map_colours: colours === "none" ? 0 : 1,
+    map_points: kColourMaps[colours] ?? kGrey,
+  };
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a picture says of its surface for displays that light it themselves.
+#include "tests/support/gpu_rig.hpp"
+#include "tests/support/made_volume.hpp"
+
+namespace fanlight::test::surface_id_tests {
+namespace {
+
+const FanGeometry kGeometry{.columns = 96,
+                            .rows = 96,
+                            .pixel_width_mm = 1,
+                            .pixel_height_mm = 1,
+                            .face_column = 47.5,
+                            .face_row = 0,
+                            .motor_radius_mm = 30};
+
+double plate(const Point& at) {
+  return at.y_mm > 50 ? 150 : 5;
+}
+
+class SurfaceIdTest : public GpuTest {
+ protected:
+  const std::vector<double> angles_rad_ = {-0.4, -0.2, 0, 0.2, 0.4};
+  const Scene scene_ = scene_for(kGeometry, angles_rad_.front(), angles_rad_.back());
+  RenderCounters counters_;
+  std::unique_ptr<Renderer> renderer_ = made_renderer(kGeometry, angles_rad_, {64, 64}, scene_, counters_);
+
+  Picture changed(std::uint64_t revision, const Scene& scene) {
+    renderer_->show({.revision = revision, .scene = scene});
+    return next_picture(*renderer_);
+  }
+};
+
+TEST_F(SurfaceIdTest, IsThatOfTheFilteredMapAndTheCertaintyIsThatOfTheRays) {
+  ASSERT_TRUE(renderer_->load(made_volume(kGeometry, angles_rad_, plate)));
+  const Picture first = next_picture(*renderer_);
+  Scene changing = scene_;
+  changing.light.right_mm = 60;
+  const Picture lit = changed(2, changing);
+  EXPECT_GT(first.stamp.surface_id, 0U);
+  EXPECT_EQ(lit.stamp.surface_id, first.stamp.surface_id);
+  EXPECT_EQ(lit.certainty, first.certainty);
+  changing.filter.kind = DepthFilter::kMean;
+  const Picture filtered = changed(3, changing);
+  EXPECT_GT(filtered.stamp.surface_id, lit.stamp.surface_id);
+  changing.camera.yaw_deg += 5;
+  const Picture turned = changed(4, changing);
+  EXPECT_GT(turned.stamp.surface_id, filtered.stamp.surface_id);
+  const auto depths = renderer_->read_depth();
+  ASSERT_EQ(turned.certainty.size(), depths->cast_mm.size());
+  std::size_t met = 0;
+  for (std::size_t pixel = 0; pixel < turned.certainty.size(); ++pixel) {
+    met += turned.certainty[pixel] > 0 ? 1 : 0;
+    ASSERT_EQ(turned.certainty[pixel] > 0, depths->cast_mm[pixel] >= 0) << "pixel " << pixel;
+  }
+  EXPECT_GT(met, turned.certainty.size() / 20);
+  const SurfacePart whole{.width = turned.width, .height = turned.height};
+  EXPECT_EQ(turned.stamp.view.part, whole);
+  changing.mode = Mode::kMaximum;
+  EXPECT_EQ(changed(5, changing).stamp.view.part, SurfacePart{});
+}
+
+}  // namespace
+}  // namespace fanlight::test::surface_id_tests
