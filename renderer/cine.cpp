@@ -54,6 +54,7 @@ const Volume* Cine::due() const {
 CineStatus Cine::status() const {
   CineStatus status = player_.status();
   status.capacity = ring_.most_kept();
+  if (is_frozen()) status.volume_id = volume(player_.volume())->stamp().volume_id;
   return status;
 }
 

@@ -39,6 +39,7 @@ struct CineStatus {
   double time_s = 0;           ///< of the volume on show, since the oldest one
   double duration_s = 0;       ///< from the oldest to the newest
   double speed = 1;
+  std::uint64_t volume_id = 0;  ///< of the volume on show; 0 while live
 
   bool operator==(const CineStatus&) const = default;
 };

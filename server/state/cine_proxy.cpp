@@ -118,6 +118,7 @@ v1::CineStatus CineProxy::message() const {
   message.set_time_s(status_.time_s);
   message.set_duration_s(status_.duration_s);
   message.set_speed(status_.speed);
+  message.set_volume_id(status_.volume_id);
   return message;
 }
 

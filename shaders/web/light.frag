@@ -17,6 +17,17 @@ float surface_certainty(ivec2 pixel) {
 
 out vec4 lit;
 
+#ifdef FANLIGHT_TURNED
+#include "web/turned_surface.h"
+
+// What the view that was cast has not seen.
+const vec3 kUnseen = vec3(0.09);
+#endif
+
 void main() {
-  lit = vec4(shown_surface(ivec2(gl_FragCoord.xy)), 1.0);
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  lit = vec4(shown_surface(pixel), 1.0);
+#ifdef FANLIGHT_TURNED
+  if (texelFetch(turned, pixel, 0).r == kHole) lit.rgb = kUnseen;
+#endif
 }

@@ -5,11 +5,17 @@
 
 #include "surface_light.h"
 
+#ifdef FANLIGHT_TURNED
+uint pass1_colour(ivec2 pixel) {
+  return uint(255.0 * texelFetch(turned, pixel, 0).g + 0.5) << 24;
+}
+#else
 uniform highp usampler2D certainties;  // as in alpha of the colours of pass 1
 
 uint pass1_colour(ivec2 pixel) {
   return texelFetch(certainties, pixel, 0).r << 24;
 }
+#endif
 #include "mean_certainty.h"
 
 out vec4 prepared;

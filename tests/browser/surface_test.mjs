@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { ServerProcess } from "./server_process.mjs";
-import { launchChromium, ViewerPage } from "./viewer_page.mjs";
+import { difference, launchChromium, until, ViewerPage } from "./viewer_page.mjs";
 
 // Of 255. What remains is the step of the depths, and rounding.
 const kMostMean = 0.5;
@@ -122,6 +122,139 @@ test("a moved light is seen before the server has drawn it", async () => {
     await viewer.page.close();
   } finally {
     await server.send("SIGCONT");
+    await server.end();
+  }
+});
+
+test("an own light costs the server nothing and disturbs nobody", async () => {
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "256x256"]);
+  try {
+    const viewer = await ViewerPage.open(browser, server.url);
+    const other = await ViewerPage.open(browser, server.url);
+    for (const each of [viewer, other]) await settled(each);
+    const [before, atOther] = [await viewer.greyLevels(), await other.greyLevels()];
+    await viewer.page.locator("#own-view input").check();
+    for (let press = 0; press < 5; ++press) await viewer.page.locator("#picture").press("ArrowRight");
+    await viewer.changedFrom(before, 0.5, "an own light");
+    await settled(viewer);
+    const metrics = await (await fetch(`${server.url}metrics`)).text();
+    assert.match(metrics, /^fanlight_private_views 0$/m);
+    assert.match(metrics, /^fanlight_pass2_runs_total 1$/m);
+    assert.deepEqual(await other.greyLevels(), atOther);
+    // Pictures of the server instead: it has to know the light then, and draws the same.
+    const lit = await viewer.greyLevels();
+    await viewer.page.locator("#codec").evaluate((select) => {
+      select.value = "1";
+      select.dispatchEvent(new Event("change"));
+    });
+    await until(
+      "a private view",
+      async () => (await (await fetch(`${server.url}metrics`)).text()).includes("fanlight_private_views 1"),
+      (opened) => opened,
+    );
+    await until(
+      "the server's picture by the own light",
+      async () => difference(lit, await viewer.greyLevels()),
+      (by) => by < 0.5,
+    );
+    await viewer.page.locator("#own-view input").uncheck();
+    await viewer.settled();
+    await until(
+      "the main light again",
+      async () => difference(before, await viewer.greyLevels()),
+      (by) => by < 0.5,
+    );
+    for (const each of [viewer, other]) await each.page.close();
+  } finally {
+    await server.end();
+  }
+});
+
+test("a turned picture is a preview until the server has cast it", async () => {
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "256x256"]);
+  try {
+    const viewer = await ViewerPage.open(browser, server.url);
+    await settled(viewer);
+    await viewer.page.locator('#tools input[value="orbit"]').evaluate((radio) => radio.click());
+    const before = await viewer.greyLevels();
+    server.send("SIGSTOP");
+    for (let press = 0; press < 3; ++press) await viewer.page.locator("#picture").press("ArrowRight");
+    await viewer.changedFrom(before, 2, "a turn that the server has not seen");
+    assert.equal(await viewer.page.locator("#rendering").innerText(), "Preview …");
+    const turned = await viewer.greyLevels();
+    // Nothing to save or to measure.
+    await viewer.page.locator("#still").click();
+    await until(
+      "a refusal",
+      () => viewer.page.locator("#refusal").innerText(),
+      (text) => text.includes("preview"),
+    );
+    server.send("SIGCONT");
+    await viewer.settled();
+    await settled(viewer);
+    assert.equal(await viewer.page.locator("#rendering").isVisible(), false);
+    const cast = await viewer.greyLevels();
+    const [jump, way] = [difference(turned, cast), difference(before, cast)];
+    assert.ok(jump < way / 2, `the preview is ${jump} off, and the picture from before the turn ${way}`);
+    const found = await viewer.page.evaluate(differences, { left: 0, top: 0 });
+    assert.ok(found.mean < kMostMean, JSON.stringify(found));
+    await viewer.page.close();
+  } finally {
+    server.send("SIGCONT");
+    await server.end();
+  }
+});
+
+test("a frozen volume that was seen before is shown at once", async () => {
+  const server = await ServerProcess.start("phantom:probe=r1,rate=20", 0, ["--size", "192x192"]);
+  try {
+    const viewer = await ViewerPage.open(browser, server.url);
+    await until(
+      "a few volumes",
+      () => viewer.number("volume-id"),
+      (id) => id >= 4,
+    );
+    const press = (key) => viewer.page.locator("body").press(key);
+    const shows = (id) =>
+      until(
+        `volume ${id}`,
+        () => viewer.number("volume-id"),
+        (now) => now === id,
+      );
+    await press(" ");
+    await until(
+      "a frozen picture",
+      () => viewer.page.locator("#connection [role=status]").textContent(),
+      (word) => word === "Frozen",
+    );
+    await viewer.settled();
+    await viewer.page.waitForTimeout(500);
+    const newest = await viewer.number("volume-id");
+    await press(",");
+    const before = await until(
+      "the volume before",
+      () => viewer.number("volume-id"),
+      (id) => id < newest,
+    );
+    await viewer.page.waitForTimeout(500); // for the state of the cine
+    await press(".");
+    await shows(newest);
+    await viewer.page.waitForTimeout(500);
+    server.send("SIGSTOP");
+    const seen = await viewer.greyLevels();
+    await press(",");
+    await shows(before);
+    assert.notDeepEqual(await viewer.greyLevels(), seen);
+    await press(".");
+    await shows(newest);
+    await viewer.page.waitForTimeout(600); // until it is drawn finely
+    assert.ok(difference(seen, await viewer.greyLevels()) < 0.5);
+    server.send("SIGCONT");
+    await viewer.page.waitForTimeout(1000);
+    await shows(newest);
+    await viewer.page.close();
+  } finally {
+    server.send("SIGCONT");
     await server.end();
   }
 });

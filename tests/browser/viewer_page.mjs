@@ -7,20 +7,23 @@ import { chromium } from "playwright-core";
 
 const kWaitMs = 30_000;
 
-/** `webGl`: on the processor, by SwiftShader; else the page shows the server's pictures. */
-export function launchChromium({ webGl = false } = {}) {
+/**
+ * `webGl`: on the processor, by SwiftShader; else the page shows the server's pictures. `compositor`: "processor" as where
+ * Chromium finds no GPU, else SwiftShader draws the page too.
+ */
+export function launchChromium({ webGl = false, compositor = webGl ? "SwiftShader" : "processor" } = {}) {
   return chromium.launch({
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
     args: [
       "--headless",
       "--no-sandbox",
-      ...(webGl ? [] : ["--disable-gpu"]),
       "--disable-quic",
       "--no-first-run",
       "--disable-background-networking",
       "--disable-component-update",
       "--disable-sync",
-      ...(webGl ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"]),
+      ...(compositor === "processor" ? ["--disable-gpu"] : ["--use-gl=angle", "--use-angle=swiftshader"]),
+      ...(webGl ? ["--enable-unsafe-swiftshader"] : ["--disable-3d-apis"]),
     ],
   });
 }

@@ -161,13 +161,14 @@ test("the page shows the measured threshold, keeps it at a click, and finds the 
   });
 });
 
-test("a click on a slice sets the target and where the rays begin", async () => {
+test("a click on a plane moves the other planes, and not the view plane of the surface", async () => {
   await withPage("slice-click", kStillSource, async (viewer) => {
     await viewer.firstPicture();
     await viewer.choose("mode", "slices");
     await viewer.settled();
     const field = (name) => viewer.field(name);
     const [targetX, targetY] = [await field("camera.target_x_mm"), await field("camera.target_y_mm")];
+    const [distance, start] = [await field("camera.distance_mm"), await field("rays.start_mm")];
     // In the upper left pane, by a quarter of its width to the right of its middle, and by as much above.
     const { x, y, width, height } = await viewer.page.locator("#picture").boundingBox();
     await viewer.page.mouse.click(x + 0.375 * width, y + 0.125 * height);
@@ -176,7 +177,8 @@ test("a click on a slice sets the target and where the rays begin", async () => 
     const near = (actual, expected) => assert.ok(Math.abs(actual - expected) < 1, `${actual} mm, not ${expected}`);
     near(await field("camera.target_x_mm"), targetX + quarterMm);
     near(await field("camera.target_y_mm"), targetY - quarterMm);
-    near(await field("rays.start_mm"), Math.max(0, (await field("camera.distance_mm")) - 10));
+    near(await field("camera.distance_mm"), distance - quarterMm);
+    near(await field("rays.start_mm"), start);
     assert.deepEqual(viewer.consoleProblems, []);
   });
 });

@@ -237,7 +237,8 @@ TEST_F(RenderThreadTest, ShowsTheLastVolumesAgainWhileFrozen) {
                                .volumes = 4,
                                .volume = 1,
                                .time_s = 0.009,
-                               .duration_s = 0.027}));
+                               .duration_s = 0.027,
+                               .volume_id = 4}));
 
   publish(plate(60));  // comes to no picture now
   Scene moved = scene_;

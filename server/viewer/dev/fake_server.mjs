@@ -159,7 +159,7 @@ function render() {
     sceneRevision: revision,
     firstFrameSequence: (volumeId - 1n) * kFramesPerVolume,
     lastFrameSequence: volumeId * kFramesPerVolume - 1n,
-    framesMissing: probe && volumeId % kVolumesPerLoss === 0n ? 2 : 0,
+    framesMissing: probe && volumeId % kVolumesPerLoss === 0n ? 4 : 0,
     angleCorrectionDeg: probe ? kMismatch.mismatchDeg / 2 : 0,
     pass1Runs,
     pass2Runs,

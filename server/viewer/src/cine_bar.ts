@@ -21,15 +21,23 @@ export class CineBar {
   private status: CineStatus | undefined;
   private dragging = false;
   private askedMs = 0;
+  private readonly ids = new Map<number, bigint>(); // of the kept volumes that were on show
+  private expected: number | undefined; // which is asked for and not on show yet
   private lastId = 0n;
   private mayAsk = false;
   private held = false;
+  /** What is frozen is the replay of a recording, not live. */
+  isReplay = false;
 
-  /** `hold`: keeps the picture of this display alone, for those who may not freeze that of all. */
+  /**
+   * `hold`: keeps the picture of this display alone, for those who may not freeze that of all. `showKept`: shows a
+   * volume that was on show before, if it can, until the server shows it.
+   */
   constructor(
     root: HTMLElement,
     private readonly send: (requestId: bigint, wish: Wish, value: number) => void,
     private readonly hold: (held: boolean) => void,
+    private readonly showKept: (volumeId: bigint) => void,
   ) {
     const part = <T extends Element>(name: string): T => root.querySelector<T>(`[data-cine="${name}"]`)!;
     this.freeze = part("freeze");
@@ -43,7 +51,7 @@ export class CineBar {
     part<HTMLButtonElement>("back").onclick = () => this.step(-1);
     part<HTMLButtonElement>("forward").onclick = () => this.step(1);
     this.place.oninput = () => this.drag(performance.now());
-    this.place.onchange = () => this.ask(Wish.SEEK, this.place.valueAsNumber);
+    this.place.onchange = () => this.seek(this.place.valueAsNumber);
     this.place.onpointerup = this.place.onpointercancel = this.place.onblur = () => (this.dragging = false);
     this.speed.onchange = () => this.ask(Wish.SPEED, Number(this.speed.value));
   }
@@ -75,11 +83,15 @@ export class CineBar {
 
   /** Call at the start of a session. */
   start(): void {
+    this.isReplay = false;
     this.holdHere(false);
   }
 
   step(volumes: number): void {
-    if (this.isFrozen) this.ask(Wish.STEP, volumes);
+    if (!this.isFrozen) return;
+    this.ask(Wish.STEP, volumes);
+    const count = this.status!.volumes;
+    this.expect(((((this.expected ?? this.status!.volume) + volumes) % count) + count) % count);
   }
 
   playOrPause(): void {
@@ -87,6 +99,9 @@ export class CineBar {
   }
 
   tell(status: CineStatus): void {
+    if (status.state === State.LIVE) this.ids.clear();
+    else this.ids.set(status.volume, status.volumeId);
+    if (status.state !== State.FROZEN || status.volume === this.expected) this.expected = undefined;
     this.status = status;
     this.showFreeze();
     this.bar.hidden = !this.isFrozen;
@@ -120,7 +135,10 @@ export class CineBar {
   private showFreeze(): void {
     const frozen = this.held || this.isFrozen;
     this.freeze.ariaPressed = String(frozen);
-    write(this.freeze, frozen ? "Live again" : this.mayAsk ? "Freeze" : "Freeze here");
+    write(
+      this.freeze,
+      frozen ? (this.isReplay ? "Back to the replay" : "Live again") : this.mayAsk ? "Freeze" : "Freeze here",
+    );
     const whose = this.mayAsk && !this.held ? "for all displays" : "on this display only";
     this.freeze.title = frozen ? "Show new pictures again (Space)" : `Freeze the picture ${whose} (Space)`;
   }
@@ -129,7 +147,19 @@ export class CineBar {
     this.dragging = true;
     if (nowMs - this.askedMs < kDragMs) return;
     this.askedMs = nowMs;
-    this.ask(Wish.SEEK, this.place.valueAsNumber);
+    this.seek(this.place.valueAsNumber);
+  }
+
+  private seek(volume: number): void {
+    this.ask(Wish.SEEK, volume);
+    this.expect(volume);
+  }
+
+  /** Shows a volume at once if it was on show before. */
+  private expect(volume: number): void {
+    this.expected = volume;
+    const id = this.ids.get(volume);
+    if (id !== undefined) this.showKept(id);
   }
 
   private ask(wish: Wish, value = 0): void {

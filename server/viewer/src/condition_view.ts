@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shows what holds of the connection and the picture: the word in the header, the marks on the picture, the notice.
+import { makeBanner } from "./banner";
 import { ageText, markText, stateWord } from "./liveness";
 import { noticeFor, type Condition } from "./notice";
 
@@ -17,9 +18,14 @@ export interface ConditionPlaces {
 }
 
 export class ConditionView {
+  private preview = false;
   private busySinceMs: number | undefined; // since when the picture lacks a change
 
-  constructor(private readonly places: ConditionPlaces) {}
+  private closedTitle = ""; // of the notice that the user has closed
+
+  constructor(private readonly places: ConditionPlaces) {
+    makeBanner(places.notice, () => (this.closedTitle = places.notice.firstElementChild!.textContent ?? ""));
+  }
 
   show(condition: Condition): void {
     const { root, connection, frame, notLive } = this.places;
@@ -36,6 +42,7 @@ export class ConditionView {
     frame.classList.toggle("stale", !isLive && !isWanted);
     notLive.hidden = isLive;
     write(notLive, markText(isOpen ? liveness : { ...liveness, state: "not-live" }));
+    notLive.title = liveness.detail;
     this.showNotice(condition);
   }
 
@@ -44,18 +51,29 @@ export class ConditionView {
     this.busySinceMs = busy ? (this.busySinceMs ?? nowMs) : undefined;
   }
 
-  /** Says that a change is on its way where that takes long; nothing where no picture can come at all. */
+  /** Whether the picture is seen from another view than the server has rendered it for. */
+  setPreview(preview: boolean): void {
+    this.preview = preview;
+  }
+
+  /**
+   * Says that a change is on its way where that takes long, and at once that this display has turned the picture;
+   * nothing where no picture can come at all.
+   */
   showRendering({ pictureShown, connection }: Condition, nowMs: number): void {
+    const { rendering } = this.places;
     const long = this.busySinceMs !== undefined && nowMs - this.busySinceMs > kRenderingMs;
-    this.places.rendering.hidden = !long || !pictureShown || connection.state !== "open";
+    rendering.hidden = !(long || this.preview) || !pictureShown || connection.state !== "open";
+    write(rendering, this.preview ? "Preview …" : "Rendering …");
+    rendering.title = this.preview ? "Turned by this display. What it cannot know is grey." : "";
   }
 
   private showNotice(condition: Condition): void {
     const { notice } = this.places;
     const text = noticeFor(condition);
-    notice.hidden = !text;
+    if (text?.title !== this.closedTitle) this.closedTitle = "";
+    notice.hidden = !text || text.title === this.closedTitle;
     notice.dataset.kind = text?.kind ?? "";
-    notice.classList.toggle("over-picture", condition.pictureShown);
     const [title, detail] = notice.children;
     write(title!, text?.title ?? "");
     write(detail!, text?.detail ?? "");

@@ -5,6 +5,8 @@ import { Liveness_Cause, Liveness_Origin, Liveness_State, type Liveness } from "
 const kSilenceMs = 2000; // the server sends a message once a second at least
 const kUsualLimitMs = 2000; // until the server has sent its own
 
+const kDelayedMs = 3000; // after the last late picture
+
 export interface LivenessNews {
   state: "waiting" | "live" | "delayed" | "not-live" | "replay" | "frozen";
   /** From the capture of the volume shown to now; undefined without a picture, or while the clock is unknown. */
@@ -50,13 +52,14 @@ export class LivenessWatch {
   private heardMs = 0;
   private capturedServerMs: number | undefined;
   private held = false;
+  private delayed: { sinceMs: number; detail: string } | undefined;
 
   /** `serverMs` converts a time of the page to the server's clock; undefined while that is unknown. */
   constructor(private readonly serverMs: (pageMs: number) => number | undefined) {}
 
   /** Call at the start of a session. */
   reset(nowMs: number): void {
-    this.told = this.capturedServerMs = undefined;
+    this.told = this.capturedServerMs = this.delayed = undefined;
     this.heardMs = nowMs;
   }
 
@@ -80,10 +83,19 @@ export class LivenessWatch {
   }
 
   news(nowMs: number): LivenessNews {
-    const news = this.stateNews(nowMs);
+    const news = this.steadyNews(nowMs);
     const detail = this.told?.sceneTrouble;
     if (!detail || news.title) return news;
     return { ...news, title: kTitles[Liveness_Cause.CHANGE_NOT_SHOWN], detail };
+  }
+
+  /** A picture that was delayed is so until pictures have been in time for a while: the word does not flicker. */
+  private steadyNews(nowMs: number): LivenessNews {
+    const news = this.stateNews(nowMs);
+    if (news.state === "delayed") this.delayed = { sinceMs: nowMs, detail: news.detail };
+    else if (news.state !== "live") this.delayed = undefined;
+    if (news.state !== "live" || !this.delayed || nowMs - this.delayed.sinceMs > kDelayedMs) return news;
+    return { state: "delayed", ageMs: news.ageMs, title: "Delayed", detail: this.delayed.detail };
   }
 
   /** Without a change that is not shown, which is reported beside any state. */

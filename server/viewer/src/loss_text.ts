@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts of the status line about lost frames and the mismatch of forward and backward sweeps.
-import type { Statistics, SweepWarning } from "../generated/fanlight_pb.js";
+import type { Picture, Statistics, SweepWarning } from "../generated/fanlight_pb.js";
 
-/** "2 frames interpolated"; empty for none. */
-export function interpolatedText(framesMissing: number): string {
-  if (framesMissing === 0) return "";
-  return framesMissing === 1 ? "1 frame interpolated" : `${framesMissing} frames interpolated`;
+type Frames = Pick<Picture, "framesMissing" | "firstFrameSequence" | "lastFrameSequence">;
+
+/** Of a volume's frames: one lost frame between many is not seen. */
+const kWorthSaying = 0.1;
+
+/** "4 of 20 frames interpolated"; empty for few. The statistics count all. */
+export function interpolatedText({ framesMissing, firstFrameSequence, lastFrameSequence }: Frames): string {
+  const frames = Number(lastFrameSequence - firstFrameSequence) + 1;
+  return framesMissing === 0 || framesMissing < kWorthSaying * frames
+    ? ""
+    : `${framesMissing} of ${frames} frames interpolated`;
 }
 
 /** "frames over 5 deg apart"; empty where they are not. */

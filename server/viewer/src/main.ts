@@ -5,12 +5,11 @@ import {
   type Hello,
   type Picture,
   type ProbeStatus,
-  type SceneReply,
   type SceneState,
   type ServerMessage,
-  type ViewReply,
   type ViewState,
 } from "../generated/fanlight_pb.js";
+import { bannerAt } from "./banner";
 import { ConditionView } from "./condition_view";
 import { Connection, streamUrl } from "./connection";
 import { ControlBar, controlText } from "./control_bar";
@@ -38,7 +37,8 @@ import { RecentWarnings } from "./recent_warnings";
 import { RecordingBar } from "./recording_bar";
 import { inPlainWords, titlesOf } from "./refusal_text";
 import { ReplayBar } from "./replay_bar";
-import { sceneOf, valuesOf, type Values } from "./scene";
+import { valuesOf, type Values } from "./scene";
+import { SceneChanges } from "./scene_changes";
 import { sameSettings } from "./same_settings";
 import { ServerClock } from "./server_clock";
 import { SettingsEditor } from "./settings_editor";
@@ -89,12 +89,15 @@ const connection = new Connection(streamUrl(), {
     showCondition({ connection: { state: "lost", sentence, retrying: true }, serverError: undefined });
   },
 });
+const changes: SceneChanges = new SceneChanges(connection, {
+  ownView: () => ownView,
+  lightsHere: () => pictures.surface.isShown,
+  editor: () => editor,
+});
 const editor: SettingsEditor = new SettingsEditor({
   edited: (before, after) => quickPanel.edited(before, after),
-  send: (requestId, values) => {
-    const value = { requestId, scene: sceneOf(values) };
-    connection.send(ownView.wanted ? { case: "view", value } : { case: "sceneChange", value });
-  },
+  send: (requestId, values) => changes.send(requestId, values),
+  paceMs: (names) => changes.paceMs(names),
   changed: showScene,
   refused: (sentence) => {
     quickPanel.refused();
@@ -111,6 +114,10 @@ const movesRays = () => !ownView.wanted;
 const orbit = new Orbit(editor, page.canvas, movesRays);
 const pictures = new PictureStream(editor, connection, {
   shown: pictureShown,
+  turned: (turned) => {
+    conditionView.setPreview(turned);
+    conditionView.showRendering(condition, performance.now());
+  },
   unreadable: (sentence) => showCondition({ serverError: sentence }),
 });
 const { view, codec } = pictures;
@@ -136,13 +143,16 @@ const cineBar = new CineBar(
   page.cine,
   (requestId, wish, value) => connection.send({ case: "cine", value: { requestId, wish, value } }),
   (held) => [view, liveness].forEach((part) => part.hold(held)),
+  (volumeId) => view.showKept(volumeId),
 );
 const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   hello: () => hello,
   shown: () => shown,
+  isPreview: () => pictures.surface.isTurned,
   isFrozen: () => cineBar.isStill,
   isCurrent: () => shown !== undefined && !cineBar.isHeld && editor.isShownBy(shown.sceneRevision),
   mayFreeze: () => cineBar.mayFreeze,
+  freeze: () => cineBar.toggle(),
   askDepth: (requestId, pixels) =>
     connection.send({ case: "depth", value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })) } }),
   failed: showRefusal,
@@ -159,7 +169,7 @@ const quickPanel: QuickPanel = new QuickPanel(editor, effects, {
 const shell = new PageShell(showRefusal);
 connectShortcuts({ cineBar, quickPanel, tools, overlay, shell });
 page.resetView.onclick = () => orbit.reset();
-const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, find("#found", HTMLElement), editor, (requestId) =>
+const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, bannerAt("#found"), editor, (requestId) =>
   connection.send({ case: "survey", value: { requestId } }),
 );
 window.setInterval(askClock, kClockMs);
@@ -184,11 +194,11 @@ function receive({ body }: ServerMessage): void {
     case "scene":
       return sceneTold(body.value);
     case "sceneReply":
-      return settle(body.value);
+      return changes.settle(body.value);
     case "surveyReply":
       return finder.answered(body.value);
     case "viewReply":
-      return settleView(body.value);
+      return changes.settleView(body.value);
     case "view":
       return viewTold(body.value);
     case "probeStatus":
@@ -206,7 +216,8 @@ function receive({ body }: ServerMessage): void {
     case "recording":
       return recordingBar.tell(body.value);
     case "replay":
-      return replayBar.tell(body.value);
+      replayBar.tell(body.value);
+      return void (cineBar.isReplay = replayBar.isShown);
     case "relay":
       return void page.relay.toggleAttribute("hidden", !body.value.sending);
     case "cine":
@@ -252,6 +263,7 @@ function begin(newHello: Hello): void {
   }
   hello = newHello;
   cineBar.start();
+  pictures.surface.forgetAll();
   overlay.measurement.forget();
   quickPanel.start(hello);
   if (hello.control) controlTold(hello.control);
@@ -288,20 +300,10 @@ function ownViewChosen(): void {
   showCondition({});
 }
 
-function settleView({ requestId, outcome }: ViewReply): void {
-  if (outcome.case === "refused") return editor.refusedReply(requestId, outcome.value.message);
-  if (outcome.case !== "inForce") return;
-  if (!ownView.wanted) return void ownView.tell(outcome.value); // the reply to a change from before the view was left
-  // A private view has revisions of its own.
-  if (!ownView.isOpen) editor.beginCount();
-  ownView.tell(outcome.value);
-  if (outcome.value.scene) editor.acceptedReply(requestId, outcome.value.revision, valuesOf(outcome.value.scene));
-}
-
 function viewTold(state: ViewState): void {
   const ended = ownView.tell(state);
   if (ended) return showRefusal(ended);
-  if (ownView.isOpen && state.scene) editor.adopt(state.revision, valuesOf(state.scene));
+  if (ownView.isOpen && state.scene) editor.adopt(state.revision, ownView.over(valuesOf(state.scene)));
 }
 
 function sceneTold(state: SceneState): void {
@@ -313,17 +315,8 @@ function sceneTold(state: SceneState): void {
     for (const [name, value] of valuesOf(defaultScene)) defaults.set(name, value); // the controls hold the same map
     orbit.start(hello.fields, defaults);
   }
-  if (scene && !ownView.isOpen) editor.adopt(revision, valuesOf(scene));
+  if (scene && !ownView.isOpen) editor.adopt(revision, ownView.over(valuesOf(scene)));
   if (withdrawn) showRefusal(withdrawn);
-}
-
-function settle({ requestId, outcome }: SceneReply): void {
-  if (outcome.case === "inForce" && outcome.value.scene) {
-    ownView.mainIs(outcome.value);
-    editor.acceptedReply(requestId, outcome.value.revision, valuesOf(outcome.value.scene));
-  } else if (outcome.case === "refused") {
-    editor.refusedReply(requestId, outcome.value.message);
-  }
 }
 
 function probeTold(status: ProbeStatus): void {
@@ -335,6 +328,7 @@ function probeTold(status: ProbeStatus): void {
 function pictureShown(picture: Picture): void {
   const news = picture.volumeId !== shown?.volumeId || !condition.pictureShown;
   shown = picture;
+  changes.pictureShown();
   for (const each of [probe, liveness]) each.show(Number(picture.captureTimeNs) / 1e6);
   statistics.picture(picture);
   if (measured.take(picture.levels, picture.surfaceShare)) controls?.refresh();

@@ -73,6 +73,7 @@ export class Measurement {
     private readonly events: {
       isFrozen(): boolean;
       mayFreeze(): boolean;
+      freeze(): void;
       showsSurface(): boolean;
       fullSize(): { width: number; height: number };
       ask(requestId: bigint, pixels: PagePoint[]): void;
@@ -85,6 +86,9 @@ export class Measurement {
   choose(chosen: boolean): void {
     this.chosen = chosen;
     this.start = undefined;
+    // A moving surface cannot be measured.
+    if (chosen && this.events.showsSurface() && !this.events.isFrozen() && this.events.mayFreeze())
+      this.events.freeze();
     this.events.say(chosen ? this.hint() : "");
     this.draw();
   }
@@ -172,7 +176,7 @@ export class Measurement {
     if (!this.events.showsSurface()) return "This picture shows no surface to measure on. Choose Face, or one pane.";
     if (this.events.isFrozen()) return "Click two points of the surface.";
     return this.events.mayFreeze()
-      ? "Freeze the picture first (Space): a moving surface cannot be measured."
+      ? "The picture is being frozen."
       : "Only a picture that is frozen for all displays can be measured: the display in control freezes it.";
   }
 

@@ -49,7 +49,8 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
     const detail = probe.pictureShown ? "The picture is live again." : "Waiting for its first volume.";
     return { kind: "probe-back", title: "Probe is back", detail };
   }
-  if (liveness.title) {
+  // The amber word and the age say that it is delayed; why is in the word's tooltip.
+  if (liveness.title && liveness.state !== "delayed") {
     const still = pictureShown && liveness.state === "not-live" ? " The last volume is still shown." : "";
     const kind = ["live", "replay", "frozen"].includes(liveness.state) ? "error" : "not-live";
     return { kind, title: liveness.title, detail: (liveness.detail + still).trim() };

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // The private view of this display: its own light and camera, while the other displays keep the main view.
 import type { SceneState, ViewState } from "../generated/fanlight_pb.js";
+import type { Values } from "./scene";
 
 /** Groups of fields that a private view may change; the other groups follow the main view. */
 export const kOwnGroups: readonly string[] = ["camera", "filter", "light", "material", "shadow", "finish"];
+
+/** Of these, the ones that a display which lights surfaces keeps to itself: the server need not know them. */
+export const kLitHere: readonly string[] = ["light", "material", "shadow", "finish"];
 
 export class OwnView {
   private readonly box: HTMLInputElement;
   private open = false;
   private main: SceneState | undefined;
+  private here: Values = new Map();
 
   constructor(
     root: HTMLElement,
@@ -33,6 +38,26 @@ export class OwnView {
   /** Call at the start of a session, which begins with the main view. */
   forget(): void {
     this.box.checked = this.open = false;
+    this.here.clear();
+  }
+
+  /** Keeps those of the values that this display can show without the server. Returns the others. */
+  keep(values: Values): Values {
+    const isHere = (name: string) => kLitHere.includes(name.split(".")[0]!);
+    for (const [name, value] of values) if (isHere(name)) this.here.set(name, value);
+    return new Map([...values].filter(([name]) => !isHere(name)));
+  }
+
+  /** The scene of the server with what this display keeps. */
+  over(values: Values): Values {
+    return this.wanted ? new Map([...values, ...this.here]) : values;
+  }
+
+  /** What this display has kept and the server has to know from now on, since it draws the pictures. */
+  giveBack(): Values {
+    const values = this.here;
+    this.here = new Map();
+    return values;
   }
 
   mainIs(main: SceneState): void {
@@ -53,6 +78,7 @@ export class OwnView {
   private left(): void {
     if (this.open) this.events.leave();
     this.open = false;
+    this.here.clear();
     this.back();
   }
 

@@ -20,6 +20,8 @@ function paneNames(): string[] {
   return [...document.querySelectorAll("#pane-names span")].map((name) => name.textContent ?? "");
 }
 
+const kPreview = "This is a preview that the display has turned: wait for the picture of the server.";
+
 export class PictureOverlay {
   readonly measurement: Measurement;
   readonly clip: ClipButton;
@@ -44,9 +46,12 @@ export class PictureOverlay {
       hello(): Hello | undefined;
       shown(): Picture | undefined;
       isFrozen(): boolean;
+      /** Whether this display has turned the picture: it shows nothing to measure or to save. */
+      isPreview(): boolean;
       /** Whether the picture shows the values of the editor. */
       isCurrent(): boolean;
       mayFreeze(): boolean;
+      freeze(): void;
       askDepth(requestId: bigint, pixels: PagePoint[]): void;
       failed(sentence: string): void;
     },
@@ -54,6 +59,7 @@ export class PictureOverlay {
     this.measurement = new Measurement(page.canvas, this.lines, {
       isFrozen: () => from.isFrozen(),
       mayFreeze: () => from.mayFreeze(),
+      freeze: () => from.freeze(),
       showsSurface: () => kSurfaceModes.includes(this.editor.choice("mode")),
       fullSize: () => this.fullSize(),
       ask: (requestId, pixels) => from.askDepth(requestId, pixels),
@@ -89,7 +95,10 @@ export class PictureOverlay {
 
   /** A click on the picture; whether the tool in hand takes it. */
   clicked(pointer: PagePoint): boolean {
-    if (this.tool === "measure") this.measurement.clicked(pointer);
+    if (this.tool === "measure") {
+      if (this.from.isPreview()) this.from.failed(kPreview);
+      else this.measurement.clicked(pointer);
+    }
     if (this.tool === "note") this.notes.clicked(pointer);
     return this.tool === "measure" || this.tool === "note";
   }
@@ -109,6 +118,7 @@ export class PictureOverlay {
   /** Saves the picture, with its scale if that is wanted. */
   still(): void {
     if (page.frame.hidden) return this.from.failed("There is no picture to save yet.");
+    if (this.from.isPreview()) return this.from.failed(kPreview);
     const facts = {
       source: this.from.hello()?.title ?? "",
       state: find("#connection", HTMLElement).innerText.trim(),

@@ -5,8 +5,20 @@ import type { Picture } from "../generated/fanlight_pb.js";
 import { FilmDecoder } from "./film_decoder";
 import type { SurfaceView } from "./surface/surface_view";
 
-/** After the last movement of the light. */
+/** After the last movement of light or camera. */
 const kRestMs = 150;
+/** For so long a picture of another volume may still be on its way. */
+const kOvertakenMs = 1500;
+/** After the first surface. */
+const kRehearseMs = 700;
+
+export interface PictureViewEvents {
+  shown(picture: Picture): void;
+  /** Whether this display has turned the picture, where that has changed. */
+  turned(turned: boolean): void;
+  unreadable(sentence: string): void;
+  filmFailed(): void;
+}
 
 export class PictureView {
   private decoding = false;
@@ -15,6 +27,9 @@ export class PictureView {
   private relightDue = false;
   private relitMs = -Infinity;
   private restTimer = 0;
+  private expected: { volumeId: bigint; sinceMs: number } | undefined;
+  private wasTurned = false;
+  private rehearsed = false;
   private readonly context: CanvasRenderingContext2D;
   private readonly film: FilmDecoder;
 
@@ -22,7 +37,7 @@ export class PictureView {
     private readonly canvas: HTMLCanvasElement,
     private readonly frame: HTMLElement,
     private readonly surface: SurfaceView,
-    private readonly events: { shown(picture: Picture): void; unreadable(sentence: string): void; filmFailed(): void },
+    private readonly events: PictureViewEvents,
   ) {
     const context = canvas.getContext("2d", { alpha: false });
     if (!context) throw new Error("This browser has no 2D canvas.");
@@ -58,16 +73,52 @@ export class PictureView {
     requestAnimationFrame(() => {
       this.relightDue = false;
       if (this.held || !this.surface.isOld) return;
-      this.relitMs = performance.now();
-      this.surface.draw(this.context, true);
-      window.clearTimeout(this.restTimer);
-      this.restTimer = window.setTimeout(() => this.refine(), kRestMs);
+      this.drawMoving();
     });
   }
 
-  /** The light has come to rest. */
+  /** Coarsely where the browser is slow, and finely after a while at rest. */
+  private drawMoving(): void {
+    this.relitMs = performance.now();
+    this.drawSurface(true);
+    window.clearTimeout(this.restTimer);
+    this.restTimer = window.setTimeout(() => this.refine(), kRestMs);
+  }
+
+  /** Light and camera have come to rest. */
   private refine(): void {
-    if (!this.held && this.surface.isCoarse) this.surface.draw(this.context, false);
+    if (!this.held && this.surface.isCoarse && !this.surface.isTurned) this.drawSurface(false);
+  }
+
+  private drawSurface(moving: boolean): void {
+    this.surface.draw(this.context, moving);
+    const { isTurned } = this.surface;
+    if (isTurned !== this.wasTurned) this.events.turned(isTurned);
+    this.wasTurned = isTurned;
+    if (this.rehearsed || !this.surface.isShown) return;
+    this.rehearsed = true;
+    window.setTimeout(() => this.surface.rehearse(), kRehearseMs);
+  }
+
+  /** Shows a volume that was shown before, until the server sends it again. Whether it can. */
+  showKept(volumeId: bigint): boolean {
+    if (this.held) return false;
+    const picture = this.surface.showKept(volumeId);
+    if (!picture) return false;
+    this.expected = { volumeId, sinceMs: performance.now() };
+    this.draw(undefined, picture.width, picture.height);
+    this.drawMoving();
+    this.events.shown(picture);
+    return true;
+  }
+
+  /** Whether a picture was on its way before the volume that is shown since. */
+  private isBefore(picture: Picture): boolean {
+    const { expected } = this;
+    if (!expected) return false;
+    const isIt = picture.volumeId === expected.volumeId || performance.now() - expected.sinceMs > kOvertakenMs;
+    if (isIt) this.expected = undefined;
+    return !isIt;
   }
 
   private async decode(): Promise<void> {
@@ -77,10 +128,11 @@ export class PictureView {
       this.waiting = undefined;
       try {
         const blob = blobOf(picture);
-        const [bitmap] = await Promise.all([blob && createImageBitmap(blob), this.surface.take(picture)]);
-        if (!this.held) {
+        const [bitmap] = await Promise.all([blob && createImageBitmap(blob), this.surface.unpack(picture)]);
+        if (!this.held && !this.isBefore(picture)) {
+          this.surface.show(picture);
           this.draw(bitmap, picture.width, picture.height);
-          this.surface.draw(this.context, performance.now() - this.relitMs < kRestMs);
+          this.drawSurface(performance.now() - this.relitMs < kRestMs);
           this.events.shown(picture);
         }
         bitmap?.close();

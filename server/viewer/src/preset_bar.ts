@@ -28,8 +28,10 @@ export class PresetBar {
   }
 
   refresh(): void {
-    const name = lookOf(this.presets, this.editor);
-    for (const button of this.root.querySelectorAll("button")) button.ariaPressed = String(button.value === name);
+    // Several may hold at once: one that was saved is like one of the server.
+    const holds = (preset: Look) => lookOf([preset], this.editor) === preset.name;
+    const held = new Set(this.presets.filter(holds).map(({ name }) => name));
+    for (const button of this.root.querySelectorAll("button")) button.ariaPressed = String(held.has(button.value));
   }
 
   private button(preset: Look): HTMLButtonElement {

@@ -62,6 +62,11 @@ export class ReplayBar {
     this.place.onpointerup = this.place.onpointercancel = this.place.onblur = () => (this.dragging = false);
   }
 
+  /** Whether a recording is played. */
+  get isShown(): boolean {
+    return !this.root.hidden;
+  }
+
   tell(status: ReplayStatus): void {
     this.root.hidden = status.state === State.NO_RECORDING;
     if (this.root.hidden) return;

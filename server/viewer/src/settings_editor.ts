@@ -12,6 +12,8 @@ export interface SettingsEditorEvents {
   accepted(): void;
   /** The user has changed values: those before, and those set. */
   edited?(before: Values, after: Values): void;
+  /** How long to wait from the last change to one of these settings, ms. */
+  paceMs?(names: readonly string[]): number;
 }
 
 /**
@@ -19,6 +21,7 @@ export interface SettingsEditorEvents {
  * waiting ones, so that a slow server gets the newest value of a drag and not every value.
  */
 export class SettingsEditor {
+  private castFields: readonly string[] = [];
   private choices = new Map<string, readonly string[]>();
   private inForce: Values = new Map();
   private revision = 0n;
@@ -26,6 +29,8 @@ export class SettingsEditor {
   private waiting: Values = new Map();
   private lastId = 0n;
   private running = false;
+  private sentMs = -Infinity;
+  private paceTimer: ReturnType<typeof setTimeout> | 0 = 0;
 
   constructor(private readonly events: SettingsEditorEvents) {}
 
@@ -33,6 +38,9 @@ export class SettingsEditor {
   start(fields: readonly SceneField[], revision: bigint, values: Values): void {
     this.forget();
     this.choices = new Map(fields.map((field) => [field.name, field.choices]));
+    const makesDepths = ({ name, castsRays }: SceneField) => castsRays || name.startsWith("filter.");
+    this.castFields = fields.filter(makesDepths).map(({ name }) => name);
+    this.castFields = this.castFields.filter((name) => !name.startsWith("camera."));
     this.running = true;
     this.revision = revision;
     this.inForce = values;
@@ -69,6 +77,11 @@ export class SettingsEditor {
   /** The names of the field's choices; empty if it has none. */
   choicesOf(name: string): readonly string[] {
     return this.choices.get(name) ?? [];
+  }
+
+  /** Of the settings that a picture's depth map depends on, but for the camera. */
+  castKey(): string {
+    return JSON.stringify(this.castFields.map((name) => this.get(name)));
   }
 
   /** Whether any change is waiting or unanswered. */
@@ -144,8 +157,28 @@ export class SettingsEditor {
     return true;
   }
 
+  /** This display has carried out the change itself. */
+  keptHere(requestId: bigint): void {
+    const values = this.sent?.values;
+    if (!values || !this.answered(requestId)) return;
+    this.inForce = new Map([...this.inForce, ...values]);
+    this.events.accepted();
+    this.sendWaiting();
+    this.events.changed();
+  }
+
   private sendWaiting(): void {
-    if (this.sent || this.waiting.size === 0) return;
+    if (this.sent || this.waiting.size === 0 || this.paceTimer !== 0) return;
+    const paceMs = this.events.paceMs?.([...this.waiting.keys()]) ?? 0;
+    const leftMs = this.sentMs + paceMs - performance.now();
+    if (paceMs > 0 && leftMs > 0) {
+      this.paceTimer = setTimeout(() => {
+        this.paceTimer = 0;
+        this.sendWaiting();
+      }, leftMs);
+      return;
+    }
+    this.sentMs = performance.now();
     this.lastId += 1n;
     this.sent = { id: this.lastId, values: this.waiting };
     this.waiting = new Map();
@@ -155,5 +188,7 @@ export class SettingsEditor {
   private forget(): void {
     this.sent = undefined;
     this.waiting.clear();
+    clearTimeout(this.paceTimer);
+    this.paceTimer = 0;
   }
 }

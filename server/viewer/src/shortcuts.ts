@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The keys of the page, as its buttons' tooltips name them.
+// The keys of the page, as its buttons' tooltips name them, and the list of them that ? shows.
 import type { CineBar } from "./cine_bar";
+import { element } from "./element";
 import { connectKeys, releaseClicked } from "./keys";
 import type { PageShell } from "./page_shell";
 import type { PictureOverlay } from "./picture_overlay";
@@ -15,30 +16,60 @@ export interface ShortcutTargets {
   shell: PageShell;
 }
 
+/** The keys of one action, as connectKeys() names them, what they do, and the action. */
+type Row = readonly [keys: readonly string[], text: string, act: () => void];
+
+/** Keys over the picture, which PictureInput carries out. */
+const kPictureKeys: readonly (readonly [string, string])[] = [
+  ["← → ↑ ↓", "Move the light; the camera with Turn or Pan"],
+  ["Page Up, Page Down", "Move the light nearer, farther"],
+  ["+ −", "Zoom"],
+  ["Home", "Reset the view"],
+];
+
 export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }: ShortcutTargets): void {
+  const list = element("dialog", { id: "shortcuts" });
+  const rows: Row[] = [
+    [[" "], "Freeze, or live again", () => cineBar.toggle()],
+    [[","], "Previous volume", () => cineBar.step(-1)],
+    [["."], "Next volume", () => cineBar.step(1)],
+    [["k"], "Play the last volumes, or pause", () => cineBar.playOrPause()],
+    [["1"], "One pane: the surface", () => quickPanel.choosePanes("surface")],
+    [["2"], "Two panes: surface and volume", () => quickPanel.choosePanes("surface-and-volume")],
+    [["4"], "Four panes: planes and surface", () => quickPanel.choosePanes("slices")],
+    [["l"], "Light", () => tools.choose("light")],
+    [["t"], "Turn", () => tools.choose("orbit")],
+    [["p"], "Pan", () => tools.choose("pan")],
+    [["m"], "Measure", () => tools.choose("measure")],
+    [["c"], "Crop", () => tools.choose("crop")],
+    [["n"], "Note", () => tools.choose("note")],
+    [["s"], "Save a still", () => overlay.still()],
+    [["v"], "Start or end a clip", () => overlay.clip.toggle()],
+    [["z", "ctrl+z"], "Undo", () => quickPanel.undo()],
+    [["y", "ctrl+y", "ctrl+shift+z"], "Redo", () => quickPanel.redo()],
+    [["f"], "Full screen", () => shell.toggleFullScreen()],
+    [["i"], "Statistics", () => shell.toggleStatistics()],
+    [["?"], "Show these shortcuts", () => list.showModal()],
+  ];
+  const texts = rows.map(([keys, text]) => [keys.map(nameOf).join(", "), text] as const);
+  const button = element("button", { textContent: "Close" });
+  const form = element("form", { method: "dialog" });
+  form.append(button);
+  list.append(element("h2", { textContent: "Keyboard shortcuts" }), tableOf([...texts, ...kPictureKeys]), form);
+  document.body.append(list);
   releaseClicked(document.body);
-  connectKeys(document.body, {
-    " ": () => cineBar.toggle(),
-    ",": () => cineBar.step(-1),
-    ".": () => cineBar.step(1),
-    k: () => cineBar.playOrPause(),
-    "1": () => quickPanel.choosePanes("surface"),
-    "2": () => quickPanel.choosePanes("surface-and-volume"),
-    "4": () => quickPanel.choosePanes("slices"),
-    l: () => tools.choose("light"),
-    t: () => tools.choose("orbit"),
-    p: () => tools.choose("pan"),
-    m: () => tools.choose("measure"),
-    c: () => tools.choose("crop"),
-    n: () => tools.choose("note"),
-    s: () => overlay.still(),
-    v: () => overlay.clip.toggle(),
-    z: () => quickPanel.undo(),
-    "ctrl+z": () => quickPanel.undo(),
-    y: () => quickPanel.redo(),
-    "ctrl+shift+z": () => quickPanel.redo(),
-    "ctrl+y": () => quickPanel.redo(),
-    f: () => shell.toggleFullScreen(),
-    i: () => shell.toggleStatistics(),
-  });
+  connectKeys(document.body, Object.fromEntries(rows.flatMap(([keys, , act]) => keys.map((key) => [key, act]))));
+}
+
+/** "Ctrl+Shift+Z" */
+function nameOf(key: string): string {
+  if (key === " ") return "Space";
+  return key.replace(/[a-z]+/g, (word) => word[0]!.toUpperCase() + word.slice(1));
+}
+
+function tableOf(rows: readonly (readonly [string, string])[]): HTMLElement {
+  const table = element("dl", {});
+  for (const [keys, text] of rows)
+    table.append(element("dt", { textContent: keys }), element("dd", { textContent: text }));
+  return table;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A click on a slice: the clicked point becomes the target, and the search for the surface begins just before it.
+// A click on a plane: the clicked point becomes the target, through which the other planes go. In four panes the surface
+// stays as it is seen; a single oblique plane begins the search for the surface just before it.
 import type { SettingsEditor } from "./settings_editor";
 import {
   bodyWay,
@@ -66,6 +67,10 @@ function obliquePoint(pixel: PagePoint, size: Size, camera: SliceCamera): BodyPo
   return { x: tidy(x + way.x), y: tidy(y + way.y), z: tidy(z + way.z) };
 }
 
+function along(point: BodyPoint, way: BodyPoint): number {
+  return point.x * way.x + point.y * way.y + point.z * way.z;
+}
+
 export class SliceClick {
   /** `movesRays`: whether the rays may be changed; a view of one's own has those of the main view. */
   constructor(
@@ -98,11 +103,16 @@ export class SliceClick {
       ["camera.target_y_mm", point.y],
       ["camera.target_z_mm", point.z],
     ];
-    if (this.movesRays()) {
+    if (mode === "slice") {
       // The view plane keeps its distance from the target.
       values.push(["rays.start_mm", Math.max(0, tidy(distanceMm - kBeforeClickMm))]);
       values.push(["rays.end_mm", Math.max(number("rays.end_mm"), tidy(distanceMm + kBeforeClickMm))]);
-      if (mode === "slice") values.push(["slice.depth_mm", distanceMm]); // the same plane, through the target
+      values.push(["slice.depth_mm", distanceMm]); // the same plane, through the target
+    } else {
+      // The view plane stays where it is: the depths at which rays begin and end are those of before.
+      const forward = bodyWay(camera, 0, 0, 1);
+      const deeper = along(point, forward) - along(camera.target, forward);
+      values.push(["camera.distance_mm", Math.max(0, tidy(distanceMm + deeper))]);
     }
     this.editor.set(values);
   };

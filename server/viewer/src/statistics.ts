@@ -40,7 +40,7 @@ export class StatisticsView {
     this.write("scene-revision", picture.sceneRevision);
     this.write("pass1-runs", picture.pass1Runs);
     this.write("pass2-runs", picture.pass2Runs);
-    this.writeWhereAny("frames-missing", interpolatedText(picture.framesMissing));
+    this.writeWhereAny("frames-missing", interpolatedText(picture));
     this.writeWhereAny("sparse", sparseText(picture.warnings));
     this.writeWhereAny("deadline", deadlineText(picture));
     this.writeStages(picture);

@@ -71,6 +71,8 @@ function drawPanes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
 }
 
 function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, facts: StillFacts): void {
+  context.fillStyle = "#0c1014";
+  context.fillRect(0, canvas.height, canvas.width, kFootPixels);
   context.fillStyle = "#fff";
   context.font = "13px sans-serif";
   const time = `${new Date().toISOString().slice(0, 19).replace("T", " ")} UTC`;

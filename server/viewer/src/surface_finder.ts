@@ -8,9 +8,10 @@ export class SurfaceFinder {
   private asked = 0n; // number of the newest request; 0: none is unanswered
   private lastId = 0n;
 
+  /** `say`: shows what was found until the next click; empty: nothing. */
   constructor(
     private readonly button: HTMLButtonElement,
-    private readonly found: HTMLElement,
+    private readonly say: (sentence: string) => void,
     private readonly editor: Pick<SettingsEditor, "set">,
     ask: (requestId: bigint) => void,
   ) {
@@ -30,11 +31,5 @@ export class SurfaceFinder {
     if (outcome.case !== "found" || !outcome.value.scene) return;
     this.editor.set(valuesOf(outcome.value.scene));
     this.say(`Found ${outcome.value.choices.join("; ")}.`);
-  }
-
-  /** Shows what was found until the next click. */
-  private say(sentence: string): void {
-    this.found.textContent = sentence;
-    this.found.hidden = sentence === "";
   }
 }

@@ -111,7 +111,9 @@ test("pictures that reach this display late are delayed, though the server's are
   const news = watch.news(9000);
   assert.deepEqual([news.state, news.ageMs, news.title], ["delayed", 3500, "Delayed"]);
   watch.tell(told(Liveness_State.LIVE, Liveness_Cause.NONE, "", 9)); // sweeps of three seconds
-  assert.equal(watch.news(9000).state, "live");
+  assert.equal(watch.news(9100).state, "delayed", "the word does not flicker");
+  watch.heard(12_000);
+  assert.equal(watch.news(12_100).state, "live");
 });
 
 test("a relit old volume stays old", () => {

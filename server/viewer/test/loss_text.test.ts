@@ -3,8 +3,10 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { interpolatedText, mismatchText } from "../src/loss_text";
 
-test("interpolated frames are shown if there are any", () => {
-  assert.deepEqual([0, 1, 2].map(interpolatedText), ["", "1 frame interpolated", "2 frames interpolated"]);
+test("interpolated frames are shown from a tenth of the volume on", () => {
+  const text = (framesMissing: number) =>
+    interpolatedText({ framesMissing, firstFrameSequence: 100n, lastFrameSequence: 119n });
+  assert.deepEqual([0, 1, 2, 5].map(text), ["", "", "2 of 20 frames interpolated", "5 of 20 frames interpolated"]);
 });
 
 test("a mismatch of forward and backward sweeps is shown if there is one", () => {

@@ -12,7 +12,7 @@ function made() {
   const editor = { set: (values: Iterable<readonly [string, unknown]>) => (seen.set = new Map(values)) };
   const finder = new SurfaceFinder(
     button as unknown as HTMLButtonElement,
-    found as unknown as HTMLElement,
+    (sentence) => Object.assign(found, { textContent: sentence, hidden: sentence === "" }),
     editor as never,
     (id) => seen.asked.push(id),
   );

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A depth map on the GPU at one resolution, with the memory that lighting it needs.
-import type { DepthMap } from "./surface_decoder";
+// The memory that lighting a picture of one size needs.
+import { newTexture } from "./map_textures";
 
 export interface Size {
   width: number;
@@ -14,71 +14,59 @@ export interface Target {
 }
 
 export class LightLevel {
-  readonly size: Size = { width: 0, height: 0 };
-  depths!: WebGLTexture;
-  certainties!: WebGLTexture;
-  /** What is prepared of the map, of pixels and of 2 x 2 pixels. */
-  normals!: Target;
-  places!: Target;
+  /** What is prepared of a depth map, of pixels and of 2 x 2 pixels. */
+  readonly normals: Target;
+  readonly places: Target;
   /** Two pictures, and two maps of soft light. */
-  lit!: [Target, Target];
-  soft!: [Target, Target];
-  map: DepthMap | undefined;
-  /** Of the settings that the prepared maps are made with. */
+  readonly lit: readonly [Target, Target];
+  readonly soft: readonly [Target, Target];
+  /** The map and the settings that the prepared maps were made of. */
   preparedFor = "";
+  private turnedMap: Target | undefined;
 
-  constructor(private readonly gl: WebGL2RenderingContext) {}
-
-  take(map: DepthMap): void {
-    if (map === this.map) return;
-    const { gl } = this;
-    if (map.width !== this.size.width || map.height !== this.size.height) this.resize(map.width, map.height);
-    this.map = map;
-    this.preparedFor = "";
-    const put = (texture: WebGLTexture, format: number, type: number, values: ArrayBufferView) => {
-      gl.bindTexture(gl.TEXTURE_2D, texture);
-      gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-      gl.texImage2D(gl.TEXTURE_2D, 0, format, map.width, map.height, 0, gl.RED_INTEGER, type, values);
-    };
-    put(this.depths, gl.R16UI, gl.UNSIGNED_SHORT, map.depths);
-    put(this.certainties, gl.R8UI, gl.UNSIGNED_BYTE, map.certainties);
-  }
-
-  private resize(width: number, height: number): void {
-    this.free();
-    Object.assign(this.size, { width, height });
-    const half = { width: (width + 1) >> 1, height: (height + 1) >> 1 };
-    this.depths = this.newTexture();
-    this.certainties = this.newTexture();
-    this.normals = this.newTarget(this.size);
+  constructor(
+    private readonly gl: WebGL2RenderingContext,
+    readonly size: Size,
+  ) {
+    const half = { width: (size.width + 1) >> 1, height: (size.height + 1) >> 1 };
+    this.normals = this.newTarget(size);
     this.places = this.newTarget(half);
-    this.lit = [this.newTarget(this.size), this.newTarget(this.size)];
+    this.lit = [this.newTarget(size), this.newTarget(size)];
     this.soft = [this.newTarget(half), this.newTarget(half)];
   }
 
-  private free(): void {
-    if (this.size.width === 0) return;
-    for (const { texture, frame } of [this.normals, this.places, ...this.lit, ...this.soft]) {
-      this.gl.deleteTexture(texture);
-      this.gl.deleteFramebuffer(frame);
+  /** A depth map in full floats, with a depth buffer. */
+  get turned(): Target {
+    if (this.turnedMap) return this.turnedMap;
+    const { gl, size } = this;
+    const made = this.newTarget(size, { format: gl.RG32F, components: gl.RG, type: gl.FLOAT });
+    gl.bindRenderbuffer(gl.RENDERBUFFER, gl.createRenderbuffer());
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, size.width, size.height);
+    const buffer = gl.getParameter(gl.RENDERBUFFER_BINDING) as WebGLRenderbuffer;
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, buffer);
+    return (this.turnedMap = made);
+  }
+
+  /** The GPU's memory is freed with the last reference. */
+  free(): void {
+    for (const target of [this.normals, this.places, ...this.lit, ...this.soft, this.turnedMap]) {
+      if (!target) continue;
+      this.gl.deleteTexture(target.texture);
+      this.gl.deleteFramebuffer(target.frame);
     }
-    for (const texture of [this.depths, this.certainties]) this.gl.deleteTexture(texture);
   }
 
-  private newTexture(): WebGLTexture {
+  private newTarget(
+    size: Size,
+    kind = {
+      format: this.gl.RGBA16F as number,
+      components: this.gl.RGBA as number,
+      type: this.gl.HALF_FLOAT as number,
+    },
+  ): Target {
     const { gl } = this;
-    const texture = gl.createTexture()!;
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
-      gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
-    for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, wrap, gl.CLAMP_TO_EDGE);
-    return texture;
-  }
-
-  private newTarget(size: Size): Target {
-    const { gl } = this;
-    const made = { texture: this.newTexture(), frame: gl.createFramebuffer()!, size: { ...size } };
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, size.width, size.height, 0, gl.RGBA, gl.HALF_FLOAT, null);
+    const made = { texture: newTexture(gl), frame: gl.createFramebuffer()!, size };
+    gl.texImage2D(gl.TEXTURE_2D, 0, kind.format, size.width, size.height, 0, kind.components, kind.type, null);
     gl.bindFramebuffer(gl.FRAMEBUFFER, made.frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, made.texture, 0);
     return made;

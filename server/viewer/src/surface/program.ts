@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A program of WebGL 2 from a shader of the renderer: its constants, uniforms by name, textures by name.
 
-/** Specialisation constants of the shader, by name. */
+/** Specialisation constants of the shader, by name; FANLIGHT_... are defined if true. */
 export type Constants = Readonly<Record<string, boolean>>;
 export type Uniforms = Readonly<Record<string, number | readonly number[]>>;
 
@@ -16,7 +16,10 @@ export class Program {
     fragmentShader: string,
     constants: Constants = {},
   ) {
-    const declared = Object.entries(constants).map(([name, value]) => `const bool ${name} = ${value};\n`);
+    const declared = Object.entries(constants).map(([name, value]) => {
+      if (name.startsWith("FANLIGHT_")) return value ? `#define ${name}\n` : "";
+      return `const bool ${name} = ${value};\n`;
+    });
     const head = `#version 300 es\nprecision highp float;\nprecision highp int;\n#define FANLIGHT_WEB\n${declared.join("")}`;
     this.program = gl.createProgram()!;
     for (const [type, text] of [

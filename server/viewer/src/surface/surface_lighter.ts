@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes 2 and 3 of the renderer from the light on, by WebGL 2: shades a depth map that the server has filtered. The
-// formulas are those of the server, in the same text (shaders/web). What does not depend on the light is prepared once.
+// Passes 2 and 3 of the renderer from the light on, by WebGL 2: shades a depth map that the server has filtered, also as
+// it would be seen from another view. The formulas are those of the server, in the same text (shaders/web). What does
+// not depend on the light is prepared once.
 import diffuseShader from "diffuse.frag";
 import finishShader from "finish.frag";
 import lightShader from "light.frag";
@@ -9,19 +10,38 @@ import prepareShader from "prepare.frag";
 import prepareSoftShader from "prepare_soft.frag";
 import scatterShader from "scatter.frag";
 import softLightShader from "soft_light.frag";
+import turnFragmentShader from "turn.frag";
+import turnVertexShader from "turn.vert";
+import type { View } from "../../generated/fanlight_pb.js";
 import { LightLevel, type Size, type Target } from "./light_level";
 import type { LightPlan } from "./light_parameters";
+import { MapStore } from "./map_textures";
 import { Program, type Constants, type Uniforms } from "./program";
 import type { DepthMap } from "./surface_decoder";
+import { turnBetween } from "./view_of";
 
 const kDeepestMm = 1e9; // FANLIGHT_MAX_DEPTH
+const kNoSurface = -1; // FANLIGHT_NO_SURFACE
 // Members of the parameters that the prepared maps depend on.
 const kPreparedBy =
   "centre pixel view_scale_at_0 view_scale_per_mm same_surface central_normals occlusion occlusion_reach fade_reach";
+// A step between neighbours of that many of their distances is no slope: it is steeper than 80 degrees.
+const kSteepest = 6;
+// The cast nearest to the view is seen before what others show.
+const kBehindMm = 0.7;
+
+/** A depth map and the view that it was cast for. */
+export interface Cast {
+  map: DepthMap;
+  view: View;
+}
 
 export class SurfaceLighter {
   readonly canvas = document.createElement("canvas");
+  /** Whether this browser can turn surfaces. */
+  readonly turns: boolean;
   private readonly gl: WebGL2RenderingContext;
+  private readonly maps: MapStore;
   private readonly programs = new Map<string, Program>();
   private readonly levels = new Map<number, LightLevel>();
 
@@ -29,9 +49,11 @@ export class SurfaceLighter {
   constructor() {
     const gl = this.canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false });
     if (!gl) throw new Error("This browser has no WebGL 2.");
-    if (!gl.getExtension("EXT_color_buffer_float") && !gl.getExtension("EXT_color_buffer_half_float"))
+    this.turns = gl.getExtension("EXT_color_buffer_float") !== null;
+    if (!this.turns && !gl.getExtension("EXT_color_buffer_half_float"))
       throw new Error("This browser's WebGL draws no half floats.");
     this.gl = gl;
+    this.maps = new MapStore(gl);
   }
 
   /** Whether the browser has taken the GPU away; it may come back with a new object. */
@@ -39,42 +61,97 @@ export class SurfaceLighter {
     return this.gl.isContextLost();
   }
 
-  /** Draws to `canvas`. Maps of one `level` have one size, mostly: its memory is used again. */
+  /** Draws a map to `canvas`. Maps of one `level` have one size, mostly: its memory is used again. */
   draw(level: number, map: DepthMap, plan: LightPlan): void {
-    const here = this.levels.get(level) ?? new LightLevel(this.gl);
+    const here = this.levelOf(level, map);
+    const values = uniformsOf(plan, { depth_unit: map.unitMm, nearest: Math.min(map.nearestMm, kDeepestMm) });
+    const textures = { ...this.maps.texturesOf(map) };
+    this.light(here, plan, values, textures, `map ${map.id}`, {});
+  }
+
+  /** Draws maps as they would be seen in `view`, that of `plan`. The first one is seen before the others. */
+  drawTurned(level: number, casts: readonly Cast[], view: View, plan: LightPlan, startMm: number): void {
+    const here = this.levelOf(level, casts[0]!.map);
+    this.turn(here, casts, view, startMm);
+    // Shadow rays end above the nearest surface. What comes nearer by the turn is not known.
+    const values = uniformsOf(plan, { nearest: startMm });
+    here.preparedFor = "";
+    this.light(here, plan, values, { turned: here.turned.texture }, "turned", { FANLIGHT_TURNED: true });
+  }
+
+  private levelOf(level: number, { width, height }: Size): LightLevel {
+    let here = this.levels.get(level);
+    if (here?.size.width === width && here.size.height === height) return here;
+    here?.free();
+    here = new LightLevel(this.gl, { width, height });
     this.levels.set(level, here);
-    here.take(map);
-    const parameters = Object.entries(plan.parameters).map(([name, value]) => [`lighting.${name}`, value] as const);
-    const values: Uniforms = {
-      ...Object.fromEntries(parameters),
-      depth_unit: map.unitMm,
-      nearest: Math.min(map.nearestMm, kDeepestMm),
-    };
-    this.prepare(here, plan, values);
-    if (plan.softLight) this.lightSoftly(here, plan, values);
-    const { kPerspective, kSoftShadows } = constantsOf(plan);
-    const textures = { depths: here.depths, normals: here.normals.texture, soft_lights: here.soft[0].texture };
-    const light = this.program("light", lightShader, { kPerspective, kSoftShadows, kSoftLight: plan.softLight });
-    this.run(light, values, textures, here.lit[0]);
-    this.finish(here, plan, values);
+    return here;
   }
 
-  private prepare(level: LightLevel, plan: LightPlan, values: Uniforms): void {
-    const { parameters, softLight, perspective } = plan;
-    const key = JSON.stringify([softLight, perspective, ...kPreparedBy.split(" ").map((name) => parameters[name])]);
-    if (key === level.preparedFor) return;
-    level.preparedFor = key;
-    const textures = { depths: level.depths, certainties: level.certainties };
-    const constants = constantsOf(plan);
-    this.run(this.program("prepare", prepareShader, constants), values, textures, level.normals);
-    if (softLight) this.run(this.program("prepare_soft", prepareSoftShader, constants), values, textures, level.places);
+  private turn(level: LightLevel, casts: readonly Cast[], view: View, startMm: number): void {
+    const { gl } = this;
+    const { frame, size } = level.turned;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    gl.viewport(0, 0, size.width, size.height);
+    gl.clearBufferfv(gl.COLOR, 0, [kNoSurface, 0, 0, 0]);
+    gl.clearBufferfv(gl.DEPTH, 0, [1]);
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.CULL_FACE); // the back of a surface is not known
+    const program = this.program("turn", turnFragmentShader, {}, turnVertexShader);
+    for (const [index, { map, view: from }] of casts.entries()) {
+      const values = {
+        depth_unit: map.unitMm,
+        from_centre: [from.middleColumn, from.middleRow],
+        from_pixel: from.mmPerPixel,
+        from_pixel_per_mm: from.mmPerPixelPerMm,
+        turn: turnBetween(from, view),
+        to_centre: [view.middleColumn, view.middleRow],
+        to_pixel: view.mmPerPixel,
+        to_pixel_per_mm: view.mmPerPixelPerMm,
+        to_size: [size.width, size.height],
+        start: startMm,
+        behind: index === 0 ? 0 : kBehindMm,
+      };
+      const pixelMm = from.mmPerPixel + from.mmPerPixelPerMm * map.nearestMm;
+      const { surfaceIndices, holeIndices } = this.maps.meshOf(map, kSteepest * pixelMm);
+      const textures = { ...this.maps.texturesOf(map) };
+      program.use({ ...values, holes: 0 }, textures);
+      gl.drawElements(gl.TRIANGLES, surfaceIndices, gl.UNSIGNED_INT, 0);
+      program.use({ ...values, holes: 1 }, textures);
+      gl.drawElements(gl.TRIANGLES, holeIndices, gl.UNSIGNED_INT, 4 * surfaceIndices);
+    }
+    gl.disable(gl.DEPTH_TEST);
+    gl.disable(gl.CULL_FACE);
   }
 
-  private lightSoftly(level: LightLevel, plan: LightPlan, values: Uniforms): void {
-    const [soft, spread] = level.soft;
-    const textures = { depths: level.depths, normals: level.normals.texture, places: level.places.texture };
-    this.run(this.program("soft_light", softLightShader, constantsOf(plan)), values, textures, soft);
-    if (!plan.scatters) return;
+  /** `surface`: the textures of the map; `constants`: how the shaders read it. */
+  private light(
+    level: LightLevel,
+    plan: LightPlan,
+    values: Uniforms,
+    surface: Record<string, WebGLTexture>,
+    surfaceName: string,
+    constants: Constants,
+  ): void {
+    const all = { ...constantsOf(plan), ...constants };
+    const key = JSON.stringify([surfaceName, all, ...kPreparedBy.split(" ").map((name) => plan.parameters[name])]);
+    if (key !== level.preparedFor) {
+      level.preparedFor = key;
+      this.run(this.program("prepare", prepareShader, all), values, surface, level.normals);
+      if (plan.softLight) this.run(this.program("prepare_soft", prepareSoftShader, all), values, surface, level.places);
+    }
+    const textures = { ...surface, normals: level.normals.texture };
+    if (plan.softLight) {
+      const places = { ...textures, places: level.places.texture };
+      this.run(this.program("soft_light", softLightShader, all), values, places, level.soft[0]);
+      if (plan.scatters) this.scatter(level, plan, values);
+    }
+    const light = this.program("light", lightShader, { ...all, kSoftLight: plan.softLight });
+    this.run(light, values, { ...textures, soft_lights: level.soft[0].texture }, level.lit[0]);
+    this.finish(level, plan, values);
+  }
+
+  private scatter({ soft: [soft, spread] }: LightLevel, plan: LightPlan, values: Uniforms): void {
     const { kPerspective } = constantsOf(plan);
     const rows = this.program("scatter", scatterShader, { kColumns: false, kPerspective });
     const columns = this.program("scatter", scatterShader, { kColumns: true, kPerspective });
@@ -103,11 +180,11 @@ export class SurfaceLighter {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  private program(name: string, shader: string, constants: Constants = {}): Program {
+  private program(name: string, shader: string, constants: Constants = {}, vertexShader = pictureShader): Program {
     const key = name + JSON.stringify(constants);
     const known = this.programs.get(key);
     if (known) return known;
-    const made = new Program(this.gl, pictureShader, shader, constants);
+    const made = new Program(this.gl, vertexShader, shader, constants);
     this.programs.set(key, made);
     return made;
   }
@@ -115,4 +192,9 @@ export class SurfaceLighter {
 
 function constantsOf(plan: LightPlan): { kPerspective: boolean; kSoftShadows: boolean } {
   return { kPerspective: plan.perspective, kSoftShadows: plan.softShadows };
+}
+
+function uniformsOf(plan: LightPlan, more: Uniforms): Uniforms {
+  const parameters = Object.entries(plan.parameters).map(([name, value]) => [`lighting.${name}`, value] as const);
+  return { ...Object.fromEntries(parameters), ...more };
 }

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface of the picture on show, lit by this display: by the scene as this page has it, so that a moved light is
-// seen at once. Where that takes the browser long, coarsely while the light moves.
+// The surface of the picture on show, drawn by this display: lit by the scene as this page has it, and seen from its
+// camera, so that what the hand does is seen at once. Where that takes the browser long, coarsely while it moves.
 import { create } from "@bufbuild/protobuf";
-import { ViewSchema, type Picture, type Surface, type View } from "../../generated/fanlight_pb.js";
+import { SurfaceSchema, type Picture, type Surface, type View } from "../../generated/fanlight_pb.js";
 import type { Rectangle } from "../view_geometry";
+import { DrawingPace } from "./drawing_pace";
+import { KeptPictures } from "./kept_pictures";
 import { lightPlan, type LightPlan, type SceneValues } from "./light_parameters";
 import { coarser, unpackSurface, type DepthMap } from "./surface_decoder";
-import { SurfaceLighter } from "./surface_lighter";
+import { SurfaceLighter, type Cast } from "./surface_lighter";
+import { coarserView, degreesBetween, sameView, viewOf } from "./view_of";
 
-/** A picture in motion takes no longer, if it can be had by fewer pixels. */
-const kMovingMs = 35;
-const kCoarsest = 3;
-const kLearnEvery = 10;
+/** Beyond, too little of what would be seen is known. */
+const kMostTurnedDeg = 60;
+/** Casts of one volume from different views: a turn back finds what it has seen before. */
+const kMostCasts = 3;
 
 interface Shown {
   view: View;
@@ -20,16 +23,24 @@ interface Shown {
   maps: DepthMap[]; // by the pixels that became one, from 1
 }
 
+/** The scene as the page has it. */
+export interface ShownScene extends SceneValues {
+  /** Of all settings that pass 1 and the filter depend on, but for the camera: surfaces of two values do not go together. */
+  castKey(): string;
+}
+
 export class SurfaceView {
   private lighter: SurfaceLighter | undefined;
   private received: DepthMap | undefined;
   private shown: Shown | undefined;
-  private drawn = { level: 1, scene: "" };
-  private movingLevel = 1;
-  private untilLearning = 0; // pictures in motion
+  private readonly kept = new KeptPictures();
+  private casts: Shown[] = []; // of the volume on show, the newest first
+  private castKey = "";
+  private drawn = { level: 1, scene: "", turned: false };
+  private readonly paces = { lit: new DrawingPace(), turned: new DrawingPace() };
   private readonly sample = document.createElement("canvas").getContext("2d", { willReadFrequently: true })!;
 
-  constructor(private readonly scene: SceneValues) {}
+  constructor(private readonly scene: ShownScene) {}
 
   /** Whether this browser can light surfaces; makes what that needs. */
   get works(): boolean {
@@ -42,20 +53,64 @@ export class SurfaceView {
     return true;
   }
 
-  /** Rejects where the surface is damaged, or is another one than the server has sent. */
-  async take({ surface, view }: Picture): Promise<void> {
-    const map = surface && (hasMaps(surface) ? await unpackSurface(surface) : this.received);
-    this.shown = undefined;
+  /** Rejects where the surface is damaged, or is another one than the server has sent. Shows nothing yet. */
+  async unpack(picture: Picture): Promise<void> {
+    const { surface, view } = picture;
     if (!surface || !view || !this.works) return;
+    if (hasMaps(surface)) this.received = await unpackSurface(surface);
+    const map = this.received;
     if (map?.id !== surface.surfaceId) throw new Error("The server has left out a surface.");
-    this.received = map;
+    picture.surface = outlineOf(surface);
+    const whole = surface.width === picture.width && surface.height === picture.height;
+    if (whole) this.kept.add({ picture, map, castKey: this.scene.castKey() });
+  }
+
+  /** What draw() draws from now on: the surface of a picture that was unpacked last; without one, nothing. */
+  show({ surface, view, volumeId }: Picture, map = this.received): void {
+    this.shown = undefined;
+    if (!surface || !view || !map || map.id !== surface.surfaceId) return;
     const { left, top, width, height } = surface;
     this.shown = { view, part: { left, top, width, height }, asDepth: surface.asDepth, maps: [map] };
+    this.keep(this.shown, `${volumeId} ${width} ${height} ${this.scene.castKey()}`);
+  }
+
+  /** The same for a volume that was seen before by the present settings, but for light and camera; which picture. */
+  showKept(volumeId: bigint): Picture | undefined {
+    const kept = this.kept.of(volumeId);
+    if (!kept || kept.castKey !== this.scene.castKey()) return undefined;
+    this.show(kept.picture, kept.map);
+    return kept.picture;
   }
 
   /** The picture on show has no surface that this display could light. */
   forget(): void {
     this.shown = undefined;
+    this.casts = [];
+  }
+
+  /** Call at the start of a session: ids are those of the last one. */
+  forgetAll(): void {
+    this.forget();
+    this.received = undefined;
+    this.kept.clear();
+  }
+
+  get isShown(): boolean {
+    return this.shown !== undefined;
+  }
+
+  /** Whether the picture is seen from another view than the server has cast it for. */
+  get isTurned(): boolean {
+    return this.shown !== undefined && this.drawn.turned;
+  }
+
+  get isCoarse(): boolean {
+    return this.shown !== undefined && this.drawn.level > 1;
+  }
+
+  /** Whether the light, what it falls on, or the camera is not as it was drawn last. */
+  get isOld(): boolean {
+    return this.shown !== undefined && this.drawn.scene !== this.sceneOf(this.shown);
   }
 
   /** Draws the surface on show, if there is one, into its part of a picture. */
@@ -63,30 +118,76 @@ export class SurfaceView {
     const { lighter, shown } = this;
     if (!lighter || !shown || lighter.isLost) return;
     const began = performance.now();
-    const level = moving ? this.movingLevel : 1;
-    const map = (shown.maps[level - 1] ??= coarser(shown.maps[0]!, level));
-    const plan = this.planAt(level, shown);
-    lighter.draw(level, map, plan);
+    const wanted = this.wantedView(shown);
+    const turned = wanted !== shown.view;
+    const pace = turned ? this.paces.turned : this.paces.lit;
+    const level = moving || turned ? pace.level : 1;
+    const map = mapOf(shown, level);
+    const plan = this.planAt(level, shown, wanted);
+    if (turned) this.drawTurned(lighter, level, shown, wanted, plan);
+    else lighter.draw(level, map, plan);
     const { left, top } = shown.part;
     context.drawImage(lighter.canvas, left, top, level * map.width, level * map.height);
-    this.drawn = { level, scene: this.sceneOf(shown) };
-    if (moving) this.learn(lighter.canvas, began);
+    this.drawn = { level, scene: this.sceneOf(shown), turned };
+    if ((moving || turned) && pace.learns) pace.learn(level, this.waited(lighter.canvas) - began);
   }
 
-  /** Whether the light, or what it falls on, is not as it was drawn last. */
-  get isOld(): boolean {
-    return this.shown !== undefined && this.drawn.scene !== this.sceneOf(this.shown);
+  /**
+   * Draws what nobody sees, so that the first movement of a hand waits for no shader, and begins as coarsely as this
+   * browser needs it.
+   */
+  rehearse(): void {
+    const { lighter, shown } = this;
+    if (!lighter || !shown || lighter.isLost) return;
+    const level = 3;
+    const plan = this.planAt(level, shown, shown.view);
+    const draws = {
+      lit: () => lighter.draw(level, mapOf(shown, level), plan),
+      turned: () => lighter.turns && this.drawTurned(lighter, level, shown, shown.view, plan),
+    };
+    for (const way of ["lit", "turned"] as const) {
+      draws[way](); // compiles, and is not measured
+      const began = this.waited(lighter.canvas);
+      draws[way]();
+      this.paces[way].learn(level, this.waited(lighter.canvas) - began);
+    }
   }
 
-  get isCoarse(): boolean {
-    return this.shown !== undefined && this.drawn.level > 1;
+  private drawTurned(lighter: SurfaceLighter, level: number, shown: Shown, wanted: View, plan: LightPlan): void {
+    const { left, top } = shown.part;
+    const inPart = (view: View) => {
+      const coarse = coarserView(view, level);
+      coarse.middleColumn -= left / level;
+      coarse.middleRow -= top / level;
+      return coarse;
+    };
+    const casts = [...this.casts].sort((a, b) => degreesBetween(a.view, wanted) - degreesBetween(b.view, wanted));
+    // Where the browser is slow, the nearest one alone.
+    const usable: Cast[] = casts
+      .slice(0, level > 2 ? 1 : kMostCasts)
+      .map((cast) => ({ map: mapOf(cast, level), view: inPart(cast.view) }));
+    lighter.drawTurned(level, usable, inPart(wanted), plan, this.scene.number("rays.start_mm"));
+  }
+
+  private keep(cast: Shown, key: string): void {
+    if (key !== this.castKey) this.casts = [];
+    this.castKey = key;
+    this.casts = [cast, ...this.casts.filter((other) => !sameView(other.view, cast.view))].slice(0, kMostCasts);
+  }
+
+  /** The view of the page's camera; that of the picture where it is the same, or where it cannot be turned so far. */
+  private wantedView({ view, part }: Shown): View {
+    const wanted = viewOf(this.scene, part);
+    const near = !sameView(wanted, view) && degreesBetween(wanted, view) <= kMostTurnedDeg;
+    return near && this.lighter?.turns ? wanted : view;
   }
 
   private sceneOf(shown: Shown): string {
-    return JSON.stringify(this.planAt(1, shown));
+    const wanted = this.wantedView(shown);
+    return JSON.stringify([this.planAt(1, shown, wanted), wanted.matrix]);
   }
 
-  private planAt(level: number, { view, part, asDepth }: Shown): LightPlan {
+  private planAt(level: number, { part, asDepth }: Shown, view: View): LightPlan {
     const coarse = {
       left: part.left / level,
       top: part.top / level,
@@ -96,18 +197,11 @@ export class SurfaceView {
     return lightPlan(this.scene, coarserView(view, level), coarse, asDepth);
   }
 
-  /** Chooses how coarsely to draw the next picture in motion. */
-  private learn(canvas: HTMLCanvasElement, began: number): void {
-    if (--this.untilLearning > 0) return;
-    // Most browsers draw later. To read a pixel waits for that.
+  /** The time when the canvas is drawn: most browsers draw later. To read a pixel waits for that. */
+  private waited(canvas: HTMLCanvasElement): number {
     this.sample.drawImage(canvas, 0, 0, 1, 1);
     this.sample.getImageData(0, 0, 1, 1);
-    const before = this.movingLevel;
-    const tookMs = performance.now() - began;
-    const finerMs = (tookMs * this.movingLevel ** 2) / Math.max(this.movingLevel - 1, 1) ** 2;
-    if (tookMs > kMovingMs && this.movingLevel < kCoarsest) ++this.movingLevel;
-    else if (finerMs < kMovingMs / 2 && this.movingLevel > 1) --this.movingLevel;
-    this.untilLearning = this.movingLevel === before ? kLearnEvery : 1;
+    return performance.now();
   }
 }
 
@@ -115,14 +209,11 @@ function hasMaps(surface: Surface): boolean {
   return surface.runs.length > 0;
 }
 
-/** Of a picture of which each pixel is the first of level x level ones. */
-function coarserView(view: View, level: number): View {
-  if (level === 1) return view;
-  return create(ViewSchema, {
-    ...view,
-    mmPerPixel: view.mmPerPixel * level,
-    mmPerPixelPerMm: view.mmPerPixelPerMm * level,
-    middleColumn: view.middleColumn / level,
-    middleRow: view.middleRow / level,
-  });
+/** The surface without its maps. */
+function outlineOf({ surfaceId, left, top, width, height, asDepth }: Surface): Surface {
+  return create(SurfaceSchema, { surfaceId, left, top, width, height, asDepth });
+}
+
+function mapOf({ maps }: Shown, level: number): DepthMap {
+  return (maps[level - 1] ??= coarser(maps[0]!, level));
 }

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { deflateSync } from "node:zlib";
+import { create } from "@bufbuild/protobuf";
+import { SurfaceSchema, ViewSchema } from "../generated/fanlight_pb.js";
+import { lightPlan, type SceneValues } from "../src/surface/light_parameters";
+import { DrawingPace } from "../src/surface/drawing_pace";
+import { KeptPictures, type KeptPicture } from "../src/surface/kept_pictures";
+import { coarser, kNoSurface, unpackSurface, type DepthMap } from "../src/surface/surface_decoder";
+import { meshOf } from "../src/surface/surface_mesh";
+import { coarserView, degreesBetween, sameView, turnBetween, viewOf } from "../src/surface/view_of";
+
+const packed = (...bytes: number[]) => new Uint8Array(deflateSync(new Uint8Array(bytes)));
+
+/** 4 x 3: a first row without surface, then rows that begin at 100 and 101 units; one far pixel at the end. */
+function message() {
+  return create(SurfaceSchema, {
+    surfaceId: 9n,
+    width: 4,
+    height: 3,
+    depthUnitMm: 0.02,
+    runs: packed(4, 8),
+    // Row 1: +100, 0, 0, 0. Row 2: +1, 0, 0, +1000. Folded: 200, 2, 2000. Rough are those next to +100 and +1.
+    calmPixels: 5,
+    residuals: packed(200, 0, 0, 0, 255, 0, 2, 0),
+    largeResiduals: packed(0xd0, 0x07),
+    certainties: packed(16, 16, 16, 1, 0, 16, 16, 16),
+  });
+}
+
+test("a surface is read as it was packed", async () => {
+  const map = await unpackSurface(message());
+  const none = kNoSurface;
+  assert.deepEqual([...map.depths.subarray(0, 4)], [none, none, none, none]);
+  assert.deepEqual([...map.depths.subarray(4, 8)], [100, 100, 100, 100]);
+  assert.deepEqual([...map.depths.subarray(8)], [101, 101, 101, 1101]);
+  assert.deepEqual([...map.certainties], [0, 0, 0, 0, 255, 255, 255, 1, 0, 255, 255, 255]);
+  assert.equal(map.nearestMm, 2);
+  assert.equal(map.id, 9n);
+});
+
+test("a damaged surface is refused", async () => {
+  const damages = [
+    { runs: packed(4, 7) },
+    { runs: new Uint8Array([1, 2, 3]) },
+    { calmPixels: 4 },
+    { residuals: packed(200, 0, 0) },
+    { largeResiduals: packed() },
+    { certainties: packed(16) },
+  ];
+  for (const damage of damages)
+    await assert.rejects(unpackSurface(Object.assign(message(), damage)), JSON.stringify(Object.keys(damage)));
+});
+
+test("a coarser map has every n-th pixel of every n-th row", async () => {
+  const half = coarser(await unpackSurface(message()), 2);
+  assert.deepEqual([half.width, half.height], [2, 2]);
+  assert.deepEqual([...half.depths], [kNoSurface, kNoSurface, 101, 101]);
+});
+
+test("a view is the same in parallel and in perspective at the depth of the target", () => {
+  const numbers = new Map<string, number>(
+    Object.entries({ "camera.distance_mm": 80, "rays.start_mm": 5, "rays.end_mm": 105, "light.depth_mm": -20 }),
+  );
+  const scene: SceneValues = { number: (name) => numbers.get(name) ?? 0, choice: () => "" };
+  const part = { left: 10, top: 20, width: 100, height: 50 };
+  const parallel = create(ViewSchema, { mmPerPixel: 0.25, middleColumn: 59.5, middleRow: 44.5 });
+  const plan = lightPlan(scene, parallel, part, false);
+  assert.deepEqual(plan.parameters.centre, [49.5, 24.5]);
+  assert.equal(plan.parameters.pixel, 0.25);
+  assert.equal(plan.parameters.shadow_top, -5);
+  assert.equal(plan.perspective, false);
+  const widening = create(ViewSchema, { ...parallel, mmPerPixel: 0.05, mmPerPixelPerMm: 0.0025 });
+  const wide = lightPlan(scene, widening, part, false).parameters;
+  assert.equal(wide.pixel, 0.25);
+  assert.ok(Math.abs(Number(wide.view_scale_at_0) + 80 * Number(wide.view_scale_per_mm) - 1) < 1e-9);
+  assert.equal(wide.eye_height, 20);
+});
+
+function mapOf(width: number, depths: number[]): DepthMap {
+  const height = depths.length / width;
+  const certainties = new Uint8Array(depths.length).fill(255);
+  return { id: 1n, width, height, depths: new Uint16Array(depths), unitMm: 0.01, certainties, nearestMm: 1 };
+}
+
+test("a mesh has no triangle without a surface, and those over a step at the end", () => {
+  const none = kNoSurface;
+  const { indices, surfaceIndices } = meshOf(mapOf(4, [100, 110, 900, none, 105, 112, 905, none]), 1);
+  // Two of the first column of cells, two over the step, and of the last column none.
+  assert.equal(surfaceIndices, 6);
+  assert.equal(indices.length, 12);
+  assert.deepEqual([...indices.subarray(0, 6)], [0, 1, 4, 5, 4, 1]);
+  const over = new Set(indices.subarray(6));
+  assert.deepEqual([...over].sort(), [1, 2, 5, 6]);
+});
+
+/** A scene with this camera. */
+function seen(camera: Record<string, number>, projection = "parallel"): SceneValues {
+  const usual = { distance_mm: 80, field_mm: 120, opening_deg: 30, target_y_mm: 70 };
+  const values = new Map(Object.entries({ ...usual, ...camera }));
+  const choice = (name: string) => (name === "camera.projection" ? projection : "surface");
+  return { number: (name) => values.get(name.replace("camera.", "")) ?? 0, choice };
+}
+
+test("a view is that of the renderer", () => {
+  const part = { left: 0, top: 0, width: 64, height: 60 };
+  const view = viewOf(seen({}), part);
+  // Right is x, down is -z, forward is y; the view plane stands 80 mm before the target.
+  assert.deepEqual(
+    view.matrix.map((value) => value + 0),
+    [1, 0, 0, 0, 0, 0, 1, -10, 0, -1, 0, 0, 0, 0, 0, 1],
+  );
+  assert.equal(view.mmPerPixel, 2);
+  assert.deepEqual([view.middleColumn, view.middleRow], [31.5, 29.5]);
+  const wide = viewOf(seen({}, "perspective"), part);
+  assert.ok(Math.abs(wide.mmPerPixel + 80 * wide.mmPerPixelPerMm - 2) < 1e-9, "the field holds at the target");
+  const half = coarserView(wide, 2);
+  assert.equal(half.mmPerPixel, 2 * wide.mmPerPixel);
+  assert.equal(half.middleColumn, 15.75);
+});
+
+test("a turn keeps the target where it is", () => {
+  const part = { left: 0, top: 0, width: 64, height: 64 };
+  const [from, to] = [viewOf(seen({}), part), viewOf(seen({ yaw_deg: 25, pitch_deg: -10 }), part)];
+  assert.ok(sameView(from, viewOf(seen({}), part)));
+  assert.ok(!sameView(from, to));
+  assert.ok(Math.abs(degreesBetween(from, viewOf(seen({ yaw_deg: 25 }), part)) - 25) < 1e-9);
+  const m = turnBetween(from, to);
+  const target = [0, 1, 2].map((row) => m[8 + row]! * 80 + m[12 + row]!);
+  for (const [axis, value] of [0, 0, 80].entries()) assert.ok(Math.abs(target[axis]! - value) < 1e-9, `axis ${axis}`);
+  // What lies to the right of the target comes nearer or goes farther, and keeps its length.
+  const right = [0, 1, 2].map((row) => m[row]!);
+  assert.ok(Math.abs(Math.hypot(...right) - 1) < 1e-9);
+});
+
+test("a slow browser draws coarsely, a quick one does not", () => {
+  const quick = new DrawingPace();
+  assert.equal(quick.level, 1);
+  for (let picture = 0; picture < 5; ++picture) quick.learn(1, 4);
+  assert.equal(quick.level, 1);
+  const slow = new DrawingPace();
+  slow.learn(1, 130);
+  assert.equal(slow.level, 2);
+  for (let picture = 0; picture < 20; ++picture) slow.learn(slow.level, 400 / slow.level ** 2);
+  assert.equal(slow.level, 4);
+  for (let picture = 0; picture < 20; ++picture) slow.learn(slow.level, 20 / slow.level ** 2);
+  assert.equal(slow.level, 1);
+});
+
+test("kept pictures stay within their memory, the oldest go first", () => {
+  const kept = new KeptPictures(3 * 24);
+  const picture = (volumeId: bigint) => ({ picture: { volumeId }, map: mapOf(4, Array(8).fill(1)), castKey: "" });
+  for (const id of [1n, 2n, 3n]) kept.add(picture(id) as KeptPicture);
+  kept.add(picture(1n) as KeptPicture); // again
+  kept.add(picture(4n) as KeptPicture);
+  assert.deepEqual(
+    [1n, 2n, 3n, 4n].map((id) => kept.of(id) !== undefined),
+    [true, false, true, true],
+  );
+  kept.clear();
+  assert.equal(kept.of(1n), undefined);
+});
