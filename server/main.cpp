@@ -45,6 +45,7 @@ int run(int argc, char** argv) {
   const std::vector<std::pair<std::string, fanlight::Command>> commands = {
       {"serve", fanlight::add_serve_command(program)},
       {"render", fanlight::add_render_command(program)},
+      {"export", fanlight::add_export_command(program)},
       {"batch", fanlight::add_batch_command(program)},
       {"watch", fanlight::add_watch_command(program)},
       {"view", fanlight::add_view_command(program)},

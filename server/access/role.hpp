@@ -22,6 +22,7 @@ constexpr bool has_role(Role role, Role least) {
 
 // Least roles for reading and encodings. Those of commands: server/command/command_rules.cpp.
 inline constexpr Role kReadsSourcePath = Role::kAdmin;        ///< it may name a patient
+inline constexpr Role kShares = Role::kOperator;              ///< makes files that leave the server
 inline constexpr Role kReadsRelayDescription = Role::kAdmin;  ///< it may hold the key of the stream
 inline constexpr Role kReplacesAdminsPresets = Role::kAdmin;
 inline constexpr Role kEncodesUnlimited = Role::kOperator;  ///< see PictureSubscriber::privileged()

@@ -16,6 +16,7 @@ using Command = std::function<Result<void>()>;
 // Each adds a subcommand with its options to the program, and returns the function that runs it.
 Command add_serve_command(CLI::App& program);
 Command add_render_command(CLI::App& program);
+Command add_export_command(CLI::App& program);
 Command add_batch_command(CLI::App& program);
 Command add_record_command(CLI::App& program);
 Command add_recover_command(CLI::App& program);

@@ -122,13 +122,14 @@ Result<void> InputRenderer::render(const Volume& volume) {
     notes.emplace_back(kSweepWarningTexts[i].sentence);
   }
   const std::uint64_t number = volume.stamp().source_volume_index;
+  const bool in_series = options_.all || options_.files.is_page();
   const RenderFiles files = options_.all ? series_.numbered(number) : options_.files;
-  if (options_.all) {
-    if (auto added = series_.add(picture_, number, notes); !added) return added;
+  if (in_series) {
+    if (auto added = series_.add(picture_, number, notes, scene_); !added) return added;
   } else if (auto written = write_picture(files.picture, picture_, notes, files.access()); !written) {
     return written;
   }
-  if (!options_.files.is_video()) {
+  if (!options_.files.is_one_file()) {
     written_.push_back(files.picture);
   } else if (pictures_ == 1) {
     written_.push_back(options_.files.picture);

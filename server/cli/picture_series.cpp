@@ -10,6 +10,7 @@
 #include "proto/base/printable.hpp"
 #include "server/cli/picture_file.hpp"
 #include "server/codec/surface_mesh.hpp"
+#include "server/http/page_files.hpp"
 
 namespace fanlight {
 
@@ -27,7 +28,7 @@ Result<void> check_files(const RenderFiles& files, const PictureSize& size) {
   }
   if (auto named = check_depth_path(files.depth); !named) return named;
   if (auto named = check_mesh_path(files.surface); !named) return named;
-  auto named = files.is_video() ? check_folder_of(files.picture) : check_picture_path(files.picture);
+  auto named = files.is_one_file() ? check_folder_of(files.picture) : check_picture_path(files.picture);
   if (!named) return named;
   for (const std::string* const path : {&files.depth, &files.surface}) {
     if (auto there = check_folder_of(*path); !there) return there;
@@ -65,11 +66,17 @@ RenderFiles PictureSeries::numbered(std::uint64_t number) const {
 }
 
 Result<void> PictureSeries::add(const Picture& picture, std::uint64_t number,
-                                std::span<const std::string> notes) {
-  auto added = files_.is_video() ? add_to_video(picture)
-                                 : write_picture(numbered(number).picture, picture, notes, files_.access());
+                                std::span<const std::string> notes, const Scene& scene) {
+  auto added = files_.is_video()  ? add_to_video(picture)
+               : files_.is_page() ? add_to_page(picture, scene)
+                                  : write_picture(numbered(number).picture, picture, notes, files_.access());
   ++pictures_;
   return added;
+}
+
+Result<void> PictureSeries::add_to_page(const Picture& picture, const Scene& scene) {
+  if (!page_) page_.emplace(shared_page_template(), files_.title, scene);
+  return page_->add(picture);
 }
 
 Result<void> PictureSeries::add_to_video(const Picture& picture) {
@@ -91,6 +98,9 @@ Result<void> PictureSeries::add_to_video(const Picture& picture) {
 }
 
 Result<void> PictureSeries::finish() {
+  if (page_) {
+    return replace_file(files_.picture, page_->html(), files_.access());
+  }
   return video_ ? video_->finish() : Result<void>();
 }
 

@@ -117,7 +117,10 @@ void SurfaceCoder::pack_row(std::span<const float> depths_mm, std::span<const st
 
 Result<void> SurfaceCoder::encode(const Picture& picture, v1::Surface& to) {
   const SurfacePart& part = picture.stamp.view.part;
-  const double deepest_mm = picture.depth_mm.empty() ? 0 : std::max(0.F, std::ranges::max(picture.depth_mm));
+  const std::size_t pixels = std::size_t{picture.width} * picture.height;
+  if (picture.depth_mm.size() != pixels || picture.certainty.size() != pixels)
+    return Error{ErrorCode::kBroken, "the picture has no depths, expected one for each pixel"};
+  const double deepest_mm = std::max(0.F, std::ranges::max(picture.depth_mm));
   const double unit_mm = surface_unit_mm(picture.stamp.view, deepest_mm);
   for (Row* row : {&row_, &above_}) {
     row->depths.assign(part.width + 2, 0);

@@ -110,7 +110,7 @@ std::string command_path(const CLI::App& command) {
 }
 
 bool takes_source(const CLI::App& command) {
-  constexpr std::string_view kCommands[] = {"serve", "render", "record"};
+  constexpr std::string_view kCommands[] = {"serve", "render", "export", "record"};
   return std::ranges::find(kCommands, command_path(command)) != std::end(kCommands);
 }
 
@@ -143,6 +143,8 @@ std::vector<Example> examples_of(std::string_view command) {
       {"render", {"fanlight render liver.igs.mha --out liver.png --depth z.exr", "with depths in mm"}},
       {"render", {"fanlight render liver.igs.mha --all --out liver.mp4", "every volume, as a video"}},
       {"render", {"fanlight render phantom: --out - > face.png", "to standard output, as PNG"}},
+      {"export", {"fanlight export phantom: --out face.html", "the simulated probe"}},
+      {"export", {"fanlight export liver.igs.mha --all --out liver.html", "every volume, as a film"}},
       {"batch", {"fanlight batch sweeps.toml", "all sweeps, one after the other"}},
       {"batch", {"fanlight batch sweeps.toml --shard 2/16", "one of 16 shards"}},
       {"batch", {"seq 4 | xargs -P 4 -I{} fanlight batch sweeps.csv --shard {}/4", "in four processes"}},

@@ -180,6 +180,12 @@ void HttpSession::serve(const Request& request) {
         },
         now_ns());
   }
+  if (*principal && is_read(request) && path_of(request) == "/api/surface.html") {
+    return dependencies_.rest_api.shared_surface(**principal,
+                                                 [self = shared_from_this(), request](Response response) {
+                                                   self->reply(request, std::move(response));
+                                                 });
+  }
   reply(request, respond(request, *principal));
 }
 
@@ -315,7 +321,7 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
   if (file == page_files().end()) {
     return refusal(http::status::not_found,
                    "there is nothing here, expected /, /stream, /healthz, /readyz, /metrics, /api/scene, "
-                   "/api/picture.png, "
+                   "/api/picture.png, /api/surface.html, "
                    "/api/presets, /api/recording, /api/replay or /api/cine");
   }
   // A client that loads the page connects as a display next: its first picture is rendered meanwhile.

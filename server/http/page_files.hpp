@@ -16,4 +16,7 @@ struct PageFile {
 /// All files of the page.
 std::span<const PageFile> page_files();
 
+/// That of them into which SharedPage writes surfaces.
+std::string_view shared_page_template();
+
 }  // namespace fanlight

@@ -9,6 +9,8 @@
 
 #include "proto/base/printable.hpp"
 #include "server/http/api_response.hpp"
+#include "server/http/page_files.hpp"
+#include "server/share/shared_page.hpp"
 #include "server/state/scene_json.hpp"
 
 namespace fanlight {
@@ -103,13 +105,13 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
       {"/api/rtp", [&] { return relay(principal); }, http::verb::post,
        [&] { return control_relay(request, principal); }},
   }};
-  if (path == "/api/picture.png") return wrong_method("GET", "GET, HEAD");
+  if (path == "/api/picture.png" || path == "/api/surface.html") return wrong_method("GET", "GET, HEAD");
   const auto route = std::ranges::find(routes, path, &Route::path);
   if (route == routes.end()) {
-    return refusal(
-        http::status::not_found,
-        "there is nothing here, expected /api/scene, /api/picture.png, /api/presets, /api/recording, "
-        "/api/replay, /api/cine or /api/rtp");
+    return refusal(http::status::not_found,
+                   "there is nothing here, expected /api/scene, /api/picture.png, /api/surface.html, "
+                   "/api/presets, /api/recording, "
+                   "/api/replay, /api/cine or /api/rtp");
   }
   if (request.method() == http::verb::get || request.method() == http::verb::head) return route->read();
   if (request.method() == route->change_verb) return is_json(request) ? route->change() : expected_json();
@@ -252,6 +254,44 @@ void RestApi::picture(const Principal& principal, const std::function<void(Respo
   const bool is_coming = dependencies_.state.demand.resting() || !waiting_.empty();
   if (!is_coming || waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
   waiting_.push_back({principal, answer, now_ns + kMostWaitNs});
+}
+
+void RestApi::shared_surface(const Principal& principal, const std::function<void(Response)>& answer) {
+  const auto refused = [&](http::status status, const std::string& reason) {
+    dependencies_.audit.note(principal, {.what = "share", .result = "refused: " + reason}, nullptr);
+    answer(refusal(status, reason));
+  };
+  if (!has_role(principal.role, kShares))
+    return refused(http::status::forbidden, "the role may not share surfaces, expected an operator");
+  const Picture* const newest = dependencies_.hub.newest_picture();
+  if (newest == nullptr) return answer(no_picture());
+  struct Made {
+    Result<std::string> html = Error{ErrorCode::kBroken, "the page was not made"};
+    std::uint64_t picture_id = 0;
+  };
+  const auto made = std::make_shared<Made>();
+  const auto begun = dependencies_.hub.work_on_newest(
+      [made, scene = dependencies_.state.scene_store.in_force().scene](const Picture& picture) {
+        made->picture_id = picture.stamp.picture_id;
+        SharedPage page(shared_page_template(), "", scene);
+        if (const auto added = page.add(picture); added) {
+          made->html = page.html();
+        } else {
+          made->html = added.error();
+        }
+      },
+      [made, answer, principal, this] {
+        const std::string result = made->html ? "done" : "refused: " + made->html.error().message;
+        dependencies_.audit.note(principal, {.what = "share", .result = result},
+                                 {{"picture", made->picture_id}});
+        if (!made->html) return answer(refusal(http::status::conflict, made->html.error().message));
+        Response response(http::status::ok, 11);
+        response.set(http::field::content_type, "text/html; charset=utf-8");
+        response.set(http::field::content_disposition, "attachment; filename=surface.html");
+        response.body() = *std::move(made->html);
+        answer(std::move(response));
+      });
+  if (!begun) refused(http::status::service_unavailable, begun.error().message);
 }
 
 void RestApi::answer_waiting(std::int64_t now_ns) {

@@ -56,6 +56,10 @@ class RestApi {
   void picture(const Principal& principal, const std::function<void(Response)>& answer, std::int64_t now_ns);
   static constexpr std::int64_t kMostWaitNs = 5'000'000'000;
 
+  /// The answer to a GET of /api/surface.html: a page that shows the surface of the newest picture without
+  /// this server. For operators; audited.
+  void shared_surface(const Principal& principal, const std::function<void(Response)>& answer);
+
   /// Answers those who wait for a picture, where there is one now, or where they have waited long enough.
   /// Call it after every picture, and once a second.
   void answer_waiting(std::int64_t now_ns);

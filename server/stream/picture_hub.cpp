@@ -425,4 +425,23 @@ void PictureHub::start_png() {
       });
 }
 
+Result<void> PictureHub::work_on_newest(std::function<void(const Picture&)> work,
+                                        std::function<void()> done) {
+  thread_owner_.check();
+  if (works_ >= kMostWorks) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} requests for a picture are carried out already, expected a later request",
+                             kMostWorks)};
+  }
+  const auto snapshot = snapshot_of(shown_.at(0));
+  ++works_;
+  config_.executor(
+      EncoderLane::kHeavy, [snapshot, work = std::move(work)] { work(snapshot->picture()); },
+      [this, snapshot, done = std::move(done)] {
+        --works_;
+        done();
+      });
+  return {};
+}
+
 }  // namespace fanlight

@@ -99,6 +99,11 @@ class PictureHub {
   /// there is one. Error, kUnavailable: kMostFileRequests wait already.
   void png(FileReady ready);
 
+  /// Runs `work` on the newest picture of the main view, on a thread that encodes, and then `done` on this
+  /// one. Precondition: there is one. Error, kUnavailable: kMostWorks of them run already.
+  Result<void> work_on_newest(std::function<void(const Picture&)> work, std::function<void()> done);
+  static constexpr std::size_t kMostWorks = 4;
+
  private:
   /// The view, and those settings that the encoding depends on.
   using EncodingKey = std::pair<std::uint64_t, StreamSettings>;
@@ -147,6 +152,7 @@ class PictureHub {
 
   ServerCounters& counters_;
   Config config_;
+  std::size_t works_ = 0;  // of work_on_newest()
   std::unordered_set<PictureSubscriber*> subscribers_;
   std::map<EncodingKey, Encoding> encodings_;
   std::map<std::uint64_t, Shown> shown_;  // by view

@@ -5,7 +5,7 @@
 //   --shaders  where the renderer's shaders are
 // Generates the messages from the schema and type-checks everything first.
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdirSync, readdirSync, readFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
@@ -119,6 +119,23 @@ if (values.outdir) {
     target: ["chrome105", "firefox110", "safari16"],
     logLevel: "warning",
   });
+  const share = await build({
+    entryPoints: [join(home, "src/share/main.ts")],
+    plugins: [shaderTexts],
+    bundle: true,
+    minify: true,
+    write: false,
+    format: "iife",
+    target: ["chrome100", "firefox100", "safari15.4"],
+    logLevel: "warning",
+  });
+  // One file that opens without a server: the script stands in it.
+  const script = share.outputFiles[0].text.replaceAll("</script", "<\\/script");
+  const template = readFileSync(join(home, "page/share.html"), "utf8");
+  writeFileSync(
+    join(resolve(values.outdir), "share.html"),
+    template.replace("/*script*/", () => script),
+  );
   for (const name of ["index.html", "favicon.svg"]) {
     copyFileSync(join(home, "page", name), join(resolve(values.outdir), name));
   }

@@ -2,6 +2,10 @@
 // Surfaces that the page lights itself, by WebGL in Chromium on the processor (SwiftShader), against the pictures of
 // the server.
 import assert from "node:assert/strict";
+import { copyFileSync, mkdtempSync, rmSync, statSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
 import { after, before, test } from "node:test";
 import { ServerProcess } from "./server_process.mjs";
 import { difference, launchChromium, until, ViewerPage } from "./viewer_page.mjs";
@@ -257,4 +261,56 @@ test("a frozen volume that was seen before is shown at once", async () => {
     server.send("SIGCONT");
     await server.end();
   }
+});
+
+test("the shared file shows the surface, turns and measures without a server", async () => {
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "256x256"]);
+  const folder = mkdtempSync(join(tmpdir(), "fanlight-shared-"));
+  const file = join(folder, "surface.html");
+  let ofServer;
+  try {
+    const viewer = await ViewerPage.open(browser, server.url);
+    await settled(viewer);
+    const download = viewer.page.waitForEvent("download");
+    await viewer.page.locator("#share").click();
+    const saved = await download;
+    assert.match(saved.suggestedFilename(), /^fanlight-.*\.html$/);
+    copyFileSync(await saved.path(), file); // a browser takes the type of a file from its name
+    ofServer = await viewer.greyLevels();
+    await viewer.page.close();
+  } finally {
+    await server.end();
+  }
+  assert.ok(statSync(file).size < 1_000_000);
+  const shared = new ViewerPage();
+  shared.page = await browser.newPage({ viewport: { width: 900, height: 700 } });
+  const requests = [];
+  const problems = [];
+  shared.page.on("request", (request) => requests.push(request.url()));
+  shared.page.on("pageerror", (error) => problems.push(String(error)));
+  await shared.page.goto(pathToFileURL(file).href);
+  await until(
+    "the surface of the server's picture",
+    async () => difference(ofServer, await shared.greyLevels()),
+    (by) => by < 1,
+  );
+  await shared.page.waitForTimeout(500);
+  const before = await shared.greyLevels();
+  await shared.drag([0.5, 0.5], [0.6, 0.5]);
+  await shared.changedFrom(before, 2, "a turn");
+  await shared.page.locator("#reset").click();
+  await until(
+    "the first view",
+    async () => difference(before, await shared.greyLevels()),
+    (by) => by < 0.5,
+  );
+  await shared.page.locator("#tools").getByText("Measure").click();
+  const box = await shared.page.locator("#picture").boundingBox();
+  await shared.page.mouse.click(box.x + 0.45 * box.width, box.y + 0.5 * box.height);
+  await shared.page.mouse.click(box.x + 0.6 * box.width, box.y + 0.5 * box.height);
+  assert.match(await shared.page.locator("#said").textContent(), /^\d+\.\d mm straight\. Not for diagnosis\.$/);
+  assert.deepEqual(requests, [pathToFileURL(file).href]);
+  assert.deepEqual(problems, []);
+  await shared.page.close();
+  rmSync(folder, { recursive: true });
 });

@@ -110,5 +110,23 @@ TEST(RestApi, GivesTheNewestPicture) {
   EXPECT_EQ(talk(fixture, "HEAD", "/api/picture.png").body, "");
 }
 
+TEST(RestApi, GivesTheSurfaceAsAPageThatNeedsNoServer) {
+  ServerFixture fixture;
+  EXPECT_EQ(talk(fixture, "GET", "/api/surface.html").status, 503) << "there is no picture";
+  EXPECT_EQ(talk(fixture, "POST", "/api/surface.html", "{}").status, 405);
+  TestDisplay display(fixture.endpoint());
+  fixture.show(1, 99);
+  display.next(v1::ServerMessage::kPicture);
+  EXPECT_EQ(talk(fixture, "GET", "/api/surface.html").status, 409) << "the picture has no surface";
+  fixture.show_depths(
+      2, [](std::uint32_t column, std::uint32_t /*row*/) { return 40.F + static_cast<float>(column); });
+  display.next(v1::ServerMessage::kPicture);
+  const Answer page = talk(fixture, "GET", "/api/surface.html");
+  EXPECT_EQ(page.status, 200);
+  EXPECT_NE(page.head.find("Content-Disposition: attachment"), std::string::npos);
+  EXPECT_NE(page.body.find("Not for diagnosis"), std::string::npos);
+  EXPECT_NE(page.body.find("id=\"surfaces\""), std::string::npos);
+}
+
 }  // namespace
 }  // namespace fanlight::test

@@ -112,6 +112,7 @@ class ServerFixture {
   void show_depths(std::uint64_t picture_id, DepthAt depth_at) {
     std::vector<float>& depth_mm = pictures_.draft().depth_mm;
     depth_mm.clear();
+    pictures_.draft().certainty.assign(std::size_t{kWidth} * kHeight, 255);
     for (std::uint32_t row = 0; row < kHeight; ++row) {
       for (std::uint32_t column = 0; column < kWidth; ++column) depth_mm.push_back(depth_at(column, row));
     }
@@ -121,7 +122,8 @@ class ServerFixture {
                    .forward = {0, 1, 0},
                    .mm_per_pixel = 0.5,
                    .middle_column = 5,
-                   .middle_row = 6}},
+                   .middle_row = 6,
+                   .part = {.width = kWidth, .height = kHeight}}},
          128);
   }
 

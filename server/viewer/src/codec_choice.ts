@@ -9,16 +9,31 @@ const kSurface = "3";
 
 export class CodecChoice {
   private filmWanted = false;
+  private isChosen = false; // by the user
 
   constructor(
     private readonly select: HTMLSelectElement,
     private readonly connection: Pick<Connection, "send">,
-    lightsSurfaces: boolean,
   ) {
-    select.onchange = () => this.ask();
-    select.value = lightsSurfaces ? kSurface : kJpeg;
-    select.querySelector<HTMLOptionElement>(`[value="${kSurface}"]`)!.disabled = !lightsSurfaces;
+    select.onchange = () => {
+      this.isChosen = true;
+      this.ask();
+    };
+    select.value = kJpeg;
+    this.surfaces.disabled = true;
     select.querySelector<HTMLOptionElement>(`[value="${kH264}"]`)!.disabled = !canDecodeFilm();
+  }
+
+  /** This display can light surfaces, which it takes unless the user has chosen something else. */
+  offerSurfaces(): void {
+    this.surfaces.disabled = false;
+    if (this.isChosen || this.filmWanted) return;
+    this.select.value = kSurface;
+    this.ask();
+  }
+
+  private get surfaces(): HTMLOptionElement {
+    return this.select.querySelector<HTMLOptionElement>(`[value="${kSurface}"]`)!;
   }
 
   /** A new session begins with JPEG. */
@@ -36,7 +51,7 @@ export class CodecChoice {
     if (this.select.value !== kH264) this.ask();
   }
 
-  /** The browser cannot decode what was chosen. */
+  /** The browser cannot show what was chosen. */
   fallBack(): void {
     this.filmWanted = false;
     this.select.value = kJpeg;

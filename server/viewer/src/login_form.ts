@@ -4,6 +4,11 @@ import type { Connection } from "./connection";
 
 const kKept = "fanlight-token";
 
+/** The token of this tab; null without one. */
+export function keptToken(): string | null {
+  return sessionStorage.getItem(kKept);
+}
+
 export class LoginForm {
   private readonly input: HTMLInputElement;
   private readonly message: Element;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: creates its parts and connects them. Each message from the server goes to its parts from here.
 import {
+  Role,
   type ControlState,
   type Hello,
   type Picture,
@@ -39,6 +40,7 @@ import { inPlainWords, titlesOf } from "./refusal_text";
 import { ReplayBar } from "./replay_bar";
 import { valuesOf, type Values } from "./scene";
 import { SceneChanges } from "./scene_changes";
+import { ShareButton } from "./share_button";
 import { sameSettings } from "./same_settings";
 import { ServerClock } from "./server_clock";
 import { SettingsEditor } from "./settings_editor";
@@ -167,6 +169,7 @@ const quickPanel: QuickPanel = new QuickPanel(editor, effects, {
   failed: showRefusal,
 });
 const shell = new PageShell(showRefusal);
+const shareButton = new ShareButton(page.share, showRefusal);
 connectShortcuts({ cineBar, quickPanel, tools, overlay, shell });
 page.resetView.onclick = () => orbit.reset();
 const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, bannerAt("#found"), editor, (requestId) =>
@@ -262,6 +265,7 @@ function begin(newHello: Hello): void {
     controls = new Controls(page.form, editor, effects, newHello, defaults, probePanel.group.root, measured);
   }
   hello = newHello;
+  shareButton.allow(newHello.role !== Role.VIEWER);
   cineBar.start();
   pictures.surface.forgetAll();
   overlay.measurement.forget();

@@ -32,6 +32,7 @@ export const page = {
   still: find("#still", HTMLButtonElement),
   stillFacts: find("#still-facts", HTMLInputElement),
   clip: find("#clip", HTMLButtonElement),
+  share: find("#share", HTMLButtonElement),
   ownPresets: find("#own-presets", HTMLDetailsElement),
   openBox: find("#open-box", HTMLButtonElement),
   undo: find("#undo", HTMLButtonElement),

@@ -10,13 +10,26 @@ export class PictureStream {
   readonly surface: SurfaceView;
   readonly view: PictureView;
   readonly codec: CodecChoice;
+  private offered = false;
 
-  constructor(scene: ShownScene, connection: Pick<Connection, "send">, events: Omit<PictureViewEvents, "filmFailed">) {
+  constructor(scene: ShownScene, connection: Pick<Connection, "send">, events: Omit<PictureViewEvents, "unsupported">) {
     this.surface = new SurfaceView(scene);
     this.view = new PictureView(page.canvas, page.frame, this.surface, {
       ...events,
-      filmFailed: () => this.codec.fallBack(),
+      shown: (picture) => {
+        events.shown(picture);
+        this.offerSurfaces();
+      },
+      unsupported: () => this.codec.fallBack(),
     });
-    this.codec = new CodecChoice(page.codec, connection, this.surface.works);
+    this.codec = new CodecChoice(page.codec, connection);
+  }
+  /** Only with the first picture: to begin with WebGL may take a second, in which there would be none. */
+  private offerSurfaces(): void {
+    if (this.offered) return;
+    this.offered = true;
+    window.setTimeout(() => {
+      if (this.surface.works) this.codec.offerSurfaces();
+    });
   }
 }

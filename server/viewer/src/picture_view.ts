@@ -17,7 +17,8 @@ export interface PictureViewEvents {
   /** Whether this display has turned the picture, where that has changed. */
   turned(turned: boolean): void;
   unreadable(sentence: string): void;
-  filmFailed(): void;
+  /** This browser cannot show such pictures, or not quickly enough. */
+  unsupported(): void;
 }
 
 export class PictureView {
@@ -46,7 +47,7 @@ export class PictureView {
       if (this.held) return;
       this.draw(frame, frame.displayWidth, frame.displayHeight);
       this.events.shown(picture);
-    }, events.filmFailed);
+    }, events.unsupported);
   }
 
   /** Keeps the picture on this display as it is; a film is decoded on, since its next pictures depend on these. */
@@ -97,7 +98,10 @@ export class PictureView {
     this.wasTurned = isTurned;
     if (this.rehearsed || !this.surface.isShown) return;
     this.rehearsed = true;
-    window.setTimeout(() => this.surface.rehearse(), kRehearseMs);
+    window.setTimeout(() => {
+      this.surface.rehearse();
+      if (this.surface.isTooSlow) this.events.unsupported();
+    }, kRehearseMs);
   }
 
   /** Shows a volume that was shown before, until the server sends it again. Whether it can. */
@@ -126,13 +130,18 @@ export class PictureView {
     while (this.waiting) {
       const picture = this.waiting;
       this.waiting = undefined;
+      if (picture.surface && !this.surface.works) {
+        this.events.unsupported();
+        continue;
+      }
       try {
         const blob = blobOf(picture);
         const [bitmap] = await Promise.all([blob && createImageBitmap(blob), this.surface.unpack(picture)]);
         if (!this.held && !this.isBefore(picture)) {
           this.surface.show(picture);
           this.draw(bitmap, picture.width, picture.height);
-          this.drawSurface(performance.now() - this.relitMs < kRestMs);
+          // A turned one is coarse until its cast is there: to draw it finely takes longer.
+          this.drawSurface(performance.now() - this.relitMs < kRestMs || this.wasTurned);
           this.events.shown(picture);
         }
         bitmap?.close();

@@ -38,6 +38,7 @@ export class StatisticsView {
     this.write("picture-id", picture.pictureId);
     this.write("volume-id", picture.volumeId);
     this.write("scene-revision", picture.sceneRevision);
+    this.write("stream", streamText(picture));
     this.write("pass1-runs", picture.pass1Runs);
     this.write("pass2-runs", picture.pass2Runs);
     this.writeWhereAny("frames-missing", interpolatedText(picture));
@@ -94,6 +95,11 @@ export class StatisticsView {
     if (!place) throw new Error(`The page has no place for ${name}.`);
     return place;
   }
+}
+
+function streamText({ surface, h264, png }: Picture): string {
+  if (surface) return "surface, lit here";
+  return h264.length > 0 ? "H.264" : png.length > 0 ? "PNG" : "JPEG";
 }
 
 function stageItem(): HTMLElement {

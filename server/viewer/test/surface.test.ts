@@ -144,6 +144,10 @@ test("a slow browser draws coarsely, a quick one does not", () => {
   assert.equal(slow.level, 2);
   for (let picture = 0; picture < 20; ++picture) slow.learn(slow.level, 400 / slow.level ** 2);
   assert.equal(slow.level, 4);
+  assert.equal(slow.isTooSlow, false);
+  const slowest = new DrawingPace();
+  slowest.learn(3, 300);
+  assert.ok(slowest.isTooSlow);
   for (let picture = 0; picture < 20; ++picture) slow.learn(slow.level, 20 / slow.level ** 2);
   assert.equal(slow.level, 1);
 });

@@ -4,6 +4,7 @@
 /** A picture in motion takes no longer, if it can be had by fewer pixels. */
 const kMovingMs = 35;
 const kCoarsest = 4;
+const kTooSlowMs = 120;
 const kLearnEvery = 8;
 const kNewShare = 0.4;
 
@@ -13,6 +14,10 @@ export class DrawingPace {
 
   get level(): number {
     return Math.min(kCoarsest, Math.max(1, Math.ceil(Math.sqrt(this.fullMs / kMovingMs))));
+  }
+
+  get isTooSlow(): boolean {
+    return this.fullMs / (kCoarsest * kCoarsest) > kTooSlowMs;
   }
 
   /** Whether the next picture is to be measured. Not each is: to wait for a GPU costs time. */

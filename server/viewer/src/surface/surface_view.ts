@@ -7,9 +7,9 @@ import type { Rectangle } from "../view_geometry";
 import { DrawingPace } from "./drawing_pace";
 import { KeptPictures } from "./kept_pictures";
 import { lightPlan, type LightPlan, type SceneValues } from "./light_parameters";
-import { coarser, unpackSurface, type DepthMap } from "./surface_decoder";
+import { coarser, kNoSurface, unpackSurface, type DepthMap } from "./surface_decoder";
 import { SurfaceLighter, type Cast } from "./surface_lighter";
-import { coarserView, degreesBetween, sameView, viewOf } from "./view_of";
+import { bodyPoint, coarserView, degreesBetween, sameView, viewOf } from "./view_of";
 
 /** Beyond, too little of what would be seen is known. */
 const kMostTurnedDeg = 60;
@@ -95,6 +95,24 @@ export class SurfaceView {
     this.kept.clear();
   }
 
+  /** Whether the page's camera can be drawn from what was cast. */
+  get canTurn(): boolean {
+    if (!this.shown) return true;
+    const wanted = viewOf(this.scene, this.shown.part);
+    return degreesBetween(wanted, this.shown.view) <= kMostTurnedDeg;
+  }
+
+  /** The point of the body at a pixel of the picture, mm; undefined without a surface. For a picture not turned. */
+  pointAt({ x, y }: { x: number; y: number }): readonly [number, number, number] | undefined {
+    const { shown } = this;
+    if (!shown) return undefined;
+    const map = shown.maps[0]!;
+    const [column, row] = [Math.floor(x) - shown.part.left, Math.floor(y) - shown.part.top];
+    const units = map.depths[row * map.width + column];
+    if (column < 0 || column >= map.width || units === undefined || units === kNoSurface) return undefined;
+    return bodyPoint(shown.view, Math.floor(x), Math.floor(y), units * map.unitMm);
+  }
+
   get isShown(): boolean {
     return this.shown !== undefined;
   }
@@ -102,6 +120,11 @@ export class SurfaceView {
   /** Whether the picture is seen from another view than the server has cast it for. */
   get isTurned(): boolean {
     return this.shown !== undefined && this.drawn.turned;
+  }
+
+  /** Whether even the coarsest light takes so long that pictures of the server are quicker. */
+  get isTooSlow(): boolean {
+    return this.paces.lit.isTooSlow;
   }
 
   get isCoarse(): boolean {
@@ -121,7 +144,7 @@ export class SurfaceView {
     const wanted = this.wantedView(shown);
     const turned = wanted !== shown.view;
     const pace = turned ? this.paces.turned : this.paces.lit;
-    const level = moving || turned ? pace.level : 1;
+    const level = moving ? pace.level : 1;
     const map = mapOf(shown, level);
     const plan = this.planAt(level, shown, wanted);
     if (turned) this.drawTurned(lighter, level, shown, wanted, plan);
@@ -129,7 +152,7 @@ export class SurfaceView {
     const { left, top } = shown.part;
     context.drawImage(lighter.canvas, left, top, level * map.width, level * map.height);
     this.drawn = { level, scene: this.sceneOf(shown), turned };
-    if ((moving || turned) && pace.learns) pace.learn(level, this.waited(lighter.canvas) - began);
+    if (moving && pace.learns) pace.learn(level, this.waited(lighter.canvas) - began);
   }
 
   /**

@@ -74,6 +74,21 @@ export function coarserView(view: View, level: number): View {
   });
 }
 
+/** The point of the body at a depth of a pixel, mm. */
+export function bodyPoint(view: View, column: number, row: number, depthMm: number): Vector {
+  const scale = view.mmPerPixel + depthMm * view.mmPerPixelPerMm;
+  const [right, down, forward, origin] = [0, 1, 2, 3].map((axis) => columnOf(view, axis)) as [
+    Vector,
+    Vector,
+    Vector,
+    Vector,
+  ];
+  const across = scale * (column - view.middleColumn);
+  const below = scale * (row - view.middleRow);
+  const at = (axis: 0 | 1 | 2) => origin[axis] + depthMm * forward[axis] + across * right[axis] + below * down[axis];
+  return [at(0), at(1), at(2)];
+}
+
 function columnOf({ matrix }: View, column: number): Vector {
   return [matrix[column] ?? 0, matrix[4 + column] ?? 0, matrix[8 + column] ?? 0];
 }
