@@ -53,6 +53,7 @@ Command add_export_command(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("export", "Export surfaces to an HTML file that needs no server");
   const auto options = std::make_shared<RenderOptions>();
+  options->exports = true;
   command->option_defaults()->group("Input and output");
   command
       ->add_option(

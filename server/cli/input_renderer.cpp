@@ -35,6 +35,8 @@ Result<void> check_render(const RenderOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return size.error();
   if (auto named = check_files(options.files, *size); !named) return named;
+  if (options.files.is_page() && !options.exports)
+    return Error{ErrorCode::kInvalidArgument, "a page is no picture, expected fanlight export for it"};
   if (options.files.is_video() && !options.all)
     return Error{ErrorCode::kInvalidArgument, "a video shows many volumes, expected --all with it"};
   if (options.files.picture == kStandardOutput && options.all)

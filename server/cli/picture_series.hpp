@@ -15,7 +15,7 @@
 #include "renderer/passes/depth_maps.hpp"
 #include "server/codec/h264_coder.hpp"
 #include "server/codec/mp4_file.hpp"
-#include "server/share/shared_page.hpp"
+#include "server/stream/shared_page.hpp"
 
 namespace fanlight {
 

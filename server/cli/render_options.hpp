@@ -18,6 +18,7 @@ struct RenderOptions {
   std::string input;
   SourceOptions playing{.pace = SourcePace::kAsFastAsTaken};
   RenderFiles files;
+  bool exports = false;                 // to a page, by `fanlight export`
   std::optional<std::uint64_t> volume;  // absent: the first that the source gives
   bool all = false;
   std::optional<std::int64_t> count;  // of volumes, with `all`; absent: to the end of the source

@@ -134,7 +134,6 @@ Result<void> SurfaceCoder::encode(const Picture& picture, v1::Surface& to) {
              std::span(picture.certainty).subspan(first, part.width), unit_mm);
   }
   end_run();
-  to.set_surface_id(picture.stamp.surface_id);
   to.set_left(part.left);
   to.set_top(part.top);
   to.set_width(part.width);
@@ -146,7 +145,10 @@ Result<void> SurfaceCoder::encode(const Picture& picture, v1::Surface& to) {
   if (auto done = compress(runs_, {}, Z_DEFAULT_STRATEGY, *to.mutable_runs()); !done) return done;
   if (auto done = compress(calm_, rough_, Z_HUFFMAN_ONLY, *to.mutable_residuals()); !done) return done;
   if (auto done = compress(large_, {}, Z_DEFAULT_STRATEGY, *to.mutable_large_residuals()); !done) return done;
-  return compress(certainties_, {}, Z_DEFAULT_STRATEGY, *to.mutable_certainties());
+  if (auto done = compress(certainties_, {}, Z_DEFAULT_STRATEGY, *to.mutable_certainties()); !done)
+    return done;
+  to.set_surface_id(picture.stamp.surface_id);  // last: who finds it has all maps
+  return {};
 }
 
 }  // namespace fanlight

@@ -10,8 +10,8 @@
 #include "proto/base/printable.hpp"
 #include "server/http/api_response.hpp"
 #include "server/http/page_files.hpp"
-#include "server/share/shared_page.hpp"
 #include "server/state/scene_json.hpp"
+#include "server/stream/shared_page.hpp"
 
 namespace fanlight {
 
@@ -265,8 +265,12 @@ void RestApi::shared_surface(const Principal& principal, const std::function<voi
     return refused(http::status::forbidden, "the role may not share surfaces, expected an operator");
   const Picture* const newest = dependencies_.hub.newest_picture();
   if (newest == nullptr) return answer(no_picture());
+  // Its camera would be another one.
+  if (newest->stamp.scene_revision < dependencies_.state.scene_store.in_force().revision)
+    return refused(http::status::service_unavailable,
+                   "the newest picture does not show the scene in force yet, expected a later request");
   struct Made {
-    Result<std::string> html = Error{ErrorCode::kBroken, "the page was not made"};
+    Result<std::string> html = Error{ErrorCode::kUnavailable, "there is no memory to make the page"};
     std::uint64_t picture_id = 0;
   };
   const auto made = std::make_shared<Made>();

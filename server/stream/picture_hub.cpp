@@ -139,7 +139,7 @@ void PictureHub::Job::run(const CoderFactory& make_coder) {
 Result<void> PictureHub::Machine::pack_surface(const Picture& picture) {
   // Of a picture whose light alone has changed it is packed already.
   if (surface.surface_id() == picture.stamp.surface_id) return {};
-  surface.Clear();  // also where packing fails
+  surface.Clear();
   return surface_coder.encode(picture, surface);
 }
 
@@ -435,12 +435,24 @@ Result<void> PictureHub::work_on_newest(std::function<void(const Picture&)> work
   }
   const auto snapshot = snapshot_of(shown_.at(0));
   ++works_;
-  config_.executor(
-      EncoderLane::kHeavy, [snapshot, work = std::move(work)] { work(snapshot->picture()); },
-      [this, snapshot, done = std::move(done)] {
-        --works_;
-        done();
-      });
+  try {
+    config_.executor(
+        EncoderLane::kHeavy,
+        [snapshot, work = std::move(work)] {
+          try {
+            work(snapshot->picture());
+          } catch (const std::bad_alloc&) {
+            // The result of the work stays the error that it was.
+          }
+        },
+        [this, snapshot, done = std::move(done)] {
+          --works_;
+          done();
+        });
+  } catch (const std::bad_alloc&) {
+    --works_;
+    throw;
+  }
   return {};
 }
 

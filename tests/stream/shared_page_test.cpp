@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SharedPage: what stands in the file, and how much it takes.
-#include "server/share/shared_page.hpp"
+#include "server/stream/shared_page.hpp"
 
 #include <gtest/gtest.h>
 #include <openssl/evp.h>

@@ -31,7 +31,7 @@ export class CineBar {
 
   /**
    * `hold`: keeps the picture of this display alone, for those who may not freeze that of all. `showKept`: shows a
-   * volume that was on show before, if it can, until the server shows it.
+   * volume that was on show before, if it can, until the server shows it; 0: one that was not.
    */
   constructor(
     root: HTMLElement,
@@ -81,8 +81,15 @@ export class CineBar {
     this.ask(this.isFrozen ? Wish.LIVE : Wish.FREEZE);
   }
 
+  /** Stops at one volume, whatever is shown. */
+  still(): void {
+    if (this.mayAsk && !this.isStill) this.ask(this.isFrozen ? Wish.PAUSE : Wish.FREEZE);
+  }
+
   /** Call at the start of a session. */
   start(): void {
+    this.ids.clear();
+    this.expected = undefined;
     this.isReplay = false;
     this.holdHere(false);
   }
@@ -157,9 +164,9 @@ export class CineBar {
 
   /** Shows a volume at once if it was on show before. */
   private expect(volume: number): void {
+    if (!this.mayAsk) return; // the server will refuse
     this.expected = volume;
-    const id = this.ids.get(volume);
-    if (id !== undefined) this.showKept(id);
+    this.showKept(this.ids.get(volume) ?? 0n);
   }
 
   private ask(wish: Wish, value = 0): void {

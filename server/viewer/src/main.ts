@@ -93,8 +93,9 @@ const connection = new Connection(streamUrl(), {
 });
 const changes: SceneChanges = new SceneChanges(connection, {
   ownView: () => ownView,
-  lightsHere: () => pictures.surface.isShown,
+  lightsHere: () => pictures.surface.isWhole,
   editor: () => editor,
+  failed: showRefusal,
 });
 const editor: SettingsEditor = new SettingsEditor({
   edited: (before, after) => quickPanel.edited(before, after),
@@ -154,7 +155,7 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   isFrozen: () => cineBar.isStill,
   isCurrent: () => shown !== undefined && !cineBar.isHeld && editor.isShownBy(shown.sceneRevision),
   mayFreeze: () => cineBar.mayFreeze,
-  freeze: () => cineBar.toggle(),
+  freeze: () => cineBar.still(),
   askDepth: (requestId, pixels) =>
     connection.send({ case: "depth", value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })) } }),
   failed: showRefusal,
@@ -267,7 +268,7 @@ function begin(newHello: Hello): void {
   hello = newHello;
   shareButton.allow(newHello.role !== Role.VIEWER);
   cineBar.start();
-  pictures.surface.forgetAll();
+  view.start();
   overlay.measurement.forget();
   quickPanel.start(hello);
   if (hello.control) controlTold(hello.control);

@@ -86,9 +86,7 @@ export class Measurement {
   choose(chosen: boolean): void {
     this.chosen = chosen;
     this.start = undefined;
-    // A moving surface cannot be measured.
-    if (chosen && this.events.showsSurface() && !this.events.isFrozen() && this.events.mayFreeze())
-      this.events.freeze();
+    if (chosen) this.freeze();
     this.events.say(chosen ? this.hint() : "");
     this.draw();
   }
@@ -109,7 +107,10 @@ export class Measurement {
   }
 
   clicked(pointer: PagePoint): void {
-    if (!this.canMeasure() || !this.picture) return this.events.say(this.hint());
+    if (!this.canMeasure() || !this.picture) {
+      this.freeze();
+      return this.events.say(this.hint());
+    }
     const { x, y } = picturePixel(pointer, this.canvas);
     const full = this.events.fullSize();
     const within = (at: number, size: number) => Math.min(size - 1, Math.max(0, Math.floor(at)));
@@ -168,6 +169,11 @@ export class Measurement {
     return this.measured !== undefined && this.measured.volumeId === this.picture?.volumeId;
   }
 
+  /** A moving surface cannot be measured. */
+  private freeze(): void {
+    if (this.events.showsSurface() && !this.events.isFrozen() && this.events.mayFreeze()) this.events.freeze();
+  }
+
   private canMeasure(): boolean {
     return this.events.isFrozen() && this.events.showsSurface();
   }
@@ -176,7 +182,7 @@ export class Measurement {
     if (!this.events.showsSurface()) return "This picture shows no surface to measure on. Choose Face, or one pane.";
     if (this.events.isFrozen()) return "Click two points of the surface.";
     return this.events.mayFreeze()
-      ? "The picture is being frozen."
+      ? "Click two points: the first click freezes the picture."
       : "Only a picture that is frozen for all displays can be measured: the display in control freezes it.";
   }
 

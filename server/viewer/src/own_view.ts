@@ -78,11 +78,17 @@ export class OwnView {
   private left(): void {
     if (this.open) this.events.leave();
     this.open = false;
-    this.here.clear();
     this.back();
   }
 
+  /** Ends it: the server cannot draw it. */
+  end(): void {
+    this.box.checked = false;
+    this.left();
+  }
+
   private back(): void {
+    this.here.clear();
     if (this.main) this.events.backTo(this.main);
   }
 }

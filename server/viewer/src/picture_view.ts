@@ -19,6 +19,8 @@ export interface PictureViewEvents {
   unreadable(sentence: string): void;
   /** This browser cannot show such pictures, or not quickly enough. */
   unsupported(): void;
+  /** The server has to send the picture again, whole. */
+  missing(): void;
 }
 
 export class PictureView {
@@ -28,7 +30,8 @@ export class PictureView {
   private relightDue = false;
   private relitMs = -Infinity;
   private restTimer = 0;
-  private expected: { volumeId: bigint; sinceMs: number } | undefined;
+  private expected: bigint | undefined; // the volume that this display shows before the server does
+  private expectedTimer = 0;
   private wasTurned = false;
   private rehearsed = false;
   private readonly context: CanvasRenderingContext2D;
@@ -59,10 +62,15 @@ export class PictureView {
   show(picture: Picture): void {
     if (picture.h264.length > 0) {
       this.surface.forget();
+      this.noteTurned();
       return this.film.decode(picture);
     }
     this.film.end();
     if (this.held) return;
+    // The server sends a surface once: the next picture takes over that of a skipped one.
+    const skipped = this.waiting?.surface;
+    if (skipped && skipped.surfaceId === picture.surface?.surfaceId && picture.surface.runs.length === 0)
+      picture.surface = skipped;
     this.waiting = picture;
     if (!this.decoding) void this.decode();
   }
@@ -92,37 +100,66 @@ export class PictureView {
   }
 
   private drawSurface(moving: boolean): void {
-    this.surface.draw(this.context, moving);
+    try {
+      this.surface.draw(this.context, moving);
+    } catch {
+      return this.events.unsupported(); // a shader that this browser does not compile
+    }
+    this.noteTurned();
+    if (this.rehearsed || !this.surface.isShown) return;
+    this.rehearsed = true;
+    window.setTimeout(() => this.rehearse(), kRehearseMs);
+  }
+
+  private noteTurned(): void {
     const { isTurned } = this.surface;
     if (isTurned !== this.wasTurned) this.events.turned(isTurned);
     this.wasTurned = isTurned;
-    if (this.rehearsed || !this.surface.isShown) return;
-    this.rehearsed = true;
-    window.setTimeout(() => {
+  }
+
+  private rehearse(): void {
+    try {
       this.surface.rehearse();
-      if (this.surface.isTooSlow) this.events.unsupported();
-    }, kRehearseMs);
+    } catch {
+      return this.events.unsupported();
+    }
+    if (this.surface.isTooSlow) this.events.unsupported();
   }
 
   /** Shows a volume that was shown before, until the server sends it again. Whether it can. */
   showKept(volumeId: bigint): boolean {
     if (this.held) return false;
     const picture = this.surface.showKept(volumeId);
+    window.clearTimeout(this.expectedTimer);
+    this.expected = picture && volumeId;
     if (!picture) return false;
-    this.expected = { volumeId, sinceMs: performance.now() };
+    this.expectedTimer = window.setTimeout(() => this.giveUpExpected(), kOvertakenMs);
     this.draw(undefined, picture.width, picture.height);
     this.drawMoving();
     this.events.shown(picture);
     return true;
   }
 
+  /** Call at the start of a session. */
+  start(): void {
+    this.expected = undefined;
+    window.clearTimeout(this.expectedTimer);
+    this.surface.forgetAll();
+  }
+
+  /** The server shows something else than this display has asked for, which may have been skipped here. */
+  private giveUpExpected(): void {
+    if (this.expected === undefined) return;
+    this.expected = undefined;
+    this.events.missing();
+  }
+
   /** Whether a picture was on its way before the volume that is shown since. */
-  private isBefore(picture: Picture): boolean {
-    const { expected } = this;
-    if (!expected) return false;
-    const isIt = picture.volumeId === expected.volumeId || performance.now() - expected.sinceMs > kOvertakenMs;
-    if (isIt) this.expected = undefined;
-    return !isIt;
+  private isBefore({ volumeId }: Picture): boolean {
+    if (this.expected === undefined) return false;
+    if (this.expected !== volumeId) return true;
+    this.expected = undefined;
+    return false;
   }
 
   private async decode(): Promise<void> {
@@ -136,12 +173,15 @@ export class PictureView {
       }
       try {
         const blob = blobOf(picture);
-        const [bitmap] = await Promise.all([blob && createImageBitmap(blob), this.surface.unpack(picture)]);
-        if (!this.held && !this.isBefore(picture)) {
+        const [bitmap, isWhole] = await Promise.all([
+          blob && createImageBitmap(blob),
+          picture.surface ? this.unpack(picture) : true,
+        ]);
+        if (isWhole && !this.held && !this.isBefore(picture)) {
           this.surface.show(picture);
           this.draw(bitmap, picture.width, picture.height);
           // A turned one is coarse until its cast is there: to draw it finely takes longer.
-          this.drawSurface(performance.now() - this.relitMs < kRestMs || this.wasTurned);
+          this.drawSurface(performance.now() - this.relitMs < kRestMs || this.surface.isToTurn);
           this.events.shown(picture);
         }
         bitmap?.close();
@@ -150,6 +190,17 @@ export class PictureView {
       }
     }
     this.decoding = false;
+  }
+
+  /** Whether the surface of the picture is there. */
+  private async unpack(picture: Picture): Promise<boolean> {
+    try {
+      if (await this.surface.unpack(picture)) return true;
+      this.events.missing();
+    } catch {
+      this.events.unsupported();
+    }
+    return false;
   }
 
   private draw(image: CanvasImageSource | undefined, width: number, height: number): void {

@@ -9,15 +9,18 @@ import type { SettingsEditor } from "./settings_editor";
 
 /** The server and other displays learn of a moved light no more often. */
 const kLightMs = 100;
+/** The request that gives an own light to the server; changes count from 1. */
+const kHandedOver = 0n;
 
 export class SceneChanges {
   constructor(
     private readonly connection: Pick<Connection, "send">,
     private readonly from: {
       ownView(): OwnView;
-      /** Whether this display lights the picture on show. */
+      /** Whether this display draws all of the picture on show. */
       lightsHere(): boolean;
       editor(): SettingsEditor;
+      failed(sentence: string): void;
     },
   ) {}
 
@@ -46,7 +49,11 @@ export class SceneChanges {
 
   settleView({ requestId, outcome }: ViewReply): void {
     const [editor, ownView] = [this.from.editor(), this.from.ownView()];
-    if (outcome.case === "refused") return editor.refusedReply(requestId, outcome.value.message);
+    if (outcome.case === "refused") {
+      if (requestId !== kHandedOver) return editor.refusedReply(requestId, outcome.value.message);
+      ownView.end();
+      return this.from.failed(`Your own view has ended: ${outcome.value.message}`);
+    }
     if (outcome.case !== "inForce") return;
     if (!ownView.wanted) return void ownView.tell(outcome.value); // the reply to a change from before the view was left
     // A private view has revisions of its own.
@@ -60,6 +67,6 @@ export class SceneChanges {
   pictureShown(): void {
     if (this.from.lightsHere()) return;
     const kept = this.from.ownView().giveBack();
-    if (kept.size > 0) this.connection.send({ case: "view", value: { scene: sceneOf(kept) } });
+    if (kept.size > 0) this.connection.send({ case: "view", value: { requestId: kHandedOver, scene: sceneOf(kept) } });
   }
 }

@@ -22,6 +22,8 @@ export interface SettingsEditorEvents {
  */
 export class SettingsEditor {
   private castFields: readonly string[] = [];
+  private castText = "";
+  private castRevision = 0n; // from which on it is in force
   private choices = new Map<string, readonly string[]>();
   private inForce: Values = new Map();
   private revision = 0n;
@@ -44,6 +46,8 @@ export class SettingsEditor {
     this.running = true;
     this.revision = revision;
     this.inForce = values;
+    this.castRevision = 0n;
+    this.castText = this.castTextNow();
     this.events.changed();
   }
 
@@ -79,9 +83,9 @@ export class SettingsEditor {
     return this.choices.get(name) ?? [];
   }
 
-  /** Of the settings that a picture's depth map depends on, but for the camera. */
-  castKey(): string {
-    return JSON.stringify(this.castFields.map((name) => this.get(name)));
+  /** Of the settings in force that a depth map depends on, but for the camera; see ShownScene. */
+  castKey(sceneRevision: bigint): string | undefined {
+    return sceneRevision < this.castRevision ? undefined : this.castText;
   }
 
   /** Whether any change is waiting or unanswered. */
@@ -122,6 +126,9 @@ export class SettingsEditor {
     if (revision < this.revision) return;
     this.revision = revision;
     this.inForce = values;
+    const castText = this.castTextNow();
+    if (castText !== this.castText) this.castRevision = revision;
+    this.castText = castText;
     this.events.changed();
   }
 
@@ -183,6 +190,10 @@ export class SettingsEditor {
     this.sent = { id: this.lastId, values: this.waiting };
     this.waiting = new Map();
     this.events.send(this.sent.id, this.sent.values);
+  }
+
+  private castTextNow(): string {
+    return JSON.stringify(this.castFields.map((name) => this.inForce.get(name)));
   }
 
   private forget(): void {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A click on a plane: the clicked point becomes the target, through which the other planes go. In four panes the surface
-// stays as it is seen; a single oblique plane begins the search for the surface just before it.
+// A click on a plane: the clicked point becomes the target, through which the other planes go. In four panes the depths
+// at which rays begin and end stay where they are in the body, so that the surface is not lost; it moves sideways with
+// the target. A single oblique plane begins the search for the surface just before the point.
 import type { SettingsEditor } from "./settings_editor";
 import {
   bodyWay,

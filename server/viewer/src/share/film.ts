@@ -16,6 +16,7 @@ export class Film {
     private readonly pictures: readonly Picture[],
     private readonly stage: SurfaceStage,
     private readonly changed: () => void,
+    private readonly failed: (error: Error) => void,
   ) {
     const single = pictures.length < 2;
     this.play.hidden = this.place.hidden = single;
@@ -23,12 +24,16 @@ export class Film {
     this.play.onclick = () => (this.timer ? this.pause() : this.next());
     this.place.oninput = () => {
       this.pause();
-      void this.show(this.place.valueAsNumber);
+      this.begin(this.place.valueAsNumber);
     };
   }
 
-  start(): Promise<void> {
-    return this.show(0);
+  start(): void {
+    this.begin(0);
+  }
+
+  private begin(index: number): void {
+    this.show(index).catch(this.failed);
   }
 
   private async show(index: number): Promise<void> {
@@ -37,7 +42,7 @@ export class Film {
     this.shown = index;
     this.place.value = String(index);
     this.changed();
-    await this.stage.show(picture);
+    await this.stage.show(picture, () => this.shown === index);
   }
 
   private pause(): void {
@@ -52,7 +57,7 @@ export class Film {
     const apartMs = now && then ? Number(then.captureTimeNs - now.captureTimeNs) / 1e6 : kUsualMs;
     this.timer = window.setTimeout(
       () => {
-        void this.show((this.shown + 1) % this.pictures.length);
+        this.begin((this.shown + 1) % this.pictures.length);
         this.next();
       },
       apartMs > 0 ? apartMs : kUsualMs,

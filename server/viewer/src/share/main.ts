@@ -53,8 +53,8 @@ function show(surfaces: SharedSurfaces): void {
     (pointer) => tool() === "measure" && ruler.clicked(pointer),
     () => orbit.reset(),
   );
-  const film = new Film(surfaces.pictures, stage, () => ruler.forget());
-  film.start().catch((error: Error) => say(`The surface could not be read: ${error.message}`));
+  const failed = (error: Error) => say(`The surface could not be read: ${error.message}`);
+  new Film(surfaces.pictures, stage, () => ruler.forget(), failed).start();
 }
 
 const data = document.querySelector("#surfaces")?.textContent;

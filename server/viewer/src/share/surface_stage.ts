@@ -23,11 +23,12 @@ export class SurfaceStage {
     this.context = canvas.getContext("2d", { alpha: false })!;
   }
 
-  /** Shows another picture. Rejects where it is damaged. */
-  async show(picture: Picture): Promise<void> {
+  /** Shows another picture, if it is still wanted once it is unpacked. Rejects where it is damaged. */
+  async show(picture: Picture, isWanted: () => boolean): Promise<void> {
     if (!this.view.showKept(picture.volumeId)) {
       const copy = create(PictureSchema, { ...picture }); // unpack() takes the maps out of it
       await this.view.unpack(copy);
+      if (!isWanted()) return;
       this.view.show(copy);
     }
     if (this.canvas.width !== picture.width || this.canvas.height !== picture.height) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The memory that lighting a picture of one size needs.
 import { newTexture } from "./map_textures";
+import type { DepthMap } from "./surface_decoder";
 
 export interface Size {
   width: number;
@@ -20,8 +21,10 @@ export class LightLevel {
   /** Two pictures, and two maps of soft light. */
   readonly lit: readonly [Target, Target];
   readonly soft: readonly [Target, Target];
-  /** The map and the settings that the prepared maps were made of. */
+  /** The map, where it is one that was received, and the settings that the prepared maps were made of. */
+  preparedOf: DepthMap | undefined;
   preparedFor = "";
+  private depthBuffer: WebGLRenderbuffer | null = null;
   private turnedMap: Target | undefined;
 
   constructor(
@@ -40,15 +43,15 @@ export class LightLevel {
     if (this.turnedMap) return this.turnedMap;
     const { gl, size } = this;
     const made = this.newTarget(size, { format: gl.RG32F, components: gl.RG, type: gl.FLOAT });
-    gl.bindRenderbuffer(gl.RENDERBUFFER, gl.createRenderbuffer());
+    this.depthBuffer = gl.createRenderbuffer();
+    gl.bindRenderbuffer(gl.RENDERBUFFER, this.depthBuffer);
     gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, size.width, size.height);
-    const buffer = gl.getParameter(gl.RENDERBUFFER_BINDING) as WebGLRenderbuffer;
-    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, buffer);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, this.depthBuffer);
     return (this.turnedMap = made);
   }
 
-  /** The GPU's memory is freed with the last reference. */
   free(): void {
+    this.gl.deleteRenderbuffer(this.depthBuffer);
     for (const target of [this.normals, this.places, ...this.lit, ...this.soft, this.turnedMap]) {
       if (!target) continue;
       this.gl.deleteTexture(target.texture);

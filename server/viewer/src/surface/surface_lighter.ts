@@ -66,7 +66,9 @@ export class SurfaceLighter {
     const here = this.levelOf(level, map);
     const values = uniformsOf(plan, { depth_unit: map.unitMm, nearest: Math.min(map.nearestMm, kDeepestMm) });
     const textures = { ...this.maps.texturesOf(map) };
-    this.light(here, plan, values, textures, `map ${map.id}`, {});
+    if (here.preparedOf !== map) here.preparedFor = "";
+    here.preparedOf = map;
+    this.light(here, plan, values, textures, {});
   }
 
   /** Draws maps as they would be seen in `view`, that of `plan`. The first one is seen before the others. */
@@ -75,8 +77,9 @@ export class SurfaceLighter {
     this.turn(here, casts, view, startMm);
     // Shadow rays end above the nearest surface. What comes nearer by the turn is not known.
     const values = uniformsOf(plan, { nearest: startMm });
+    here.preparedOf = undefined;
     here.preparedFor = "";
-    this.light(here, plan, values, { turned: here.turned.texture }, "turned", { FANLIGHT_TURNED: true });
+    this.light(here, plan, values, { turned: here.turned.texture }, { FANLIGHT_TURNED: true });
   }
 
   private levelOf(level: number, { width, height }: Size): LightLevel {
@@ -130,11 +133,10 @@ export class SurfaceLighter {
     plan: LightPlan,
     values: Uniforms,
     surface: Record<string, WebGLTexture>,
-    surfaceName: string,
     constants: Constants,
   ): void {
     const all = { ...constantsOf(plan), ...constants };
-    const key = JSON.stringify([surfaceName, all, ...kPreparedBy.split(" ").map((name) => plan.parameters[name])]);
+    const key = JSON.stringify([all, ...kPreparedBy.split(" ").map((name) => plan.parameters[name])]);
     if (key !== level.preparedFor) {
       level.preparedFor = key;
       this.run(this.program("prepare", prepareShader, all), values, surface, level.normals);

@@ -19,14 +19,18 @@ const kMostCasts = 3;
 interface Shown {
   view: View;
   part: Rectangle;
+  whole: boolean; // it covers the picture
   asDepth: boolean;
   maps: DepthMap[]; // by the pixels that became one, from 1
 }
 
 /** The scene as the page has it. */
 export interface ShownScene extends SceneValues {
-  /** Of all settings that pass 1 and the filter depend on, but for the camera: surfaces of two values do not go together. */
-  castKey(): string;
+  /**
+   * Of all settings that pass 1 and the filter depend on, but for the camera: surfaces of two values do not go together.
+   * undefined for a picture from before they were in force.
+   */
+  castKey(sceneRevision: bigint): string | undefined;
 }
 
 export class SurfaceView {
@@ -45,6 +49,7 @@ export class SurfaceView {
   /** Whether this browser can light surfaces; makes what that needs. */
   get works(): boolean {
     if (this.lighter?.isLost) this.lighter = undefined;
+    if (!("DecompressionStream" in window)) return false;
     try {
       this.lighter ??= new SurfaceLighter();
     } catch {
@@ -53,31 +58,35 @@ export class SurfaceView {
     return true;
   }
 
-  /** Rejects where the surface is damaged, or is another one than the server has sent. Shows nothing yet. */
-  async unpack(picture: Picture): Promise<void> {
-    const { surface, view } = picture;
-    if (!surface || !view || !this.works) return;
+  /** Rejects where the surface is damaged. Shows nothing yet. False: the server has not sent the maps. */
+  async unpack(picture: Picture): Promise<boolean> {
+    const { surface } = picture;
+    if (!surface) return true;
     if (hasMaps(surface)) this.received = await unpackSurface(surface);
     const map = this.received;
-    if (map?.id !== surface.surfaceId) throw new Error("The server has left out a surface.");
+    if (map?.id !== surface.surfaceId) return false;
     picture.surface = outlineOf(surface);
     const whole = surface.width === picture.width && surface.height === picture.height;
-    if (whole) this.kept.add({ picture, map, castKey: this.scene.castKey() });
+    const castKey = this.scene.castKey(picture.sceneRevision);
+    if (whole && castKey !== undefined) this.kept.add({ picture, map, castKey });
+    return true;
   }
 
   /** What draw() draws from now on: the surface of a picture that was unpacked last; without one, nothing. */
-  show({ surface, view, volumeId }: Picture, map = this.received): void {
+  show({ surface, view, volumeId, sceneRevision, width: all }: Picture, map = this.received): void {
     this.shown = undefined;
     if (!surface || !view || !map || map.id !== surface.surfaceId) return;
     const { left, top, width, height } = surface;
-    this.shown = { view, part: { left, top, width, height }, asDepth: surface.asDepth, maps: [map] };
-    this.keep(this.shown, `${volumeId} ${width} ${height} ${this.scene.castKey()}`);
+    const whole = width === all;
+    this.shown = { view, part: { left, top, width, height }, whole, asDepth: surface.asDepth, maps: [map] };
+    const castKey = this.scene.castKey(sceneRevision);
+    this.keep(this.shown, castKey && `${volumeId} ${width} ${height} ${castKey}`);
   }
 
   /** The same for a volume that was seen before by the present settings, but for light and camera; which picture. */
   showKept(volumeId: bigint): Picture | undefined {
     const kept = this.kept.of(volumeId);
-    if (!kept || kept.castKey !== this.scene.castKey()) return undefined;
+    if (!kept || kept.castKey !== this.scene.castKey(kept.picture.sceneRevision)) return undefined;
     this.show(kept.picture, kept.map);
     return kept.picture;
   }
@@ -117,6 +126,16 @@ export class SurfaceView {
     return this.shown !== undefined;
   }
 
+  /** Whether this display draws all of the picture. */
+  get isWhole(): boolean {
+    return this.shown?.whole === true;
+  }
+
+  /** Whether draw() would turn it. */
+  get isToTurn(): boolean {
+    return this.shown !== undefined && this.wantedView(this.shown) !== this.shown.view;
+  }
+
   /** Whether the picture is seen from another view than the server has cast it for. */
   get isTurned(): boolean {
     return this.shown !== undefined && this.drawn.turned;
@@ -138,8 +157,9 @@ export class SurfaceView {
 
   /** Draws the surface on show, if there is one, into its part of a picture. */
   draw(context: CanvasRenderingContext2D, moving: boolean): void {
-    const { lighter, shown } = this;
-    if (!lighter || !shown || lighter.isLost) return;
+    if (!this.shown || !this.works) return;
+    const { shown } = this;
+    const lighter = this.lighter!;
     const began = performance.now();
     const wanted = this.wantedView(shown);
     const turned = wanted !== shown.view;
@@ -192,9 +212,9 @@ export class SurfaceView {
     lighter.drawTurned(level, usable, inPart(wanted), plan, this.scene.number("rays.start_mm"));
   }
 
-  private keep(cast: Shown, key: string): void {
-    if (key !== this.castKey) this.casts = [];
-    this.castKey = key;
+  private keep(cast: Shown, key: string | undefined): void {
+    if (key === undefined || key !== this.castKey) this.casts = [];
+    this.castKey = key ?? "";
     this.casts = [cast, ...this.casts.filter((other) => !sameView(other.view, cast.view))].slice(0, kMostCasts);
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/share/shared_page.hpp"
+#include "server/stream/shared_page.hpp"
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -38,9 +38,6 @@ void describe_shared(v1::Picture& to, const Picture& picture, std::size_t number
   // A film runs at its own rate.
   to.set_capture_time_ns(picture.stamp.volume.last_capture_time_ns);
   *to.mutable_view() = whole.view();
-  to.set_surface_share(whole.surface_share());
-  to.set_uncertain_share(whole.uncertain_share());
-  to.set_near_tissue(whole.near_tissue());
 }
 
 }  // namespace
