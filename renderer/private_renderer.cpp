@@ -285,8 +285,7 @@ bool PrivateRenderer::collect() {
     state.stamp.stage_ms = stage_ms;
     state.stamp.finished_time_ns = now_ns();
     Picture& picture = state.wanted.pictures->draft();
-    picture.stamp = state.stamp;
-    state.light->read_picture(picture);
+    state.light->read_picture(state.stamp, picture);
     state.wanted.pictures->publish();
     counters_.private_pictures.add();
     any = true;

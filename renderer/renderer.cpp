@@ -333,8 +333,7 @@ bool Renderer::collect(Picture& picture) {
     state.stamp.passes_overlap = !on_one_device();
     state.stamp.finished_time_ns = now_ns();
     counters_.pictures_finished.add();
-    picture.stamp = state.stamp;
-    state.slot.read_picture(picture);
+    state.slot.read_picture(state.stamp, picture);
     if (first) counters_.volumes_rendered.add();
     return true;
   }

@@ -141,7 +141,7 @@ class VolumeInFlight {
   void drop_held();
 
   // Of the main view. Precondition: nothing is outstanding.
-  void read_picture(Picture& to) const { light_.read_picture(to); }
+  void read_picture(const PictureStamp& stamp, Picture& to) const { light_.read_picture(stamp, to); }
   std::span<const float> depth_mm() const { return light_.depth_mm(); }
   /// Those of the cast are 0 where the picture is not the first of its cast.
   std::array<StageSpan, kStages> stage_spans() const;

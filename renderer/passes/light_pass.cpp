@@ -359,14 +359,18 @@ std::span<const std::uint8_t> LightPass::colours() const {
   return config_.copies == Copies::kByHost ? copies_.colour.mapped() : memory_.read_back_colours.mapped();
 }
 
-void LightPass::read_picture(Picture& to) const {
-  to.width = config_.size.width;
-  to.height = config_.size.height;
+void LightPass::read_picture(const PictureStamp& stamp, Picture& to) const {
+  // A picture whose light alone has moved: a megabyte or more need not be copied again.
+  const bool has_surface = to.stamp.surface_id == surface_id_ && to.depth_mm.size() == pixels();
+  to.stamp = stamp;
   to.stamp.surface_id = surface_id_;
   to.stamp.surface_share = surface_share();
   to.stamp.uncertain_share = uncertain_share();
+  to.width = config_.size.width;
+  to.height = config_.size.height;
   const auto rgba = memory_.read_back.mapped();
   to.rgba.assign(rgba.begin(), rgba.end());
+  if (has_surface) return;
   to.depth_mm.assign(depth_mm().begin(), depth_mm().end());
   to.certainty.resize(pixels());
   const auto colours_of_pass1 = colours();

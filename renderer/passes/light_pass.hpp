@@ -92,9 +92,9 @@ class LightPass {
 
   // What the GPU wrote. Precondition: nothing is outstanding.
 
-  /// Copies the finished picture, and what its stamp says of the surface: `surface_id` and both shares.
-  /// Allocates nothing where `to` has been as large before.
-  void read_picture(Picture& to) const;
+  /// Copies the finished picture with its stamp, to which it adds what it knows of the surface. The surface
+  /// is copied only where `to` has another one. Allocates nothing where `to` has been as large before.
+  void read_picture(const PictureStamp& stamp, Picture& to) const;
 
   /// The picture's depth map after pass 2's filter, mm, FANLIGHT_NO_SURFACE where there is none: height x
   /// width, top row first.

@@ -18,6 +18,13 @@ double plate(const Point& at) {
   return at.y_mm > 50 ? 150 : 5;
 }
 
+void collect_into(Renderer& renderer, Picture& picture) {
+  while (!renderer.collect(picture)) {
+    ASSERT_TRUE(renderer.advance());
+    ASSERT_TRUE(renderer.wait(1'000'000'000));
+  }
+}
+
 class SurfaceIdTest : public GpuTest {
  protected:
   const std::vector<double> angles_rad_ = {-0.4, -0.2, 0, 0.2, 0.4};
@@ -40,11 +47,24 @@ TEST_F(SurfaceIdTest, IsThatOfTheFilteredMapAndTheCertaintyIsThatOfTheRays) {
   EXPECT_GT(first.stamp.surface_id, 0U);
   EXPECT_EQ(lit.stamp.surface_id, first.stamp.surface_id);
   EXPECT_EQ(lit.certainty, first.certainty);
+  // Into a picture that has another surface, or the same one.
+  Picture again = blank_picture(1, 1);
+  changing.light.right_mm = 50;
+  renderer_->show({.revision = 20, .scene = changing});
+  collect_into(*renderer_, again);
+  EXPECT_EQ(again.depth_mm, first.depth_mm);
+  EXPECT_EQ(again.certainty, first.certainty);
+  changing.light.right_mm = 40;
+  renderer_->show({.revision = 21, .scene = changing});
+  collect_into(*renderer_, again);
+  EXPECT_EQ(again.stamp.scene_revision, 21U);
+  EXPECT_EQ(again.stamp.surface_id, first.stamp.surface_id);
+  EXPECT_EQ(again.depth_mm, first.depth_mm);
   changing.filter.kind = DepthFilter::kMean;
-  const Picture filtered = changed(3, changing);
+  const Picture filtered = changed(22, changing);
   EXPECT_GT(filtered.stamp.surface_id, lit.stamp.surface_id);
   changing.camera.yaw_deg += 5;
-  const Picture turned = changed(4, changing);
+  const Picture turned = changed(23, changing);
   EXPECT_GT(turned.stamp.surface_id, filtered.stamp.surface_id);
   const auto depths = renderer_->read_depth();
   ASSERT_EQ(turned.certainty.size(), depths->cast_mm.size());
@@ -57,7 +77,7 @@ TEST_F(SurfaceIdTest, IsThatOfTheFilteredMapAndTheCertaintyIsThatOfTheRays) {
   const SurfacePart whole{.width = turned.width, .height = turned.height};
   EXPECT_EQ(turned.stamp.view.part, whole);
   changing.mode = Mode::kMaximum;
-  EXPECT_EQ(changed(5, changing).stamp.view.part, SurfacePart{});
+  EXPECT_EQ(changed(24, changing).stamp.view.part, SurfacePart{});
 }
 
 }  // namespace
