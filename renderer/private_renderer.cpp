@@ -23,7 +23,7 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
         state.wanted.view_id == last_end.view_id && state.wanted.scene.revision <= last_end.revision;
     if (ended) state.wanted.view_id = 0;
     if (state.wanted.view_id == 0) continue;
-    const auto created = create_passes(state);
+    auto created = create_passes(state);
     if (created) continue;
     if (created.error().code == ErrorCode::kLost) return created;
     end(state, created.error());
