@@ -25,8 +25,8 @@ inline constexpr int kSentCertainties = 15;
 /// compares it with other ways). Keeps its memory. One thread.
 class SurfaceCoder {
  public:
-  /// Writes all fields of the message. Precondition: picture.stamp.view.part is not empty. Error,
-  /// kUnavailable: zlib has no memory.
+  /// Writes all fields of the message. Precondition: picture.stamp.view.part is not empty, and lies within
+  /// the picture. Errors: kBroken, the picture has no depths; kUnavailable, zlib has no memory.
   Result<void> encode(const Picture& picture, v1::Surface& to);
 
  private:

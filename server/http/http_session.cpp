@@ -172,19 +172,15 @@ void HttpSession::serve(const Request& request) {
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     return upgrade(request, std::move(*principal));
   }
-  if (*principal && is_read(request) && path_of(request) == "/api/picture.png") {
-    return dependencies_.rest_api.picture(
-        **principal,
-        [self = shared_from_this(), request](Response response) {
-          self->reply(request, std::move(response));
-        },
-        now_ns());
-  }
-  if (*principal && is_read(request) && path_of(request) == "/api/surface.html") {
-    return dependencies_.rest_api.shared_surface(**principal,
-                                                 [self = shared_from_this(), request](Response response) {
-                                                   self->reply(request, std::move(response));
-                                                 });
+  if (*principal && is_read(request)) {
+    const std::string_view path = path_of(request);
+    const RestApi::Answer later = [self = shared_from_this(),
+                                   kept = std::make_shared<const Request>(request)](Response response) {
+      self->reply(*kept, std::move(response));
+    };
+    if (path == "/api/picture.png") return dependencies_.rest_api.picture(**principal, later, now_ns());
+    if (path == "/api/surface.html")
+      return dependencies_.rest_api.shared_surface(**principal, later, now_ns());
   }
   reply(request, respond(request, *principal));
 }

@@ -247,22 +247,33 @@ RestApi::Response RestApi::control_relay(const Request& request, const Principal
 
 // ---- pictures
 
-void RestApi::picture(const Principal& principal, const std::function<void(Response)>& answer,
-                      std::int64_t now_ns) {
-  dependencies_.state.demand.asked(now_ns);
-  if (dependencies_.hub.newest_picture() != nullptr) return encode_picture(principal, answer);
-  const bool is_coming = dependencies_.state.demand.resting() || !waiting_.empty();
-  if (!is_coming || waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
-  waiting_.push_back({principal, answer, now_ns + kMostWaitNs});
+void RestApi::picture(const Principal& principal, const Answer& answer, std::int64_t now_ns) {
+  once_rendered(answer, now_ns, [this, principal, answer] { encode_picture(principal, answer); });
 }
 
-void RestApi::shared_surface(const Principal& principal, const std::function<void(Response)>& answer) {
+void RestApi::once_rendered(const Answer& answer, std::int64_t now_ns, const std::function<void()>& then) {
+  dependencies_.state.demand.asked(now_ns);
+  if (dependencies_.hub.newest_picture() != nullptr) return then();
+  const bool is_coming = dependencies_.state.demand.resting() || !waiting_.empty();
+  if (!is_coming || waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
+  waiting_.push_back({then, answer, now_ns + kMostWaitNs});
+}
+
+void RestApi::shared_surface(const Principal& principal, const Answer& answer, std::int64_t now_ns) {
+  if (!has_role(principal.role, kShares)) {
+    constexpr auto kReason = "the role may not share surfaces, expected an operator";
+    dependencies_.audit.note(principal, {.what = "share", .result = std::string("refused: ") + kReason},
+                             nullptr);
+    return answer(refusal(http::status::forbidden, kReason));
+  }
+  once_rendered(answer, now_ns, [this, principal, answer] { make_shared_page(principal, answer); });
+}
+
+void RestApi::make_shared_page(const Principal& principal, const Answer& answer) {
   const auto refused = [&](http::status status, const std::string& reason) {
     dependencies_.audit.note(principal, {.what = "share", .result = "refused: " + reason}, nullptr);
     answer(refusal(status, reason));
   };
-  if (!has_role(principal.role, kShares))
-    return refused(http::status::forbidden, "the role may not share surfaces, expected an operator");
   const Picture* const newest = dependencies_.hub.newest_picture();
   if (newest == nullptr) return answer(no_picture());
   // Its camera would be another one.
@@ -309,14 +320,14 @@ void RestApi::answer_waiting(std::int64_t now_ns) {
   std::erase_if(waiting_, is_due);
   for (const Waiting& each : due) {
     if (there_is_one) {
-      encode_picture(each.principal, each.answer);
+      each.then();
     } else {
       each.answer(no_picture());
     }
   }
 }
 
-void RestApi::encode_picture(const Principal& principal, const std::function<void(Response)>& answer) {
+void RestApi::encode_picture(const Principal& principal, const Answer& answer) {
   dependencies_.hub.png([answer, principal, this](const Result<PictureHub::PictureFile>& file) {
     if (!file) {
       const bool busy = file.error().code == ErrorCode::kUnavailable;

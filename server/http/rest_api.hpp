@@ -46,6 +46,7 @@ class RestApi {
     PictureHub& hub;
     AuditLog& audit;
   };
+  using Answer = std::function<void(Response)>;
   explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
 
   /// `path`: of the request, from "/api/" on, without the query.
@@ -53,12 +54,12 @@ class RestApi {
 
   /// The answer to a GET of /api/picture.png, once the picture is encoded. Where nothing was rendered, since
   /// there were no viewers, a picture is rendered first: within kMostWaitNs, or the answer is a refusal.
-  void picture(const Principal& principal, const std::function<void(Response)>& answer, std::int64_t now_ns);
+  void picture(const Principal& principal, const Answer& answer, std::int64_t now_ns);
   static constexpr std::int64_t kMostWaitNs = 5'000'000'000;
 
   /// The answer to a GET of /api/surface.html: a page that shows the surface of the newest picture without
-  /// this server. For operators; audited.
-  void shared_surface(const Principal& principal, const std::function<void(Response)>& answer);
+  /// this server. For operators; audited. Waits for a picture as picture() does.
+  void shared_surface(const Principal& principal, const Answer& answer, std::int64_t now_ns);
 
   /// Answers those who wait for a picture, where there is one now, or where they have waited long enough.
   /// Call it after every picture, and once a second.
@@ -89,11 +90,14 @@ class RestApi {
                   const nlohmann::json& details = nullptr);
 
   struct Waiting {
-    Principal principal;
-    std::function<void(Response)> answer;
+    std::function<void()> then;  // with a picture
+    Answer answer;               // without one
     std::int64_t until_ns = 0;
   };
-  void encode_picture(const Principal& principal, const std::function<void(Response)>& answer);
+  /// Calls `then` once there is a picture, or `answer` with a refusal.
+  void once_rendered(const Answer& answer, std::int64_t now_ns, const std::function<void()>& then);
+  void encode_picture(const Principal& principal, const Answer& answer);
+  void make_shared_page(const Principal& principal, const Answer& answer);
 
   Dependencies dependencies_;
   std::vector<Waiting> waiting_;

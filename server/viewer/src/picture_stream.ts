@@ -32,6 +32,7 @@ export class PictureStream {
     });
     this.codec = new CodecChoice(page.codec, connection);
   }
+
   /** The server then sends the picture whole. Not more often than it allows. */
   private askAgain(): void {
     if (performance.now() - this.askedMs < kAskMs) return;
