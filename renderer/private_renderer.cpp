@@ -35,7 +35,7 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
 Result<void> PrivateRenderer::create_passes(ViewState& state) const {
   if (!state.light) {
     auto light = LightPass::create(
-        device_, {.size = cast_config_.size, .copies = LightPass::Config::Copies::kOnDevice, .pauses = true});
+        device_, {.most = cast_config_.most, .copies = LightPass::Config::Copies::kOnDevice, .pauses = true});
     if (!light) return light.error();
     state.light = std::move(*light);
   }
@@ -257,7 +257,7 @@ Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, LightP
   }
   if (history == LightPass::History::kUsable) light.follow(shown.previous.steady_for_private_views());
   state.phase = WorkPhase::kLighting;
-  state.stamp.view = picture_view(state.scene, cast_config_.size);
+  state.stamp.view = picture_view(state.scene, size_of(state.scene, cast_config_.size));
   if (auto begun = light.begin(slot.effective(state.scene), history); !begun) return begun;
   return light.submit_next();
 }

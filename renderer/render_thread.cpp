@@ -37,6 +37,7 @@ RenderThread::RenderThread(DeviceRenderer renderer, const Dependencies& dependen
                                       .counters = dependencies.counters,
                                       .health = health_,
                                       .remake = dependencies.remake}),
+      sizes_(renderer_->config().size, renderer_->config().largest()),
       requested_(renderer_->scenes().wanted()),
       finest_mm_(renderer_->config().geometry.finest_mm()),
       cine_(dependencies.ring),
@@ -47,6 +48,7 @@ void RenderThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "render");
   const Pulse::OfThisThread pulse(to_.link.pulse);
   governor_.scene_came(requested_.scene, now_ns());
+  sizes_.scene_came(requested_, now_ns());
   while (!stop.stop_requested()) {
     Pulse::beat();
     to_.counters.turn_began_ns.set(now_ns());
@@ -85,24 +87,43 @@ void RenderThread::take_scene() {
       load_again();
     requested_ = *newest;
     governor_.scene_came(requested_.scene, now_ns());
+    sizes_.scene_came(requested_, now_ns());
     renderer_->show(requested_);
   }
-  if (governor_.in_force(now_ns()) != renderer_->scenes().wanted().deadline) show_degraded();
+  if (const std::optional<PictureSize>* const shown = to_.link.shown_size.newest()) sizes_.wish(*shown);
+  if (quality_changed(now_ns())) show_degraded();
+}
+
+/// Whether pictures that are begun now have another quality than those before.
+bool RenderThread::quality_changed(std::int64_t now_ns) const {
+  const NumberedScene& shown = renderer_->scenes().wanted();
+  return governor_.in_force(now_ns) != shown.deadline || size_in_force(now_ns) != shown.scene.size;
+}
+
+/// What is too much for the usual size is too much for a finer one.
+std::optional<PictureSize> RenderThread::size_in_force(std::int64_t now_ns) const {
+  if (governor_.in_force(now_ns).measures != DeadlineMeasures{}) return std::nullopt;
+  return sizes_.in_force(now_ns);
 }
 
 void RenderThread::show_degraded() {
-  const DeadlineState state = governor_.in_force(now_ns());
-  renderer_->show({.revision = requested_.revision,
-                   .scene = degraded(requested_.scene, state.measures, finest_mm_),
-                   .deadline = state});
+  const std::int64_t now = now_ns();
+  const DeadlineState state = governor_.in_force(now);
+  NumberedScene shown{.revision = requested_.revision,
+                      .scene = degraded(requested_.scene, state.measures, finest_mm_),
+                      .deadline = state};
+  shown.scene.size = size_in_force(now);
+  renderer_->show(shown);
 }
 
 void RenderThread::rest() {
   const std::int64_t now = now_ns();
-  if (governor_.in_force(now) != renderer_->scenes().wanted().deadline) return;  // it has just changed
+  if (quality_changed(now)) return;  // just now
   // Orders behind one that was answered in this turn: their ring is used up.
   if (!volume_order_ && !to_.link.orders.empty()) return;
   auto change_ns = governor_.next_change_ns(now);
+  if (const auto size_ns = sizes_.next_change_ns(now))
+    change_ns = std::min(change_ns.value_or(*size_ns), *size_ns);
   if (const auto try_ns = renderer_->scenes().next_try_ns())
     change_ns = std::min(change_ns.value_or(*try_ns), *try_ns);
   if (const auto cine_ns = cine_.next_change_ns())
@@ -155,6 +176,7 @@ Result<void> RenderThread::step() {
   if (Mailbox<Picture>& pictures = to_.link.pictures; renderer_->collect(pictures.draft())) {
     renderer_.note_picture();
     governor_.picture_finished(pictures.draft().stamp);
+    sizes_.picture_finished(pictures.draft());
     if (pictures.publish()) to_.counters.pictures_replaced.add();
     return {};  // its slot is free now: look for work before waiting
   }
@@ -218,6 +240,7 @@ void RenderThread::take_orders() {
     std::visit([this](auto& each) { obey(each); }, *order);
   }
   report_cine();
+  sizes_.set_frozen(cine_.status().state == CineStatus::State::kFrozen);
   // The newest volume was to be loaded again: as a kept one now.
   if (cine_.is_frozen() && std::exchange(volume_due_, false)) cine_.forget_loaded();
 }
@@ -265,8 +288,15 @@ void RenderThread::follow_geometry(const Volume& volume) {
   show_degraded();
 }
 
+/// Before it is loaded, which begins its cast.
+void RenderThread::note_volume() {
+  sizes_.volume_came(now_ns());
+  if (quality_changed(now_ns())) show_degraded();
+}
+
 Result<void> RenderThread::load_kept(const Volume& volume) {
   follow_geometry(volume);
+  note_volume();
   const auto loaded = renderer_->load(volume, Renderer::Loading::kKept);
   cine_.note_loaded();
   if (loaded) {
@@ -282,6 +312,7 @@ Result<void> RenderThread::load_kept(const Volume& volume) {
 Result<void> RenderThread::load(Renderer::Loading loading) {
   volume_due_ = false;
   follow_geometry(*volume_);
+  note_volume();
   const auto loaded = renderer_->load(*volume_, loading);
   if (loaded) {
     health_.set_volume_refusal("");

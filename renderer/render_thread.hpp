@@ -14,6 +14,7 @@
 #include "renderer/replaceable_renderer.hpp"
 #include "renderer/schedule/private_share.hpp"
 #include "renderer/schedule/rate_governor.hpp"
+#include "renderer/schedule/size_governor.hpp"
 
 namespace fanlight {
 
@@ -60,6 +61,7 @@ class RenderThread {
   bool volume_waits() const;
   bool is_watched() const { return to_.link.audience.present(); }
   void look_for_audience();
+  void note_volume();
   void load_again();
   void take_orders();
   void obey(const CineOrder& order);
@@ -73,6 +75,8 @@ class RenderThread {
   void report_cine();
   void measure_busy();
   void take_scene();
+  bool quality_changed(std::int64_t now_ns) const;
+  std::optional<PictureSize> size_in_force(std::int64_t now_ns) const;
   void show_degraded();
   void rest();
 
@@ -80,6 +84,7 @@ class RenderThread {
   HealthReporter health_;
   ReplaceableRenderer renderer_;
   RateGovernor governor_;
+  SizeGovernor sizes_;
   PrivateShare private_share_;
   NumberedScene requested_;       // the renderer shows it as degraded() by the plan
   std::int64_t measured_ns_ = 0;  // time of the last measure_busy()

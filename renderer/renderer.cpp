@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "proto/base/clock.hpp"
+#include "renderer/renderer_errors.hpp"
 
 namespace fanlight {
 
@@ -24,54 +25,18 @@ constexpr std::uint64_t kGpuBand = 500'000'000;
 // A private view's bands are smaller by this factor, since the main view waits for them.
 constexpr std::uint64_t kPrivateBandDivisor = 4;
 
-Result<void> check_picture(const Renderer::Config& config, const VkPhysicalDeviceLimits& limits) {
-  const std::uint32_t most_pixels = limits.maxStorageBufferRange / sizeof(glm::uvec2);
-  const std::uint64_t pixels = std::uint64_t{config.size.width} * config.size.height;
-  if (std::min(config.size.width, config.size.height) < 2 || pixels > most_pixels) {
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("a picture of {} x {} does not fit this GPU, expected 2 x 2 to {} pixels",
-                             config.size.width, config.size.height, most_pixels)};
-  }
-  return {};
-}
-
 // A driver of a GPU resets it after a few seconds by itself, and then says so. A processor that renders has
 // no such limit, shares its time with everything else on the machine, and compiles shaders within a
 // submission.
 constexpr std::int64_t kProcessorHungNs = 30'000'000'000;
 constexpr std::int64_t kSettlePollNs = 10'000'000;
 
-/// Adds the needed memory to an error about missing memory; other errors stay as they are.
-Error too_large(const Renderer::Config& config, const Gpu& gpu, const Error& error) {
-  if (error.code != ErrorCode::kUnavailable) return error;
-  const double volume_gb = static_cast<double>(config.geometry.frame_bytes() * config.frame_capacity) / 1e9;
-  return {error.code,
-          fmt::format("{} has no memory for two volumes of {:.2f} GB, each there and on its way ({}), "
-                      "expected smaller ones",
-                      gpu.candidate().name, volume_gb, error.message)};
-}
-
-std::uint64_t bytes_of(const Volume& volume) {
-  return volume.geometry().frame_bytes() * volume.stamp().frames;
-}
-
-/// Whether an error of a volume's memory is more than a refusal of that volume.
-bool is_breakage(const Error& error) {
-  return error.code == ErrorCode::kBroken || error.code == ErrorCode::kLost;
-}
-
-/// An error after a volume was taken is no refusal of it.
-Result<void> as_breakage(Result<void> done) {
-  if (done || is_breakage(done.error())) return done;
-  return Error{ErrorCode::kBroken, done.error().message};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const Dependencies& dependencies,
                                                    const NumberedScene& scene) {
   const Gpu& gpu = dependencies.gpu;
-  if (auto fits = check_picture(config, gpu.limits()); !fits) return fits.error();
+  if (auto fits = check_sizes(config.size, config.largest(), gpu.limits()); !fits) return fits.error();
   const bool processor = gpu.candidate().kind == kProcessorKind;
   const Sampling sampling = config.sampling.value_or(processor ? Sampling::kGathering : Sampling::kTexture);
   const std::uint64_t band_samples = config.band_samples.value_or(processor ? kProcessorBand : kGpuBand);
@@ -81,6 +46,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   if (!pipelines) return pipelines.error();
   std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene, std::move(*pipelines),
                                               {.size = config.size,
+                                               .most = config.largest(),
                                                .band_samples = band_samples / kPrivateBandDivisor,
                                                .skipping = config.skipping,
                                                .pauses = true}));
@@ -102,6 +68,7 @@ Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling samplin
     auto slot = VolumeInFlight::create(
         {.gpu = &gpu_, .pipelines = pipelines_.get()},
         {.size = config_.size,
+         .most = config_.largest(),
          .geometry = config_.geometry,
          .first_angle_rad = config_.first_angle_rad,
          .last_angle_rad = config_.last_angle_rad,
@@ -111,7 +78,10 @@ Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling samplin
          .skipping = config_.skipping,
          .sampling = sampling},
         on_one_device() ? nullptr : &light);
-    if (!slot) return too_large(config_, gpu_, slot.error());
+    if (!slot) {
+      return too_large(slot.error(), gpu_.candidate().name,
+                       config_.geometry.frame_bytes() * config_.frame_capacity);
+    }
     if (auto ready = slot->prepare(scene_in_force().scene); !ready) return ready.error();
     state.reset(new SlotState{
         .slot = std::move(*slot), .cast_scene = {}, .lit_scene = {}, .stamp = {}, .filtered_view = {}});
@@ -133,6 +103,8 @@ MainStatus Renderer::status() const {
                       .cast_submitted = state.slot.cast_submitted(),
                       .cast_nearly_submitted = state.slot.cast_nearly_submitted(),
                       .gave_up_cast = state.gave_up_cast,
+                      .refines = state.refines,
+                      .map_lost = state.map_lost,
                       .frames_changed = state.slot.changed(),
                       .can_recast = state.slot.can_recast(),
                       .frames_staged = state.slot.frames_staged(),
@@ -153,7 +125,10 @@ Result<void> Renderer::load(const Volume& volume, Loading loading) {
   // A volume that does not fit takes the other slot, so that a refusal leaves the shown picture.
   const bool completes = replaces_frames() && slots_[newest_]->slot.suits(volume);
   auto loaded = completes ? complete_newest(volume, loading) : load_into_other(volume, loading);
-  if (loaded) largest_volume_bytes_ = std::max(largest_volume_bytes_, bytes_of(volume));
+  if (loaded) {
+    const std::uint64_t bytes = volume.geometry().frame_bytes() * volume.stamp().frames;
+    largest_volume_bytes_ = std::max(largest_volume_bytes_, bytes);
+  }
   // For the next volume, whose first frames pass 0 prepares before the last ones come.
   if (!other && loading != Loading::kKept) levels_.add(measured);
   return loaded;
@@ -174,6 +149,10 @@ Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
     next.awaits_picture = false;
     if (loading == Loading::kNew) counters_.volumes_refused.add();
     return loaded;
+  }
+  if (SlotState& refined = *slots_[newest_]; refined.phase == WorkPhase::kCasting) {
+    refined.phase = WorkPhase::kIdle;
+    refined.map_lost = true;
   }
   newest_ = 1 - newest_;
   next.is_kept = loading == Loading::kKept;
@@ -232,9 +211,21 @@ Result<void> Renderer::begin_cast(SlotState& state) {
   return begun || !falls_back(begun.error()) ? begun : begin_cast_of_scene(state);
 }
 
+/// Whether a cast that begins now makes the picture of the slot finer, and changes nothing else.
+bool Renderer::refines(const SlotState& state) const {
+  // Not the restart of a cast: the picture is of another view then.
+  if (state.phase != WorkPhase::kIdle || state.map_lost) return false;
+  const VolumeStamp& lit = state.stamp.volume;
+  const VolumeStamp& loaded = state.slot.volume();
+  return lit.volume_id == loaded.volume_id && lit.last_frame_sequence == loaded.last_frame_sequence &&
+         differs_in_size_alone(state.cast_scene.scene, scene_in_force().scene);
+}
+
 Result<void> Renderer::begin_cast_of_scene(SlotState& state) {
   if (auto begun = state.slot.begin_cast(scene_in_force().scene); !begun) return begun;
   if (state.slot.filter_left_out()) counters_.volumes_unfiltered.add();
+  state.refines = refines(state);
+  state.map_lost = false;
   state.cast_scene = scene_in_force();
   scenes_.note_begun();
   count_cast(state);
@@ -351,7 +342,8 @@ bool Renderer::private_due() const {
 
 bool Renderer::private_views_have_input() const {
   const SlotState& shown = *slots_[shown_];
-  return shown.slot.loaded() && shown.cast_number != 0 && !view_changed(shown.cast_scene, scene_in_force());
+  return shown.slot.loaded() && !shown.map_lost && shown.cast_number != 0 &&
+         !view_changed(shown.cast_scene, scene_in_force());
 }
 
 PrivateRenderer::Shown Renderer::shown_for_private_views() const {
@@ -490,7 +482,7 @@ void Renderer::note_light(SlotState& state) {
                  .levels = state.slot.levels(),
                  .near_tissue = state.slot.near_tissue_state(state.cast_scene.scene),
                  .near_end_mm = state.slot.near_end_mm(state.cast_scene.scene),
-                 .view = picture_view(state.cast_scene.scene, config_.size)};
+                 .view = picture_view(state.cast_scene.scene, size_of(state.cast_scene.scene, config_.size))};
   state.stamp.measures.cheap_filters = scene_in_force().deadline.measures.cheap_filters;
 }
 

@@ -43,7 +43,9 @@ namespace fanlight {
 class Renderer {
  public:
   struct Config {
-    PictureSize size;
+    PictureSize size;  ///< of scenes that have none
+    /// The largest of any scene, whose memory is allocated in create(). Absent: `size`.
+    std::optional<PictureSize> most;
     FanGeometry geometry;        ///< of the first volumes; their memory is allocated in create()
     double first_angle_rad = 0;  ///< range in which most frames lie
     double last_angle_rad = 0;
@@ -62,6 +64,8 @@ class Renderer {
     PipelineCache::Config pipeline_cache{};
     /// Absent: chosen by the kind of GPU.
     std::optional<Watchdog::Limits> watchdog{};
+
+    PictureSize largest() const { return most.value_or(size); }
   };
   /// All must outlive the renderer.
   struct Dependencies {
@@ -210,6 +214,8 @@ class Renderer {
     PictureStamp stamp;
     bool is_kept = false;         // its volume is one of the cine's, which may be older than the one on show
     bool awaits_picture = false;  // its volume has had no picture yet
+    bool refines = false;         // the cast under way differs from the one before in its size alone
+    bool map_lost = false;        // it was given up
     bool gave_up_cast = false;    // the cast under way replaced one whose view was outdated
     // Volume and view of the filtered depth map, which is the temporal filter's input for the next volume.
     std::uint64_t filtered_volume_id = 0;
@@ -232,6 +238,7 @@ class Renderer {
   Result<void> execute(MainStep step);
   Result<void> begin_cast(SlotState& state);
   Result<void> begin_cast_of_scene(SlotState& state);
+  bool refines(const SlotState& state) const;
   Result<void> recast(SlotState& state);
   Result<void> create_slots(std::uint64_t band_samples, Sampling sampling);
   Result<void> light(SlotState& state);

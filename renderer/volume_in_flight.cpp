@@ -20,6 +20,7 @@ Result<VolumeInFlight> VolumeInFlight::create(const PassDevice& device, const Co
 Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
   on_one_device_ = light_device == nullptr;
   auto cast = CastPass::create(device_, {.size = config_.size,
+                                         .most = config_.most,
                                          .band_samples = config_.band_samples,
                                          .skipping = config_.skipping,
                                          .maps_for_host = !on_one_device_});
@@ -29,7 +30,7 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
   using Copies = LightPass::Config::Copies;
   auto light =
       LightPass::create(on_one_device_ ? device_ : *light_device,
-                        {.size = config_.size, .copies = on_one_device_ ? Copies::kNone : Copies::kByHost});
+                        {.most = config_.most, .copies = on_one_device_ ? Copies::kNone : Copies::kByHost});
   if (!light) return light.error();
   light_ = std::move(*light);
   if (on_one_device_) return {};
@@ -99,7 +100,8 @@ Result<DepthMaps> VolumeInFlight::read_depth() {
 
 const GpuBuffer& VolumeInFlight::steady_for_private_views() const {
   if (on_one_device_) return light_.steady();
-  std::ranges::copy(light_.steady().mapped(), steady_copy_.mapped().begin());
+  const std::size_t bytes = cast_.size().pixels() * sizeof(float);
+  std::ranges::copy(light_.steady().mapped().first(bytes), steady_copy_.mapped().begin());
   return steady_copy_;
 }
 

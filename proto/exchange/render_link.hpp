@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <variant>
 
 #include "proto/base/result.hpp"
@@ -14,6 +15,7 @@
 #include "proto/exchange/small_queue.hpp"
 #include "proto/exchange/volume_order.hpp"
 #include "proto/model/picture.hpp"
+#include "proto/model/picture_size.hpp"
 #include "proto/model/scene.hpp"
 
 namespace fanlight {
@@ -35,6 +37,7 @@ struct RenderLink {
         to_server(server_bell),
         scenes(renderer_bell),
         private_views(renderer_bell),
+        shown_size(renderer_bell),
         audience(renderer_bell),
         pictures(server_bell, blank) {}
 
@@ -51,6 +54,8 @@ struct RenderLink {
   // Written by the server thread.
   Mailbox<NumberedScene> scenes;
   Mailbox<PrivateViews> private_views;
+  /// The largest size in which a display shows the main view; absent: as usual.
+  Mailbox<std::optional<PictureSize>> shown_size;
   Audience audience;
   SmallQueue<RenderOrder, 32> orders;
   // Written by the render thread.

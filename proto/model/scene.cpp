@@ -57,7 +57,7 @@ void limit(Scene& scene) {
 }
 
 FirstPass first_pass_changed(const Scene& from, const Scene& to) {
-  auto first = FirstPass::kNone;
+  auto first = from.size == to.size ? FirstPass::kNone : FirstPass::kCast;
   for (const SceneField& field : scene_fields()) {
     if (!field.same(from, to)) first = std::min(first, field.first_pass);
   }

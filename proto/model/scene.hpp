@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 #include "proto/base/result.hpp"
 #include "proto/model/deadline.hpp"
 #include "proto/model/fan_geometry.hpp"
+#include "proto/model/picture_size.hpp"
 #include "proto/model/transfer_function.hpp"
 
 namespace fanlight {
@@ -222,6 +224,10 @@ struct Scene {
     DeadlinePlan plan = DeadlinePlan::kOff;
     double rate_hz = 15;  ///< requested picture rate
   } deadline;
+
+  /// Of the picture, where it differs from the renderer's usual size. Not a field that displays set: each
+  /// asks for the pixels that it shows, and renderer/schedule/size_governor.hpp decides.
+  std::optional<PictureSize> size;
 };
 
 /// A scene and the number under which the server accepted it.

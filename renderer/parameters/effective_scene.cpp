@@ -21,6 +21,12 @@ int odd_pixels(double length_mm, double pixel_mm, int least, int most) {
   return std::clamp(2 * static_cast<int>(std::lround(radius - 0.5)) + 1, least, most);
 }
 
+/// The window of a finer picture that covers the same length.
+int finer(int window, double pixels_per_pixel) {
+  const int radius = window / 2;
+  return 2 * static_cast<int>(std::lround(radius * pixels_per_pixel)) + 1;
+}
+
 /// The even number of samples nearest to a length, limited.
 int even_samples(double length_mm, double step_mm) {
   return std::clamp(2 * static_cast<int>(std::lround(length_mm / step_mm / 2)), 2, kMostDetectorWindow);
@@ -49,9 +55,12 @@ void take_noise(Scene::Speckle& speckle, const EchoLevels& levels) {
 
 }  // namespace
 
-Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSize size,
+Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSize usual,
                       const EchoLevels& levels) {
   Scene made = scene;
+  const PictureSize size = size_of(scene, usual);
+  const double pixels_per_pixel = static_cast<double>(size.height) / usual.height;
+  made.size = size;
   if (scene.detector.window_mm > 0) {
     const double finest_mm =
         std::max(geometry.finest_mm(), (scene.rays.end_mm - scene.rays.start_mm) / (kMostSamplesOnARay - 1));
@@ -61,8 +70,12 @@ Scene effective_scene(const Scene& scene, const FanGeometry& geometry, PictureSi
   if (scene.speckle.size_mm > 0)
     made.speckle.size =
         odd_pixels(scene.speckle.size_mm, geometry.pixel_height_mm, kLeastSpeckle, kMostSpeckle);
-  if (scene.filter.size_mm > 0)
-    made.filter.size = odd_pixels(scene.filter.size_mm, viewport(scene, size).pixel_mm, 1, kMostFilter);
+  made.filter.size = scene.filter.size_mm > 0
+                         ? odd_pixels(scene.filter.size_mm, viewport(scene, size).pixel_mm, 1,
+                                      finer(kMostFilter, pixels_per_pixel))
+                         : finer(scene.filter.size, pixels_per_pixel);
+  made.filter.islands = finer(scene.filter.islands, pixels_per_pixel);
+  made.filter.holes = finer(scene.filter.holes, pixels_per_pixel);
   take_noise(made.speckle, levels);
   if (scene.detector.threshold == 0)
     made.detector.threshold = levels.known || levels.flat ? levels.threshold() : Scene::Detector{}.threshold;

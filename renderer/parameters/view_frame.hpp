@@ -5,15 +5,10 @@
 #include <glm/vec3.hpp>
 
 #include "proto/model/picture.hpp"
+#include "proto/model/picture_size.hpp"
 #include "proto/model/scene.hpp"
 
 namespace fanlight {
-
-/// Size of a picture in pixels.
-struct PictureSize {
-  std::uint32_t width = 512;
-  std::uint32_t height = 512;
-};
 
 /// The view frame of a camera in the transducer frame (mm): the centre of the picture in the view plane, and
 /// three unit vectors. right x forward = up.
@@ -41,6 +36,11 @@ struct Viewport {
 };
 
 Viewport viewport(const Scene& scene, PictureSize size);
+
+/// The size of the scene's picture.
+inline PictureSize size_of(const Scene& scene, PictureSize usual) {
+  return scene.size.value_or(usual);
+}
 
 /// What a picture of this mode shows inside the viewport: FANLIGHT_SHOW_SURFACE, _DEPTH or _COLOUR. The first
 /// two come from the depth map.

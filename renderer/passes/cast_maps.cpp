@@ -54,12 +54,12 @@ void CastMaps::write_to(const DescriptorSets& descriptors) const {
   descriptors.write(FANLIGHT_BINDING_VOLUME_COLOUR, colour);
 }
 
-void CastMaps::copy(VkCommandBuffer commands, const CastMaps& from) const {
+void CastMaps::copy(VkCommandBuffer commands, const CastMaps& from, PictureSize size) const {
   const std::pair<const GpuBuffer*, const GpuBuffer*> maps[] = {
       {&from.depth, &depth}, {&from.confidence, &confidence}, {&from.colour, &colour}};
   for (const auto& [source, copy] : maps) {
-    const VkBufferCopy all{.size = copy->bytes()};
-    vkCmdCopyBuffer(commands, source->get(), copy->get(), 1, &all);
+    const VkBufferCopy map{.size = size.pixels() * sizeof(std::uint32_t)};
+    vkCmdCopyBuffer(commands, source->get(), copy->get(), 1, &map);
   }
   barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
@@ -70,8 +70,9 @@ PixelRect CastMaps::copy_by_host(const CastMaps& from, PictureSize size) const {
       {&from.depth, &depth}, {&from.confidence, &confidence}, {&from.colour, &colour}};
   PixelRect changed;
   for (const auto& [source, copy] : maps) {
-    const std::span<const std::uint8_t> now = source->mapped();
-    const std::span<std::uint8_t> before = copy->mapped();
+    const std::size_t bytes = size.pixels() * sizeof(std::uint32_t);
+    const std::span<const std::uint8_t> now = source->mapped().first(bytes);
+    const std::span<std::uint8_t> before = copy->mapped().first(bytes);
     changed = changed.united(different_part(words_of(now), words_of(before), static_cast<int>(size.width)));
     std::ranges::copy(now, before.begin());
   }

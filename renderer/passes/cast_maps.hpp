@@ -18,11 +18,12 @@ struct CastMaps {
 
   void write_to(const DescriptorSets& descriptors) const;
 
-  /// Records a copy of `from`. Shaders may read it afterwards.
-  void copy(VkCommandBuffer commands, const CastMaps& from) const;
+  /// Records a copy of `from`, maps of that size. Shaders may read it afterwards.
+  void copy(VkCommandBuffer commands, const CastMaps& from, PictureSize size) const;
 
-  /// Copies `from`, the maps of another device. Does not wait for a GPU. Returns the part of the maps that
-  /// differs from what was there before. Reads both: quick in a processor's memory, where this is used.
+  /// Copies `from`, maps of that size of another device. Does not wait for a GPU. Returns the part of the
+  /// maps that differs from what was there before. Reads both: quick in a processor's memory, where this is
+  /// used.
   PixelRect copy_by_host(const CastMaps& from, PictureSize size) const;
 
   GpuBuffer depth;       ///< float, mm; FANLIGHT_NO_SURFACE without a surface

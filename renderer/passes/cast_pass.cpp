@@ -30,7 +30,7 @@ std::uint32_t tiles_along(std::uint32_t pixels) {
 
 Result<CastPass> CastPass::create(const PassDevice& device, const Config& config) {
   CastPass made(config);
-  auto memory = CastMemory::create(*device.gpu, config.size,
+  auto memory = CastMemory::create(*device.gpu, config.most,
                                    config.maps_for_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);
@@ -76,7 +76,7 @@ void CastPass::set_tiles(const Scene& scene, const shaders::CastParameters& para
   const std::uint64_t tile_samples =
       std::uint64_t{kTileSide} * kTileSide * samples_across * std::max(parameters.steps, 1U);
   const std::uint32_t tile_side = kTileSide * parameters.pixel_stride;
-  tiles_ = groups(config_.size.width, tile_side) * groups(config_.size.height, tile_side);
+  tiles_ = groups(size_.width, tile_side) * groups(size_.height, tile_side);
   const std::uint32_t most_groups = recorder_.gpu().limits().maxComputeWorkGroupCount[0];
   notes_reach_ = notes_reach_ && tiles_ <= most_groups;  // a list of dirty tiles is not cut into bands
   const std::uint64_t most_tiles = std::min(tiles_, most_groups);
@@ -89,11 +89,12 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
   if (auto found = find_pipelines(scene, volume.geometry); !found) return found;
   ++number_;
   weighted_ = false;
+  size_ = size_of(scene, config_.size);
 
   // Memory that the GPU reads may be slow to read for the processor, so values that are needed again are
   // kept.
   const shaders::CastParameters parameters =
-      cast_parameters(scene, config_.size, volume.geometry, volume.table, volume.extent);
+      cast_parameters(scene, size_, volume.geometry, volume.table, volume.extent);
   memory_.parameters.mapped_as<shaders::CastParameters>() = parameters;
   memory_.near_tissue.mapped_as<shaders::NearTissueParameters>() =
       near_tissue_parameters(scene, parameters, volume.geometry, volume.extent, volume.near_tissue);
@@ -192,7 +193,7 @@ Result<void> CastPass::add_weights(const Scene& wanted, const VolumeBindings& vo
   recorder_.begin_piece(Stage::kFilter);
   recorder_.stamp(GpuTimestamps::kFilterBegin);
   vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, *pipeline);
-  vkCmdDispatch(*commands, tiles_along(config_.size.width), tiles_along(config_.size.height), 1);
+  vkCmdDispatch(*commands, tiles_along(size_.width), tiles_along(size_.height), 1);
   record_maps_for_host(*commands);
   recorder_.stamp(GpuTimestamps::kLightBegin);
   // A light follows at once, and pass 1 of the other volume is not to come before it.
@@ -248,7 +249,7 @@ void CastPass::record_frame_steps(VkCommandBuffer commands) const {
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.frame_steps);
-  vkCmdDispatch(commands, tiles_along(config_.size.width), tiles_along(config_.size.height), 1);
+  vkCmdDispatch(commands, tiles_along(size_.width), tiles_along(size_.height), 1);
 }
 
 void CastPass::record_slices(VkCommandBuffer commands) const {
@@ -256,7 +257,7 @@ void CastPass::record_slices(VkCommandBuffer commands) const {
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.slice);
-  vkCmdDispatch(commands, tiles_along(config_.size.width), tiles_along(config_.size.height), 1);
+  vkCmdDispatch(commands, tiles_along(size_.width), tiles_along(size_.height), 1);
 }
 
 void CastPass::record_maps_for_host(VkCommandBuffer commands) const {
@@ -292,7 +293,7 @@ void CastPass::record_dirty_tiles(VkCommandBuffer commands, const FrameStore& fr
 
 Result<DepthMaps> CastPass::read_maps() {
   const GpuBuffer* const maps[] = {&memory_.maps.depth, &memory_.maps.confidence};
-  const std::uint64_t map_bytes = memory_.maps.depth.bytes();
+  const std::uint64_t map_bytes = size_.pixels() * sizeof(float);
   const std::uint64_t maps_bytes = std::size(maps) * map_bytes;
   auto copy = GpuBuffer::create(recorder_.gpu(), "depth map copies", maps_bytes + memory_.segments.bytes(),
                                 VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu);

@@ -43,7 +43,8 @@ struct VolumeBindings {
 class CastPass {
  public:
   struct Config {
-    PictureSize size;
+    PictureSize size;                ///< of scenes that have none
+    PictureSize most;                ///< the largest of any scene
     std::uint64_t band_samples = 0;  ///< approximate limit of samples in one submission of pass 1
     Skipping skipping = Skipping::kOn;
     bool pauses = false;         ///< as PassRecorder::Config
@@ -111,6 +112,8 @@ class CastPass {
     const SubmissionTimeline& timeline = recorder_.timeline();
     return timeline.submissions() - timeline.outstanding() >= maps_written_.value;
   }
+  /// Of the maps.
+  PictureSize size() const { return size_; }
   /// Changes with each begin() and recast().
   std::uint64_t number() const { return number_; }
   /// No surface lies deeper.
@@ -124,7 +127,7 @@ class CastPass {
   Result<DepthMaps> read_maps();
 
  private:
-  explicit CastPass(const Config& config) : config_(config) {}
+  explicit CastPass(const Config& config) : config_(config), size_(config.size) {}
   void set_tiles(const Scene& scene, const shaders::CastParameters& parameters);
   Result<void> submit();
   Result<void> submit_maps(VkQueue queue);
@@ -145,6 +148,7 @@ class CastPass {
   bool transfer_due_ = false;
 
   // Of the cast under way, or of the last one.
+  PictureSize size_;
   struct CastPipelines {  // null where CastKeys names none
     VkPipeline cast = VK_NULL_HANDLE;
     VkPipeline empty_space = VK_NULL_HANDLE;

@@ -64,12 +64,12 @@ Result<LightPass> LightPass::create(const PassDevice& device, const Config& conf
   LightPass made(config);
   const bool by_host = config.copies == Copies::kByHost;
   auto memory =
-      LightMemory::create(*device.gpu, config.size, by_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
+      LightMemory::create(*device.gpu, config.most, by_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);
   if (config.copies != Copies::kNone) {
     auto copies =
-        CastMaps::create(*device.gpu, config.size, by_host ? BufferPlace::kToGpu : BufferPlace::kDevice);
+        CastMaps::create(*device.gpu, config.most, by_host ? BufferPlace::kToGpu : BufferPlace::kDevice);
     if (!copies) return copies.error();
     made.copies_ = std::move(*copies);
   }
@@ -116,7 +116,7 @@ void LightPass::copy(const CastPass& cast) {
 void LightPass::copy_by_host(const CastPass& cast) {
   name_maps(copies_);
   if (take(cast) == Change::kNone) return;
-  changed_ = changed_.united(copies_.copy_by_host(cast.maps(), config_.size));
+  changed_ = changed_.united(copies_.copy_by_host(cast.maps(), cast.size()));
 }
 
 void LightPass::follow(const GpuBuffer& steady) const {
@@ -157,8 +157,8 @@ LightStep LightPass::on_tiles(VkPipeline pipeline, const PixelRect& part) const 
 
 /// Decides what passes 2 and 3 compute, and sets the part of the moving average in `parameters`.
 void LightPass::choose_regions(const Scene& scene, shaders::LightParameters& parameters) {
-  const PixelRect all = PixelRect::whole(config_.size);
-  regions_ = LightRegions::whole(config_.size);
+  const PixelRect all = PixelRect::whole(size_);
+  regions_ = LightRegions::whole(size_);
   maps_due_ = {.parameters = parameters, .diffusion_steps = diffusion_steps(scene)};
   const bool as_last = is_new_input_ && maps_ == maps_due_ && filter_ == scene.filter;
   partly_ = config_.copies == Copies::kByHost && as_last && parameters.steady == 0 &&
@@ -166,7 +166,7 @@ void LightPass::choose_regions(const Scene& scene, shaders::LightParameters& par
   if (partly_) {
     // Where nothing has changed, any tile.
     const PixelRect part = changed_.empty() ? PixelRect{.right = 1, .bottom = 1} : changed_;
-    regions_ = LightRegions::of(part, parameters, maps_due_.diffusion_steps > 0, config_.size);
+    regions_ = LightRegions::of(part, parameters, maps_due_.diffusion_steps > 0, size_);
   }
   set_smooth_part(parameters, regions_.smooth);
   maps_.reset();
@@ -179,7 +179,7 @@ Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
   auto columns = pipelines.get(keys.filter_columns);
   if (!columns) return columns.error();
   const LightRegions& parts = regions_;
-  const int tiles_across = static_cast<int>(groups(config_.size.width, kTileSide));
+  const int tiles_across = static_cast<int>(groups(size_.width, kTileSide));
   const auto on_tile_rows = [tiles_across](VkPipeline pipeline, const PixelRect& part) {
     return on_lines(pipeline, part.top / kTileSide * tiles_across, part.bottom / kTileSide * tiles_across);
   };
@@ -193,7 +193,7 @@ Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
       on_tiles(pipelines.fixed(Shader::kHoles), parts.filled),
       mean ? on_lines(*rows, parts.rows.top, parts.rows.bottom) : on_tiles(*rows, parts.rows),
       mean ? on_lines(*columns, parts.smooth.left, parts.smooth.right) : on_tiles(*columns, parts.smooth),
-      on_lines(pipelines.fixed(Shader::kMapTotals), 0, static_cast<int>(config_.size.height))};
+      on_lines(pipelines.fixed(Shader::kMapTotals), 0, static_cast<int>(size_.height))};
   for (const LightStep& step : steps) steps_.add(step);
   return {};
 }
@@ -207,8 +207,8 @@ Result<void> LightPass::add_light_steps(const LightKeys& keys, const Scene& scen
     const auto pipeline = pipelines.get(*key);
     if (!pipeline) return pipeline.error();
     steps_.add({.pipeline = *pipeline,
-                .groups_across = groups(config_.size.width, 2 * kTileSide),
-                .groups_down = groups(config_.size.height, 2 * kTileSide),
+                .groups_across = groups(size_.width, 2 * kTileSide),
+                .groups_down = groups(size_.height, 2 * kTileSide),
                 .stage = Stage::kLight});
   }
   const auto lit = pipelines.get(keys.light);
@@ -232,9 +232,16 @@ Result<void> LightPass::add_light_steps(const LightKeys& keys, const Scene& scen
   return {};
 }
 
+void LightPass::take_size(PictureSize size) {
+  if (size == size_) return;
+  size_ = size;
+  step_ms_ = {};
+}
+
 Result<void> LightPass::begin(const Scene& scene, History history) {
   const LightKeys keys = light_keys(scene);
-  shaders::LightParameters parameters = light_parameters(scene, config_.size, farthest_mm_);
+  take_size(*scene.size);
+  shaders::LightParameters parameters = light_parameters(scene, size_, farthest_mm_);
   if (history == History::kNone) parameters.steady = 0;
   // Without weights all count the same: the next volume's picture will have them.
   if (!input_.weighted) parameters.confidence_counts = 0;
@@ -262,13 +269,13 @@ Result<void> LightPass::begin(const Scene& scene, History history) {
 
 Result<void> LightPass::change(const Scene& scene) {
   auto& parameters = memory_.parameters.mapped_as<shaders::LightParameters>();
-  shaders::LightParameters changed = light_parameters(scene, config_.size, farthest_mm_);
+  shaders::LightParameters changed = light_parameters(scene, size_, farthest_mm_);
   // What begin() knew besides the scene.
   changed.steady = parameters.steady;
   changed.confidence_counts = parameters.confidence_counts;
   maps_due_ = {.parameters = changed, .diffusion_steps = diffusion_steps(scene)};
   // Another light changes pixels that keep their depth.
-  regions_.lit = regions_.finished = LightRegions::whole(config_.size).lit;
+  regions_.lit = regions_.finished = LightRegions::whole(size_).lit;
   set_smooth_part(changed, regions_.smooth);
   parameters = changed;
   steps_.drop_from(Stage::kLight);
@@ -308,15 +315,13 @@ void LightPass::record_read_back(VkCommandBuffer commands) const {
           VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT,
           VK_ACCESS_2_TRANSFER_READ_BIT);
   recorder_.stamp(GpuTimestamps::kFinishEnd);
-  const VkBufferCopy all{.size = memory_.read_back.bytes()};
-  vkCmdCopyBuffer(commands, memory_.finished.get(), memory_.read_back.get(), 1, &all);
-  const VkBufferCopy depths{.size = memory_.read_back_depth.bytes()};
-  vkCmdCopyBuffer(commands, memory_.smooth_depth.get(), memory_.read_back_depth.get(), 1, &depths);
+  static_assert(sizeof(float) == sizeof(std::uint32_t));
+  const VkBufferCopy map{.size = pixels() * sizeof(std::uint32_t)};
+  vkCmdCopyBuffer(commands, memory_.finished.get(), memory_.read_back.get(), 1, &map);
+  vkCmdCopyBuffer(commands, memory_.smooth_depth.get(), memory_.read_back_depth.get(), 1, &map);
   // Not again for a light that moved. A copy by the host is read where it is.
-  if (is_new_input_ && config_.copies != Copies::kByHost) {
-    const VkBufferCopy colours{.size = memory_.read_back_colours.bytes()};
-    vkCmdCopyBuffer(commands, named_colours_, memory_.read_back_colours.get(), 1, &colours);
-  }
+  if (is_new_input_ && config_.copies != Copies::kByHost)
+    vkCmdCopyBuffer(commands, named_colours_, memory_.read_back_colours.get(), 1, &map);
   const VkBufferCopy totals{.size = memory_.read_back_totals.bytes()};
   vkCmdCopyBuffer(commands, memory_.map_totals.get(), memory_.read_back_totals.get(), 1, &totals);
   barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
@@ -336,7 +341,7 @@ Result<void> LightPass::submit(std::size_t end_step) {
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
               VK_ACCESS_2_TRANSFER_WRITE_BIT);
-  if (maps_to_copy_ != nullptr) copies_.copy(*commands, *maps_to_copy_);
+  if (maps_to_copy_ != nullptr) copies_.copy(*commands, *maps_to_copy_, size_);
   record_steps(*commands, end_step);
   const bool last = end_step == steps_.count();
   if (last) record_read_back(*commands);
@@ -366,9 +371,9 @@ void LightPass::read_picture(const PictureStamp& stamp, Picture& to) const {
   to.stamp.surface_id = surface_id_;
   to.stamp.surface_share = surface_share();
   to.stamp.uncertain_share = uncertain_share();
-  to.width = config_.size.width;
-  to.height = config_.size.height;
-  const auto rgba = memory_.read_back.mapped();
+  to.width = size_.width;
+  to.height = size_.height;
+  const auto rgba = memory_.read_back.mapped().first(4 * pixels());
   to.rgba.assign(rgba.begin(), rgba.end());
   if (has_surface) return;
   to.depth_mm.assign(depth_mm().begin(), depth_mm().end());
@@ -381,7 +386,7 @@ void LightPass::read_picture(const PictureStamp& stamp, Picture& to) const {
 /// Share of the picture's pixels that have a surface.
 double LightPass::surface_share() const {
   return static_cast<double>(memory_.read_back_totals.mapped_as<shaders::MapTotals>().surface_pixels) /
-         pixels();
+         static_cast<double>(pixels());
 }
 
 /// Of these, the share whose surface is uncertain and dimmed: it stands out from the speckle by little
@@ -400,7 +405,7 @@ Result<void> LightPass::submit_next() {
   const auto stage = static_cast<std::size_t>(next);
   const double known_ms = step_ms_[stage];
   const double whole_ms = known_ms > 0 ? known_ms : kPieceMs;
-  const double share = static_cast<double>(regions_.smooth.pixels()) / pixels();
+  const double share = static_cast<double>(regions_.smooth.pixels()) / static_cast<double>(pixels());
   const double step_ms = next == Stage::kFilter ? share * whole_ms : whole_ms;
   return submit(steps_.end_of_piece(step_ms, kPieceMs));
 }

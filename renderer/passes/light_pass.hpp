@@ -32,7 +32,7 @@ namespace fanlight {
 class LightPass {
  public:
   struct Config {
-    PictureSize size;
+    PictureSize most;  ///< the largest of any scene
     /// Memory for copies of a cast's maps: none, of the same device, or of another one, whose maps the host
     /// copies. With the last, passes 2 and 3 compute only what has changed since the last picture, where that
     /// is less than half of it.
@@ -65,9 +65,9 @@ class LightPass {
   /// Whether the depth map of follow() is that of the last volume under the same view.
   enum class History : std::uint8_t { kNone, kUsable };
 
-  /// Sets passes 2 and 3 up for this effective_scene(), and submits nothing. The filter of the depth map is
-  /// left out where its input and options have not changed. Precondition: nothing is outstanding. Error: a
-  /// pipeline that cannot be built.
+  /// Sets passes 2 and 3 up for this effective_scene() of the cast, and submits nothing. The filter of the
+  /// depth map is left out where its input and options have not changed. Precondition: nothing is
+  /// outstanding. Error: a pipeline that cannot be built.
   Result<void> begin(const Scene& scene, History history);
 
   /// Submits the next piece, about 4 ms of work; the last one has the read-back. Precondition: as begin().
@@ -100,7 +100,7 @@ class LightPass {
   /// width, top row first.
   std::span<const float> depth_mm() const {
     const auto bytes = memory_.read_back_depth.mapped();
-    return {reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)};
+    return {reinterpret_cast<const float*>(bytes.data()), pixels()};
   }
 
  private:
@@ -108,6 +108,7 @@ class LightPass {
   enum class Change : std::uint8_t { kNone, kWeights, kCast };
   Change take(const CastPass& cast);
   void name_maps(const CastMaps& maps);
+  void take_size(PictureSize size);
   void learn_step_times();
   double surface_share() const;
   double uncertain_share() const;
@@ -121,7 +122,7 @@ class LightPass {
   void record_clear_totals(VkCommandBuffer commands) const;
   void record_steps(VkCommandBuffer commands, std::size_t end_step) const;
   void record_read_back(VkCommandBuffer commands) const;
-  std::uint32_t pixels() const { return config_.size.width * config_.size.height; }
+  std::size_t pixels() const { return size_.pixels(); }
 
   Config config_;
 
@@ -143,6 +144,7 @@ class LightPass {
   PixelRect changed_;  // of what copy_by_host() copied, since the last picture
 
   // Of the picture under way.
+  PictureSize size_;
   LightSteps steps_;
   LightRegions regions_;          // what they compute
   bool partly_ = false;           // that is a part of the picture

@@ -33,6 +33,13 @@ bool view_changed(const NumberedScene& cast_scene, const NumberedScene& scene) {
   return first_pass_changed(cast_scene.scene, scene.scene) <= FirstPass::kCast;
 }
 
+bool differs_in_size_alone(const Scene& from, const Scene& to) {
+  if (from.size == to.size) return false;
+  Scene same_size = to;
+  same_size.size = from.size;
+  return first_pass_changed(from, same_size) > FirstPass::kCast;
+}
+
 bool light_changed(const SlotStatus& slot, const NumberedScene& scene) {
   // With the view unchanged every new revision gets its picture, even one that returns to what is shown: the
   // client that sent it waits for a picture with its number.
@@ -45,9 +52,14 @@ bool replaces_frames(bool loaded, const NumberedScene& cast_scene, const Numbere
   return scene.scene.refresh == Refresh::kFrame && loaded && cast_scene.scene.refresh == Refresh::kFrame;
 }
 
+bool gives_way(const SlotStatus& slot) {
+  return slot.phase == WorkPhase::kCasting && slot.refines && !slot.cast_submitted && slot.settled();
+}
+
 bool accepts_volume(const MainStatus& status, const NumberedScene& scene) {
-  const bool casting = std::ranges::any_of(
-      status.slots, [](const SlotStatus& slot) { return slot.phase == WorkPhase::kCasting; });
+  const bool casting = std::ranges::any_of(status.slots, [](const SlotStatus& slot) {
+    return slot.phase == WorkPhase::kCasting && !gives_way(slot);
+  });
   if (casting || !idle_and_settled(status.slots[status.other()])) return false;
   // Where frames are replaced, a volume may take either slot.
   return !replaces_frames(status, scene) || idle_and_settled(status.slots[status.newest]);
@@ -70,7 +82,8 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
 
   // A cast whose view is outdated is restarted between two bands, but not twice in a row: a camera that never
   // rests must not starve the pictures.
-  const bool begin = idle_and_settled(newest) && newest.loaded && view_changed(*newest.cast_scene, scene);
+  const bool begin = idle_and_settled(newest) && newest.loaded &&
+                     (newest.map_lost || view_changed(*newest.cast_scene, scene));
   const bool restart = newest.phase == WorkPhase::kCasting && !newest.cast_submitted && !newest.outstanding &&
                        !newest.gave_up_cast && view_changed(*newest.cast_scene, scene);
   if (begin || restart) {
@@ -84,7 +97,8 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
   SlotStatus& shown = now.slots[now.shown];
   const bool next_is_lit =
       now.shown != now.newest && newest.phase == WorkPhase::kLighting && newest.light_begun;
-  if (shown.phase == WorkPhase::kIdle && shown.loaded && !next_is_lit && light_changed(shown, scene)) {
+  if (shown.phase == WorkPhase::kIdle && shown.loaded && !shown.map_lost && !next_is_lit &&
+      light_changed(shown, scene)) {
     due.add(MainStep::kLightShown);
     shown.phase = WorkPhase::kLighting;
     shown.light_submitted = true;  // its first piece; the next one is for the next call

@@ -27,6 +27,8 @@ struct SlotStatus {
   bool cast_submitted = false;                ///< all bands of pass 1 were submitted
   bool cast_nearly_submitted = false;         ///< the last quarter of pass 1, or its last band, comes next
   bool gave_up_cast = false;                  ///< the cast under way replaced one whose view was outdated
+  bool refines = false;                       ///< the cast under way is a finer one of the picture on show
+  bool map_lost = false;                      ///< a cast that was given up has overwritten the depth map
   bool frames_changed = false;                ///< frames were replaced since the cast
   bool can_recast = false;                    ///< casting the dirty tiles suffices for the replaced frames
   bool frames_staged = false;                 ///< frames of its next volume were staged since the cast
@@ -49,6 +51,9 @@ struct MainStatus {
 /// Whether the depth map was cast for another view than the scene's.
 bool view_changed(const NumberedScene& cast_scene, const NumberedScene& scene);
 
+/// Whether two scenes differ in the size of their pictures, and else in nothing that casts rays.
+bool differs_in_size_alone(const Scene& from, const Scene& to);
+
 /// Whether the depth map can give a picture that the slot does not hold yet: of a new light, or of a new
 /// revision.
 bool light_changed(const SlotStatus& slot, const NumberedScene& scene);
@@ -57,8 +62,12 @@ bool light_changed(const SlotStatus& slot, const NumberedScene& scene);
 /// `loaded`, `cast_scene`: of the newest slot.
 bool replaces_frames(bool loaded, const NumberedScene& cast_scene, const NumberedScene& scene);
 
-/// Whether a volume can be loaded: no cast is under way, and the slot that will take it is idle and settled.
+/// Whether a volume can be loaded: no cast is under way that a picture waits for, and the slot that will take
+/// it is idle and settled.
 bool accepts_volume(const MainStatus& status, const NumberedScene& scene);
+
+/// Whether the cast under way is given up for a new volume, between two of its bands.
+bool gives_way(const SlotStatus& slot);
 
 /// Whether a frame can be staged: the slot that will take it is idle and settled, and a volume was loaded
 /// whose angles give the index of the frame.

@@ -95,10 +95,14 @@ class RecordedPictures {
     auto device = open_device(options_.gpu);
     if (!device) return device.error();
     device_ = std::move(*device);
-    const NotedPicture& first = notes_.pictures.front();
-    size_ = {.width = first.width, .height = first.height};
+    usual_size_ = notes_.pictures.front().usual;
+    PictureSize most = usual_size_;
+    for (const NotedPicture& picture : notes_.pictures) {
+      if (picture.usual == usual_size_ && picture.size.pixels() > most.pixels()) most = picture.size;
+    }
     auto renderer =
-        Renderer::create({.size = size_,
+        Renderer::create({.size = usual_size_,
+                          .most = most,
                           .geometry = source.geometry,
                           .first_angle_rad = source.first_angle_rad,
                           .last_angle_rad = source.last_angle_rad,
@@ -113,11 +117,11 @@ class RecordedPictures {
   Result<void> render(const NotedPicture& picture, const Volume& volume) {
     const auto scene = notes_.scenes.find(picture.scene_revision);
     if (scene == notes_.scenes.end()) ++scene_unknown_;
-    // A server renders all its pictures in one size; those of another belong to an earlier recording.
-    if (scene == notes_.scenes.end() || picture.width != size_.width || picture.height != size_.height)
-      return {};
+    // A server has one usual size; pictures of another belong to an earlier recording.
+    if (scene == notes_.scenes.end() || picture.usual != usual_size_) return {};
     renderer_->fix_levels(picture.levels);
-    const Scene wanted = degraded(scene->second, picture.measures, volume.geometry().finest_mm());
+    Scene wanted = degraded(scene->second, picture.measures, volume.geometry().finest_mm());
+    if (picture.size != usual_size_) wanted.size = picture.size;
     renderer_->show({.revision = ++shown_, .scene = wanted});
     if (auto settled = finish_shown(); !settled) return settled;
     const auto made = render_once(*renderer_, volume);
@@ -144,7 +148,7 @@ class RecordedPictures {
   std::vector<RecordedCorrection> corrections_;
   RenderDevice device_;
   RenderCounters counters_;
-  PictureSize size_;
+  PictureSize usual_size_;
   std::unique_ptr<Renderer> renderer_;
   Picture unused_;
   std::uint64_t shown_ = 1;

@@ -98,9 +98,10 @@ bool may_rest(const ServeOptions& options) {
   return !options.render_unwatched && policy_of(options) == RingPolicy::kNewestWins;
 }
 
-Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize& size, const Scene& scene,
-                                 std::uint32_t cine_volumes) {
-  return {.size = size,
+Pipeline::Config pipeline_config(const ServeOptions& options, const ServerDescription& server,
+                                 const Scene& scene, std::uint32_t cine_volumes) {
+  return {.size = server.picture_size,
+          .most_size = server.most_picture_size,
           .scene = scene,
           .ring_slots = options.ring_slots,
           .cine_volumes = cine_volumes,
@@ -124,11 +125,20 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const PictureSize&
   std::_Exit(served ? 0 : 1);
 }
 
+/// The size of --size-max, which is not smaller than that of --size.
+Result<PictureSize> largest_size(const ServeOptions& options, PictureSize size) {
+  const auto most = parse_picture_size(options.size_max);
+  if (!most) return most.error();
+  return PictureSize{std::max(most->width, size.width), std::max(most->height, size.height)};
+}
+
 /// The server's configuration but for what open_pipeline() adds. Refuses what is wrong before any device is
 /// opened.
 Result<StreamServer::Config> server_config(const ServeOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return options.placed("size", size.error());
+  const auto most = largest_size(options, *size);
+  if (!most) return options.placed("size-max", most.error());
   const auto endpoint = listen_endpoint(options);
   if (!endpoint) return options.placed("listen", endpoint.error());
   if (auto audit = check_audit(options); !audit) return audit.error();
@@ -139,8 +149,8 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
   if (auto made = options.recording.make_folder(); !made) return options.placed("recordings", made.error());
   return StreamServer::Config{
       .endpoint = *endpoint,
-      .state = {.description = {.picture_width = size->width,
-                                .picture_height = size->height,
+      .state = {.description = {.picture_size = *size,
+                                .most_picture_size = *most,
                                 .jpeg_quality = options.jpeg_quality},
                 .probe_control = options.probe_control,
                 .most_private_views = options.private_views,
@@ -212,9 +222,8 @@ void read_again(ServeOptions& options, StreamServer& server, spdlog::level::leve
 
 /// Finds surfaces for pictures of this size.
 SurfaceFinder surface_finder(const ServerDescription& server) {
-  const PictureSize size{server.picture_width, server.picture_height};
-  return [size](const Volume& volume, const Scene& scene,
-                const std::stop_token& stop) -> std::optional<FoundSurface> {
+  return [size = server.picture_size](const Volume& volume, const Scene& scene,
+                                      const std::stop_token& stop) -> std::optional<FoundSurface> {
     auto found = auto_scene(volume, scene, size, stop);
     if (!found) return std::nullopt;
     return FoundSurface{.scene = found->scene, .choices = std::move(found->choices)};
@@ -272,9 +281,8 @@ Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& li
                    opened->light_refusal);
     return opened;
   };
-  const PictureSize size{state.description.picture_width, state.description.picture_height};
   const std::uint32_t cine_volumes = affordable_cine(options.cine_volumes, description);
-  auto pipeline = Pipeline::create(pipeline_config(options, size, *scene, cine_volumes),
+  auto pipeline = Pipeline::create(pipeline_config(options, state.description, *scene, cine_volumes),
                                    {.open_device = open, .source = **source, .link = link});
   if (!pipeline) return pipeline.error();
   state.description.device = (*pipeline)->gpu().name;
@@ -376,7 +384,9 @@ Result<void> check_start(const ServeOptions& options) {
   if (const auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty()); !igtl)
     return options.placed("igtl-listen", igtl.error());
   if (const auto rtp = options.rtp.config(); !rtp) return options.placed("rtp-to", rtp.error());
-  if (const auto size = parse_picture_size(options.size); !size) return options.placed("size", size.error());
+  const auto size = parse_picture_size(options.size);
+  if (!size) return options.placed("size", size.error());
+  if (const auto most = largest_size(options, *size); !most) return options.placed("size-max", most.error());
   for (const std::string& sentence : options.misspelt) fmt::print(stderr, "fanlight serve: {}\n", sentence);
   return options.check_inputs();
 }

@@ -41,7 +41,7 @@ std::string configuration_path(const ServeOptions& options) {
 Result<void> check_value(const std::string& name, const std::string& value) {
   if (name == "listen") {
     if (const auto parsed = parse_listen_address(value); !parsed) return parsed.error();
-  } else if (name == "size") {
+  } else if (name == "size" || name == "size-max") {
     if (const auto parsed = parse_picture_size(value); !parsed) return parsed.error();
   } else if (name == "look") {
     Scene scene;
@@ -175,6 +175,11 @@ void ServeOptions::add_source_options(CLI::App& command) {
 void ServeOptions::add_picture_options(CLI::App& command) {
   command.option_defaults()->group("Picture");
   command.add_option("--size", size, "Size of the picture in pixels")
+      ->capture_default_str()
+      ->type_name("WxH");
+  command
+      .add_option("--size-max", size_max,
+                  "Largest size for displays that show more pixels, rendered when there is time")
       ->capture_default_str()
       ->type_name("WxH");
   command.add_option("--gpu", gpu, "GPU to use, by a part of its name")->type_name("NAME");

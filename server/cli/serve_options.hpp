@@ -45,6 +45,7 @@ struct ServeOptions {
   std::optional<RingPolicy> policy;  ///< absent: what suits the source
   ProbeControl probe_control = ProbeControl::kEveryone;
   std::string size = "512x512";
+  std::string size_max = "2048x2048";
   std::string gpu;
   int jpeg_quality = 85;
   std::uint32_t ring_slots = 4;

@@ -55,7 +55,6 @@ Result<StreamSettings> parse_stream_request(const v1::StreamRequest& request, in
     case v1::StreamRequest::SURFACE:
       settings.codec = StreamSettings::Codec::kSurface;
       settings.bit_rate_kbps = 0;
-      settings.most_width = settings.most_height = 0;
       settings.quality = request.quality() > 0 ? static_cast<int>(request.quality()) : default_quality;
       break;
     default:

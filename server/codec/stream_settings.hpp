@@ -16,7 +16,7 @@ struct StreamSettings {
   Codec codec = Codec::kJpeg;
   int quality = 0;               ///< of JPEG, 1 to 100; 0: the bit rate decides
   int bit_rate_kbps = 0;         ///< 0: fixed quality
-  std::uint32_t most_width = 0;  ///< in pixels; 0: as rendered. The proportions stay
+  std::uint32_t most_width = 0;  ///< in pixels; both 0: the usual size. The proportions stay
   std::uint32_t most_height = 0;
   double rate_hz = 0;  ///< most pictures a second; 0: every picture
   bool with_depth = false;
@@ -24,6 +24,8 @@ struct StreamSettings {
   /// Whether the encoding of a picture depends on the pictures before it. Then all pictures must go through
   /// one coder, at one rate.
   bool remembers() const { return codec == Codec::kH264 || bit_rate_kbps > 0; }
+
+  bool has_size() const { return most_width > 0 || most_height > 0; }
 
   // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the zero inside <=> for a pointer
   auto operator<=>(const StreamSettings&) const = default;

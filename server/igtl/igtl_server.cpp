@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "proto/base/clock.hpp"
+#include "server/codec/reduced_picture.hpp"
 #include "server/igtl/igtl_video.hpp"
 #include "server/igtl/picture_messages.hpp"
 
@@ -39,6 +40,7 @@ std::uint64_t utc_ns(std::int64_t steady_ns) {
 /// The writing of one picture's messages. The server and the thread that writes share it.
 struct IgtlServer::Job {
   Picture picture;
+  PictureSize usual_size;
   IgtlWanted wanted;
   bool key_wanted = false;  // of the video
   std::uint64_t utc_ns = 0;
@@ -50,6 +52,8 @@ struct IgtlServer::Job {
 
   void write() {
     try {
+      // Programs expect pictures of one size.
+      if (picture.height != usual_size.height) picture = reduced(picture, usual_size);
       messages = picture_messages(picture, wanted, utc_ns);
       if (wanted.has(IgtlStream::kVideo)) write_video();
     } catch (const std::bad_alloc&) {
@@ -248,6 +252,7 @@ bool IgtlServer::key_is_due() const {
 void IgtlServer::write_messages(const Picture& picture, const IgtlWanted& now) {
   newer_waits_ = false;
   job_->picture = picture;
+  job_->usual_size = dependencies_.state.description.picture_size;
   job_->wanted = now;
   job_->key_wanted = key_is_due();
   job_->utc_ns = utc_ns(picture.stamp.volume.last_capture_time_ns);

@@ -33,6 +33,7 @@ FrameQueue::Config queue_config(const SourceDescription& source) {
 
 Renderer::Config renderer_config(const SourceDescription& source, const Pipeline::Config& config) {
   return {.size = config.size,
+          .most = config.most_size,
           .geometry = source.geometry,
           .first_angle_rad = source.first_angle_rad,
           .last_angle_rad = source.last_angle_rad,
@@ -82,9 +83,14 @@ Result<void> Pipeline::open(const Config& config) {
 }
 
 Result<DeviceRenderer> Pipeline::make_renderer(RenderDevice device, const NumberedScene& scene) {
-  auto renderer = Renderer::create(
-      renderer_config_,
-      {.gpu = *device.gpu, .counters = render_counters_, .light_gpu = device.light_gpu.get()}, scene);
+  const Renderer::Dependencies dependencies{
+      .gpu = *device.gpu, .counters = render_counters_, .light_gpu = device.light_gpu.get()};
+  auto renderer = Renderer::create(renderer_config_, dependencies, scene);
+  if (!renderer && renderer.error().code == ErrorCode::kUnavailable && renderer_config_.most) {
+    // Finer pictures are no reason not to render at all.
+    renderer_config_.most.reset();
+    renderer = Renderer::create(renderer_config_, dependencies, scene);
+  }
   if (!renderer) return renderer.error();
   return DeviceRenderer{.device = std::move(device), .renderer = std::move(*renderer)};
 }

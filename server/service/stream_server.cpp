@@ -38,7 +38,15 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
               .find_surface = dependencies.find_surface,
               .survey_answered = [this](const SurveyDesk::Answer& answer) { survey_answered(answer); },
               .presets_changed = [this] { preset_file_.presets_changed(); }}),
-      hub_(dependencies.counters, {.executor = executor(), .threads = EncoderPool::usual_threads()}),
+      hub_(dependencies.counters,
+           {.executor = executor(),
+            .threads = EncoderPool::usual_threads(),
+            .usual_size = state_.description.picture_size,
+            .wanted_size =
+                [&shown = dependencies.ports.render.shown_size](std::optional<PictureSize> wanted) {
+                  shown.draft() = wanted;
+                  shown.publish();
+                }}),
       sessions_(state_.views),
       audit_(std::move(audit)),
       access_(std::move(access)),
@@ -150,9 +158,8 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
 }
 
 Result<void> StreamServer::run() {
-  const double session_mb = static_cast<double>(SessionLimits::most_bytes(
-                                state_.description.picture_width, state_.description.picture_height)) /
-                            1e6;
+  const double session_mb =
+      static_cast<double>(SessionLimits::most_bytes(state_.description.most_picture_size)) / 1e6;
   spdlog::info("a display takes up to {:.1f} MB of memory; {} connections at most", session_mb,
                config_.most_connections);
   signals_.start();

@@ -19,6 +19,10 @@ using nlohmann::ordered_json;
 
 constexpr std::uint32_t kMostSide = 16'384;
 
+bool is_possible(PictureSize size) {
+  return size.width > 0 && size.height > 0 && size.width <= kMostSide && size.height <= kMostSide;
+}
+
 std::optional<NotedPicture> picture_of(const json& line) {
   NotedPicture picture{.picture_id = line.at("picture"),
                        .source_volume_index = line.at("volume"),
@@ -30,8 +34,10 @@ std::optional<NotedPicture> picture_of(const json& line) {
                                     .wide_step = line.at("wide_step"),
                                     .cheap_filters = line.at("cheap_filters")},
                        .levels = {},
-                       .width = line.at("width"),
-                       .height = line.at("height")};
+                       .size = {.width = line.at("width"), .height = line.at("height")},
+                       .usual = {}};
+  picture.usual = {.width = line.value("usual_width", picture.size.width),
+                   .height = line.value("usual_height", picture.size.height)};
   if (const json& levels = line.at("levels"); levels.is_object() && levels.contains("flat")) {
     // Recordings before 2026-11-26 say no more.
     picture.levels = {.fluid = levels.value("fluid", 0.0),
@@ -44,9 +50,7 @@ std::optional<NotedPicture> picture_of(const json& line) {
                       .noise = levels.at("noise"),
                       .known = true};
   }
-  const bool sized =
-      picture.width > 0 && picture.height > 0 && picture.width <= kMostSide && picture.height <= kMostSide;
-  return sized ? std::optional(picture) : std::nullopt;
+  return is_possible(picture.size) && is_possible(picture.usual) ? std::optional(picture) : std::nullopt;
 }
 
 bool add_scene(const json& line, PictureNotes& notes) {
@@ -75,25 +79,29 @@ std::string scene_note(std::uint64_t revision, const Scene& scene) {
   return ordered_json({{"scene_revision", revision}, {"scene", scene_json(scene)}}).dump();
 }
 
-std::string picture_note(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height) {
+std::string picture_note(const PictureStamp& stamp, PictureSize size, PictureSize usual) {
   const EchoLevels& levels = stamp.levels;
   ordered_json known = nullptr;
   if (levels.known || levels.flat)
     known = {{"fluid", levels.fluid}, {"tissue", levels.tissue}, {"noise", levels.noise}};
   if (levels.flat) known["flat"] = true;
-  return ordered_json({{"picture", stamp.picture_id},
-                       {"volume", stamp.volume.source_volume_index},
-                       {"first_frame", stamp.volume.first_frame_sequence},
-                       {"last_frame", stamp.volume.last_frame_sequence},
-                       {"angle_correction_rad", stamp.volume.angle_correction_rad},
-                       {"scene_revision", stamp.scene_revision},
-                       {"coarse", stamp.measures.coarse},
-                       {"wide_step", stamp.measures.wide_step},
-                       {"cheap_filters", stamp.measures.cheap_filters},
-                       {"levels", known},
-                       {"width", width},
-                       {"height", height}})
-      .dump();
+  ordered_json note({{"picture", stamp.picture_id},
+                     {"volume", stamp.volume.source_volume_index},
+                     {"first_frame", stamp.volume.first_frame_sequence},
+                     {"last_frame", stamp.volume.last_frame_sequence},
+                     {"angle_correction_rad", stamp.volume.angle_correction_rad},
+                     {"scene_revision", stamp.scene_revision},
+                     {"coarse", stamp.measures.coarse},
+                     {"wide_step", stamp.measures.wide_step},
+                     {"cheap_filters", stamp.measures.cheap_filters},
+                     {"levels", known},
+                     {"width", size.width},
+                     {"height", size.height}});
+  if (size != usual) {
+    note["usual_width"] = usual.width;
+    note["usual_height"] = usual.height;
+  }
+  return note.dump();
 }
 
 Result<PictureNotes> read_picture_notes(const std::filesystem::path& path) {

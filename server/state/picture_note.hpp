@@ -9,6 +9,7 @@
 
 #include "proto/base/result.hpp"
 #include "proto/model/picture.hpp"
+#include "proto/model/picture_size.hpp"
 #include "proto/model/scene.hpp"
 
 namespace fanlight {
@@ -20,7 +21,10 @@ namespace fanlight {
 std::string scene_note(std::uint64_t revision, const Scene& scene);
 /// {"picture": 17, "volume": 4, "first_frame": 140, "last_frame": 174, "angle_correction_rad": 0.001,
 ///  "scene_revision": 3, "coarse": false, ..., "levels": {...}, "width": 512, "height": 512}
-std::string picture_note(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height);
+///
+/// `usual`: the server's usual size. Where the picture has another one, the line has "usual_width" and
+/// "usual_height" too.
+std::string picture_note(const PictureStamp& stamp, PictureSize size, PictureSize usual);
 
 /// A picture that was shown.
 struct NotedPicture {
@@ -32,8 +36,8 @@ struct NotedPicture {
   std::uint64_t scene_revision = 0;
   DeadlineMeasures measures;
   EchoLevels levels;
-  std::uint32_t width = 0;
-  std::uint32_t height = 0;
+  PictureSize size;
+  PictureSize usual;
 };
 
 struct PictureNotes {

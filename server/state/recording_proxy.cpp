@@ -149,15 +149,15 @@ RecordingProxy::News RecordingProxy::update() {
   return news;
 }
 
-void RecordingProxy::picture_shown(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height,
-                                   const SceneStore& scenes) {
+void RecordingProxy::picture_shown(const Picture& picture, PictureSize usual, const SceneStore& scenes) {
   if (!link_) return;
+  const PictureStamp& stamp = picture.stamp;
   if (stamp.scene_revision != noted_revision_) {
     const Scene* const scene = scenes.of_revision(stamp.scene_revision);
     if (scene == nullptr || !link_->pictures.put(scene_note(stamp.scene_revision, *scene))) return;
     noted_revision_ = stamp.scene_revision;
   }
-  if (is_active()) link_->pictures.put(picture_note(stamp, width, height));
+  if (is_active()) link_->pictures.put(picture_note(stamp, {picture.width, picture.height}, usual));
 }
 
 v1::RecordingStatus RecordingProxy::message() const {

@@ -13,6 +13,7 @@
 #include "proto/exchange/recording_link.hpp"
 #include "proto/fanlight.pb.h"
 #include "proto/model/picture.hpp"
+#include "proto/model/picture_size.hpp"
 #include "server/state/scene_store.hpp"
 
 namespace fanlight {
@@ -56,8 +57,7 @@ class RecordingProxy {
   News update();
 
   /// The main view has shown a picture: the recording notes what it takes to render it again.
-  void picture_shown(const PictureStamp& stamp, std::uint32_t width, std::uint32_t height,
-                     const SceneStore& scenes);
+  void picture_shown(const Picture& picture, PictureSize usual, const SceneStore& scenes);
 
   /// Whether counts change: the status is worth a message every second.
   bool is_active() const { return status_.state != RecordingStatus::State::kIdle; }

@@ -18,7 +18,7 @@ ServerState::ServerState(const Config& config, const Dependencies& dependencies)
              .scene_store = scene_store,
              .render = pipeline.render,
              .counters = counters},
-            config.most_private_views, description.picture_width, description.picture_height),
+            config.most_private_views, description.picture_size),
       volumes(dependencies.ports.render, dependencies.executor),
       surveys({.find = dependencies.find_surface,
                .volumes = volumes,
@@ -38,7 +38,7 @@ void ServerState::picture_shown(const Picture& picture, std::int64_t now) {
   scene_store.note_shown(picture.stamp.scene_revision);
   liveness.shown(picture.stamp, now);
   times.shown(picture.stamp);
-  recording.picture_shown(picture.stamp, picture.width, picture.height, scene_store);
+  recording.picture_shown(picture, description.picture_size, scene_store);
   demand.picture_shown(now);
   default_view.picture_shown(picture.stamp, now);
 }

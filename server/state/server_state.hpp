@@ -32,8 +32,8 @@ struct ServerDescription {
   std::string path;    ///< of the recording that is played; never sent
   FrameOrigin origin = FrameOrigin::kProbe;  ///< unless the sender of the frames says otherwise
   std::string device;
-  std::uint32_t picture_width = 0;
-  std::uint32_t picture_height = 0;
+  PictureSize picture_size;        ///< usual one
+  PictureSize most_picture_size;   ///< for displays that ask for more
   int jpeg_quality = 85;           ///< if a session asks for none
   std::vector<std::string> notes;  ///< see SourceDescription::notes, and DefaultView::note()
 };

@@ -126,8 +126,8 @@ Result<ViewAdmission::View*> ViewAdmission::open(std::uint64_t session) {
   }
   View& view = *free;
   if (view.pictures == nullptr)
-    view.pictures =
-        std::make_unique<Mailbox<Picture>>(dependencies_.link.to_server, blank_picture(width_, height_));
+    view.pictures = std::make_unique<Mailbox<Picture>>(
+        dependencies_.link.to_server, blank_picture(picture_size_.width, picture_size_.height));
   view.wanted = {.view_id = session, .pictures = view.pictures.get()};
   view.own.clear();
   view.seconds_behind = 0;

@@ -36,9 +36,8 @@ class ViewAdmission {
     const RenderCounters& render;
     ServerCounters& counters;
   };
-  ViewAdmission(const Dependencies& dependencies, std::size_t most_views, std::uint32_t width,
-                std::uint32_t height)
-      : dependencies_(dependencies), most_views_(most_views), width_(width), height_(height) {}
+  ViewAdmission(const Dependencies& dependencies, std::size_t most_views, PictureSize usual)
+      : dependencies_(dependencies), most_views_(most_views), picture_size_(usual) {}
 
   /// Least time between two pictures of a view: fluent for a person, and a bounded load for the encoders.
   static constexpr std::int64_t kBetweenPicturesNs = 33'000'000;
@@ -117,8 +116,7 @@ class ViewAdmission {
 
   Dependencies dependencies_;
   std::size_t most_views_;
-  std::uint32_t width_;
-  std::uint32_t height_;
+  PictureSize picture_size_;
   std::array<View, kMostPrivateViews> views_;
   StageTimes main_times_;
   std::int64_t main_shown_ns_ = 0;

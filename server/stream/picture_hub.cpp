@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <new>
 #include <vector>
 
 #include "proto/fanlight.pb.h"
+#include "server/codec/reduced_picture.hpp"
 #include "server/stream/picture_message.hpp"
 #include "server/stream/server_messages.hpp"
 
@@ -18,6 +21,8 @@ namespace {
 /// The settings without the rate, unless the coder depends on the pictures before: then the rate matters.
 StreamSettings coding_settings(StreamSettings settings) {
   if (!settings.remembers()) settings.rate_hz = 0;
+  // All displays get the same surfaces, and what is beside them in their size.
+  if (settings.codec == StreamSettings::Codec::kSurface) settings.most_width = settings.most_height = 0;
   return settings;
 }
 
@@ -33,18 +38,31 @@ void put_pixels(v1::Picture& message, StreamSettings::Codec codec, std::span<con
   }
 }
 
+/// The settings with the size that a picture is sent in.
+StreamSettings sized(StreamSettings settings, std::optional<PictureSize> usual) {
+  if (settings.has_size() || settings.codec == StreamSettings::Codec::kSurface || !usual) return settings;
+  settings.most_width = usual->width;
+  settings.most_height = usual->height;
+  return settings;
+}
+
 /// Describes a picture and its encoded pixels; without pixels where a display makes them from the surface.
 v1::ServerMessage picture_message(PictureSnapshot& snapshot, const StreamSettings& settings,
-                                  const Pixels& pixels, const CodedPicture& coded) {
+                                  const Pixels& pixels, const CodedPicture& coded, PictureSize usual) {
   v1::ServerMessage message;
   v1::Picture& body = *message.mutable_picture();
-  describe(body, snapshot.picture());
+  const Picture& picture = snapshot.picture();
+  describe(body, picture);
+  // Displays that get no surface know one size alone.
+  if (settings.codec != StreamSettings::Codec::kSurface && picture.height != usual.height)
+    describe(*body.mutable_view(),
+             scaled(picture.stamp.view, static_cast<double>(usual.height) / picture.height));
   body.set_width(pixels.width);
   body.set_height(pixels.height);
   body.set_key_picture(coded.key);
   if (!coded.bytes.empty()) put_pixels(body, settings.codec, coded.bytes);
   if (settings.with_depth) {
-    body.set_depth(snapshot.depth());
+    body.set_depth(snapshot.depth(usual));
     body.set_depth_unit_mm(kDepthUnitMm);
   }
   return message;
@@ -93,6 +111,7 @@ struct PictureHub::Job {
   std::shared_ptr<PictureSnapshot> snapshot;
   std::set<std::uint64_t> due = {};  // the subscribers that wait for it
   bool key = false;
+  std::optional<PictureSize> usual_size = {};
   Result<PictureOffer> offer = Error{ErrorCode::kBroken, "the picture was not encoded"};
 
   void run(const CoderFactory& make_coder);
@@ -109,7 +128,7 @@ void PictureHub::Job::run(const CoderFactory& make_coder) {
     machine->coder = std::move(*coder);
   }
   const Picture& picture = snapshot->picture();
-  const Pixels pixels = machine->scaler.fitted(pixels_of(picture), settings);
+  const Pixels pixels = machine->scaler.fitted(pixels_of(picture), sized(settings, usual_size));
   const bool with_surface = settings.codec == StreamSettings::Codec::kSurface;
   Result<CodedPicture> coded = CodedPicture{};
   if (!with_surface || !is_surface_only(picture)) coded = machine->coder->encode(pixels, key);
@@ -117,7 +136,8 @@ void PictureHub::Job::run(const CoderFactory& make_coder) {
     offer = coded.error();
     return;
   }
-  v1::ServerMessage message = picture_message(*snapshot, settings, pixels, *coded);
+  v1::ServerMessage message = picture_message(
+      *snapshot, settings, pixels, *coded, usual_size.value_or(PictureSize{picture.width, picture.height}));
   PictureOffer made{.picture_id = picture.stamp.picture_id,
                     .scene_revision = picture.stamp.scene_revision,
                     .view_id = view_id,
@@ -210,8 +230,10 @@ void PictureHub::start_jobs() {
 void PictureHub::start(EncoderLane lane, const EncodingKey& encoding_key, Encoding& encoding) {
   const auto shown = shown_.find(encoding_key.first);
   if (shown == shown_.end()) return encoding.due.clear();  // its private view has ended
-  const auto job = std::make_shared<Job>(
-      Job{.encoding_key = encoding_key, .machine = encoding.machine, .snapshot = snapshot_of(shown->second)});
+  const auto job = std::make_shared<Job>(Job{.encoding_key = encoding_key,
+                                             .machine = encoding.machine,
+                                             .snapshot = snapshot_of(shown->second),
+                                             .usual_size = config_.usual_size});
   std::size_t& running = lanes_[static_cast<std::size_t>(lane)].running;
   job->due.swap(encoding.due);
   job->key = std::exchange(encoding.key_requested, false);
@@ -300,11 +322,12 @@ void PictureHub::show(const Picture& picture) {
 void PictureHub::add(PictureSubscriber& subscriber) {
   thread_owner_.check();
   subscribers_.insert(&subscriber);
-  resync(subscriber);
+  resync(subscriber);  // reports its size too
 }
 
 void PictureHub::remove(PictureSubscriber& subscriber) {
   subscribers_.erase(&subscriber);
+  report_wanted_size();
   // Not the main view: its number is 0, which no subscriber has.
   shown_.erase(subscriber.id());
 }
@@ -351,8 +374,32 @@ Result<void> PictureHub::has_room(const PictureSubscriber& subscriber, const Str
                   kMostHeavyOfViewers)};
 }
 
+/// The largest size that a subscriber asks for and that is larger than the usual one.
+void PictureHub::report_wanted_size() {
+  if (!config_.usual_size || !config_.wanted_size) return;
+  const PictureSize usual = *config_.usual_size;
+  std::optional<PictureSize> wanted;
+  for (const PictureSubscriber* subscriber : subscribers_) {
+    const StreamSettings& settings = subscriber->settings();
+    // A side that is not given does not limit the other.
+    const auto factor = [](std::uint32_t most, std::uint32_t side) {
+      return most > 0 ? static_cast<double>(most) / side : std::numeric_limits<double>::infinity();
+    };
+    if (!settings.has_size()) continue;
+    const double scale =
+        std::min(factor(settings.most_width, usual.width), factor(settings.most_height, usual.height));
+    const PictureSize size{.width = static_cast<std::uint32_t>(std::lround(scale * usual.width)),
+                           .height = static_cast<std::uint32_t>(std::lround(scale * usual.height))};
+    if (size.height > (wanted ? wanted->height : usual.height)) wanted = size;
+  }
+  if (wanted == wanted_size_) return;
+  wanted_size_ = wanted;
+  config_.wanted_size(wanted);
+}
+
 void PictureHub::resync(PictureSubscriber& subscriber) {
   thread_owner_.check();
+  report_wanted_size();
   drop_unused_encodings();
   const auto shown = shown_.find(subscriber.view_id());
   if (shown == shown_.end()) return;

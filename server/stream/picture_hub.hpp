@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <unordered_set>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "proto/base/clock.hpp"
 #include "proto/base/thread_owner.hpp"
 #include "proto/model/picture.hpp"
+#include "proto/model/picture_size.hpp"
 #include "server/codec/encoder_pool.hpp"
 #include "server/codec/picture_coder.hpp"
 #include "server/codec/surface_coder.hpp"
@@ -52,6 +54,11 @@ class PictureHub {
       done();
     };
     std::size_t threads = 1;  ///< of each lane: the number of encodings at a time
+    /// Of pictures in streams without a size, of views and of depth maps; absent: as rendered.
+    std::optional<PictureSize> usual_size{};
+    /// Called with the largest size that a subscriber asks for, where that has changed; absent: the usual
+    /// one.
+    std::function<void(std::optional<PictureSize>)> wanted_size{};
   };
 
   /// `counters` must outlive the hub. Tests replace what is in `config`.
@@ -149,10 +156,12 @@ class PictureHub {
   std::shared_ptr<PictureSnapshot> snapshot_of(Shown& shown);
   void resync_shared(const EncodingKey& encoding_key, Encoding& encoding, const Shown& shown);
   void drop_unused_encodings();
+  void report_wanted_size();
 
   ServerCounters& counters_;
   Config config_;
-  std::size_t works_ = 0;  // of work_on_newest()
+  std::optional<PictureSize> wanted_size_;  // as reported last
+  std::size_t works_ = 0;                   // of work_on_newest()
   std::unordered_set<PictureSubscriber*> subscribers_;
   std::map<EncodingKey, Encoding> encodings_;
   std::map<std::uint64_t, Shown> shown_;  // by view

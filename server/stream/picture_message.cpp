@@ -16,6 +16,8 @@ namespace {
 
 constexpr std::uint16_t kNoSurface = 65535;
 
+}  // namespace
+
 void describe(v1::View& message, const PictureView& view) {
   for (std::size_t row = 0; row < 3; ++row) {
     for (const auto* axis : {&view.right, &view.down, &view.forward, &view.origin_mm})
@@ -27,8 +29,6 @@ void describe(v1::View& message, const PictureView& view) {
   message.set_middle_column(view.middle_column);
   message.set_middle_row(view.middle_row);
 }
-
-}  // namespace
 
 void describe(v1::Picture& message, const Picture& picture) {
   const PictureStamp& stamp = picture.stamp;
@@ -75,11 +75,11 @@ void describe(v1::Picture& message, const Picture& picture) {
   levels.set_least_tissue(stamp.levels.least_tissue());
 }
 
-std::string packed_depth(const Picture& picture) {
-  if (picture.depth_mm.empty()) return {};
+std::string packed_depth(std::span<const float> depths_mm) {
+  if (depths_mm.empty()) return {};
   std::vector<std::uint8_t> plain;
-  plain.reserve(2 * picture.depth_mm.size());
-  for (const float depth_mm : picture.depth_mm) {
+  plain.reserve(2 * depths_mm.size());
+  for (const float depth_mm : depths_mm) {
     const double units = std::round(depth_mm / kDepthUnitMm);
     const auto word = depth_mm < 0 || units >= kNoSurface ? kNoSurface : static_cast<std::uint16_t>(units);
     plain.push_back(static_cast<std::uint8_t>(word & 255));
@@ -93,9 +93,17 @@ std::string packed_depth(const Picture& picture) {
   return packed;
 }
 
-v1::DepthReply::Point point_at(const Picture& picture, std::uint32_t column, std::uint32_t row) {
+v1::DepthReply::Point point_at(const Picture& picture, PictureSize counted, std::uint32_t counted_column,
+                               std::uint32_t counted_row) {
   v1::DepthReply::Point point;
-  if (column >= picture.width || row >= picture.height || picture.depth_mm.empty()) return point;
+  if (counted_column >= counted.width || counted_row >= counted.height || picture.depth_mm.empty())
+    return point;
+  // The pixel that the centre of the counted one lies in.
+  const auto pixel_at = [](std::uint32_t index, std::uint32_t of, std::uint32_t pixels) {
+    return static_cast<std::uint32_t>((2 * std::uint64_t{index} + 1) * pixels / (2 * std::uint64_t{of}));
+  };
+  const std::uint32_t column = pixel_at(counted_column, counted.width, picture.width);
+  const std::uint32_t row = pixel_at(counted_row, counted.height, picture.height);
   const double depth_mm = picture.depth_mm[std::size_t{row} * picture.width + column];
   if (depth_mm < 0) return point;
   const PictureView& view = picture.stamp.view;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/stream/picture_snapshot.hpp"
 
+#include "server/codec/reduced_picture.hpp"
 #include "server/stream/picture_message.hpp"
 
 namespace fanlight {
@@ -15,9 +16,11 @@ void PictureSnapshot::take(const Picture& picture) {
   picture_.certainty.assign(picture.certainty.begin(), picture.certainty.end());
 }
 
-const std::string& PictureSnapshot::depth() {
+const std::string& PictureSnapshot::depth(PictureSize size) {
   const std::lock_guard lock(mutex_);
-  if (!depth_packed_) depth_ = packed_depth(picture_);
+  const bool whole = size == PictureSize{picture_.width, picture_.height};
+  if (!depth_packed_)
+    depth_ = whole ? packed_depth(picture_.depth_mm) : packed_depth(reduced_depths(picture_, size));
   depth_packed_ = true;  // only after the packing, which may find no memory
   return depth_;
 }

@@ -17,8 +17,9 @@ class PictureSnapshot {
 
   const Picture& picture() const { return picture_; }
 
-  /// packed_depth() of the picture. Any thread; the first call compresses, others wait for it.
-  const std::string& depth();
+  /// packed_depth() of the picture in that size. Any thread; the first call compresses, others wait for it.
+  /// All calls have the same size.
+  const std::string& depth(PictureSize size);
 
  private:
   Picture picture_;

@@ -18,8 +18,8 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   hello.set_title(description.title);
   hello.set_source(may_know ? description.source : description.title);
   hello.set_device(description.device);
-  hello.set_picture_width(description.picture_width);
-  hello.set_picture_height(description.picture_height);
+  hello.set_picture_width(description.picture_size.width);
+  hello.set_picture_height(description.picture_size.height);
   for (const std::string& note : description.notes) hello.add_notes(note);
   hello.set_session_id(session.id);
   hello.set_role(static_cast<v1::Role>(session.principal->role));

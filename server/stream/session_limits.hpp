@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "proto/model/picture_size.hpp"
 #include "server/stream/outgoing_queue.hpp"
 
 namespace fanlight {
@@ -29,8 +30,8 @@ struct SessionLimits {
   /// Memory of a session at most, bytes: a message that it sends, its answers, one picture under way and one
   /// that waits. Pictures are shared by the displays that ask for the same. PNG and the depth map are not
   /// larger than the pixels.
-  static constexpr std::uint64_t most_bytes(std::uint32_t picture_width, std::uint32_t picture_height) {
-    const std::uint64_t picture = std::uint64_t{2} * 4 * picture_width * picture_height;
+  static constexpr std::uint64_t most_bytes(PictureSize largest) {
+    const std::uint64_t picture = 2 * 4 * largest.pixels();
     return kReadBytes + OutgoingQueue::kMostAnswers * kAnswerBytes + 2 * picture;
   }
 };

@@ -225,8 +225,11 @@ void StreamRequests::answer_depth(const v1::DepthRequest& request) {
     reply.mutable_refused()->set_message("there is no picture yet, expected a later request");
   } else {
     reply.set_picture_id(picture->stamp.picture_id);
+    const PictureSize usual = dependencies_.state.description.picture_size;
+    const PictureSize counted{.width = request.width() > 0 ? request.width() : usual.width,
+                              .height = request.height() > 0 ? request.height() : usual.height};
     for (const v1::DepthRequest::Pixel& pixel : request.pixels()) {
-      *reply.add_points() = point_at(*picture, pixel.column(), pixel.row());
+      *reply.add_points() = point_at(*picture, counted, pixel.column(), pixel.row());
     }
   }
   answer(message);

@@ -192,7 +192,7 @@ TEST(IgtlServer, TakesCommandsAsTextsOnce) {
 }
 
 TEST(IgtlServer, DropsAClientThatTakesNothing) {
-  ServerFixture server(with_igtl());
+  ServerFixture server(with_igtl(), "running", ServerFixture::kSurfaceSize);
   TestClient slow(server.igtl_port(), 4096);
   TestClient quick(server.igtl_port());
   std::uint64_t id = 1;

@@ -220,7 +220,7 @@ int run(int argc, char** argv) {
   program.add_option("--viewers-program", options.program)->required();
   program.add_flag("--small", options.small);
   CLI11_PARSE(program, argc, argv);
-  ServerFixture fixture(StreamServer::Config{});
+  ServerFixture fixture(StreamServer::Config{}, "running", ServerFixture::kSurfaceSize);
   const Show show(fixture);
   many_viewers(options, fixture);
   one_stopped(options, fixture);

@@ -78,7 +78,7 @@ class OutOfMemoryTest : public testing::TestWithParam<std::uint32_t> {
 TEST_P(OutOfMemoryTest, TheServerServesOn) {
   StreamServer::Config config;
   config.audit_log = folder_ / "audit.log";
-  auto fixture = std::make_unique<ServerFixture>(config);
+  auto fixture = std::make_unique<ServerFixture>(config, "running", ServerFixture::kSurfaceSize);
   StubbornDisplay steady(fixture->endpoint().port());
   StubbornDisplay changing(fixture->endpoint().port());
   constexpr auto kBriefly = std::chrono::milliseconds(10);

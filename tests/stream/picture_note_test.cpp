@@ -24,7 +24,7 @@ class PictureNoteTest : public testing::Test {
   static std::string note_of(const EchoLevels& levels) {
     PictureStamp stamp;
     stamp.levels = levels;
-    return picture_note(stamp, 64, 64);
+    return picture_note(stamp, {64, 64}, {64, 64});
   }
 
   TemporaryFolder folder_;
@@ -36,6 +36,16 @@ TEST_F(PictureNoteTest, KeepsTheLevelsInForce) {
   EXPECT_EQ(read(note_of(known)), known);
   EXPECT_EQ(read(note_of(flat)), flat) << "their noise says what stands out from the speckle";
   EXPECT_EQ(read(note_of({})), EchoLevels{});
+}
+
+TEST_F(PictureNoteTest, KeepsTheSizeAndTheUsualOne) {
+  std::ofstream(folder_.path() / "sizes.jsonl") << picture_note({}, {64, 48}, {64, 48}) << '\n'
+                                                << picture_note({}, {128, 96}, {64, 48}) << '\n';
+  const auto notes = read_picture_notes(folder_.path() / "sizes.jsonl");
+  ASSERT_TRUE(notes) << notes.error().message;
+  EXPECT_EQ(notes->pictures.at(0).size, notes->pictures.at(0).usual);
+  EXPECT_EQ(notes->pictures.at(1).size, (PictureSize{128, 96}));
+  EXPECT_EQ(notes->pictures.at(1).usual, (PictureSize{64, 48}));
 }
 
 TEST_F(PictureNoteTest, ReadsFlatFramesOfRecordingsBefore) {

@@ -66,7 +66,7 @@ TEST_F(SessionLimitsTest, ADisplayThatAnswersNoPingIsCutAndTheLogSaysSo) {
 TEST_F(SessionLimitsTest, ADisplayThatAnswersNoPingWhileAPictureIsUnderWayIsCutForThat) {
   StreamServer::Config patient = config();
   patient.session_limits.stalled_s = 600;
-  ServerFixture fixture(patient);
+  ServerFixture fixture(patient, "running", ServerFixture::kNoiseSize);
   TestDisplay silent(fixture.endpoint());
   silent.next(v1::ServerMessage::kHello);
   // More bytes than the sockets hold: the time-out ends a write and a read.
@@ -100,7 +100,7 @@ TEST_F(SessionLimitsTest, ADisplayThatIsToldToGoAndDoesNotIsCut) {
 TEST_F(SessionLimitsTest, ADisplayThatTakesNothingIsCut) {
   StreamServer::Config patient = config();
   patient.session_limits.unanswered = std::chrono::minutes(10);
-  ServerFixture fixture(patient);
+  ServerFixture fixture(patient, "running", ServerFixture::kNoiseSize);
   TestDisplay stopped(fixture.endpoint());
   stopped.next(v1::ServerMessage::kHello);
   // More bytes than the sockets hold.
@@ -114,7 +114,7 @@ TEST_F(SessionLimitsTest, ADisplayThatTakesNothingIsCut) {
 
 TEST(SessionLimits, TheMemoryOfASessionIsBounded) {
   // A message of 1 MiB, 16 answers of 64 KiB, and two pictures of 512 x 512 with their depth maps.
-  EXPECT_EQ(SessionLimits::most_bytes(512, 512), (1U << 20) + (16U << 16) + 2U * 8 * 512 * 512);
+  EXPECT_EQ(SessionLimits::most_bytes({512, 512}), (1U << 20) + (16U << 16) + 2U * 8 * 512 * 512);
 }
 
 }  // namespace

@@ -54,8 +54,7 @@ class SessionRegistryTest : public testing::Test {
   ServerCounters counters_;
   ViewAdmission views_{{.link = link_, .scene_store = scene_store_, .render = render_, .counters = counters_},
                        kMostPrivateViews,
-                       4,
-                       4};
+                       {4, 4}};
   SessionRegistry registry_{views_};
   std::shared_ptr<Spy> first_ = std::make_shared<Spy>(registry_.next_id(), true);
   std::shared_ptr<Spy> second_ = std::make_shared<Spy>(registry_.next_id(), true);

@@ -194,7 +194,7 @@ TEST(Stream, RefusesAndClosesDisplaysThatSendTooMuch) {
 }
 
 TEST(Stream, ASlowDisplayLosesPicturesOfItsOwnOnly) {
-  ServerFixture fixture;
+  ServerFixture fixture(StreamServer::Config{}, "running", ServerFixture::kNoiseSize);
   TestDisplay slow(fixture.endpoint());
   slow.next(Body::kHello);
   TestDisplay quick(fixture.endpoint());
@@ -289,7 +289,7 @@ TEST(Stream, ClosesConnectionsBeyondTheLimit) {
 }
 
 TEST(Stream, ADisplayThatClosesHalfOfItsConnectionReturnsItsPermit) {
-  ServerFixture fixture(2);
+  ServerFixture fixture(StreamServer::Config{.most_connections = 2}, "running", ServerFixture::kNoiseSize);
   TestDisplay half(fixture.endpoint());
   half.next(Body::kHello);
   TestDisplay quick(fixture.endpoint());

@@ -83,8 +83,7 @@ class ViewAdmissionTest : public testing::Test {
   ViewAdmission admission_{
       {.link = link_, .scene_store = scene_store_, .render = render_, .counters = counters_},
       kMostPrivateViews,
-      4,
-      4};
+      {4, 4}};
 };
 
 TEST_F(ViewAdmissionTest, ViewsFitIntoTheTimeThatTheMainViewLeaves) {
@@ -136,7 +135,7 @@ TEST(ViewAdmissionAtTheStart, TheFirstPictureDoesNotCount) {
   RenderCounters render;
   ServerCounters counters;
   ViewAdmission admission({.link = link, .scene_store = scene_store, .render = render, .counters = counters},
-                          kMostPrivateViews, 4, 4);
+                          kMostPrivateViews, {4, 4});
   PictureStamp slow;
   slow.volume.volume_id = 1;
   slow.stage_ms[static_cast<std::size_t>(Stage::kCast)] = 4500;

@@ -22,6 +22,8 @@ struct Casting {
   std::uint64_t band_samples = 8'000'000;
   /// On a processor passes 2 and 3 have a device of their own, as in `fanlight serve`.
   bool own_light_device = true;
+  /// The largest picture; absent: of the usual size.
+  std::optional<PictureSize> most;
 };
 
 /// The devices of this process, with the Vulkan validation layers on. They are opened where a test first asks
@@ -104,6 +106,7 @@ class GpuTest : public testing::Test {
 
         Renderer::create(
             {.size = size,
+             .most = casting.most,
              .geometry = geometry,
              .first_angle_rad = first,
              .last_angle_rad = last,

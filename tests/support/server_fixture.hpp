@@ -24,6 +24,8 @@ class ServerFixture {
  public:
   static constexpr std::uint32_t kWidth = 64;
   static constexpr std::uint32_t kHeight = 48;
+  static constexpr PictureSize kNoiseSize{.width = 640, .height = 480};    ///< of show_noise()
+  static constexpr PictureSize kSurfaceSize{.width = 512, .height = 512};  ///< of show_surface()
 
   explicit ServerFixture(std::size_t most_connections = 64, std::string source_state = "running",
                          ProbeControl probe_control = ProbeControl::kEveryone)
@@ -32,11 +34,12 @@ class ServerFixture {
                       std::move(source_state)) {}
 
   /// Uses the access options and limits of `config`; sets the endpoint, the description and the scene itself.
-  explicit ServerFixture(StreamServer::Config config, std::string source_state = "running")
+  /// `usual`: the size of the server's pictures.
+  explicit ServerFixture(StreamServer::Config config, std::string source_state = "running",
+                         PictureSize usual = {.width = kWidth, .height = kHeight})
       : source_state_(std::move(source_state)) {
     config.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0};
-    config.state.description = {
-        .source = "fake:", .device = "none", .picture_width = kWidth, .picture_height = kHeight};
+    config.state.description = {.source = "fake:", .device = "none", .picture_size = usual};
     config.state.initial_scene = {.revision = 1, .scene = {}};
     std::optional<RecordingLink> recording;
     if (!config.state.recording.folder.empty())
@@ -100,7 +103,7 @@ class ServerFixture {
   /// Shows a picture of noise, which no codec compresses: about half a megabyte as JPEG.
   void show_noise(std::uint64_t picture_id) {
     std::uint32_t state = static_cast<std::uint32_t>(picture_id);
-    show({.picture_id = picture_id}, 640, 480, [&state](std::size_t /*value*/) {
+    show({.picture_id = picture_id}, kNoiseSize.width, kNoiseSize.height, [&state](std::size_t /*value*/) {
       state = 1'664'525 * state + 1'013'904'223;  // linear congruential generator of Numerical Recipes
       return static_cast<std::uint8_t>(state >> 24);
     });
@@ -130,7 +133,7 @@ class ServerFixture {
   /// Shows a shaded dome of 512 x 512 pixels with a grain that differs between pictures. A codec needs about
   /// as many bytes for it as for a rendered surface.
   void show_surface(std::uint64_t picture_id) {
-    constexpr std::uint32_t kSide = 512;
+    constexpr std::uint32_t kSide = kSurfaceSize.width;
     show({.picture_id = picture_id}, kSide, kSide, [picture_id](std::size_t at) {
       const double x = (static_cast<double>(at / 4 % kSide) - 256) / 200;
       const double y = (static_cast<double>(at / 4 / kSide) - 256) / 200;

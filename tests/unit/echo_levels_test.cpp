@@ -373,7 +373,27 @@ TEST(EffectiveSceneTest, LeavesWhatTheUserHasSet) {
   scene.speckle.levels = 7;
   const EchoLevels levels{.fluid = 10, .tissue = 110, .noise = 18, .known = true};
   const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, levels);
+  scene.size = PictureSize{512, 512};
   EXPECT_EQ(first_pass_changed(scene, made), FirstPass::kNone);
+}
+
+TEST(EffectiveSceneTest, WindowsOfAFinerPictureCoverTheSameLength) {
+  Scene scene;
+  scene.camera.field_mm = 100;
+  scene.filter.size = 9;
+  scene.filter.islands = 7;
+  scene.filter.holes = 5;
+  scene.size = PictureSize{1024, 1024};
+  const Scene made = effective_scene(scene, kHalfMmGeometry, {512, 512}, {});
+  EXPECT_EQ(made.size, scene.size);
+  EXPECT_EQ(made.filter.size, 17);
+  EXPECT_EQ(made.filter.islands, 13);
+  EXPECT_EQ(made.filter.holes, 9);
+  scene.filter.size_mm =
+      10;  // twice as much as the range of filter.size allows in a picture of the usual size
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, {}).filter.size, 61);
+  scene.size = PictureSize{700, 700};
+  EXPECT_EQ(effective_scene(scene, kHalfMmGeometry, {512, 512}, {}).filter.islands, 9);
 }
 
 }  // namespace

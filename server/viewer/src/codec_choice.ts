@@ -2,6 +2,7 @@
 // How pictures travel to this display.
 import type { Connection } from "./connection";
 import { canDecodeFilm } from "./film_decoder";
+import type { Size } from "./view_geometry";
 
 const kJpeg = "0"; // without a request; every browser decodes it
 const kH264 = "2";
@@ -14,6 +15,8 @@ export class CodecChoice {
   constructor(
     private readonly select: HTMLSelectElement,
     private readonly connection: Pick<Connection, "send">,
+    /** The size in which the page shows pictures that it lights itself. */
+    private readonly shownSize: () => Size,
   ) {
     select.onchange = () => {
       this.isChosen = true;
@@ -58,8 +61,15 @@ export class CodecChoice {
     this.ask();
   }
 
+  /** The page shows pictures in another size now. */
+  sizeChanged(): void {
+    if (!this.filmWanted && this.select.value === kSurface) this.ask();
+  }
+
   private ask(): void {
-    const codec = Number(this.filmWanted ? kH264 : this.select.value);
-    this.connection.send({ case: "stream", value: { codec } });
+    const codec = this.filmWanted ? kH264 : this.select.value;
+    // Pictures of the server itself stay small, so that a moved light is quick.
+    const size = codec === kSurface ? this.shownSize() : {};
+    this.connection.send({ case: "stream", value: { codec: Number(codec), ...size } });
   }
 }

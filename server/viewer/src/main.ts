@@ -156,8 +156,11 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   isCurrent: () => shown !== undefined && !cineBar.isHeld && editor.isShownBy(shown.sceneRevision),
   mayFreeze: () => cineBar.mayFreeze,
   freeze: () => cineBar.still(),
-  askDepth: (requestId, pixels) =>
-    connection.send({ case: "depth", value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })) } }),
+  askDepth: (requestId, pixels, { width, height }) =>
+    connection.send({
+      case: "depth",
+      value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })), width, height },
+    }),
   failed: showRefusal,
 });
 const tools = new Tools(page.tools, page.canvas, (tool) => overlay.choose(tool));

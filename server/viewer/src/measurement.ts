@@ -2,8 +2,9 @@
 // Measures distances on the frozen surface: two clicks, the straight distance, and the one along the surface.
 import type { DepthReply, DepthReply_Point as Point, Picture, View } from "../generated/fanlight_pb.js";
 import { drawing } from "./element";
-import { picturePixel, type PagePoint } from "./view_geometry";
+import { picturePixel, type PagePoint, type Size } from "./view_geometry";
 
+const kDrawnHeight = 512; // of the picture, in the units of what is drawn over it
 const kPixelsApart = 3; // nearer samples add the depth map's noise to the path
 const kMostPoints = 1024; // of a request
 const kSecondPoint = "Now the second point.";
@@ -42,7 +43,11 @@ export function distanceText({ straightMm, alongMm }: Distance): string {
   return `${straightMm.toFixed(1)} mm straight, ${along}. ${kNotForDiagnosis}`;
 }
 
-/** The pixel, in the full size, of a point in the transducer frame. */
+function pixelAt({ x, y }: PagePoint, { width, height }: Size): PagePoint {
+  return { x: Math.floor(x * width), y: Math.floor(y * height) };
+}
+
+/** The pixel, in the size that the view is of, of a point in the transducer frame. */
 export function pixelOfPoint([x, y, z]: Mm, view: View): PagePoint | undefined {
   const m = view.matrix;
   if (m.length !== 16) return undefined;
@@ -60,7 +65,7 @@ interface Measured {
 }
 
 export class Measurement {
-  private start: PagePoint | undefined; // the first click, in pixels of the full size
+  private start: PagePoint | undefined; // the first click, in shares of the picture's width and height
   private measured: Measured | undefined;
   private pending: { id: bigint; pictureId: bigint } | undefined;
   private lastId = 0n;
@@ -75,7 +80,7 @@ export class Measurement {
       mayFreeze(): boolean;
       freeze(): void;
       showsSurface(): boolean;
-      fullSize(): { width: number; height: number };
+      fullSize(): Size;
       ask(requestId: bigint, pixels: PagePoint[]): void;
       /** Empty: nothing to say. */
       say(sentence: string): void;
@@ -119,12 +124,12 @@ export class Measurement {
       y: within((y * full.height) / this.canvas.height, full.height),
     };
     if (!this.start) {
-      this.start = pixel;
+      this.start = { x: (pixel.x + 0.5) / full.width, y: (pixel.y + 0.5) / full.height };
       this.measured = undefined;
       this.events.say(kSecondPoint);
     } else {
       this.pending = { id: (this.lastId += 1n), pictureId: this.picture.pictureId };
-      this.events.ask(this.lastId, pathPixels(this.start, pixel));
+      this.events.ask(this.lastId, pathPixels(pixelAt(this.start, full), pixel));
       this.start = undefined;
     }
     this.draw();
@@ -188,16 +193,19 @@ export class Measurement {
 
   private draw(): void {
     const full = this.events.fullSize();
-    this.overlay.setAttribute("viewBox", `0 0 ${full.width || 1} ${full.height || 1}`);
+    // Lines and texts have one size whatever that of the picture.
+    const scale = kDrawnHeight / (full.height || 1);
+    this.overlay.setAttribute("viewBox", `0 0 ${scale * (full.width || 1)} ${kDrawnHeight}`);
     const parts: SVGElement[] = [];
     // A pixel is drawn at its middle.
-    const cross = ({ x, y }: PagePoint) => drawing("path", { d: `M${x - 5.5} ${y + 0.5}h12M${x + 0.5} ${y - 5.5}v12` });
-    if (this.start) parts.push(cross(this.start));
+    const drawn = ({ x, y }: PagePoint) => ({ x: scale * (x + 0.5), y: scale * (y + 0.5) });
+    const cross = ({ x, y }: PagePoint) => drawing("path", { d: `M${x - 6} ${y}h12M${x} ${y - 6}v12` });
+    if (this.start) parts.push(cross(drawn(pixelAt(this.start, full))));
     const view = this.picture?.view;
     if (this.isShown() && view) {
       const pixels = this.measured!.path.map((point) => pixelOfPoint(point, view));
       if (pixels.every((pixel) => pixel !== undefined)) {
-        const all = pixels as PagePoint[];
+        const all = (pixels as PagePoint[]).map(drawn);
         const [from, to] = [all[0]!, all.at(-1)!];
         const path = all.map(({ x, y }) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L");
         const label = drawing("text", { x: (from.x + to.x) / 2 + 8, y: (from.y + to.y) / 2 - 8 });

@@ -12,7 +12,7 @@ import { PictureMarks, scaleBar, type ScaleBar } from "./picture_marks";
 import type { SettingsEditor } from "./settings_editor";
 import { saveStill } from "./still";
 import type { Tool } from "./tools";
-import type { PagePoint } from "./view_geometry";
+import type { PagePoint, Size } from "./view_geometry";
 
 const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
 
@@ -52,7 +52,7 @@ export class PictureOverlay {
       isCurrent(): boolean;
       mayFreeze(): boolean;
       freeze(): void;
-      askDepth(requestId: bigint, pixels: PagePoint[]): void;
+      askDepth(requestId: bigint, pixels: PagePoint[], counted: Size): void;
       failed(sentence: string): void;
     },
   ) {
@@ -62,7 +62,7 @@ export class PictureOverlay {
       freeze: () => from.freeze(),
       showsSurface: () => kSurfaceModes.includes(this.editor.choice("mode")),
       fullSize: () => this.fullSize(),
-      ask: (requestId, pixels) => from.askDepth(requestId, pixels),
+      ask: (requestId, pixels) => from.askDepth(requestId, pixels, this.fullSize()),
       say: (sentence) => {
         page.measured.textContent = sentence;
         page.measured.hidden = sentence === "";
@@ -133,7 +133,10 @@ export class PictureOverlay {
     saveStill(page.canvas, this.lines, facts).catch((error: Error) => this.from.failed(error.message));
   }
 
-  private fullSize(): { width: number; height: number } {
+  /** The size in which the pixels of the view are counted. */
+  private fullSize(): Size {
+    const shown = this.from.shown();
+    if (shown?.surface) return shown;
     const hello = this.from.hello();
     return { width: hello?.pictureWidth ?? 0, height: hello?.pictureHeight ?? 0 };
   }

@@ -4,9 +4,15 @@ import { CodecChoice } from "./codec_choice";
 import type { Connection } from "./connection";
 import { page } from "./page";
 import { PictureView, type PictureViewEvents } from "./picture_view";
+import type { Size } from "./view_geometry";
 import { SurfaceView, type ShownScene } from "./surface/surface_view";
 
 const kAskMs = 1000;
+const kSettledMs = 500;
+/** Sizes that differ by less are one: of a page that has changed, and of a browser that is slower or quicker now. */
+const [kSameSize, kSamePace] = [0.02, 0.25];
+/** What a request may contain. */
+const [kLeastSide, kMostSide] = [16, 4096];
 
 export class PictureStream {
   readonly surface: SurfaceView;
@@ -14,6 +20,9 @@ export class PictureStream {
   readonly codec: CodecChoice;
   private offered = false;
   private askedMs = -Infinity;
+  private askedHeight = 0; // when the size has changed last
+  private sizeTimer = 0;
+  private seenPixels = Infinity;
 
   constructor(
     scene: ShownScene,
@@ -26,11 +35,33 @@ export class PictureStream {
       shown: (picture) => {
         events.shown(picture);
         this.offerSurfaces();
+        this.watchPace();
       },
       unsupported: () => this.codec.fallBack(),
       missing: () => this.askAgain(),
     });
-    this.codec = new CodecChoice(page.codec, connection);
+    this.codec = new CodecChoice(page.codec, connection, () => this.shownSize());
+    new ResizeObserver(() => this.watchSize()).observe(page.frame);
+  }
+
+  /** The pixels of the screen that the picture covers, as far as this browser lights that many. */
+  private shownSize(): Size {
+    const { clientWidth, clientHeight } = page.frame;
+    const wanted = { width: clientWidth * devicePixelRatio, height: clientHeight * devicePixelRatio };
+    const less = Math.min(1, Math.sqrt(this.surface.mostPixels / (wanted.width * wanted.height)));
+    const side = (pixels: number) => Math.min(kMostSide, Math.max(kLeastSide, Math.round(less * pixels)));
+    return { width: side(wanted.width), height: side(wanted.height) };
+  }
+
+  /** Asks for pictures of another size once the size has settled, and only for one that is clearly another. */
+  private watchSize(sameSize = kSameSize): void {
+    window.clearTimeout(this.sizeTimer);
+    this.sizeTimer = window.setTimeout(() => {
+      const { height } = this.shownSize();
+      if (Math.abs(height / this.askedHeight - 1) < sameSize) return;
+      this.askedHeight = height;
+      this.codec.sizeChanged();
+    }, kSettledMs);
   }
 
   /** The server then sends the picture whole. Not more often than it allows. */
@@ -38,6 +69,13 @@ export class PictureStream {
     if (performance.now() - this.askedMs < kAskMs) return;
     this.askedMs = performance.now();
     this.codec.askAgain();
+  }
+
+  /** How many pixels this browser can light is known after a while. */
+  private watchPace(): void {
+    if (this.surface.mostPixels === this.seenPixels) return;
+    this.seenPixels = this.surface.mostPixels;
+    this.watchSize(kSamePace);
   }
 
   /** Only with the first picture: to begin with WebGL may take a second, in which there would be none. */

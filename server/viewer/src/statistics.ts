@@ -97,9 +97,9 @@ export class StatisticsView {
   }
 }
 
-function streamText({ surface, h264, png }: Picture): string {
-  if (surface) return "surface, lit here";
-  return h264.length > 0 ? "H.264" : png.length > 0 ? "PNG" : "JPEG";
+function streamText({ surface, h264, png, width, height }: Picture): string {
+  const codec = h264.length > 0 ? "H.264" : png.length > 0 ? "PNG" : "JPEG";
+  return `${surface ? "surface, lit here" : codec}, ${width} × ${height}`;
 }
 
 function stageItem(): HTMLElement {

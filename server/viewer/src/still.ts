@@ -20,11 +20,16 @@ export interface StillFacts {
   withFoot: boolean;
 }
 
-const kFootPixels = 44;
+// Of a picture of that height; in others all is larger in proportion.
+const kHeight = 512;
+const kFootHeight = 44;
 
 export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElement, facts: StillFacts): Promise<void> {
   const copy = document.createElement("canvas");
-  [copy.width, copy.height] = [canvas.width, canvas.height + (facts.withFoot ? kFootPixels : 0)];
+  [copy.width, copy.height] = [
+    canvas.width,
+    canvas.height + (facts.withFoot ? Math.round(kFootHeight * unitOf(canvas)) : 0),
+  ];
   const context = copy.getContext("2d")!;
   context.drawImage(canvas, 0, 0);
   if (overlay.childElementCount > 0) context.drawImage(await imageOf(overlay, canvas), 0, 0);
@@ -36,9 +41,15 @@ export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElemen
   saveFile(blob, `fanlight-${timeInName()}.png`);
 }
 
+/** Pixels of what is one pixel in a picture of the usual size. */
+function unitOf(canvas: HTMLCanvasElement): number {
+  return canvas.height / kHeight;
+}
+
 function drawNotes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, notes: readonly PictureNote[]): void {
-  context.font = "600 14px sans-serif";
-  context.lineWidth = 3;
+  const unit = unitOf(canvas);
+  context.font = `600 ${14 * unit}px sans-serif`;
+  context.lineWidth = 3 * unit;
   context.strokeStyle = "#000";
   context.fillStyle = "#fff";
   for (const note of notes) {
@@ -52,8 +63,9 @@ function drawNotes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
 
 /** The depth scales of the panes, and the panes' names. */
 function drawPanes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, { scales, names }: StillFacts): void {
-  context.font = "600 12px sans-serif";
-  context.lineWidth = 3;
+  const unit = unitOf(canvas);
+  context.font = `600 ${12 * unit}px sans-serif`;
+  context.lineWidth = 3 * unit;
   [context.strokeStyle, context.fillStyle] = ["#000", "#fff"];
   const write = (text: string, x: number, y: number, align: CanvasTextAlign) => {
     context.textAlign = align;
@@ -63,30 +75,43 @@ function drawPanes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
   for (const text of scales.querySelectorAll("text.depth"))
     write(text.textContent ?? "", Number(text.getAttribute("x")), Number(text.getAttribute("y")), "right");
   for (const [index, name] of names.entries())
-    write(name, (index % 2) * (canvas.width / 2) + 8, Math.floor(index / 2) * (canvas.height / 2) + 16, "left");
+    write(
+      name,
+      (index % 2) * (canvas.width / 2) + 8 * unit,
+      Math.floor(index / 2) * (canvas.height / 2) + 16 * unit,
+      "left",
+    );
   context.strokeStyle = "#fff";
-  context.lineWidth = 1;
+  context.lineWidth = unit;
   for (const tick of scales.querySelectorAll("path.depth")) context.stroke(new Path2D(tick.getAttribute("d") ?? ""));
   context.textAlign = "left";
 }
 
 function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, facts: StillFacts): void {
+  const unit = unitOf(canvas);
+  context.save();
+  context.translate(0, canvas.height);
+  context.scale(unit, unit);
+  const width = canvas.width / unit;
   context.fillStyle = "#0c1014";
-  context.fillRect(0, canvas.height, canvas.width, kFootPixels);
+  context.fillRect(0, 0, width, kFootHeight + 1); // its height was rounded
   context.fillStyle = "#fff";
   context.font = "13px sans-serif";
   const time = `${new Date().toISOString().slice(0, 19).replace("T", " ")} UTC`;
   const line = [facts.source, facts.state, time].filter(Boolean).join("   ");
-  context.fillText(line, 8, canvas.height + 16, canvas.width - 16);
-  context.fillText(facts.measurement || "Not for diagnosis.", 8, canvas.height + 36, canvas.width - 140);
-  if (!facts.bar) return;
-  const length = (facts.bar.pixels * canvas.width) / facts.fullWidth;
-  const [right, y] = [canvas.width - 8, canvas.height + 34];
+  context.fillText(line, 8, 16, width - 16);
+  context.fillText(facts.measurement || "Not for diagnosis.", 8, 36, width - 140);
+  if (facts.bar) drawBar(context, facts.bar.mm, (facts.bar.pixels * width) / facts.fullWidth, width - 8);
+  context.restore();
+}
+
+function drawBar(context: CanvasRenderingContext2D, mm: number, length: number, right: number): void {
+  const y = 34;
   context.fillRect(right - length, y, length, 2);
   context.fillRect(right - length, y - 4, 1, 6);
   context.fillRect(right - 1, y - 4, 1, 6);
   context.textAlign = "right";
-  context.fillText(`${facts.bar.mm} mm`, right - length - 6, canvas.height + 36);
+  context.fillText(`${mm} mm`, right - length - 6, 36);
 }
 
 async function imageOf(overlay: SVGSVGElement, canvas: HTMLCanvasElement): Promise<HTMLCanvasElement> {

@@ -9,7 +9,7 @@ import { DrawingPace } from "../src/surface/drawing_pace";
 import { KeptPictures, type KeptPicture } from "../src/surface/kept_pictures";
 import { coarser, kNoSurface, unpackSurface, type DepthMap } from "../src/surface/surface_decoder";
 import { meshOf } from "../src/surface/surface_mesh";
-import { coarserView, degreesBetween, sameView, turnBetween, viewOf } from "../src/surface/view_of";
+import { coarserView, degreesBetween, isFiner, sameView, turnBetween, viewOf } from "../src/surface/view_of";
 
 const packed = (...bytes: number[]) => new Uint8Array(deflateSync(new Uint8Array(bytes)));
 
@@ -135,21 +135,48 @@ test("a turn keeps the target where it is", () => {
 });
 
 test("a slow browser draws coarsely, a quick one does not", () => {
+  const square = (side: number) => ({ width: side, height: side });
+  const usual = square(512);
+  /** Draws as often as that in a browser that takes `fullMs` for a picture of the usual size. */
+  const draw = (pace: DrawingPace, pictures: number, fullMs: number) => {
+    for (let picture = 0; picture < pictures; ++picture) {
+      const level = pace.levelOf(usual);
+      pace.learn(square(512 / level), fullMs / level ** 2);
+    }
+  };
   const quick = new DrawingPace();
-  assert.equal(quick.level, 1);
-  for (let picture = 0; picture < 5; ++picture) quick.learn(1, 4);
-  assert.equal(quick.level, 1);
+  assert.equal(quick.levelOf(usual), 1);
+  assert.equal(quick.mostPixels, Infinity);
+  draw(quick, 5, 4);
+  assert.equal(quick.levelOf(usual), 1);
+  assert.equal(quick.levelOf(square(2048)), 2);
+  assert.ok(quick.mostPixels > 2048 ** 2);
   const slow = new DrawingPace();
-  slow.learn(1, 130);
-  assert.equal(slow.level, 2);
-  for (let picture = 0; picture < 20; ++picture) slow.learn(slow.level, 400 / slow.level ** 2);
-  assert.equal(slow.level, 4);
+  draw(slow, 1, 130);
+  assert.equal(slow.levelOf(usual), 2);
+  draw(slow, 20, 400);
+  assert.equal(slow.levelOf(usual), 4);
+  assert.equal(slow.levelOf(square(2048)), 14);
+  assert.ok(slow.mostPixels < 512 ** 2);
   assert.equal(slow.isTooSlow, false);
   const slowest = new DrawingPace();
-  slowest.learn(3, 300);
+  slowest.learn(square(170), 300);
   assert.ok(slowest.isTooSlow);
-  for (let picture = 0; picture < 20; ++picture) slow.learn(slow.level, 20 / slow.level ** 2);
-  assert.equal(slow.level, 1);
+  draw(slow, 30, 20);
+  assert.equal(slow.levelOf(usual), 1);
+});
+
+test("a picture of the same view with more pixels is finer", () => {
+  const part = { left: 0, top: 0, width: 512, height: 512 };
+  const more = { left: 0, top: 0, width: 1024, height: 1024 };
+  const picture = (rectangle: typeof part, yaw_deg = 0) => ({
+    view: viewOf(seen({ yaw_deg }), rectangle),
+    height: rectangle.height,
+  });
+  assert.ok(isFiner(picture(more), picture(part)));
+  assert.ok(!isFiner(picture(part), picture(more)));
+  assert.ok(!isFiner(picture(part), picture(part)));
+  assert.ok(!isFiner(picture(more, 5), picture(part)), "another view");
 });
 
 test("kept pictures stay within their memory, the oldest go first", () => {

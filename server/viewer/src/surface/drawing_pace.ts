@@ -1,23 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// How coarsely a picture in motion is drawn, by the time that it takes this browser: up to 4 x 4 pixels become one.
+// How coarsely a picture in motion is drawn, by the time that it takes this browser: level x level pixels become one.
 
 /** A picture in motion takes no longer, if it can be had by fewer pixels. */
 const kMovingMs = 35;
-const kCoarsest = 4;
+/** Nor one at rest. */
+const kRestMs = 250;
+/** A picture is drawn with as many pixels on each side at least, and on a display that is too slow for that not here. */
+const kLeastSide = 128;
 const kTooSlowMs = 120;
 const kLearnEvery = 8;
 const kNewShare = 0.4;
 
 export class DrawingPace {
-  private fullMs = 0; // of a picture with all its pixels
+  private pixelMs = 0; // of a pixel that is drawn; 0: not known
   private untilLearning = 0;
 
-  get level(): number {
-    return Math.min(kCoarsest, Math.max(1, Math.ceil(Math.sqrt(this.fullMs / kMovingMs))));
+  /** For a picture of that size. */
+  levelOf({ width, height }: { width: number; height: number }): number {
+    const coarsest = Math.max(1, Math.floor(Math.min(width, height) / kLeastSide));
+    const wanted = Math.ceil(Math.sqrt((this.pixelMs * width * height) / kMovingMs));
+    return Math.min(coarsest, Math.max(1, wanted));
   }
 
   get isTooSlow(): boolean {
-    return this.fullMs / (kCoarsest * kCoarsest) > kTooSlowMs;
+    return this.pixelMs * kLeastSide * kLeastSide > kTooSlowMs;
+  }
+
+  /** The most pixels that this browser draws at rest without a wait that is felt. */
+  get mostPixels(): number {
+    return this.pixelMs > 0 ? kRestMs / this.pixelMs : Infinity;
   }
 
   /** Whether the next picture is to be measured. Not each is: to wait for a GPU costs time. */
@@ -25,10 +36,11 @@ export class DrawingPace {
     return --this.untilLearning <= 0;
   }
 
-  learn(level: number, tookMs: number): void {
-    const before = this.level;
-    const fullMs = tookMs * level * level;
-    this.fullMs = this.fullMs === 0 ? fullMs : (1 - kNewShare) * this.fullMs + kNewShare * fullMs;
-    this.untilLearning = this.level === before ? kLearnEvery : 1;
+  learn({ width, height }: { width: number; height: number }, tookMs: number): void {
+    const pixelMs = tookMs / (width * height);
+    const before = this.pixelMs;
+    this.pixelMs = before === 0 ? pixelMs : (1 - kNewShare) * before + kNewShare * pixelMs;
+    const steady = before > 0 && Math.abs(this.pixelMs / before - 1) < 0.5;
+    this.untilLearning = steady ? kLearnEvery : 1;
   }
 }

@@ -5,14 +5,18 @@ import { create } from "@bufbuild/protobuf";
 import { SurfaceSchema, type Picture, type Surface, type View } from "../../generated/fanlight_pb.js";
 import type { Rectangle } from "../view_geometry";
 import { DrawingPace } from "./drawing_pace";
-import { KeptPictures } from "./kept_pictures";
+import { KeptPictures, type KeptPicture } from "./kept_pictures";
 import { lightPlan, type LightPlan, type SceneValues } from "./light_parameters";
 import { coarser, kNoSurface, unpackSurface, type DepthMap } from "./surface_decoder";
 import { SurfaceLighter, type Cast } from "./surface_lighter";
-import { bodyPoint, coarserView, degreesBetween, sameView, viewOf } from "./view_of";
+import { bodyPoint, coarserView, degreesBetween, isFiner, sameView, viewOf } from "./view_of";
 
 /** Beyond, too little of what would be seen is known. */
 const kMostTurnedDeg = 60;
+/** Height of the picture that is drawn to learn how long that takes. */
+const kRehearsedSide = 170;
+/** Of the pictures of a server, unless a display asks for more. */
+const kUsualSize = { width: 512, height: 512 };
 /** Casts of one volume from different views: a turn back finds what it has seen before. */
 const kMostCasts = 3;
 
@@ -68,8 +72,18 @@ export class SurfaceView {
     picture.surface = outlineOf(surface);
     const whole = surface.width === picture.width && surface.height === picture.height;
     const castKey = this.scene.castKey(picture.sceneRevision);
-    if (whole && castKey !== undefined) this.kept.add({ picture, map, castKey });
+    if (!whole || castKey === undefined) return true;
+    const finer = this.kept.of(picture.volumeId);
+    if (finer && finer.castKey === castKey && isFiner(finer.picture, picture)) this.takeOver(finer, picture);
+    else this.kept.add({ picture, map, castKey });
     return true;
+  }
+
+  /** The server shows again, and more coarsely, what this display still has. */
+  private takeOver({ picture: finer, map }: KeptPicture, to: Picture): void {
+    this.received = map;
+    const { width, height, surface, view } = finer;
+    Object.assign(to, { width, height, surface, view });
   }
 
   /** What draw() draws from now on: the surface of a picture that was unpacked last; without one, nothing. */
@@ -146,6 +160,11 @@ export class SurfaceView {
     return this.paces.lit.isTooSlow;
   }
 
+  /** The most pixels of a surface that this browser lights without a wait. */
+  get mostPixels(): number {
+    return this.paces.lit.mostPixels;
+  }
+
   get isCoarse(): boolean {
     return this.shown !== undefined && this.drawn.level > 1;
   }
@@ -164,7 +183,7 @@ export class SurfaceView {
     const wanted = this.wantedView(shown);
     const turned = wanted !== shown.view;
     const pace = turned ? this.paces.turned : this.paces.lit;
-    const level = moving ? pace.level : 1;
+    const level = moving ? pace.levelOf(shown.part) : 1;
     const map = mapOf(shown, level);
     const plan = this.planAt(level, shown, wanted);
     if (turned) this.drawTurned(lighter, level, shown, wanted, plan);
@@ -172,7 +191,7 @@ export class SurfaceView {
     const { left, top } = shown.part;
     context.drawImage(lighter.canvas, left, top, level * map.width, level * map.height);
     this.drawn = { level, scene: this.sceneOf(shown), turned };
-    if (moving && pace.learns) pace.learn(level, this.waited(lighter.canvas) - began);
+    if (moving && pace.learns) pace.learn(map, this.waited(lighter.canvas) - began);
   }
 
   /**
@@ -182,17 +201,18 @@ export class SurfaceView {
   rehearse(): void {
     const { lighter, shown } = this;
     if (!lighter || !shown || lighter.isLost) return;
-    const level = 3;
+    const level = Math.max(1, Math.round(shown.part.height / kRehearsedSide));
+    const map = mapOf(shown, level);
     const plan = this.planAt(level, shown, shown.view);
     const draws = {
-      lit: () => lighter.draw(level, mapOf(shown, level), plan),
+      lit: () => lighter.draw(level, map, plan),
       turned: () => lighter.turns && this.drawTurned(lighter, level, shown, shown.view, plan),
     };
     for (const way of ["lit", "turned"] as const) {
       draws[way](); // compiles, and is not measured
       const began = this.waited(lighter.canvas);
       draws[way]();
-      this.paces[way].learn(level, this.waited(lighter.canvas) - began);
+      this.paces[way].learn(map, this.waited(lighter.canvas) - began);
     }
   }
 
@@ -207,7 +227,7 @@ export class SurfaceView {
     const casts = [...this.casts].sort((a, b) => degreesBetween(a.view, wanted) - degreesBetween(b.view, wanted));
     // Where the browser is slow, the nearest one alone.
     const usable: Cast[] = casts
-      .slice(0, level > 2 ? 1 : kMostCasts)
+      .slice(0, this.paces.turned.levelOf(kUsualSize) > 2 ? 1 : kMostCasts)
       .map((cast) => ({ map: mapOf(cast, level), view: inPart(cast.view) }));
     lighter.drawTurned(level, usable, inPart(wanted), plan, this.scene.number("rays.start_mm"));
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Views: where the pixels of a picture lie in the transducer frame, as picture_view() in renderer/parameters.
 import { create } from "@bufbuild/protobuf";
-import { ViewSchema, type View } from "../../generated/fanlight_pb.js";
+import { ViewSchema, type Picture, type View } from "../../generated/fanlight_pb.js";
 import { bodyWay, type Rectangle } from "../view_geometry";
 import type { SceneValues } from "./light_parameters";
 
@@ -45,6 +45,12 @@ export function sameView(a: View, b: View): boolean {
     alike(a.mmPerPixel * 1000, b.mmPerPixel * 1000) &&
     alike(a.mmPerPixelPerMm * 1e5, b.mmPerPixelPerMm * 1e5)
   );
+}
+
+/** Whether one picture shows the view of another with more pixels. */
+export function isFiner(one: Pick<Picture, "view" | "height">, other: Pick<Picture, "view" | "height">): boolean {
+  if (!one.view || !other.view || one.height <= other.height) return false;
+  return sameView(coarserView(one.view, one.height / other.height), other.view);
 }
 
 /** Between the directions in which two views look, degrees. */
