@@ -29,7 +29,7 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
   cast_.bind(bindings());
   using Copies = LightPass::Config::Copies;
   auto light =
-      LightPass::create(on_one_device_ ? device_ : *light_device,
+      LightPass::create(light_device == nullptr ? device_ : *light_device,
                         {.most = config_.most, .copies = on_one_device_ ? Copies::kNone : Copies::kByHost});
   if (!light) return light.error();
   light_ = std::move(*light);

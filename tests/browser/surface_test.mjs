@@ -44,6 +44,16 @@ async function differences(part) {
   return { mean: sum / count, most, light: light / count, width: shown.width };
 }
 
+/** Grey levels of the picture with 40 pixels on each side. */
+function thumbnail() {
+  const side = 40;
+  const context = new OffscreenCanvas(side, side).getContext("2d");
+  context.imageSmoothingQuality = "high";
+  context.drawImage(document.querySelector("#picture"), 0, 0, side, side);
+  const { data } = context.getImageData(0, 0, side, side);
+  return Array.from({ length: side * side }, (_, pixel) => data[4 * pixel + 1]);
+}
+
 async function change(server, scene) {
   const response = await fetch(`${server.url}api/scene`, {
     method: "PATCH",
@@ -61,7 +71,12 @@ async function settled(viewer) {
 }
 
 test("the page lights surfaces as the server does", async () => {
-  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "320x256"]);
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, [
+    "--size",
+    "320x256",
+    "--size-max",
+    "320x256",
+  ]);
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     await settled(viewer);
@@ -112,7 +127,12 @@ test("the page lights surfaces as the server does", async () => {
 });
 
 test("a moved light is seen before the server has drawn it", async () => {
-  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "256x256"]);
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, [
+    "--size",
+    "256x256",
+    "--size-max",
+    "256x256",
+  ]);
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     await settled(viewer);
@@ -131,7 +151,12 @@ test("a moved light is seen before the server has drawn it", async () => {
 });
 
 test("an own light costs the server nothing and disturbs nobody", async () => {
-  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "256x256"]);
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, [
+    "--size",
+    "256x256",
+    "--size-max",
+    "256x256",
+  ]);
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     const other = await ViewerPage.open(browser, server.url);
@@ -175,7 +200,12 @@ test("an own light costs the server nothing and disturbs nobody", async () => {
 });
 
 test("a turned picture is a preview until the server has cast it", async () => {
-  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "256x256"]);
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, [
+    "--size",
+    "256x256",
+    "--size-max",
+    "256x256",
+  ]);
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     await settled(viewer);
@@ -210,7 +240,12 @@ test("a turned picture is a preview until the server has cast it", async () => {
 });
 
 test("a frozen volume that was seen before is shown at once", async () => {
-  const server = await ServerProcess.start("phantom:probe=r1,rate=20", 0, ["--size", "192x192"]);
+  const server = await ServerProcess.start("phantom:probe=r1,rate=20", 0, [
+    "--size",
+    "192x192",
+    "--size-max",
+    "192x192",
+  ]);
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     await until(
@@ -263,8 +298,109 @@ test("a frozen volume that was seen before is shown at once", async () => {
   }
 });
 
+test("a picture at rest gets as sharp as the page, and is quick while it moves", async () => {
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "160x160"]);
+  try {
+    const viewer = await ViewerPage.open(browser, server.url);
+    const widthOf = () => viewer.page.locator("#picture").evaluate((canvas) => canvas.width);
+    const sharp = () => until("a finer picture", widthOf, (width) => width > 240);
+    await settled(viewer);
+    const shown = await viewer.page.locator("#frame").boundingBox();
+    const usual = await viewer.page.evaluate(thumbnail);
+    const width = await sharp();
+    assert.ok(width <= Math.ceil(shown.width), `${width} pixels on ${shown.width}`);
+    await viewer.page.waitForTimeout(400);
+    const apart = difference(usual, await viewer.page.evaluate(thumbnail));
+    assert.ok(apart < 4, `the finer picture is ${apart} grey levels off`);
+    assert.match(await viewer.page.locator('[data-stat="stream"]').textContent(), /^surface, lit here, \d+ × \d+$/);
+    // A moved view is usual and coarse at first; its fine picture comes when it rests.
+    const casts = await viewer.number("pass1-runs");
+    await viewer.page.locator('#tools input[value="orbit"]').evaluate((radio) => radio.click());
+    await viewer.page.locator("#picture").press("ArrowRight");
+    await until("the usual size", widthOf, (now) => now === 160);
+    await sharp();
+    assert.ok((await viewer.number("pass1-runs")) > casts + 1);
+    // A distance has its length in any size.
+    await viewer.page.locator('#tools input[value="measure"]').evaluate((radio) => radio.click());
+    const measured = (said) =>
+      until(
+        said,
+        () => viewer.page.locator("#measured").innerText(),
+        (text) => text.includes(said),
+      );
+    await measured("Click two points");
+    await sharp();
+    const [from, to] = [0.45, 0.55].map((share) => shown.x + share * shown.width);
+    const y = shown.y + 0.4 * shown.height;
+    await viewer.page.mouse.click(from, y);
+    await viewer.page.mouse.click(to, y);
+    const mm = Number(/([\d.]+) mm straight/.exec(await measured("mm straight"))[1]);
+    const { camera } = (await (await fetch(`${server.url}api/scene`)).json()).scene;
+    const across = 0.1 * camera.field_mm;
+    assert.ok(mm > 0.9 * across && mm < 3 * across, `${mm} mm, ${across} mm across`);
+    assert.deepEqual(viewer.consoleProblems, []);
+    await viewer.screenshot("sharp");
+    await viewer.page.close();
+  } finally {
+    await server.end();
+  }
+});
+
+test("volumes that were seen are played without the server", async () => {
+  const options = ["--size", "192x192", "--size-max", "192x192", "--cine-volumes", "3"];
+  const server = await ServerProcess.start("phantom:probe=r1,rate=20", 0, options);
+  try {
+    const viewer = await ViewerPage.open(browser, server.url);
+    await until(
+      "a few volumes",
+      () => viewer.number("volume-id"),
+      (id) => id >= 5,
+    );
+    await viewer.page.locator("body").press(" ");
+    await until(
+      "a frozen picture",
+      () => viewer.page.locator("#connection [role=status]").textContent(),
+      (word) => word === "Frozen",
+    );
+    const text = () => viewer.page.locator('[data-cine="text"]').textContent();
+    const volumes = Number(/ of (\d+)/.exec(await text())[1]);
+    assert.ok(volumes > 1, await text());
+    await viewer.page.locator('[data-cine="main"]').click();
+    const seen = new Set();
+    const all = () =>
+      until(
+        "all volumes",
+        async () => seen.add(await viewer.number("volume-id")).size,
+        (size) => size >= volumes,
+      );
+    await all();
+    await all();
+    await viewer.page.waitForTimeout(3000); // the page knows them all now
+    server.send("SIGSTOP");
+    seen.clear();
+    await viewer.page.waitForTimeout(200); // what was on its way
+    await all();
+    server.send("SIGCONT");
+    // It stops at what is seen here, wherever the server is.
+    await viewer.page.locator('[data-cine="main"]').click();
+    await viewer.page.waitForTimeout(100);
+    const stopped = await viewer.number("volume-id");
+    await viewer.page.waitForTimeout(1500);
+    assert.equal(await viewer.number("volume-id"), stopped);
+    await viewer.page.close();
+  } finally {
+    server.send("SIGCONT");
+    await server.end();
+  }
+});
+
 test("the shared file shows the surface, turns and measures without a server", async () => {
-  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, ["--size", "256x256"]);
+  const server = await ServerProcess.start("phantom:probe=r1,volumes=1", 0, [
+    "--size",
+    "256x256",
+    "--size-max",
+    "256x256",
+  ]);
   const folder = mkdtempSync(join(tmpdir(), "fanlight-shared-"));
   const file = join(folder, "surface.html");
   let ofServer;

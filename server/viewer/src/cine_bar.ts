@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Freezes the display, and shows the last volumes that the server keeps.
+import { CineLoop } from "./cine_loop";
 import { CineRequest_Wish as Wish, CineStatus_State as State, type CineStatus } from "../generated/fanlight_pb.js";
 
 const kDragMs = 100; // a dragged slider asks no more often
 
 /** "volume 3 of 20, 1.4 s before the newest" */
-export function cineText({ volume, volumes, timeS, durationS }: CineStatus): string {
+export function cineText({
+  volume,
+  volumes,
+  timeS,
+  durationS,
+}: Pick<CineStatus, "volume" | "volumes" | "timeS" | "durationS">): string {
   const before = durationS - timeS;
   const place = volumes > 1 && volume + 1 < volumes ? `, ${before.toFixed(1)} s before the newest` : "";
   return `volume ${volume + 1} of ${volumes}${place}`;
@@ -21,7 +27,7 @@ export class CineBar {
   private status: CineStatus | undefined;
   private dragging = false;
   private askedMs = 0;
-  private readonly ids = new Map<number, bigint>(); // of the kept volumes that were on show
+  private readonly loop: CineLoop;
   private expected: number | undefined; // which is asked for and not on show yet
   private lastId = 0n;
   private mayAsk = false;
@@ -30,15 +36,27 @@ export class CineBar {
   isReplay = false;
 
   /**
-   * `hold`: keeps the picture of this display alone, for those who may not freeze that of all. `showKept`: shows a
-   * volume that was on show before, if it can, until the server shows it; 0: one that was not.
+   * `hold`: keeps the picture of this display alone, for those who may not freeze that of all. `kept`: shows a volume
+   * that was on show before, if this display has kept it: until the server shows it, or, in a loop, whatever the server
+   * shows.
    */
   constructor(
     root: HTMLElement,
     private readonly send: (requestId: bigint, wish: Wish, value: number) => void,
     private readonly hold: (held: boolean) => void,
-    private readonly showKept: (volumeId: bigint) => void,
+    private readonly kept: {
+      /** 0: a volume that was not on show. */
+      show(volumeId: bigint): void;
+      /** Whether it has kept it. */
+      loop(volumeId: bigint): boolean;
+      endLoop(): void;
+    },
   ) {
+    this.loop = new CineLoop((_, { volumeId }) => {
+      const shown = this.kept.loop(volumeId);
+      if (shown) this.showPlace();
+      return shown;
+    });
     const part = <T extends Element>(name: string): T => root.querySelector<T>(`[data-cine="${name}"]`)!;
     this.freeze = part("freeze");
     this.bar = part("bar");
@@ -88,7 +106,8 @@ export class CineBar {
 
   /** Call at the start of a session. */
   start(): void {
-    this.ids.clear();
+    this.loop.forget();
+    this.kept.endLoop();
     this.expected = undefined;
     this.isReplay = false;
     this.holdHere(false);
@@ -96,30 +115,43 @@ export class CineBar {
 
   step(volumes: number): void {
     if (!this.isFrozen) return;
+    const { volumes: count, volume } = this.status!;
+    const next = ((((this.expected ?? this.loop.volume ?? volume) + volumes) % count) + count) % count;
+    if (this.loop.volume !== undefined) return this.seek(next); // the server shows another one
     this.ask(Wish.STEP, volumes);
-    const count = this.status!.volumes;
-    this.expect(((((this.expected ?? this.status!.volume) + volumes) % count) + count) % count);
+    this.expect(next);
   }
 
   playOrPause(): void {
-    if (this.isFrozen) this.ask(this.status?.state === State.PLAYING ? Wish.PAUSE : Wish.PLAY);
+    if (!this.isFrozen) return;
+    if (this.loop.volume !== undefined) return this.seek(this.loop.volume);
+    this.ask(this.status?.state === State.PLAYING ? Wish.PAUSE : Wish.PLAY);
   }
 
   tell(status: CineStatus): void {
-    if (status.state === State.LIVE) this.ids.clear();
-    else this.ids.set(status.volume, status.volumeId);
+    const wasLooping = this.loop.volume !== undefined;
+    this.loop.tell(status);
+    if (wasLooping && this.loop.volume === undefined) this.kept.endLoop();
     if (status.state !== State.FROZEN || status.volume === this.expected) this.expected = undefined;
     this.status = status;
     this.showFreeze();
     this.bar.hidden = !this.isFrozen;
     if (!this.isFrozen) return;
     write(this.main, status.state === State.PLAYING ? "Pause" : "Play");
-    write(this.text, cineText(status));
-    this.place.max = String(status.volumes - 1);
-    if (!this.dragging) this.place.value = String(status.volume);
-    this.place.ariaValueText = cineText(status);
+    this.showPlace();
     this.allow(this.mayAsk);
     if (document.activeElement !== this.speed) this.speed.value = String(status.speed);
+  }
+
+  /** Which volume is on show here. */
+  private showPlace(): void {
+    if (!this.status) return;
+    const volume = this.loop.volume ?? this.status.volume;
+    const shown = { ...this.status, volume, timeS: this.loop.of(volume)?.timeS ?? this.status.timeS };
+    write(this.text, cineText(shown));
+    this.place.max = String(shown.volumes - 1);
+    if (!this.dragging) this.place.value = String(shown.volume);
+    this.place.ariaValueText = cineText(shown);
   }
 
   /** Whether this display may freeze all displays now; `open`: there is a session. */
@@ -166,7 +198,9 @@ export class CineBar {
   private expect(volume: number): void {
     if (!this.mayAsk) return; // the server will refuse
     this.expected = volume;
-    this.showKept(this.ids.get(volume) ?? 0n);
+    this.loop.stop();
+    this.kept.endLoop();
+    this.kept.show(this.loop.of(volume)?.volumeId ?? 0n);
   }
 
   private ask(wish: Wish, value = 0): void {

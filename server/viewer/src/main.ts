@@ -146,7 +146,11 @@ const cineBar = new CineBar(
   page.cine,
   (requestId, wish, value) => connection.send({ case: "cine", value: { requestId, wish, value } }),
   (held) => [view, liveness].forEach((part) => part.hold(held)),
-  (volumeId) => view.showKept(volumeId),
+  {
+    show: (volumeId) => view.showKept(volumeId),
+    loop: (volumeId) => view.loop(volumeId),
+    endLoop: () => view.endLoop(),
+  },
 );
 const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   hello: () => hello,

@@ -32,6 +32,7 @@ export class PictureView {
   private restTimer = 0;
   private expected: bigint | undefined; // the volume that this display shows before the server does
   private expectedTimer = 0;
+  private looping = false; // this display shows volumes that it has kept, not what the server sends
   private wasTurned = false;
   private rehearsed = false;
   private readonly context: CanvasRenderingContext2D;
@@ -140,8 +141,24 @@ export class PictureView {
     return true;
   }
 
+  /** Shows a volume that was shown before, and none that the server sends until endLoop(). Whether it can. */
+  loop(volumeId: bigint): boolean {
+    const picture = this.held ? undefined : this.surface.showKept(volumeId);
+    this.looping = picture !== undefined;
+    if (!picture) return false;
+    this.draw(undefined, picture.width, picture.height);
+    this.drawMoving();
+    this.events.shown(picture);
+    return true;
+  }
+
+  endLoop(): void {
+    this.looping = false;
+  }
+
   /** Call at the start of a session. */
   start(): void {
+    this.looping = false;
     this.expected = undefined;
     window.clearTimeout(this.expectedTimer);
     this.surface.forgetAll();
@@ -177,7 +194,7 @@ export class PictureView {
           blob && createImageBitmap(blob),
           picture.surface ? this.unpack(picture) : true,
         ]);
-        if (isWhole && !this.held && !this.isBefore(picture)) {
+        if (isWhole && !this.held && !this.looping && !this.isBefore(picture)) {
           this.surface.show(picture);
           this.draw(bitmap, picture.width, picture.height);
           // A turned one is coarse until its cast is there: to draw it finely takes longer.
