@@ -180,6 +180,60 @@ test("the crop box has handles in all four panes, and opens again", async () => 
   });
 });
 
+test("keys set points and notes, and move planes and the sides of the crop box", async () => {
+  await withPage("keys", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    const picture = viewer.page.locator("#picture");
+    const onPicture = async (...keys) => {
+      await picture.focus();
+      for (const key of keys) await picture.press(key);
+    };
+    await press(viewer, "n");
+    await onPicture("ArrowRight", "Shift+ArrowUp", "Enter");
+    const input = viewer.page.locator("#picture-notes input");
+    await input.fill("by keys");
+    await input.press("Enter");
+    const note = await viewer.page.locator("#picture-notes button").boundingBox();
+    const { y, height } = await picture.boundingBox();
+    assert.ok(note.y < y + 0.48 * height, "it stands above the middle, where the cross was moved to");
+    await press(viewer, "m");
+    await until(
+      "a frozen picture",
+      () => viewer.page.locator("#measured").textContent(),
+      (text) => text.startsWith("Click two points"),
+    );
+    await onPicture("ArrowLeft", "Enter", "Shift+ArrowRight", "Enter");
+    await until(
+      "a distance",
+      () => viewer.page.locator("#measured").textContent(),
+      (text) => / mm straight/.test(text),
+    );
+    await press(viewer, "4");
+    await viewer.settled();
+    const plane = await viewer.field("camera.target_x_mm");
+    await viewer.page.locator('#planes [aria-label^="Plane B"]').first().focus();
+    await press(viewer, "Shift+ArrowRight");
+    await until(
+      "a moved plane",
+      () => viewer.field("camera.target_x_mm"),
+      (now) => now > plane,
+    );
+    await press(viewer, "c");
+    await viewer.page.locator('#planes [aria-label^="Left side"]').first().focus();
+    await press(viewer, "ArrowRight");
+    await viewer.settled();
+    const left = await viewer.field("crop.left_mm");
+    assert.ok(left > -1000);
+    await press(viewer, "ArrowRight"); // the focus is still there
+    await until(
+      "the left side",
+      () => viewer.field("crop.left_mm"),
+      (now) => now > left,
+    );
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
 test("notes stand on the picture and its still, which needs no scale", async () => {
   await withPage("notes", kStillSource, async (viewer) => {
     await viewer.firstPicture();

@@ -170,7 +170,7 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
 const tools = new Tools(page.tools, page.canvas, (tool) => overlay.choose(tool));
 const sliceClick = new SliceClick(editor, page.canvas, movesRays);
 const clicked = (pointer: PagePoint) => void (overlay.clicked(pointer) || sliceClick.clicked(pointer));
-new PictureInput(page.canvas, () => tools.chosen(), light, orbit, clicked, doubleClicked);
+new PictureInput(page.canvas, page.frame, () => tools.chosen(), light, orbit, clicked, doubleClicked);
 const quickPanel: QuickPanel = new QuickPanel(editor, effects, {
   fields: () => hello?.fields ?? [],
   ask: (wish) => connection.send({ case: "preset", value: { requestId: 0n, wish } }),

@@ -28,6 +28,8 @@ export function numberBox(
   title: string,
   value: () => number,
   take: (typed: number) => void,
+  /** The value in force where the field leaves it to the data: the box then has "auto". */
+  measured: () => number | undefined = () => undefined,
 ): { input: HTMLInputElement; show: () => void } {
   const input = element("input", {
     type: "number",
@@ -41,5 +43,11 @@ export function numberBox(
     const typed = input.valueAsNumber;
     if (Number.isFinite(typed)) take(field.step > 0 ? allowed(field, typed) : typed);
   };
-  return { input, show: typedBox(input, () => numberText(value()), takeNumber) };
+  const text = () => (measured() === undefined ? numberText(value()) : "");
+  const showValue = typedBox(input, text, takeNumber);
+  const show = () => {
+    input.placeholder = measured() === undefined ? "" : "auto";
+    showValue();
+  };
+  return { input, show };
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps mouse, pen, touch and keys over the picture to movements of the light and the camera.
+import { KeyCursor } from "./key_cursor";
 import type { LightHandle } from "./light_handle";
 import type { Orbit } from "./orbit";
 import type { Tool } from "./tools";
@@ -10,20 +11,26 @@ const kZoomPerNotch = 1.1;
 const kNotchPixels = 100;
 const kKeyOrbitPixels = 12;
 const kLongPressMs = 500;
+/** Tools that need a place. */
+const kPlaceTools: readonly Tool[] = ["measure", "note"];
 
 export class PictureInput {
   private readonly pointers = new Map<number, PagePoint>();
   private dragged: { tool: Tool; from: PagePoint; begun: boolean } | undefined;
   private longPress = 0;
+  private readonly cursor: KeyCursor;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
+    frame: HTMLElement,
     private readonly tool: () => Tool,
     private readonly light: LightHandle,
     private readonly orbit: Orbit,
     private readonly clicked: (pointer: PagePoint) => void,
     private readonly doubleClicked: (pointer: PagePoint) => void,
   ) {
+    this.cursor = new KeyCursor(frame, clicked);
+    canvas.addEventListener("blur", () => this.cursor.hide());
     canvas.addEventListener("pointerdown", (event) => this.pressed(event));
     canvas.addEventListener("pointermove", (event) => this.moved(event));
     canvas.addEventListener("pointerup", (event) => this.released(event));
@@ -36,6 +43,7 @@ export class PictureInput {
 
   private pressed(event: PointerEvent): void {
     this.canvas.focus({ preventScroll: true });
+    this.cursor.hide();
     this.canvas.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, pointOf(event));
     this.dragged =
@@ -106,14 +114,17 @@ export class PictureInput {
   }
 
   private typed(event: KeyboardEvent): void {
-    const act = this.keys()[event.key];
+    const act = this.keys(event.shiftKey)[event.key];
     if (!act || event.ctrlKey || event.metaKey) return;
     act();
     event.preventDefault();
   }
 
-  private keys(): Record<string, () => void> {
+  private keys(isShifted: boolean): Record<string, () => void> {
+    const takesPlaces = kPlaceTools.includes(this.tool());
+    if (!takesPlaces) this.cursor.hide();
     const step = (right: number, up: number) => () => {
+      if (takesPlaces) return this.cursor.move(right, up, isShifted);
       const moved = { x: right * kKeyOrbitPixels, y: -up * kKeyOrbitPixels };
       if (this.tool() === "light") this.light.nudge(right, up);
       else if (this.tool() === "pan") this.orbit.pan(moved);
@@ -129,6 +140,7 @@ export class PictureInput {
       "+": () => this.orbit.zoom(1 / kZoomPerNotch),
       "-": () => this.orbit.zoom(kZoomPerNotch),
       Home: () => this.orbit.reset(),
+      ...(takesPlaces ? { Enter: () => this.cursor.click() } : {}),
     };
   }
 }

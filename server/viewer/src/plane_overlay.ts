@@ -28,6 +28,14 @@ const kOpenMm = 1000;
 const kDragStartPixels = 2; // a click moves nothing
 const kNearShift = "near.shift_mm";
 const kMostNearShiftMm = 30; // the field's range
+const kKeyStepShare = 0.01; // of the picture's height
+const kLargeStep = 8;
+const kArrowWays: Record<string, PagePoint> = {
+  ArrowLeft: { x: -1, y: 0 },
+  ArrowRight: { x: 1, y: 0 },
+  ArrowUp: { x: 0, y: -1 },
+  ArrowDown: { x: 0, y: 1 },
+};
 
 /** `way`: from where the pointer was taken to where it is, pixels of the picture. */
 interface Drag {
@@ -53,6 +61,8 @@ export class PlaneOverlay {
   private cropping = false;
   private allowed = false;
   private dragging: number | undefined; // the pointer
+  private grips = 0; // that were drawn
+  private focused: number | undefined; // the one that keys move, by its number
 
   constructor(
     private readonly svg: SVGSVGElement,
@@ -98,10 +108,13 @@ export class PlaneOverlay {
     const pixelsPerPoint = this.canvas.width / (this.canvas.clientWidth || this.canvas.width);
     this.svg.style.setProperty("--scale-text", `${(window.innerWidth >= 2600 ? 22 : 12) * pixelsPerPoint}px`);
     this.svg.setAttribute("viewBox", `0 0 ${this.canvas.width} ${this.canvas.height}`);
+    this.grips = 0;
+    const focused = this.focused;
     const panes = panesOf(this.shown.mode, this.canvas);
     const parts = panes.flatMap((pane) => [...this.scaleOf(pane), ...this.linesOf(pane), ...this.nearEndIn(pane)]);
     if (this.cropping) parts.push(...panes.flatMap((pane) => this.boxIn(pane)), ...this.boxInSpace());
     this.svg.replaceChildren(...parts);
+    this.focused = focused; // the focus returns to what replaces it
   }
 
   private read(): Shown {
@@ -139,7 +152,8 @@ export class PlaneOverlay {
       const from = pixelAlong(pane, axis, this.target()[axis], this.target(), this.fieldMm());
       const at = (way: PagePoint) => withinPane(pane, isColumn, from + along(isColumn, way));
       const line = `plane plane-${kPlaneOf[axis]}`;
-      return this.draggable(line, lineIn(pane, isColumn, from), isColumn, (element) => ({
+      const label = `Plane ${kPlaneOf[axis].toUpperCase()}`;
+      return this.draggable(line, label, lineIn(pane, isColumn, from), isColumn, (element) => ({
         moved: (way) => element.setAttribute("d", lineIn(pane, isColumn, at(way))),
         ended: (way) => {
           const value = valueAlong(pane, axis, at(way), this.target(), this.fieldMm());
@@ -158,7 +172,7 @@ export class PlaneOverlay {
     const from = pixelAlong(pane, "y", nearEndMm + shiftMm - nearShiftMm, this.target(), this.fieldMm());
     if (withinPane(pane, false, from) !== from) return [];
     const at = (row: number) => handleIn(pane, row);
-    return this.draggable("near-end", at(from), false, (element) => ({
+    return this.draggable("near-end", "End of the near tissue", at(from), false, (element) => ({
       moved: (way) => {
         const mmPerPixel = this.fieldMm() / pane.part.height;
         const wanted = shiftMm + way.y * mmPerPixel;
@@ -175,7 +189,7 @@ export class PlaneOverlay {
         const isColumn = axis === pane.right;
         const raw = pixelAlong(pane, axis, this.editor.number(name), this.target(), this.fieldMm());
         const from = withinPane(pane, isColumn, raw);
-        return this.draggable("crop", lineIn(pane, isColumn, from), isColumn, (element) => ({
+        return this.draggable("crop", sideText(name), lineIn(pane, isColumn, from), isColumn, (element) => ({
           moved: (way) => {
             const at = withinPane(pane, isColumn, from + along(isColumn, way));
             element.setAttribute("d", lineIn(pane, isColumn, at));
@@ -227,7 +241,7 @@ export class PlaneOverlay {
       const perMm = { x: further.x - at.x, y: further.y - at.y };
       if (Math.hypot(perMm.x, perMm.y) < kLeastPixelsPerMm) return [];
       const handle = drawing("circle", { class: "face", cx: at.x, cy: at.y, r: 7 });
-      this.connect(handle, {
+      this.connect(handle, sideText(name), {
         moved: (way) => {
           const mm = alongAxisMm(way, perMm);
           handle.setAttribute("cx", String(at.x + mm * perMm.x));
@@ -246,17 +260,46 @@ export class PlaneOverlay {
     return full && { x: full.x * share, y: full.y * share };
   }
 
+  /** Arrow keys move what the grip moves. The focus stays on it when all are drawn again. */
+  private connectKeys(grip: SVGElement, label: string, drag: Drag): void {
+    const number = this.grips++;
+    grip.setAttribute("tabindex", "0");
+    grip.setAttribute("role", "button");
+    grip.setAttribute("aria-label", `${label}: move it with the arrow keys`);
+    grip.onfocus = () => (this.focused = number);
+    grip.onblur = () => (this.focused = undefined);
+    if (this.focused === number) queueMicrotask(() => grip.focus({ preventScroll: true }));
+    grip.onkeydown = (event) => {
+      const way = kArrowWays[event.key];
+      if (!way) return;
+      const pixels = (event.shiftKey ? kLargeStep : 1) * kKeyStepShare * this.canvas.height;
+      const moved = { x: way.x * pixels, y: way.y * pixels };
+      drag.moved(moved);
+      drag.ended?.(moved);
+      this.draw();
+      event.preventDefault();
+      event.stopPropagation(); // the arrows move no light
+    };
+  }
+
   /** A thin line, and a wide invisible one that is easy to take. */
-  private draggable(name: string, d: string, isColumn: boolean, drag: (line: SVGElement) => Drag): SVGElement[] {
+  private draggable(
+    name: string,
+    label: string,
+    d: string,
+    isColumn: boolean,
+    drag: (line: SVGElement) => Drag,
+  ): SVGElement[] {
     const line = drawing("path", { class: name, d });
     const grip = drawing("path", { class: `grip ${isColumn ? "column" : "row"}`, d });
     grip.dataset.line = name;
-    this.connect(grip, drag(line));
+    this.connect(grip, label, drag(line));
     return [line, grip];
   }
 
-  private connect(grip: SVGElement, drag: Drag): void {
+  private connect(grip: SVGElement, label: string, drag: Drag): void {
     if (!this.allowed) return grip.classList.add("idle");
+    this.connectKeys(grip, label, drag);
     let from: PagePoint = { x: 0, y: 0 };
     let moved = false;
     const way = (event: PointerEvent) => {
@@ -288,6 +331,12 @@ export class PlaneOverlay {
 
 function along(isColumn: boolean, pixel: PagePoint): number {
   return isColumn ? pixel.x : pixel.y;
+}
+
+/** "Left side of the crop box", of crop.left_mm */
+function sideText(name: string): string {
+  const side = name.replace(/^crop\.|_mm$/g, "");
+  return `${side[0]!.toUpperCase()}${side.slice(1)} side of the crop box`;
 }
 
 /** A short bar about the middle of the pane. */

@@ -55,6 +55,10 @@ export const kQuick: readonly Quick[] = [
   },
 ];
 
+function tenths(value: number): number {
+  return Math.round(10 * value) / 10;
+}
+
 /** The grey levels that the threshold's slider covers: from the fluid to well inside the tissue. */
 export function thresholdRange(levels: EchoLevels | undefined, value: number): { low: number; high: number } {
   const low = levels ? Math.max(1, Math.floor(levels.fluid)) : 1;
@@ -87,7 +91,8 @@ export class QuickSettings {
 
   /** The levels of the picture shown; whether they have changed by a grey level or more. */
   take(levels: EchoLevels | undefined): void {
-    const rounded = (of: EchoLevels | undefined) => of && [of.fluid, of.tissue, of.threshold].map(Math.round).join();
+    const rounded = (of: EchoLevels | undefined) =>
+      of && [Math.round(of.fluid), Math.round(of.tissue), tenths(of.threshold)].join();
     if (rounded(levels) === rounded(this.levels)) return;
     this.levels = levels;
     this.refresh();
@@ -138,7 +143,8 @@ export class QuickSettings {
       [slider.min, slider.max] = [String(low), String(high)];
       auto.ariaPressed = String(isAuto);
     }
-    const shown = Math.round(quick.toShown(inForce));
+    // What is measured is shown as in the advanced settings.
+    const shown = isAuto ? tenths(inForce) : Math.round(quick.toShown(inForce));
     slider.value = String(shown);
     const text = Number.isNaN(value) ? "" : `${shown}${quick.unit && ` ${quick.unit}`}`;
     const busy = this.changing === row;

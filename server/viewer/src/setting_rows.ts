@@ -107,15 +107,16 @@ export class SettingRows {
     const slider = sliderOf(field, numberOf(this.defaults.get("camera.field_mm")));
     slider.oninput = () => this.editor.set([[field.name, slider.valueAsNumber]]);
     this.onRefresh(() => {
-      slider.value = String(this.editor.number(field.name));
+      slider.value = String(this.measured.valueOf(field.name) ?? this.editor.number(field.name));
     });
     return slider;
   }
 
   private numberBox(field: SceneField): HTMLElement {
     const value = () => this.editor.number(field.name);
-    const { input, show } = numberBox(field, fullTitle(field.name), value, (typed) =>
-      this.editor.set([[field.name, typed]]),
+    const take = (typed: number) => this.editor.set([[field.name, typed]]);
+    const { input, show } = numberBox(field, fullTitle(field.name), value, take, () =>
+      this.measured.valueOf(field.name),
     );
     this.onRefresh(show);
     return input;

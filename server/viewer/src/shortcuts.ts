@@ -21,7 +21,9 @@ type Row = readonly [keys: readonly string[], text: string, act: () => void];
 
 /** Keys over the picture, which PictureInput carries out. */
 const kPictureKeys: readonly (readonly [string, string])[] = [
-  ["← → ↑ ↓", "Move the light; the camera with Turn or Pan"],
+  ["← → ↑ ↓", "Move the light; the camera with Turn or Pan; the cross with Measure or Note"],
+  ["Enter", "Set a point with Measure, a note with Note"],
+  ["Tab, then ← → ↑ ↓", "Choose a line or a side of the crop box, and move it"],
   ["Page Up, Page Down", "Move the light nearer, farther"],
   ["+ −", "Zoom"],
   ["Home", "Reset the view"],

@@ -47,6 +47,7 @@ function show(surfaces: SharedSurfaces): void {
   find("#reset", HTMLButtonElement).onclick = () => orbit.reset();
   new PictureInput(
     canvas,
+    find("#frame", HTMLElement),
     tool,
     light,
     orbit,
