@@ -35,7 +35,8 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
 Result<void> PrivateRenderer::create_passes(ViewState& state) const {
   if (!state.light) {
     auto light = LightPass::create(
-        device_, {.most = cast_config_.most, .copies = LightPass::Config::Copies::kOnDevice, .pauses = true});
+        device_,
+        {.largest = cast_config_.size, .copies = LightPass::Config::Copies::kOnDevice, .pauses = true});
     if (!light) return light.error();
     state.light = std::move(*light);
   }
@@ -245,9 +246,22 @@ Result<void> PrivateRenderer::add_weights(ViewState& state) {
   return added;
 }
 
+/// Makes room for the main view's maps, which may be finer now.
+Result<void> PrivateRenderer::fit_light(ViewState& state, PictureSize size) const {
+  if (size.pixels() <= state.light->largest().pixels()) return {};
+  state.light.reset();  // frees its memory first
+  auto light = LightPass::create(
+      device_, {.largest = size, .copies = LightPass::Config::Copies::kOnDevice, .pauses = true});
+  if (!light) return light.error();
+  state.light = std::move(*light);
+  return {};
+}
+
 /// Submits the first piece of passes 2 and 3, and before it the weights that it needs.
 Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, LightPass::History history) {
   VolumeInFlight& slot = *state.slot;
+  const PictureSize size = size_of(state.scene, cast_config_.size);
+  if (auto fits = fit_light(state, size); !fits) return fits;
   LightPass& light = *state.light;
   if (auto added = add_weights(state); !added) return added;
   if (state.casts()) {
@@ -257,7 +271,7 @@ Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, LightP
   }
   if (history == LightPass::History::kUsable) light.follow(shown.previous.steady_for_private_views());
   state.phase = WorkPhase::kLighting;
-  state.stamp.view = picture_view(state.scene, size_of(state.scene, cast_config_.size));
+  state.stamp.view = picture_view(state.scene, size);
   if (auto begun = light.begin(slot.effective(state.scene), history); !begun) return begun;
   return light.submit_next();
 }

@@ -110,6 +110,7 @@ class PrivateRenderer {
     }
   };
   Result<void> create_passes(ViewState& state) const;
+  Result<void> fit_light(ViewState& state, PictureSize size) const;
   static void drop_passes(ViewState& state);
   static bool inputs_lost(const ViewState& state);
   std::array<PrivateStatus, kMostPrivateViews> status(const Shown& shown) const;

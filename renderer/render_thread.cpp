@@ -90,7 +90,7 @@ void RenderThread::take_scene() {
     sizes_.scene_came(requested_, now_ns());
     renderer_->show(requested_);
   }
-  if (const std::optional<PictureSize>* const shown = to_.link.shown_size.newest()) sizes_.wish(*shown);
+  if (const WantedSizes* const wanted = to_.link.wanted_sizes.newest()) sizes_.want(*wanted);
   if (quality_changed(now_ns())) show_degraded();
 }
 
@@ -151,6 +151,7 @@ bool RenderThread::recover_within_memory(const Error& cause, const std::stop_tok
                     fmt::format("the process has no memory left for a new renderer ({})", error.what())});
     return false;
   }
+  sizes_.set_largest(renderer_->config().largest());
   show_degraded();
   volume_due_ = views_due_ = true;
   was_busy_ = false;
@@ -162,8 +163,8 @@ Result<void> RenderThread::step() {
   look_for_audience();
   take_orders();
   if (auto taken = take_private_views(); !taken) return taken;
-  const bool private_turn =
-      private_share_.is_turn(renderer_->private_due(), renderer_->main_busy(), now_ns());
+  const bool private_turn = private_share_.is_turn(renderer_->private_due() && !renderer_->refines(),
+                                                   renderer_->main_busy(), now_ns());
   if (!private_turn) {
     if (auto taken = take_volume(); !taken) return taken;
     take_frames();

@@ -46,7 +46,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   if (!pipelines) return pipelines.error();
   std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene, std::move(*pipelines),
                                               {.size = config.size,
-                                               .most = config.largest(),
+                                               .largest = config.size,
                                                .band_samples = band_samples / kPrivateBandDivisor,
                                                .skipping = config.skipping,
                                                .pauses = true}));
@@ -68,7 +68,7 @@ Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling samplin
     auto slot = VolumeInFlight::create(
         {.gpu = &gpu_, .pipelines = pipelines_.get()},
         {.size = config_.size,
-         .most = config_.largest(),
+         .largest = config_.largest(),
          .geometry = config_.geometry,
          .first_angle_rad = config_.first_angle_rad,
          .last_angle_rad = config_.last_angle_rad,
@@ -89,6 +89,14 @@ Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling samplin
   slots_[0]->slot.follow(slots_[1]->slot);
   slots_[1]->slot.follow(slots_[0]->slot);
   return {};
+}
+
+void Renderer::show(const NumberedScene& scene) {
+  scenes_.want(scene);
+  if (size_of(scene.scene, config_.size).pixels() <= config_.largest().pixels()) return;
+  NumberedScene usual = scene;
+  usual.scene.size.reset();
+  scenes_.want(usual);
 }
 
 MainStatus Renderer::status() const {
@@ -156,7 +164,9 @@ Result<void> Renderer::load_into_other(const Volume& volume, Loading loading) {
   }
   newest_ = 1 - newest_;
   next.is_kept = loading == Loading::kKept;
-  return as_breakage(begin_cast(next));
+  auto begun = as_breakage(begin_cast(next));
+  next.refines = false;  // also where the slot has shown this volume before
+  return begun;
 }
 
 Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
@@ -212,19 +222,21 @@ Result<void> Renderer::begin_cast(SlotState& state) {
 }
 
 /// Whether a cast that begins now makes the picture of the slot finer, and changes nothing else.
-bool Renderer::refines(const SlotState& state) const {
+bool Renderer::would_refine(const SlotState& state) const {
   // Not the restart of a cast: the picture is of another view then.
   if (state.phase != WorkPhase::kIdle || state.map_lost) return false;
   const VolumeStamp& lit = state.stamp.volume;
   const VolumeStamp& loaded = state.slot.volume();
   return lit.volume_id == loaded.volume_id && lit.last_frame_sequence == loaded.last_frame_sequence &&
-         differs_in_size_alone(state.cast_scene.scene, scene_in_force().scene);
+         differs_in_size_alone(state.cast_scene.scene, scene_in_force().scene) &&
+         size_of(state.cast_scene.scene, config_.size).pixels() <
+             size_of(scene_in_force().scene, config_.size).pixels();
 }
 
 Result<void> Renderer::begin_cast_of_scene(SlotState& state) {
   if (auto begun = state.slot.begin_cast(scene_in_force().scene); !begun) return begun;
   if (state.slot.filter_left_out()) counters_.volumes_unfiltered.add();
-  state.refines = refines(state);
+  state.refines = would_refine(state);
   state.map_lost = false;
   state.cast_scene = scene_in_force();
   scenes_.note_begun();

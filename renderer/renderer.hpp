@@ -45,7 +45,7 @@ class Renderer {
   struct Config {
     PictureSize size;  ///< of scenes that have none
     /// The largest of any scene, whose memory is allocated in create(). Absent: `size`.
-    std::optional<PictureSize> most;
+    std::optional<PictureSize> largest_size;
     FanGeometry geometry;        ///< of the first volumes; their memory is allocated in create()
     double first_angle_rad = 0;  ///< range in which most frames lie
     double last_angle_rad = 0;
@@ -65,7 +65,7 @@ class Renderer {
     /// Absent: chosen by the kind of GPU.
     std::optional<Watchdog::Limits> watchdog{};
 
-    PictureSize largest() const { return most.value_or(size); }
+    PictureSize largest() const { return largest_size.value_or(size); }
   };
   /// All must outlive the renderer.
   struct Dependencies {
@@ -89,7 +89,7 @@ class Renderer {
 
   /// Sets the scene of all following pictures. A scene whose pipelines the driver does not build is refused
   /// when its turn comes, and the one before stays; it is tried again later.
-  void show(const NumberedScene& scene) { scenes_.want(scene); }
+  void show(const NumberedScene& scene);
 
   /// The scene of show(), and why it is not shown where it is not.
   const SceneFallback& scenes() const { return scenes_; }
@@ -171,6 +171,12 @@ class Renderer {
   /// is outstanding. Error: kLost too where a submission takes longer than the watchdog allows.
   Result<void> wait(std::int64_t timeout_ns);
 
+  /// Whether the cast under way makes the picture on show finer. A new volume gives it up.
+  bool refines() const {
+    const SlotState& newest = *slots_[newest_];
+    return newest.phase == WorkPhase::kCasting && newest.refines;
+  }
+
   /// How fast the GPU worked at the last wait().
   Watchdog::Pace pace() const { return pace_; }
 
@@ -214,7 +220,7 @@ class Renderer {
     PictureStamp stamp;
     bool is_kept = false;         // its volume is one of the cine's, which may be older than the one on show
     bool awaits_picture = false;  // its volume has had no picture yet
-    bool refines = false;         // the cast under way differs from the one before in its size alone
+    bool refines = false;         // the cast under way makes the picture on show finer, and else the same
     bool map_lost = false;        // it was given up
     bool gave_up_cast = false;    // the cast under way replaced one whose view was outdated
     // Volume and view of the filtered depth map, which is the temporal filter's input for the next volume.
@@ -238,7 +244,7 @@ class Renderer {
   Result<void> execute(MainStep step);
   Result<void> begin_cast(SlotState& state);
   Result<void> begin_cast_of_scene(SlotState& state);
-  bool refines(const SlotState& state) const;
+  bool would_refine(const SlotState& state) const;
   Result<void> recast(SlotState& state);
   Result<void> create_slots(std::uint64_t band_samples, Sampling sampling);
   Result<void> light(SlotState& state);

@@ -20,7 +20,7 @@ Result<VolumeInFlight> VolumeInFlight::create(const PassDevice& device, const Co
 Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
   on_one_device_ = light_device == nullptr;
   auto cast = CastPass::create(device_, {.size = config_.size,
-                                         .most = config_.most,
+                                         .largest = config_.largest,
                                          .band_samples = config_.band_samples,
                                          .skipping = config_.skipping,
                                          .maps_for_host = !on_one_device_});
@@ -28,9 +28,9 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
   cast_ = std::move(*cast);
   cast_.bind(bindings());
   using Copies = LightPass::Config::Copies;
-  auto light =
-      LightPass::create(light_device == nullptr ? device_ : *light_device,
-                        {.most = config_.most, .copies = on_one_device_ ? Copies::kNone : Copies::kByHost});
+  auto light = LightPass::create(
+      light_device == nullptr ? device_ : *light_device,
+      {.largest = config_.largest, .copies = on_one_device_ ? Copies::kNone : Copies::kByHost});
   if (!light) return light.error();
   light_ = std::move(*light);
   if (on_one_device_) return {};
@@ -100,7 +100,7 @@ Result<DepthMaps> VolumeInFlight::read_depth() {
 
 const GpuBuffer& VolumeInFlight::steady_for_private_views() const {
   if (on_one_device_) return light_.steady();
-  const std::size_t bytes = cast_.size().pixels() * sizeof(float);
+  const std::size_t bytes = light_.size().pixels() * sizeof(float);
   std::ranges::copy(light_.steady().mapped().first(bytes), steady_copy_.mapped().begin());
   return steady_copy_;
 }

@@ -35,7 +35,7 @@ class VolumeInFlight {
  public:
   struct Config {
     PictureSize size;      ///< of scenes that have none
-    PictureSize most;      ///< the largest of any scene
+    PictureSize largest;   ///< of any scene
     FanGeometry geometry;  ///< memory for such frames is allocated in create()
     double first_angle_rad = 0;
     double last_angle_rad = 0;

@@ -19,6 +19,12 @@ class Mailbox {
   explicit Mailbox(Doorbell& reader_bell, const T& initial = T{})
       : slots_{initial, initial, initial}, reader_bell_(reader_bell) {}
 
+  /// The same; `prepare` is called with each slot, to reserve memory, which a copy would not keep.
+  template <typename Prepare>
+  Mailbox(Doorbell& reader_bell, const T& initial, Prepare prepare) : Mailbox(reader_bell, initial) {
+    for (T& slot : slots_) prepare(slot);
+  }
+
   /// Writer thread: the slot to fill next. It contains an older value, whose memory may be reused.
   T& draft() { return slots_[draft_]; }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <variant>
 
 #include "proto/base/result.hpp"
@@ -31,15 +30,17 @@ using RenderAnswer = std::variant<CineStatus, VolumeAnswer, RenderHealth, Privat
 /// mailboxes; orders and answers keep their order.
 struct RenderLink {
   /// Both must outlive the link. The renderer's bell rings with all that the server sends, the server's with
-  /// all that the renderer sends. `blank`: fills the picture's mailbox, so that its memory is allocated here.
-  RenderLink(Doorbell& renderer_bell, Doorbell& server_bell, const Picture& blank = {})
+  /// all that the renderer sends. `blank`: fills the picture's mailbox, so that its memory is allocated here;
+  /// that of pictures up to `largest` is reserved.
+  RenderLink(Doorbell& renderer_bell, Doorbell& server_bell, const Picture& blank = {},
+             PictureSize largest = {.width = 0, .height = 0})
       : to_renderer(renderer_bell),
         to_server(server_bell),
         scenes(renderer_bell),
         private_views(renderer_bell),
-        shown_size(renderer_bell),
+        wanted_sizes(renderer_bell),
         audience(renderer_bell),
-        pictures(server_bell, blank) {}
+        pictures(server_bell, blank, [largest](Picture& each) { reserve_picture(each, largest); }) {}
 
   /// Server thread. False where too many orders wait.
   bool send(RenderOrder order);
@@ -54,8 +55,7 @@ struct RenderLink {
   // Written by the server thread.
   Mailbox<NumberedScene> scenes;
   Mailbox<PrivateViews> private_views;
-  /// The largest size in which a display shows the main view; absent: as usual.
-  Mailbox<std::optional<PictureSize>> shown_size;
+  Mailbox<WantedSizes> wanted_sizes;
   Audience audience;
   SmallQueue<RenderOrder, 32> orders;
   // Written by the render thread.

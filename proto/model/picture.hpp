@@ -9,6 +9,7 @@
 
 #include "proto/model/deadline.hpp"
 #include "proto/model/echo_levels.hpp"
+#include "proto/model/picture_size.hpp"
 #include "proto/model/volume.hpp"
 
 namespace fanlight {
@@ -101,6 +102,13 @@ inline Picture blank_picture(std::uint32_t width, std::uint32_t height) {
   blank.depth_mm.resize(std::size_t{width} * height);
   blank.certainty.resize(std::size_t{width} * height);
   return blank;
+}
+
+/// Reserves memory for a picture of that size. It costs nothing until it is used.
+inline void reserve_picture(Picture& picture, PictureSize largest) {
+  picture.rgba.reserve(4 * largest.pixels());
+  picture.depth_mm.reserve(largest.pixels());
+  picture.certainty.reserve(largest.pixels());
 }
 
 }  // namespace fanlight

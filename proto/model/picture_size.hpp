@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 namespace fanlight {
 
@@ -13,6 +14,14 @@ struct PictureSize {
   constexpr std::uint64_t pixels() const { return std::uint64_t{width} * height; }
 
   bool operator==(const PictureSize&) const = default;
+};
+
+/// The largest sizes in which displays show the main view; absent: as usual.
+struct WantedSizes {
+  std::optional<PictureSize> of_surfaces;  ///< that displays light themselves
+  std::optional<PictureSize> of_pictures;  ///< that the server has lit
+
+  bool operator==(const WantedSizes&) const = default;
 };
 
 }  // namespace fanlight

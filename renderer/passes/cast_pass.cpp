@@ -30,7 +30,7 @@ std::uint32_t tiles_along(std::uint32_t pixels) {
 
 Result<CastPass> CastPass::create(const PassDevice& device, const Config& config) {
   CastPass made(config);
-  auto memory = CastMemory::create(*device.gpu, config.most,
+  auto memory = CastMemory::create(*device.gpu, config.largest,
                                    config.maps_for_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);

@@ -44,7 +44,7 @@ class CastPass {
  public:
   struct Config {
     PictureSize size;                ///< of scenes that have none
-    PictureSize most;                ///< the largest of any scene
+    PictureSize largest;             ///< of any scene
     std::uint64_t band_samples = 0;  ///< approximate limit of samples in one submission of pass 1
     Skipping skipping = Skipping::kOn;
     bool pauses = false;         ///< as PassRecorder::Config

@@ -63,13 +63,13 @@ int diffusion_steps(const Scene& scene) {
 Result<LightPass> LightPass::create(const PassDevice& device, const Config& config) {
   LightPass made(config);
   const bool by_host = config.copies == Copies::kByHost;
-  auto memory =
-      LightMemory::create(*device.gpu, config.most, by_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
+  auto memory = LightMemory::create(*device.gpu, config.largest,
+                                    by_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);
   if (config.copies != Copies::kNone) {
     auto copies =
-        CastMaps::create(*device.gpu, config.most, by_host ? BufferPlace::kToGpu : BufferPlace::kDevice);
+        CastMaps::create(*device.gpu, config.largest, by_host ? BufferPlace::kToGpu : BufferPlace::kDevice);
     if (!copies) return copies.error();
     made.copies_ = std::move(*copies);
   }
@@ -240,12 +240,12 @@ void LightPass::take_size(PictureSize size) {
 
 Result<void> LightPass::begin(const Scene& scene, History history) {
   const LightKeys keys = light_keys(scene);
+  learn_step_times();
   take_size(*scene.size);
   shaders::LightParameters parameters = light_parameters(scene, size_, farthest_mm_);
   if (history == History::kNone) parameters.steady = 0;
   // Without weights all count the same: the next volume's picture will have them.
   if (!input_.weighted) parameters.confidence_counts = 0;
-  learn_step_times();
   recorder_.reset_times();
   steps_.clear();
   is_first_of_cast_ = is_new_cast_;

@@ -32,7 +32,7 @@ namespace fanlight {
 class LightPass {
  public:
   struct Config {
-    PictureSize most;  ///< the largest of any scene
+    PictureSize largest;  ///< of any scene
     /// Memory for copies of a cast's maps: none, of the same device, or of another one, whose maps the host
     /// copies. With the last, passes 2 and 3 compute only what has changed since the last picture, where that
     /// is less than half of it.
@@ -55,6 +55,10 @@ class LightPass {
   void copy(const CastPass& cast);
   /// A copy from another device, made now. Needs kByHost. Precondition: CastPass::maps_are_written().
   void copy_by_host(const CastPass& cast);
+
+  /// Of the maps of the last begin().
+  PictureSize size() const { return size_; }
+  PictureSize largest() const { return config_.largest; }
 
   /// Sets the temporal filter's input: steady() of the volumes before and after this one's, or a copy of it.
   /// Precondition as above.

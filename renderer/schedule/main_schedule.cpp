@@ -82,8 +82,7 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
 
   // A cast whose view is outdated is restarted between two bands, but not twice in a row: a camera that never
   // rests must not starve the pictures.
-  const bool begin = idle_and_settled(newest) && newest.loaded &&
-                     (newest.map_lost || view_changed(*newest.cast_scene, scene));
+  const bool begin = idle_and_settled(newest) && newest.loaded && view_changed(*newest.cast_scene, scene);
   const bool restart = newest.phase == WorkPhase::kCasting && !newest.cast_submitted && !newest.outstanding &&
                        !newest.gave_up_cast && view_changed(*newest.cast_scene, scene);
   if (begin || restart) {

@@ -11,7 +11,7 @@ namespace {
 
 // Of the time between two volumes.
 constexpr double kFitsBetweenVolumes = 0.5;
-constexpr double kLateForNext = 0.95;
+constexpr double kTooSlow = 0.95;
 // Weight of the newest interval in the mean.
 constexpr double kNewest = 0.25;
 // A picture of almost the usual size is not worth another cast.
@@ -19,6 +19,11 @@ constexpr double kLeastGain = 1.1;
 
 double total_ms(const PictureStamp& stamp) {
   return std::accumulate(stamp.stage_ms.begin(), stamp.stage_ms.end(), 0.0);
+}
+
+double light_ms(const PictureStamp& stamp) {
+  const auto filter = stamp.stage_ms.begin() + static_cast<std::ptrdiff_t>(Stage::kFilter);
+  return std::accumulate(filter, stamp.stage_ms.end(), 0.0);
 }
 
 PictureSize scaled(PictureSize size, double factor) {
@@ -61,12 +66,15 @@ void SizeGovernor::picture_finished(const Picture& picture) {
     }
     volume_id_ = stamp.volume.volume_id;
     volume_shown_ns_ = stamp.finished_time_ns;
-    const bool late = has_cast && in_a_row && size != usual_ && total_ms(stamp) > kLateForNext * period_ms_;
-    if (late) regretted_ns_ = stamp.finished_time_ns;
+    const bool too_slow = has_cast && in_a_row && size != usual_ && total_ms(stamp) > kTooSlow * period_ms_;
+    if (too_slow) backed_off_ns_ = stamp.finished_time_ns;
   }
   if (!has_cast || stamp.measures != DeadlineMeasures{}) return;
   // Not of fine ones, whose size would then change with each of them.
-  if (size == usual_) work_ms_per_pixel_ = total_ms(stamp) / static_cast<double>(size.pixels());
+  if (size == usual_) {
+    work_ms_per_pixel_ = total_ms(stamp) / static_cast<double>(size.pixels());
+    light_ms_per_pixel_ = light_ms(stamp) / static_cast<double>(size.pixels());
+  }
   if (stamp.scene_revision < moved_revision_) return;
   whole_is_shown_ = true;
   fine_is_shown_ = size != usual_;
@@ -76,23 +84,35 @@ double SizeGovernor::work_ms(PictureSize size) const {
   return work_ms_per_pixel_ * static_cast<double>(size.pixels());
 }
 
+/// By how much pictures may be larger than usual for displays that want that size.
+double SizeGovernor::factor_to(std::optional<PictureSize> wanted) const {
+  if (!wanted) return 1;
+  return std::min({factor_into(usual_, *wanted), factor_into(usual_, largest_),
+                   std::sqrt(kMostWorkMs / work_ms(usual_))});
+}
+
 /// The finest size that is asked for and possible; absent where it is hardly more than the usual one.
 std::optional<PictureSize> SizeGovernor::fine() const {
-  if (!wish_ || work_ms_per_pixel_ <= 0) return std::nullopt;
-  const double factor = std::min(
-      {factor_into(usual_, *wish_), factor_into(usual_, most_), std::sqrt(kMostWorkMs / work_ms(usual_))});
+  if (work_ms_per_pixel_ <= 0) return std::nullopt;
+  const double light_ms = light_ms_per_pixel_ * static_cast<double>(usual_.pixels());
+  const double quickly_lit =
+      light_ms > 0 ? std::sqrt(kMostLightMs / light_ms) : factor_into(usual_, largest_);
+  const double factor =
+      std::max(factor_to(wanted_.of_surfaces), std::min(factor_to(wanted_.of_pictures), quickly_lit));
   if (factor < kLeastGain) return std::nullopt;
   return scaled(usual_, factor);
 }
 
 std::optional<PictureSize> SizeGovernor::in_force(std::int64_t now_ns) const {
   const auto size = fine();
-  if (!size) return std::nullopt;
+  if (!size || scene_.refresh == Refresh::kFrame) return std::nullopt;
   const double ms = work_ms(*size);
   const bool fits_a_change = ms <= kMovingWorkMs;
   if (now_ns < scene_rests_ns() && !fits_a_change && !fine_is_shown_) return std::nullopt;
+  const bool holds_rate = scene_.deadline.plan == DeadlinePlan::kHoldRate;
+  const double period_ms = holds_rate ? std::min(period_ms_, 1000 / scene_.deadline.rate_hz) : period_ms_;
   const bool fits_a_volume =
-      period_ms_ > 0 && ms < kFitsBetweenVolumes * period_ms_ && now_ns >= regretted_ns_ + kRegretNs;
+      period_ms > 0 && ms < kFitsBetweenVolumes * period_ms && now_ns >= backed_off_ns_ + kBackOffNs;
   if (now_ns < volume_rests_ns() && !fits_a_volume) return std::nullopt;
   return whole_is_shown_ || fits_a_change || fits_a_volume ? size : std::nullopt;
 }
@@ -100,7 +120,7 @@ std::optional<PictureSize> SizeGovernor::in_force(std::int64_t now_ns) const {
 std::optional<std::int64_t> SizeGovernor::next_change_ns(std::int64_t now_ns) const {
   if (!fine()) return std::nullopt;
   std::optional<std::int64_t> next;
-  for (const std::int64_t each : {scene_rests_ns(), volume_rests_ns(), regretted_ns_ + kRegretNs}) {
+  for (const std::int64_t each : {scene_rests_ns(), volume_rests_ns(), backed_off_ns_ + kBackOffNs}) {
     if (each > now_ns) next = std::min(next.value_or(each), each);
   }
   return next;

@@ -14,9 +14,13 @@ namespace fanlight {
 /// pixels and the machine has the time for them.
 ///
 /// Has the time: while volumes come, a fine picture must take less than half the time from one volume to the
-/// next; while the scene changes, less than kMovingWorkMs. Otherwise the usual size is in force, and the fine
-/// picture comes when the scene and the volume rest, after a whole one of the usual size: it refines that. It
-/// is never so large that it would take more than kMostWorkMs.
+/// next, and of the period of DeadlinePlan::kHoldRate; while the scene changes, less than kMovingWorkMs.
+/// Otherwise the usual size is in force, and the fine picture comes when the scene and the volume rest, after
+/// a whole one of the usual size: it refines that. It is never so large that it would take more than
+/// kMostWorkMs; and where the server lights it, than kMostLightMs for passes 2 and 3, so that a moved light
+/// is seen soon.
+///
+/// With Refresh::kFrame the usual size stays: frames are replaced at any time.
 ///
 /// The work counts as proportional to the pixels, as of the last whole picture of the usual size.
 ///
@@ -29,16 +33,18 @@ class SizeGovernor {
   /// A volume that is not one of the cine counts as the last one after this time without another.
   static constexpr std::int64_t kStillNs = 2'000'000'000;
   static constexpr double kMostWorkMs = 1500;
+  static constexpr double kMostLightMs = 100;
   /// Work that a changing scene may take for each picture.
   static constexpr double kMovingWorkMs = 16;
   /// After a fine picture took too long while volumes come, none is tried for this time.
-  static constexpr std::int64_t kRegretNs = 10'000'000'000;
+  static constexpr std::int64_t kBackOffNs = 10'000'000'000;
 
-  /// `most`: the largest size. The proportions of all sizes are those of `usual`.
-  SizeGovernor(PictureSize usual, PictureSize most) : usual_(usual), most_(most) {}
+  /// The proportions of all sizes are those of `usual`.
+  SizeGovernor(PictureSize usual, PictureSize largest) : usual_(usual), largest_(largest) {}
 
-  /// The largest size in which a display shows the picture, or absent.
-  void wish(std::optional<PictureSize> shown) { wish_ = shown; }
+  void set_largest(PictureSize largest) { largest_ = largest; }
+
+  void want(const WantedSizes& wanted) { wanted_ = wanted; }
 
   void scene_came(const NumberedScene& scene, std::int64_t now_ns);
 
@@ -61,6 +67,7 @@ class SizeGovernor {
   std::optional<std::int64_t> next_change_ns(std::int64_t now_ns) const;
 
  private:
+  double factor_to(std::optional<PictureSize> wanted) const;
   std::optional<PictureSize> fine() const;
   double work_ms(PictureSize size) const;
   /// When the scene, or the volume on show, counts as resting.
@@ -68,8 +75,8 @@ class SizeGovernor {
   std::int64_t volume_rests_ns() const { return volume_ns_ + (frozen_ ? kRestNs : kStillNs); }
 
   PictureSize usual_;
-  PictureSize most_;
-  std::optional<PictureSize> wish_;
+  PictureSize largest_;
+  WantedSizes wanted_;
   Scene scene_;
   bool has_scene_ = false;
   bool frozen_ = false;
@@ -80,9 +87,10 @@ class SizeGovernor {
   std::int64_t volume_shown_ns_ = 0;  // when its first picture was finished
   double period_ms_ = 0;              // from volume to volume, a mean of the last ones; 0: not known
   double work_ms_per_pixel_ = 0;      // 0: not known
+  double light_ms_per_pixel_ = 0;     // the part of passes 2 and 3
   bool whole_is_shown_ = false;       // of the view and the volume, a picture with a ray for each pixel
   bool fine_is_shown_ = false;        // the same in a finer size
-  std::int64_t regretted_ns_ = -kRegretNs;
+  std::int64_t backed_off_ns_ = -kBackOffNs;
 };
 
 }  // namespace fanlight

@@ -96,13 +96,13 @@ class RecordedPictures {
     if (!device) return device.error();
     device_ = std::move(*device);
     usual_size_ = notes_.pictures.front().usual;
-    PictureSize most = usual_size_;
+    PictureSize largest = usual_size_;
     for (const NotedPicture& picture : notes_.pictures) {
-      if (picture.usual == usual_size_ && picture.size.pixels() > most.pixels()) most = picture.size;
+      if (picture.usual == usual_size_ && picture.size.pixels() > largest.pixels()) largest = picture.size;
     }
     auto renderer =
         Renderer::create({.size = usual_size_,
-                          .most = most,
+                          .largest_size = largest,
                           .geometry = source.geometry,
                           .first_angle_rad = source.first_angle_rad,
                           .last_angle_rad = source.last_angle_rad,

@@ -101,7 +101,7 @@ bool may_rest(const ServeOptions& options) {
 Pipeline::Config pipeline_config(const ServeOptions& options, const ServerDescription& server,
                                  const Scene& scene, std::uint32_t cine_volumes) {
   return {.size = server.picture_size,
-          .most_size = server.most_picture_size,
+          .largest_size = server.largest_picture_size,
           .scene = scene,
           .ring_slots = options.ring_slots,
           .cine_volumes = cine_volumes,
@@ -127,9 +127,9 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const ServerDescri
 
 /// The size of --size-max, which is not smaller than that of --size.
 Result<PictureSize> largest_size(const ServeOptions& options, PictureSize size) {
-  const auto most = parse_picture_size(options.size_max);
-  if (!most) return most.error();
-  return PictureSize{std::max(most->width, size.width), std::max(most->height, size.height)};
+  const auto largest = parse_picture_size(options.size_max);
+  if (!largest) return largest.error();
+  return PictureSize{std::max(largest->width, size.width), std::max(largest->height, size.height)};
 }
 
 /// The server's configuration but for what open_pipeline() adds. Refuses what is wrong before any device is
@@ -137,8 +137,8 @@ Result<PictureSize> largest_size(const ServeOptions& options, PictureSize size) 
 Result<StreamServer::Config> server_config(const ServeOptions& options) {
   const auto size = parse_picture_size(options.size);
   if (!size) return options.placed("size", size.error());
-  const auto most = largest_size(options, *size);
-  if (!most) return options.placed("size-max", most.error());
+  const auto largest = largest_size(options, *size);
+  if (!largest) return options.placed("size-max", largest.error());
   const auto endpoint = listen_endpoint(options);
   if (!endpoint) return options.placed("listen", endpoint.error());
   if (auto audit = check_audit(options); !audit) return audit.error();
@@ -150,7 +150,7 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
   return StreamServer::Config{
       .endpoint = *endpoint,
       .state = {.description = {.picture_size = *size,
-                                .most_picture_size = *most,
+                                .largest_picture_size = *largest,
                                 .jpeg_quality = options.jpeg_quality},
                 .probe_control = options.probe_control,
                 .most_private_views = options.private_views,
@@ -386,7 +386,8 @@ Result<void> check_start(const ServeOptions& options) {
   if (const auto rtp = options.rtp.config(); !rtp) return options.placed("rtp-to", rtp.error());
   const auto size = parse_picture_size(options.size);
   if (!size) return options.placed("size", size.error());
-  if (const auto most = largest_size(options, *size); !most) return options.placed("size-max", most.error());
+  if (const auto largest = largest_size(options, *size); !largest)
+    return options.placed("size-max", largest.error());
   for (const std::string& sentence : options.misspelt) fmt::print(stderr, "fanlight serve: {}\n", sentence);
   return options.check_inputs();
 }

@@ -237,6 +237,14 @@ double PictureWindow::pixels_per_point(double height) const {
   return shown_.h == 0 ? 1 : height / shown_.h;
 }
 
+PictureSize PictureWindow::pixel_size() const {
+  int width = 0;
+  int height = 0;
+  SDL_GetRendererOutputSize(renderer_, &width, &height);
+  return {.width = static_cast<std::uint32_t>(std::max(width, 1)),
+          .height = static_cast<std::uint32_t>(std::max(1, height - kBarHeight - kHintHeight))};
+}
+
 void PictureWindow::leave_full_screen() {
   SDL_SetWindowFullscreen(window_, 0);
 }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "proto/base/result.hpp"
+#include "proto/model/picture_size.hpp"
 #include "server/client/display_state.hpp"
 
 namespace fanlight {
@@ -43,6 +44,9 @@ class PictureWindow {
   SDL_FPoint picture_point(int x, int y, double width, double height) const;
   /// Pixels of a picture of this height for each pixel of the window.
   double pixels_per_point(double height) const;
+
+  /// Pixels of the screen for the largest picture that fits.
+  PictureSize pixel_size() const;
 
   void toggle_full_screen();
   void leave_full_screen();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -37,6 +38,10 @@ constexpr std::int64_t kBetweenDrawingsNs = 100'000'000;  // for the age in the 
 constexpr double kZoomPerNotch = 1.1;
 constexpr double kThresholdPerKey = 2;
 constexpr std::uint32_t kJpegQuality = 92;
+constexpr std::int64_t kSettledNs = 500'000'000;
+// What a request may contain.
+constexpr std::uint32_t kLeastSide = 16;
+constexpr std::uint32_t kMostSide = 4096;
 
 // On one line of the window.
 constexpr const char* kKeys =
@@ -63,6 +68,7 @@ class View {
     if (auto connected = connect(); !connected) return connected;
     while (!ended_ && interrupted == 0) {
       take_inputs();
+      follow_size(now_ns());
       if (client_) {
         take_messages();
       } else {
@@ -86,10 +92,28 @@ class View {
     heard_ns_ = now_ns();
     picture_width_ = client_->hello().picture_width();
     picture_height_ = client_->hello().picture_height();
-    v1::ClientMessage stream;
-    stream.mutable_stream()->set_codec(v1::StreamRequest::JPEG);
-    stream.mutable_stream()->set_quality(kJpegQuality);
-    return client_->send(stream);
+    return ask_for_pictures();
+  }
+
+  /// As sharp as the window.
+  Result<void> ask_for_pictures() {
+    asked_size_ = window_.pixel_size();
+    resized_ns_ = 0;
+    v1::ClientMessage message;
+    v1::StreamRequest& stream = *message.mutable_stream();
+    stream.set_codec(v1::StreamRequest::JPEG);
+    stream.set_quality(kJpegQuality);
+    stream.set_width(std::clamp(asked_size_.width, kLeastSide, kMostSide));
+    stream.set_height(std::clamp(asked_size_.height, kLeastSide, kMostSide));
+    return client_->send(message);
+  }
+
+  /// Once the window has kept its size for a moment.
+  void follow_size(std::int64_t now) {
+    if (resized_ns_ == 0 || now - resized_ns_ < kSettledNs) return;
+    resized_ns_ = 0;
+    if (!client_ || window_.pixel_size() == asked_size_) return;
+    if (auto sent = ask_for_pictures(); !sent) lose(sent.error().message);
   }
 
   void take_messages() {
@@ -178,6 +202,7 @@ class View {
         return;
       case SDL_WINDOWEVENT:
         dirty_ = true;
+        if (event.window.event == SDL_WINDOWEVENT_SIZE_CHANGED) resized_ns_ = now_ns();
         return;
       case SDL_MOUSEWHEEL:
         if (client_ && event.wheel.y != 0) send(state_->zoom(std::pow(kZoomPerNotch, -event.wheel.y)));
@@ -266,8 +291,10 @@ class View {
   PictureWindow& window_;
   std::unique_ptr<StreamClient> client_;  // null while the connection is lost
   std::optional<DisplayState> state_;
-  double picture_width_ = 0;
+  double picture_width_ = 0;  // the usual size, in which the server counts
   double picture_height_ = 0;
+  PictureSize asked_size_;
+  std::int64_t resized_ns_ = 0;    // 0: the window has the size that was asked for
   std::future<Connected> coming_;  // of a try that is under way
   std::int64_t heard_ns_ = 0;
   std::int64_t tried_ns_ = 0;

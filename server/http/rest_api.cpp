@@ -286,10 +286,11 @@ void RestApi::make_shared_page(const Principal& principal, const Answer& answer)
   };
   const auto made = std::make_shared<Made>();
   const auto begun = dependencies_.hub.work_on_newest(
-      [made, scene = dependencies_.state.scene_store.in_force().scene](const Picture& picture) {
+      [made, scene = dependencies_.state.scene_store.in_force().scene,
+       usual = dependencies_.state.description.picture_size](const Picture& picture) {
         made->picture_id = picture.stamp.picture_id;
         SharedPage page(shared_page_template(), "", scene);
-        if (const auto added = page.add(picture); added) {
+        if (const auto added = page.add_within(picture, usual); added) {
           made->html = page.html();
         } else {
           made->html = added.error();

@@ -33,7 +33,7 @@ FrameQueue::Config queue_config(const SourceDescription& source) {
 
 Renderer::Config renderer_config(const SourceDescription& source, const Pipeline::Config& config) {
   return {.size = config.size,
-          .most = config.most_size,
+          .largest_size = config.largest_size,
           .geometry = source.geometry,
           .first_angle_rad = source.first_angle_rad,
           .last_angle_rad = source.last_angle_rad,
@@ -55,7 +55,8 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
       ring_(ring_config(source_.description(), config),
             {.reader_bell = render_bell_, .writer_bell = link_.acquisition_bell}),
       queue_(queue_config(source_.description()), {.reader_bell = render_bell_}),
-      render_link_(render_bell_, link_.server_bell, blank_picture(config.size.width, config.size.height)) {
+      render_link_(render_bell_, link_.server_bell, blank_picture(config.size.width, config.size.height),
+                   config.largest_size) {
   if (!config.recordings.folder.empty())
     recorder_.emplace(source_.description(), link_.server_bell, config.recordings);
   // A third of a second at 100 MB/s: the server does not wait for a disk.
@@ -86,10 +87,11 @@ Result<DeviceRenderer> Pipeline::make_renderer(RenderDevice device, const Number
   const Renderer::Dependencies dependencies{
       .gpu = *device.gpu, .counters = render_counters_, .light_gpu = device.light_gpu.get()};
   auto renderer = Renderer::create(renderer_config_, dependencies, scene);
-  if (!renderer && renderer.error().code == ErrorCode::kUnavailable && renderer_config_.most) {
+  if (!renderer && renderer.error().code == ErrorCode::kUnavailable && renderer_config_.largest_size) {
     // Finer pictures are no reason not to render at all.
-    renderer_config_.most.reset();
-    renderer = Renderer::create(renderer_config_, dependencies, scene);
+    Renderer::Config smaller = renderer_config_;
+    smaller.largest_size.reset();
+    renderer = Renderer::create(smaller, dependencies, scene);
   }
   if (!renderer) return renderer.error();
   return DeviceRenderer{.device = std::move(device), .renderer = std::move(*renderer)};

@@ -44,8 +44,8 @@ class Pipeline {
  public:
   struct Config {
     PictureSize size;
-    PictureSize most_size;  ///< for displays that ask for more
-    Scene scene;            ///< the first one; it gets revision 1
+    PictureSize largest_size;  ///< for displays that ask for more
+    Scene scene;               ///< the first one; it gets revision 1
     std::uint32_t ring_slots = 4;
     std::uint32_t cine_volumes = 0;  ///< further slots of the ring, for the last volumes
     RingPolicy policy = RingPolicy::kNewestWins;

@@ -42,10 +42,10 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
            {.executor = executor(),
             .threads = EncoderPool::usual_threads(),
             .usual_size = state_.description.picture_size,
-            .wanted_size =
-                [&shown = dependencies.ports.render.shown_size](std::optional<PictureSize> wanted) {
-                  shown.draft() = wanted;
-                  shown.publish();
+            .wanted_sizes =
+                [&sizes = dependencies.ports.render.wanted_sizes](const WantedSizes& wanted) {
+                  sizes.draft() = wanted;
+                  sizes.publish();
                 }}),
       sessions_(state_.views),
       audit_(std::move(audit)),
@@ -159,7 +159,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
 
 Result<void> StreamServer::run() {
   const double session_mb =
-      static_cast<double>(SessionLimits::most_bytes(state_.description.most_picture_size)) / 1e6;
+      static_cast<double>(SessionLimits::most_bytes(state_.description.largest_picture_size)) / 1e6;
   spdlog::info("a display takes up to {:.1f} MB of memory; {} connections at most", session_mb,
                config_.most_connections);
   signals_.start();

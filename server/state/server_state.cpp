@@ -34,7 +34,12 @@ ServerState::ServerState(const Config& config, const Dependencies& dependencies)
       source_state_(dependencies.ports.source_state) {}
 
 void ServerState::picture_shown(const Picture& picture, std::int64_t now) {
-  views.main_shown(picture.stamp, now);
+  PictureStamp usual = picture.stamp;
+  // Views of a camera of their own have the usual size.
+  for (double& ms : usual.stage_ms)
+    ms *= static_cast<double>(description.picture_size.pixels()) /
+          (std::uint64_t{picture.width} * picture.height);
+  views.main_shown(usual, now);
   scene_store.note_shown(picture.stamp.scene_revision);
   liveness.shown(picture.stamp, now);
   times.shown(picture.stamp);

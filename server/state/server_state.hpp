@@ -32,10 +32,10 @@ struct ServerDescription {
   std::string path;    ///< of the recording that is played; never sent
   FrameOrigin origin = FrameOrigin::kProbe;  ///< unless the sender of the frames says otherwise
   std::string device;
-  PictureSize picture_size;        ///< usual one
-  PictureSize most_picture_size;   ///< for displays that ask for more
-  int jpeg_quality = 85;           ///< if a session asks for none
-  std::vector<std::string> notes;  ///< see SourceDescription::notes, and DefaultView::note()
+  PictureSize picture_size;          ///< usual one
+  PictureSize largest_picture_size;  ///< for displays that ask for more
+  int jpeg_quality = 85;             ///< if a session asks for none
+  std::vector<std::string> notes;    ///< see SourceDescription::notes, and DefaultView::note()
 };
 
 /// All that clients see and may change, except sessions, control and pictures. The parts do not know

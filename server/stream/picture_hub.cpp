@@ -46,6 +46,24 @@ StreamSettings sized(StreamSettings settings, std::optional<PictureSize> usual) 
   return settings;
 }
 
+/// The largest size within the limits of the settings, in the proportions of the usual one.
+PictureSize size_within(const StreamSettings& settings, PictureSize usual) {
+  if (!settings.has_size()) return usual;
+  // A side that is not given does not limit the other.
+  const auto factor = [](std::uint32_t most, std::uint32_t side) {
+    return most > 0 ? static_cast<double>(most) / side : std::numeric_limits<double>::infinity();
+  };
+  const double scale =
+      std::min(factor(settings.most_width, usual.width), factor(settings.most_height, usual.height));
+  return {.width = static_cast<std::uint32_t>(std::lround(scale * usual.width)),
+          .height = static_cast<std::uint32_t>(std::lround(scale * usual.height))};
+}
+
+/// Whether a display with these settings is sent the surface of the picture.
+bool has_surface(const Picture& picture, const StreamSettings& settings) {
+  return settings.codec == StreamSettings::Codec::kSurface && picture.stamp.view.part.width > 0;
+}
+
 /// Describes a picture and its encoded pixels; without pixels where a display makes them from the surface.
 v1::ServerMessage picture_message(PictureSnapshot& snapshot, const StreamSettings& settings,
                                   const Pixels& pixels, const CodedPicture& coded, PictureSize usual) {
@@ -54,7 +72,7 @@ v1::ServerMessage picture_message(PictureSnapshot& snapshot, const StreamSetting
   const Picture& picture = snapshot.picture();
   describe(body, picture);
   // Displays that get no surface know one size alone.
-  if (settings.codec != StreamSettings::Codec::kSurface && picture.height != usual.height)
+  if (!has_surface(picture, settings) && picture.height != usual.height)
     describe(*body.mutable_view(),
              scaled(picture.stamp.view, static_cast<double>(usual.height) / picture.height));
   body.set_width(pixels.width);
@@ -129,7 +147,7 @@ void PictureHub::Job::run(const CoderFactory& make_coder) {
   }
   const Picture& picture = snapshot->picture();
   const Pixels pixels = machine->scaler.fitted(pixels_of(picture), sized(settings, usual_size));
-  const bool with_surface = settings.codec == StreamSettings::Codec::kSurface;
+  const bool with_surface = has_surface(picture, settings);
   Result<CodedPicture> coded = CodedPicture{};
   if (!with_surface || !is_surface_only(picture)) coded = machine->coder->encode(pixels, key);
   if (!coded) {
@@ -142,7 +160,7 @@ void PictureHub::Job::run(const CoderFactory& make_coder) {
                     .scene_revision = picture.stamp.scene_revision,
                     .view_id = view_id,
                     .key = coded->key};
-  if (with_surface && picture.stamp.view.part.width > 0) {
+  if (with_surface) {
     if (auto packed = machine->pack_surface(picture); !packed) {
       offer = packed.error();
       return;
@@ -327,7 +345,7 @@ void PictureHub::add(PictureSubscriber& subscriber) {
 
 void PictureHub::remove(PictureSubscriber& subscriber) {
   subscribers_.erase(&subscriber);
-  report_wanted_size();
+  report_wanted_sizes();
   // Not the main view: its number is 0, which no subscriber has.
   shown_.erase(subscriber.id());
 }
@@ -374,32 +392,24 @@ Result<void> PictureHub::has_room(const PictureSubscriber& subscriber, const Str
                   kMostHeavyOfViewers)};
 }
 
-/// The largest size that a subscriber asks for and that is larger than the usual one.
-void PictureHub::report_wanted_size() {
-  if (!config_.usual_size || !config_.wanted_size) return;
-  const PictureSize usual = *config_.usual_size;
-  std::optional<PictureSize> wanted;
+void PictureHub::report_wanted_sizes() {
+  if (!config_.usual_size || !config_.wanted_sizes) return;
+  WantedSizes wanted;
   for (const PictureSubscriber* subscriber : subscribers_) {
     const StreamSettings& settings = subscriber->settings();
-    // A side that is not given does not limit the other.
-    const auto factor = [](std::uint32_t most, std::uint32_t side) {
-      return most > 0 ? static_cast<double>(most) / side : std::numeric_limits<double>::infinity();
-    };
-    if (!settings.has_size()) continue;
-    const double scale =
-        std::min(factor(settings.most_width, usual.width), factor(settings.most_height, usual.height));
-    const PictureSize size{.width = static_cast<std::uint32_t>(std::lround(scale * usual.width)),
-                           .height = static_cast<std::uint32_t>(std::lround(scale * usual.height))};
-    if (size.height > (wanted ? wanted->height : usual.height)) wanted = size;
+    const bool lights = settings.codec == StreamSettings::Codec::kSurface;
+    std::optional<PictureSize>& largest = lights ? wanted.of_surfaces : wanted.of_pictures;
+    const PictureSize size = size_within(settings, *config_.usual_size);
+    if (size.height > largest.value_or(*config_.usual_size).height) largest = size;
   }
-  if (wanted == wanted_size_) return;
-  wanted_size_ = wanted;
-  config_.wanted_size(wanted);
+  if (wanted == wanted_sizes_) return;
+  wanted_sizes_ = wanted;
+  config_.wanted_sizes(wanted);
 }
 
 void PictureHub::resync(PictureSubscriber& subscriber) {
   thread_owner_.check();
-  report_wanted_size();
+  report_wanted_sizes();
   drop_unused_encodings();
   const auto shown = shown_.find(subscriber.view_id());
   if (shown == shown_.end()) return;

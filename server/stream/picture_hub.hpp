@@ -56,9 +56,8 @@ class PictureHub {
     std::size_t threads = 1;  ///< of each lane: the number of encodings at a time
     /// Of pictures in streams without a size, of views and of depth maps; absent: as rendered.
     std::optional<PictureSize> usual_size{};
-    /// Called with the largest size that a subscriber asks for, where that has changed; absent: the usual
-    /// one.
-    std::function<void(std::optional<PictureSize>)> wanted_size{};
+    /// Called with the largest sizes that subscribers ask for, where they have changed.
+    std::function<void(const WantedSizes&)> wanted_sizes{};
   };
 
   /// `counters` must outlive the hub. Tests replace what is in `config`.
@@ -156,12 +155,12 @@ class PictureHub {
   std::shared_ptr<PictureSnapshot> snapshot_of(Shown& shown);
   void resync_shared(const EncodingKey& encoding_key, Encoding& encoding, const Shown& shown);
   void drop_unused_encodings();
-  void report_wanted_size();
+  void report_wanted_sizes();
 
   ServerCounters& counters_;
   Config config_;
-  std::optional<PictureSize> wanted_size_;  // as reported last
-  std::size_t works_ = 0;                   // of work_on_newest()
+  WantedSizes wanted_sizes_;  // as reported last
+  std::size_t works_ = 0;     // of work_on_newest()
   std::unordered_set<PictureSubscriber*> subscribers_;
   std::map<EncodingKey, Encoding> encodings_;
   std::map<std::uint64_t, Shown> shown_;  // by view

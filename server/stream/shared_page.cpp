@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "proto/base/version.hpp"
+#include "server/codec/reduced_picture.hpp"
 #include "server/state/scene_message.hpp"
 #include "server/stream/picture_message.hpp"
 
@@ -75,6 +76,12 @@ Result<void> SharedPage::add(const Picture& picture) {
       fmt::format("the file has {:.1f} MB with {} surfaces, expected {:.0f} MB at most: fewer volumes "
                   "(--count), or a smaller --size",
                   1e-6 * static_cast<double>(bytes_), surfaces_.pictures_size(), 1e-6 * kMostBytes)};
+}
+
+Result<void> SharedPage::add_within(const Picture& picture, PictureSize usual) {
+  constexpr std::uint32_t kMostFactor = 2;
+  if (picture.height <= kMostFactor * usual.height) return add(picture);
+  return add(reduced(picture, usual));
 }
 
 std::string SharedPage::html() const {

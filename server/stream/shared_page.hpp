@@ -9,6 +9,7 @@
 #include "proto/base/result.hpp"
 #include "proto/fanlight.pb.h"
 #include "proto/model/picture.hpp"
+#include "proto/model/picture_size.hpp"
 #include "proto/model/scene.hpp"
 #include "server/codec/surface_coder.hpp"
 
@@ -28,6 +29,10 @@ class SharedPage {
   /// Adds the surface of a picture, that of the next volume of a film. Errors, kInvalidArgument: the picture
   /// shows more than a surface, or none; more than kMostBytes.
   Result<void> add(const Picture& picture);
+
+  /// The same, reduced to the usual size where the picture is more than twice as large: the file would be too
+  /// large.
+  Result<void> add_within(const Picture& picture, PictureSize usual);
 
   /// The file.
   std::string html() const;

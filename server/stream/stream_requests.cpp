@@ -190,8 +190,7 @@ void StreamRequests::change_stream(const v1::StreamRequest& request) {
   v1::StreamReply& reply = *message.mutable_stream_reply();
   reply.set_request_id(request.request_id());
   auto settings = parse_stream_request(request, dependencies_.state.description.jpeg_quality);
-  const bool other = settings && *settings != session_.settings();
-  if (other) {
+  if (settings) {
     if (auto may = may_change_stream(*settings); !may) settings = may.error();
   }
   if (!settings) {
@@ -201,7 +200,7 @@ void StreamRequests::change_stream(const v1::StreamRequest& request) {
   }
   *reply.mutable_in_force() = stream_message(*settings);
   answer(message);
-  if (!other) return;
+  // Also where they are the same: the display has lost a picture.
   session_.set_settings(*settings);
   dependencies_.hub.resync(session_);
 }

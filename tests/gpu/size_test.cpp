@@ -30,9 +30,9 @@ class SizeTest : public GpuTest {
     scene.filter.islands = scene.filter.holes = 1;
     return scene;
   }
-  std::unique_ptr<Renderer> renderer_of(PictureSize size, std::optional<PictureSize> most) {
+  std::unique_ptr<Renderer> renderer_of(PictureSize size, std::optional<PictureSize> largest) {
     return made_renderer(kSmallFan, angles_rad_, size, scene_, counters_,
-                         {.band_samples = 100'000, .most = most});
+                         {.band_samples = 100'000, .largest_size = largest});
   }
   Volume volume_of(double (*echo)(const Point&)) const { return made_volume(kSmallFan, angles_rad_, echo); }
   Picture shown(std::uint64_t revision, const Scene& scene) {
@@ -113,10 +113,58 @@ TEST_F(SizeTest, ACastThatAPictureWaitsForIsNotGivenUp) {
   EXPECT_EQ(next_picture(*renderer_).width, kFinest.width);
 }
 
+TEST_F(SizeTest, ASizeWithoutMemoryIsTheUsualOne) {
+  ASSERT_TRUE(renderer_->load(volume_of(ball)));
+  next_picture(*renderer_);
+  EXPECT_EQ(shown(2, in_size(scene_, {.width = 201, .height = 200})).width, kUsual.width);
+}
+
+TEST_F(SizeTest, AVolumeThatIsLoadedAgainIsWaitedFor) {
+  const Volume first = volume_of(ball);
+  const Volume second = volume_of(plate);
+  for (const Volume* volume : {&first, &second}) {
+    ASSERT_TRUE(renderer_->load(*volume, Renderer::Loading::kKept));
+    next_picture(*renderer_);
+  }
+  renderer_->show({.revision = 1, .scene = in_size(scene_, kFinest)});
+  next_picture(*renderer_);
+  ASSERT_TRUE(renderer_->load(first, Renderer::Loading::kKept));
+  EXPECT_FALSE(renderer_->refines());
+  EXPECT_EQ(next_picture(*renderer_).stamp.volume.volume_id, first.stamp().volume_id);
+}
+
+TEST_F(SizeTest, APrivateViewHasTheMapOfAFinerPicture) {
+  ASSERT_TRUE(renderer_->load(volume_of(ball)));
+  next_picture(*renderer_);
+  PrivateViews views;
+  Doorbell bell;
+  Mailbox<Picture> pictures(bell, blank_picture(1, 1));
+  views[0] = {.view_id = 7, .scene = {.revision = 1, .scene = scene_}, .pictures = &pictures};
+  views[0].scene.scene.light.right_mm += 20;
+  ASSERT_TRUE(renderer_->want(views));
+  const auto private_picture = [&]() -> Picture {
+    for (;;) {
+      EXPECT_TRUE(renderer_->advance_private());
+      EXPECT_TRUE(renderer_->wait(1'000'000'000));
+      renderer_->collect_private();
+      if (const Picture* const picture = pictures.newest()) return *picture;
+    }
+  };
+  EXPECT_EQ(private_picture().width, kUsual.width);
+  Scene fine = in_size(scene_, kFine);
+  shown(2, fine);
+  const Picture made = private_picture();
+  EXPECT_EQ(made.width, kFine.width);
+  fine.light.right_mm += 20;
+  EXPECT_EQ(made.rgba, shown(3, fine).rgba);
+}
+
 TEST_F(SizeTest, ALargerSizeThanTheMemoryIsRefused) {
-  const auto huge = Renderer::create(
-      {.size = kUsual, .most = PictureSize{1U << 20U, 1U << 20U}, .geometry = kSmallFan, .frame_capacity = 5},
-      {.gpu = gpu(), .counters = counters_}, {.revision = 1, .scene = scene_});
+  const auto huge = Renderer::create({.size = kUsual,
+                                      .largest_size = PictureSize{1U << 20U, 1U << 20U},
+                                      .geometry = kSmallFan,
+                                      .frame_capacity = 5},
+                                     {.gpu = gpu(), .counters = counters_}, {.revision = 1, .scene = scene_});
   ASSERT_FALSE(huge);
   EXPECT_NE(huge.error().message.find("does not fit this GPU"), std::string::npos);
 }

@@ -2,9 +2,11 @@
 // Pictures in other sizes than they were rendered in: what the hub asks for, what it sends, how they are
 // reduced.
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "server/codec/reduced_picture.hpp"
+#include "server/stream/picture_message.hpp"
 #include "tests/stream/picture_hub_rig.hpp"
 
 namespace fanlight::test {
@@ -13,12 +15,12 @@ namespace {
 /// A hub whose usual pictures have 2 x 2 pixels, and that reports what is asked for.
 class SizedHubTest : public PictureHubTest {
  protected:
-  std::optional<PictureSize> wanted_;
+  WantedSizes wanted_;
   int reports_ = 0;
   PictureHub::Config sized_config() {
     PictureHub::Config config = this->config();
     config.usual_size = PictureSize{2, 2};
-    config.wanted_size = [this](std::optional<PictureSize> wanted) {
+    config.wanted_sizes = [this](const WantedSizes& wanted) {
       wanted_ = wanted;
       ++reports_;
     };
@@ -52,14 +54,15 @@ TEST_F(SizedHubTest, ReportsTheLargestSizeThatIsAskedFor) {
   sized_.add(small);
   EXPECT_EQ(reports_, 0);
   sized_.add(surface);
-  EXPECT_EQ(wanted_, (PictureSize{4, 4})) << "the proportions are those of the picture";
+  EXPECT_EQ(wanted_.of_surfaces, (PictureSize{4, 4})) << "the proportions are those of the picture";
+  EXPECT_EQ(wanted_.of_pictures, std::nullopt);
   sized_.add(wide);
-  EXPECT_EQ(wanted_, (PictureSize{6, 6}));
+  EXPECT_EQ(wanted_.of_pictures, (PictureSize{6, 6}));
   sized_.remove(wide);
-  EXPECT_EQ(wanted_, (PictureSize{4, 4}));
+  EXPECT_EQ(wanted_.of_pictures, std::nullopt);
   surface.set_settings({.codec = StreamSettings::Codec::kSurface});
   sized_.resync(surface);
-  EXPECT_EQ(wanted_, std::nullopt);
+  EXPECT_EQ(wanted_, WantedSizes());
   EXPECT_EQ(reports_, 4);
 }
 
@@ -81,6 +84,42 @@ TEST_F(SizedHubTest, ADisplayGetsTheSizeThatItHasAskedFor) {
   }
   EXPECT_EQ(sent_to(surface).view().mm_per_pixel(), 1);
   EXPECT_EQ(sent_to(surface).view().middle_column(), 1.5);
+}
+
+TEST_F(SizedHubTest, AModeWithoutASurfaceHasTheUsualView) {
+  SpySubscriber surface(1, {.codec = StreamSettings::Codec::kSurface});
+  sized_.add(surface);
+  Picture picture = fine();
+  picture.stamp.view.part = {};
+  sized_.show(picture);
+  EXPECT_FALSE(sent_to(surface).has_surface());
+  EXPECT_FALSE(sent_to(surface).jpeg().empty());
+  EXPECT_EQ(sent_to(surface).view().mm_per_pixel(), 2);
+}
+
+TEST(DepthAtPixels, CountsInAnySize) {
+  Picture picture = blank_picture(4, 4);
+  picture.stamp.view = {.right = {1, 0, 0},
+                        .down = {0, 0, -1},
+                        .forward = {0, 1, 0},
+                        .mm_per_pixel = 0.5,
+                        .middle_column = 1.5,
+                        .middle_row = 1.5};
+  for (std::size_t pixel = 0; pixel < picture.depth_mm.size(); ++pixel)
+    picture.depth_mm[pixel] = static_cast<float>(10 + pixel);
+  const auto point = [&](PictureSize counted, std::uint32_t column, std::uint32_t row) {
+    return point_at(picture, counted, column, row);
+  };
+  EXPECT_EQ(point({4, 4}, 3, 1).depth_mm(), 17);
+  EXPECT_EQ(point({4, 4}, 3, 1).x_mm(), 0.75);
+  EXPECT_EQ(point({4, 4}, 3, 1).z_mm(), 0.25);
+  for (const auto& [column, row] : {std::pair(6U, 2U), std::pair(7U, 3U)}) {
+    EXPECT_EQ(point({8, 8}, column, row).depth_mm(), 17);
+    EXPECT_EQ(point({8, 8}, column, row).x_mm(), 0.75);
+  }
+  EXPECT_EQ(point({2, 2}, 1, 0).depth_mm(), 17) << "the pixel at the centre of the larger one";
+  EXPECT_FALSE(point({8, 8}, 8, 0).surface());
+  EXPECT_FALSE(point({2, 2}, 0, 2).surface());
 }
 
 TEST(ReducedPicture, TakesTheDepthAtTheMiddleOfItsPixels) {

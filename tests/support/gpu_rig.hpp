@@ -23,7 +23,7 @@ struct Casting {
   /// On a processor passes 2 and 3 have a device of their own, as in `fanlight serve`.
   bool own_light_device = true;
   /// The largest picture; absent: of the usual size.
-  std::optional<PictureSize> most;
+  std::optional<PictureSize> largest_size;
 };
 
 /// The devices of this process, with the Vulkan validation layers on. They are opened where a test first asks
@@ -106,7 +106,7 @@ class GpuTest : public testing::Test {
 
         Renderer::create(
             {.size = size,
-             .most = casting.most,
+             .largest_size = casting.largest_size,
              .geometry = geometry,
              .first_angle_rad = first,
              .last_angle_rad = last,

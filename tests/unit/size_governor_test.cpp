@@ -20,11 +20,12 @@ class SizeGovernorTest : public testing::Test {
   std::int64_t now_ns_ = 10'000'000'000;
   NumberedScene scene_{.revision = 1, .scene = {}};
   double usual_ms_ = 200;
+  double light_share_ = 0.25;
   std::uint64_t volume_ = 0;
 
   SizeGovernorTest() {
     governor_.scene_came(scene_, now_ns_);
-    governor_.wish(kShown);
+    governor_.want({.of_surfaces = kShown, .of_pictures = {}});
   }
 
   void pass_ms(double ms) { now_ns_ += static_cast<std::int64_t>(ms * 1e6); }
@@ -48,7 +49,8 @@ class SizeGovernorTest : public testing::Test {
     made.stamp.scene_revision = scene_.revision;
     made.stamp.measures.coarse = coarse;
     made.stamp.volume.volume_id = volume_;
-    made.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)] = ms;
+    made.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)] = (1 - light_share_) * ms;
+    made.stamp.stage_ms[static_cast<std::size_t>(Stage::kLight)] = light_share_ * ms;
     made.stamp.finished_time_ns = now_ns_;
     governor_.picture_finished(made);
     return size;
@@ -71,11 +73,11 @@ class SizeGovernorTest : public testing::Test {
 };
 
 TEST_F(SizeGovernorTest, IsTheUsualOneWhereNoDisplayAsksForMore) {
-  governor_.wish(std::nullopt);
+  governor_.want({});
   volume();
   pass_ms(60'000);
   EXPECT_EQ(size(), std::nullopt);
-  governor_.wish(kUsual);
+  governor_.want({.of_surfaces = kUsual, .of_pictures = kUsual});
   EXPECT_EQ(size(), std::nullopt);
   EXPECT_EQ(governor_.next_change_ns(now_ns_), std::nullopt);
 }
@@ -153,8 +155,55 @@ TEST_F(SizeGovernorTest, IsGivenUpForAWhileWhereItTakesTooLong) {
   EXPECT_EQ(stream(15, 800), kFine);
 }
 
+TEST_F(SizeGovernorTest, HoldRateLeavesRoomForItsPeriod) {
+  usual_ms_ = 50;  // 155 ms
+  EXPECT_EQ(stream(10, 400), kFine);
+  ++scene_.revision;
+  scene_.scene.deadline = {.plan = DeadlinePlan::kHoldRate, .rate_hz = 4};
+  governor_.scene_came(scene_, now_ns_);
+  EXPECT_EQ(stream(10, 400), kUsual);
+}
+
+TEST_F(SizeGovernorTest, ReplacedFramesHaveTheUsualSize) {
+  usual_ms_ = 3;
+  stream(5, 40);
+  EXPECT_EQ(size(), kFine);
+  ++scene_.revision;
+  scene_.scene.refresh = Refresh::kFrame;
+  governor_.scene_came(scene_, now_ns_);
+  pass_ms(10'000);
+  EXPECT_EQ(size(), std::nullopt);
+}
+
+TEST_F(SizeGovernorTest, ARendererThatWasMadeAgainMayHaveLessRoom) {
+  governor_.set_frozen(true);
+  volume();
+  pass_ms(1000);
+  EXPECT_EQ(size(), kFine);
+  governor_.set_largest(kUsual);
+  EXPECT_EQ(size(), std::nullopt);
+}
+
+TEST_F(SizeGovernorTest, APictureThatTheServerLightsIsLitSoon) {
+  governor_.set_frozen(true);
+  governor_.want({.of_surfaces = {}, .of_pictures = kMost});
+  volume();
+  pass_ms(1000);
+  const auto limited = size();
+  ASSERT_TRUE(limited);
+  EXPECT_NEAR(static_cast<double>(limited->pixels()) / static_cast<double>(kUsual.pixels()),
+              SizeGovernor::kMostLightMs / (light_share_ * usual_ms_), 0.05);
+  governor_.want({.of_surfaces = kShown, .of_pictures = kMost});
+  EXPECT_EQ(size(), kFine) << "a display that lights it itself waits for no light";
+  light_share_ = 0.6;  // a light of 120 ms
+  governor_.want({.of_surfaces = {}, .of_pictures = kMost});
+  volume();
+  pass_ms(1000);
+  EXPECT_EQ(size(), std::nullopt);
+}
+
 TEST_F(SizeGovernorTest, IsNeverSoLargeThatItTakesTooLong) {
-  governor_.wish(kMost);
+  governor_.want({.of_surfaces = kMost, .of_pictures = {}});
   governor_.set_frozen(true);
   usual_ms_ = 300;
   volume();

@@ -4,6 +4,7 @@ import { CineLoop } from "./cine_loop";
 import { CineRequest_Wish as Wish, CineStatus_State as State, type CineStatus } from "../generated/fanlight_pb.js";
 
 const kDragMs = 100; // a dragged slider asks no more often
+const kAnswerMs = 1500; // the server has answered by then
 
 /** "volume 3 of 20, 1.4 s before the newest" */
 export function cineText({
@@ -15,6 +16,18 @@ export function cineText({
   const before = durationS - timeS;
   const place = volumes > 1 && volume + 1 < volumes ? `, ${before.toFixed(1)} s before the newest` : "";
   return `volume ${volume + 1} of ${volumes}${place}`;
+}
+
+export interface KeptVolumes {
+  /** Whether this display has it. */
+  has(volumeId: bigint): boolean;
+  /** 0: a volume that was not on show. */
+  show(volumeId: bigint): void;
+  /** Whether it could. */
+  loop(volumeId: bigint): boolean;
+  endLoop(): void;
+  /** The server shows this volume; 0: a new one. */
+  endLoopAt(volumeId: bigint): void;
 }
 
 export class CineBar {
@@ -29,6 +42,7 @@ export class CineBar {
   private askedMs = 0;
   private readonly loop: CineLoop;
   private expected: number | undefined; // which is asked for and not on show yet
+  private expectedMs = 0; // since when
   private lastId = 0n;
   private mayAsk = false;
   private held = false;
@@ -44,18 +58,15 @@ export class CineBar {
     root: HTMLElement,
     private readonly send: (requestId: bigint, wish: Wish, value: number) => void,
     private readonly hold: (held: boolean) => void,
-    private readonly kept: {
-      /** 0: a volume that was not on show. */
-      show(volumeId: bigint): void;
-      /** Whether it has kept it. */
-      loop(volumeId: bigint): boolean;
-      endLoop(): void;
-    },
+    private readonly kept: KeptVolumes,
   ) {
-    this.loop = new CineLoop((_, { volumeId }) => {
-      const shown = this.kept.loop(volumeId);
-      if (shown) this.showPlace();
-      return shown;
+    this.loop = new CineLoop({
+      has: (volumeId) => this.kept.has(volumeId),
+      show: (volumeId) => {
+        const shown = this.kept.loop(volumeId);
+        if (shown) this.showPlace();
+        return shown;
+      },
     });
     const part = <T extends Element>(name: string): T => root.querySelector<T>(`[data-cine="${name}"]`)!;
     this.freeze = part("freeze");
@@ -101,7 +112,9 @@ export class CineBar {
 
   /** Stops at one volume, whatever is shown. */
   still(): void {
-    if (this.mayAsk && !this.isStill) this.ask(this.isFrozen ? Wish.PAUSE : Wish.FREEZE);
+    if (!this.mayAsk || this.isStill) return;
+    if (this.isFrozen) this.playOrPause();
+    else this.ask(Wish.FREEZE);
   }
 
   /** Call at the start of a session. */
@@ -129,10 +142,14 @@ export class CineBar {
   }
 
   tell(status: CineStatus): void {
+    // What was on its way when this display asked for a volume says nothing.
+    const isBefore = this.expected !== undefined && performance.now() - this.expectedMs < kAnswerMs;
     const wasLooping = this.loop.volume !== undefined;
-    this.loop.tell(status);
-    if (wasLooping && this.loop.volume === undefined) this.kept.endLoop();
-    if (status.state !== State.FROZEN || status.volume === this.expected) this.expected = undefined;
+    if (status.state !== State.PLAYING || !isBefore) {
+      this.loop.tell(status);
+      if (wasLooping && this.loop.volume === undefined) this.kept.endLoopAt(status.volumeId);
+      if (status.state !== State.FROZEN || status.volume === this.expected) this.expected = undefined;
+    }
     this.status = status;
     this.showFreeze();
     this.bar.hidden = !this.isFrozen;
@@ -198,6 +215,7 @@ export class CineBar {
   private expect(volume: number): void {
     if (!this.mayAsk) return; // the server will refuse
     this.expected = volume;
+    this.expectedMs = performance.now();
     this.loop.stop();
     this.kept.endLoop();
     this.kept.show(this.loop.of(volume)?.volumeId ?? 0n);

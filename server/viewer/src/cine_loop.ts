@@ -6,6 +6,8 @@ import { CineStatus_State as State, type CineStatus } from "../generated/fanligh
 /** A gap between two volumes, such as a pause of the source, is not waited for. */
 const kMostMs = 1000;
 const kLeastMs = 10;
+/** So long the last volume is on show where all have one capture time. */
+const kUsualS = 0.1;
 
 export interface CineVolume {
   volumeId: bigint;
@@ -38,9 +40,12 @@ export class CineLoop {
   private at: number | undefined; // the number of the volume on show; undefined: it does not play
   private sinceMs = 0;
 
-  /** `show`: shows a volume, if this display has kept it. */
   constructor(
-    private readonly show: (volume: number, kept: CineVolume) => boolean,
+    private readonly kept: {
+      has(volumeId: bigint): boolean;
+      /** Whether it could. */
+      show(volumeId: bigint): boolean;
+    },
     private readonly clock = pageClock(),
   ) {}
 
@@ -54,13 +59,18 @@ export class CineLoop {
     return this.volumes[volume];
   }
 
-  /** Learns from the server which volumes there are. Plays while the server does and they are known. */
+  /** Learns from the server which volumes there are. Plays while the server does and this display has them all. */
   tell({ state, volumes, volume, volumeId, timeS, durationS, speed }: CineStatus): void {
-    if (state === State.LIVE) return this.forget();
-    this.volumes[volume] = { volumeId, timeS };
+    const known = this.volumes[volume];
+    const isOther = volumes !== this.count || durationS !== this.durationS || (known && known.volumeId !== volumeId);
+    if (state === State.LIVE || isOther) this.forget();
     [this.count, this.durationS] = [volumes, durationS];
+    if (state === State.LIVE) return;
+    this.volumes[volume] = { volumeId, timeS };
     if (this.speed !== speed) this.sinceMs = this.clock.nowMs();
+    const isQuicker = speed > this.speed;
     this.speed = speed;
+    if (isQuicker && this.at !== undefined) this.wait();
     if (state !== State.PLAYING) return this.stop();
     if (this.at === undefined && this.isKnown) this.start(volume);
   }
@@ -76,7 +86,8 @@ export class CineLoop {
   }
 
   private get isKnown(): boolean {
-    return this.count > 1 && Array.from({ length: this.count }, (_, volume) => this.volumes[volume]).every(Boolean);
+    const all = Array.from({ length: this.count }, (_, volume) => this.volumes[volume]);
+    return all.length > 1 && all.every((each) => each !== undefined && this.kept.has(each.volumeId));
   }
 
   private start(volume: number): void {
@@ -86,7 +97,7 @@ export class CineLoop {
   }
 
   private showAt(): void {
-    if (!this.show(this.at!, this.volumes[this.at!]!)) return this.stop();
+    if (!this.kept.show(this.volumes[this.at!]!.volumeId)) return this.stop();
     this.wait();
   }
 
@@ -108,7 +119,8 @@ export class CineLoop {
 
   private shownMs(): number {
     const next = this.volumes[this.at! + 1];
-    const s = next ? next.timeS - this.volumes[this.at!]!.timeS : this.durationS / (this.count - 1);
+    const meanS = this.durationS > 0 ? this.durationS / (this.count - 1) : kUsualS;
+    const s = next ? next.timeS - this.volumes[this.at!]!.timeS : meanS;
     return Math.max(kLeastMs, Math.min(kMostMs, 1000 * s) / this.speed);
   }
 }

@@ -146,11 +146,7 @@ const cineBar = new CineBar(
   page.cine,
   (requestId, wish, value) => connection.send({ case: "cine", value: { requestId, wish, value } }),
   (held) => [view, liveness].forEach((part) => part.hold(held)),
-  {
-    show: (volumeId) => view.showKept(volumeId),
-    loop: (volumeId) => view.loop(volumeId),
-    endLoop: () => view.endLoop(),
-  },
+  pictures.kept,
 );
 const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   hello: () => hello,

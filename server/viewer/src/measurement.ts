@@ -18,9 +18,10 @@ export interface Distance {
   alongMm: number | undefined;
 }
 
-/** Pixels from one to the other, both included, about kPixelsApart apart. */
-export function pathPixels(from: PagePoint, to: PagePoint): PagePoint[] {
-  const steps = Math.hypot(to.x - from.x, to.y - from.y) / kPixelsApart;
+/** Pixels from one to the other, both included, about kPixelsApart apart in a picture of the usual height. */
+export function pathPixels(from: PagePoint, to: PagePoint, height = kDrawnHeight): PagePoint[] {
+  const apart = (kPixelsApart * height) / kDrawnHeight;
+  const steps = Math.hypot(to.x - from.x, to.y - from.y) / apart;
   const count = Math.min(kMostPoints - 1, Math.max(1, Math.round(steps)));
   return Array.from({ length: count + 1 }, (_, index) => {
     const share = index / count;
@@ -129,7 +130,7 @@ export class Measurement {
       this.events.say(kSecondPoint);
     } else {
       this.pending = { id: (this.lastId += 1n), pictureId: this.picture.pictureId };
-      this.events.ask(this.lastId, pathPixels(pixelAt(this.start, full), pixel));
+      this.events.ask(this.lastId, pathPixels(pixelAt(this.start, full), pixel, full.height));
       this.start = undefined;
     }
     this.draw();

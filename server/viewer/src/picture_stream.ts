@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pictures of this display: how they are asked for, and what draws them.
+import type { KeptVolumes } from "./cine_bar";
 import { CodecChoice } from "./codec_choice";
 import type { Connection } from "./connection";
 import { page } from "./page";
@@ -18,10 +19,19 @@ export class PictureStream {
   readonly surface: SurfaceView;
   readonly view: PictureView;
   readonly codec: CodecChoice;
+  /** The volumes that this display has kept. */
+  readonly kept: KeptVolumes = {
+    has: (volumeId) => this.surface.has(volumeId),
+    show: (volumeId) => this.view.showKept(volumeId),
+    loop: (volumeId) => this.view.loop(volumeId),
+    endLoop: () => this.view.endLoop(),
+    endLoopAt: (volumeId) => this.view.endLoopAt(volumeId),
+  };
   private offered = false;
   private askedMs = -Infinity;
   private askedHeight = 0; // when the size has changed last
-  private sizeTimer = 0;
+  private sizeTimer = 0; // 0: it does not run
+  private sameSize = Infinity; // by how much sizes may differ that count as one
   private seenPixels = Infinity;
 
   constructor(
@@ -42,6 +52,7 @@ export class PictureStream {
     });
     this.codec = new CodecChoice(page.codec, connection, () => this.shownSize());
     new ResizeObserver(() => this.watchSize()).observe(page.frame);
+    window.addEventListener("resize", () => this.watchSize()); // also of the pixels of a point
   }
 
   /** The pixels of the screen that the picture covers, as far as this browser lights that many. */
@@ -55,10 +66,15 @@ export class PictureStream {
 
   /** Asks for pictures of another size once the size has settled, and only for one that is clearly another. */
   private watchSize(sameSize = kSameSize): void {
+    this.sameSize = Math.min(this.sameSize, sameSize);
+    if (sameSize === kSamePace && this.sizeTimer !== 0) return; // it runs already
     window.clearTimeout(this.sizeTimer);
     this.sizeTimer = window.setTimeout(() => {
+      this.sizeTimer = 0;
       const { height } = this.shownSize();
-      if (Math.abs(height / this.askedHeight - 1) < sameSize) return;
+      const isSame = Math.abs(height / this.askedHeight - 1) < this.sameSize;
+      this.sameSize = Infinity;
+      if (isSame) return;
       this.askedHeight = height;
       this.codec.sizeChanged();
     }, kSettledMs);

@@ -32,6 +32,7 @@ export class PictureView {
   private restTimer = 0;
   private expected: bigint | undefined; // the volume that this display shows before the server does
   private expectedTimer = 0;
+  private filming = false; // the last picture was of a film
   private looping = false; // this display shows volumes that it has kept, not what the server sends
   private wasTurned = false;
   private rehearsed = false;
@@ -61,7 +62,9 @@ export class PictureView {
   }
 
   show(picture: Picture): void {
-    if (picture.h264.length > 0) {
+    this.filming = picture.h264.length > 0;
+    if (this.filming) {
+      this.looping = false;
       this.surface.forget();
       this.noteTurned();
       return this.film.decode(picture);
@@ -143,7 +146,7 @@ export class PictureView {
 
   /** Shows a volume that was shown before, and none that the server sends until endLoop(). Whether it can. */
   loop(volumeId: bigint): boolean {
-    const picture = this.held ? undefined : this.surface.showKept(volumeId);
+    const picture = this.held || this.filming ? undefined : this.surface.showKept(volumeId);
     this.looping = picture !== undefined;
     if (!picture) return false;
     this.draw(undefined, picture.width, picture.height);
@@ -154,6 +157,13 @@ export class PictureView {
 
   endLoop(): void {
     this.looping = false;
+  }
+
+  /** The server has ended the loop at this volume, which it may have sent during the loop; 0: at a new one. */
+  endLoopAt(volumeId: bigint): void {
+    this.looping = false;
+    if (!this.showKept(volumeId)) this.events.missing();
+    this.expected = undefined;
   }
 
   /** Call at the start of a session. */

@@ -19,9 +19,10 @@ import {
   type Place,
 } from "./plane_geometry";
 import type { SettingsEditor } from "./settings_editor";
-import { picturePixel, tidy, type PagePoint } from "./view_geometry";
+import { tidy, type PagePoint } from "./view_geometry";
 
 const kAxes: readonly Axis[] = ["x", "y", "z"];
+const kHeight = 512; // marks have one size whatever that of the picture: pixels in one of this height
 const kLeastBoxMm = 2;
 const kLeastPixelsPerMm = 0.3; // a face that looks at the viewer cannot be dragged in the 3D pane
 const kOpenMm = 1000;
@@ -107,6 +108,7 @@ export class PlaneOverlay {
     // Of the text on the screen, whatever the size of the picture.
     const pixelsPerPoint = this.canvas.width / (this.canvas.clientWidth || this.canvas.width);
     this.svg.style.setProperty("--scale-text", `${(window.innerWidth >= 2600 ? 22 : 12) * pixelsPerPoint}px`);
+    this.svg.style.setProperty("--unit", String(this.canvas.height / kHeight));
     this.svg.setAttribute("viewBox", `0 0 ${this.canvas.width} ${this.canvas.height}`);
     this.grips = 0;
     const focused = this.focused;
@@ -139,9 +141,10 @@ export class PlaneOverlay {
   private scaleOf(pane: Pane): SVGElement[] {
     const right = pane.part.left + pane.part.width;
     return depthTicks(pane, this.target(), this.fieldMm()).flatMap(({ row, depthMm }, index) => {
-      const text = drawing("text", { class: "depth", x: right - 12, y: row + 4 });
+      const unit = this.canvas.height / kHeight;
+      const text = drawing("text", { class: "depth", x: right - 12 * unit, y: row + 4 * unit });
       text.textContent = index === 0 ? `${depthMm} mm` : String(depthMm);
-      return [drawing("path", { class: "depth", d: `M${right - 9} ${row}H${right - 2}` }), text];
+      return [drawing("path", { class: "depth", d: `M${right - 9 * unit} ${row}H${right - 2 * unit}` }), text];
     });
   }
 
@@ -240,7 +243,7 @@ export class PlaneOverlay {
       if (!at || !further) return [];
       const perMm = { x: further.x - at.x, y: further.y - at.y };
       if (Math.hypot(perMm.x, perMm.y) < kLeastPixelsPerMm) return [];
-      const handle = drawing("circle", { class: "face", cx: at.x, cy: at.y, r: 7 });
+      const handle = drawing("circle", { class: "face", cx: at.x, cy: at.y, r: (7 * this.canvas.height) / kHeight });
       this.connect(handle, sideText(name), {
         moved: (way) => {
           const mm = alongAxisMm(way, perMm);
@@ -302,15 +305,24 @@ export class PlaneOverlay {
     this.connectKeys(grip, label, drag);
     let from: PagePoint = { x: 0, y: 0 };
     let moved = false;
+    // In pixels of the picture in which the grip was drawn: the picture may have another size meanwhile.
+    const { width, height } = this.canvas;
+    const pixelOf = (event: PointerEvent) => {
+      const shown = this.canvas.getBoundingClientRect();
+      return {
+        x: ((event.clientX - shown.left) * width) / shown.width,
+        y: ((event.clientY - shown.top) * height) / shown.height,
+      };
+    };
     const way = (event: PointerEvent) => {
-      const { x, y } = picturePixel({ x: event.clientX, y: event.clientY }, this.canvas);
+      const { x, y } = pixelOf(event);
       return { x: x - from.x, y: y - from.y };
     };
     grip.onpointerdown = (event) => {
       if (event.button !== 0 || this.dragging !== undefined) return;
       grip.setPointerCapture(event.pointerId);
       this.dragging = event.pointerId;
-      from = picturePixel({ x: event.clientX, y: event.clientY }, this.canvas);
+      from = pixelOf(event);
       moved = false;
       event.preventDefault();
     };

@@ -14,9 +14,12 @@ function machine() {
   let due: { atMs: number; run: () => void } | undefined;
   const seen: string[] = [];
   const loop = new CineLoop(
-    (volume, { volumeId }) => {
-      seen.push(`${volume}:${volumeId}`);
-      return !lost;
+    {
+      has: (volumeId) => !lost || volumeId !== 12n,
+      show: (volumeId) => {
+        seen.push(`${volumeId - 10n}:${volumeId}`);
+        return !lost;
+      },
     },
     {
       nowMs: () => nowMs,
@@ -84,10 +87,17 @@ test("the loop takes another speed, ends with the server's, and where a volume i
   assert.equal(loop.volume, undefined);
   pass(3000);
   assert.deepEqual(taken(), []);
-  lose();
-  tell(2, State.PLAYING);
+  tell(2, State.PLAYING, 0.1);
   assert.deepEqual(taken(), ["2:12"]);
+  tell(2, State.PLAYING, 4);
+  pass(260);
+  assert.deepEqual(taken(), ["3:13"], "a quicker loop does not wait for the slow one");
+  lose();
+  pass(2000);
+  assert.deepEqual(taken(), ["0:10"]);
   assert.equal(loop.volume, undefined);
+  tell(2, State.PLAYING);
+  assert.deepEqual(taken(), [], "one of the volumes is not there any more");
   tell(0, State.LIVE);
   assert.equal(loop.of(0), undefined);
 });

@@ -32,7 +32,10 @@ export class Ruler {
     const point = this.view.pointAt(pixel);
     if (!point) return this.say("There is no surface at this point.");
     this.overlay.setAttribute("viewBox", `0 0 ${this.canvas.width} ${this.canvas.height}`);
-    const cross = drawing("path", { d: `M${pixel.x - 6} ${pixel.y}h12M${pixel.x} ${pixel.y - 6}v12` });
+    const arm = (6 * this.canvas.height) / 512; // pixels of a picture of the usual height
+    const cross = drawing("path", {
+      d: `M${pixel.x - arm} ${pixel.y}h${2 * arm}M${pixel.x} ${pixel.y - arm}v${2 * arm}`,
+    });
     if (!this.first) {
       this.overlay.replaceChildren(cross);
       this.first = { pixel, point };

@@ -5,7 +5,7 @@
 const kMovingMs = 35;
 /** Nor one at rest. */
 const kRestMs = 250;
-/** A picture is drawn with as many pixels on each side at least, and on a display that is too slow for that not here. */
+/** The coarsest picture has that many pixels on each side. A browser that is too slow for that lights no surfaces. */
 const kLeastSide = 128;
 const kTooSlowMs = 120;
 const kLearnEvery = 8;

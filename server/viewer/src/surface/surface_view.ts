@@ -40,6 +40,7 @@ export interface ShownScene extends SceneValues {
 export class SurfaceView {
   private lighter: SurfaceLighter | undefined;
   private received: DepthMap | undefined;
+  private finer: KeptPicture | undefined; // of what was unpacked last
   private shown: Shown | undefined;
   private readonly kept = new KeptPictures();
   private casts: Shown[] = []; // of the volume on show, the newest first
@@ -65,6 +66,7 @@ export class SurfaceView {
   /** Rejects where the surface is damaged. Shows nothing yet. False: the server has not sent the maps. */
   async unpack(picture: Picture): Promise<boolean> {
     const { surface } = picture;
+    this.finer = undefined;
     if (!surface) return true;
     if (hasMaps(surface)) this.received = await unpackSurface(surface);
     const map = this.received;
@@ -73,21 +75,15 @@ export class SurfaceView {
     const whole = surface.width === picture.width && surface.height === picture.height;
     const castKey = this.scene.castKey(picture.sceneRevision);
     if (!whole || castKey === undefined) return true;
-    const finer = this.kept.of(picture.volumeId);
-    if (finer && finer.castKey === castKey && isFiner(finer.picture, picture)) this.takeOver(finer, picture);
+    this.finer = this.kept.of(picture.volumeId);
+    if (this.finer?.castKey !== castKey || !isFiner(this.finer.picture, picture)) this.finer = undefined;
+    if (this.finer) takeOver(this.finer.picture, picture);
     else this.kept.add({ picture, map, castKey });
     return true;
   }
 
-  /** The server shows again, and more coarsely, what this display still has. */
-  private takeOver({ picture: finer, map }: KeptPicture, to: Picture): void {
-    this.received = map;
-    const { width, height, surface, view } = finer;
-    Object.assign(to, { width, height, surface, view });
-  }
-
   /** What draw() draws from now on: the surface of a picture that was unpacked last; without one, nothing. */
-  show({ surface, view, volumeId, sceneRevision, width: all }: Picture, map = this.received): void {
+  show({ surface, view, volumeId, sceneRevision, width: all }: Picture, map = this.finer?.map ?? this.received): void {
     this.shown = undefined;
     if (!surface || !view || !map || map.id !== surface.surfaceId) return;
     const { left, top, width, height } = surface;
@@ -97,12 +93,17 @@ export class SurfaceView {
     this.keep(this.shown, castKey && `${volumeId} ${width} ${height} ${castKey}`);
   }
 
+  /** Whether showKept() can. */
+  has(volumeId: bigint): boolean {
+    const kept = this.kept.of(volumeId);
+    return kept !== undefined && kept.castKey === this.scene.castKey(kept.picture.sceneRevision);
+  }
+
   /** The same for a volume that was seen before by the present settings, but for light and camera; which picture. */
   showKept(volumeId: bigint): Picture | undefined {
-    const kept = this.kept.of(volumeId);
-    if (!kept || kept.castKey !== this.scene.castKey(kept.picture.sceneRevision)) return undefined;
-    this.show(kept.picture, kept.map);
-    return kept.picture;
+    const kept = this.has(volumeId) ? this.kept.of(volumeId) : undefined;
+    if (kept) this.show(kept.picture, kept.map);
+    return kept?.picture;
   }
 
   /** The picture on show has no surface that this display could light. */
@@ -270,6 +271,11 @@ export class SurfaceView {
 
 function hasMaps(surface: Surface): boolean {
   return surface.runs.length > 0;
+}
+
+/** The server shows again, and more coarsely, what this display still has: this shows it as it was. */
+function takeOver({ width, height, surface, view }: Picture, to: Picture): void {
+  Object.assign(to, { width, height, surface, view });
 }
 
 /** The surface without its maps. */
