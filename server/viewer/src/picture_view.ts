@@ -4,6 +4,7 @@
 import type { Picture } from "../generated/fanlight_pb.js";
 import { FilmDecoder } from "./film_decoder";
 import type { SurfaceView } from "./surface/surface_view";
+import { SwapFade } from "./surface/swap_fade";
 
 /** After the last movement of light or camera. */
 const kRestMs = 150;
@@ -36,6 +37,7 @@ export class PictureView {
   private looping = false; // this display shows volumes that it has kept, not what the server sends
   private wasTurned = false;
   private rehearsed = false;
+  private readonly fade: SwapFade;
   private readonly context: CanvasRenderingContext2D;
   private readonly film: FilmDecoder;
 
@@ -48,6 +50,7 @@ export class PictureView {
     const context = canvas.getContext("2d", { alpha: false });
     if (!context) throw new Error("This browser has no 2D canvas.");
     this.context = context;
+    this.fade = new SwapFade(canvas);
     this.film = new FilmDecoder((frame, picture) => {
       if (this.held) return;
       this.draw(frame, frame.displayWidth, frame.displayHeight);
@@ -104,12 +107,14 @@ export class PictureView {
   }
 
   private drawSurface(moving: boolean): void {
+    this.fade.end();
     try {
       this.surface.draw(this.context, moving);
     } catch {
       return this.events.unsupported(); // a shader that this browser does not compile
     }
     this.noteTurned();
+    if (this.rehearsed && this.surface.isTooSlow) return this.events.unsupported();
     if (this.rehearsed || !this.surface.isShown) return;
     this.rehearsed = true;
     window.setTimeout(() => this.rehearse(), kRehearseMs);
@@ -205,10 +210,14 @@ export class PictureView {
           picture.surface ? this.unpack(picture) : true,
         ]);
         if (isWhole && !this.held && !this.looping && !this.isBefore(picture)) {
+          const before = this.surface.depthsBefore(picture);
+          if (before) this.fade.keep();
           this.surface.show(picture);
           this.draw(bitmap, picture.width, picture.height);
           // A turned one is coarse until its cast is there: to draw it finely takes longer.
           this.drawSurface(performance.now() - this.relitMs < kRestMs || this.surface.isToTurn);
+          const same = this.surface.agreesWith(before);
+          if (same && !this.surface.isTurned) this.fade.run(same.mask, same.grid.width, same.grid.height);
           this.events.shown(picture);
         }
         bitmap?.close();
@@ -231,6 +240,7 @@ export class PictureView {
   }
 
   private draw(image: CanvasImageSource | undefined, width: number, height: number): void {
+    this.fade.end();
     if (this.canvas.width !== width || this.canvas.height !== height) {
       this.canvas.width = width;
       this.canvas.height = height;

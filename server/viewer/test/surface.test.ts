@@ -6,6 +6,7 @@ import { create } from "@bufbuild/protobuf";
 import { SurfaceSchema, ViewSchema } from "../generated/fanlight_pb.js";
 import { lightPlan, type SceneValues } from "../src/surface/light_parameters";
 import { DrawingPace } from "../src/surface/drawing_pace";
+import { agreement, depthGrid } from "../src/surface/depth_grid";
 import { KeptPictures, type KeptPicture } from "../src/surface/kept_pictures";
 import { coarser, kNoSurface, unpackSurface, type DepthMap } from "../src/surface/surface_decoder";
 import { meshOf } from "../src/surface/surface_mesh";
@@ -177,6 +178,25 @@ test("a picture of the same view with more pixels is finer", () => {
   assert.ok(!isFiner(picture(part), picture(more)));
   assert.ok(!isFiner(picture(part), picture(part)));
   assert.ok(!isFiner(picture(more, 5), picture(part)), "another view");
+  const zoomed = { view: viewOf(seen({ field_mm: 159.9 }), more), height: more.height };
+  assert.ok(!isFiner(zoomed, picture(part)), "another field");
+});
+
+test("two pictures agree where both show the same surface, or none", () => {
+  const of = (depths: number[]) => depthGrid({ width: 4, height: 1 }, (column) => depths[column]!);
+  const before = of([50, 50, -1, -1]);
+  assert.deepEqual([...agreement(before, of([51.9, 52.1, -1, 50]), 2)], [255, 0, 255, 0]);
+  assert.equal(
+    agreement(
+      before,
+      depthGrid({ width: 2, height: 1 }, () => 50),
+      2,
+    ).length,
+    0,
+  );
+  const coarse = depthGrid({ width: 960, height: 480 }, (column, row) => column + row / 1000);
+  assert.deepEqual([coarse.width, coarse.height], [96, 96]);
+  assert.ok(Math.abs(coarse.depthsMm[97]! - 15.007) < 1e-4, "the middle of its pixels");
 });
 
 test("kept pictures stay within their memory, the oldest go first", () => {

@@ -82,6 +82,18 @@ export class SurfaceLighter {
     this.light(here, plan, values, { turned: here.turned.texture }, { FANLIGHT_TURNED: true });
   }
 
+  /** Depths of the map that was turned last at this level, mm, top row first; negative: no surface, or not known. */
+  turnedDepths(level: number): { size: Size; depthsMm: Float32Array } | undefined {
+    const here = this.levels.get(level);
+    if (!here || !this.turns) return undefined;
+    const { gl } = this;
+    const { frame, size } = here.turned;
+    const values = new Float32Array(4 * size.width * size.height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    gl.readPixels(0, 0, size.width, size.height, gl.RGBA, gl.FLOAT, values);
+    return { size, depthsMm: values.filter((_, index) => index % 4 === 0) };
+  }
+
   private levelOf(level: number, { width, height }: Size): LightLevel {
     let here = this.levels.get(level);
     if (here?.size.width === width && here.size.height === height) return here;

@@ -4,12 +4,13 @@
 import { create } from "@bufbuild/protobuf";
 import { SurfaceSchema, type Picture, type Surface, type View } from "../../generated/fanlight_pb.js";
 import type { Rectangle } from "../view_geometry";
+import { agreement, depthGrid, type DepthGrid } from "./depth_grid";
 import { DrawingPace } from "./drawing_pace";
 import { KeptPictures, type KeptPicture } from "./kept_pictures";
 import { lightPlan, type LightPlan, type SceneValues } from "./light_parameters";
 import { coarser, kNoSurface, unpackSurface, type DepthMap } from "./surface_decoder";
 import { SurfaceLighter, type Cast } from "./surface_lighter";
-import { bodyPoint, coarserView, degreesBetween, isFiner, sameView, viewOf } from "./view_of";
+import { bodyPoint, coarserView, degreesBetween, isFiner, sameView, sameViewInAnySize, viewOf } from "./view_of";
 
 /** Beyond, too little of what would be seen is known. */
 const kMostTurnedDeg = 60;
@@ -20,11 +21,21 @@ const kUsualSize = { width: 512, height: 512 };
 /** Casts of one volume from different views: a turn back finds what it has seen before. */
 const kMostCasts = 3;
 
+/** Two casts that differ by more show different things. */
+const kAgreeMm = 2;
+
+/** The surface that was drawn: its view, and how deep it lies. */
+export interface DrawnDepths {
+  view: View;
+  grid: DepthGrid;
+}
+
 interface Shown {
   view: View;
   part: Rectangle;
   whole: boolean; // it covers the picture
   asDepth: boolean;
+  key: string; // of the volume and the settings; "": not known
   maps: DepthMap[]; // by the pixels that became one, from 1
 }
 
@@ -45,7 +56,11 @@ export class SurfaceView {
   private readonly kept = new KeptPictures();
   private casts: Shown[] = []; // of the volume on show, the newest first
   private castKey = "";
-  private drawn = { level: 1, scene: "", turned: false };
+  private drawn: { level: number; scene: string; turned: boolean; of?: Shown; view?: View } = {
+    level: 1,
+    scene: "",
+    turned: false,
+  };
   private readonly paces = { lit: new DrawingPace(), turned: new DrawingPace() };
   private readonly sample = document.createElement("canvas").getContext("2d", { willReadFrequently: true })!;
 
@@ -88,9 +103,9 @@ export class SurfaceView {
     if (!surface || !view || !map || map.id !== surface.surfaceId) return;
     const { left, top, width, height } = surface;
     const whole = width === all;
-    this.shown = { view, part: { left, top, width, height }, whole, asDepth: surface.asDepth, maps: [map] };
-    const castKey = this.scene.castKey(sceneRevision);
-    this.keep(this.shown, castKey && `${volumeId} ${width} ${height} ${castKey}`);
+    const key = this.keyOf(volumeId, sceneRevision);
+    this.shown = { view, part: { left, top, width, height }, whole, asDepth: surface.asDepth, key, maps: [map] };
+    this.keep(this.shown, key && `${width} ${height} ${key}`);
   }
 
   /** Whether showKept() can. */
@@ -191,8 +206,31 @@ export class SurfaceView {
     else lighter.draw(level, map, plan);
     const { left, top } = shown.part;
     context.drawImage(lighter.canvas, left, top, level * map.width, level * map.height);
-    this.drawn = { level, scene: this.sceneOf(shown), turned };
+    this.drawn = { level, scene: this.sceneOf(shown), turned, of: shown, view: wanted };
     if (moving && pace.learns) pace.learn(map, this.waited(lighter.canvas) - began);
+  }
+
+  /** How deep what is drawn now lies, for agreesWith() after show(next); undefined where that shows something else. */
+  depthsBefore({ surface, volumeId, sceneRevision }: Picture): DrawnDepths | undefined {
+    const { shown, drawn } = this;
+    if (!shown?.whole || !drawn.view || drawn.of !== shown) return undefined;
+    // Of the same surface only the light differs.
+    if (shown.maps[0]!.id === surface?.surfaceId || shown.key !== this.keyOf(volumeId, sceneRevision)) return undefined;
+    const turned = drawn.turned ? this.lighter?.turnedDepths(drawn.level) : undefined;
+    if (drawn.turned && !turned) return undefined;
+    const grid = turned
+      ? depthGrid(turned.size, (column, row) => turned.depthsMm[row * turned.size.width + column]!)
+      : gridOf(shown.maps[0]!);
+    return { view: drawn.view, grid };
+  }
+
+  /** Where the picture on show agrees with what was drawn before; undefined where that is of another view. */
+  agreesWith(before: DrawnDepths | undefined): { mask: Uint8ClampedArray; grid: DepthGrid } | undefined {
+    const { shown } = this;
+    if (!before || !shown?.whole || !sameViewInAnySize(before.view, shown.view)) return undefined;
+    const grid = gridOf(shown.maps[0]!);
+    const mask = agreement(before.grid, grid, kAgreeMm);
+    return mask.length > 0 ? { mask, grid } : undefined;
   }
 
   /**
@@ -233,9 +271,14 @@ export class SurfaceView {
     lighter.drawTurned(level, usable, inPart(wanted), plan, this.scene.number("rays.start_mm"));
   }
 
-  private keep(cast: Shown, key: string | undefined): void {
-    if (key === undefined || key !== this.castKey) this.casts = [];
-    this.castKey = key ?? "";
+  private keyOf(volumeId: bigint, sceneRevision: bigint): string {
+    const castKey = this.scene.castKey(sceneRevision);
+    return castKey === undefined ? "" : `${volumeId} ${castKey}`;
+  }
+
+  private keep(cast: Shown, key: string): void {
+    if (key === "" || key !== this.castKey) this.casts = [];
+    this.castKey = key;
     this.casts = [cast, ...this.casts.filter((other) => !sameView(other.view, cast.view))].slice(0, kMostCasts);
   }
 
@@ -267,6 +310,13 @@ export class SurfaceView {
     this.sample.getImageData(0, 0, 1, 1);
     return performance.now();
   }
+}
+
+function gridOf({ width, height, depths, unitMm }: DepthMap): DepthGrid {
+  return depthGrid({ width, height }, (column, row) => {
+    const units = depths[row * width + column]!;
+    return units === kNoSurface ? -1 : units * unitMm;
+  });
 }
 
 function hasMaps(surface: Surface): boolean {

@@ -49,8 +49,17 @@ export function sameView(a: View, b: View): boolean {
 
 /** Whether one picture shows the view of another with more pixels. */
 export function isFiner(one: Pick<Picture, "view" | "height">, other: Pick<Picture, "view" | "height">): boolean {
-  if (!one.view || !other.view || one.height <= other.height) return false;
-  return sameView(coarserView(one.view, one.height / other.height), other.view);
+  return (one.view && other.view && one.height > other.height && sameViewInAnySize(one.view, other.view)) ?? false;
+}
+
+/** Whether two pictures show the same, with as many pixels or not. */
+export function sameViewInAnySize(a: View, b: View): boolean {
+  return sameView(coarserView(a, b.mmPerPixel / a.mmPerPixel), b) && Math.abs(heightOf(a) / heightOf(b) - 1) < 1e-6;
+}
+
+/** In the view plane, mm. */
+function heightOf({ middleRow, mmPerPixel }: View): number {
+  return (2 * middleRow + 1) * mmPerPixel;
 }
 
 /** Between the directions in which two views look, degrees. */
