@@ -81,10 +81,11 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
   SlotStatus& newest = now.slots[now.newest];
 
   // A cast whose view is outdated is restarted between two bands, but not twice in a row: a camera that never
-  // rests must not starve the pictures.
+  // rests must not starve the pictures. A coarse one ends soon, and is shown on the way.
   const bool begin = idle_and_settled(newest) && newest.loaded && view_changed(*newest.cast_scene, scene);
+  const bool is_coarse = newest.cast_scene->scene.rays.stride > 1;
   const bool restart = newest.phase == WorkPhase::kCasting && !newest.cast_submitted && !newest.outstanding &&
-                       !newest.gave_up_cast && view_changed(*newest.cast_scene, scene);
+                       !newest.gave_up_cast && !is_coarse && view_changed(*newest.cast_scene, scene);
   if (begin || restart) {
     due.add(begin ? MainStep::kBeginCast : MainStep::kRestartCast);
     newest.phase = WorkPhase::kCasting;

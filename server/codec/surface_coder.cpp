@@ -20,6 +20,9 @@ constexpr std::uint16_t kLarge = 255;
 constexpr int kCalm = 6;
 constexpr std::uint16_t kMostActivity = 40;
 
+// Announces that some pixels of a block are in filled holes: those whose bits are set.
+constexpr std::uint8_t kSomeFilled = 128;
+
 /// Differences of either sign as 0, 1, 2, ...: 0, -1, 1, -2, ...
 std::uint16_t folded(std::uint16_t difference) {
   const auto sign = static_cast<std::uint16_t>(difference >> 15U != 0 ? 0xFFFF : 0);
@@ -77,8 +80,7 @@ void SurfaceCoder::end_run() {
   runs_.push_back(static_cast<std::uint8_t>(std::exchange(run_, 0)));
 }
 
-void SurfaceCoder::pack_row(std::span<const float> depths_mm, std::span<const std::uint8_t> certainties,
-                            double unit_mm) {
+void SurfaceCoder::pack_row(std::span<const float> depths_mm, double unit_mm) {
   // Before the first column everything is as at the first place above it.
   row_.depths[0] = above_.depths[0] = above_.depths[1];
   row_.differences[0] = 0;
@@ -110,9 +112,33 @@ void SurfaceCoder::pack_row(std::span<const float> depths_mm, std::span<const st
       large_.push_back(static_cast<std::uint8_t>(difference >> 8U));
     }
     activity = static_cast<std::uint8_t>(std::min(difference, kMostActivity));
-    certainties_.push_back(sent_certainty(certainties[x]));
   }
   std::swap(row_, above_);
+}
+
+/// Of 2 x 2 pixels, the largest one: they vary slowly, but for holes that the filter has filled.
+void SurfaceCoder::pack_certainties(const Picture& picture) {
+  const SurfacePart& part = picture.stamp.view.part;
+  for (std::uint32_t y = 0; y < part.height; y += 2) {
+    for (std::uint32_t x = 0; x < part.width; x += 2) {
+      bool has_surface = false;
+      std::uint8_t largest = 0;
+      std::uint8_t filled = 0;
+      for (std::uint32_t row = y; row < std::min(y + 2, part.height); ++row) {
+        for (std::uint32_t column = x; column < std::min(x + 2, part.width); ++column) {
+          const std::size_t pixel = std::size_t{picture.width} * (part.top + row) + part.left + column;
+          if (picture.depth_mm[pixel] < 0) continue;
+          has_surface = true;
+          largest = std::max(largest, picture.certainty[pixel]);
+          if (picture.certainty[pixel] == 0)
+            filled = static_cast<std::uint8_t>(filled | 1U << (2 * (row - y) + column - x));
+        }
+      }
+      if (!has_surface) continue;
+      if (largest > 0 && filled != 0) certainties_.push_back(static_cast<std::uint8_t>(kSomeFilled | filled));
+      certainties_.push_back(sent_certainty(largest));
+    }
+  }
 }
 
 Result<void> SurfaceCoder::encode(const Picture& picture, v1::Surface& to) {
@@ -130,10 +156,10 @@ Result<void> SurfaceCoder::encode(const Picture& picture, v1::Surface& to) {
   in_surface_ = false;
   for (std::uint32_t y = 0; y < part.height; ++y) {
     const std::size_t first = std::size_t{picture.width} * (part.top + y) + part.left;
-    pack_row(std::span(picture.depth_mm).subspan(first, part.width),
-             std::span(picture.certainty).subspan(first, part.width), unit_mm);
+    pack_row(std::span(picture.depth_mm).subspan(first, part.width), unit_mm);
   }
   end_run();
+  pack_certainties(picture);
   to.set_left(part.left);
   to.set_top(part.top);
   to.set_width(part.width);

@@ -30,7 +30,8 @@ class SurfaceCoder {
   Result<void> encode(const Picture& picture, v1::Surface& to);
 
  private:
-  void pack_row(std::span<const float> depths_mm, std::span<const std::uint8_t> certainties, double unit_mm);
+  void pack_row(std::span<const float> depths_mm, double unit_mm);
+  void pack_certainties(const Picture& picture);
   void end_run();
 
   // A row of the part, and the row above it, with a place before the first column and one behind the last.

@@ -4,6 +4,10 @@
 // shared machine is noisy.
 //   pictures a second   how often the canvas of the picture is drawn during a drag of four seconds
 //   input to pixel      from a single movement to the canvas that shows it drawn; medians of 20, frozen
+//   cast                a picture for which the server has cast rays: how often one is shown while the hand turns
+// `tests/run drag --pinned`: the server on one processor, the browser and this script on the other. `--load N`: beside
+// that many processes that do nothing else than compute.
+import { execFileSync, spawn } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { setTimeout as pause } from "node:timers/promises";
 import { ServerProcess } from "./server_process.mjs";
@@ -11,6 +15,8 @@ import { launchChromium } from "./viewer_page.mjs";
 
 const kSource = process.env.FANLIGHT_LATENCY_SOURCE ?? "phantom:";
 const kInputs = 20;
+const kPinned = process.argv.includes("--pinned");
+const kLoad = Number(process.argv[process.argv.indexOf("--load") + 1] ?? 0) || 0;
 const kBrowsers = {
   "surfaces, lit by the page": { webGl: true, compositor: "processor" },
   "surfaces, and the page itself drawn by SwiftShader": { webGl: true },
@@ -19,13 +25,20 @@ const kBrowsers = {
 
 const median = (numbers) => [...numbers].sort((a, b) => a - b)[Math.floor(numbers.length / 2)] ?? NaN;
 
-/** Runs in the page before its scripts: notes when the picture is drawn. */
+/** Runs in the page before its scripts: notes when the picture is drawn, and when one with another cast is shown. */
 function watchCanvas() {
   window.drawnMs = [];
+  window.castMs = [];
+  document.addEventListener("DOMContentLoaded", () => {
+    const casts = document.querySelector('[data-stat="pass1-runs"]');
+    new MutationObserver(() => window.castMs.push(performance.now())).observe(casts, { childList: true });
+  });
   const draw = CanvasRenderingContext2D.prototype.drawImage;
   CanvasRenderingContext2D.prototype.drawImage = function (...from) {
     draw.apply(this, from);
-    if (this.canvas.id === "picture") window.drawnMs.push(performance.now());
+    // The layers of one picture come at once.
+    const isNext = !(performance.now() - window.drawnMs.at(-1) < 4);
+    if (this.canvas.id === "picture" && isNext) window.drawnMs.push(performance.now());
   };
 }
 
@@ -45,7 +58,7 @@ async function drag({ seconds }) {
       }),
     );
   point("pointerdown", 0, 0);
-  window.drawnMs.length = 0;
+  window.drawnMs.length = window.castMs.length = 0;
   const from = performance.now();
   await new Promise((resolve) => {
     const timer = setInterval(() => {
@@ -59,7 +72,8 @@ async function drag({ seconds }) {
     }, 16);
   });
   point("pointerup", 0, 0);
-  return window.drawnMs.filter((ms) => ms < from + 1000 * seconds);
+  const during = (times) => times.filter((ms) => ms < from + 1000 * seconds);
+  return { drawn: during(window.drawnMs), casts: [from, ...during(window.castMs), from + 1000 * seconds] };
 }
 
 /** Runs in the page: presses a key, and waits until the picture is drawn by it. */
@@ -96,13 +110,31 @@ async function sentBytes(url) {
 async function measureDrag(page, server, name) {
   const beganMs = performance.now();
   const began = processorS(server.pid);
-  const drawn = await page.evaluate(drag, { seconds: 4 });
+  const { drawn, casts } = await page.evaluate(drag, { seconds: 4 });
   const share = (processorS(server.pid) - began) / ((performance.now() - beganMs) / 1000);
-  const gaps = drawn.slice(1).map((ms, index) => ms - drawn[index]);
-  const longest = Math.max(...gaps, 0).toFixed(0);
+  const gapsOf = (times) => times.slice(1).map((ms, index) => ms - times[index]);
+  const longest = (times) => Math.max(...gapsOf(times), 0).toFixed(0);
   console.log(
-    `  ${name}: ${(drawn.length / 4).toFixed(1)} pictures a second, longest gap ${longest} ms; server ${share.toFixed(2)} of a processor`,
+    `  ${name}: ${(drawn.length / 4).toFixed(1)} pictures a second, longest gap ${longest(drawn)} ms; ` +
+      `${(casts.length - 2) / 4} casts a second, longest gap ${longest(casts)} ms; server ${share.toFixed(2)} of a processor`,
   );
+}
+
+/** What a viewer costs the server that moves a light of its own, beside one that moves nothing. */
+async function measureOwnLight(page, server) {
+  const shareWhile = async (act) => {
+    const [beganMs, began] = [performance.now(), processorS(server.pid)];
+    await act();
+    return (processorS(server.pid) - began) / ((performance.now() - beganMs) / 1000);
+  };
+  await tool(page, "light");
+  await page.locator("#own-view input").check();
+  await pause(2000);
+  const atRest = await shareWhile(() => pause(6000));
+  const moved = await shareWhile(() => page.evaluate(drag, { seconds: 6 }));
+  await page.locator("#own-view input").uncheck();
+  await pause(1000);
+  console.log(`  own light, frozen: server ${moved.toFixed(3)} of a processor, ${atRest.toFixed(3)} at rest`);
 }
 
 async function measureKeys(page, name, keys, onBody) {
@@ -148,6 +180,7 @@ async function measure(browser, server) {
     await measureDrag(page, server, name);
     await pause(2000);
   }
+  await measureOwnLight(page, server);
   await tool(page, "light");
   await measureKeys(page, "light, input to pixel", ["ArrowRight", "ArrowLeft"], false);
   await tool(page, "orbit");
@@ -160,11 +193,17 @@ async function measure(browser, server) {
   await page.close();
 }
 
-for (const [name, options] of Object.entries(kBrowsers)) {
+const pin = (pid, processor) => execFileSync("taskset", ["-acp", String(processor), String(pid)], { stdio: "ignore" });
+if (kPinned) pin(process.pid, 1); // and what it starts
+const load = Array.from({ length: kLoad }, () => spawn(process.execPath, ["-e", "for (;;);"]));
+// In those two the first one alone.
+const browsers = Object.entries(kBrowsers).slice(0, kPinned || kLoad > 0 ? 1 : undefined);
+for (const [name, options] of browsers) {
   const server = await ServerProcess.start(kSource, 0, []);
   const browser = await launchChromium(options);
+  if (kPinned) pin(server.pid, 0);
   try {
-    console.log(name);
+    console.log(`${name}${kPinned ? ", pinned" : ""}${kLoad > 0 ? `, load ${kLoad}` : ""}`);
     await pause(3000);
     await measure(browser, server);
   } finally {
@@ -172,3 +211,4 @@ for (const [name, options] of Object.entries(kBrowsers)) {
     await server.end();
   }
 }
+for (const each of load) each.kill("SIGKILL");

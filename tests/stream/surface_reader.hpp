@@ -15,7 +15,7 @@ namespace fanlight::test {
 /// What a display unpacks of a surface, written from proto/DISPLAY_PROTOCOL.md alone.
 struct ReadSurface {
   std::vector<int> units;        ///< height x width; -1: no surface
-  std::vector<int> certainties;  ///< of the pixels with a surface, in their order; 0 to 16
+  std::vector<int> certainties;  ///< of the blocks of 2 x 2 pixels with a surface, in their order, as sent
 };
 
 inline std::vector<std::uint8_t> inflated(const std::string& bytes) {

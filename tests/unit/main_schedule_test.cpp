@@ -20,6 +20,11 @@ const NumberedScene kBase{.revision = 1, .scene = {}};
 const NumberedScene kNewRevision{.revision = 2, .scene = {}};
 const NumberedScene kOtherLight = changed(2, [](Scene& scene) { scene.light.right_mm += 10; });
 const NumberedScene kOtherView = changed(2, [](Scene& scene) { scene.camera.yaw_deg += 10; });
+const NumberedScene kCoarse = changed(1, [](Scene& scene) { scene.rays.stride = 2; });
+const NumberedScene kOtherCoarseView = changed(2, [](Scene& scene) {
+  scene.rays.stride = 2;
+  scene.camera.yaw_deg += 10;
+});
 const NumberedScene kRaw = changed(1, [](Scene& scene) { scene.speckle.filter = SpeckleFilter::kNone; });
 const NumberedScene kRawLight = changed(2, [](Scene& scene) {
   scene.speckle.filter = SpeckleFilter::kNone;
@@ -268,6 +273,12 @@ const MainCase kMainCases[] = {
      1,
      &kOtherView,
      {kRestartCast, kCastBand}},
+    {"a view that changed during a coarse cast",
+     casting(kCoarse),
+     at_rest(kOtherCoarseView),
+     1,
+     &kOtherCoarseView,
+     {kCastBand}},
     {"a view that changed during a band",
      with(casting(), kOutstanding),
      at_rest(kOtherView),

@@ -22,6 +22,7 @@ const kLarge = 255; // announces two bytes among the large residuals
 const kCalm = 6;
 const kMostActivity = 40;
 const kSentCertainties = 15;
+const kSomeFilled = 128;
 
 /** Rejects where the message is damaged. */
 export async function unpackSurface(surface: Surface): Promise<DepthMap> {
@@ -36,7 +37,8 @@ export async function unpackSurface(surface: Surface): Promise<DepthMap> {
     certainties: new Uint8Array(surface.width * surface.height),
     nearestMm: Infinity,
   };
-  placeCertainties(map, placeDepths(map, runs!, residuals!, large!, surface.calmPixels), sent!);
+  placeDepths(map, runs!, residuals!, large!, surface.calmPixels);
+  placeCertainties(map, sent!);
   return map;
 }
 
@@ -62,14 +64,13 @@ class Runs {
   }
 }
 
-/** Returns the number of pixels that have a surface. */
 function placeDepths(
   map: DepthMap,
   runBytes: Uint8Array,
   residuals: Uint8Array,
   large: Uint8Array,
   calmPixels: number,
-): number {
+): void {
   const { width, height, depths } = map;
   const runs = new Runs(runBytes);
   // A row and the row above it, with a place before the first column and one behind the last. Where there is no
@@ -112,17 +113,25 @@ function placeDepths(
   if (calm !== calmPixels || rough !== residuals.length || largeAt !== large.length)
     throw new Error("The surface has other numbers of pixels than it says.");
   if (nearest !== kNoSurface) map.nearestMm = nearest * map.unitMm;
-  return residuals.length;
 }
 
-function placeCertainties(map: DepthMap, pixels: number, sent: Uint8Array): void {
-  if (sent.length !== pixels) throw new Error("The surface has another number of certainties than of pixels.");
+/** A value for each block of 2 x 2 pixels that has a surface. */
+function placeCertainties({ width, height, depths, certainties }: DepthMap, sent: Uint8Array): void {
   let next = 0;
-  for (let pixel = 0; pixel < map.depths.length; ++pixel) {
-    if (map.depths[pixel] === kNoSurface) continue;
-    const step = sent[next++]!;
-    map.certainties[pixel] = step === 0 ? 0 : 1 + Math.round((254 * (step - 1)) / kSentCertainties);
+  for (let y = 0; y < height; y += 2) {
+    for (let x = 0; x < width; x += 2) {
+      const first = y * width + x;
+      const pixels = [first, x + 1 < width ? first + 1 : -1, first + width, x + 1 < width ? first + width + 1 : -1];
+      if (y + 1 === height) pixels.length = 2;
+      if (!pixels.some((pixel) => pixel >= 0 && depths[pixel] !== kNoSurface)) continue;
+      const filled = sent[next]! & kSomeFilled ? sent[next++]! : 0;
+      const step = sent[next++] ?? 0;
+      const certainty = step === 0 ? 0 : 1 + Math.round((254 * (step - 1)) / kSentCertainties);
+      for (const [place, pixel] of pixels.entries())
+        if (pixel >= 0 && depths[pixel] !== kNoSurface) certainties[pixel] = filled & (1 << place) ? 0 : certainty;
+    }
   }
+  if (next !== sent.length) throw new Error("The surface has another number of certainties than it has blocks.");
 }
 
 /** The map of every `level`-th pixel of every `level`-th row. */
