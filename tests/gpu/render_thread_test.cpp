@@ -22,13 +22,14 @@ constexpr FanGeometry kDeeper{.columns = 48,
                               .face_row = 0,
                               .motor_radius_mm = 30};
 constexpr PictureSize kSize{.width = 64, .height = 64};
+constexpr PictureSize kLargest{.width = 150, .height = 150};
 
 class RenderThreadTest : public GpuTest {
  protected:
   void SetUp() override {
     // A test can exceed the limits of a texture without using much memory.
-    auto renderer =
-        made_renderer(kGeometry, angles_rad_, kSize, scene_, counters_, {.sampling = Sampling::kTexture});
+    auto renderer = made_renderer(kGeometry, angles_rad_, kSize, scene_, counters_,
+                                  {.sampling = Sampling::kTexture, .largest_size = kLargest});
     thread_ = std::make_unique<RenderThread>(
         DeviceRenderer{.renderer = std::move(renderer)},
         RenderThread::Dependencies{.ring = ring_, .link = link_, .counters = counters_});
@@ -133,6 +134,20 @@ class RenderThreadTest : public GpuTest {
   std::int64_t captured_ns_ = 0;
   std::unique_ptr<RenderThread> thread_;  // last: it uses the others
 };
+
+TEST_F(RenderThreadTest, AFrozenPictureGetsAsLargeAsADisplayShowsIt) {
+  publish(plate(40));
+  EXPECT_EQ(next_picture().width, kSize.width);
+  send({.wish = CineOrder::Wish::kFreeze});
+  link_.wanted_sizes.draft() = {.of_surfaces = PictureSize{400, 300}, .of_pictures = {}};
+  link_.wanted_sizes.publish();
+  while (next_picture().width == kSize.width) {
+  }
+  link_.wanted_sizes.draft() = {};
+  link_.wanted_sizes.publish();
+  while (next_picture().width != kSize.width) {
+  }
+}
 
 TEST_F(RenderThreadTest, ObeysAnOrderBehindAVolumeOrder) {
   using State = CineStatus::State;
