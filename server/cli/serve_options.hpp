@@ -33,14 +33,16 @@ struct ServeOptions {
   IgtlOptions igtl;
   RtpOptions rtp;
   TlsFiles tls;
-  bool hsts = false;
   std::string tokens;
   std::string presets;
   std::string audit_log;
-  bool audit_required = false;
   std::uint64_t audit_log_mb = 0;
   double control_lapse_s = 60;
   std::size_t private_views = kMostPrivateViews;
+  bool hsts = false;
+  bool audit_required = false;
+  bool render_unwatched = false;
+  bool print_config = false;
   MismatchCorrection mismatch = MismatchCorrection::kOn;
   std::optional<RingPolicy> policy;  ///< absent: what suits the source
   ProbeControl probe_control = ProbeControl::kEveryone;
@@ -50,14 +52,12 @@ struct ServeOptions {
   int jpeg_quality = 85;
   std::uint32_t ring_slots = 4;
   std::uint32_t cine_volumes = 32;
-  bool render_unwatched = false;
   RecordingOptions recording;
   AutoOptions automatic;
   SceneOptions scene;
   std::string log_level;  ///< empty: info, or what SPDLOG_LEVEL says
   std::string log_format = "text";
   std::string config;
-  bool print_config = false;
   OptionOrigins origins;  ///< of those that the environment or a configuration gave
 
   /// What the configuration said of what is in force.
