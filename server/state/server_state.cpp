@@ -36,9 +36,10 @@ ServerState::ServerState(const Config& config, const Dependencies& dependencies)
 void ServerState::picture_shown(const Picture& picture, std::int64_t now) {
   PictureStamp usual = picture.stamp;
   // Views of a camera of their own have the usual size.
-  for (double& ms : usual.stage_ms)
-    ms *= static_cast<double>(description.picture_size.pixels()) /
-          (std::uint64_t{picture.width} * picture.height);
+  const PictureSize size{.width = picture.width, .height = picture.height};
+  const double share =
+      static_cast<double>(description.picture_size.pixels()) / static_cast<double>(size.pixels());
+  for (double& ms : usual.stage_ms) ms *= share;
   views.main_shown(usual, now);
   scene_store.note_shown(picture.stamp.scene_revision);
   liveness.shown(picture.stamp, now);

@@ -4,7 +4,7 @@
 /** A picture in motion takes no longer, if it can be had by fewer pixels. */
 const kMovingMs = 35;
 /** Nor one at rest. */
-const kRestMs = 250;
+const kRestMs = 400;
 /** The coarsest picture has that many pixels on each side. A browser that is too slow for that lights no surfaces. */
 const kLeastSide = 128;
 const kTooSlowMs = 120;
