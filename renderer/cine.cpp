@@ -14,22 +14,27 @@ bool Cine::obey(const CineOrder& order, const Volume* shown, std::int64_t now_ns
   if (order.wish == CineOrder::Wish::kLive) return go_live();
   if (order.wish == CineOrder::Wish::kFreeze) {
     freeze_waits_ = shown == nullptr;
-    if (!is_frozen() && shown != nullptr) freeze(*shown);
+    if (!is_frozen() && shown != nullptr) freeze(*shown, order.volume_id);
     return false;
   }
   player_.obey(order, now_ns);
   return false;
 }
 
-void Cine::freeze(const Volume& shown) {
+void Cine::freeze(const Volume& shown, std::uint64_t volume_id) {
   freeze_waits_ = false;
   newest_ = &shown;
   auto& times_ns = player_.capture_times_ns();
   times_ns.clear();
-  for (const Volume* const kept : ring_.keep()) times_ns.push_back(kept->stamp().last_capture_time_ns);
+  std::optional<std::uint32_t> wanted;
+  for (const Volume* const kept : ring_.keep()) {
+    if (kept->stamp().volume_id == volume_id) wanted = static_cast<std::uint32_t>(times_ns.size());
+    times_ns.push_back(kept->stamp().last_capture_time_ns);
+  }
   times_ns.push_back(shown.stamp().last_capture_time_ns);
   player_.freeze();
   loaded_ = player_.volume();
+  if (wanted) player_.seek(*wanted);
 }
 
 bool Cine::go_live() {

@@ -46,7 +46,7 @@ class Cine {
   std::optional<std::int64_t> next_change_ns() const { return player_.next_change_ns(); }
 
  private:
-  void freeze(const Volume& shown);
+  void freeze(const Volume& shown, std::uint64_t volume_id = 0);
   bool go_live();
   const Volume* volume(std::uint32_t index) const;
 

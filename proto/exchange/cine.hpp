@@ -8,7 +8,7 @@ namespace fanlight {
 /// What the display of the last volumes (the cine) is asked for.
 struct CineOrder {
   enum class Wish : std::uint8_t {
-    kFreeze,  ///< keeps the last volumes, and shows the newest of them
+    kFreeze,  ///< keeps the last volumes, and shows `volume_id`
     kLive,    ///< lets them go, and shows new volumes again
     kPlay,    ///< shows the kept volumes one after the other, in a loop
     kPause,
@@ -18,8 +18,9 @@ struct CineOrder {
   };
   Wish wish = Wish::kFreeze;
   std::int32_t volumes = 1;
-  std::uint32_t volume = 0;  ///< from 0, the oldest; beyond the newest: the newest
-  double speed = 1;          ///< kLeastCineSpeed to kMostCineSpeed; 1 as captured
+  std::uint32_t volume = 0;     ///< from 0, the oldest; beyond the newest: the newest
+  std::uint64_t volume_id = 0;  ///< what the hand has seen; of a volume that is not kept: the newest
+  double speed = 1;             ///< kLeastCineSpeed to kMostCineSpeed; 1 as captured
 };
 
 inline constexpr double kLeastCineSpeed = 0.1;

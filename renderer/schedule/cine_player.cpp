@@ -26,6 +26,11 @@ void CinePlayer::freeze() {
   volume_ = count() - 1;
 }
 
+void CinePlayer::seek(std::uint32_t volume) {
+  playing_ = false;
+  volume_ = std::min(volume, count() - 1);
+}
+
 void CinePlayer::go_live() {
   frozen_ = playing_ = false;
   volume_ = 0;
@@ -57,9 +62,7 @@ void CinePlayer::obey(const CineOrder& order, std::int64_t now_ns) {
       return;
     }
     case Wish::kSeek:
-      playing_ = false;
-      volume_ = std::min(order.volume, count() - 1);
-      return;
+      return seek(order.volume);
     case Wish::kFreeze:
     case Wish::kLive:
     case Wish::kSpeed:

@@ -21,6 +21,8 @@ class CinePlayer {
 
   /// Shows the newest volume, paused. Precondition: there is one.
   void freeze();
+  /// Pauses at a volume; beyond the newest: at the newest. Precondition: is_frozen().
+  void seek(std::uint32_t volume);
   /// Forgets the volumes; the speed stays.
   void go_live();
 

@@ -90,6 +90,7 @@ void DisplayState::take(const v1::ServerMessage& message, std::int64_t now_ns) {
 
 void DisplayState::shown(const v1::Picture& picture) {
   any_picture_ = true;
+  volume_id_ = picture.volume_id();
   captured_ns_ = picture.capture_time_ns();
   if (picture.has_levels()) levels_ = picture.levels();
 }
@@ -244,6 +245,7 @@ v1::ClientMessage DisplayState::freeze_or_live() const {
   v1::ClientMessage message;
   const bool live = cine_.state() == v1::CineStatus::LIVE;
   message.mutable_cine()->set_wish(live ? v1::CineRequest::FREEZE : v1::CineRequest::LIVE);
+  if (live) message.mutable_cine()->set_volume_id(volume_id_);
   return message;
 }
 

@@ -85,6 +85,7 @@ class DisplayState {
   v1::EchoLevels levels_;
   bool is_relayed_ = false;
   bool any_picture_ = false;
+  std::uint64_t volume_id_ = 0;   // of the picture on show
   std::int64_t captured_ns_ = 0;  // of the picture on show, by the server's clock
   // The server's clock, by the message that was fastest on its way; forgotten slowly, since clocks drift.
   std::optional<std::int64_t> clock_ahead_ns_;

@@ -48,7 +48,7 @@ Result<CineOrder> order_of(const CineRequest& request) {
   const bool whole = std::abs(value) <= kMostVolumes && value == std::floor(value);
   switch (request.wish()) {
     case CineRequest::FREEZE:
-      return CineOrder{.wish = Wish::kFreeze};
+      return CineOrder{.wish = Wish::kFreeze, .volume_id = request.volume_id()};
     case CineRequest::LIVE:
       return CineOrder{.wish = Wish::kLive};
     case CineRequest::PLAY:

@@ -221,12 +221,22 @@ test("a turned picture is a preview until the server has cast it", async () => {
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     await settled(viewer);
-    await viewer.page.locator('#tools input[value="orbit"]').evaluate((radio) => radio.click());
+    // A note on the surface turns with it.
+    const noteX = async () => (await viewer.page.locator("#picture-notes .on-surface").boundingBox()).x;
+    await viewer.page.locator("body").press("n");
+    const { width, height } = await viewer.page.locator("#picture").boundingBox();
+    await viewer.page.locator("#picture").click({ position: { x: 0.45 * width, y: 0.45 * height } });
+    await viewer.page.locator("#picture-notes input").fill("nose");
+    await viewer.page.locator("#picture-notes input").press("Enter");
+    const noteBefore = await noteX();
+    await viewer.page.locator("body").press("t");
     const before = await viewer.greyLevels();
     server.send("SIGSTOP");
     for (let press = 0; press < 3; ++press) await viewer.page.locator("#picture").press("ArrowRight");
     await viewer.changedFrom(before, 2, "a turn that the server has not seen");
     assert.equal(await viewer.page.locator("#rendering").innerText(), "Preview …");
+    const noteMoved = (await noteX()) - noteBefore;
+    assert.ok(Math.abs(noteMoved) > 5, `the note moved by ${noteMoved} pixels of the page`);
     const turned = await viewer.greyLevels();
     // Nothing to save or to measure.
     await viewer.page.locator("#still").click();
@@ -265,13 +275,17 @@ test("a frozen volume that was seen before is shown at once", async () => {
       (id) => id >= 4,
     );
     const press = (key) => viewer.page.locator("body").press(key);
+    // Key and number in one turn of the page: no picture comes between.
+    const frozenAt = await viewer.page.evaluate(() => {
+      document.body.dispatchEvent(new KeyboardEvent("keydown", { key: " ", bubbles: true }));
+      return Number(document.querySelector('[data-stat="volume-id"]').textContent);
+    });
     const shows = (id) =>
       until(
         `volume ${id}`,
         () => viewer.number("volume-id"),
         (now) => now === id,
       );
-    await press(" ");
     await until(
       "a frozen picture",
       () => viewer.page.locator("#connection [role=status]").textContent(),
@@ -280,6 +294,7 @@ test("a frozen volume that was seen before is shown at once", async () => {
     await viewer.settled();
     await viewer.page.waitForTimeout(500);
     const newest = await viewer.number("volume-id");
+    assert.equal(newest, frozenAt, "what the user saw is frozen, though the server has newer volumes");
     await press(",");
     const before = await until(
       "the volume before",

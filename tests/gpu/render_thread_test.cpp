@@ -307,6 +307,20 @@ TEST_F(RenderThreadTest, ReturnsToTheNewestVolumeWhereNoOtherComes) {
   EXPECT_EQ(next_picture().stamp.volume.volume_id, 3U);
 }
 
+TEST_F(RenderThreadTest, FreezesTheVolumeThatTheUserSees) {
+  for (int volume = 0; volume < 3; ++volume) {
+    publish(plate(35 + 3 * volume));
+    next_picture();
+  }
+  send({.wish = CineOrder::Wish::kFreeze, .volume_id = 2});
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 2U);
+  send({.wish = CineOrder::Wish::kLive});
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 3U);
+  send({.wish = CineOrder::Wish::kFreeze, .volume_id = 99});
+  send({.wish = CineOrder::Wish::kStep, .volumes = -1});
+  EXPECT_EQ(next_picture().stamp.volume.volume_id, 2U) << "of a volume that is not kept: the newest";
+}
+
 TEST_F(RenderThreadTest, FreezesTheFirstVolumeWhereThereWasNone) {
   send({.wish = CineOrder::Wish::kFreeze});
   publish(plate(40));

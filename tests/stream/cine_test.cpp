@@ -89,6 +89,12 @@ TEST(CineOverTheNetwork, IsControlledByDisplaysAndToldToAll) {
   EXPECT_EQ(reply.request_id(), 5U);
   EXPECT_TRUE(reply.taken());
   EXPECT_EQ(fixture.next_cine_order().volumes, -2);
+  wish.mutable_cine()->set_wish(v1::CineRequest::FREEZE);
+  wish.mutable_cine()->set_volume_id(17);
+  one.send(wish);
+  EXPECT_TRUE(one.next(Body::kCineReply).cine_reply().taken());
+  EXPECT_EQ(fixture.next_cine_order().volume_id, 17U);
+  wish.mutable_cine()->set_wish(v1::CineRequest::STEP);
   wish.mutable_cine()->set_value(0);
   one.send(wish);
   EXPECT_TRUE(one.next(Body::kCineReply).cine_reply().has_refused());

@@ -1,24 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 // Freezes the display, and shows the last volumes that the server keeps.
 import { CineLoop } from "./cine_loop";
-import { CineRequest_Wish as Wish, CineStatus_State as State, type CineStatus } from "../generated/fanlight_pb.js";
+import {
+  CineRequest_Wish as Wish,
+  CineStatus_State as State,
+  type CineRequest,
+  type CineStatus,
+} from "../generated/fanlight_pb.js";
 
 const kDragMs = 100; // a dragged slider asks no more often
 const kAnswerMs = 1500; // the server has answered by then
 
-/** "volume 3 of 20, 1.4 s before the newest" */
-export function cineText({
+/** "volume 3 of 20", ", 1.4 s before the newest": a small screen has no room for the second part. */
+export function cineTexts({
   volume,
   volumes,
   timeS,
   durationS,
-}: Pick<CineStatus, "volume" | "volumes" | "timeS" | "durationS">): string {
-  const before = durationS - timeS;
-  const place = volumes > 1 && volume + 1 < volumes ? `, ${before.toFixed(1)} s before the newest` : "";
-  return `volume ${volume + 1} of ${volumes}${place}`;
+}: Pick<CineStatus, "volume" | "volumes" | "timeS" | "durationS">): [place: string, time: string] {
+  const isNewest = volume + 1 >= volumes;
+  const time = isNewest ? "" : `, ${(durationS - timeS).toFixed(1)} s before the newest`;
+  return [`volume ${volume + 1} of ${volumes}`, time];
 }
 
+/** The fields that a wish needs; the others keep their defaults. */
+export type CineWish = Pick<CineRequest, "requestId" | "wish" | "value" | "volumeId">;
+
 export interface KeptVolumes {
+  /** Of the picture on show; 0: none yet. */
+  readonly shownId: bigint;
   /** Whether this display has it. */
   has(volumeId: bigint): boolean;
   /** 0: a volume that was not on show. */
@@ -28,6 +38,8 @@ export interface KeptVolumes {
   endLoop(): void;
   /** The server shows this volume; 0: a new one. */
   endLoopAt(volumeId: bigint): void;
+  /** New volumes are shown again: frozen ones that are still on their way do not replace a newer one. */
+  goLive(): void;
 }
 
 export class CineBar {
@@ -56,7 +68,7 @@ export class CineBar {
    */
   constructor(
     root: HTMLElement,
-    private readonly send: (requestId: bigint, wish: Wish, value: number) => void,
+    private readonly send: (wish: CineWish) => void,
     private readonly hold: (held: boolean) => void,
     private readonly kept: KeptVolumes,
   ) {
@@ -103,18 +115,29 @@ export class CineBar {
     return this.status !== undefined && this.status.state !== State.LIVE;
   }
 
+  /** The server has moved to a frozen volume whose picture is not here yet. */
+  get isBehind(): boolean {
+    return this.isStill && !this.held && this.status!.volumeId !== this.kept.shownId;
+  }
+
+  /** Call for each picture shown. */
+  pictureShown(): void {
+    if (this.isFrozen) this.showPlace();
+  }
+
   /** Freezes all displays, or shows new volumes on them; where that is not allowed, this display alone. */
   toggle(): void {
     if (this.freeze.disabled) return;
     if (this.held || !this.mayAsk) return this.holdHere(!this.held);
-    this.ask(this.isFrozen ? Wish.LIVE : Wish.FREEZE);
+    if (this.isFrozen) this.ask(Wish.LIVE);
+    else this.freezeShown();
   }
 
   /** Stops at one volume, whatever is shown. */
   still(): void {
     if (!this.mayAsk || this.isStill) return;
     if (this.isFrozen) this.playOrPause();
-    else this.ask(Wish.FREEZE);
+    else this.freezeShown();
   }
 
   /** Call at the start of a session. */
@@ -150,6 +173,7 @@ export class CineBar {
       if (wasLooping && this.loop.volume === undefined) this.kept.endLoopAt(status.volumeId);
       if (status.state !== State.FROZEN || status.volume === this.expected) this.expected = undefined;
     }
+    if (this.isFrozen && status.state === State.LIVE) this.kept.goLive();
     this.status = status;
     this.showFreeze();
     this.bar.hidden = !this.isFrozen;
@@ -160,15 +184,23 @@ export class CineBar {
     if (document.activeElement !== this.speed) this.speed.value = String(status.speed);
   }
 
-  /** Which volume is on show here. */
+  /** The server may have a newer volume already: what the user saw stays, and pictures on their way are dropped. */
+  private freezeShown(): void {
+    const { shownId } = this.kept;
+    this.ask(Wish.FREEZE, 0, shownId);
+    this.kept.show(shownId);
+  }
+
+  /** Which volume is on show here: that of the picture, which may come after the server's word. */
   private showPlace(): void {
     if (!this.status) return;
-    const volume = this.loop.volume ?? this.status.volume;
+    const volume = this.loop.volume ?? this.loop.numberOf(this.kept.shownId) ?? this.status.volume;
     const shown = { ...this.status, volume, timeS: this.loop.of(volume)?.timeS ?? this.status.timeS };
-    write(this.text, cineText(shown));
+    const texts = cineTexts(shown);
+    texts.forEach((text, index) => write(this.text.children[index]!, text));
     this.place.max = String(shown.volumes - 1);
     if (!this.dragging) this.place.value = String(shown.volume);
-    this.place.ariaValueText = cineText(shown);
+    this.place.ariaValueText = texts.join("");
   }
 
   /** Whether this display may freeze all displays now; `open`: there is a session. */
@@ -221,8 +253,8 @@ export class CineBar {
     this.kept.show(this.loop.of(volume)?.volumeId ?? 0n);
   }
 
-  private ask(wish: Wish, value = 0): void {
-    this.send((this.lastId += 1n), wish, value);
+  private ask(wish: Wish, value = 0, volumeId = 0n): void {
+    this.send({ requestId: (this.lastId += 1n), wish, value, volumeId });
   }
 }
 

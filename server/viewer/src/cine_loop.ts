@@ -59,6 +59,12 @@ export class CineLoop {
     return this.volumes[volume];
   }
 
+  /** The number of a volume that the server has shown; undefined for others. */
+  numberOf(volumeId: bigint): number | undefined {
+    const number = this.volumes.findIndex((each) => each?.volumeId === volumeId);
+    return number < 0 ? undefined : number;
+  }
+
   /** Learns from the server which volumes there are. Plays while the server does and this display has them all. */
   tell({ state, volumes, volume, volumeId, timeS, durationS, speed }: CineStatus): void {
     const known = this.volumes[volume];

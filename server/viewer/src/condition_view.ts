@@ -1,10 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shows what holds of the connection and the picture: the word in the header, the marks on the picture, the notice.
+import type { Picture } from "../generated/fanlight_pb.js";
 import { makeBanner } from "./banner";
 import { ageText, markText, stateWord } from "./liveness";
 import { noticeFor, type Condition } from "./notice";
 
 const kRenderingMs = 500; // a change that is shown sooner needs no word
+
+/** Why the picture is only a preview: this display has turned it, or the server has cast it coarsely. */
+export type Preview = "turned" | "coarse";
+
+const kPreviewTitles: Record<Preview, string> = {
+  turned: "Turned by this display. What it cannot know is grey.",
+  coarse: "Coarse while the view moves.",
+};
+const kMostMovingLevel = 1; // of the deadline plan: from the next one on, pictures are coarse at rest too
+
+export function previewOf(
+  shown: Pick<Picture, "deadlineLevel" | "measures"> | undefined,
+  isTurned: boolean,
+): Preview | undefined {
+  if (isTurned) return "turned";
+  const isCoarse = shown?.measures.includes("coarse picture") && shown.deadlineLevel <= kMostMovingLevel;
+  return isCoarse ? "coarse" : undefined;
+}
 
 export interface ConditionPlaces {
   root: HTMLElement;
@@ -18,7 +37,7 @@ export interface ConditionPlaces {
 }
 
 export class ConditionView {
-  private preview = false;
+  private preview: Preview | undefined;
   private busySinceMs: number | undefined; // since when the picture lacks a change
 
   private closedTitle = ""; // of the notice that the user has closed
@@ -52,7 +71,7 @@ export class ConditionView {
   }
 
   /** Whether the picture is seen from another view than the server has rendered it for. */
-  setPreview(preview: boolean): void {
+  setPreview(preview: Preview | undefined): void {
     this.preview = preview;
   }
 
@@ -65,7 +84,7 @@ export class ConditionView {
     const long = this.busySinceMs !== undefined && nowMs - this.busySinceMs > kRenderingMs;
     rendering.hidden = !(long || this.preview) || !pictureShown || connection.state !== "open";
     write(rendering, this.preview ? "Preview …" : "Rendering …");
-    rendering.title = this.preview ? "Turned by this display. What it cannot know is grey." : "";
+    rendering.title = this.preview ? kPreviewTitles[this.preview] : "";
   }
 
   private showNotice(condition: Condition): void {

@@ -6,6 +6,7 @@ const kSilenceMs = 2000; // the server sends a message once a second at least
 const kUsualLimitMs = 2000; // until the server has sent its own
 
 const kDelayedMs = 3000; // after the last late picture
+const kThawMs = 3000; // until a new volume replaces a frozen one
 
 export interface LivenessNews {
   state: "waiting" | "live" | "delayed" | "not-live" | "replay" | "frozen";
@@ -52,6 +53,7 @@ export class LivenessWatch {
   private heardMs = 0;
   private capturedServerMs: number | undefined;
   private held = false;
+  private thawingSinceMs = -Infinity; // since when nothing is frozen; a frozen picture may still be on show
   private delayed: { sinceMs: number; detail: string } | undefined;
 
   /** `serverMs` converts a time of the page to the server's clock; undefined while that is unknown. */
@@ -60,6 +62,7 @@ export class LivenessWatch {
   /** Call at the start of a session. */
   reset(nowMs: number): void {
     this.told = this.capturedServerMs = this.delayed = undefined;
+    this.thawingSinceMs = -Infinity;
     this.heardMs = nowMs;
   }
 
@@ -69,11 +72,14 @@ export class LivenessWatch {
   }
 
   /** This display keeps its picture, whatever the server shows. */
-  hold(held: boolean): void {
+  hold(held: boolean, nowMs = performance.now()): void {
+    if (this.held && !held) this.thawingSinceMs = nowMs;
     this.held = held;
   }
 
-  tell(liveness: Liveness): void {
+  tell(liveness: Liveness, nowMs = performance.now()): void {
+    if (this.told?.state === Liveness_State.FROZEN && liveness.state !== Liveness_State.FROZEN)
+      this.thawingSinceMs = nowMs;
     this.told = liveness;
   }
 
@@ -122,8 +128,9 @@ export class LivenessWatch {
       return { ...still, title, detail: withoutTitle(sentence ?? "", title) };
     }
     if (!shown) return { ...still, title: "", detail: "" };
-    if (state === Liveness_State.REPLAY) return { state: "replay", ageMs: undefined, title: "", detail: "" };
     const late = ageMs !== undefined && ageMs > this.limitMs();
+    if (late && nowMs - this.thawingSinceMs < kThawMs) return { state: "frozen", ageMs, title: "", detail: "" };
+    if (state === Liveness_State.REPLAY) return { state: "replay", ageMs: undefined, title: "", detail: "" };
     if (state === Liveness_State.DELAYED) return { state: "delayed", ageMs, title: "Delayed", detail: sentence ?? "" };
     if (late) return { state: "delayed", ageMs, title: "Delayed", detail: "Pictures reach this display late." };
     const origin = this.told && kOrigins[this.told.origin];

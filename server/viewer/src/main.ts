@@ -11,7 +11,7 @@ import {
   type ViewState,
 } from "../generated/fanlight_pb.js";
 import { bannerAt } from "./banner";
-import { ConditionView } from "./condition_view";
+import { ConditionView, previewOf } from "./condition_view";
 import { Connection, streamUrl } from "./connection";
 import { ControlBar, controlText } from "./control_bar";
 import { Controls } from "./controls";
@@ -115,12 +115,10 @@ const isLit = () => effects.missing("light") === undefined;
 const light = new LightHandle(editor, page.canvas, page.light, isLit);
 const movesRays = () => !ownView.wanted;
 const orbit = new Orbit(editor, page.canvas, movesRays);
-const pictures = new PictureStream(editor, connection, {
+const pictures: PictureStream = new PictureStream(editor, connection, {
   shown: pictureShown,
-  turned: (turned) => {
-    conditionView.setPreview(turned);
-    conditionView.showRendering(condition, performance.now());
-  },
+  turned: () => showBusy(),
+  drawn: () => overlay.drawn(pictures.surface.drawnView),
   unreadable: (sentence) => showCondition({ serverError: sentence }),
 });
 const { view, codec } = pictures;
@@ -144,7 +142,7 @@ const ownView: OwnView = new OwnView(page.ownView, {
 });
 const cineBar = new CineBar(
   page.cine,
-  (requestId, wish, value) => connection.send({ case: "cine", value: { requestId, wish, value } }),
+  (wish) => connection.send({ case: "cine", value: wish }),
   (held) => [view, liveness].forEach((part) => part.hold(held)),
   pictures.kept,
 );
@@ -156,6 +154,8 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   isCurrent: () => shown !== undefined && !cineBar.isHeld && editor.isShownBy(shown.sceneRevision),
   mayFreeze: () => cineBar.mayFreeze,
   freeze: () => cineBar.still(),
+  surfaceAt: (pixel) => pictures.surface.pointAt(pixel),
+  dateOf: (serverMs) => (cineBar.isReplay ? undefined : clock.dateOf(serverMs)),
   askDepth: (requestId, pixels, { width, height }) =>
     connection.send({
       case: "depth",
@@ -229,6 +229,7 @@ function receive({ body }: ServerMessage): void {
       return void page.relay.toggleAttribute("hidden", !body.value.sending);
     case "cine":
       cineBar.tell(body.value);
+      showBusy();
       return overlay.measurement.frozenChanged();
     case "depthReply":
       return overlay.measurement.answered(body.value);
@@ -343,6 +344,7 @@ function pictureShown(picture: Picture): void {
   light.placeMarker(); // the size of the picture may have changed
   quickPanel.take(picture);
   overlay.show(picture);
+  cineBar.pictureShown();
   showBusy();
   warnings.take(picture.warnings, performance.now());
   if (news) showCondition({ pictureShown: true, serverError: undefined, hasNoSurface: measured.hasNoSurface() });
@@ -361,10 +363,12 @@ function showScene(): void {
 
 /** The canvas is busy until it shows the scene that was requested last. */
 function showBusy(): void {
-  const busy = !shown || shown.privateView !== ownView.isOpen || !editor.isShownBy(shown.sceneRevision);
+  const isOld = !shown || shown.privateView !== ownView.isOpen || !editor.isShownBy(shown.sceneRevision);
+  const busy = isOld || cineBar.isBehind;
   page.canvas.ariaBusy = String(busy);
   quickPanel.setBusy(busy);
   conditionView.setBusy(busy, performance.now());
+  conditionView.setPreview(previewOf(shown, pictures.surface.isTurned));
   conditionView.showRendering(condition, performance.now());
 }
 

@@ -10,7 +10,8 @@ const kMostPoints = 1024; // of a request
 const kSecondPoint = "Now the second point.";
 export const kNotForDiagnosis = "Not for diagnosis.";
 
-type Mm = readonly [number, number, number];
+/** x, y, z in the transducer frame. */
+export type Mm = readonly [number, number, number];
 
 export interface Distance {
   straightMm: number;

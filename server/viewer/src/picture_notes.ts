@@ -1,34 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
-// Notes: texts that stand at a place of the picture on this display, and on its stills.
+// Notes: texts on this display and on its stills. One that was put on the surface stays at that point of the body while
+// the view moves; another keeps its place in the picture.
+import type { View } from "../generated/fanlight_pb.js";
 import { element } from "./element";
-import type { PagePoint } from "./view_geometry";
+import { pixelOfPoint, type Mm } from "./measurement";
+import type { PagePoint, Size } from "./view_geometry";
 
 const kMostNotes = 20;
 const kLongestNote = 60;
+const kBehindMm = 3; // a note that lies deeper below the surface is on its far side
 
 export interface PictureNote {
   text: string;
   /** Shares of the picture's width and height. */
   x: number;
   y: number;
+  /** Whether the text ends at that place, so that it stays in the picture. Without: it begins there. */
+  endsHere: boolean;
+  /** In the transducer frame. */
+  point?: Mm;
 }
 
-export function isOnTheRight(note: PictureNote): boolean {
-  return note.x > 0.5;
-}
+/** The surface in shares of the picture's width and height; undefined where there is none, or it is not known. */
+export type SurfaceAt = (place: PagePoint) => Mm | undefined;
 
 export class PictureNotes {
   private notes: PictureNote[] = [];
   private chosen = false;
+  private editing = false;
+  private view: View | undefined;
 
   constructor(
     private readonly root: HTMLElement,
     private readonly frame: HTMLElement,
+    private readonly surfaceAt: SurfaceAt,
     private readonly failed: (sentence: string) => void,
   ) {}
 
+  /** Those that the picture shows. */
   all(): readonly PictureNote[] {
-    return this.notes;
+    return this.notes.filter(isInPicture);
+  }
+
+  /** The view of what is drawn now, in the pixels of a picture of that size. */
+  place(view: View | undefined, size: Size): void {
+    this.view = view;
+    const anchored = this.notes.filter(({ point }) => point !== undefined);
+    if (!view || anchored.length === 0 || this.editing) return;
+    for (const note of anchored) {
+      const pixel = pixelOfPoint(note.point!, view);
+      note.x = pixel ? (pixel.x + 0.5) / size.width : -1;
+      note.y = pixel ? (pixel.y + 0.5) / size.height : -1;
+    }
+    this.draw();
   }
 
   /** The tool was chosen, or left. */
@@ -41,7 +65,9 @@ export class PictureNotes {
   clicked(pointer: PagePoint): void {
     if (this.notes.length >= kMostNotes) return this.failed(`There are ${kMostNotes} notes already: remove one first.`);
     const shown = this.frame.getBoundingClientRect();
-    const note = { text: "", x: (pointer.x - shown.left) / shown.width, y: (pointer.y - shown.top) / shown.height };
+    const place = { x: (pointer.x - shown.left) / shown.width, y: (pointer.y - shown.top) / shown.height };
+    const point = this.surfaceAt(place);
+    const note: PictureNote = { text: "", ...place, endsHere: place.x > 0.5, ...(point && { point }) };
     this.notes = [...this.notes, note];
     this.edit(note);
   }
@@ -51,10 +77,12 @@ export class PictureNotes {
     const before = note.text;
     const input = element("input", { type: "text", value: before, maxLength: kLongestNote, ariaLabel: "Note" });
     this.draw(note, input);
+    this.editing = true;
     let ended = false;
     const end = (text: string) => {
       if (ended) return;
       ended = true;
+      this.editing = false;
       note.text = text.trim();
       this.notes = this.notes.filter((each) => each.text !== "");
       this.draw();
@@ -71,15 +99,25 @@ export class PictureNotes {
 
   private draw(edited?: PictureNote, input?: HTMLInputElement): void {
     this.root.replaceChildren(
-      ...this.notes.map((note) => {
+      ...this.notes.filter(isInPicture).map((note) => {
         const part = note === edited && input ? input : this.label(note);
-        // In the right half it ends where it was clicked, so that it stays on the picture.
-        if (isOnTheRight(note)) part.style.right = `${100 * (1 - note.x)}%`;
+        if (note.endsHere) part.style.right = `${100 * (1 - note.x)}%`;
         else part.style.left = `${100 * note.x}%`;
         part.style.top = `${100 * note.y}%`;
+        part.classList.toggle("ends-here", note.endsHere);
+        part.classList.toggle("on-surface", note.point !== undefined);
+        part.classList.toggle("behind", this.isBehind(note));
         return part;
       }),
     );
+  }
+
+  private isBehind(note: PictureNote): boolean {
+    const seen = note.point && this.surfaceAt(note);
+    const m = this.view?.matrix;
+    if (!seen || !m) return false;
+    const deeperMm = [2, 6, 10].reduce((sum, at, axis) => sum + m[at]! * (note.point![axis]! - seen[axis]!), 0);
+    return deeperMm > kBehindMm;
   }
 
   private label(note: PictureNote): HTMLElement {
@@ -88,4 +126,8 @@ export class PictureNotes {
     button.onclick = () => this.edit(note);
     return button;
   }
+}
+
+function isInPicture({ x, y }: PictureNote): boolean {
+  return x >= 0 && x <= 1 && y >= 0 && y <= 1;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that the page draws over the picture but the light, and the still that is saved with it.
-import type { Hello, Picture } from "../generated/fanlight_pb.js";
+import type { Hello, Picture, View } from "../generated/fanlight_pb.js";
 import { ClipButton } from "./clip_button";
 import type { CodecChoice } from "./codec_choice";
 import { find } from "./element";
-import { Measurement } from "./measurement";
+import { Measurement, type Mm } from "./measurement";
 import { page } from "./page";
 import { PictureNotes } from "./picture_notes";
 import { PlaneOverlay } from "./plane_overlay";
@@ -52,6 +52,10 @@ export class PictureOverlay {
       isCurrent(): boolean;
       mayFreeze(): boolean;
       freeze(): void;
+      /** The point of the body at a pixel of the picture, if this display knows it. */
+      surfaceAt(pixel: PagePoint): Mm | undefined;
+      /** When a time of the server's clock was; undefined in a replay, and while the clock is not known. */
+      dateOf(serverMs: number): Date | undefined;
       askDepth(requestId: bigint, pixels: PagePoint[], counted: Size): void;
       failed(sentence: string): void;
     },
@@ -68,7 +72,12 @@ export class PictureOverlay {
         page.measured.hidden = sentence === "";
       },
     });
-    this.notes = new PictureNotes(find("#picture-notes", HTMLElement), page.frame, from.failed);
+    this.notes = new PictureNotes(
+      find("#picture-notes", HTMLElement),
+      page.frame,
+      ({ x, y }) => from.surfaceAt({ x: x * this.fullSize().width, y: y * this.fullSize().height }),
+      from.failed,
+    );
     this.planes = new PlaneOverlay(find("#planes", SVGSVGElement), page.canvas, editor, () => from.isCurrent());
     this.clip = new ClipButton(page.clip, {
       canFilm: () => codec.canFilm,
@@ -83,6 +92,12 @@ export class PictureOverlay {
   show(picture: Picture): void {
     this.measurement.show(picture);
     this.showMarks();
+    this.drawn(picture.view);
+  }
+
+  /** The view of what is drawn now: of the picture, or of a preview. */
+  drawn(view: View | undefined): void {
+    this.notes.place(view, this.fullSize());
   }
 
   choose(tool: Tool): void {
@@ -119,9 +134,12 @@ export class PictureOverlay {
   still(): void {
     if (page.frame.hidden) return this.from.failed("There is no picture to save yet.");
     if (this.from.isPreview()) return this.from.failed(kPreview);
+    const shown = this.from.shown();
     const facts = {
       source: this.from.hello()?.title ?? "",
       state: find("#connection", HTMLElement).innerText.trim(),
+      volumeId: shown?.volumeId ?? 0n,
+      captured: shown && this.from.dateOf(Number(shown.captureTimeNs) / 1e6),
       measurement: this.measurement.text(),
       bar: this.bar(),
       fullWidth: this.fullSize().width,

@@ -20,12 +20,14 @@ export class PictureStream {
   readonly view: PictureView;
   readonly codec: CodecChoice;
   /** The volumes that this display has kept. */
-  readonly kept: KeptVolumes = {
+  readonly kept: KeptVolumes & { shownId: bigint } = {
+    shownId: 0n,
     has: (volumeId) => this.surface.has(volumeId),
     show: (volumeId) => this.view.showKept(volumeId),
     loop: (volumeId) => this.view.loop(volumeId),
     endLoop: () => this.view.endLoop(),
     endLoopAt: (volumeId) => this.view.endLoopAt(volumeId),
+    goLive: () => this.view.goLive(),
   };
   private offered = false;
   private askedMs = -Infinity;
@@ -43,6 +45,7 @@ export class PictureStream {
     this.view = new PictureView(page.canvas, page.frame, this.surface, {
       ...events,
       shown: (picture) => {
+        this.kept.shownId = picture.volumeId;
         events.shown(picture);
         this.offerSurfaces();
         this.watchPace();

@@ -17,6 +17,8 @@ export interface PictureViewEvents {
   shown(picture: Picture): void;
   /** Whether this display has turned the picture, where that has changed. */
   turned(turned: boolean): void;
+  /** This display has drawn the surface again, maybe from another view. */
+  drawn(): void;
   unreadable(sentence: string): void;
   /** This browser cannot show such pictures, or not quickly enough. */
   unsupported(): void;
@@ -34,6 +36,8 @@ export class PictureView {
   private expected: bigint | undefined; // the volume that this display shows before the server does
   private expectedTimer = 0;
   private filming = false; // the last picture was of a film
+  private liveSinceMs = -Infinity;
+  private shownId = 0n; // of the volume on show
   private looping = false; // this display shows volumes that it has kept, not what the server sends
   private wasTurned = false;
   private rehearsed = false;
@@ -114,6 +118,7 @@ export class PictureView {
       return this.events.unsupported(); // a shader that this browser does not compile
     }
     this.noteTurned();
+    this.events.drawn();
     if (this.rehearsed && this.surface.isTooSlow) return this.events.unsupported();
     if (this.rehearsed || !this.surface.isShown) return;
     this.rehearsed = true;
@@ -143,6 +148,7 @@ export class PictureView {
     this.expected = picture && volumeId;
     if (!picture) return false;
     this.expectedTimer = window.setTimeout(() => this.giveUpExpected(), kOvertakenMs);
+    this.shownId = volumeId;
     this.draw(undefined, picture.width, picture.height);
     this.drawMoving();
     this.events.shown(picture);
@@ -154,6 +160,7 @@ export class PictureView {
     const picture = this.held || this.filming ? undefined : this.surface.showKept(volumeId);
     this.looping = picture !== undefined;
     if (!picture) return false;
+    this.shownId = volumeId;
     this.draw(undefined, picture.width, picture.height);
     this.drawMoving();
     this.events.shown(picture);
@@ -171,9 +178,16 @@ export class PictureView {
     this.expected = undefined;
   }
 
+  /** New volumes are shown again. */
+  goLive(): void {
+    this.liveSinceMs = performance.now();
+  }
+
   /** Call at the start of a session. */
   start(): void {
     this.looping = false;
+    this.liveSinceMs = -Infinity;
+    this.shownId = 0n;
     this.expected = undefined;
     window.clearTimeout(this.expectedTimer);
     this.surface.forgetAll();
@@ -188,7 +202,8 @@ export class PictureView {
 
   /** Whether a picture was on its way before the volume that is shown since. */
   private isBefore({ volumeId }: Picture): boolean {
-    if (this.expected === undefined) return false;
+    const wasJustFrozen = performance.now() - this.liveSinceMs < kOvertakenMs;
+    if (this.expected === undefined) return wasJustFrozen && volumeId < this.shownId;
     if (this.expected !== volumeId) return true;
     this.expected = undefined;
     return false;
@@ -210,6 +225,7 @@ export class PictureView {
           picture.surface ? this.unpack(picture) : true,
         ]);
         if (isWhole && !this.held && !this.looping && !this.isBefore(picture)) {
+          this.shownId = picture.volumeId;
           const before = this.surface.depthsBefore(picture);
           if (before) this.fade.keep();
           this.surface.show(picture);

@@ -27,4 +27,11 @@ export class ServerClock {
     );
     return best && pageMs + best.offsetMs;
   }
+
+  /** When a time of the server's clock was; undefined before the first reply. */
+  dateOf(serverMs: number): Date | undefined {
+    const pageMs = performance.now();
+    const serverNowMs = this.at(pageMs);
+    return serverNowMs === undefined ? undefined : new Date(Date.now() - (serverNowMs - serverMs));
+  }
 }

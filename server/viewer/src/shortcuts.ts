@@ -30,7 +30,7 @@ const kPictureKeys: readonly (readonly [string, string])[] = [
 ];
 
 export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }: ShortcutTargets): void {
-  const list = element("dialog", { id: "shortcuts" });
+  const list = element("dialog", { id: "shortcuts", autofocus: true }); // not its last button, which may be far down
   const rows: Row[] = [
     [[" "], "Freeze, or live again", () => cineBar.toggle()],
     [[","], "Previous volume", () => cineBar.step(-1)],

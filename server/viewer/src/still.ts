@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Saves the picture as PNG, with its measurement and notes; and, if wanted, its scale, source and state below it.
 
-import { isOnTheRight, type PictureNote } from "./picture_notes";
+import type { PictureNote } from "./picture_notes";
 import { saveFile, timeInName } from "./save_file";
 
 export interface StillFacts {
   source: string;
   /** "Live", "Frozen, 12 s old", ... */
   state: string;
+  volumeId: bigint;
+  /** undefined where it is not known. */
+  captured: Date | undefined;
   measurement: string;
   bar: { mm: number; pixels: number } | undefined;
   fullWidth: number;
@@ -23,6 +26,7 @@ export interface StillFacts {
 // Of a picture of that height; in others all is larger in proportion.
 const kHeight = 512;
 const kFootHeight = 44;
+const kBarTextWidth = 84; // of "200 mm", with margins
 
 export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElement, facts: StillFacts): Promise<void> {
   const copy = document.createElement("canvas");
@@ -53,7 +57,7 @@ function drawNotes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
   context.strokeStyle = "#000";
   context.fillStyle = "#fff";
   for (const note of notes) {
-    context.textAlign = isOnTheRight(note) ? "right" : "left";
+    context.textAlign = note.endsHere ? "right" : "left";
     const place = [note.x * canvas.width, note.y * canvas.height, canvas.width / 2] as const;
     context.strokeText(note.text, ...place);
     context.fillText(note.text, ...place);
@@ -97,12 +101,17 @@ function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, 
   context.fillRect(0, 0, width, kFootHeight + 1); // its height was rounded
   context.fillStyle = "#fff";
   context.font = "13px sans-serif";
-  const time = `${new Date().toISOString().slice(0, 19).replace("T", " ")} UTC`;
-  const line = [facts.source, facts.state, time].filter(Boolean).join("   ");
+  const line = [facts.source, facts.state, `volume ${facts.volumeId}`, timeText(facts)].filter(Boolean).join("   ");
   context.fillText(line, 8, 16, width - 16);
-  context.fillText(facts.measurement || "Not for diagnosis.", 8, 36, width - 140);
-  if (facts.bar) drawBar(context, facts.bar.mm, (facts.bar.pixels * width) / facts.fullWidth, width - 8);
+  const barLength = facts.bar ? (facts.bar.pixels * width) / facts.fullWidth : 0;
+  context.fillText(facts.measurement || "Not for diagnosis.", 8, 36, width - barLength - kBarTextWidth);
+  if (facts.bar) drawBar(context, facts.bar.mm, barLength, width - 8);
   context.restore();
+}
+
+function timeText({ captured }: StillFacts): string {
+  const time = (captured ?? new Date()).toISOString().slice(0, 19).replace("T", " ");
+  return `${captured ? "captured" : "saved"} ${time} UTC`;
 }
 
 function drawBar(context: CanvasRenderingContext2D, mm: number, length: number, right: number): void {

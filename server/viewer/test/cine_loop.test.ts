@@ -55,6 +55,7 @@ function machine() {
 test("volumes that were all on show are played at the rate at which they were captured", () => {
   const { loop, tell, pass, taken } = machine();
   for (const volume of [3, 2, 1]) tell(volume);
+  assert.deepEqual([loop.numberOf(12n), loop.numberOf(10n)], [2, undefined]);
   tell(3, State.PLAYING);
   assert.equal(loop.volume, undefined, "the first one was not on show yet");
   tell(0, State.PLAYING);

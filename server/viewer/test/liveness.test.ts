@@ -156,3 +156,19 @@ test("a frozen picture is frozen, with its age, whatever becomes of the source",
   assert.deepEqual([news.state, news.ageMs, news.title], ["frozen", 600, "Probe lost"]);
   assert.equal(markText(news), "Frozen, 0 s old");
 });
+
+test("a picture that was frozen is so until a new one replaces it, for three seconds at most", () => {
+  const watch = watchAt(1000);
+  watch.tell(told(Liveness_State.FROZEN), 1000);
+  for (let nowMs = 1000; nowMs <= 200_000; nowMs += 1000) watch.heard(nowMs);
+  watch.tell(told(Liveness_State.LIVE), 200_000);
+  assert.equal(watch.news(200_100).state, "frozen");
+  watch.show(serverMs(200_000));
+  assert.equal(watch.news(200_200).state, "live", "it was not delayed");
+  watch.heard(203_500);
+  watch.hold(true, 200_300);
+  watch.hold(false, 203_400);
+  assert.equal(watch.news(203_500).state, "frozen");
+  watch.heard(207_000);
+  assert.equal(watch.news(207_000).state, "delayed", "no new picture has come");
+});

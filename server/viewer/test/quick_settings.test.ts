@@ -2,8 +2,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
-import { CineStatus_State as State, CineStatusSchema, EchoLevelsSchema } from "../generated/fanlight_pb.js";
-import { cineText } from "../src/cine_bar";
+import {
+  CineStatus_State as State,
+  CineStatusSchema,
+  EchoLevelsSchema,
+  type CineStatus,
+} from "../generated/fanlight_pb.js";
+import { cineTexts } from "../src/cine_bar";
 import { linePoints } from "../src/plots";
 import { kQuick, thresholdRange } from "../src/quick_settings";
 import { bodyWay } from "../src/view_geometry";
@@ -30,9 +35,11 @@ test("the threshold's slider covers the volume's own grey levels, and the value 
 
 test("the cine says which volume is shown, and how long before the newest", () => {
   const status = { state: State.FROZEN, volumes: 20, volume: 2, timeS: 0.4, durationS: 3.6 };
-  assert.equal(cineText(create(CineStatusSchema, status)), "volume 3 of 20, 3.2 s before the newest");
-  assert.equal(cineText(create(CineStatusSchema, { ...status, volume: 19, timeS: 3.6 })), "volume 20 of 20");
-  assert.equal(cineText(create(CineStatusSchema, { ...status, volumes: 1, volume: 0 })), "volume 1 of 1");
+  const text = (change: Partial<Pick<CineStatus, "volume" | "volumes" | "timeS">>) =>
+    cineTexts(create(CineStatusSchema, { ...status, ...change })).join("");
+  assert.equal(text({}), "volume 3 of 20, 3.2 s before the newest");
+  assert.equal(text({ volume: 19, timeS: 3.6 }), "volume 20 of 20");
+  assert.equal(text({ volumes: 1, volume: 0 }), "volume 1 of 1");
 });
 
 test("a plot ends at its right edge with the newest value", () => {

@@ -141,10 +141,15 @@ export class SurfaceView {
     return degreesBetween(wanted, this.shown.view) <= kMostTurnedDeg;
   }
 
-  /** The point of the body at a pixel of the picture, mm; undefined without a surface. For a picture not turned. */
+  /** Of what was drawn last, in pixels of the picture. */
+  get drawnView(): View | undefined {
+    return this.drawn.of === this.shown ? this.drawn.view : this.shown?.view;
+  }
+
+  /** The point of the body at a pixel of the picture, mm; undefined without a surface, and in a turned picture. */
   pointAt({ x, y }: { x: number; y: number }): readonly [number, number, number] | undefined {
     const { shown } = this;
-    if (!shown) return undefined;
+    if (!shown || this.isTurned) return undefined;
     const map = shown.maps[0]!;
     const [column, row] = [Math.floor(x) - shown.part.left, Math.floor(y) - shown.part.top];
     const units = map.depths[row * map.width + column];
