@@ -8,7 +8,7 @@ import type { PagePoint, Size } from "./view_geometry";
 
 const kMostNotes = 20;
 const kLongestNote = 60;
-const kBehindMm = 3; // a note that lies deeper below the surface is on its far side
+const kBehindMm = 8; // deeper below the surface, a note is on its far side; a fetus moves by less
 
 export interface PictureNote {
   text: string;

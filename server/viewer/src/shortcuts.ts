@@ -30,7 +30,7 @@ const kPictureKeys: readonly (readonly [string, string])[] = [
 ];
 
 export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }: ShortcutTargets): void {
-  const list = element("dialog", { id: "shortcuts", autofocus: true }); // not its last button, which may be far down
+  const list = element("dialog", { id: "shortcuts" });
   const rows: Row[] = [
     [[" "], "Freeze, or live again", () => cineBar.toggle()],
     [[","], "Previous volume", () => cineBar.step(-1)],
@@ -51,7 +51,7 @@ export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }:
     [["y", "ctrl+y", "ctrl+shift+z"], "Redo", () => quickPanel.redo()],
     [["f"], "Full screen", () => shell.toggleFullScreen()],
     [["i"], "Statistics", () => shell.toggleStatistics()],
-    [["?"], "Show these shortcuts", () => list.showModal()],
+    [["?"], "Show these shortcuts", () => open(list)],
   ];
   const texts = rows.map(([keys, text]) => [keys.map(nameOf).join(", "), text] as const);
   const button = element("button", { textContent: "Close" });
@@ -61,6 +61,12 @@ export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }:
   document.body.append(list);
   releaseClicked(document.body);
   connectKeys(document.body, Object.fromEntries(rows.flatMap(([keys, , act]) => keys.map((key) => [key, act]))));
+}
+
+/** At its top: the button that gets the focus is below the list. */
+function open(list: HTMLDialogElement): void {
+  list.showModal();
+  list.scrollTop = 0;
 }
 
 /** "Ctrl+Shift+Z" */
