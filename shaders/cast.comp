@@ -144,6 +144,18 @@ float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float c
   return edge >= 0.0 && place > kNotTissue ? depth_mm : FANLIGHT_NO_SURFACE;
 }
 
+// The share that is left of the certainty of a surface at `at`: the beam showed only the side that it came
+// from. 1 up to 120 degrees between ray and beam, as in a view from the side of a fan, and 0 from 150 degrees
+// on. Frames without a known apex have parallel beams.
+float seen_by_beam(vec3 at, vec3 forward) {
+  float from_axis = from_axis_of(at);
+  float from_apex = max(from_axis - rays.motor_radius + rays.probe_radius, 1e-6);
+  vec2 in_sweep = vec2(at.y + rays.motor_radius, at.z) / max(from_axis, 1e-6);
+  vec3 beam = normalize(vec3(at.x / from_apex, in_sweep));
+  const float kBehind = -0.866;
+  return clamp((dot(beam, normalize(forward)) - kBehind) / (-0.5 - kBehind), 0.0, 1.0);
+}
+
 // Nothing before `start_mm` is shown.
 RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
   vec2 shown = cropped(vec2(max(rays.start, start_mm), rays.end), ray.from, ray.forward);
@@ -194,6 +206,7 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
     tried = max(tried, edge);
     done = edge < 0.0 || (surface_mm >= 0.0 && complete(accumulator));
   }
+  certainty *= seen_by_beam(ray.from + surface_mm * ray.forward, ray.forward);
   return RayResult(surface_mm, certainty, colour_of(accumulator), uint(whole(index)));
 }
 

@@ -74,7 +74,7 @@ struct PictureStamp {
   double near_end_mm = std::numeric_limits<double>::quiet_NaN();
   double surface_share = 0;  ///< of the pixels, those with a surface, 0 to 1
   /// Of these, those whose surface is uncertain and dimmed, 0 to 1: it stands out from the speckle by
-  /// little, or fills a hole. 0 in modes that do not light the surface, and where the speckle is not known.
+  /// little, fills a hole, or is seen from where no beam came. 0 in modes that do not light the surface.
   double uncertain_share = 0;
   PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture

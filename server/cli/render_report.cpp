@@ -137,9 +137,11 @@ void print_text(std::FILE* out, const RenderReport& report) {
   if (picture.stamp.near_tissue == NearTissueState::kNoBone)
     fmt::print(out, "near tissue is shown: no skull was found behind it\n");
   if (picture.stamp.uncertain_share >= 0.005)
-    fmt::print(out,
-               "{:.0f} % of the surface is uncertain and dimmed: it barely stands out from the speckle\n",
-               100 * picture.stamp.uncertain_share);
+    fmt::print(
+        out,
+        "{:.0f} % of the surface is uncertain and dimmed: it barely stands out from the speckle, or no "
+        "beam reached the side that is seen\n",
+        100 * picture.stamp.uncertain_share);
   if (report.speckle_filter_left_out) {
     fmt::print(out, "the speckle filter was left out: the volume is too large for it on this GPU\n");
   }

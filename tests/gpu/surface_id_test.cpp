@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a picture says of its surface for displays that light it themselves.
+#include <cmath>
+
+#include "tests/support/cpu_twin.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
 
@@ -16,6 +19,10 @@ const FanGeometry kGeometry{.columns = 96,
 
 double plate(const Point& at) {
   return at.y_mm > 50 ? 150 : 5;
+}
+
+double slab(const Point& at) {
+  return at.y_mm > 40 && at.y_mm < 65 && std::abs(at.x_mm) < 30 ? 150 : 5;
 }
 
 void collect_into(Renderer& renderer, Picture& picture) {
@@ -37,6 +44,49 @@ class SurfaceIdTest : public GpuTest {
     return next_picture(*renderer_);
   }
 };
+
+TEST_F(SurfaceIdTest, OfASurfaceSeenAgainstTheBeamIsUncertain) {
+  const Volume volume = made_volume(kGeometry, angles_rad_, slab);
+  ASSERT_TRUE(renderer_->load(volume));
+  Scene seen = scene_;
+  // The twin takes no values from the data.
+  seen.detector.place = SurfacePlace::kRefined;
+  seen.detector.frame_steps = FrameSteps::kKept;
+  seen.detector.threshold = 30;
+  seen.detector.least_contrast = 10;
+  std::uint64_t revision = 1;
+  double from_the_side = 0;
+  double oblique = 0;
+  for (const double yaw_deg : {0.0, 90.0, 125.0, 140.0, 180.0}) {
+    seen.camera.yaw_deg = scene_.camera.yaw_deg + yaw_deg;
+    const Picture picture = changed(++revision, seen);
+    const TwinCast twin = twin_cast(seen, {64, 64}, twin_prepare(seen.speckle, volume));
+    const std::vector<float> cast_mm = renderer_->read_depth()->cast_mm;
+    std::size_t met = 0;
+    std::size_t unlike = 0;
+    double sum = 0;
+    for (std::size_t pixel = 0; pixel < picture.certainty.size(); ++pixel) {
+      if (picture.certainty[pixel] == 0 || std::abs(cast_mm[pixel] - twin.depth_mm[pixel]) > 0.2) continue;
+      ++met;
+      const double certainty = (picture.certainty[pixel] - 1) / 254.0;
+      sum += certainty;
+      unlike += std::abs(certainty - twin.certainty[pixel]) > 0.01 ? 1 : 0;
+    }
+    ASSERT_GT(met, picture.certainty.size() / 20) << yaw_deg;
+    EXPECT_LE(unlike, met / 50) << yaw_deg;
+    const double mean = sum / static_cast<double>(met);
+    if (yaw_deg == 0) EXPECT_GT(mean, 0.99);
+    if (yaw_deg == 90) from_the_side = mean;
+    if (yaw_deg == 140) oblique = mean;
+    if (yaw_deg == 180) {
+      EXPECT_LT(mean, 0.1);
+      EXPECT_LT(mean, oblique);
+      EXPECT_EQ(picture.stamp.uncertain_share, 1);
+    }
+  }
+  EXPECT_GT(from_the_side, 0.9);
+  EXPECT_LT(oblique, from_the_side);
+}
 
 TEST_F(SurfaceIdTest, IsThatOfTheFilteredMapAndTheCertaintyIsThatOfTheRays) {
   ASSERT_TRUE(renderer_->load(made_volume(kGeometry, angles_rad_, plate)));

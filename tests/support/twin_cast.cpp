@@ -393,6 +393,18 @@ void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, T
   }
 }
 
+/// Pass 1: the share of its certainty that a surface keeps where the ray runs against the beam
+/// (`seen_by_beam` in shaders/cast.comp).
+double seen_by_beam(const FanGeometry& geometry, const dvec3& at, const dvec3& direction) {
+  const bool has_apex = geometry.polar() || geometry.sector.half_angle_deg > 0;
+  const dvec3 from_axis(0, at.y + geometry.motor_radius_mm, at.z);
+  const double apex_mm = glm::length(from_axis) - geometry.motor_radius_mm + geometry.probe_radius_mm;
+  const double across = has_apex ? at.x / apex_mm : 0;
+  const dvec3 beam = glm::normalize(dvec3(across, 0, 0) + glm::normalize(from_axis));
+  const double along = glm::dot(beam, glm::normalize(direction));
+  return std::clamp((along + 0.866) / (0.866 - 0.5), 0.0, 1.0);  // from 120 to 150 degrees
+}
+
 Ray ray_of_pixel(const Scene& scene, const Viewport& part, std::uint32_t column, std::uint32_t row) {
   return ray_through(scene.camera, (column - part.centre_column()) * part.pixel_mm,
                      (part.centre_row() - row) * part.pixel_mm);
@@ -409,7 +421,10 @@ void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, Twi
       const SampleValues values = samples.all();
       const FirstSurface surface = first_surface(scene.detector, samples, values, shown);
       cast.depth_mm[pixel] = surface.depth_mm;
-      cast.certainty[pixel] = surface.certainty;
+      const double seen = surface.depth_mm >= 0
+                              ? seen_by_beam(prepared.geometry(), ray.at(surface.depth_mm), ray.direction)
+                              : 1;
+      cast.certainty[pixel] = seen * surface.certainty;
       cast.colour[pixel] =
           accumulated_colour(scene, samples, values, shown, step_of(scene, prepared.geometry()));
     }

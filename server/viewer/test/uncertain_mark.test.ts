@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { EchoLevels } from "../generated/fanlight_pb.js";
+import { create } from "@bufbuild/protobuf";
+import { ViewSchema, type EchoLevels } from "../generated/fanlight_pb.js";
 import { uncertainText } from "../src/uncertain_mark";
 
 test("the mark says how much of the surface is uncertain", () => {
@@ -10,6 +11,14 @@ test("the mark says how much of the surface is uncertain", () => {
   assert.equal(
     uncertainText({ uncertainShare: 0.254, surfaceShare: 0.6, levels }),
     "25 % of the surface is uncertain (dimmed)",
+  );
+});
+
+test("the mark says that the surface is seen from where no beam came", () => {
+  const view = create(ViewSchema, { matrix: [-1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1] });
+  assert.equal(
+    uncertainText({ uncertainShare: 0.97, surfaceShare: 0.6, view }),
+    "Seen from where no beam came: 97 % of the surface is dimmed",
   );
 });
 
