@@ -123,9 +123,8 @@ void run_throughput(const Options& options) {
   const Resources before = Resources::now();
   const std::int64_t start_ns = now_ns();
   const std::uint64_t start_bytes = fixture.counters().bytes_received.value();
-  std::uint64_t taken = 0;
   while (now_ns() - start_ns < static_cast<std::int64_t>(options.seconds * 1e9)) {
-    if (fixture.ring().take()) ++taken;
+    (void)fixture.ring().take();
     require(fixture.frames().sum_holds(), "frames are not accounted for");
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
