@@ -128,9 +128,9 @@ export class LivenessWatch {
       return { ...still, title, detail: withoutTitle(sentence ?? "", title) };
     }
     if (!shown) return { ...still, title: "", detail: "" };
+    if (state === Liveness_State.REPLAY) return { state: "replay", ageMs: undefined, title: "", detail: "" };
     const late = ageMs !== undefined && ageMs > this.limitMs();
     if (late && nowMs - this.thawingSinceMs < kThawMs) return { state: "frozen", ageMs, title: "", detail: "" };
-    if (state === Liveness_State.REPLAY) return { state: "replay", ageMs: undefined, title: "", detail: "" };
     if (state === Liveness_State.DELAYED) return { state: "delayed", ageMs, title: "Delayed", detail: sentence ?? "" };
     if (late) return { state: "delayed", ageMs, title: "Delayed", detail: "Pictures reach this display late." };
     const origin = this.told && kOrigins[this.told.origin];

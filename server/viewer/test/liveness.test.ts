@@ -171,4 +171,7 @@ test("a picture that was frozen is so until a new one replaces it, for three sec
   assert.equal(watch.news(203_500).state, "frozen");
   watch.heard(207_000);
   assert.equal(watch.news(207_000).state, "delayed", "no new picture has come");
+  watch.tell(told(Liveness_State.FROZEN), 207_000);
+  watch.tell(told(Liveness_State.REPLAY), 207_100);
+  assert.equal(watch.news(207_200).state, "replay", "its age says nothing");
 });
