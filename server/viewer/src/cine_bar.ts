@@ -10,6 +10,7 @@ import {
 
 const kDragMs = 100; // a dragged slider asks no more often
 const kAnswerMs = 1500; // the server has answered by then
+const kBehindMs = 10_000; // what is not drawn by then does not come
 
 /** "volume 3 of 20", ", 1.4 s before the newest": a small screen has no room for the second part. */
 export function cineTexts({
@@ -28,7 +29,7 @@ export type CineWish = Pick<CineRequest, "requestId" | "wish" | "value" | "volum
 
 export interface KeptVolumes {
   /** Of the picture on show; 0: none yet. */
-  readonly shownId: bigint;
+  shownId(): bigint;
   /** Whether this display has it. */
   has(volumeId: bigint): boolean;
   /** 0: a volume that was not on show. */
@@ -38,8 +39,10 @@ export interface KeptVolumes {
   endLoop(): void;
   /** The server shows this volume; 0: a new one. */
   endLoopAt(volumeId: bigint): void;
-  /** New volumes are shown again: frozen ones that are still on their way do not replace a newer one. */
-  goLive(): void;
+  /** Whether new volumes are shown: frozen ones that are still on their way then do not replace a newer one. */
+  setLive(live: boolean): void;
+  /** The server has frozen this one. */
+  frozenAt(volumeId: bigint): void;
 }
 
 export class CineBar {
@@ -58,6 +61,7 @@ export class CineBar {
   private lastId = 0n;
   private mayAsk = false;
   private held = false;
+  private movedMs = 0; // when the server has moved to the volume of its status
   /** What is frozen is the replay of a recording, not live. */
   isReplay = false;
 
@@ -115,9 +119,10 @@ export class CineBar {
     return this.status !== undefined && this.status.state !== State.LIVE;
   }
 
-  /** The server has moved to a frozen volume whose picture is not here yet. */
+  /** The server has moved to a frozen volume whose picture is not here yet. For a while: it may refuse to draw it. */
   get isBehind(): boolean {
-    return this.isStill && !this.held && this.status!.volumeId !== this.kept.shownId;
+    const isElsewhere = this.isStill && !this.held && this.status!.volumeId !== this.kept.shownId();
+    return isElsewhere && performance.now() - this.movedMs < kBehindMs;
   }
 
   /** Call for each picture shown. */
@@ -173,7 +178,12 @@ export class CineBar {
       if (wasLooping && this.loop.volume === undefined) this.kept.endLoopAt(status.volumeId);
       if (status.state !== State.FROZEN || status.volume === this.expected) this.expected = undefined;
     }
-    if (this.isFrozen && status.state === State.LIVE) this.kept.goLive();
+    const isLive = status.state === State.LIVE;
+    if (this.isFrozen === isLive) {
+      this.kept.setLive(isLive);
+      if (!isLive) this.kept.frozenAt(status.volumeId);
+    }
+    if (status.volumeId !== this.status?.volumeId) this.movedMs = performance.now();
     this.status = status;
     this.showFreeze();
     this.bar.hidden = !this.isFrozen;
@@ -186,7 +196,7 @@ export class CineBar {
 
   /** The server may have a newer volume already: what the user saw stays, and pictures on their way are dropped. */
   private freezeShown(): void {
-    const { shownId } = this.kept;
+    const shownId = this.kept.shownId();
     this.ask(Wish.FREEZE, 0, shownId);
     this.kept.show(shownId);
   }
@@ -194,7 +204,7 @@ export class CineBar {
   /** Which volume is on show here: that of the picture, which may come after the server's word. */
   private showPlace(): void {
     if (!this.status) return;
-    const volume = this.loop.volume ?? this.loop.numberOf(this.kept.shownId) ?? this.status.volume;
+    const volume = this.loop.volume ?? this.loop.numberOf(this.kept.shownId()) ?? this.status.volume;
     const shown = { ...this.status, volume, timeS: this.loop.of(volume)?.timeS ?? this.status.timeS };
     const texts = cineTexts(shown);
     texts.forEach((text, index) => write(this.text.children[index]!, text));

@@ -12,7 +12,7 @@ export type Preview = "turned" | "coarse";
 
 const kPreviewTitles: Record<Preview, string> = {
   turned: "Turned by this display. What it cannot know is grey.",
-  coarse: "Coarse while the view moves.",
+  coarse: "Coarse while it changes.",
 };
 const kMostMovingLevel = 1; // of the deadline plan: from the next one on, pictures are coarse at rest too
 
@@ -65,13 +65,9 @@ export class ConditionView {
     this.showNotice(condition);
   }
 
-  /** Whether the picture lacks a change that was asked for. */
-  setBusy(busy: boolean, nowMs: number): void {
+  /** Whether the picture lacks a change that was asked for, and whether it is a preview only. */
+  setBusy(busy: boolean, preview: Preview | undefined, nowMs: number): void {
     this.busySinceMs = busy ? (this.busySinceMs ?? nowMs) : undefined;
-  }
-
-  /** Whether the picture is seen from another view than the server has rendered it for. */
-  setPreview(preview: Preview | undefined): void {
     this.preview = preview;
   }
 
@@ -83,8 +79,9 @@ export class ConditionView {
     const { rendering } = this.places;
     const long = this.busySinceMs !== undefined && nowMs - this.busySinceMs > kRenderingMs;
     rendering.hidden = !(long || this.preview) || !pictureShown || connection.state !== "open";
-    write(rendering, this.preview ? "Preview …" : "Rendering …");
-    rendering.title = this.preview ? kPreviewTitles[this.preview] : "";
+    const preview = long && this.preview === "coarse" ? undefined : this.preview;
+    write(rendering, preview ? "Preview …" : "Rendering …");
+    rendering.title = preview ? kPreviewTitles[preview] : "";
   }
 
   private showNotice(condition: Condition): void {

@@ -2,6 +2,7 @@
 // Whether the picture on this display is live, and what to say where it is not.
 import { Liveness_Cause, Liveness_Origin, Liveness_State, type Liveness } from "../generated/fanlight_pb.js";
 
+const kReplay = /^The replay/; // a sentence about a frozen one
 const kSilenceMs = 2000; // the server sends a message once a second at least
 const kUsualLimitMs = 2000; // until the server has sent its own
 
@@ -88,6 +89,12 @@ export class LivenessWatch {
     this.capturedServerMs = capturedServerMs;
   }
 
+  /** What is shown was captured at another time than the server's clock says. */
+  get isReplay(): boolean {
+    const { state, origin, sentence } = this.told ?? {};
+    return state === Liveness_State.REPLAY || origin === Liveness_Origin.RECORDING || kReplay.test(sentence ?? "");
+  }
+
   news(nowMs: number): LivenessNews {
     const news = this.steadyNews(nowMs);
     const detail = this.told?.sceneTrouble;
@@ -119,7 +126,7 @@ export class LivenessWatch {
     const cause = this.told?.cause === Liveness_Cause.CHANGE_NOT_SHOWN ? Liveness_Cause.NONE : this.told?.cause;
     if (state === Liveness_State.FROZEN && shown) {
       const title = cause ? kTitles[cause] : "";
-      const isReplay = /^The replay/.test(sentence ?? "");
+      const isReplay = kReplay.test(sentence ?? "");
       const detail = cause ? (sentence ?? "").replace(/^The (picture|replay of a recording) is frozen\. ?/, "") : "";
       return { state: "frozen", ageMs: isReplay ? undefined : ageMs, title, detail, ...(isReplay && { isReplay }) };
     }
@@ -130,6 +137,7 @@ export class LivenessWatch {
     if (!shown) return { ...still, title: "", detail: "" };
     if (state === Liveness_State.REPLAY) return { state: "replay", ageMs: undefined, title: "", detail: "" };
     const late = ageMs !== undefined && ageMs > this.limitMs();
+    if (!late) this.thawingSinceMs = -Infinity; // a new one has come
     if (late && nowMs - this.thawingSinceMs < kThawMs) return { state: "frozen", ageMs, title: "", detail: "" };
     if (state === Liveness_State.DELAYED) return { state: "delayed", ageMs, title: "Delayed", detail: sentence ?? "" };
     if (late) return { state: "delayed", ageMs, title: "Delayed", detail: "Pictures reach this display late." };

@@ -118,7 +118,7 @@ const orbit = new Orbit(editor, page.canvas, movesRays);
 const pictures: PictureStream = new PictureStream(editor, connection, {
   shown: pictureShown,
   turned: () => showBusy(),
-  drawn: () => overlay.drawn(pictures.surface.drawnView),
+  drawn: () => overlay.drawn(),
   unreadable: (sentence) => showCondition({ serverError: sentence }),
 });
 const { view, codec } = pictures;
@@ -155,7 +155,8 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   mayFreeze: () => cineBar.mayFreeze,
   freeze: () => cineBar.still(),
   surfaceAt: (pixel) => pictures.surface.pointAt(pixel),
-  dateOf: (serverMs) => (cineBar.isReplay ? undefined : clock.dateOf(serverMs)),
+  drawnView: () => pictures.surface.drawnView,
+  dateOf: (serverMs) => (liveness.isReplay ? undefined : clock.dateOf(serverMs)),
   askDepth: (requestId, pixels, { width, height }) =>
     connection.send({
       case: "depth",
@@ -180,7 +181,7 @@ const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, bannerAt("#fou
   connection.send({ case: "survey", value: { requestId } }),
 );
 window.setInterval(askClock, kClockMs);
-window.setInterval(() => showCondition({}), kConditionMs);
+window.setInterval(() => (showBusy(), showCondition({})), kConditionMs);
 connection.open();
 
 function receive({ body }: ServerMessage): void {
@@ -367,8 +368,7 @@ function showBusy(): void {
   const busy = isOld || cineBar.isBehind;
   page.canvas.ariaBusy = String(busy);
   quickPanel.setBusy(busy);
-  conditionView.setBusy(busy, performance.now());
-  conditionView.setPreview(previewOf(shown, pictures.surface.isTurned));
+  conditionView.setBusy(busy, previewOf(shown, pictures.surface.isTurned), performance.now());
   conditionView.showRendering(condition, performance.now());
 }
 

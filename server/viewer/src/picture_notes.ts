@@ -19,6 +19,8 @@ export interface PictureNote {
   endsHere: boolean;
   /** In the transducer frame. */
   point?: Mm;
+  /** It is on the far side of what is seen. */
+  behind?: boolean;
 }
 
 /** The surface in shares of the picture's width and height; undefined where there is none, or it is not known. */
@@ -29,6 +31,8 @@ export class PictureNotes {
   private chosen = false;
   private editing = false;
   private view: View | undefined;
+  private size: Size = { width: 1, height: 1 }; // of the picture whose view it is
+  private readonly parts = new Map<PictureNote, HTMLElement>(); // one stays, so that it can be clicked
 
   constructor(
     private readonly root: HTMLElement,
@@ -44,15 +48,17 @@ export class PictureNotes {
 
   /** The view of what is drawn now, in the pixels of a picture of that size. */
   place(view: View | undefined, size: Size): void {
-    this.view = view;
+    [this.view, this.size] = [view, size];
     const anchored = this.notes.filter(({ point }) => point !== undefined);
     if (!view || anchored.length === 0 || this.editing) return;
     for (const note of anchored) {
       const pixel = pixelOfPoint(note.point!, view);
       note.x = pixel ? (pixel.x + 0.5) / size.width : -1;
       note.y = pixel ? (pixel.y + 0.5) / size.height : -1;
+      note.behind = this.isBehind(note) ?? note.behind ?? false;
+      const part = this.parts.get(note);
+      if (part) position(part, note);
     }
-    this.draw();
   }
 
   /** The tool was chosen, or left. */
@@ -86,6 +92,7 @@ export class PictureNotes {
       note.text = text.trim();
       this.notes = this.notes.filter((each) => each.text !== "");
       this.draw();
+      this.place(this.view, this.size); // it may have moved meanwhile
     };
     input.onblur = () => end(input.value);
     input.onkeydown = (event) => {
@@ -98,24 +105,22 @@ export class PictureNotes {
   }
 
   private draw(edited?: PictureNote, input?: HTMLInputElement): void {
-    this.root.replaceChildren(
-      ...this.notes.filter(isInPicture).map((note) => {
-        const part = note === edited && input ? input : this.label(note);
-        if (note.endsHere) part.style.right = `${100 * (1 - note.x)}%`;
-        else part.style.left = `${100 * note.x}%`;
-        part.style.top = `${100 * note.y}%`;
-        part.classList.toggle("ends-here", note.endsHere);
-        part.classList.toggle("on-surface", note.point !== undefined);
-        part.classList.toggle("behind", this.isBehind(note));
-        return part;
-      }),
-    );
+    this.parts.clear();
+    for (const note of this.notes) {
+      const part = note === edited && input ? input : this.label(note);
+      part.classList.toggle("ends-here", note.endsHere);
+      part.classList.toggle("on-surface", note.point !== undefined);
+      position(part, note);
+      this.parts.set(note, part);
+    }
+    this.root.replaceChildren(...this.parts.values());
   }
 
-  private isBehind(note: PictureNote): boolean {
+  /** undefined where it is not known. */
+  private isBehind(note: PictureNote): boolean | undefined {
     const seen = note.point && this.surfaceAt(note);
     const m = this.view?.matrix;
-    if (!seen || !m) return false;
+    if (!seen || !m) return undefined;
     const deeperMm = [2, 6, 10].reduce((sum, at, axis) => sum + m[at]! * (note.point![axis]! - seen[axis]!), 0);
     return deeperMm > kBehindMm;
   }
@@ -126,6 +131,14 @@ export class PictureNotes {
     button.onclick = () => this.edit(note);
     return button;
   }
+}
+
+function position(part: HTMLElement, note: PictureNote): void {
+  if (note.endsHere) part.style.right = `${100 * (1 - note.x)}%`;
+  else part.style.left = `${100 * note.x}%`;
+  part.style.top = `${100 * note.y}%`;
+  part.hidden = !isInPicture(note);
+  part.classList.toggle("behind", note.behind === true);
 }
 
 function isInPicture({ x, y }: PictureNote): boolean {

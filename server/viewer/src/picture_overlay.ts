@@ -54,6 +54,8 @@ export class PictureOverlay {
       freeze(): void;
       /** The point of the body at a pixel of the picture, if this display knows it. */
       surfaceAt(pixel: PagePoint): Mm | undefined;
+      /** The view of what this display has drawn; undefined where the server has. */
+      drawnView(): View | undefined;
       /** When a time of the server's clock was; undefined in a replay, and while the clock is not known. */
       dateOf(serverMs: number): Date | undefined;
       askDepth(requestId: bigint, pixels: PagePoint[], counted: Size): void;
@@ -92,12 +94,12 @@ export class PictureOverlay {
   show(picture: Picture): void {
     this.measurement.show(picture);
     this.showMarks();
-    this.drawn(picture.view);
+    this.drawn();
   }
 
-  /** The view of what is drawn now: of the picture, or of a preview. */
-  drawn(view: View | undefined): void {
-    this.notes.place(view, this.fullSize());
+  /** What is drawn now has another view: that of the picture, or of a preview. */
+  drawn(): void {
+    this.notes.place(this.from.drawnView() ?? this.from.shown()?.view, this.fullSize());
   }
 
   choose(tool: Tool): void {
@@ -114,7 +116,10 @@ export class PictureOverlay {
       if (this.from.isPreview()) this.from.failed(kPreview);
       else this.measurement.clicked(pointer);
     }
-    if (this.tool === "note") this.notes.clicked(pointer);
+    if (this.tool === "note") {
+      if (this.from.isPreview()) this.from.failed(kPreview);
+      else this.notes.clicked(pointer);
+    }
     return this.tool === "measure" || this.tool === "note";
   }
 

@@ -20,17 +20,19 @@ export class PictureStream {
   readonly view: PictureView;
   readonly codec: CodecChoice;
   /** The volumes that this display has kept. */
-  readonly kept: KeptVolumes & { shownId: bigint } = {
-    shownId: 0n,
+  readonly kept: KeptVolumes = {
+    shownId: () => this.view.volumeId,
     has: (volumeId) => this.surface.has(volumeId),
     show: (volumeId) => this.view.showKept(volumeId),
     loop: (volumeId) => this.view.loop(volumeId),
     endLoop: () => this.view.endLoop(),
     endLoopAt: (volumeId) => this.view.endLoopAt(volumeId),
-    goLive: () => this.view.goLive(),
+    setLive: (live) => this.view.setLive(live),
+    frozenAt: (volumeId) => this.view.frozenAt(volumeId),
   };
   private offered = false;
   private askedMs = -Infinity;
+  private askTimer = 0;
   private askedHeight = 0; // when the size has changed last
   private sizeTimer = 0; // 0: it does not run
   private sameSize = Infinity; // by how much sizes may differ that count as one
@@ -45,7 +47,6 @@ export class PictureStream {
     this.view = new PictureView(page.canvas, page.frame, this.surface, {
       ...events,
       shown: (picture) => {
-        this.kept.shownId = picture.volumeId;
         events.shown(picture);
         this.offerSurfaces();
         this.watchPace();
@@ -83,9 +84,11 @@ export class PictureStream {
     }, kSettledMs);
   }
 
-  /** The server then sends the picture whole. Not more often than it allows. */
+  /** The server then sends the picture whole. Not more often than it allows: later, where the last time was just now. */
   private askAgain(): void {
-    if (performance.now() - this.askedMs < kAskMs) return;
+    window.clearTimeout(this.askTimer);
+    const waitMs = this.askedMs + kAskMs - performance.now();
+    if (waitMs > 0) return void (this.askTimer = window.setTimeout(() => this.askAgain(), waitMs));
     this.askedMs = performance.now();
     this.codec.askAgain();
   }

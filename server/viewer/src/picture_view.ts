@@ -57,6 +57,7 @@ export class PictureView {
     this.fade = new SwapFade(canvas);
     this.film = new FilmDecoder((frame, picture) => {
       if (this.held) return;
+      this.shownId = picture.volumeId;
       this.draw(frame, frame.displayWidth, frame.displayHeight);
       this.events.shown(picture);
     }, events.unsupported);
@@ -64,6 +65,7 @@ export class PictureView {
 
   /** Keeps the picture on this display as it is; a film is decoded on, since its next pictures depend on these. */
   hold(held: boolean): void {
+    if (this.held && !held) this.events.missing(); // what came meanwhile may not come again
     this.held = held;
     if (held) this.waiting = undefined;
   }
@@ -178,9 +180,25 @@ export class PictureView {
     this.expected = undefined;
   }
 
-  /** New volumes are shown again. */
-  goLive(): void {
-    this.liveSinceMs = performance.now();
+  /** Whether new volumes are shown, which has changed. What was asked for before counts no more. */
+  setLive(live: boolean): void {
+    this.liveSinceMs = live ? performance.now() : -Infinity;
+    if (live) this.expectNothing();
+  }
+
+  /** The server has frozen this volume: another one than this display has asked for is not waited for. */
+  frozenAt(volumeId: bigint): void {
+    if (this.expected !== volumeId) this.giveUpExpected();
+  }
+
+  /** Of the volume on show; 0: none. */
+  get volumeId(): bigint {
+    return this.shownId;
+  }
+
+  private expectNothing(): void {
+    this.expected = undefined;
+    window.clearTimeout(this.expectedTimer);
   }
 
   /** Call at the start of a session. */
@@ -188,15 +206,14 @@ export class PictureView {
     this.looping = false;
     this.liveSinceMs = -Infinity;
     this.shownId = 0n;
-    this.expected = undefined;
-    window.clearTimeout(this.expectedTimer);
+    this.expectNothing();
     this.surface.forgetAll();
   }
 
   /** The server shows something else than this display has asked for, which may have been skipped here. */
   private giveUpExpected(): void {
     if (this.expected === undefined) return;
-    this.expected = undefined;
+    this.expectNothing();
     this.events.missing();
   }
 

@@ -26,6 +26,7 @@ export interface StillFacts {
 // Of a picture of that height; in others all is larger in proportion.
 const kHeight = 512;
 const kFootHeight = 44;
+const kBehindAlpha = 0.4; // as on the page
 const kBarTextWidth = 84; // of "200 mm", with margins
 
 export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElement, facts: StillFacts): Promise<void> {
@@ -57,12 +58,14 @@ function drawNotes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
   context.strokeStyle = "#000";
   context.fillStyle = "#fff";
   for (const note of notes) {
+    context.globalAlpha = note.behind ? kBehindAlpha : 1;
     context.textAlign = note.endsHere ? "right" : "left";
     const place = [note.x * canvas.width, note.y * canvas.height, canvas.width / 2] as const;
     context.strokeText(note.text, ...place);
     context.fillText(note.text, ...place);
   }
   context.textAlign = "left";
+  context.globalAlpha = 1;
 }
 
 /** The depth scales of the panes, and the panes' names. */

@@ -9,8 +9,8 @@ const kWorthSaying = 0.1;
 /** Of the picture: less may be a stray edge in speckle. */
 export const kSomeSurface = 0.005;
 
-/** Cosine between the middle beam and what looks at the picture: beyond a right angle, most beams came from behind. */
-const kFromBehind = -0.1;
+/** Cosine between the middle beam and what looks at the picture: beyond it, beams dim the surface (shaders/cast.comp). */
+const kFromBehind = -0.6;
 
 /** What the mark says; empty: nothing. */
 export function uncertainText({ uncertainShare, surfaceShare, levels, view }: Shares): string {
@@ -19,7 +19,7 @@ export function uncertainText({ uncertainShare, surfaceShare, levels, view }: Sh
   const percent = Math.round(100 * uncertainShare);
   const isFromBehind = (view?.matrix[6] ?? 1) < kFromBehind; // forward, along the depth of the probe
   if (uncertainShare >= kWorthSaying && isFromBehind)
-    texts.push(`Seen from where no beam came: ${percent} % of the surface is dimmed`);
+    texts.push(`Seen from behind, where few beams or none came: ${percent} % of the surface is dimmed`);
   else if (uncertainShare >= kWorthSaying) texts.push(`${percent} % of the surface is uncertain (dimmed)`);
   return texts.join(". ");
 }

@@ -18,7 +18,7 @@ test("the mark says that the surface is seen from where no beam came", () => {
   const view = create(ViewSchema, { matrix: [-1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1] });
   assert.equal(
     uncertainText({ uncertainShare: 0.97, surfaceShare: 0.6, view }),
-    "Seen from where no beam came: 97 % of the surface is dimmed",
+    "Seen from behind, where few beams or none came: 97 % of the surface is dimmed",
   );
 });
 
