@@ -15,7 +15,11 @@ namespace {
 void post(boost::asio::io_context& loop, const std::shared_ptr<std::function<void()>>& done) {
   while (!loop.stopped()) {
     try {
-      return boost::asio::post(loop, [done] { (*done)(); });
+      return boost::asio::post(loop, [done] {
+        // What it holds, such as a session, ends here, though the encoder's thread may still hold `done`.
+        const auto run = std::exchange(*done, nullptr);
+        run();
+      });
     } catch (const std::bad_alloc&) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

@@ -14,8 +14,8 @@ class LoopExecutor {
   /// `loop` must outlive this object.
   explicit LoopExecutor(boost::asio::io_context& loop) : loop_(loop) {}
 
-  /// Runs `work` on a thread of the lane, and then `done` in the loop. Nothing is lost where memory is short:
-  /// the thread waits for it.
+  /// Runs `work` on a thread of the lane, and then `done` in the loop, where `done` is destroyed too. Nothing
+  /// is lost where memory is short: the thread waits for it.
   void run(EncoderLane lane, std::function<void()> work, std::function<void()> done);
 
  private:
