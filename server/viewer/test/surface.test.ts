@@ -165,6 +165,12 @@ test("a slow browser draws coarsely, a quick one does not", () => {
   assert.ok(slowest.isTooSlow);
   draw(slow, 30, 20);
   assert.equal(slow.levelOf(usual), 1);
+  const stalled = new DrawingPace();
+  draw(stalled, 5, 400);
+  stalled.learn(square(128), 2000);
+  assert.equal(stalled.isTooSlow, false, "one stall is no pace");
+  for (let picture = 0; picture < 5; ++picture) stalled.learn(square(128), 2000);
+  assert.ok(stalled.isTooSlow);
 });
 
 test("a picture of the same view with more pixels is finer", () => {

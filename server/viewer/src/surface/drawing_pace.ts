@@ -10,6 +10,8 @@ const kLeastSide = 128;
 const kTooSlowMs = 120;
 const kLearnEvery = 8;
 const kNewShare = 0.4;
+/** One stall, of the browser or of the machine, is no pace: only several in a row count whole. */
+const kMostSlower = 3;
 
 export class DrawingPace {
   private pixelMs = 0; // of a pixel that is drawn; 0: not known
@@ -37,8 +39,9 @@ export class DrawingPace {
   }
 
   learn({ width, height }: { width: number; height: number }, tookMs: number): void {
-    const pixelMs = tookMs / (width * height);
     const before = this.pixelMs;
+    const measured = tookMs / (width * height);
+    const pixelMs = before === 0 ? measured : Math.min(measured, kMostSlower * before);
     this.pixelMs = before === 0 ? pixelMs : (1 - kNewShare) * before + kNewShare * pixelMs;
     const steady = before > 0 && Math.abs(this.pixelMs / before - 1) < 0.5;
     this.untilLearning = steady ? kLearnEvery : 1;

@@ -254,9 +254,12 @@ export class SurfaceView {
     };
     for (const way of ["lit", "turned"] as const) {
       draws[way](); // compiles, and is not measured
-      const began = this.waited(lighter.canvas);
-      draws[way]();
-      this.paces[way].learn(map, this.waited(lighter.canvas) - began);
+      const timesMs = [0, 1].map(() => {
+        const began = this.waited(lighter.canvas);
+        draws[way]();
+        return this.waited(lighter.canvas) - began;
+      });
+      this.paces[way].learn(map, Math.min(...timesMs)); // the machine may have been busy in one
     }
   }
 
