@@ -153,7 +153,8 @@ float seen_by_beam(vec3 at, vec3 forward) {
   vec2 in_sweep = vec2(at.y + rays.motor_radius, at.z) / max(from_axis, 1e-6);
   vec3 beam = normalize(vec3(at.x / from_apex, in_sweep));
   const float kBehind = -0.866;
-  return clamp((dot(beam, normalize(forward)) - kBehind) / (-0.5 - kBehind), 0.0, 1.0);
+  float share = (dot(beam, normalize(forward)) - kBehind) / (-0.5 - kBehind);
+  return clamp(share, rays.least_seen_by_beam, 1.0);
 }
 
 // Nothing before `start_mm` is shown.

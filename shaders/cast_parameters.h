@@ -82,6 +82,10 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float sector_near_squared;
   float sector_far_squared;
 
+  // The least share of its certainty that a surface keeps that is seen against the beam: 0, or 1 where the
+  // direction of the beams is unknown.
+  float least_seen_by_beam;
+
   // Crop box and clip planes (unit normal, distance). Nothing outside is shown.
   vec3 crop_lowest;
   vec3 crop_highest;

@@ -52,8 +52,9 @@ static_assert(sizeof(FrameRecord) == 56 && std::has_unique_object_representation
 
 constexpr std::uint32_t kCountsVolumes = 1;
 constexpr std::uint32_t kSimulated = 2;
-// Absent in segments of earlier versions, whose frames have no unscanned pixels.
+// Absent in segments of earlier versions, whose frames have no unscanned pixels and known beams.
 constexpr std::uint32_t kZeroIsUnscanned = 4;
+constexpr std::uint32_t kUnknownBeams = 8;
 
 /// The facts as they stand in the file, before the source's name.
 struct FactsRecord {
@@ -102,7 +103,8 @@ std::string facts_text(const RecordingFacts& facts) {
                      .rows = geometry.rows,
                      .flags = (facts.counts_volumes ? kCountsVolumes : 0U) |
                               (facts.simulated ? kSimulated : 0U) |
-                              (geometry.zero_is_unscanned ? kZeroIsUnscanned : 0U),
+                              (geometry.zero_is_unscanned ? kZeroIsUnscanned : 0U) |
+                              (geometry.unknown_beams ? kUnknownBeams : 0U),
                      .frames_per_volume = facts.frames_per_volume,
                      .usual_frames = facts.usual_frames,
                      .source_bytes = static_cast<std::uint32_t>(source.size()),
@@ -206,7 +208,8 @@ Result<RecordingFacts> read_facts(int file, const std::filesystem::path& path) {
                    .probe_radius_mm = record.probe_radius_mm,
                    .line_pitch_deg = record.line_pitch_deg,
                    .sector = {.half_angle_deg = record.half_angle_deg, .reach_mm = record.reach_mm},
-                   .zero_is_unscanned = (record.flags & kZeroIsUnscanned) != 0},
+                   .zero_is_unscanned = (record.flags & kZeroIsUnscanned) != 0,
+                   .unknown_beams = (record.flags & kUnknownBeams) != 0},
       .counts_volumes = (record.flags & kCountsVolumes) != 0,
       .frames_per_volume = record.frames_per_volume,
       .usual_frames = record.usual_frames,

@@ -38,6 +38,7 @@ std::string geometry_lines(const FanGeometry& geometry) {
   // A replay shows what the source showed, and detects nothing more.
   if (geometry.kind == FrameKind::kCartesian)
     text += fmt::format("FanlightUnscanned = {}\n", geometry.zero_is_unscanned ? "zero" : "none");
+  if (geometry.unknown_beams) text += "FanlightBeams = unknown\n";
   return text;
 }
 

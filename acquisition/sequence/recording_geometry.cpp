@@ -36,6 +36,7 @@ constexpr Uses kParallelColumns = {Use::kRequired, Use::kUnread, Use::kRequired}
 constexpr Uses kCurvedArrays = {Use::kOptional, Use::kRequired, Use::kUnread};
 constexpr Uses kConvexLinesAlone = {Use::kRefused, Use::kRequired, Use::kRefused};
 constexpr std::string_view kSweepOrders[] = {"one-way", "to-and-fro"};
+constexpr std::string_view kBeams[] = {"swept", "unknown"};
 constexpr Uses kSectors = {Use::kOptional, Use::kUnread, Use::kUnread};
 
 struct Key {
@@ -90,6 +91,8 @@ constexpr Key kKeys[] = {
        into.unscanned = static_cast<Unscanned>(static_cast<int>(value));
      },
      kUnscannedNames},
+    {"beams", "FanlightBeams", kSectors,
+     [](RecordingGeometry& into, double value) { into.geometry.unknown_beams = value != 0; }, kBeams},
     {"first_angle_deg", "FanlightFirstAngleDeg", kIfGiven,
      [](RecordingGeometry& into, double value) { into.first_angle_deg = value; }},
     {"last_angle_deg", "FanlightLastAngleDeg", kIfGiven,
@@ -458,6 +461,7 @@ Result<RecordingGeometry> find_geometry(const std::filesystem::path& recording_p
                  fmt::format("{}: {}{}{}", shown(recording_path), checked.error().message,
                              found.contradictions.empty() ? "" : ". ", fmt::join(found.contradictions, " "))};
   }
+  if (sequence.is_grid) found.geometry.unknown_beams = true;
   found.geometry.zero_is_unscanned = found.unscanned == Unscanned::kZero && !sequence.is_grid;
   add_suspicions(found);
   return found;

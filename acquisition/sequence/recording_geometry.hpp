@@ -36,9 +36,10 @@ namespace fanlight {
 /// without motor angles are spread; angles_deg, a list with the angle of each frame, or of the frames of one
 /// sweep; sweep_starts_deg, a list with the first angle of each sweep, where the motor begins elsewhere each
 /// time; frames_per_second, for frames without times; frames_per_sweep, for frames without VolumeIndex, with
-/// sweep_order "one-way" or "to-and-fro"; unscanned, by the names of Unscanned; window_black and
-/// window_white, the values of pixels of 16 bit, or of signed ones, that are shown black and white; columns,
-/// rows and frames, where the geometry is for frames of one size or number only. A value that a kind of frame
+/// sweep_order "one-way" or "to-and-fro"; unscanned, by the names of Unscanned; beams, "swept" or "unknown"
+/// (FanGeometry::unknown_beams); window_black and window_white, the values of pixels of 16 bit, or of signed
+/// ones, that are shown black and white; columns, rows and frames, where the geometry is for frames of one
+/// size or number only. A value that a kind of frame
 /// does not have is ignored; but line_pitch_deg is refused for every kind except "convex-lines".
 struct RecordingGeometry {
   /// One value and its origin, for display.

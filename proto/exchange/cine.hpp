@@ -19,7 +19,7 @@ struct CineOrder {
   Wish wish = Wish::kFreeze;
   std::int32_t volumes = 1;
   std::uint32_t volume = 0;     ///< from 0, the oldest; beyond the newest: the newest
-  std::uint64_t volume_id = 0;  ///< what the hand has seen; of a volume that is not kept: the newest
+  std::uint64_t volume_id = 0;  ///< kFreeze: the volume that the user sees; one that is not kept: the newest
   double speed = 1;             ///< kLeastCineSpeed to kMostCineSpeed; 1 as captured
 };
 

@@ -88,9 +88,10 @@ Result<void> check(const FanGeometry& geometry) {
                       first_mm)};
     }
   }
-  if (geometry.zero_is_unscanned && geometry.kind != FrameKind::kCartesian) {
+  if ((geometry.zero_is_unscanned || geometry.unknown_beams) && geometry.kind != FrameKind::kCartesian) {
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the fan geometry's zero_is_unscanned is set for {}, expected cartesian frames",
+                 fmt::format("the fan geometry's {} is set for {}, expected cartesian frames",
+                             geometry.zero_is_unscanned ? "zero_is_unscanned" : "unknown_beams",
                              kFrameKindNames[static_cast<std::size_t>(geometry.kind)])};
   }
   if (!(geometry.depth_mm() > 0)) {

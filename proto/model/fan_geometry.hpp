@@ -92,6 +92,10 @@ struct FanGeometry {
   /// not scanned is no surface. False: grey level 0 is the weakest echo.
   bool zero_is_unscanned = false;
 
+  /// Cartesian frames only: they were cut from a volume on a grid, so where the beams came from is unknown.
+  /// False: the beams came from the probe face.
+  bool unknown_beams = false;
+
   bool operator==(const FanGeometry&) const = default;
 
   std::uint64_t frame_bytes() const { return std::uint64_t{columns} * rows; }

@@ -138,6 +138,7 @@ void set_sector(shaders::CastParameters& to, const FanGeometry& geometry, int sm
   to.sector_margin = static_cast<float>(known ? margin_mm : -kFarMm * kFarMm);
   to.sector_near_squared = known ? squared(apex_mm + margin_mm) : -1;
   to.sector_far_squared = squared(known && sector.reach_mm > 0 ? sector.reach_mm - margin_mm : 10 * kFarMm);
+  to.least_seen_by_beam = geometry.unknown_beams ? 1 : 0;
 }
 
 glm::vec4 plane(const Scene::Clip& clip) {

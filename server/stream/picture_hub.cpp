@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <new>
 #include <vector>
 
@@ -13,6 +11,7 @@
 #include "server/codec/reduced_picture.hpp"
 #include "server/stream/picture_message.hpp"
 #include "server/stream/server_messages.hpp"
+#include "server/stream/wanted_sizes.hpp"
 
 namespace fanlight {
 
@@ -36,27 +35,6 @@ void put_pixels(v1::Picture& message, StreamSettings::Codec codec, std::span<con
     case StreamSettings::Codec::kH264:
       return message.set_h264(bytes.data(), bytes.size());
   }
-}
-
-/// The settings with the size that a picture is sent in.
-StreamSettings sized(StreamSettings settings, std::optional<PictureSize> usual) {
-  if (settings.has_size() || settings.codec == StreamSettings::Codec::kSurface || !usual) return settings;
-  settings.most_width = usual->width;
-  settings.most_height = usual->height;
-  return settings;
-}
-
-/// The largest size within the limits of the settings, in the proportions of the usual one.
-PictureSize size_within(const StreamSettings& settings, PictureSize usual) {
-  if (!settings.has_size()) return usual;
-  // A side that is not given does not limit the other.
-  const auto factor = [](std::uint32_t most, std::uint32_t side) {
-    return most > 0 ? static_cast<double>(most) / side : std::numeric_limits<double>::infinity();
-  };
-  const double scale =
-      std::min(factor(settings.most_width, usual.width), factor(settings.most_height, usual.height));
-  return {.width = static_cast<std::uint32_t>(std::lround(scale * usual.width)),
-          .height = static_cast<std::uint32_t>(std::lround(scale * usual.height))};
 }
 
 /// Whether a display with these settings is sent the surface of the picture.
@@ -146,7 +124,7 @@ void PictureHub::Job::run(const CoderFactory& make_coder) {
     machine->coder = std::move(*coder);
   }
   const Picture& picture = snapshot->picture();
-  const Pixels pixels = machine->scaler.fitted(pixels_of(picture), sized(settings, usual_size));
+  const Pixels pixels = machine->scaler.fitted(pixels_of(picture), with_size(settings, usual_size));
   const bool with_surface = has_surface(picture, settings);
   Result<CodedPicture> coded = CodedPicture{};
   if (!with_surface || !is_surface_only(picture)) coded = machine->coder->encode(pixels, key);
@@ -395,13 +373,8 @@ Result<void> PictureHub::has_room(const PictureSubscriber& subscriber, const Str
 void PictureHub::report_wanted_sizes() {
   if (!config_.usual_size || !config_.wanted_sizes) return;
   WantedSizes wanted;
-  for (const PictureSubscriber* subscriber : subscribers_) {
-    const StreamSettings& settings = subscriber->settings();
-    const bool lights = settings.codec == StreamSettings::Codec::kSurface;
-    std::optional<PictureSize>& largest = lights ? wanted.of_surfaces : wanted.of_pictures;
-    const PictureSize size = size_within(settings, *config_.usual_size);
-    if (size.height > largest.value_or(*config_.usual_size).height) largest = size;
-  }
+  for (const PictureSubscriber* subscriber : subscribers_)
+    widen(wanted, subscriber->settings(), *config_.usual_size);
   if (wanted == wanted_sizes_) return;
   wanted_sizes_ = wanted;
   config_.wanted_sizes(wanted);

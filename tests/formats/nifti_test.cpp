@@ -129,6 +129,7 @@ TEST_F(NiftiTest, IsARecordingOfPlanes) {
   const auto recording = Recording::open({.path = folder_ / "x.nii.gz", .geometry_path = {}});
   ASSERT_TRUE(recording) << recording.error().message;
   EXPECT_TRUE(recording->is_grid());
+  EXPECT_TRUE(recording->summary().geometry.unknown_beams);
   EXPECT_EQ(recording->summary().sweeps, 2U);
   EXPECT_EQ(recording->summary().columns, kSize[0]);
   const std::size_t middle = recording->summary().frames / 4;

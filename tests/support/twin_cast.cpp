@@ -396,6 +396,7 @@ void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, T
 /// Pass 1: the share of its certainty that a surface keeps where the ray runs against the beam
 /// (`seen_by_beam` in shaders/cast.comp).
 double seen_by_beam(const FanGeometry& geometry, const dvec3& at, const dvec3& direction) {
+  if (geometry.unknown_beams) return 1;
   const bool has_apex = geometry.polar() || geometry.sector.half_angle_deg > 0;
   const dvec3 from_axis(0, at.y + geometry.motor_radius_mm, at.z);
   const double apex_mm = glm::length(from_axis) - geometry.motor_radius_mm + geometry.probe_radius_mm;

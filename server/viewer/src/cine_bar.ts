@@ -34,6 +34,8 @@ export interface KeptVolumes {
   has(volumeId: bigint): boolean;
   /** 0: a volume that was not on show. */
   show(volumeId: bigint): void;
+  /** The server is asked to freeze this volume, which is on show; 0: none is. */
+  stayAt(volumeId: bigint): void;
   /** Whether it could. */
   loop(volumeId: bigint): boolean;
   endLoop(): void;
@@ -198,7 +200,7 @@ export class CineBar {
   private freezeShown(): void {
     const shownId = this.kept.shownId();
     this.ask(Wish.FREEZE, 0, shownId);
-    this.kept.show(shownId);
+    this.kept.stayAt(shownId);
   }
 
   /** Which volume is on show here: that of the picture, which may come after the server's word. */

@@ -40,7 +40,7 @@ export class CodecChoice {
   }
 
   /** A new session begins with JPEG. */
-  askAgain(): void {
+  start(): void {
     if (this.filmWanted || this.select.value !== kJpeg) this.ask();
   }
 
@@ -66,7 +66,8 @@ export class CodecChoice {
     if (!this.filmWanted && this.select.value === kSurface) this.ask();
   }
 
-  private ask(): void {
+  /** The server then sends the next picture whole. */
+  ask(): void {
     const codec = this.filmWanted ? kH264 : this.select.value;
     // Pictures of the server itself stay small, so that a moved light is quick.
     const size = codec === kSurface ? this.shownSize() : {};

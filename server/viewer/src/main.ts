@@ -181,7 +181,7 @@ const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, bannerAt("#fou
   connection.send({ case: "survey", value: { requestId } }),
 );
 window.setInterval(askClock, kClockMs);
-window.setInterval(() => (showBusy(), showCondition({})), kConditionMs);
+window.setInterval(() => showCondition({}), kConditionMs);
 connection.open();
 
 function receive({ body }: ServerMessage): void {
@@ -277,7 +277,7 @@ function begin(newHello: Hello): void {
   overlay.measurement.forget();
   quickPanel.start(hello);
   if (hello.control) controlTold(hello.control);
-  codec.askAgain();
+  codec.start();
   page.source.textContent = hello.title || hello.source;
   page.source.title = `Where the frames come from: ${hello.source}`;
   listNotes(page.notes, hello.notes);
@@ -368,8 +368,9 @@ function showBusy(): void {
   const busy = isOld || cineBar.isBehind;
   page.canvas.ariaBusy = String(busy);
   quickPanel.setBusy(busy);
-  conditionView.setBusy(busy, previewOf(shown, pictures.surface.isTurned), performance.now());
-  conditionView.showRendering(condition, performance.now());
+  const nowMs = performance.now();
+  conditionView.setBusy(busy, previewOf(shown, pictures.surface.isTurned), nowMs);
+  conditionView.showRendering(condition, nowMs);
 }
 
 function showCondition(change: Partial<Condition>): void {
@@ -387,7 +388,7 @@ function showCondition(change: Partial<Condition>): void {
   quickPanel.allow(!closed, ownView.wanted);
   overlay.allow(!closed, ownView.wanted);
   conditionView.show(condition);
-  conditionView.showRendering(condition, nowMs);
+  showBusy();
 }
 
 function doubleClicked(pointer: PagePoint): void {

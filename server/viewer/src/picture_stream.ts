@@ -24,6 +24,7 @@ export class PictureStream {
     shownId: () => this.view.volumeId,
     has: (volumeId) => this.surface.has(volumeId),
     show: (volumeId) => this.view.showKept(volumeId),
+    stayAt: (volumeId) => this.view.stayAt(volumeId),
     loop: (volumeId) => this.view.loop(volumeId),
     endLoop: () => this.view.endLoop(),
     endLoopAt: (volumeId) => this.view.endLoopAt(volumeId),
@@ -90,7 +91,7 @@ export class PictureStream {
     const waitMs = this.askedMs + kAskMs - performance.now();
     if (waitMs > 0) return void (this.askTimer = window.setTimeout(() => this.askAgain(), waitMs));
     this.askedMs = performance.now();
-    this.codec.askAgain();
+    this.codec.ask();
   }
 
   /** How many pixels this browser can light is known after a while. */

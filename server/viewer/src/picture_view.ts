@@ -56,7 +56,7 @@ export class PictureView {
     this.context = context;
     this.fade = new SwapFade(canvas);
     this.film = new FilmDecoder((frame, picture) => {
-      if (this.held) return;
+      if (this.held || this.isBefore(picture)) return;
       this.shownId = picture.volumeId;
       this.draw(frame, frame.displayWidth, frame.displayHeight);
       this.events.shown(picture);
@@ -146,15 +146,22 @@ export class PictureView {
   showKept(volumeId: bigint): boolean {
     if (this.held) return false;
     const picture = this.surface.showKept(volumeId);
-    window.clearTimeout(this.expectedTimer);
-    this.expected = picture && volumeId;
+    this.expectNothing();
     if (!picture) return false;
-    this.expectedTimer = window.setTimeout(() => this.giveUpExpected(), kOvertakenMs);
+    this.stayAt(volumeId);
     this.shownId = volumeId;
     this.draw(undefined, picture.width, picture.height);
     this.drawMoving();
     this.events.shown(picture);
     return true;
+  }
+
+  /** Drops what the server sends of other volumes until it sends this one, for a while. */
+  stayAt(volumeId: bigint): void {
+    if (this.held || volumeId === 0n) return;
+    window.clearTimeout(this.expectedTimer);
+    this.expected = volumeId;
+    this.expectedTimer = window.setTimeout(() => this.giveUpExpected(), kOvertakenMs);
   }
 
   /** Shows a volume that was shown before, and none that the server sends until endLoop(). Whether it can. */
