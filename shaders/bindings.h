@@ -88,6 +88,9 @@
 #define FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS 33
 #define FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS 34
 
+// uint four cells: what the scalpel has cut away (cut_mask.h).
+#define FANLIGHT_BINDING_CUT_CELLS 37
+
 #ifdef FANLIGHT_STORAGE
 // The same storage buffers for reading and writing (buffer_access.h); the other numbers stay unused.
 #undef FANLIGHT_BINDING_PACKED_TEXELS

@@ -61,6 +61,7 @@ layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colour
 };
 // A copy of the parameters: read once, not in each iteration.
 CastParameters rays;
+#include "cut_mask.h"
 #include "edge_detector.h"
 #include "fan_volume.h"
 #include "ray.h"
@@ -124,9 +125,22 @@ float first_candidate(float edges[kBatch], float tried, Ray ray, vec2 shown) {
   return first;
 }
 
+// A place outside what is shown moves to its border.
+float shown_depth(float place, Ray ray, vec2 shown) {
+  return clamp(rays.start + place * ray.spacing, shown.x, shown.y);
+}
+
+// Whether a sample counts that the accumulator gets.
+bool is_kept(float t, Ray ray, vec2 shown, bool scanned) {
+  bool kept = scanned && t >= shown.x && t <= shown.y;
+  if (kKeep != FANLIGHT_KEEP_NOTHING) {
+    for (bool due = kept && has_cuts(); due; due = false) kept = !is_cut(ray.from + t * ray.forward);
+  }
+  return kept;
+}
+
 // The depth of the surface whose edge lies at position `edge`, mm, and its certainty; FANLIGHT_NO_SURFACE
-// without an edge, and where it is no surface. A place outside what is shown moves to its
-// border.
+// without an edge, and where it is no surface or cut away.
 float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float certainty) {
   float place = edge;
   for (bool pending = edge >= 0.0; pending; pending = false) {
@@ -139,8 +153,11 @@ float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float c
         certainty = certainty_at(ray, samples, edge);
       place = certainty < 0.0 ? kNotTissue : place;
     }
+    for (bool due = has_cuts() && place > kNotTissue; due; due = false) {
+      place = is_cut(ray.from + shown_depth(place, ray, shown) * ray.forward) ? kNotTissue : place;
+    }
   }
-  float depth_mm = clamp(rays.start + place * ray.spacing, shown.x, shown.y);
+  float depth_mm = shown_depth(place, ray, shown);
   return edge >= 0.0 && place > kNotTissue ? depth_mm : FANLIGHT_NO_SURFACE;
 }
 
@@ -194,7 +211,7 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
           batch[slot] = max(batch[slot], 0.0);
           edges[slot] = advance(detector, slot, batch[slot], scanned, index);
           float t = rays.start + index * ray.spacing;
-          accumulate(accumulator, batch[slot], scanned && t >= shown.x && t <= shown.y);
+          accumulate(accumulator, batch[slot], is_kept(t, ray, shown, scanned));
           index += 1.0;
         }
         shift_window(detector, batch);

@@ -92,6 +92,13 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   vec4 clip1;
   vec4 clip2;
 
+  // What is cut away (cut_mask.h): a grid of cubes of side cut_cell. Without columns nothing is cut.
+  vec3 cut_lowest;
+  float cut_cell;
+  int cut_columns;
+  int cut_rows;
+  int cut_layers;
+
   float threshold;       // of the edge detector, 0 to 1
   float rise;            // FANLIGHT_PLACE_LEVEL: share of the way from the fluid's echo to the tissue's
   float reach;           // FANLIGHT_PLACE_LEVEL: of the surface behind a slow rise, for each mm of the rise

@@ -2,7 +2,8 @@
 // Pass 1, slices: planes through the volume, each in its part of the picture, in grey
 // (renderer/ALGORITHM.md, pass 1). Black where nothing was scanned or it is cropped.
 //
-// Near tissue that the surface leaves out is dim, with a line at its end.
+// Near tissue that the surface leaves out is dim, with a line at its end; so is what the scalpel has cut
+// away.
 //
 // Reads: the parameters; the volume and the angle table (fan_volume.h).
 // Writes: volume_colour, RGBA8, height x width of the picture, inside the parts of the planes.
@@ -22,11 +23,15 @@ layout(constant_id = 2) const int kFrames = FANLIGHT_FRAMES_PARALLEL;
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) writeonly buffer Colours {
   uint volume_colour[];
 };
+#include "cut_mask.h"
 #include "fan_volume.h"
 
 // Of what near tissue is left in the planes.
 const float kDimmed = 0.45;
 const vec3 kLine = vec3(1.0, 0.75, 0.2);
+// The same of what is cut away.
+const float kCutDimmed = 0.3;
+const vec3 kCutLine = vec3(0.35, 0.8, 1.0);
 // Half of the line's width, in pixels.
 const float kHalfLine = 0.9;
 
@@ -41,6 +46,20 @@ vec3 coloured(float value, vec3 at, float pixel_mm) {
   return position.margin >= 0.0 ? mix(grey, kLine, line) : grey;
 }
 
+// What is cut away is dim too, with a line where it ends.
+vec3 with_cuts(vec3 colour, vec3 at, float pixel_mm) {
+  for (bool due = has_cuts(); due; due = false) {
+    float share = cut_share(at);
+    // Between a corner that is cut and one that is not, the share falls by 1.
+    float beyond_mm = (share - 0.5) * rays.cut_cell;
+    float line = clamp(kHalfLine + 0.5 - abs(beyond_mm) / pixel_mm, 0.0, 1.0);
+    // Farther away nothing is known of the border; the line ends there where pixels are larger than cells.
+    line *= clamp(4.0 - 8.0 * abs(share - 0.5), 0.0, 1.0);
+    colour = mix(share >= 0.5 ? kCutDimmed * colour : colour, kCutLine, line);
+  }
+  return colour;
+}
+
 void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
@@ -53,7 +72,8 @@ void main() {
     vec2 interval = between_frames(cropped(vec2(0.0, 0.0), at, vec3(0.0)), at, vec3(0.0));
     bool shown = interval.x <= interval.y;
     float value = shown ? max(echo(at), 0.0) : 0.0;
-    vec3 colour = shown ? coloured(value, at, length(rays.slice_planes[slice].right_step)) : vec3(0.0);
+    float pixel_mm = length(rays.slice_planes[slice].right_step);
+    vec3 colour = shown ? with_cuts(coloured(value, at, pixel_mm), at, pixel_mm) : vec3(0.0);
     volume_colour[pixel.y * rays.width + pixel.x] = packUnorm4x8(vec4(colour, 1.0));
   }
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "proto/base/result.hpp"
+#include "proto/model/cut_list.hpp"
 #include "proto/model/deadline.hpp"
 #include "proto/model/fan_geometry.hpp"
 #include "proto/model/picture_size.hpp"
@@ -119,6 +120,11 @@ struct Scene {
     double normal_z = 0;
     double distance_mm = 0;
   } clip1, clip2;
+
+  /// Nothing inside is shown either.
+  struct Cuts {
+    CutList shapes;
+  } cuts;
 
   struct Near {
     NearTissueShow tissue = NearTissueShow::kShown;

@@ -161,6 +161,10 @@ const SceneField kFields[] = {
     row<MEMBER(crop.below_mm)>("crop.below_mm", "mm", "nothing is shown below this elevation (z)", -1000,
                                1000, 0, FirstPass::kCast),
     row<MEMBER(crop.above_mm)>("crop.above_mm", "mm", "nor above this", -1000, 1000, 0, FirstPass::kCast),
+    text_row<MEMBER(cuts.shapes)>(
+        "cuts.shapes",
+        "what the scalpel has cut away: lassos and balls in the transducer frame; empty shows everything",
+        FirstPass::kCast),
     row<MEMBER(clip1.normal_x)>(
         "clip1.normal_x", "",
         "clip plane: what lies along this normal is kept, lateral part; all 0 keeps everything", -1, 1, 0,

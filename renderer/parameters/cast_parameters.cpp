@@ -17,29 +17,6 @@ namespace {
 // Farther than any point in the body.
 constexpr double kFarMm = 1e4;
 
-struct Box {
-  glm::dvec3 lowest;
-  glm::dvec3 highest;
-};
-
-/// The bounding box of the volume that the frames cover.
-Box fan_box(const FanGeometry& geometry, const VolumeExtent& volume) {
-  // The fan ends at the axis: rows behind it show nothing.
-  const double nearest_mm = std::max(geometry.nearest_mm(), -geometry.motor_radius_mm);
-  const double straight_rad = std::clamp(0.0, volume.first_angle_rad, volume.last_angle_rad);
-  Box box{.lowest = {geometry.left_mm(), HUGE_VAL, HUGE_VAL},
-          .highest = {geometry.right_mm(), -HUGE_VAL, -HUGE_VAL}};
-  // y and z are monotonic in rho, and the only extremum of y over the angle is at 0 deg.
-  for (const double angle_rad : {volume.first_angle_rad, straight_rad, volume.last_angle_rad}) {
-    for (const double depth_mm : {nearest_mm, geometry.depth_mm()}) {
-      const glm::dvec3 corner = to_vector(geometry.point(0, {.angle_rad = angle_rad, .depth_mm = depth_mm}));
-      box.lowest = {box.lowest.x, std::min(box.lowest.y, corner.y), std::min(box.lowest.z, corner.z)};
-      box.highest = {box.highest.x, std::max(box.highest.y, corner.y), std::max(box.highest.z, corner.z)};
-    }
-  }
-  return box;
-}
-
 /// The largest depth below the view plane in the box.
 double farthest_depth_mm(const Box& box, const ViewFrame& view) {
   double farthest_mm = -HUGE_VAL;
@@ -244,6 +221,23 @@ int edge_sign(EdgeSign sign) {
 }
 
 }  // namespace
+
+Box fan_box(const FanGeometry& geometry, const VolumeExtent& volume) {
+  // The fan ends at the axis: rows behind it show nothing.
+  const double nearest_mm = std::max(geometry.nearest_mm(), -geometry.motor_radius_mm);
+  const double straight_rad = std::clamp(0.0, volume.first_angle_rad, volume.last_angle_rad);
+  Box box{.lowest = {geometry.left_mm(), HUGE_VAL, HUGE_VAL},
+          .highest = {geometry.right_mm(), -HUGE_VAL, -HUGE_VAL}};
+  // y and z are monotonic in rho, and the only extremum of y over the angle is at 0 deg.
+  for (const double angle_rad : {volume.first_angle_rad, straight_rad, volume.last_angle_rad}) {
+    for (const double depth_mm : {nearest_mm, geometry.depth_mm()}) {
+      const glm::dvec3 corner = to_vector(geometry.point(0, {.angle_rad = angle_rad, .depth_mm = depth_mm}));
+      box.lowest = {box.lowest.x, std::min(box.lowest.y, corner.y), std::min(box.lowest.z, corner.z)};
+      box.highest = {box.highest.x, std::max(box.highest.y, corner.y), std::max(box.highest.z, corner.z)};
+    }
+  }
+  return box;
+}
 
 shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
                                         const AngleTable& table, const VolumeExtent& volume) {

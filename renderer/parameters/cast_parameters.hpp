@@ -10,6 +10,7 @@
 #include "proto/model/scene.hpp"
 #include "proto/model/transfer_function.hpp"
 #include "renderer/parameters/angle_table.hpp"
+#include "renderer/parameters/cut_mask.hpp"
 #include "renderer/parameters/pipeline_key.hpp"
 #include "renderer/parameters/view_frame.hpp"
 #include "shaders/cast_parameters.h"
@@ -33,6 +34,9 @@ struct VolumeExtent {
 /// of the ray per mm of depth) for whole k. Lengths in mm, in the transducer frame.
 shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
                                         const AngleTable& table, const VolumeExtent& volume);
+
+/// The box around what a volume has scanned.
+Box fan_box(const FanGeometry& geometry, const VolumeExtent& volume);
 
 /// Whether pass 1 skips empty space. The pictures are the same; kOff serves comparisons.
 enum class Skipping : std::uint8_t { kOn, kOff };

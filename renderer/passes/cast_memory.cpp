@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "renderer/parameters/cast_parameters.hpp"
+#include "renderer/parameters/cut_mask.hpp"
 #include "renderer/passes/pixel_rect.hpp"
 #include "renderer/vulkan/command_recording.hpp"
 #include "shaders/bindings.h"
@@ -19,6 +20,8 @@ Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPl
   constexpr VkBufferUsageFlags kRead = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
   constexpr VkBufferUsageFlags kFilled =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  constexpr std::uint64_t kMostCutBytes =
+      std::uint64_t{CutGrid::kMostCells} * CutGrid::kMostCells * CutGrid::kMostCells;
   const WantedBuffer buffers[] = {
       {"cast_parameters", &made.parameters, sizeof(shaders::CastParameters),
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
@@ -26,6 +29,7 @@ Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPl
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
       {"staged_transfer", &made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
        BufferPlace::kToGpu},
+      {"cut_cells", &made.cut_cells, kMostCutBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu},
       {"ray_depth", &made.ray_depth, pixels * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT},
       {"segments", &made.segments, tiles * sizeof(glm::uvec4), kRead},
       {"old_segments", &made.old_segments, tiles * sizeof(glm::uvec4), kFilled},
@@ -46,13 +50,10 @@ Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPl
 void CastMemory::write_to(const DescriptorSets& descriptors) const {
   maps.write_to(descriptors);
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
-      {FANLIGHT_BINDING_CAST_PARAMETERS, &parameters},
-      {FANLIGHT_BINDING_NEAR_TISSUE, &near_tissue},
-      {FANLIGHT_BINDING_RAY_DEPTH, &ray_depth},
-      {FANLIGHT_BINDING_SEGMENT_MASKS, &segments},
-      {FANLIGHT_BINDING_OLD_SEGMENT_MASKS, &old_segments},
-      {FANLIGHT_BINDING_SAMPLE_ENDS, &reached},
-      {FANLIGHT_BINDING_DIRTY_TILES, &tile_list}};
+      {FANLIGHT_BINDING_CAST_PARAMETERS, &parameters}, {FANLIGHT_BINDING_NEAR_TISSUE, &near_tissue},
+      {FANLIGHT_BINDING_CUT_CELLS, &cut_cells},        {FANLIGHT_BINDING_RAY_DEPTH, &ray_depth},
+      {FANLIGHT_BINDING_SEGMENT_MASKS, &segments},     {FANLIGHT_BINDING_OLD_SEGMENT_MASKS, &old_segments},
+      {FANLIGHT_BINDING_SAMPLE_ENDS, &reached},        {FANLIGHT_BINDING_DIRTY_TILES, &tile_list}};
   for (const auto& [binding, buffer] : buffers) descriptors.write(binding, *buffer);
   descriptors.write(FANLIGHT_BINDING_TRANSFER, transfer);
 }

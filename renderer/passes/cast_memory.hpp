@@ -21,6 +21,7 @@ struct CastMemory {
   GpuBuffer parameters;   ///< shaders::CastParameters
   GpuBuffer near_tissue;  ///< shaders::NearTissueParameters
   GpuBuffer staged_transfer;
+  GpuBuffer cut_cells;  ///< see CutMask::write_cells()
 
   GpuImage transfer;
   CastMaps maps;

@@ -93,8 +93,12 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
 
   // Memory that the GPU reads may be slow to read for the processor, so values that are needed again are
   // kept.
-  const shaders::CastParameters parameters =
+  const CutList& shapes = scene.cuts.shapes;
+  if (cuts_.update(shapes, fan_box(volume.geometry, volume.extent)) && !shapes.empty())
+    cuts_.write_cells(memory_.cut_cells.mapped());
+  shaders::CastParameters parameters =
       cast_parameters(scene, size_, volume.geometry, volume.table, volume.extent);
+  set_cuts(parameters, shapes, cuts_.grid());
   memory_.parameters.mapped_as<shaders::CastParameters>() = parameters;
   memory_.near_tissue.mapped_as<shaders::NearTissueParameters>() =
       near_tissue_parameters(scene, parameters, volume.geometry, volume.extent, volume.near_tissue);

@@ -10,6 +10,7 @@
 #include "proto/model/scene.hpp"
 #include "renderer/parameters/angle_table.hpp"
 #include "renderer/parameters/cast_parameters.hpp"
+#include "renderer/parameters/cut_mask.hpp"
 #include "renderer/parameters/near_tissue.hpp"
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/cast_memory.hpp"
@@ -146,6 +147,7 @@ class CastPass {
   std::optional<TransferFunction> transferred_;  // transfer function of the table on the GPU, and the step
   float transferred_step_mm_ = 0;                // that the table is for
   bool transfer_due_ = false;
+  CutMask cuts_;  // of the cells on the GPU
 
   // Of the cast under way, or of the last one.
   PictureSize size_;

@@ -19,7 +19,7 @@ namespace fanlight {
 namespace {
 
 /// Groups of fields that a preset leaves as they are.
-constexpr std::string_view kLeftAlone[] = {"camera", "rays", "crop", "slice", "deadline"};
+constexpr std::string_view kLeftAlone[] = {"camera", "rays", "crop", "cuts", "slice", "deadline"};
 
 v1::Scene preset_part(const v1::Scene& scene) {
   v1::Scene part;

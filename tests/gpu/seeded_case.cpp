@@ -6,8 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <numbers>
 #include <random>
 #include <stdexcept>
+#include <string>
 
 namespace fanlight::test {
 
@@ -178,6 +182,55 @@ void cut(Dice& dice, const Point& within, Scene& scene) {
   if (dice.one_in(4)) scene.clip2 = made_clip(dice, within);
 }
 
+std::string words(const glm::dvec3& vector) {
+  return fmt::format("{:.6f} {:.6f} {:.6f}", vector.x, vector.y, vector.z);
+}
+
+/// Nine corners around the drawn point `about`.
+std::string made_outline(Dice& dice, const glm::dvec2& about, double least_mm, double most_mm) {
+  std::string text;
+  for (int corner = 0; corner < 9; ++corner) {
+    const double angle_rad = (corner + dice.between(-0.4, 0.4)) * 2 * std::numbers::pi / 9;
+    const double radius_mm = dice.between(least_mm, most_mm);
+    text += fmt::format(" {:.2f} {:.2f}", about.x + radius_mm * std::cos(angle_rad),
+                        about.y + radius_mm * std::sin(angle_rad));
+  }
+  return text;
+}
+
+/// Lassos and balls about a point, as a user draws them who looks from anywhere.
+CutList made_cuts(Dice& dice, const Point& within, const Scene& scene) {
+  std::string text;
+  for (int left = dice.whole(1, 3); left > 0; --left) {
+    if (!text.empty()) text += "; ";
+    const glm::dvec3 at(within.x_mm + dice.between(-8, 8), within.y_mm + dice.between(-4, 4),
+                        within.z_mm + dice.between(-8, 8));
+    if (dice.one_in(3)) {
+      text +=
+          fmt::format("balls {:.2f} at {} {}", dice.between(2, 9), words(at), words(at + dice.between(2, 6)));
+      continue;
+    }
+    Scene::Camera camera = scene.camera;
+    camera.yaw_deg += dice.between(-40, 40);
+    const ViewFrame view = view_frame(camera);
+    const glm::dvec3 from = at - view.centre;
+    const double depth_mm = glm::dot(from, view.forward);
+    const double eye_mm = dice.one_in(2) ? 0 : dice.between(30, 200);
+    const double scale = eye_mm > 0 ? (depth_mm + eye_mm) / eye_mm : 1;
+    const glm::dvec2 drawn(glm::dot(from, view.right) / scale, glm::dot(from, view.up) / scale);
+    // Enough of the surface must remain.
+    const bool outside = dice.one_in(4);
+    const double reach_mm = dice.one_in(2) ? 3000 : depth_mm + dice.between(-3, 6);
+    text += fmt::format("{} -3000 {:.2f} from {} right {} up {} eye {:.2f} outline{}",
+                        outside ? "outside" : "inside", reach_mm, words(view.centre), words(view.right),
+                        words(view.up), eye_mm,
+                        outside ? made_outline(dice, drawn, 12, 35) : made_outline(dice, drawn, 2, 12));
+  }
+  auto list = CutList::parse(text);
+  if (!list) throw std::runtime_error(list.error().message);
+  return *list;
+}
+
 void set_detector(Dice& dice, Body& body, double finest_mm, Scene& scene) {
   // The twins know samples and pixels alone; effective_scene() has tests of its own.
   scene.detector.window_mm = 0;
@@ -293,6 +346,9 @@ SeededCase seeded_case(std::uint32_t seed) {
       made.moved_grey = within_wedge(dice, made.moved_grey);
     }
   }
+  // Dice of their own, so that cases without cuts stay as they are.
+  if (Dice scalpel(seed + 5'000'000); scalpel.one_in(3))
+    scene.cuts.shapes = made_cuts(scalpel, within, scene);
   // Half of the bodies' contrast and less: what is shown is uncertain, or certain.
   scene.detector.least_contrast = dice.between(1, 25);
   return made;

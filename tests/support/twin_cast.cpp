@@ -3,10 +3,13 @@
 // rays in double precision, without batches, running sums, or empty space skipping.
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <optional>
 
 #include "tests/support/cpu_twin.hpp"
+#include "tests/support/twin_cuts.hpp"
 #include "tests/support/twin_echo.hpp"
 #include "tests/support/twin_place.hpp"
 
@@ -247,9 +250,12 @@ struct FirstSurface {
   double certainty = -1;
 };
 
-/// The first surface that is not cropped.
+/// Whether a depth of a ray is cut away.
+using IsCut = std::function<bool(double depth_mm)>;
+
+/// The first surface that is neither cropped nor cut away.
 FirstSurface first_surface(const Scene::Detector& detector, const RaySamples& samples, SampleValues values,
-                           const DepthInterval& shown) {
+                           const DepthInterval& shown, const IsCut& is_cut) {
   values.emplace_back();  // nullopt: ends the last run
   std::vector<double> run;
   for (std::size_t index = 0; index < values.size(); ++index) {
@@ -269,8 +275,9 @@ FirstSurface first_surface(const Scene::Detector& detector, const RaySamples& sa
         place = TwinPlace{first + (at_edge ? position : placed(detector, run, position)), *certainty};
       }
       if (!place) continue;
-      const double depth_mm = samples.depth_mm(place->position);
-      return {.depth_mm = std::clamp(depth_mm, shown.first_mm, shown.last_mm), .certainty = place->certainty};
+      const double depth_mm = std::clamp(samples.depth_mm(place->position), shown.first_mm, shown.last_mm);
+      if (is_cut(depth_mm)) continue;
+      return {.depth_mm = depth_mm, .certainty = place->certainty};
     }
     run.clear();
   }
@@ -323,11 +330,12 @@ Rgb composited(const TransferFunction& transfer, const std::vector<double>& valu
 
 /// The result of the ray besides the surface (ray_accumulator.h), by the mode.
 Rgb accumulated_colour(const Scene& scene, const RaySamples& samples, const SampleValues& all,
-                       const DepthInterval& shown, double step_mm) {
+                       const DepthInterval& shown, const IsCut& is_cut, double step_mm) {
   std::vector<double> values;
   double sum = 0;
   for (std::size_t index = 0; index < all.size(); ++index) {
-    if (!all[index] || !shown.holds(samples.depth_mm(static_cast<double>(index)))) continue;
+    const double depth_mm = samples.depth_mm(static_cast<double>(index));
+    if (!all[index] || !shown.holds(depth_mm) || is_cut(depth_mm)) continue;
     values.push_back(*all[index]);
     sum += *all[index];
   }
@@ -347,14 +355,26 @@ Rgb accumulated_colour(const Scene& scene, const RaySamples& samples, const Samp
   }
 }
 
-/// The echo at one point of a slice as grey; black where nothing was scanned or it is cropped.
-Rgb slice_colour(const Scene& scene, const Volume& prepared, const dvec3& at) {
+/// The echo at one point of a slice as grey; black where nothing was scanned or it is cropped, and dim where
+/// it is cut away, with a line where that ends (slice.comp).
+Rgb slice_colour(const Scene& scene, const Volume& prepared, const TwinCuts& cuts, const dvec3& at,
+                 double pixel_mm) {
   const bool shown = cropped(scene, {.origin = at, .direction = dvec3(0)}).holds(0);
-  return Rgb(shown ? twin_echo(scene.speckle, prepared, at).value_or(0) : 0);
+  if (!shown) return Rgb(0);
+  const Rgb grey(twin_echo(scene.speckle, prepared, at).value_or(0));
+  const double share = cuts.share(at);
+  const double beyond_mm = std::abs(share - 0.5) * cuts.cell_mm();
+  const double line =
+      std::clamp(1.4 - beyond_mm / pixel_mm, 0.0, 1.0) * std::clamp(4 - 8 * std::abs(share - 0.5), 0.0, 1.0);
+  return glm::mix(share >= 0.5 ? 0.3 * grey : grey, Rgb(0.35, 0.8, 1), line);
 }
 
 /// Mode::kSlice: a plane parallel to the picture, with the projection of the rays.
 void cast_slice(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
+  const TwinCuts cuts(scene, prepared);
+  const bool perspective = scene.camera.projection == Projection::kPerspective;
+  const double scale =
+      perspective ? (scene.slice.depth_mm + eye_height_mm(scene.camera)) / eye_distance_mm(scene.camera) : 1;
   const double pixel_mm = scene.camera.field_mm / size.height;
   for (std::uint32_t row = 0; row < size.height; ++row) {
     for (std::uint32_t column = 0; column < size.width; ++column) {
@@ -362,7 +382,7 @@ void cast_slice(const Scene& scene, PictureSize size, const Volume& prepared, Tw
                                   (0.5 * (size.height - 1.0) - row) * pixel_mm);
       if (scene.slice.depth_mm < ray.eye_mm) continue;
       cast.colour[std::size_t{row} * size.width + column] =
-          slice_colour(scene, prepared, ray.at(scene.slice.depth_mm));
+          slice_colour(scene, prepared, cuts, ray.at(scene.slice.depth_mm), scale * pixel_mm);
     }
   }
 }
@@ -370,6 +390,7 @@ void cast_slice(const Scene& scene, PictureSize size, const Volume& prepared, Tw
 /// Mode::kSlices: three planes through the target, each in its part of the picture, with the target in the
 /// middle.
 void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
+  const TwinCuts cuts(scene, prepared);
   const std::uint32_t middle_column = size.width / 2;
   const std::uint32_t middle_row = size.height / 2;
   const Point& target = scene.camera.target;
@@ -387,8 +408,8 @@ void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, T
       const double down_mm = (row - first_row - 0.5 * (height - 1.0)) * pixel_mm;
       const dvec3 across = left ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
       const dvec3 down = upper ? dvec3(0, 1, 0) : dvec3(0, 0, -1);
-      cast.colour[std::size_t{row} * size.width + column] = slice_colour(
-          scene, prepared, dvec3(target.x_mm, target.y_mm, target.z_mm) + right_mm * across + down_mm * down);
+      const dvec3 at = dvec3(target.x_mm, target.y_mm, target.z_mm) + right_mm * across + down_mm * down;
+      cast.colour[std::size_t{row} * size.width + column] = slice_colour(scene, prepared, cuts, at, pixel_mm);
     }
   }
 }
@@ -412,6 +433,7 @@ Ray ray_of_pixel(const Scene& scene, const Viewport& part, std::uint32_t column,
 }
 
 void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
+  const TwinCuts cuts(scene, prepared);
   const Viewport part = viewport(scene, size);
   for (std::uint32_t row = part.top; row < part.top + part.height; ++row) {
     for (std::uint32_t column = part.left; column < part.left + part.width; ++column) {
@@ -420,14 +442,15 @@ void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, Twi
       const RaySamples samples(scene, prepared, ray);
       const DepthInterval shown = cropped(scene, ray);
       const SampleValues values = samples.all();
-      const FirstSurface surface = first_surface(scene.detector, samples, values, shown);
+      const IsCut is_cut = [&](double depth_mm) { return cuts.is_cut(ray.at(depth_mm)); };
+      const FirstSurface surface = first_surface(scene.detector, samples, values, shown, is_cut);
       cast.depth_mm[pixel] = surface.depth_mm;
       const double seen = surface.depth_mm >= 0
                               ? seen_by_beam(prepared.geometry(), ray.at(surface.depth_mm), ray.direction)
                               : 1;
       cast.certainty[pixel] = seen * surface.certainty;
       cast.colour[pixel] =
-          accumulated_colour(scene, samples, values, shown, step_of(scene, prepared.geometry()));
+          accumulated_colour(scene, samples, values, shown, is_cut, step_of(scene, prepared.geometry()));
     }
   }
 }

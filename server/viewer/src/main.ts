@@ -167,7 +167,7 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
 const tools = new Tools(page.tools, page.canvas, (tool) => overlay.choose(tool));
 const sliceClick = new SliceClick(editor, page.canvas, movesRays);
 const clicked = (pointer: PagePoint) => void (overlay.clicked(pointer) || sliceClick.clicked(pointer));
-new PictureInput(page.canvas, page.frame, () => tools.chosen(), light, orbit, clicked, doubleClicked);
+new PictureInput(page.canvas, page.frame, () => tools.chosen(), light, orbit, clicked, doubleClicked, overlay.scalpel);
 const quickPanel: QuickPanel = new QuickPanel(editor, effects, {
   fields: () => hello?.fields ?? [],
   ask: (wish) => connection.send({ case: "preset", value: { requestId: 0n, wish } }),
@@ -233,7 +233,7 @@ function receive({ body }: ServerMessage): void {
       showBusy();
       return overlay.measurement.frozenChanged();
     case "depthReply":
-      return overlay.measurement.answered(body.value);
+      return overlay.answered(body.value);
     case "presetReply":
     case "streamReply":
     case "recordingReply":
@@ -368,9 +368,8 @@ function showBusy(): void {
   const busy = isOld || cineBar.isBehind;
   page.canvas.ariaBusy = String(busy);
   quickPanel.setBusy(busy);
-  const nowMs = performance.now();
-  conditionView.setBusy(busy, previewOf(shown, pictures.surface.isTurned), nowMs);
-  conditionView.showRendering(condition, nowMs);
+  conditionView.setBusy(busy, previewOf(shown, pictures.surface.isTurned), performance.now());
+  conditionView.showRendering(condition, performance.now());
 }
 
 function showCondition(change: Partial<Condition>): void {
@@ -392,7 +391,7 @@ function showCondition(change: Partial<Condition>): void {
 }
 
 function doubleClicked(pointer: PagePoint): void {
-  if (["measure", "note"].includes(tools.chosen()) || quickPanel.enlarges(pointer, page.canvas)) return;
+  if (["measure", "note", "cut"].includes(tools.chosen()) || quickPanel.enlarges(pointer, page.canvas)) return;
   if (tools.chosen() === "orbit") orbit.reset();
 }
 

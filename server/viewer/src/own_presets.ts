@@ -16,7 +16,7 @@ import type { SettingsEditor } from "./settings_editor";
 
 const kMostFileBytes = 1_000_000;
 // What a preset leaves as it is: see PresetStore of the server.
-const kLeftAlone = ["camera", "rays", "crop", "slice", "deadline"];
+const kLeftAlone = ["camera", "rays", "crop", "cuts", "slice", "deadline"];
 
 /** {"light": {"right_mm": -60}, "mode": "surface"}: choices by name. */
 export function jsonOf(values: Values, fields: readonly SceneField[]): Record<string, unknown> {

@@ -12,7 +12,15 @@ const kNotchPixels = 100;
 const kKeyOrbitPixels = 12;
 const kLongPressMs = 500;
 /** Tools that need a place. */
-const kPlaceTools: readonly Tool[] = ["measure", "note"];
+const kPlaceTools: readonly Tool[] = ["measure", "note", "cut"];
+
+/** A tool that draws over the picture. Points are of the page. */
+export interface Strokes {
+  begin(pointer: PagePoint): void;
+  move(pointer: PagePoint): void;
+  end(): void;
+  cancel(): void;
+}
 
 export class PictureInput {
   private readonly pointers = new Map<number, PagePoint>();
@@ -28,6 +36,7 @@ export class PictureInput {
     private readonly orbit: Orbit,
     private readonly clicked: (pointer: PagePoint) => void,
     private readonly doubleClicked: (pointer: PagePoint) => void,
+    private readonly cut?: Strokes,
   ) {
     this.cursor = new KeyCursor(frame, clicked);
     canvas.addEventListener("blur", () => this.cursor.hide());
@@ -46,6 +55,7 @@ export class PictureInput {
     this.cursor.hide();
     this.canvas.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, pointOf(event));
+    if (this.pointers.size > 1) this.cut?.cancel();
     this.dragged =
       this.pointers.size > 1 ? undefined : { tool: this.toolOf(event), from: pointOf(event), begun: false };
     window.clearTimeout(this.longPress);
@@ -74,8 +84,10 @@ export class PictureInput {
     if (this.pointers.size > 1) {
       this.pinched(event.pointerId, before, now);
     } else if (this.dragged) {
-      this.dragged.begun ||= distance(this.dragged.from, now) >= kDragStartPixels;
+      const { tool, from, begun } = this.dragged;
+      this.dragged.begun ||= distance(from, now) >= kDragStartPixels;
       if (!this.dragged.begun) return;
+      if (tool === "cut" && !begun) this.cut?.begin(from);
       this.dragBy(this.dragged.tool, before, now);
     }
     this.pointers.set(event.pointerId, now);
@@ -85,12 +97,14 @@ export class PictureInput {
     if (tool === "light") this.light.moveTo(now);
     if (tool === "orbit") this.orbit.drag(difference(now, before));
     if (tool === "pan") this.orbit.pan(difference(now, before));
+    if (tool === "cut") this.cut?.move(now);
   }
 
   private released(event: PointerEvent): void {
     window.clearTimeout(this.longPress);
     this.pointers.delete(event.pointerId);
     if (event.type === "pointerup" && event.button === 0 && this.dragged?.begun === false) this.clicked(pointOf(event));
+    if (this.dragged?.begun && this.dragged.tool === "cut") this.cut?.[event.type === "pointerup" ? "end" : "cancel"]();
     if (this.pointers.size === 0) this.dragged = undefined;
   }
 
@@ -141,6 +155,7 @@ export class PictureInput {
       "-": () => this.orbit.zoom(kZoomPerNotch),
       Home: () => this.orbit.reset(),
       ...(takesPlaces ? { Enter: () => this.cursor.click() } : {}),
+      ...(this.tool() === "cut" ? { Escape: () => this.cut?.cancel() } : {}),
     };
   }
 }

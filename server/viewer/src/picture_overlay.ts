@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that the page draws over the picture but the light, and the still that is saved with it.
-import type { Hello, Picture, View } from "../generated/fanlight_pb.js";
+import type { DepthReply, Hello, Picture, View } from "../generated/fanlight_pb.js";
 import { ClipButton } from "./clip_button";
 import type { CodecChoice } from "./codec_choice";
 import { find } from "./element";
@@ -10,7 +10,9 @@ import { PictureNotes } from "./picture_notes";
 import { PlaneOverlay } from "./plane_overlay";
 import { PictureMarks, scaleBar, type ScaleBar } from "./picture_marks";
 import type { SettingsEditor } from "./settings_editor";
+import { Scalpel } from "./scalpel";
 import { saveStill } from "./still";
+import { SurfacePoints } from "./surface_points";
 import type { Tool } from "./tools";
 import type { PagePoint, Size } from "./view_geometry";
 
@@ -24,6 +26,8 @@ const kPreview = "This is a preview that the display has turned: wait for the pi
 
 export class PictureOverlay {
   readonly measurement: Measurement;
+  readonly scalpel: Scalpel;
+  private readonly points: SurfacePoints;
   readonly clip: ClipButton;
   private readonly notes: PictureNotes;
   private readonly planes: PlaneOverlay;
@@ -62,6 +66,20 @@ export class PictureOverlay {
       failed(sentence: string): void;
     },
   ) {
+    const say = (sentence: string) => {
+      page.measured.textContent = sentence;
+      page.measured.hidden = sentence === "";
+    };
+    this.points = new SurfacePoints((requestId, pixels) => from.askDepth(requestId, pixels, this.fullSize()));
+    this.scalpel = new Scalpel(editor, {
+      view: () => from.drawnView() ?? from.shown()?.view,
+      fullSize: () => this.fullSize(),
+      surfaceAt: (pixels) =>
+        from.drawnView() ? Promise.resolve(pixels.map((pixel) => from.surfaceAt(pixel))) : this.points.at(pixels),
+      isPreview: () => from.isPreview(),
+      say,
+      failed: from.failed,
+    });
     this.measurement = new Measurement(page.canvas, this.lines, {
       isFrozen: () => from.isFrozen(),
       mayFreeze: () => from.mayFreeze(),
@@ -69,10 +87,7 @@ export class PictureOverlay {
       showsSurface: () => kSurfaceModes.includes(this.editor.choice("mode")),
       fullSize: () => this.fullSize(),
       ask: (requestId, pixels) => from.askDepth(requestId, pixels, this.fullSize()),
-      say: (sentence) => {
-        page.measured.textContent = sentence;
-        page.measured.hidden = sentence === "";
-      },
+      say,
     });
     this.notes = new PictureNotes(
       find("#picture-notes", HTMLElement),
@@ -102,11 +117,17 @@ export class PictureOverlay {
     this.notes.place(this.from.drawnView() ?? this.from.shown()?.view, this.fullSize());
   }
 
+  answered(reply: DepthReply): void {
+    this.measurement.answered(reply);
+    this.points.answered(reply);
+  }
+
   choose(tool: Tool): void {
     this.tool = tool;
     this.measurement.choose(tool === "measure");
     this.notes.choose(tool === "note");
     this.planes.chooseCrop(tool === "crop");
+    this.scalpel.choose(tool === "cut");
     page.openBox.hidden = tool !== "crop";
   }
 
@@ -120,7 +141,8 @@ export class PictureOverlay {
       if (this.from.isPreview()) this.from.failed(kPreview);
       else this.notes.clicked(pointer);
     }
-    return this.tool === "measure" || this.tool === "note";
+    if (this.tool === "cut") this.scalpel.clicked(pointer);
+    return ["measure", "note", "cut"].includes(this.tool);
   }
 
   /** Whether this display may move the planes and the crop box. In a view of its own the box is the shared one. */
@@ -128,11 +150,13 @@ export class PictureOverlay {
     this.allowed = may && !ownView;
     this.planes.allow(this.allowed);
     page.openBox.disabled = !this.allowed;
+    this.scalpel.allow(this.allowed);
   }
 
   /** The scene has changed. */
   refresh(): void {
     this.planes.draw();
+    this.scalpel.refresh();
   }
 
   /** Saves the picture, with its scale if that is wanted. */

@@ -39,6 +39,9 @@ export class QuickPanel {
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
     page.undo.onclick = () => this.undo();
     page.redo.onclick = () => this.redo();
+    // A button acts after the hand has been lifted.
+    for (const event of ["pointerdown", "pointerup"])
+      window.addEventListener(event, () => this.history.endGesture(), true);
   }
 
   /** Call at the start of a session. */

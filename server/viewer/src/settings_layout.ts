@@ -40,6 +40,7 @@ const kGroups = new Map([
   ["camera", "Camera"],
   ["rays", "Rays"],
   ["crop", "Crop box"],
+  ["cuts", "Scalpel"],
   ["clip1", "Clip plane 1"],
   ["clip2", "Clip plane 2"],
   ["transfer", "Volume colours"],

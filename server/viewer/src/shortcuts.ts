@@ -21,8 +21,8 @@ type Row = readonly [keys: readonly string[], text: string, act: () => void];
 
 /** Keys over the picture, which PictureInput carries out. */
 const kPictureKeys: readonly (readonly [string, string])[] = [
-  ["← → ↑ ↓", "Move the light; the camera with Turn or Pan; the cross with Measure or Note"],
-  ["Enter", "Set a point with Measure, a note with Note"],
+  ["← → ↑ ↓", "Move the light; the camera with Turn or Pan; the cross with Measure, Scalpel or Note"],
+  ["Enter", "Set a point with Measure, a corner or a ball with Scalpel, a note with Note"],
   ["Tab, then ← → ↑ ↓", "Choose a line or a side of the crop box, and move it"],
   ["Page Up, Page Down", "Move the light nearer, farther"],
   ["+ −", "Zoom"],
@@ -44,6 +44,7 @@ export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }:
     [["p"], "Pan", () => tools.choose("pan")],
     [["m"], "Measure", () => tools.choose("measure")],
     [["c"], "Crop", () => tools.choose("crop")],
+    [["x"], "Scalpel", () => tools.choose("cut")],
     [["n"], "Note", () => tools.choose("note")],
     [["s"], "Save a still", () => overlay.still()],
     [["v"], "Start or end a clip", () => overlay.clip.toggle()],

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The choice of what a drag over the picture does.
 
-export type Tool = "light" | "orbit" | "pan" | "measure" | "crop" | "note";
+export type Tool = "light" | "orbit" | "pan" | "measure" | "crop" | "cut" | "note";
 
 export class Tools {
   private wanted: Tool;

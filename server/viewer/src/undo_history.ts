@@ -28,6 +28,12 @@ export class UndoHistory {
     if (this.done.length > kMost) this.done.shift();
   }
 
+  /** What comes now is a change of its own, however soon. */
+  endGesture(): void {
+    const last = this.done.at(-1);
+    if (last) last.lastMs = -Infinity;
+  }
+
   /** The last change did not come about. */
   drop(): void {
     this.done.pop();

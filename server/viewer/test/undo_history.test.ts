@@ -24,6 +24,15 @@ test("the changes of one drag are one", () => {
   assert.deepEqual(history.redo(), values(50));
 });
 
+test("a hand that is lifted ends a change", () => {
+  const history = new UndoHistory();
+  history.add(values(1), values(2), 0);
+  history.endGesture();
+  history.add(values(2), values(3), 100);
+  assert.deepEqual(history.undo(), values(2));
+  assert.deepEqual(history.undo(), values(1));
+});
+
 test("changes of other fields, or later ones, are their own", () => {
   const history = new UndoHistory();
   history.add(values(1), values(2), 0);

@@ -141,9 +141,10 @@ export class SurfaceView {
     return degreesBetween(wanted, this.shown.view) <= kMostTurnedDeg;
   }
 
-  /** Of what was drawn last, in pixels of the picture. */
+  /** Of what was drawn last, in pixels of the picture; undefined where the server draws. */
   get drawnView(): View | undefined {
-    return this.drawn.of === this.shown ? this.drawn.view : this.shown?.view;
+    if (!this.shown) return undefined;
+    return this.drawn.of === this.shown ? this.drawn.view : this.shown.view;
   }
 
   /** The point of the body at a pixel of the picture, mm; undefined without a surface, and in a turned picture. */
