@@ -63,6 +63,9 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
   float glow_reach;       // thickness that lets 1 / e of it through, mm
   float fade_reach;       // how far before a border without a surface beyond the light fades, mm; 0: not
   float rim;              // light on what turns away from the viewer
+  float half_from;        // depth beyond which the light falls off, mm
+  float halves_per_mm;    // how often it falls to half in a mm beyond; 0: it does not
+  vec3 haze;              // light where there is no surface, and the least light of one, linear
   float exposure;         // factor of all light
   int film;               // 1: the film tone, 0: linear
 

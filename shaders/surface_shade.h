@@ -11,6 +11,8 @@
 
 // Share of the light that a surface without any certainty has.
 const float kUncertainLight = 0.3;
+// How much faster or slower red, green and blue fall off with the distance: far tissue is darker and cooler.
+const vec3 kFalling = vec3(1.15, 1.0, 0.85);
 // The light that the film tone shows as white.
 const float kWhite = 3.0;
 
@@ -55,7 +57,9 @@ vec3 shade(ivec2 pixel, float depth) {
   // faces away from the light, with ambient light only, is brighter than a shadow next to it.
   vec3 from_body = ((lighting.ambient + rim) * soft.sky + lighting.diffuse * matt) * lighting.material;
   vec3 light = lighting.light_colour * (from_body + vec3(lighting.specular * highlight * soft.direct));
-  return mix(kUncertainLight, 1.0, surface_certainty(pixel)) * light;
+  float halves = max(depth - lighting.half_from, 0.0) * lighting.halves_per_mm;
+  vec3 seen = mix(kUncertainLight, 1.0, surface_certainty(pixel)) * exp2(-halves * kFalling);
+  return max(seen * light, lighting.haze);
 }
 
 // Light to what a screen can show. Reinhard et al., "Photographic tone reproduction for digital images",
@@ -75,11 +79,11 @@ vec3 encoded(vec3 linear) {
 
 vec3 shown_surface(ivec2 pixel) {
   float depth = filtered_depth(pixel);
-  if (depth < 0.0) return vec3(0.0);
   if (lighting.show == FANLIGHT_SHOW_DEPTH) {
+    if (depth < 0.0) return vec3(0.0);
     return vec3(clamp(1.0 - (depth - lighting.depth_white) * lighting.depth_scale, 0.0, 1.0));
   }
-  return encoded(toned(shade(pixel, depth)));
+  return encoded(toned(depth < 0.0 ? lighting.haze : shade(pixel, depth)));
 }
 
 #endif

@@ -27,6 +27,10 @@ constexpr Look::Value kSkinPreset[] = {{"filter.size_mm", "3"},
                                        {"shadow.coefficient", "0.35"},
                                        {"finish.exposure", "1.6"}};
 
+// The wall behind the fetus is darker and cooler than its skin, and fluid is a dark haze, not a black hole.
+constexpr Look::Value kBabyPreset[] = {
+    {"filter.size_mm", "5"}, {"light.half_mm", "30"}, {"light.haze", "0.012"}, {"finish.exposure", "2"}};
+
 // The bright line behind which the echo falls: bone throws a shadow, and the inside of a skull is dark.
 constexpr Look::Value kBonePreset[] = {{"detector.window_mm", "10"},
                                        {"detector.sign", "bright-to-dark"},
@@ -37,6 +41,7 @@ constexpr Look::Value kDepthPreset[] = {{"mode", "depth"}, {"finish.colours", "g
 
 constexpr Preset kPresets[] = {
     {"face", "the surface, smooth, in warm light", "skin", {}},
+    {"baby", "the surface in warm light before a far field that is darker and cooler", "skin", kBabyPreset},
     {"skin", "the surface with its folds and creases", "skin", kSkinPreset},
     {"bone", "the near side of a skull, or the first border from bright to dark", "clinical", kBonePreset},
     {"depth", "how far the surface is: near is bright", "clinical", kDepthPreset},

@@ -197,6 +197,8 @@ struct Scene {
     double occlusion_mm = 12;  ///< radius of the neighbourhood that hides it
     double fade_mm = 0;        ///< the surface fades this far before it ends in nothing known; 0: not
     double rim = 0;            ///< light on what turns away from the viewer
+    double half_mm = 0;        ///< beyond the target the light falls to half in this distance; 0: not
+    double haze = 0;           ///< light of what shows no surface, below which no surface falls, 0 to 1
   } light;
 
   /// Colour of the surface under white light (sRGB); default: skin.

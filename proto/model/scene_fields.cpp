@@ -313,6 +313,14 @@ const SceneField kFields[] = {
         0, 20, 0, FirstPass::kLight),
     row<MEMBER(light.rim)>("light.rim", "", "light on edges that turn away from the viewer", 0, 1, 0,
                            FirstPass::kLight),
+    row<MEMBER(light.half_mm)>(
+        "light.half_mm", "mm",
+        "distance beyond the target in which the light falls to half and turns cooler; 0: "
+        "it does not",
+        0, 1000, 0, FirstPass::kLight),
+    row<MEMBER(light.haze)>("light.haze", "",
+                            "light of what shows no surface, below which no surface falls; 0: black", 0, 1, 0,
+                            FirstPass::kLight),
     row<MEMBER(material.red)>("material.red", "", "colour of the surface, red", 0, 1, 0, FirstPass::kLight),
     row<MEMBER(material.green)>("material.green", "", "colour of the surface, green", 0, 1, 0,
                                 FirstPass::kLight),

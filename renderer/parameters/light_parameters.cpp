@@ -76,6 +76,9 @@ void set_light(shaders::LightParameters& to, const Scene& scene) {
   to.specular = static_cast<float>(light.specular);
   to.shininess = static_cast<float>(light.shininess);
   to.central_normals = light.normals == Normals::kCentral ? 1 : 0;
+  to.half_from = static_cast<float>(scene.camera.distance_mm);
+  to.halves_per_mm = light.half_mm > 0 ? static_cast<float>(1 / light.half_mm) : 0;
+  to.haze = static_cast<float>(light.haze) * to.light_colour * to.material;
   to.shadow = static_cast<float>(scene.shadow.coefficient);
   to.softness = static_cast<float>(scene.shadow.softness_mm);
 }

@@ -7,8 +7,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "proto/model/look.hpp"
+#include "proto/model/preset.hpp"
+#include "server/state/scene_json.hpp"
+#include "server/state/scene_message.hpp"
 
 namespace fanlight {
 
@@ -58,6 +64,17 @@ void SceneOptions::add_to(CLI::App& command) {
     lines.push_back(fmt::format("{}: {}", look.name, look.help));
     names.push_back(look.name);
   }
+  std::vector<std::string> preset_lines;
+  for (const Preset& preset : presets())
+    preset_lines.push_back(fmt::format("{}: {}", preset.name, preset.help));
+  command
+      .add_option(
+          "--preset", preset_,
+          fmt::format("sets what the picture shows and how, before --look and the fields below: a preset of "
+                      "the page by its name, or one that it has exported to a JSON file; {}",
+                      fmt::join(preset_lines, "; ")))
+      ->type_name("NAME|FILE")
+      ->group("Scene");
   command
       .add_option("--look", look_,
                   fmt::format("sets several of the fields below, which can still be set one by one; {}",
@@ -87,7 +104,39 @@ std::vector<const SceneField*> SceneOptions::given() const {
   return fields;
 }
 
-Result<Scene> SceneOptions::applied_to(Scene scene) const {
+Result<Scene> SceneOptions::with_preset(Scene scene) const {
+  if (preset_.empty()) return scene;
+  const auto known = std::ranges::find(presets(), preset_, &Preset::name);
+  if (known != presets().end()) {
+    apply_preset(scene, *known);
+    return scene;
+  }
+  if (!preset_.ends_with(".json")) {
+    std::vector<std::string_view> names;
+    for (const Preset& preset : presets()) names.push_back(preset.name);
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the preset is \"{}\", expected one of {}, or a file.json", preset_,
+                             fmt::join(names, ", "))};
+  }
+  std::ifstream file(preset_);
+  auto json = nlohmann::json::parse(file, nullptr, false);
+  if (json.is_discarded()) {
+    return Error{
+        ErrorCode::kBadInput,
+        fmt::format("{} cannot be read as JSON, expected a preset that the page has exported", preset_)};
+  }
+  if (json.is_object() && json.contains("scene")) json = json["scene"];  // an answer of /api/scene
+  const auto change = scene_change_from_json(json);
+  if (!change) return Error{ErrorCode::kBadInput, fmt::format("{}: {}", preset_, change.error().message)};
+  auto changed = changed_scene(scene, *change);
+  if (!changed) return Error{ErrorCode::kBadInput, fmt::format("{}: {}", preset_, changed.error().message)};
+  return changed;
+}
+
+Result<Scene> SceneOptions::applied_to(Scene unchanged) const {
+  auto with = with_preset(std::move(unchanged));
+  if (!with) return with;
+  Scene scene = *with;
   if (!look_.empty()) {
     if (auto set = apply_look(scene, look_); !set) return set.error();
   }

@@ -14,7 +14,7 @@
 namespace fanlight {
 
 /// The command line options of the scene: one for each field of the scene table, with the name of the field
-/// (--detector.threshold 30, --mode volume), and --look.
+/// (--detector.threshold 30, --mode volume), --preset and --look.
 class SceneOptions {
  public:
   /// The options write into this object, which must not move until the parser is done.
@@ -26,10 +26,14 @@ class SceneOptions {
   /// The fields that options were given for.
   std::vector<const SceneField*> given() const;
 
-  /// The scene with the given options applied. Errors: a value that is not allowed.
+  /// The scene with the given options applied: the preset first, then the look, then the fields. Errors: a
+  /// value that is not allowed, a preset that is not known or cannot be read.
   Result<Scene> applied_to(Scene scene) const;
 
  private:
+  Result<Scene> with_preset(Scene scene) const;
+
+  std::string preset_;
   std::string look_;
   std::deque<std::pair<const SceneField*, std::string>> given_;  // a deque: its elements do not move
 };

@@ -62,7 +62,7 @@ std::string text_of(const json& object, const char* key) {
   return value.is_string() ? value.get<std::string>() : std::string();
 }
 
-/// {"save": NAME} with or without "scene", or {"remove": NAME}.
+/// {"save": NAME} with or without "scene" and "with_cuts", or {"remove": NAME}.
 Result<v1::PresetRequest> preset_request(const json& body) {
   const bool removes = body.is_object() && body.contains("remove");
   if (!body.is_object() || body.contains("save") == removes)
@@ -73,6 +73,11 @@ Result<v1::PresetRequest> preset_request(const json& body) {
     return request;
   }
   request.mutable_save()->set_name(text_of(body, "save"));
+  if (body.contains("with_cuts")) {
+    if (!body["with_cuts"].is_boolean())
+      return Error{ErrorCode::kInvalidArgument, "with_cuts: expected true or false"};
+    request.set_with_cuts(body["with_cuts"].get<bool>());
+  }
   if (body.contains("scene")) {
     auto scene = scene_change_from_json(body["scene"]);
     if (!scene) return scene.error();

@@ -21,11 +21,13 @@ namespace {
 /// Groups of fields that a preset leaves as they are.
 constexpr std::string_view kLeftAlone[] = {"camera", "rays", "crop", "cuts", "slice", "deadline"};
 
-v1::Scene preset_part(const v1::Scene& scene) {
+v1::Scene preset_part(const v1::Scene& scene, PresetStore::Cuts cuts) {
   v1::Scene part;
   for_each_change(scene, [&](const SceneField& field, const auto& value) {
     const std::string_view group = field.name.substr(0, field.name.find('.'));
-    if (std::ranges::find(kLeftAlone, group) == std::end(kLeftAlone)) put_change(part, field, value);
+    const bool is_wanted = cuts == PresetStore::Cuts::kSaved && group == "cuts";
+    if (is_wanted || std::ranges::find(kLeftAlone, group) == std::end(kLeftAlone))
+      put_change(part, field, value);
   });
   return part;
 }
@@ -65,11 +67,12 @@ Result<void> PresetStore::check_author(std::string_view name, const Author& auth
       fmt::format("an admin has saved the preset {}, expected an admin to change it, or another name", name)};
 }
 
-Result<void> PresetStore::save(const std::string& name, const v1::Scene& scene, const Author& author) {
+Result<void> PresetStore::save(const std::string& name, const v1::Scene& scene, const Author& author,
+                               Cuts cuts) {
   thread_owner_.check();
   if (auto named = check_name(name); !named) return named;
   if (auto allowed = check_author(name, author); !allowed) return allowed;
-  v1::Scene part = preset_part(scene);
+  v1::Scene part = preset_part(scene, cuts);
   if (part.ByteSizeLong() == 0) {
     return Error{ErrorCode::kInvalidArgument,
                  "the scene has no field of a preset, expected some of light, material, detector, ..."};
@@ -110,7 +113,7 @@ Result<void> PresetStore::request(const v1::PresetRequest& request, const v1::Sc
   switch (request.wish_case()) {
     case v1::PresetRequest::kSave:
       return save(request.save().name(), request.save().has_scene() ? request.save().scene() : in_force,
-                  author);
+                  author, request.with_cuts() ? Cuts::kSaved : Cuts::kLeftAlone);
     case v1::PresetRequest::kRemove:
       return remove(request.remove(), author);
     case v1::PresetRequest::WISH_NOT_SET:
@@ -180,7 +183,9 @@ Result<void> PresetStore::take_entry(const nlohmann::json& entry) {
   const auto scene = scene_change_from_json(entry["scene"]);
   const Author author{.name = printable(text_of("saved_by")),
                       .is_admin = admin != entry.end() && admin->is_boolean() && admin->get<bool>()};
-  const auto saved = scene ? save(text_of("name"), *scene, author) : Result<void>(scene.error());
+  // A file has cuts only where they were wanted.
+  const auto saved =
+      scene ? save(text_of("name"), *scene, author, Cuts::kSaved) : Result<void>(scene.error());
   if (saved) return {};
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("the preset {}: {}", printable(text_of("name")), saved.error().message)};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -16,8 +17,9 @@
 namespace fanlight {
 
 /// The presets that people have saved. Each holds what the picture shows and how: all fields of the scene but
-/// those of view and place (camera, rays, crop, slice) and of the deadline. No input or output but load():
-/// the caller that changes something writes json() to the file. Server thread only.
+/// those of view and place (camera, rays, crop, slice) and of the deadline; what the scalpel has cut away
+/// only if that is wanted. No input or output but load(): the caller that changes something writes json() to
+/// the file. Server thread only.
 class PresetStore {
  public:
   static constexpr std::size_t kMost = 100;
@@ -28,6 +30,8 @@ class PresetStore {
     std::string name;
     bool is_admin = false;
   };
+  /// Whether what the scalpel has cut away belongs to a preset.
+  enum class Cuts : std::uint8_t { kLeftAlone, kSaved };
   struct Preset {
     std::string name;
     Author author;    ///< of the last change
@@ -44,7 +48,8 @@ class PresetStore {
   /// Saves the fields of `scene` that belong to a preset, in place of a preset of that name. Errors:
   /// kInvalidArgument for the name, or where no field belongs to a preset; kUnavailable for what an admin has
   /// saved and another wants to replace, and beyond kMost.
-  Result<void> save(const std::string& name, const v1::Scene& scene, const Author& author);
+  Result<void> save(const std::string& name, const v1::Scene& scene, const Author& author,
+                    Cuts cuts = Cuts::kLeftAlone);
 
   /// Errors as of save(); kNotFound: there is none of that name.
   Result<void> remove(std::string_view name, const Author& author);

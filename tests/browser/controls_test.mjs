@@ -120,6 +120,20 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     await viewer.settled();
     assert.ok(await isPressed(viewer, '[data-preset="bone"]'), "redo does not make the preset again");
     await click(viewer, "#undo");
+    await click(viewer, '[data-preset="baby"]');
+    assert.ok((await viewer.field("light.haze")) > 0);
+    await click(viewer, '[data-preset="face"]');
+    assert.equal(await viewer.field("light.haze"), 0);
+    const target = await viewer.field("camera.distance_mm");
+    for (const [place, isBehind] of [
+      ["front", false],
+      ["behind", true],
+    ]) {
+      await viewer.page.getByRole("button", { name: `Light ${place}` }).click();
+      assert.equal((await viewer.field("light.depth_mm")) > target, isBehind, place);
+    }
+    await press(viewer, "z");
+    await press(viewer, "z");
 
     const slide = (field, value) => viewer.page.locator(`[data-quick="${field}"]`).fill(String(value));
     await slide("shadow.coefficient", 0);

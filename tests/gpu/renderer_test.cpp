@@ -47,7 +47,9 @@ class RendererTest : public GpuTest {
   /// The scene with another value of that field, such that the scene stays valid and something is visible.
   static Scene with_another(Scene scene, const SceneField& field) {
     if (field.is_text()) {
-      EXPECT_TRUE(set_field(scene, field, std::string_view("30 #000000 0, 90 #ffffff 0.5"))) << field.name;
+      const std::string_view text =
+          field.name == "cuts.shapes" ? "balls 6 at 0 40 0" : "30 #000000 0, 90 #ffffff 0.5";
+      EXPECT_TRUE(set_field(scene, field, text)) << field.name;
       return scene;
     }
     const double now = field.get(scene);

@@ -349,6 +349,9 @@ SeededCase seeded_case(std::uint32_t seed) {
   // Dice of their own, so that cases without cuts stay as they are.
   if (Dice scalpel(seed + 5'000'000); scalpel.one_in(3))
     scene.cuts.shapes = made_cuts(scalpel, within, scene);
+  Dice far(seed + 6'000'000);
+  if (far.one_in(3)) scene.light.half_mm = far.between(2, 60);
+  if (far.one_in(3)) scene.light.haze = far.between(0.005, 0.1);
   // Half of the bodies' contrast and less: what is shown is uncertain, or certain.
   scene.detector.least_contrast = dice.between(1, 25);
   return made;

@@ -63,6 +63,23 @@ TEST_F(PresetStoreTest, SavesWhatThePictureShowsAndHowButNotTheView) {
   EXPECT_EQ(changes_, 3);
 }
 
+TEST_F(PresetStoreTest, KeepsWhatIsCutAwayOnlyIfThatIsWanted) {
+  v1::Scene scene = threshold(44);
+  scene.mutable_cuts()->set_shapes("balls 6 at 1 2 3");
+  ASSERT_EQ(refusal(store_.save("without", scene, kOperator)), "");
+  v1::PresetRequest request;
+  request.mutable_save()->set_name("with");
+  request.set_with_cuts(true);
+  ASSERT_EQ(refusal(store_.request(request, scene, kOperator)), "");
+  ASSERT_EQ(store_.all().size(), 2U);
+  EXPECT_EQ(store_.all()[0].scene.cuts().shapes(), "balls 6 at 1 2 3");
+  EXPECT_FALSE(store_.all()[1].scene.has_cuts());
+  EXPECT_EQ(loads(store_.json()), "");
+  PresetStore read;
+  EXPECT_TRUE(read.load(file_).empty());
+  EXPECT_EQ(read.all()[0].scene.cuts().shapes(), "balls 6 at 1 2 3");
+}
+
 TEST_F(PresetStoreTest, RefusesNamesAndValues) {
   const std::string needs =
       "a preset needs a name of 1 to 40 characters, without control characters, or spaces at its ends";

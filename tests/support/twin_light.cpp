@@ -369,6 +369,16 @@ double certainty_about(const std::vector<double>& certainty, PictureSize size, c
   return met > 0 ? sum / met : 0;
 }
 
+/// What is shown of this light, which is at least the haze.
+Rgb displayed(const Scene& scene, const dvec3& light) {
+  const dvec3 lamp(linear_of(scene.light.red), linear_of(scene.light.green), linear_of(scene.light.blue));
+  const dvec3 material(linear_of(scene.material.red), linear_of(scene.material.green),
+                       linear_of(scene.material.blue));
+  const dvec3 seen = glm::max(light, scene.light.haze * lamp * material);
+  const auto shown = [&](double part) { return displayed_of(toned(scene.finish, part)); };
+  return {shown(seen.x), shown(seen.y), shown(seen.z)};
+}
+
 /// Blinn-Phong, soft light, and the light on the rim. `certainty`: 0 to 1.
 Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const SoftLight* soft_light,
                int column, int row) {
@@ -396,8 +406,10 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const
   const dvec3 linear = lamp * (material * (light.ambient * soft.sky + light.diffuse * matt + rim * soft.sky) +
                                light.specular * highlight * soft.direct);
   const double seen = std::lerp(0.3, 1.0, certainty);
-  const auto shown = [&](double part) { return displayed_of(toned(scene.finish, seen * part)); };
-  return {shown(linear.x), shown(linear.y), shown(linear.z)};
+  const double beyond_mm = std::max(relief.map().depth(column, row) - scene.camera.distance_mm, 0.0);
+  const double halves = light.half_mm > 0 ? beyond_mm / light.half_mm : 0;
+  const auto kept = [&](double part, double falling) { return seen * part * std::exp2(-halves * falling); };
+  return displayed(scene, {kept(linear.x, 1.15), kept(linear.y, 1), kept(linear.z, 0.85)});
 }
 
 /// The depth map as grey: near is bright.
@@ -422,7 +434,7 @@ std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vec
   relief.map().for_each([&](int column, int row) {
     const std::size_t pixel = relief.map().index(column, row);
     if (!relief.map().surface(column, row)) {
-      shown[pixel] = Rgb(0);
+      shown[pixel] = scene.mode == Mode::kDepth ? Rgb(0) : displayed(scene, dvec3(0));
     } else if (scene.mode == Mode::kDepth) {
       shown[pixel] = depth_grey(scene.rays, smooth_mm[pixel]);
     } else {

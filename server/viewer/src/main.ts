@@ -170,7 +170,7 @@ const clicked = (pointer: PagePoint) => void (overlay.clicked(pointer) || sliceC
 new PictureInput(page.canvas, page.frame, () => tools.chosen(), light, orbit, clicked, doubleClicked, overlay.scalpel);
 const quickPanel: QuickPanel = new QuickPanel(editor, effects, {
   fields: () => hello?.fields ?? [],
-  ask: (wish) => connection.send({ case: "preset", value: { requestId: 0n, wish } }),
+  ask: (wish, withCuts) => connection.send({ case: "preset", value: { requestId: 0n, wish, withCuts } }),
   failed: showRefusal,
 });
 const shell = new PageShell(showRefusal);

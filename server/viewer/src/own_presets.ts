@@ -72,7 +72,7 @@ function shortened(name: string): string {
 
 export interface OwnPresetEvents {
   fields(): readonly SceneField[];
-  ask(wish: PresetRequest["wish"]): void;
+  ask(wish: PresetRequest["wish"], withCuts: boolean): void;
   failed(sentence: string): void;
 }
 
@@ -80,6 +80,7 @@ export class OwnPresets {
   private readonly form: HTMLFormElement;
   private readonly name: HTMLInputElement;
   private readonly file: HTMLInputElement;
+  private readonly withCuts: HTMLInputElement;
   private readonly names: HTMLDataListElement;
   private saved: readonly Look[] = [];
 
@@ -91,12 +92,13 @@ export class OwnPresets {
     this.form = root.querySelector("form")!;
     this.name = root.querySelector<HTMLInputElement>("[type=text]")!;
     this.file = root.querySelector<HTMLInputElement>("[type=file]")!;
+    this.withCuts = root.querySelector<HTMLInputElement>("[type=checkbox]")!;
     this.names = root.querySelector("datalist")!;
     this.form.onsubmit = (event) => {
       event.preventDefault();
       this.save(this.name.value.trim());
     };
-    this.button("remove").onclick = () => this.named((name) => this.events.ask({ case: "remove", value: name }));
+    this.button("remove").onclick = () => this.named((name) => this.events.ask({ case: "remove", value: name }, false));
     this.button("export").onclick = () => this.exportFile();
     this.button("import").onclick = () => this.file.click();
     this.file.onchange = () => void this.importFile();
@@ -119,7 +121,8 @@ export class OwnPresets {
 
   /** Without a scene: what is shown now. */
   private save(name: string, scene?: Scene): void {
-    this.events.ask({ case: "save", value: create(LookSchema, { name, ...(scene && { scene }) }) });
+    const look = create(LookSchema, { name, ...(scene && { scene }) });
+    this.events.ask({ case: "save", value: look }, this.withCuts.checked && this.editor.get("cuts.shapes") !== "");
   }
 
   private named(use: (name: string) => void): void {

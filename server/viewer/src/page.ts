@@ -18,6 +18,7 @@ export const page = {
   presets: find("#presets", HTMLFieldSetElement),
   quick: find("#quick", HTMLFormElement),
   views: find("#views", HTMLFieldSetElement),
+  lights: find("#lights", HTMLFieldSetElement),
   panel: find("#panel", HTMLElement),
   showPanel: find("#show-panel", HTMLButtonElement),
   advanced: find("#advanced", HTMLDetailsElement),

@@ -7,7 +7,7 @@ import { UncertainMark } from "./uncertain_mark";
 import { NearTissueButton } from "./near_tissue";
 import { OwnPresets, type OwnPresetEvents } from "./own_presets";
 import { page } from "./page";
-import { connectViews, LayoutBar, PresetBar } from "./preset_bar";
+import { connectLights, connectViews, LayoutBar, PresetBar } from "./preset_bar";
 import { QuickSettings } from "./quick_settings";
 import type { Values } from "./scene";
 import { connectSearch } from "./setting_search";
@@ -36,6 +36,7 @@ export class QuickPanel {
     this.layout = new LayoutBar(page.layout, editor);
     this.nearTissue = new NearTissueButton(page.nearTissue, find("#near-tissue-mark", HTMLElement), editor);
     connectViews(page.views, editor);
+    connectLights(page.lights, editor);
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
     page.undo.onclick = () => this.undo();
     page.redo.onclick = () => this.redo();
@@ -93,7 +94,7 @@ export class QuickPanel {
   allow(may: boolean, ownView: boolean): void {
     const changed = this.allowed !== may;
     this.allowed = may;
-    for (const part of [page.quick, page.views]) part.inert = !may;
+    for (const part of [page.quick, page.views, page.lights]) part.inert = !may;
     for (const part of [page.presets, page.layout]) part.inert = !may || ownView;
     page.nearTissue.disabled = !may || ownView;
     if (changed) this.refresh();

@@ -99,13 +99,15 @@ function lightParameters(scene: SceneValues): LightParameters {
   const light = ["right", "up", "depth"].map((name) => scene.number(`light.${name}_mm`));
   const fromTarget = [light[0]!, light[1]!, scene.number("camera.distance_mm") - light[2]!];
   const distanceMm = Math.hypot(...fromTarget);
+  const halfMm = scene.number("light.half_mm");
+  const material = linear(scene, "material");
   return {
     light: [light[0]!, light[1]!, -light[2]!],
     light_direction: distanceMm > 0 ? fromTarget.map((each) => each / distanceMm) : [0, 0, 1],
     directional: scene.choice("light.kind") === "directional" ? 1 : 0,
     lamp_distance: Math.max(distanceMm, 1e-3),
     light_colour: linear(scene, "light"),
-    material: linear(scene, "material"),
+    material,
     ambient: scene.number("light.ambient"),
     diffuse: scene.number("light.diffuse"),
     specular: scene.number("light.specular"),
@@ -114,6 +116,9 @@ function lightParameters(scene: SceneValues): LightParameters {
     shadow: scene.number("shadow.coefficient"),
     softness: scene.number("shadow.softness_mm"),
     rim: scene.number("light.rim"),
+    half_from: scene.number("camera.distance_mm"),
+    halves_per_mm: halfMm > 0 ? 1 / halfMm : 0,
+    haze: linear(scene, "light").map((part, index) => scene.number("light.haze") * part * material[index]!),
   };
 }
 
