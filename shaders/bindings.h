@@ -134,6 +134,11 @@
 #define FANLIGHT_PLACE_RIDGE 3
 #define FANLIGHT_PLACE_LEVEL 4
 
+// What a slab shows of its echoes; see Slab.
+#define FANLIGHT_SLAB_MEAN 0
+#define FANLIGHT_SLAB_MAXIMUM 1
+#define FANLIGHT_SLAB_X_RAY 2
+
 // The content of a picture inside the viewport.
 #define FANLIGHT_SHOW_SURFACE 0
 #define FANLIGHT_SHOW_DEPTH 1

@@ -116,6 +116,11 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
 
   uint first_tile;  // first tile of the band
 
+  // Planes show slabs: samples across them, an odd number, 1 of a thin plane, and their distance.
+  int slab_samples;
+  float slab_step;
+  int slab_kind;  // FANLIGHT_SLAB_...
+
   uint slices;  // number of slice_planes in use
   Slice slice_planes[FANLIGHT_MAX_SLICES];
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass 1, slices: planes through the volume, each in its part of the picture, in grey
-// (renderer/ALGORITHM.md, pass 1). Black where nothing was scanned or it is cropped.
+// (renderer/ALGORITHM.md, pass 1), or slabs about them. Black where nothing was scanned or it is cropped.
 //
 // Near tissue that the surface leaves out is dim, with a line at its end; so is what the scalpel has cut
 // away.
@@ -34,6 +34,30 @@ const float kCutDimmed = 0.3;
 const vec3 kCutLine = vec3(0.35, 0.8, 1.0);
 // Half of the line's width, in pixels.
 const float kHalfLine = 0.9;
+
+// Thickness of tissue of the brightest echo that lets 1 / e of a ray through, mm.
+const float kXRayReach = 10.0;
+
+// The echo of the slab about a point of a plane, 0 to 1; less than 0 where none of it is shown.
+float slab_echo(vec3 at, vec3 normal) {
+  float half_mm = 0.5 * float(rays.slab_samples - 1) * rays.slab_step;
+  vec3 across = rays.slab_samples > 1 ? normal : vec3(0.0);
+  vec2 shown = between_frames(cropped(vec2(-half_mm, half_mm), at, across), at, across);
+  float most = -1.0;
+  float sum = 0.0;
+  float count = 0.0;
+  for (int number = 0; number < rays.slab_samples; ++number) {
+    float t = float(number) * rays.slab_step - half_mm;
+    float value = echo(at + t * across);
+    bool is_shown = t >= shown.x && t <= shown.y && value >= 0.0;
+    most = is_shown ? max(most, value) : most;
+    sum += is_shown ? value : 0.0;
+    count += is_shown ? 1.0 : 0.0;
+  }
+  if (rays.slab_samples == 1 || rays.slab_kind == FANLIGHT_SLAB_MAXIMUM || count == 0.0) return most;
+  if (rays.slab_kind == FANLIGHT_SLAB_MEAN) return sum / count;
+  return 1.0 - exp(-sum * rays.slab_step / kXRayReach);
+}
 
 // The colour of an echo at a point. `pixel_mm`: distance of the plane's pixels.
 vec3 coloured(float value, vec3 at, float pixel_mm) {
@@ -69,9 +93,9 @@ void main() {
     if (in_part.x >= rays.slice_planes[slice].width || in_part.y >= rays.slice_planes[slice].height) continue;
     vec3 at = rays.slice_planes[slice].origin + float(pixel.x) * rays.slice_planes[slice].right_step +
               float(pixel.y) * rays.slice_planes[slice].down_step;
-    vec2 interval = between_frames(cropped(vec2(0.0, 0.0), at, vec3(0.0)), at, vec3(0.0));
-    bool shown = interval.x <= interval.y;
-    float value = shown ? max(echo(at), 0.0) : 0.0;
+    vec3 normal = normalize(cross(rays.slice_planes[slice].right_step, rays.slice_planes[slice].down_step));
+    float value = slab_echo(at, normal);
+    bool shown = value >= 0.0;
     float pixel_mm = length(rays.slice_planes[slice].right_step);
     vec3 colour = shown ? with_cuts(coloured(value, at, pixel_mm), at, pixel_mm) : vec3(0.0);
     volume_colour[pixel.y * rays.width + pixel.x] = packUnorm4x8(vec4(colour, 1.0));

@@ -55,6 +55,12 @@ enum class Mode : std::uint8_t {
   kSlice,   ///< the plane parallel to the picture at Slice::depth_mm
   kSlices,  ///< three planes through the target, and the surface
 };
+/// What a plane with a thickness shows of the echoes in it, across the plane.
+enum class Slab : std::uint8_t {
+  kMean,
+  kMaximum,
+  kXRay,  ///< what a ray through it loses: the more, the thicker and brighter
+};
 /// Filter of the depth map in pass 2.
 enum class DepthFilter : std::uint8_t { kMean, kGaussian, kEdgePreserving };
 /// When the picture is updated: after each whole sweep, or with every frame, which replaces its position in
@@ -165,6 +171,8 @@ struct Scene {
 
   struct Slice {
     double depth_mm = 80;  ///< of the plane in Mode::kSlice
+    double slab_mm = 0;    ///< thickness of what a plane shows; 0: thin
+    Slab slab = Slab::kMean;
   } slice;
 
   struct Filter {

@@ -22,6 +22,7 @@ constexpr std::string_view kNearTissue[] = {"shown", "removed"};
 constexpr std::string_view kRefreshes[] = {"volume", "frame"};
 constexpr std::string_view kModes[] = {
     "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth", "slice", "slices"};
+constexpr std::string_view kSlabs[] = {"mean", "maximum", "x-ray"};
 constexpr std::string_view kDepthFilters[] = {"mean", "gaussian", "edge-preserving"};
 constexpr std::string_view kWeights[] = {"even", "confidence"};
 constexpr std::string_view kNormals[] = {"three-neighbours", "central"};
@@ -256,6 +257,14 @@ const SceneField kFields[] = {
         FirstPass::kCast),
     row<MEMBER(slice.depth_mm)>("slice.depth_mm", "mm", "slice mode: depth of the plane below the view plane",
                                 0, 3000, 0, FirstPass::kCast),
+    row<MEMBER(slice.slab_mm)>(
+        "slice.slab_mm", "mm",
+        "thickness of the slab that planes show, half of it to each side; 0: a thin plane", 0, 30, 0,
+        FirstPass::kCast),
+    choice<MEMBER(slice.slab)>(
+        "slice.slab",
+        "what a slab shows of its echoes: the mean, the maximum, or what a ray through it loses",
+        FirstPass::kCast, kSlabs),
     choice<MEMBER(filter.kind)>(
         "filter.kind", "average of depths: moving mean, Gaussian, or one that does not bridge a step",
         FirstPass::kFilter, kDepthFilters),

@@ -177,6 +177,17 @@ void set_slices(shaders::CastParameters& to, const Scene& scene, PictureSize siz
   }
 }
 
+/// Finer than a sample of a ray is of no use.
+void set_slab(shaders::CastParameters& to, const Scene::Slice& slice) {
+  constexpr double kMostToASide = 32;
+  to.slab_kind = static_cast<int>(slice.slab);
+  to.slab_samples = 1;
+  if (slice.slab_mm <= 0) return;
+  const double to_a_side = std::clamp(std::ceil(slice.slab_mm / 2 / to.step), 1.0, kMostToASide);
+  to.slab_samples = 2 * static_cast<int>(to_a_side) + 1;
+  to.slab_step = static_cast<float>(slice.slab_mm / 2 / to_a_side);
+}
+
 void set_segments(shaders::CastParameters& to, const Scene& scene) {
   to.segment_shift = FANLIGHT_MIN_SEGMENT_SHIFT;
   while ((to.steps - 1) >> to.segment_shift >= FANLIGHT_MAX_SEGMENTS && to.steps > 0) ++to.segment_shift;
@@ -249,6 +260,7 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   set_sector(to, geometry, speckle_reach_pixels(scene.speckle));
   set_crop(to, scene);
   set_slices(to, scene, size);
+  set_slab(to, scene.slice);
   to.threshold = static_cast<float>(scene.detector.threshold / kGreyLevels);
   to.rise = static_cast<float>(scene.detector.rise);
   to.reach = static_cast<float>(scene.detector.reach);

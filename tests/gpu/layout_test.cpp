@@ -133,6 +133,9 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, greatest_seen),
                             OFFSET(CastParameters, across),
                             OFFSET(CastParameters, first_tile),
+                            OFFSET(CastParameters, slab_samples),
+                            OFFSET(CastParameters, slab_step),
+                            OFFSET(CastParameters, slab_kind),
                             OFFSET(CastParameters, slices),
                             OFFSET(CastParameters, slice_planes)};
   for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv, shaders::confidence_spirv,

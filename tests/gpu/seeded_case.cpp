@@ -351,6 +351,8 @@ SeededCase seeded_case(std::uint32_t seed) {
     scene.cuts.shapes = made_cuts(scalpel, within, scene);
   Dice far(seed + 6'000'000);
   if (far.one_in(3)) scene.light.half_mm = far.between(2, 60);
+  if (far.one_in(2)) scene.slice.slab_mm = far.between(0.5, 12);
+  scene.slice.slab = far.any_to(Slab::kXRay);
   if (far.one_in(3)) scene.light.haze = far.between(0.005, 0.1);
   // Half of the bodies' contrast and less: what is shown is uncertain, or certain.
   scene.detector.least_contrast = dice.between(1, 25);

@@ -355,13 +355,39 @@ Rgb accumulated_colour(const Scene& scene, const RaySamples& samples, const Samp
   }
 }
 
+/// The echo of the slab about a point of a plane; nullopt where nothing of it is shown (slice.comp).
+std::optional<double> slab_echo(const Scene& scene, const Volume& prepared, const dvec3& at,
+                                const dvec3& normal) {
+  const Scene::Slice& slice = scene.slice;
+  const double half_mm = slice.slab_mm / 2;
+  const int to_a_side =
+      half_mm > 0
+          ? static_cast<int>(std::clamp(std::ceil(half_mm / step_of(scene, prepared.geometry())), 1.0, 32.0))
+          : 0;
+  const double step_mm = to_a_side > 0 ? half_mm / to_a_side : 0;
+  std::vector<double> values;
+  double sum = 0;
+  for (int sample = -to_a_side; sample <= to_a_side; ++sample) {
+    const dvec3 there = at + sample * step_mm * normal;
+    if (!cropped(scene, {.origin = there, .direction = dvec3(0)}).holds(0)) continue;
+    const auto echo = twin_echo(scene.speckle, prepared, there);
+    if (!echo) continue;
+    values.push_back(*echo);
+    sum += *echo;
+  }
+  if (values.empty()) return std::nullopt;
+  if (to_a_side == 0 || slice.slab == Slab::kMaximum) return std::ranges::max(values);
+  if (slice.slab == Slab::kMean) return sum / static_cast<double>(values.size());
+  return 1 - std::exp(-sum * step_mm / 10);
+}
+
 /// The echo at one point of a slice as grey; black where nothing was scanned or it is cropped, and dim where
 /// it is cut away, with a line where that ends (slice.comp).
 Rgb slice_colour(const Scene& scene, const Volume& prepared, const TwinCuts& cuts, const dvec3& at,
-                 double pixel_mm) {
-  const bool shown = cropped(scene, {.origin = at, .direction = dvec3(0)}).holds(0);
-  if (!shown) return Rgb(0);
-  const Rgb grey(twin_echo(scene.speckle, prepared, at).value_or(0));
+                 double pixel_mm, const dvec3& normal) {
+  const auto echo = slab_echo(scene, prepared, at, normal);
+  if (!echo) return Rgb(0);
+  const Rgb grey(*echo);
   const double share = cuts.share(at);
   const double beyond_mm = std::abs(share - 0.5) * cuts.cell_mm();
   const double line =
@@ -382,7 +408,8 @@ void cast_slice(const Scene& scene, PictureSize size, const Volume& prepared, Tw
                                   (0.5 * (size.height - 1.0) - row) * pixel_mm);
       if (scene.slice.depth_mm < ray.eye_mm) continue;
       cast.colour[std::size_t{row} * size.width + column] =
-          slice_colour(scene, prepared, cuts, ray.at(scene.slice.depth_mm), scale * pixel_mm);
+          slice_colour(scene, prepared, cuts, ray.at(scene.slice.depth_mm), scale * pixel_mm,
+                       view_frame(scene.camera).forward);
     }
   }
 }
@@ -409,7 +436,8 @@ void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, T
       const dvec3 across = left ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
       const dvec3 down = upper ? dvec3(0, 1, 0) : dvec3(0, 0, -1);
       const dvec3 at = dvec3(target.x_mm, target.y_mm, target.z_mm) + right_mm * across + down_mm * down;
-      cast.colour[std::size_t{row} * size.width + column] = slice_colour(scene, prepared, cuts, at, pixel_mm);
+      cast.colour[std::size_t{row} * size.width + column] =
+          slice_colour(scene, prepared, cuts, at, pixel_mm, glm::cross(across, down));
     }
   }
 }

@@ -24,8 +24,10 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   shadow: [kSurfaceShown],
   rays: [["mode", "is not", "slice"]],
   transfer: [["mode", "is", "volume", "surface-and-volume"]],
-  slice: [["mode", "is", "slice"]],
+  slice: [["mode", "is", "slice", "slices"]],
 
+  "slice.depth_mm": [["mode", "is", "slice"]],
+  "slice.slab": [["slice.slab_mm", "is above", 0]],
   "near.shift_mm": [
     ["near.tissue", "is", "removed"],
     ["near.before_bone", "is", "removed"],

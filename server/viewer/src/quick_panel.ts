@@ -12,6 +12,7 @@ import { QuickSettings } from "./quick_settings";
 import type { Values } from "./scene";
 import { connectSearch } from "./setting_search";
 import type { SettingsEditor } from "./settings_editor";
+import { SlabControl } from "./slab_control";
 import { UndoHistory } from "./undo_history";
 import { picturePixel, surfacePart, type PagePoint } from "./view_geometry";
 
@@ -23,6 +24,7 @@ export class QuickPanel {
   private readonly layout: LayoutBar;
   private readonly uncertain = new UncertainMark(find("#uncertain-mark", HTMLElement));
   private readonly nearTissue: NearTissueButton;
+  private readonly slab: SlabControl;
   private allowed = false;
 
   constructor(
@@ -35,6 +37,7 @@ export class QuickPanel {
     this.presets = new PresetBar(page.presets, editor);
     this.layout = new LayoutBar(page.layout, editor);
     this.nearTissue = new NearTissueButton(page.nearTissue, find("#near-tissue-mark", HTMLElement), editor);
+    this.slab = new SlabControl(editor);
     connectViews(page.views, editor);
     connectLights(page.lights, editor);
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
@@ -74,6 +77,7 @@ export class QuickPanel {
     this.presets.refresh();
     this.layout.refresh();
     this.nearTissue.refresh();
+    this.slab.refresh();
     page.undo.disabled = !this.allowed || !this.history.canUndo;
     page.redo.disabled = !this.allowed || !this.history.canRedo;
   }
@@ -97,6 +101,7 @@ export class QuickPanel {
     for (const part of [page.quick, page.views, page.lights]) part.inert = !may;
     for (const part of [page.presets, page.layout]) part.inert = !may || ownView;
     page.nearTissue.disabled = !may || ownView;
+    this.slab.allow(may && !ownView);
     if (changed) this.refresh();
   }
 
