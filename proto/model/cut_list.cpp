@@ -17,16 +17,23 @@ namespace {
 // Of the words of CutList::Kind.
 constexpr std::string_view kKinds[] = {"inside", "outside", "balls"};
 constexpr float kFarthestMm = 3000;
+constexpr float kFarthestEyeMm = 1e5F;
 constexpr float kMostRadiusMm = 100;
 constexpr float kLeastRadiusMm = 0.5F;
 constexpr std::size_t kLeastCorners = 3;
 constexpr std::string_view kExpected =
     "expected \"inside NEAREST FARTHEST from X Y Z right X Y Z up X Y Z eye MM outline X Y X Y X Y\", the "
-    "same with "
-    "\"outside\", or \"balls RADIUS at X Y Z\", separated by semicolons";
+    "same "
+    "with \"outside\", or \"balls RADIUS at X Y Z\", separated by semicolons: NEAREST below FARTHEST, right "
+    "and "
+    "up of length 1 at right angles, three corners or more, a radius of 0.5 to 100 mm, lengths up to 3000 mm";
 
 Error refused(const std::string& wrong) {
   return {ErrorCode::kInvalidArgument, fmt::format("{}, {}", wrong, kExpected)};
+}
+
+Error too_many(const std::string& what) {
+  return {ErrorCode::kInvalidArgument, fmt::format("the cuts have {}, expected fewer", what)};
 }
 
 /// Takes words from the front of a text.
@@ -37,7 +44,7 @@ class Words {
   bool at_end() const { return text_.empty(); }
 
   std::string_view next() {
-    const std::string_view word = text_.substr(0, text_.find_first_of(" \n\t"));
+    const std::string_view word = text_.substr(0, text_.find_first_of(" \n\r\t"));
     text_.remove_prefix(word.size());
     skip();
     return word;
@@ -45,11 +52,10 @@ class Words {
 
   bool takes(std::string_view word) { return next() == word; }
 
-  /// A number of at most kFarthestMm.
-  bool takes(float& value) {
+  bool takes(float& value, float most = kFarthestMm) {
     const std::string_view word = next();
     const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
-    return failure == std::errc{} && end == word.data() + word.size() && std::abs(value) <= kFarthestMm;
+    return failure == std::errc{} && end == word.data() + word.size() && std::abs(value) <= most;
   }
 
   bool takes(CutList::Vector& vector) {
@@ -57,7 +63,7 @@ class Words {
   }
 
  private:
-  void skip() { text_.remove_prefix(std::min(text_.find_first_not_of(" \n\t"), text_.size())); }
+  void skip() { text_.remove_prefix(std::min(text_.find_first_not_of(" \n\r\t"), text_.size())); }
 
   std::string_view text_;
 };
@@ -76,7 +82,7 @@ bool read_lasso(Words& words, CutList::Cut& cut) {
   return words.takes(cut.nearest_mm) && words.takes(cut.farthest_mm) && cut.nearest_mm < cut.farthest_mm &&
          words.takes("from") && words.takes(cut.origin) && words.takes("right") && words.takes(cut.right) &&
          words.takes("up") && words.takes(cut.up) && are_axes(cut.right, cut.up) && words.takes("eye") &&
-         words.takes(cut.eye_mm) && cut.eye_mm >= 0 && words.takes("outline");
+         words.takes(cut.eye_mm, kFarthestEyeMm) && cut.eye_mm >= 0 && words.takes("outline");
 }
 
 bool read_balls(Words& words, CutList::Cut& cut) {
@@ -88,7 +94,7 @@ bool read_balls(Words& words, CutList::Cut& cut) {
 
 Result<void> CutList::add(std::string_view text) {
   const std::size_t place = cut_count_ + 1;
-  if (place > kMostCuts) return refused(fmt::format("there are more than {} cuts", kMostCuts));
+  if (place > kMostCuts) return too_many(fmt::format("more than {} cuts", kMostCuts));
   Words words(text);
   const auto kind = std::ranges::find(kKinds, words.next());
   Cut cut{.kind = static_cast<Kind>(kind - std::begin(kKinds)), .first = number_count_};
@@ -97,8 +103,7 @@ Result<void> CutList::add(std::string_view text) {
   const bool is_lasso = cut.kind != Kind::kBalls;
   if (!(is_lasso ? read_lasso(words, cut) : read_balls(words, cut))) return unread;
   while (!words.at_end()) {
-    if (number_count_ == kMostNumbers)
-      return refused(fmt::format("the cuts have more than {} coordinates", kMostNumbers));
+    if (number_count_ == kMostNumbers) return too_many(fmt::format("more than {} coordinates", kMostNumbers));
     if (!words.takes(numbers_[number_count_])) return unread;
     ++number_count_;
   }
@@ -110,8 +115,7 @@ Result<void> CutList::add(std::string_view text) {
 }
 
 Result<CutList> CutList::parse(std::string_view text) {
-  if (text.size() > kMostText)
-    return refused(fmt::format("the text is longer than {} characters", kMostText));
+  if (text.size() > kMostText) return too_many(fmt::format("more than {} characters", kMostText));
   CutList made;
   while (!Words(text).at_end()) {
     const std::size_t end = std::min(text.find(';'), text.size());
@@ -139,9 +143,16 @@ std::string CutList::text() const {
 }
 
 bool CutList::continues(const CutList& earlier) const {
-  return cut_count_ >= earlier.cut_count_ && number_count_ >= earlier.number_count_ &&
-         std::ranges::equal(earlier.cuts(), cuts().first(earlier.cut_count_)) &&
-         std::equal(earlier.numbers_.begin(), earlier.numbers_.begin() + earlier.number_count_,
+  if (cut_count_ < earlier.cut_count_ || number_count_ < earlier.number_count_) return false;
+  for (std::size_t place = 0; place < earlier.cut_count_; ++place) {
+    const Cut& before = earlier.cuts_[place];
+    Cut now = cuts_[place];
+    const bool grows =
+        place + 1 == earlier.cut_count_ && now.kind == Kind::kBalls && now.count > before.count;
+    if (grows) now.count = before.count;
+    if (now != before) return false;
+  }
+  return std::equal(earlier.numbers_.begin(), earlier.numbers_.begin() + earlier.number_count_,
                     numbers_.begin());
 }
 

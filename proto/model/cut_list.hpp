@@ -62,10 +62,12 @@ class CutList {
   }
   bool empty() const { return cut_count_ == 0; }
 
-  /// Whether this list is `earlier` with further cuts, or equal to it.
+  /// Whether this list is `earlier` with further cuts, or with further balls in its last cut, or equal to it.
   bool continues(const CutList& earlier) const;
 
-  bool operator==(const CutList& other) const { return cut_count_ == other.cut_count_ && continues(other); }
+  bool operator==(const CutList& other) const {
+    return cut_count_ == other.cut_count_ && number_count_ == other.number_count_ && continues(other);
+  }
 
  private:
   Result<void> add(std::string_view text);

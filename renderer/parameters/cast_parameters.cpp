@@ -250,6 +250,20 @@ Box fan_box(const FanGeometry& geometry, const VolumeExtent& volume) {
   return box;
 }
 
+CutGrid cut_grid(const FanGeometry& geometry, const VolumeExtent& volume) {
+  // Not whole tens, at which many sweeps end.
+  constexpr double kStepDeg = 10;
+  constexpr double kFirstDeg = 3;
+  const auto widened_rad = [](double angle_rad) {
+    const double steps = std::ceil((degrees(angle_rad) - kFirstDeg) / kStepDeg);
+    return radians(kFirstDeg + kStepDeg * std::max(steps, 0.0));
+  };
+  VolumeExtent wide = volume;
+  wide.first_angle_rad = -widened_rad(-volume.first_angle_rad);
+  wide.last_angle_rad = widened_rad(volume.last_angle_rad);
+  return CutGrid::around(fan_box(geometry, wide));
+}
+
 shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, const FanGeometry& geometry,
                                         const AngleTable& table, const VolumeExtent& volume) {
   shaders::CastParameters to{};

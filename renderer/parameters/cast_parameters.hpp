@@ -38,6 +38,9 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
 /// The box around what a volume has scanned.
 Box fan_box(const FanGeometry& geometry, const VolumeExtent& volume);
 
+/// The grid of a CutMask. It is the same for all sweeps of a probe, whose angles differ a little.
+CutGrid cut_grid(const FanGeometry& geometry, const VolumeExtent& volume);
+
 /// Whether pass 1 skips empty space. The pictures are the same; kOff serves comparisons.
 enum class Skipping : std::uint8_t { kOn, kOff };
 

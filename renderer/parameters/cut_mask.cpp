@@ -7,17 +7,13 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
+#include <numbers>
 
 namespace fanlight {
 
 namespace {
 
 constexpr double kLeastCellMm = 0.5;
-// Of the box's longest side, on each side.
-constexpr double kMargin = 0.05;
-// A grid for a longer box is coarser than needed.
-constexpr double kTooLong = 1.5;
-
 double longest(const glm::dvec3& sides) {
   return std::max({sides.x, sides.y, sides.z});
 }
@@ -108,40 +104,36 @@ CornerRange corners_between(double from_mm, double to_mm, double lowest_mm, doub
 
 }  // namespace
 
+double ball_radius_mm(const CutList::Cut& cut, const CutGrid& grid) {
+  return std::max<double>(cut.radius_mm, std::numbers::sqrt3 / 2 * grid.cell_mm);
+}
+
 CutGrid CutGrid::around(const Box& box) {
   const glm::dvec3 sides = box.highest - box.lowest;
-  const double margin_mm = kMargin * longest(sides);
-  const glm::dvec3 room = sides + 2 * margin_mm;
-  const double cell_mm = std::max(longest(room) / kMostCells, kLeastCellMm);
+  const double cell_mm = std::max(longest(sides) / kMostCells, kLeastCellMm);
   const auto cells = [cell_mm](double side_mm) {
     return std::clamp(static_cast<std::uint32_t>(std::ceil(side_mm / cell_mm)), 1U, kMostCells);
   };
-  return {.lowest = box.lowest - margin_mm,
-          .cell_mm = cell_mm,
-          .cells = {cells(room.x), cells(room.y), cells(room.z)}};
+  return {
+      .lowest = box.lowest, .cell_mm = cell_mm, .cells = {cells(sides.x), cells(sides.y), cells(sides.z)}};
 }
 
-bool CutGrid::contains(const Box& box) const {
-  const glm::dvec3 end = highest();
-  for (int axis = 0; axis < 3; ++axis) {
-    if (box.lowest[axis] < lowest[axis] || box.highest[axis] > end[axis]) return false;
-  }
-  return cell_mm > 0;
-}
-
-bool CutMask::update(const CutList& list, const Box& box) {
+bool CutMask::update(const CutList& list, const CutGrid& grid) {
   if (list.empty()) {
     const bool changed = !list_.empty();
     list_ = list;
     return changed;
   }
-  const bool fits = grid_.contains(box) &&
-                    longest(grid_.highest() - grid_.lowest) < kTooLong * longest(box.highest - box.lowest);
-  const bool continues = fits && !list_.empty() && list.continues(list_);
+  const bool continues = grid == grid_ && !list_.empty() && list.continues(list_);
   if (continues && list == list_) return false;
   std::size_t done = continues ? list_.cuts().size() : 0;
-  if (!continues) {
-    if (!fits) grid_ = CutGrid::around(box);
+  if (continues) {
+    // The last cut may have got further balls.
+    const std::uint32_t made = list_.cuts()[done - 1].count;
+    const CutList::Cut& last = list.cuts()[done - 1];
+    if (last.count > made) cut_balls(last, list.numbers(last).subspan(made));
+  } else {
+    grid_ = grid;
     const glm::uvec3 corners = grid_.cells + 1U;
     corners_.assign(std::size_t{corners.x} * corners.y * corners.z, 0);
   }
@@ -182,23 +174,25 @@ void CutMask::cut_lasso(const CutList::Cut& cut, std::span<const float> outline)
 }
 
 void CutMask::cut_balls(const CutList::Cut& cut, std::span<const float> centres) {
-  const double radius_mm = cut.radius_mm;
+  const double radius_mm = ball_radius_mm(cut, grid_);
   const glm::uvec3 corners = grid_.cells + 1U;
+  const auto within = [this](double centre_mm, double half_mm, int axis) {
+    return corners_between(centre_mm - half_mm, centre_mm + half_mm, grid_.lowest[axis], grid_.cell_mm,
+                           grid_.cells[axis]);
+  };
   for (std::size_t number = 0; number < centres.size(); number += 3) {
     const glm::dvec3 centre(centres[number], centres[number + 1], centres[number + 2]);
-    std::array<CornerRange, 3> range{};
-    for (int axis = 0; axis < 3; ++axis) {
-      range[static_cast<std::size_t>(axis)] =
-          corners_between(centre[axis] - radius_mm, centre[axis] + radius_mm, grid_.lowest[axis],
-                          grid_.cell_mm, grid_.cells[axis]);
-    }
-    for (std::uint32_t z = range[2].first; z < range[2].end; ++z) {
-      for (std::uint32_t y = range[1].first; y < range[1].end; ++y) {
-        for (std::uint32_t x = range[0].first; x < range[0].end; ++x) {
-          const glm::dvec3 at = grid_.lowest + grid_.cell_mm * glm::dvec3(x, y, z);
-          if (glm::length(at - centre) <= radius_mm)
-            corners_[(std::size_t{z} * corners.y + y) * corners.x + x] = 1;
-        }
+    const CornerRange layers = within(centre.z, radius_mm, 2);
+    const CornerRange rows = within(centre.y, radius_mm, 1);
+    for (std::uint32_t z = layers.first; z < layers.end; ++z) {
+      for (std::uint32_t y = rows.first; y < rows.end; ++y) {
+        const glm::dvec3 row = grid_.lowest + grid_.cell_mm * glm::dvec3(0, y, z) - centre;
+        const double squared_mm = radius_mm * radius_mm - row.y * row.y - row.z * row.z;
+        if (squared_mm < 0) continue;
+        const CornerRange in_row = within(centre.x, std::sqrt(squared_mm), 0);
+        const auto first =
+            corners_.begin() + static_cast<std::ptrdiff_t>((std::size_t{z} * corners.y + y) * corners.x);
+        std::fill(first + in_row.first, first + in_row.end, std::uint8_t{1});
       }
     }
   }

@@ -26,11 +26,9 @@ struct CutGrid {
   double cell_mm = 0;
   glm::uvec3 cells{};
 
-  /// The grid around a box, with room for a sweep that is a little wider. Cells are never smaller than 0.5
-  /// mm.
+  /// The grid around a box. Cells are never smaller than 0.5 mm.
   static CutGrid around(const Box& box);
-  bool contains(const Box& box) const;
-  glm::dvec3 highest() const { return lowest + cell_mm * glm::dvec3(cells); }
+  bool operator==(const CutGrid&) const = default;
   std::size_t count() const { return std::size_t{cells.x} * cells.y * cells.z; }
 };
 
@@ -38,9 +36,9 @@ struct CutGrid {
 /// where the trilinear interpolation is 0.5 (renderer/ALGORITHM.md, pass 1).
 class CutMask {
  public:
-  /// Brings the mask up to date; whether it has changed. Further cuts of the same list are added, and cost a
-  /// few ms each; else all are made again. Allocates with the first cut.
-  bool update(const CutList& list, const Box& box);
+  /// Brings the mask up to date; whether it has changed. Further cuts and balls of the same list are added, a
+  /// lasso in about 3 ms; else all are made again. Allocates with the first cut, and for a larger grid.
+  bool update(const CutList& list, const CutGrid& grid);
 
   const CutGrid& grid() const { return grid_; }
 
@@ -57,6 +55,9 @@ class CutMask {
   CutGrid grid_;
   std::vector<std::uint8_t> corners_;  // 1: cut
 };
+
+/// Of the balls of a cut: each cuts the corner that is nearest to its centre, at least.
+double ball_radius_mm(const CutList::Cut& cut, const CutGrid& grid);
 
 /// Of pass 1, for a mask of this grid; without a cut the grid is not used.
 void set_cuts(shaders::CastParameters& to, const CutList& list, const CutGrid& grid);

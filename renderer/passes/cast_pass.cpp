@@ -94,7 +94,7 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
   // Memory that the GPU reads may be slow to read for the processor, so values that are needed again are
   // kept.
   const CutList& shapes = scene.cuts.shapes;
-  if (cuts_.update(shapes, fan_box(volume.geometry, volume.extent)) && !shapes.empty())
+  if (cuts_.update(shapes, cut_grid(volume.geometry, volume.extent)) && !shapes.empty())
     cuts_.write_cells(memory_.cut_cells.mapped());
   shaders::CastParameters parameters =
       cast_parameters(scene, size_, volume.geometry, volume.table, volume.extent);

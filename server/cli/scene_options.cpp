@@ -70,9 +70,10 @@ void SceneOptions::add_to(CLI::App& command) {
   command
       .add_option(
           "--preset", preset_,
-          fmt::format("sets what the picture shows and how, before --look and the fields below: a preset of "
-                      "the page by its name, or one that it has exported to a JSON file; {}",
-                      fmt::join(preset_lines, "; ")))
+          fmt::format(
+              "sets what the picture shows and how, before --look and the fields below: a built-in preset "
+              "by its name, or all fields of a JSON file, as the page exports presets; {}",
+              fmt::join(preset_lines, "; ")))
       ->type_name("NAME|FILE")
       ->group("Scene");
   command
@@ -119,6 +120,10 @@ Result<Scene> SceneOptions::with_preset(Scene scene) const {
                              fmt::join(names, ", "))};
   }
   std::ifstream file(preset_);
+  if (!file) {
+    return Error{ErrorCode::kBadInput,
+                 fmt::format("{} cannot be opened, expected a preset in a JSON file", preset_)};
+  }
   auto json = nlohmann::json::parse(file, nullptr, false);
   if (json.is_discarded()) {
     return Error{

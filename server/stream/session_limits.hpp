@@ -12,15 +12,15 @@ namespace fanlight {
 
 /// What one display may take of the server's time and memory.
 struct SessionLimits {
-  /// A scene change with every field is under 1 KB.
+  /// A scene change with every field has under 1 KB, and up to 29 KB of cuts.
   static constexpr std::size_t kMessageBytes = 64 << 10;
   /// Up to this size a message is read to its end, so that the client receives the reason of the refusal.
   /// Beyond it, the connection is cut.
   static constexpr std::size_t kReadBytes = 1 << 20;
   /// Before the login, a client has no other message to send.
   static constexpr std::size_t kLoginBytes = 4 << 10;
-  /// More than the answer with the table of all scene fields has.
-  static constexpr std::size_t kAnswerBytes = 64 << 10;
+  /// More than the Hello has: the table of all scene fields, and two scenes with up to 29 KB of cuts each.
+  static constexpr std::size_t kAnswerBytes = 128 << 10;
 
   int login_s = 10;   ///< until it has logged in
   int stalled_s = 5;  ///< without progress in what is sent, or in closing

@@ -45,10 +45,10 @@ bool lasso_cuts(const CutList::Cut& cut, std::span<const float> outline, const d
   return inside == (cut.kind == CutList::Kind::kInside);
 }
 
-bool balls_cut(const CutList::Cut& cut, std::span<const float> centres, const dvec3& at) {
+bool balls_cut(double radius_mm, std::span<const float> centres, const dvec3& at) {
   for (std::size_t number = 0; number < centres.size(); number += 3) {
     const dvec3 centre(centres[number], centres[number + 1], centres[number + 2]);
-    if (glm::length(at - centre) <= cut.radius_mm) return true;
+    if (glm::length(at - centre) <= radius_mm) return true;
   }
   return false;
 }
@@ -61,12 +61,12 @@ VolumeExtent extent_of(const Volume& volume) {
 }  // namespace
 
 TwinCuts::TwinCuts(const Scene& scene, const Volume& volume)
-    : list_(scene.cuts.shapes), grid_(CutGrid::around(fan_box(volume.geometry(), extent_of(volume)))) {}
+    : list_(scene.cuts.shapes), grid_(cut_grid(volume.geometry(), extent_of(volume))) {}
 
 bool TwinCuts::cuts_corner(const dvec3& corner) const {
   return std::ranges::any_of(list_.cuts(), [&](const CutList::Cut& cut) {
     const auto numbers = list_.numbers(cut);
-    return cut.kind == CutList::Kind::kBalls ? balls_cut(cut, numbers, corner)
+    return cut.kind == CutList::Kind::kBalls ? balls_cut(ball_radius_mm(cut, grid_), numbers, corner)
                                              : lasso_cuts(cut, numbers, corner);
   });
 }

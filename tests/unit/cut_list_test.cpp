@@ -49,6 +49,10 @@ TEST(CutListTest, ContinuesAnotherWithFurtherCuts) {
   EXPECT_TRUE(one.continues(none));
   EXPECT_TRUE(two.continues(one));
   EXPECT_TRUE(two.continues(two));
+  const CutList more = *CutList::parse(kLasso + ";" + kBalls + " 7 8 9");
+  EXPECT_TRUE(more.continues(two));
+  EXPECT_FALSE(two.continues(more));
+  EXPECT_NE(more, two);
   EXPECT_FALSE(one.continues(two));
   EXPECT_FALSE(other.continues(one));
   EXPECT_NE(one, two);

@@ -10,7 +10,7 @@
 namespace fanlight {
 namespace {
 
-const Box kBox{.lowest = {-80, 0, -60}, .highest = {80, 160, 60}};
+const CutGrid kGrid = CutGrid::around({.lowest = {-80, 0, -60}, .highest = {80, 160, 60}});
 
 CutList cuts(const std::string& text) {
   auto list = CutList::parse(text);
@@ -31,10 +31,10 @@ bool is_cut(const CutMask& mask, const glm::dvec3& at) {
 }
 
 TEST(CutMaskTest, HasCellsOfAboutTwoMillimetres) {
-  const CutGrid grid = CutGrid::around(kBox);
+  const CutGrid& grid = kGrid;
   EXPECT_GT(grid.cell_mm, 1.5);
   EXPECT_LT(grid.cell_mm, 2);
-  EXPECT_TRUE(grid.contains(kBox));
+  EXPECT_GE(grid.lowest.x + grid.cell_mm * grid.cells.x, 80 - 1e-9);
   EXPECT_LE(grid.cells.x, CutGrid::kMostCells);
   EXPECT_LE(grid.cells.y, CutGrid::kMostCells);
   EXPECT_LE(grid.cells.z, CutGrid::kMostCells);
@@ -47,14 +47,14 @@ TEST(CutMaskTest, CutsWhatIsDrawn) {
   const std::string square =
       " 20 100 from 0 0 0 right 1 0 0 up 0 0 1 eye 0 outline -10 -20 30 -20 30 20 -10 20";
   CutMask mask;
-  ASSERT_TRUE(mask.update(cuts("inside" + square), kBox));
+  ASSERT_TRUE(mask.update(cuts("inside" + square), kGrid));
   EXPECT_TRUE(is_cut(mask, {10, 50, 0}));
   EXPECT_FALSE(is_cut(mask, {10, 10, 0}));
   EXPECT_FALSE(is_cut(mask, {10, 110, 0}));
   EXPECT_FALSE(is_cut(mask, {-15, 50, 0}));
   EXPECT_TRUE(is_cut(mask, {-5, 50, 0}));
   EXPECT_FALSE(is_cut(mask, {10, 50, 25}));
-  ASSERT_TRUE(mask.update(cuts("outside" + square), kBox));
+  ASSERT_TRUE(mask.update(cuts("outside" + square), kGrid));
   EXPECT_FALSE(is_cut(mask, {10, 50, 0}));
   EXPECT_FALSE(is_cut(mask, {-15, 10, 0}));
   EXPECT_TRUE(is_cut(mask, {-15, 50, 0}));
@@ -65,7 +65,7 @@ TEST(CutMaskTest, CutsAlongTheLinesFromTheEye) {
   CutMask mask;
   ASSERT_TRUE(mask.update(
       cuts("inside -3000 3000 from 0 0 0 right 1 0 0 up 0 0 1 eye 100 outline -20 -20 20 -20 20 20 -20 20"),
-      kBox));
+      kGrid));
   EXPECT_TRUE(is_cut(mask, {18, 0, 0}));
   EXPECT_FALSE(is_cut(mask, {24, 0, 0}));
   EXPECT_TRUE(is_cut(mask, {37, 100, 0}));
@@ -77,7 +77,7 @@ TEST(CutMaskTest, CutsAlongARowOfTheGrid) {
   CutMask mask;
   ASSERT_TRUE(mask.update(
       cuts("inside -3000 3000 from 0 80 0 right 0 1 0 up 0 0 1 eye 0 outline -20 -20 20 -20 20 20 -20 20"),
-      kBox));
+      kGrid));
   EXPECT_TRUE(is_cut(mask, {-70, 80, 0}));
   EXPECT_TRUE(is_cut(mask, {70, 95, 15}));
   EXPECT_FALSE(is_cut(mask, {0, 105, 0}));
@@ -86,7 +86,7 @@ TEST(CutMaskTest, CutsAlongARowOfTheGrid) {
 
 TEST(CutMaskTest, CutsBalls) {
   CutMask mask;
-  ASSERT_TRUE(mask.update(cuts("balls 6 at 0 80 0 20 80 0 500 0 0"), kBox));
+  ASSERT_TRUE(mask.update(cuts("balls 6 at 0 80 0 20 80 0 500 0 0"), kGrid));
   EXPECT_TRUE(is_cut(mask, {0, 80, 0}));
   EXPECT_TRUE(is_cut(mask, {20, 84, 0}));
   EXPECT_FALSE(is_cut(mask, {10, 80, 0}));
@@ -96,19 +96,27 @@ TEST(CutMaskTest, CutsBalls) {
 TEST(CutMaskTest, ChangesWithItsCutsAndWithAnotherBoxAlone) {
   const std::string first = "balls 6 at 0 80 0";
   CutMask mask;
-  EXPECT_FALSE(mask.update({}, kBox));
-  EXPECT_TRUE(mask.update(cuts(first), kBox));
-  EXPECT_FALSE(mask.update(cuts(first), kBox));
-  const Box wider{.lowest = kBox.lowest - 2.0, .highest = kBox.highest + 2.0};
-  EXPECT_FALSE(mask.update(cuts(first), wider));
-  EXPECT_TRUE(mask.update(cuts(first + "; balls 6 at 20 80 0"), kBox));
+  EXPECT_FALSE(mask.update({}, kGrid));
+  EXPECT_TRUE(mask.update(cuts(first), kGrid));
+  EXPECT_FALSE(mask.update(cuts(first), kGrid));
+  EXPECT_TRUE(mask.update(cuts(first + "; balls 6 at 20 80 0"), kGrid));
   EXPECT_TRUE(is_cut(mask, {0, 80, 0}));
   EXPECT_TRUE(is_cut(mask, {20, 80, 0}));
-  EXPECT_TRUE(mask.update(cuts(first), kBox));  // undone
+  EXPECT_TRUE(mask.update(cuts(first), kGrid));  // undone
   EXPECT_FALSE(is_cut(mask, {20, 80, 0}));
-  EXPECT_TRUE(mask.update(cuts(first), {.lowest = 2.0 * kBox.lowest, .highest = 2.0 * kBox.highest}));
+  EXPECT_TRUE(mask.update(cuts(first + " 20 80 0"), kGrid));  // a longer stroke
   EXPECT_TRUE(is_cut(mask, {0, 80, 0}));
-  EXPECT_TRUE(mask.update({}, kBox));
+  EXPECT_TRUE(is_cut(mask, {20, 80, 0}));
+  const CutGrid coarse = CutGrid::around({.lowest = {-160, 0, -120}, .highest = {160, 320, 120}});
+  EXPECT_TRUE(mask.update(cuts(first), coarse));
+  EXPECT_TRUE(is_cut(mask, {0, 80, 0}));
+  EXPECT_TRUE(mask.update({}, coarse));
+}
+
+TEST(CutMaskTest, CutsTheNearestCornerOfTheSmallestBall) {
+  CutMask mask;
+  ASSERT_TRUE(mask.update(cuts("balls 0.5 at 3.3 80.9 7.7"), kGrid));
+  EXPECT_TRUE(is_cut(mask, {3.3, 80.9, 7.7}));
 }
 
 }  // namespace

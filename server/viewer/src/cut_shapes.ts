@@ -36,21 +36,41 @@ function numbersOf(cut: string): number {
     .split(/\s+/).length;
 }
 
+/** Whether two texts have the same cuts: the server writes numbers its own way. */
+export function sameCuts(a: string, b: string): boolean {
+  const [words, others] = [a, b].map((text) => cutsOf(text).join(" ; ").split(/\s+/)) as [string[], string[]];
+  const isSame = (word: string, other: string) => word === other || Math.abs(Number(word) - Number(other)) < 1e-3;
+  return words.length === others.length && words.every((word, index) => isSame(word, others[index]!));
+}
+
+/** Millimetres that a pixel of the view covers at a depth below its plane. */
+export function pixelMmAt(view: View, depthMm: number): number {
+  return view.mmPerPixel + depthMm * view.mmPerPixelPerMm;
+}
+
 /**
- * A lasso. `pixels`: of the picture that the view is of. `farthestMm`: how deep below the view plane it cuts; without,
- * through everything.
+ * A lasso, drawn in the plane at `planeMm` below the view plane, which lies before the eye. `pixels`: of the picture that
+ * the view is of. `farthestMm`: how deep below the view plane it cuts; without, through everything.
  */
-export function lassoCut(kind: LassoKind, pixels: readonly PagePoint[], view: View, farthestMm?: number): string {
+export function lassoCut(
+  kind: LassoKind,
+  pixels: readonly PagePoint[],
+  view: View,
+  planeMm: number,
+  farthestMm?: number,
+): string {
   const m = view.matrix;
   const column = (at: number, sign = 1) => [m[at]!, m[4 + at]!, m[8 + at]!].map((value) => rounded(sign * value, 6));
-  const eyeMm = view.mmPerPixelPerMm > 0 ? view.mmPerPixel / view.mmPerPixelPerMm : 0;
+  const pixelMm = pixelMmAt(view, planeMm);
+  const eyeMm = view.mmPerPixelPerMm > 0 ? pixelMm / view.mmPerPixelPerMm : 0;
+  const origin = [3, 7, 11].map((at, axis) => rounded(m[at]! + planeMm * m[4 * axis + 2]!));
   const corners = simplified(pixels).flatMap(({ x, y }) => [
-    rounded((x - view.middleColumn) * view.mmPerPixel),
-    rounded((view.middleRow - y) * view.mmPerPixel),
+    rounded((x - view.middleColumn) * pixelMm),
+    rounded((view.middleRow - y) * pixelMm),
   ]);
   return [
-    [kind, -kEveryDepthMm, rounded(farthestMm ?? kEveryDepthMm)],
-    ["from", ...column(3)],
+    [kind, -kEveryDepthMm, farthestMm === undefined ? kEveryDepthMm : rounded(farthestMm - planeMm)],
+    ["from", ...origin],
     ["right", ...column(0)],
     ["up", ...column(1, -1)],
     ["eye", rounded(eyeMm)],
@@ -67,6 +87,15 @@ export function ballsCut(radiusMm: number, centres: readonly Mm[]): string {
 /** The depth of a point below the view plane, mm. */
 export function depthOf([x, y, z]: Mm, { matrix: m }: View): number {
   return (x - m[3]!) * m[2]! + (y - m[7]!) * m[6]! + (z - m[11]!) * m[10]!;
+}
+
+/** The point at a depth below the view plane that is seen at a pixel. */
+export function pointAt({ x, y }: PagePoint, depthMm: number, view: View): Mm {
+  const m = view.matrix;
+  const pixelMm = pixelMmAt(view, depthMm);
+  const [right, down] = [(x - view.middleColumn) * pixelMm, (y - view.middleRow) * pixelMm];
+  const part = (row: number) => m[row + 3]! + depthMm * m[row + 2]! + right * m[row]! + down * m[row + 1]!;
+  return [part(0), part(4), part(8)];
 }
 
 /** By the even-odd rule. */

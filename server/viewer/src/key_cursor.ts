@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cross over the picture that keys move and click with, for tools that need a place: measure and note.
+// A cross over the picture that keys move and click with, for tools that need a place: measure, scalpel and note.
 import { element } from "./element";
 import type { PagePoint } from "./view_geometry";
 

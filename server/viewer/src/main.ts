@@ -234,8 +234,9 @@ function receive({ body }: ServerMessage): void {
       return overlay.measurement.frozenChanged();
     case "depthReply":
       return overlay.answered(body.value);
+    case "streamReply": // the page asks by itself: an answer says nothing of what was refused before
+      return body.value.outcome.case === "refused" ? showRefusal(body.value.outcome.value.message) : undefined;
     case "presetReply":
-    case "streamReply":
     case "recordingReply":
     case "cineReply":
     case "replayReply":
@@ -256,9 +257,8 @@ function begin(newHello: Hello): void {
     return showCondition({ connection: { state: "lost", sentence, retrying: false } });
   }
   login.isUnderWay = false;
-  clock.reset();
+  for (const part of [clock, probe]) part.reset();
   liveness.reset(performance.now());
-  probe.reset();
   probePanel.group.forget();
   askClock();
   statistics.start(newHello);
@@ -274,7 +274,7 @@ function begin(newHello: Hello): void {
   shareButton.allow(newHello.role !== Role.VIEWER);
   cineBar.start();
   view.start();
-  overlay.measurement.forget();
+  overlay.start();
   quickPanel.start(hello);
   if (hello.control) controlTold(hello.control);
   codec.start();

@@ -122,7 +122,9 @@ export class OwnPresets {
   /** Without a scene: what is shown now. */
   private save(name: string, scene?: Scene): void {
     const look = create(LookSchema, { name, ...(scene && { scene }) });
-    this.events.ask({ case: "save", value: look }, this.withCuts.checked && this.editor.get("cuts.shapes") !== "");
+    const shapes = scene ? scene.cuts?.shapes : this.editor.get("cuts.shapes");
+    this.events.ask({ case: "save", value: look }, this.withCuts.checked && Boolean(shapes));
+    this.withCuts.checked = false; // of this preset alone
   }
 
   private named(use: (name: string) => void): void {
@@ -131,9 +133,11 @@ export class OwnPresets {
 
   /** The preset of this name, or what is shown now. */
   private exportFile(): void {
-    const fields = this.events.fields().filter(({ name }) => !kLeftAlone.includes(name.split(".")[0]!));
     const name = this.name.value.trim();
     const known = this.saved.find((preset) => preset.name === name);
+    const withCuts = known ? known.scene?.cuts !== undefined : this.withCuts.checked;
+    const isLeft = (group: string) => kLeftAlone.includes(group) && !(group === "cuts" && withCuts);
+    const fields = this.events.fields().filter(({ name: each }) => !isLeft(each.split(".")[0]!));
     const shown = new Map(
       fields.flatMap(({ name: each }) => {
         const value = this.editor.get(each);

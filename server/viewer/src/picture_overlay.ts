@@ -115,6 +115,14 @@ export class PictureOverlay {
   /** What is drawn now has another view: that of the picture, or of a preview. */
   drawn(): void {
     this.notes.place(this.from.drawnView() ?? this.from.shown()?.view, this.fullSize());
+    this.scalpel.viewMayHaveChanged();
+  }
+
+  /** Call at the start of a session. */
+  start(): void {
+    this.measurement.forget();
+    this.points.forget();
+    this.scalpel.cancel();
   }
 
   answered(reply: DepthReply): void {
@@ -157,6 +165,7 @@ export class PictureOverlay {
   refresh(): void {
     this.planes.draw();
     this.scalpel.refresh();
+    this.scalpel.viewMayHaveChanged();
   }
 
   /** Saves the picture, with its scale if that is wanted. */
@@ -169,7 +178,7 @@ export class PictureOverlay {
       state: find("#connection", HTMLElement).innerText.trim(),
       volumeId: shown?.volumeId ?? 0n,
       captured: shown && this.from.dateOf(Number(shown.captureTimeNs) / 1e6),
-      measurement: this.measurement.text(),
+      measurement: [this.measurement.text(), this.scalpel.text()].filter(Boolean).join(" "),
       bar: this.bar(),
       fullWidth: this.fullSize().width,
       notes: this.notes.all(),

@@ -8,6 +8,7 @@ import type { SettingsEditor } from "./settings_editor";
 import { tidy } from "./view_geometry";
 
 const kRimBehind = 0.5;
+const kUsualRim = 0.08; // of the look "skin"
 
 export class PresetBar {
   private builtIn: readonly Look[] = [];
@@ -74,7 +75,7 @@ export class LayoutBar {
  * shows. From behind it needs bright edges, or the picture would be nearly black.
  */
 export function connectLights(root: HTMLElement, editor: Pick<SettingsEditor, "set" | "number">): void {
-  let rimBefore = 0; // of a light that was not behind
+  let rimBefore = kUsualRim; // of a light that was not behind
   for (const button of root.querySelectorAll("button")) {
     button.onclick = () => {
       const [right = 0, up = 0, depth = 0] = (button.dataset.light ?? "").split(" ").map(Number);

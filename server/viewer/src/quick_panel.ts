@@ -2,6 +2,7 @@
 // The settings in reach: presets, panes, four sliders, views, the search among the others; undo and redo.
 import { Role, type Hello, type Picture, type PresetList } from "../generated/fanlight_pb.js";
 import { find } from "./element";
+import { sameCuts } from "./cut_shapes";
 import type { FieldEffects } from "./field_effects";
 import { UncertainMark } from "./uncertain_mark";
 import { NearTissueButton } from "./near_tissue";
@@ -26,12 +27,14 @@ export class QuickPanel {
   private readonly nearTissue: NearTissueButton;
   private readonly slab: SlabControl;
   private allowed = false;
+  private readonly failed: (sentence: string) => void;
 
   constructor(
     private readonly editor: SettingsEditor,
     effects: FieldEffects,
     presetEvents: OwnPresetEvents,
   ) {
+    this.failed = presetEvents.failed;
     this.ownPresets = new OwnPresets(page.ownPresets, editor, presetEvents);
     this.sliders = new QuickSettings(page.quick, editor, effects);
     this.presets = new PresetBar(page.presets, editor);
@@ -110,6 +113,13 @@ export class QuickPanel {
   }
 
   undo(): void {
+    const cuts = this.history.last?.get("cuts.shapes");
+    if (this.allowed && cuts !== undefined && !sameCuts(String(cuts), this.editor.text("cuts.shapes"))) {
+      // The text holds the cuts of all displays: to put the one before back would take theirs too.
+      this.history.drop();
+      this.refresh();
+      return this.failed("Another display has cut since: your last cut cannot be undone alone.");
+    }
     const values = this.allowed ? this.history.undo() : undefined;
     if (values) this.editor.restore(values);
   }

@@ -50,6 +50,11 @@ export class UndoHistory {
     return this.undone.length > 0;
   }
 
+  /** What undo() would take back. */
+  get last(): Values | undefined {
+    return this.done.at(-1)?.after;
+  }
+
   /** The values to set; undefined where nothing is left. */
   undo(): Values | undefined {
     const change = this.done.pop();

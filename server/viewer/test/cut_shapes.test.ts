@@ -3,7 +3,18 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
 import { ViewSchema } from "../generated/fanlight_pb.js";
-import { ballsCut, cutsOf, depthOf, kMostCuts, lassoCut, placesInside, simplified, withCut } from "../src/cut_shapes";
+import {
+  ballsCut,
+  cutsOf,
+  depthOf,
+  kMostCuts,
+  lassoCut,
+  placesInside,
+  pointAt,
+  sameCuts,
+  simplified,
+  withCut,
+} from "../src/cut_shapes";
 import { cutsText } from "../src/scalpel";
 
 // From the probe: right is x, down is -z, forward is y. A pixel has 0.5 mm.
@@ -21,12 +32,32 @@ const kTriangle = [
 
 test("a lasso is drawn in the view plane, in mm to the right and up", () => {
   assert.equal(
-    lassoCut("inside", kTriangle, kView),
+    lassoCut("inside", kTriangle, kView, 0),
     "inside -3000 3000 from 0 10 0 right 1 0 0 up 0 0 1 eye 0 outline -5 -5 5 -5 0 10",
   );
-  assert.match(lassoCut("outside", kTriangle, kView, 42.129), /^outside -3000 42.13 from /);
+  assert.match(lassoCut("outside", kTriangle, kView, 20, 42.129), /^outside -3000 22.13 from 0 30 0 /);
   const perspective = { ...kView, mmPerPixelPerMm: 0.005 };
-  assert.match(lassoCut("inside", kTriangle, perspective), / eye 100 outline/);
+  assert.match(lassoCut("inside", kTriangle, perspective, 0), / eye 100 outline/);
+  // The eye lies beyond the view plane; the lasso is drawn in one before it.
+  const beyond = { ...kView, mmPerPixel: -0.1, mmPerPixelPerMm: 0.005 };
+  assert.equal(
+    lassoCut("inside", kTriangle, beyond, 60),
+    "inside -3000 3000 from 0 70 0 right 1 0 0 up 0 0 1 eye 40 outline -2 -2 2 -2 0 4",
+  );
+});
+
+test("texts of the same cuts are the same, however the numbers are written", () => {
+  assert.ok(sameCuts("balls 6 at 1 2 3", " balls 6 at 1.0 2 0.3e1;"));
+  assert.ok(sameCuts("", ""));
+  assert.ok(!sameCuts("balls 6 at 1 2 3", "balls 6 at 1 2 4"));
+  assert.ok(!sameCuts("balls 6 at 1 2 3", ""));
+});
+
+test("a point is seen at its pixel", () => {
+  const perspective = { ...kView, mmPerPixelPerMm: 0.005 };
+  const point = pointAt({ x: 110, y: 60 }, 40, perspective);
+  assert.deepEqual(point, [7, 50, -7]);
+  assert.equal(depthOf(point, perspective), 40);
 });
 
 test("a depth is counted from the view plane", () => {
