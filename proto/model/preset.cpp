@@ -41,10 +41,10 @@ constexpr Look::Value kDepthPreset[] = {{"mode", "depth"}, {"finish.colours", "g
 
 constexpr Preset kPresets[] = {
     {"face", "the surface, smooth, in warm light", "skin", {}},
-    {"baby", "the surface in warm light before a far field that is darker and cooler", "skin", kBabyPreset},
     {"skin", "the surface with its folds and creases", "skin", kSkinPreset},
     {"bone", "the near side of a skull, or the first border from bright to dark", "clinical", kBonePreset},
     {"depth", "how far the surface is: near is bright", "clinical", kDepthPreset},
+    {"baby", "the surface in warm light before a far field that is darker and cooler", "skin", kBabyPreset},
 };
 
 /// The values in the order in which they are set.

@@ -51,7 +51,7 @@ test("the controls in reach are few, and statistics come at a key", async () => 
     await viewer.firstPicture();
     await closeAdvanced(viewer);
     const visible = await viewer.page.locator("input:visible, select:visible, button:not(.banner *):visible").count();
-    assert.ok(visible <= 36, `${visible} controls at rest`);
+    assert.ok(visible <= 41, `${visible} controls at rest`);
     assert.equal(await viewer.page.locator("#statistics").isVisible(), false);
     await press(viewer, "i");
     assert.equal(await viewer.page.locator("#statistics").isVisible(), true);

@@ -21,6 +21,12 @@ export function cutsOf(text: string): string[] {
     .filter(Boolean);
 }
 
+/** "Cut away: 3 parts"; empty: nothing is. */
+export function cutsText(shapes: string): string {
+  const { length } = cutsOf(shapes);
+  return length === 0 ? "" : `Cut away: ${length} ${length === 1 ? "part" : "parts"}`;
+}
+
 /** The setting with one more cut; undefined where there is no room for it. */
 export function withCut(text: string, cut: string): string | undefined {
   const cuts = [...cutsOf(text), cut];

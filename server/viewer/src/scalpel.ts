@@ -4,6 +4,7 @@ import type { View } from "../generated/fanlight_pb.js";
 import {
   ballsCut,
   cutsOf,
+  cutsText,
   depthOf,
   lassoCut,
   pixelMmAt,
@@ -40,12 +41,6 @@ export interface ScalpelEvents {
   isPreview(): boolean;
   say(sentence: string): void;
   failed(sentence: string): void;
-}
-
-/** "Cut away: 3 parts"; empty: nothing is. */
-export function cutsText(shapes: string): string {
-  const { length } = cutsOf(shapes);
-  return length === 0 ? "" : `Cut away: ${length} ${length === 1 ? "part" : "parts"}`;
 }
 
 /** A line over the picture, in pixels of a view. It ends where the view changes. */

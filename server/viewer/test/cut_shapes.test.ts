@@ -6,6 +6,7 @@ import { ViewSchema } from "../generated/fanlight_pb.js";
 import {
   ballsCut,
   cutsOf,
+  cutsText,
   depthOf,
   kMostCuts,
   lassoCut,
@@ -15,7 +16,6 @@ import {
   simplified,
   withCut,
 } from "../src/cut_shapes";
-import { cutsText } from "../src/scalpel";
 
 // From the probe: right is x, down is -z, forward is y. A pixel has 0.5 mm.
 const kView = create(ViewSchema, {
