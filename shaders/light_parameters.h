@@ -6,6 +6,7 @@
 #include "vector_types.h"
 
 #define FANLIGHT_MAP_POINTS 4
+#define FANLIGHT_MAX_LAMPS 3
 
 FANLIGHT_SHADER_STRUCT(LightParameters) {
   uint width;  // of the picture
@@ -38,12 +39,15 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
   int smooth_right;
   int smooth_bottom;
 
-  vec3 light;            // position of a point light: right, up, height
-  vec3 light_direction;  // towards a directional light, length 1
-  int directional;       // 1: directional light, 0: point light
-  float lamp_distance;   // of a directional light: gives the width of the penumbra
-  vec3 light_colour;     // linear, 0 to 1
-  vec3 material;         // colour of the surface under white light, linear, 0 to 1
+  // The lights that are on.
+  int lamps;                                 // how many, 0 to FANLIGHT_MAX_LAMPS
+  int directional;                           // 1: directional lights, 0: point lights
+  vec3 lamp_places[FANLIGHT_MAX_LAMPS];      // of point lights: right, up, height
+  vec3 lamp_directions[FANLIGHT_MAX_LAMPS];  // towards directional lights, length 1
+  vec3 lamp_colours[FANLIGHT_MAX_LAMPS];     // linear, times their strengths
+  vec3 lamp_distances;                       // of directional lights, one a component: for the penumbra
+  vec3 light_colour;                         // of the ambient light, linear, 0 to 1
+  vec3 material;                             // colour of the surface under white light, linear, 0 to 1
   float ambient;
   float diffuse;
   float specular;

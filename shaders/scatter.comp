@@ -2,7 +2,7 @@
 // Pass 2, light under the surface: it leaves the surface around the place where it entered, by a Gaussian of
 // the distance, first along rows, then along columns (renderer/ALGORITHM.md, soft light).
 //
-// Reads: one map of soft_light.h. Writes: the other; only `scattered` differs.
+// Reads: one map of scattered light (soft_light.h). Writes: the other.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -11,7 +11,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// false: rows, from the first map to the second. true: columns, back to the first.
+// false: rows, from the second map to the third. true: columns, back to the second.
 layout(constant_id = 0) const bool kColumns = false;
 layout(constant_id = 1) const bool kPerspective = false;
 #include "scattered_light.h"
@@ -20,6 +20,6 @@ void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy);
   ivec2 size = soft_size();
   if (any(greaterThanEqual(at, size))) return;
-  uint from = kColumns ? 1u : 0u;
-  write_soft_light(at, 1u - from, scattered_light(at, from));
+  uint from = kColumns ? 2u : 1u;
+  write_soft_values(at, 3u - from, scattered_light(at, from));
 }

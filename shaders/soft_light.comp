@@ -4,7 +4,7 @@
 // surface stands for all.
 //
 // Reads: the parameters; smooth_depth, float a pixel, mm; totals (map_totals.comp).
-// Writes: the first map of soft_light.h.
+// Writes: the first two maps of soft_light.h.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -23,5 +23,5 @@ layout(constant_id = 1) const bool kSoftShadows = true;
 void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy);
   if (any(greaterThanEqual(at, soft_size()))) return;
-  write_soft_light(at, 0u, soft_light_of(place_at(at)));
+  write_soft_light(at, soft_light_of(place_at(at)));
 }

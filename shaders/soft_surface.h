@@ -55,11 +55,11 @@ float known_around(ivec2 pixel, float depth) {
   return points > 0.0 ? clamp(2.0 * known / points - 1.0, 0.0, 1.0) : 1.0;
 }
 
-// Share of the light that comes through the body to a point, 0 to 1. The surface is known from the viewer's
+// Share of a light that comes through the body to a point, 0 to 1. The surface is known from the viewer's
 // side only: whatever lies below it is taken for tissue, up to the next step down.
-float light_through(vec3 at, vec3 to_light) {
+float light_through(vec3 at, vec3 to_light, int lamp) {
   float step_length = 0.25 * lighting.glow_reach;
-  float light_distance = lighting.directional != 0 ? 1e9 : length(lighting.light - at);
+  float light_distance = lighting.directional != 0 ? 1e9 : length(lighting.lamp_places[lamp] - at);
   float thickness = 0.0;
   for (int step_number = 0; step_number < kSteps; ++step_number) {
     float along = (float(step_number) + 0.5) * step_length;
@@ -75,7 +75,7 @@ float light_through(vec3 at, vec3 to_light) {
 }
 
 // 2 x 2 pixels, of which the first that has a surface stands for all, and what of their light does not depend
-// on where the light is.
+// on where the lights are.
 struct Place {
   ivec2 pixel;
   float depth;  // mm; FANLIGHT_NO_SURFACE: without a surface, and without the following
@@ -106,15 +106,22 @@ Place place_at(ivec2 at) {
 }
 
 SoftLight soft_light_of(Place place) {
-  if (place.depth < 0.0) return SoftLight(1.0, 1.0, 0.0, FANLIGHT_NO_SURFACE);
+  SoftLight soft = SoftLight(vec3(1.0), 1.0, vec3(0.0), FANLIGHT_NO_SURFACE);
+  if (place.depth < 0.0) return soft;
   vec3 point = point_at(vec2(place.pixel), place.depth);
-  vec3 to_light = direction_to_light(point);
-  float cosine = dot(place.normal, to_light);
-  float direct = direct_light(point, place.depth, cosine);
-  float from_front = cosine > 0.0 ? direct : 0.0;
-  float through = lighting.glow > 0.0 ? lighting.glow * light_through(point, to_light) : 0.0;
-  return SoftLight(place.known * direct, place.known * place.sky,
-                   place.known * abs(cosine) * mix(through, 1.0, from_front), place.depth);
+  for (int lamp = 0; lamp < lighting.lamps; ++lamp) {
+    vec3 to_light = direction_to_light(point, lamp);
+    float cosine = dot(place.normal, to_light);
+    float direct = direct_light(point, place.depth, cosine, lamp);
+    // A side that faces the light is lit from the front or lies in a shadow: what throws it may be far away,
+    // and how thick that is, is not known. Only a side that faces away is lit through the body.
+    float through = lighting.glow > 0.0 ? lighting.glow * light_through(point, to_light, lamp) : 0.0;
+    soft.direct[lamp] = place.known * direct;
+    soft.scattered[lamp] = place.known * abs(cosine) * (cosine > 0.0 ? direct : through);
+  }
+  soft.sky = place.known * place.sky;
+  soft.depth = place.depth;
+  return soft;
 }
 
 #endif

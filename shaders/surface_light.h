@@ -55,13 +55,13 @@ vec3 tangent(ivec2 pixel, ivec2 axis, float here) {
   return to - from;
 }
 
-// Fraction of the light visible from a point of the height map, 0 to 1. Marches one pixel a step and stops at
+// Fraction of a light visible from a point of the height map, 0 to 1. Marches one pixel a step and stops at
 // the light, at the border of the viewport, or above the highest surface.
-float light_seen(vec3 from, float depth) {
-  vec3 towards_light =
-      lighting.directional != 0 ? kShadowReach * lighting.light_direction : lighting.light - from;
+float light_seen(vec3 from, float depth, int lamp) {
+  vec3 towards_light = lighting.directional != 0 ? kShadowReach * lighting.lamp_directions[lamp]
+                                                 : lighting.lamp_places[lamp] - from;
   float light_distance =
-      lighting.directional != 0 ? lighting.lamp_distance : max(length(towards_light), 1e-3);
+      lighting.directional != 0 ? lighting.lamp_distances[lamp] : max(length(towards_light), 1e-3);
   vec3 start = from + vec3(0.0, 0.0, kShadowBias * lighting.pixel * view_scale(depth));
   bool leaves = start.z + towards_light.z > lighting.shadow_top;
   if (lighting.shadow >= 1.0 || (leaves && start.z >= lighting.shadow_top)) return 1.0;
@@ -109,15 +109,15 @@ vec3 normal_at(ivec2 pixel, float depth) {
   return normalize(cross(tangent(pixel, ivec2(1, 0), depth), -tangent(pixel, ivec2(0, 1), depth)));
 }
 
-// From a point towards the light, length 1. The light may lie on the surface.
-vec3 direction_to_light(vec3 at) {
-  vec3 toward = lighting.light - at;
-  return lighting.directional != 0 ? lighting.light_direction : toward / max(length(toward), 1e-6);
+// From a point towards a light, length 1. The light may lie on the surface.
+vec3 direction_to_light(vec3 at, int lamp) {
+  vec3 toward = lighting.lamp_places[lamp] - at;
+  return lighting.directional != 0 ? lighting.lamp_directions[lamp] : toward / max(length(toward), 1e-6);
 }
 
 // Fraction of the direct light on a surface that faces the light, 0 to 1: what a shadow leaves of it.
-float direct_light(vec3 at, float depth, float facing) {
-  return facing > 0.0 ? mix(lighting.shadow, 1.0, light_seen(at, depth)) : 1.0;
+float direct_light(vec3 at, float depth, float facing, int lamp) {
+  return facing > 0.0 ? mix(lighting.shadow, 1.0, light_seen(at, depth, lamp)) : 1.0;
 }
 
 #endif

@@ -20,43 +20,51 @@ const float kWhite = 3.0;
 SoftLight soft_light_around(ivec2 pixel, float depth) {
   ivec2 first = pixel / 2;
   vec2 part = 0.5 * vec2(pixel - 2 * first);
-  vec3 sum = vec3(0.0);
+  vec3 direct = vec3(0.0);
+  vec3 scattered = vec3(0.0);
+  float sky = 0.0;
   float weights = 0.0;
   [[unroll]] for (int each = 0; each < 4; ++each) {
     ivec2 step = ivec2(each & 1, each >> 1);
-    SoftLight there = soft_light_at(min(first + step, soft_size() - 1), 0u);
+    SoftLight there = soft_light_at(min(first + step, soft_size() - 1));
     float alike = max(1.0 - abs(there.depth - depth) / lighting.same_surface, 0.001);
     vec2 share = mix(1.0 - part, part, vec2(step));
     float weight = there.depth >= 0.0 ? share.x * share.y * alike : 0.0;
-    sum += weight * vec3(there.direct, there.sky, there.scattered);
+    direct += weight * there.direct;
+    scattered += weight * there.scattered;
+    sky += weight * there.sky;
     weights += weight;
   }
-  vec3 mean = weights > 0.0 ? sum / weights : vec3(1.0, 1.0, 0.0);
-  return SoftLight(mean.x, mean.y, mean.z, depth);
+  bool known = weights > 0.0;
+  float each = known ? 1.0 / weights : 0.0;
+  return SoftLight(known ? each * direct : vec3(1.0), known ? each * sky : 1.0, each * scattered, depth);
 }
 
 vec3 shade(ivec2 pixel, float depth) {
   vec3 at = point_at(vec2(pixel), depth);
   vec3 normal = surface_normal(pixel, depth);
-  vec3 to_light = direction_to_light(at);
   // Parallel rays: the viewer is at infinity.
   vec3 to_eye = kPerspective ? normalize(vec3(0.0, 0.0, lighting.eye_height) - at) : vec3(0.0, 0.0, 1.0);
-  vec3 halfway = normalize(to_light + to_eye);
-  float facing = max(dot(normal, to_light), 0.0);
-  float highlight = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
-  SoftLight soft = SoftLight(1.0, 1.0, 0.0, depth);
-  if (kSoftLight) {
-    soft = soft_light_around(pixel, depth);
-  } else {
-    soft.direct = direct_light(at, depth, facing);
+  SoftLight soft = SoftLight(vec3(1.0), 1.0, vec3(0.0), depth);
+  if (kSoftLight) soft = soft_light_around(pixel, depth);
+  vec3 matt = vec3(0.0);
+  vec3 shine = vec3(0.0);
+  for (int lamp = 0; lamp < lighting.lamps; ++lamp) {
+    vec3 to_light = direction_to_light(at, lamp);
+    vec3 halfway = normalize(to_light + to_eye);
+    float facing = max(dot(normal, to_light), 0.0);
+    float highlight = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
+    float direct = kSoftLight ? soft.direct[lamp] : direct_light(at, depth, facing, lamp);
+    vec3 entered = mix(vec3(facing * direct), vec3(soft.scattered[lamp]), lighting.scattered);
+    matt += lighting.lamp_colours[lamp] * entered;
+    shine += lighting.lamp_colours[lamp] * highlight * direct;
   }
-  vec3 matt = mix(vec3(facing * soft.direct), vec3(soft.scattered), lighting.scattered);
   float away = 1.0 - max(dot(normal, to_eye), 0.0);
   float rim = lighting.rim * away * away * away;
   // A shadow reduces the direct light only. The paper (README.md) scales the whole pixel. Then a side that
   // faces away from the light, with ambient light only, is brighter than a shadow next to it.
-  vec3 from_body = ((lighting.ambient + rim) * soft.sky + lighting.diffuse * matt) * lighting.material;
-  vec3 light = lighting.light_colour * (from_body + vec3(lighting.specular * highlight * soft.direct));
+  vec3 everywhere = (lighting.ambient + rim) * soft.sky * lighting.light_colour;
+  vec3 light = (everywhere + lighting.diffuse * matt) * lighting.material + lighting.specular * shine;
   float halves = max(depth - lighting.half_from, 0.0) * lighting.halves_per_mm;
   vec3 seen = mix(kUncertainLight, 1.0, surface_certainty(pixel)) * exp2(-halves * kFalling);
   return max(seen * light, lighting.haze);

@@ -15,6 +15,7 @@ Scene suggested_scene(const SourceDescription& source, std::uint32_t picture_hei
   // The light keeps its depth: over a smaller part of the body it falls more steeply.
   scene.light.right_mm *= nearer;
   scene.light.up_mm *= nearer;
+  place_fill_and_back_light(scene);
   limit(scene);
   return scene;
 }

@@ -12,16 +12,21 @@ namespace fanlight {
 
 namespace {
 
-constexpr Look::Value kSkin[] = {
-    {"material.red", "0.93"},       {"material.green", "0.64"},     {"material.blue", "0.45"},
-    {"material.scatter_mm", "1.5"}, {"material.glow", "0.8"},       {"light.red", "1"},
-    {"light.green", "0.95"},        {"light.blue", "0.88"},         {"light.ambient", "0.1"},
-    {"light.diffuse", "1"},         {"light.specular", "0.15"},     {"light.shininess", "24"},
-    {"light.occlusion", "0.8"},     {"light.occlusion_mm", "12"},   {"light.fade_mm", "3"},
-    {"light.rim", "0.08"},          {"light.half_mm", "0"},         {"light.haze", "0"},
-    {"light.normals", "central"},   {"shadow.coefficient", "0.08"}, {"shadow.softness_mm", "20"},
-    {"finish.smoothing", "mean"},   {"finish.colours", "none"},     {"finish.exposure", "1.8"},
-    {"finish.tone", "film"}};
+constexpr Look::Value kSkin[] = {{"material.red", "0.93"},     {"material.green", "0.64"},
+                                 {"material.blue", "0.45"},    {"material.scatter_mm", "1.5"},
+                                 {"material.glow", "0.8"},     {"light.red", "1"},
+                                 {"light.green", "0.95"},      {"light.blue", "0.88"},
+                                 {"light.ambient", "0.1"},     {"light.diffuse", "1"},
+                                 {"light.specular", "0.15"},   {"light.shininess", "24"},
+                                 {"light.occlusion", "0.8"},   {"light.occlusion_mm", "12"},
+                                 {"light.fade_mm", "3"},       {"light.rim", "0.08"},
+                                 {"light.half_mm", "0"},       {"light.haze", "0"},
+                                 {"light.normals", "central"}, {"shadow.coefficient", "0.08"},
+                                 {"shadow.softness_mm", "20"}, {"light.on", "on"},
+                                 {"light.strength", "1"},      {"fill_light.on", "off"},
+                                 {"back_light.on", "off"},     {"finish.smoothing", "mean"},
+                                 {"finish.colours", "none"},   {"finish.exposure", "1.8"},
+                                 {"finish.tone", "film"}};
 
 constexpr Look::Value kClinical[] = {
     {"material.red", "0.92"},     {"material.green", "0.89"},    {"material.blue", "0.84"},
@@ -31,8 +36,9 @@ constexpr Look::Value kClinical[] = {
     {"light.occlusion", "1"},     {"light.occlusion_mm", "8"},   {"light.fade_mm", "0"},
     {"light.rim", "0"},           {"light.half_mm", "0"},        {"light.haze", "0"},
     {"light.normals", "central"}, {"shadow.coefficient", "0.6"}, {"shadow.softness_mm", "20"},
-    {"finish.smoothing", "mean"}, {"finish.colours", "none"},    {"finish.exposure", "0.9"},
-    {"finish.tone", "linear"}};
+    {"light.on", "on"},           {"light.strength", "1"},       {"fill_light.on", "off"},
+    {"back_light.on", "off"},     {"finish.smoothing", "mean"},  {"finish.colours", "none"},
+    {"finish.exposure", "0.9"},   {"finish.tone", "linear"}};
 
 constexpr Look::Value kPaper[] = {
     {"material.red", "0.95"},     {"material.green", "0.78"},    {"material.blue", "0.68"},
@@ -42,8 +48,9 @@ constexpr Look::Value kPaper[] = {
     {"light.occlusion", "0"},     {"light.occlusion_mm", "12"},  {"light.fade_mm", "0"},
     {"light.rim", "0"},           {"light.half_mm", "0"},        {"light.haze", "0"},
     {"light.normals", "central"}, {"shadow.coefficient", "0.3"}, {"shadow.softness_mm", "15"},
-    {"finish.smoothing", "mean"}, {"finish.colours", "none"},    {"finish.exposure", "1"},
-    {"finish.tone", "linear"}};
+    {"light.on", "on"},           {"light.strength", "1"},       {"fill_light.on", "off"},
+    {"back_light.on", "off"},     {"finish.smoothing", "mean"},  {"finish.colours", "none"},
+    {"finish.exposure", "1"},     {"finish.tone", "linear"}};
 
 constexpr Look kLooks[] = {
     {"skin", "warm light that goes under the skin, for viewing", kSkin},

@@ -18,7 +18,15 @@ constexpr Look::Value kCommon[] = {{"mode", "surface"},
                                    {"detector.sign", "dark-to-bright"},
                                    {"detector.place", "level"},
                                    {"near.before_bone", "shown"},
-                                   {"finish.colours", "none"}};
+                                   {"finish.colours", "none"},
+                                   {"fill_light.red", "1"},
+                                   {"fill_light.green", "1"},
+                                   {"fill_light.blue", "1"},
+                                   {"fill_light.strength", "0.5"},
+                                   {"back_light.red", "1"},
+                                   {"back_light.green", "1"},
+                                   {"back_light.blue", "1"},
+                                   {"back_light.strength", "0.5"}};
 
 // A small window keeps folds and creases; less light goes under the skin, and shadows are open.
 constexpr Look::Value kSkinPreset[] = {{"filter.size_mm", "3"},
@@ -27,9 +35,14 @@ constexpr Look::Value kSkinPreset[] = {{"filter.size_mm", "3"},
                                        {"shadow.coefficient", "0.35"},
                                        {"finish.exposure", "1.6"}};
 
-// The wall behind the fetus is darker and cooler than its skin, and fluid is a dark haze, not a black hole.
+// The wall behind the fetus is darker and cooler than its skin, and fluid is a dark haze, not a black hole. A
+// cool light fills the shadows; a warm one from behind gives edges.
 constexpr Look::Value kBabyPreset[] = {
-    {"filter.size_mm", "5"}, {"light.half_mm", "30"}, {"light.haze", "0.012"}, {"finish.exposure", "2"}};
+    {"filter.size_mm", "5"},     {"light.half_mm", "30"},       {"light.haze", "0.012"},
+    {"finish.exposure", "2"},    {"fill_light.on", "on"},       {"fill_light.red", "0.7"},
+    {"fill_light.green", "0.8"}, {"fill_light.blue", "1"},      {"fill_light.strength", "0.2"},
+    {"back_light.on", "on"},     {"back_light.red", "1"},       {"back_light.green", "0.9"},
+    {"back_light.blue", "0.8"},  {"back_light.strength", "0.4"}};
 
 // The bright line behind which the echo falls: bone throws a shadow, and the inside of a skull is dark.
 constexpr Look::Value kBonePreset[] = {{"detector.window_mm", "10"},

@@ -84,6 +84,18 @@ constexpr double kReach = 0.6;
 
 }  // namespace
 
+void place_fill_and_back_light(Scene& scene) {
+  const double field_mm = scene.camera.field_mm;
+  const auto place = [&](Scene::Lamp& lamp, double right, double up, double depth) {
+    const auto tenth = [](double value) { return std::round(10 * value) / 10; };
+    lamp.right_mm = tenth(right * field_mm);
+    lamp.up_mm = tenth(up * field_mm);
+    lamp.depth_mm = tenth(scene.camera.distance_mm + depth * field_mm);
+  };
+  place(scene.fill_light, 0.6, -0.1, -0.5);
+  place(scene.back_light, 0.3, 0.8, 0.4);
+}
+
 Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last_angle_rad,
                 std::uint32_t picture_height) {
   const double depth_mm = geometry.depth_mm();
@@ -104,6 +116,7 @@ Scene scene_for(const FanGeometry& geometry, double first_angle_rad, double last
   scene.light.right_mm = -0.42 * scene.camera.field_mm;
   scene.light.up_mm = 0.42 * scene.camera.field_mm;
   scene.light.depth_mm = -0.4 * scene.camera.field_mm;
+  place_fill_and_back_light(scene);
   // The defaults apply to 512 pixels. In a picture of another height, the scaled odd window covers the same
   // length in the body.
   const auto scaled = [&](int window) {

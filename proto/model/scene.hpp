@@ -70,6 +70,7 @@ enum class Refresh : std::uint8_t { kVolume, kFrame };
 enum class FilterWeights : std::uint8_t { kEven, kConfidence };
 enum class Normals : std::uint8_t { kThreeNeighbours, kCentral };
 enum class LightKind : std::uint8_t { kPoint, kDirectional };
+enum class LightSwitch : std::uint8_t { kOff, kOn };
 /// Smoothing of pass 3.
 enum class Smoothing : std::uint8_t { kNone, kMean, kDiffusion };
 /// Light to what a screen can show: as it is, or bright light compressed as on film.
@@ -207,7 +208,21 @@ struct Scene {
     double rim = 0;            ///< light on what turns away from the viewer
     double half_mm = 0;        ///< beyond the target the light falls to half in this distance; 0: not
     double haze = 0;           ///< light of what shows no surface, below which no surface falls, 0 to 1
+    LightSwitch on = LightSwitch::kOn;
+    double strength = 1;  ///< factor of its direct light
   } light;
+
+  /// A light in addition to `light`, of the same kind, and with the same reflection and shadows.
+  struct Lamp {
+    LightSwitch on = LightSwitch::kOff;
+    double right_mm = 0;
+    double up_mm = 0;
+    double depth_mm = -80;
+    double red = 1;  ///< as displayed (sRGB)
+    double green = 1;
+    double blue = 1;
+    double strength = 0.5;
+  } fill_light, back_light;
 
   /// Colour of the surface under white light (sRGB); default: skin.
   struct Material {
@@ -322,6 +337,10 @@ FirstPass first_pass_changed(const Scene& from, const Scene& to);
 /// `cast` with those fields of `newest` that only passes 2 and 3 read (from FirstPass::kFilter on): the part
 /// of a new scene that can be shown with an existing depth map.
 Scene relit(const Scene& cast, const Scene& newest);
+
+/// Places the fill light before the target, opposite the usual side of the light, and the back light above
+/// and behind it, at distances in proportion to what the camera shows.
+void place_fill_and_back_light(Scene& scene);
 
 /// Scene that shows the whole fan from the probe: the view plane in the probe face, rays down to the last
 /// row, the middle of the sweep in the centre, the light up and to the left. Windows are in mm, threshold and

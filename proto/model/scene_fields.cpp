@@ -26,6 +26,7 @@ constexpr std::string_view kSlabs[] = {"mean", "maximum", "x-ray"};
 constexpr std::string_view kDepthFilters[] = {"mean", "gaussian", "edge-preserving"};
 constexpr std::string_view kWeights[] = {"even", "confidence"};
 constexpr std::string_view kNormals[] = {"three-neighbours", "central"};
+constexpr std::string_view kSwitch[] = {"off", "on"};
 constexpr std::string_view kLightKinds[] = {"point", "directional"};
 constexpr std::string_view kSmoothings[] = {"none", "mean", "diffusion"};
 constexpr std::string_view kTones[] = {"linear", "film"};
@@ -330,6 +331,45 @@ const SceneField kFields[] = {
     row<MEMBER(light.haze)>("light.haze", "",
                             "light of what shows no surface, below which no surface falls; 0: black", 0, 1, 0,
                             FirstPass::kLight),
+    choice<MEMBER(light.on)>("light.on", "the direct light, from its place; off leaves the ambient light",
+                             FirstPass::kLight, kSwitch),
+    row<MEMBER(light.strength)>("light.strength", "", "factor of the direct light", 0, 4, 0,
+                                FirstPass::kLight),
+    choice<MEMBER(fill_light.on)>(
+        "fill_light.on", "a second light, which softens what the first leaves dark; of the same kind",
+        FirstPass::kLight, kSwitch),
+    row<MEMBER(fill_light.right_mm)>("fill_light.right_mm", "mm", "right of the picture's centre", -2000,
+                                     2000, 0, FirstPass::kLight),
+    row<MEMBER(fill_light.up_mm)>("fill_light.up_mm", "mm", "above the picture's centre", -2000, 2000, 0,
+                                  FirstPass::kLight),
+    row<MEMBER(fill_light.depth_mm)>("fill_light.depth_mm", "mm",
+                                     "beyond the view plane (negative: before it)", -2000, 2000, 0,
+                                     FirstPass::kLight),
+    row<MEMBER(fill_light.red)>("fill_light.red", "", "colour of the light, red", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(fill_light.green)>("fill_light.green", "", "colour of the light, green", 0, 1, 0,
+                                  FirstPass::kLight),
+    row<MEMBER(fill_light.blue)>("fill_light.blue", "", "colour of the light, blue", 0, 1, 0,
+                                 FirstPass::kLight),
+    row<MEMBER(fill_light.strength)>("fill_light.strength", "", "factor of the light", 0, 4, 0,
+                                     FirstPass::kLight),
+    choice<MEMBER(back_light.on)>(
+        "back_light.on",
+        "a third light, which shines from behind on edges and through thin parts; of the same kind",
+        FirstPass::kLight, kSwitch),
+    row<MEMBER(back_light.right_mm)>("back_light.right_mm", "mm", "right of the picture's centre", -2000,
+                                     2000, 0, FirstPass::kLight),
+    row<MEMBER(back_light.up_mm)>("back_light.up_mm", "mm", "above the picture's centre", -2000, 2000, 0,
+                                  FirstPass::kLight),
+    row<MEMBER(back_light.depth_mm)>("back_light.depth_mm", "mm",
+                                     "beyond the view plane (negative: before it)", -2000, 2000, 0,
+                                     FirstPass::kLight),
+    row<MEMBER(back_light.red)>("back_light.red", "", "colour of the light, red", 0, 1, 0, FirstPass::kLight),
+    row<MEMBER(back_light.green)>("back_light.green", "", "colour of the light, green", 0, 1, 0,
+                                  FirstPass::kLight),
+    row<MEMBER(back_light.blue)>("back_light.blue", "", "colour of the light, blue", 0, 1, 0,
+                                 FirstPass::kLight),
+    row<MEMBER(back_light.strength)>("back_light.strength", "", "factor of the light", 0, 4, 0,
+                                     FirstPass::kLight),
     row<MEMBER(material.red)>("material.red", "", "colour of the surface, red", 0, 1, 0, FirstPass::kLight),
     row<MEMBER(material.green)>("material.green", "", "colour of the surface, green", 0, 1, 0,
                                 FirstPass::kLight),

@@ -61,13 +61,26 @@ void set_filter(shaders::LightParameters& to, const Scene& scene, double farthes
   to.sum_units = static_cast<float>(std::min(4.0e9 / largest_mm, kFinestUnits));
 }
 
+/// The lights that are on, first the key light.
+void set_lamps(shaders::LightParameters& to, const Scene& scene) {
+  const auto add = [&](const auto& lamp) {
+    if (lamp.on == LightSwitch::kOff || lamp.strength <= 0) return;
+    const int index = to.lamps++;
+    to.lamp_places[index] = {lamp.right_mm, lamp.up_mm, -lamp.depth_mm};
+    const glm::dvec3 from_target(lamp.right_mm, lamp.up_mm, scene.camera.distance_mm - lamp.depth_mm);
+    const double distance_mm = glm::length(from_target);
+    to.lamp_directions[index] = distance_mm > 0 ? from_target / distance_mm : glm::dvec3(0, 0, 1);
+    to.lamp_distances[index] = static_cast<float>(std::max(distance_mm, 1e-3));
+    to.lamp_colours[index] = static_cast<float>(lamp.strength) * linear(lamp.red, lamp.green, lamp.blue);
+  };
+  add(scene.light);
+  add(scene.fill_light);
+  add(scene.back_light);
+}
+
 void set_light(shaders::LightParameters& to, const Scene& scene) {
   const Scene::Light& light = scene.light;
-  to.light = {light.right_mm, light.up_mm, -light.depth_mm};
-  const glm::dvec3 from_target(light.right_mm, light.up_mm, scene.camera.distance_mm - light.depth_mm);
-  const double distance_mm = glm::length(from_target);
-  to.light_direction = distance_mm > 0 ? from_target / distance_mm : glm::dvec3(0, 0, 1);
-  to.lamp_distance = static_cast<float>(std::max(distance_mm, 1e-3));
+  set_lamps(to, scene);
   to.directional = light.kind == LightKind::kDirectional ? 1 : 0;
   to.light_colour = linear(light.red, light.green, light.blue);
   to.material = linear(scene.material.red, scene.material.green, scene.material.blue);

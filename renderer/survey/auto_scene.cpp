@@ -111,6 +111,7 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.light.right_mm = tenth(-0.4 * to.camera.field_mm);
   to.light.up_mm = tenth(0.4 * to.camera.field_mm);
   to.light.depth_mm = tenth(-0.7 * to.camera.field_mm);
+  place_fill_and_back_light(to);
   choose("the light comes from the upper left");
   limit(to);
   return made;

@@ -22,7 +22,8 @@ constexpr int kMostSecondsBehind = 5;
 // The busy share of the main view covers one second: after this time without a picture, the view is idle.
 constexpr double kAtRestMs = 1500;
 // The fields that passes 2 and 3 read, and the camera.
-constexpr std::string_view kPrivateGroups[] = {"camera", "filter", "light", "material", "shadow", "finish"};
+constexpr std::string_view kPrivateGroups[] = {"camera",     "filter",   "light",  "fill_light",
+                                               "back_light", "material", "shadow", "finish"};
 
 std::string_view group_of(const SceneField& field) {
   return field.name.substr(0, field.name.find('.'));
@@ -46,10 +47,11 @@ Result<Groups> private_groups(const v1::Scene& change) {
     groups.emplace(group_of(field));
   });
   if (not_private == nullptr) return groups;
-  return Error{ErrorCode::kInvalidArgument,
-               fmt::format("{} is the main view's, expected fields of camera, filter, light, material, "
-                           "shadow or finish",
-                           not_private->name)};
+  return Error{
+      ErrorCode::kInvalidArgument,
+      fmt::format("{} is the main view's, expected fields of camera, filter, light, fill_light, back_light, "
+                  "material, shadow or finish",
+                  not_private->name)};
 }
 
 }  // namespace

@@ -8,6 +8,5 @@
 out vec4 place;
 
 void main() {
-  SoftLight light = scattered_light(ivec2(gl_FragCoord.xy), 0u);
-  place = vec4(light.direct, light.sky, light.scattered, light.depth);
+  place = scattered_light(ivec2(gl_FragCoord.xy), 0u);
 }

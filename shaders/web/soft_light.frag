@@ -7,7 +7,8 @@
 uniform highp sampler2D normals;  // of prepare.frag
 uniform highp sampler2D places;   // of prepare_soft.frag
 
-out vec4 soft;
+layout(location = 0) out vec4 direct;
+layout(location = 1) out vec4 scattered;
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
@@ -20,5 +21,6 @@ void main() {
   place.sky = kept.y;
   place.known = kept.z;
   SoftLight light = soft_light_of(place);
-  soft = vec4(light.direct, light.sky, light.scattered, light.depth);
+  direct = vec4(light.direct, light.sky);
+  scattered = vec4(light.scattered, light.depth);
 }

@@ -290,6 +290,71 @@ test("on a phone the picture comes first, and a scroll that begins on a slider s
   });
 });
 
+test("three lights have handles, which the mouse, keys and a finger move, and a panel", async () => {
+  await withPage("lights", kStillSource, async (viewer) => {
+    const { page } = viewer;
+    await viewer.firstPicture();
+    const marker = async (lamp) => {
+      const light = await page.locator(`[data-lamp=${lamp}]`).boundingBox();
+      const picture = await page.locator("#picture").boundingBox();
+      return (
+        light && [
+          (light.x + light.width / 2 - picture.x) / picture.width,
+          (light.y + light.height / 2 - picture.y) / picture.height,
+        ]
+      );
+    };
+    assert.equal(await marker("fill_light"), null, "a light that is off has a handle");
+    const pass1 = await viewer.number("pass1-runs");
+    const keyOnly = await viewer.greyLevels();
+    await page.locator("#lamps > summary").click();
+    await page.locator("#lamp-choice").getByText("Fill").click();
+    await page.locator("#lamp-on").check();
+    await viewer.changedFrom(keyOnly, 0.5, "the fill light");
+    assert.equal(await page.locator("#lamps-on").textContent(), "key, fill");
+    await page.locator("#lamp-strength").fill("90");
+    await page.locator("#lamp-colour").fill("#0000ff");
+    await viewer.settled();
+    assert.equal(await viewer.field("fill_light.strength"), 0.9);
+    assert.equal(await viewer.field("fill_light.red"), 0);
+
+    // The handle of the key light is taken by the mouse, though the fill light was chosen.
+    const [key_mm, fill_mm] = [await viewer.field("light.right_mm"), await viewer.field("fill_light.right_mm")];
+    await viewer.drag(await marker("light"), [0.5, 0.3]);
+    await viewer.settled();
+    assert.ok(Math.abs(await viewer.field("light.right_mm")) < 2, "the handle of the key light did not move it");
+    assert.notEqual(await viewer.field("light.right_mm"), key_mm);
+    assert.equal(await viewer.field("fill_light.right_mm"), fill_mm);
+    assert.ok(await page.locator("#lamp-choice").getByLabel("Key").isChecked(), "a dragged light is not chosen");
+
+    await page.locator("#lamp-choice").getByText("Fill").click();
+    await page.locator("#picture").focus();
+    await press(viewer, "ArrowUp");
+    await viewer.settled();
+    const up_mm = await viewer.field("fill_light.up_mm");
+    await press(viewer, "ArrowUp");
+    await viewer.settled();
+    assert.ok((await viewer.field("fill_light.up_mm")) > up_mm, "the arrow key did not move the chosen light");
+    assert.equal(await viewer.number("pass1-runs"), pass1, "a light ran pass 1");
+
+    const devtools = await page.context().newCDPSession(page);
+    const touch = (type, ...touchPoints) => devtools.send("Input.dispatchTouchEvent", { type, touchPoints });
+    const handle = await page.locator("[data-lamp=light]").boundingBox();
+    const picture = await page.locator("#picture").boundingBox();
+    await touch("touchStart", { x: handle.x + handle.width / 2 + 8, y: handle.y + handle.height / 2 });
+    for (const part of [0.55, 0.6, 0.65, 0.7]) {
+      await touch("touchMove", { x: picture.x + part * picture.width, y: picture.y + 0.6 * picture.height });
+    }
+    await touch("touchEnd");
+    await until(
+      "the key light that a finger moved",
+      () => viewer.field("light.right_mm"),
+      (right_mm) => right_mm > 10,
+    );
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
 test("nothing violates the accessibility rules A and AA, at rest, with all groups open, frozen and lost", async () => {
   await withPage("accessible", kMovingSource, async (viewer, server) => {
     await waitForWord(viewer, "Simulated");
@@ -310,6 +375,7 @@ test("nothing violates the accessibility rules A and AA, at rest, with all group
     });
     await press(viewer, "i");
     await viewer.page.locator("#own-presets").evaluate((details) => (details.open = true));
+    await viewer.page.locator("#lamps").evaluate((details) => (details.open = true));
     await press(viewer, "4");
     await press(viewer, "c");
     await check("with all groups open, four panes and the crop box");

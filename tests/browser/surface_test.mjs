@@ -116,6 +116,11 @@ test("the page lights surfaces as the server does", async () => {
       "three neighbours": { light: { normals: "three-neighbours", specular: 0.5, shininess: 40 } },
       "no shadow": { shadow: { coefficient: 1 }, light: { normals: "central" } },
       "a glow": { material: { scatter_mm: 4, glow: 0.8 }, light: { depth_mm: 60 } },
+      "three coloured lights": {
+        fill_light: { on: 1, right_mm: 60, up_mm: -40, red: 0.2, strength: 0.6 },
+        back_light: { on: 1, up_mm: 70, depth_mm: 90, blue: 0.3, strength: 1.5 },
+      },
+      "the fill light alone": { light: { on: 0 }, back_light: { on: 0 } },
       "a depth map": { mode: "depth" },
     };
     for (const [name, scene] of Object.entries(scenes)) {

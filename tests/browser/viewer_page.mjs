@@ -166,7 +166,7 @@ export class ViewerPage {
 
   /** Centre of the light marker, [x, y] as fractions of the picture's width and height; null while it is hidden. */
   async lightMarker() {
-    const light = await this.page.locator("#light").boundingBox();
+    const light = await this.page.locator("[data-lamp=light]").boundingBox();
     const picture = await this.page.locator("#picture").boundingBox();
     return (
       light && [

@@ -299,6 +299,22 @@ void set_light(Dice& dice, Scene& scene) {
                   .softness_mm = dice.one_in(2) ? dice.between(1, 40) : 0};
 }
 
+/// Any of the three lights on, also none.
+void set_lamps(Dice& dice, Scene& scene) {
+  scene.light.on = dice.any_to(LightSwitch::kOn);
+  scene.light.strength = dice.between(0, 2);
+  for (Scene::Lamp* lamp : {&scene.fill_light, &scene.back_light}) {
+    *lamp = {.on = dice.any_to(LightSwitch::kOn),
+             .right_mm = dice.between(-60, 60),
+             .up_mm = dice.between(-60, 60),
+             .depth_mm = dice.between(-50, 50),
+             .red = dice.between(0, 1),
+             .green = dice.between(0, 1),
+             .blue = dice.between(0, 1),
+             .strength = dice.between(0, 2)};
+  }
+}
+
 void set_finish(Dice& dice, Scene::Finish& finish) {
   finish = {.smoothing = dice.any_to(Smoothing::kDiffusion),
             .iterations = dice.whole(1, 20),
@@ -354,6 +370,8 @@ SeededCase seeded_case(std::uint32_t seed) {
   if (far.one_in(2)) scene.slice.slab_mm = far.between(0.5, 12);
   scene.slice.slab = far.any_to(Slab::kXRay);
   if (far.one_in(3)) scene.light.haze = far.between(0.005, 0.1);
+  Dice lamps(seed + 7'000'000);
+  if (lamps.one_in(2)) set_lamps(lamps, scene);
   // Half of the bodies' contrast and less: what is shown is uncertain, or certain.
   scene.detector.least_contrast = dice.between(1, 25);
   return made;

@@ -71,8 +71,8 @@ class Relief {
     return perspective() ? glm::normalize(dvec3(0, 0, eye_mm()) - point) : dvec3(0, 0, 1);
   }
 
-  /// Fraction of the light visible from a pixel, 0 to 1 (`light_seen` in light.comp).
-  double visibility(int column, int row) const;
+  /// Fraction of a light visible from a pixel, 0 to 1 (`light_seen` in surface_light.h).
+  double visibility(int column, int row, const Scene::Lamp& lamp) const;
 
  private:
   /// The tangent of the surface in a direction of the picture, in columns and rows.
@@ -98,29 +98,40 @@ class Relief {
   TwinMap map_;
 };
 
-dvec3 light_position(const Scene::Light& light) {
-  return {light.right_mm, light.up_mm, -light.depth_mm};
+/// The lights that are on: the key light, the fill light, the back light.
+std::vector<Scene::Lamp> lamps_of(const Scene& scene) {
+  const Scene::Light& light = scene.light;
+  const Scene::Lamp key{light.on,  light.right_mm, light.up_mm, light.depth_mm,
+                        light.red, light.green,    light.blue,  light.strength};
+  std::vector<Scene::Lamp> lamps{key, scene.fill_light, scene.back_light};
+  std::erase_if(lamps,
+                [](const Scene::Lamp& lamp) { return lamp.on == LightSwitch::kOff || lamp.strength == 0; });
+  return lamps;
+}
+
+dvec3 light_position(const Scene::Lamp& lamp) {
+  return {lamp.right_mm, lamp.up_mm, -lamp.depth_mm};
 }
 
 /// The vector from the target to the position of a directional light.
-dvec3 to_directional_light(const Scene& scene) {
-  return light_position(scene.light) - dvec3(0, 0, -scene.camera.distance_mm);
+dvec3 to_directional_light(const Scene& scene, const Scene::Lamp& lamp) {
+  return light_position(lamp) - dvec3(0, 0, -scene.camera.distance_mm);
 }
 
-dvec3 light_direction(const Scene& scene) {
-  const dvec3 to_light = to_directional_light(scene);
+dvec3 light_direction(const Scene& scene, const Scene::Lamp& lamp) {
+  const dvec3 to_light = to_directional_light(scene, lamp);
   return glm::length(to_light) > 0 ? glm::normalize(to_light) : dvec3(0, 0, 1);
 }
 
-double Relief::visibility(int column, int row) const {
+double Relief::visibility(int column, int row, const Scene::Lamp& lamp) const {
   constexpr double kFarMm = 1000;
   constexpr double kBiasPixels = 1.5;
   const bool point_light = scene_.light.kind == LightKind::kPoint;
   const dvec3 surface = point(column, row);
   const dvec3 to_light =
-      point_light ? light_position(scene_.light) - surface : kFarMm * light_direction(scene_);
+      point_light ? light_position(lamp) - surface : kFarMm * light_direction(scene_, lamp);
   const double light_distance_mm =
-      std::max(glm::length(point_light ? to_light : to_directional_light(scene_)), 1e-3);
+      std::max(glm::length(point_light ? to_light : to_directional_light(scene_, lamp)), 1e-3);
 
   // The shadow ray: from just above the surface to the light, or to the upper limit of the heights.
   const dvec3 from = surface + dvec3(0, 0, kBiasPixels * part_.pixel_mm * scale(map_.depth(column, row)));
@@ -159,16 +170,16 @@ double Relief::visibility(int column, int row) const {
   return visible;
 }
 
-dvec3 to_light_from(const Scene& scene, const dvec3& point) {
-  const Scene::Light& light = scene.light;
-  return light.kind == LightKind::kPoint ? glm::normalize(light_position(light) - point)
-                                         : light_direction(scene);
+dvec3 to_light_from(const Scene& scene, const Scene::Lamp& lamp, const dvec3& point) {
+  return scene.light.kind == LightKind::kPoint ? glm::normalize(light_position(lamp) - point)
+                                               : light_direction(scene, lamp);
 }
 
 /// What a shadow leaves of the direct light.
-double direct_light(const Scene& scene, const Relief& relief, int column, int row, double cosine) {
+double direct_light(const Scene& scene, const Scene::Lamp& lamp, const Relief& relief, int column, int row,
+                    double cosine) {
   const bool shades = cosine > 0 && scene.shadow.coefficient < 1;
-  return shades ? std::lerp(scene.shadow.coefficient, 1.0, relief.visibility(column, row)) : 1;
+  return shades ? std::lerp(scene.shadow.coefficient, 1.0, relief.visibility(column, row, lamp)) : 1;
 }
 
 constexpr int kAround = 12;
@@ -211,12 +222,12 @@ double sky_seen(const Scene& scene, const Relief& relief, int column, int row, c
 }
 
 /// Share of the light that comes through the body (`light_through` in soft_light.comp).
-double light_through(const Scene& scene, const Relief& relief, const dvec3& here, const dvec3& to_light) {
+double light_through(const Scene& scene, const Scene::Lamp& lamp, const Relief& relief, const dvec3& here,
+                     const dvec3& to_light) {
   const double reach_mm = 2 * scene.material.scatter_mm;
   const double step_mm = reach_mm / 4;
-  const double light_mm = scene.light.kind == LightKind::kPoint
-                              ? glm::length(light_position(scene.light) - here)
-                              : std::numeric_limits<double>::infinity();
+  const double light_mm = scene.light.kind == LightKind::kPoint ? glm::length(light_position(lamp) - here)
+                                                                : std::numeric_limits<double>::infinity();
   double thickness_mm = 0;
   for (double along_mm = step_mm / 2; along_mm < std::min(24 * step_mm, light_mm); along_mm += step_mm) {
     const dvec3 there = here + along_mm * to_light;
@@ -231,18 +242,19 @@ double light_through(const Scene& scene, const Relief& relief, const dvec3& here
   return std::exp(-thickness_mm / reach_mm);
 }
 
-/// The light of soft_light.comp and scatter.comp.
+/// The light of soft_light.comp and scatter.comp, of each of the lights that are on.
 class SoftLight {
  public:
   struct Value {
-    double direct = 1;
+    dvec3 direct{1};
     double sky = 1;
-    double scattered = 0;
+    dvec3 scattered{0};
     double depth_mm = kNoSurface;
   };
 
   SoftLight(const Scene& scene, const Relief& relief, PictureSize size)
       : scene_(scene),
+        lamps_(lamps_of(scene)),
         width_(static_cast<int>(size.width + 1) / 2),
         height_(static_cast<int>(size.height + 1) / 2) {
     for (int row = 0; row < height_; ++row) {
@@ -255,7 +267,7 @@ class SoftLight {
 
   /// Between the places around a pixel.
   Value around(int column, int row, double depth_mm) const {
-    Value sum{.direct = 0, .sky = 0};
+    Value sum{.direct = dvec3(0), .sky = 0};
     double weights = 0;
     for (const int down : {0, 1}) {
       for (const int right : {0, 1}) {
@@ -294,16 +306,21 @@ class SoftLight {
   Value of_pixel(const Relief& relief, int column, int row) const {
     const dvec3 here = relief.point(column, row);
     const dvec3 normal = relief.normal(column, row);
-    const dvec3 to_light = to_light_from(scene_, here);
-    const double cosine = glm::dot(normal, to_light);
     Value value{.depth_mm = relief.map().depth(column, row)};
     const double known = known_around(scene_, relief, column, row);
-    const double direct = direct_light(scene_, relief, column, row, cosine);
-    value.direct = known * direct;
     value.sky = known * std::lerp(1.0, sky_seen(scene_, relief, column, row, normal), scene_.light.occlusion);
-    if (scene_.material.scatter_mm <= 0) return value;
-    const double through = scene_.material.glow * light_through(scene_, relief, here, to_light);
-    value.scattered = known * std::abs(cosine) * (cosine > 0 ? std::lerp(through, 1.0, direct) : through);
+    int index = 0;
+    for (const Scene::Lamp& lamp : lamps_) {
+      const dvec3 to_light = to_light_from(scene_, lamp, here);
+      const double cosine = glm::dot(normal, to_light);
+      const double direct = direct_light(scene_, lamp, relief, column, row, cosine);
+      value.direct[index] = known * direct;
+      if (scene_.material.scatter_mm > 0) {
+        const double through = scene_.material.glow * light_through(scene_, lamp, relief, here, to_light);
+        value.scattered[index] = known * std::abs(cosine) * (cosine > 0 ? direct : through);
+      }
+      ++index;
+    }
     return value;
   }
 
@@ -316,7 +333,7 @@ class SoftLight {
       for (int column = 0; column < width_; ++column) {
         const Value& here = at(column, row);
         if (here.depth_mm < 0) continue;
-        double sum = 0;
+        dvec3 sum(0);
         double weights = 0;
         for (int step = -radius; step <= radius; ++step) {
           const int x = column + step * right;
@@ -336,6 +353,7 @@ class SoftLight {
   }
 
   const Scene& scene_;
+  std::vector<Scene::Lamp> lamps_;
   int width_;
   int height_;
   std::vector<Value> values_;
@@ -385,26 +403,31 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const
   const Scene::Light& light = scene.light;
   const dvec3 point = relief.point(column, row);
   const dvec3 normal = relief.normal(column, row);
-  const dvec3 to_light = to_light_from(scene, point);
-  const dvec3 halfway = glm::normalize(to_light + relief.to_viewer(point));
-  const double facing = std::max(glm::dot(normal, to_light), 0.0);
-  const double highlight =
-      facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), light.shininess) : 0;
   SoftLight::Value soft;
-  if (soft_light != nullptr) {
-    soft = soft_light->around(column, row, relief.map().depth(column, row));
-  } else {
-    soft.direct = direct_light(scene, relief, column, row, facing);
-  }
+  if (soft_light != nullptr) soft = soft_light->around(column, row, relief.map().depth(column, row));
   const dvec3 share = scene.material.scatter_mm > 0 ? dvec3(0.9, 0.6, 0.45) : dvec3(0);
-  const dvec3 matt = glm::mix(dvec3(facing * soft.direct), dvec3(soft.scattered), share);
-  const double rim = light.rim * std::pow(1 - std::max(glm::dot(normal, relief.to_viewer(point)), 0.0), 3);
-
-  const dvec3 lamp(linear_of(light.red), linear_of(light.green), linear_of(light.blue));
   const dvec3 material(linear_of(scene.material.red), linear_of(scene.material.green),
                        linear_of(scene.material.blue));
-  const dvec3 linear = lamp * (material * (light.ambient * soft.sky + light.diffuse * matt + rim * soft.sky) +
-                               light.specular * highlight * soft.direct);
+  dvec3 linear(0);
+  int index = 0;
+  for (const Scene::Lamp& lamp : lamps_of(scene)) {
+    const dvec3 to_light = to_light_from(scene, lamp, point);
+    const dvec3 halfway = glm::normalize(to_light + relief.to_viewer(point));
+    const double facing = std::max(glm::dot(normal, to_light), 0.0);
+    const double highlight =
+        facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), light.shininess) : 0;
+    const double direct =
+        soft_light != nullptr ? soft.direct[index] : direct_light(scene, lamp, relief, column, row, facing);
+    const dvec3 matt = glm::mix(dvec3(facing * direct), dvec3(soft.scattered[index]), share);
+    const dvec3 colour(linear_of(lamp.red), linear_of(lamp.green), linear_of(lamp.blue));
+    linear +=
+        lamp.strength * colour * (light.diffuse * material * matt + light.specular * highlight * direct);
+    ++index;
+  }
+  const double rim = light.rim * std::pow(1 - std::max(glm::dot(normal, relief.to_viewer(point)), 0.0), 3);
+
+  const dvec3 everywhere(linear_of(light.red), linear_of(light.green), linear_of(light.blue));
+  linear += everywhere * material * (light.ambient + rim) * soft.sky;
   const double seen = std::lerp(0.3, 1.0, certainty);
   const double beyond_mm = std::max(relief.map().depth(column, row) - scene.camera.distance_mm, 0.0);
   const double halves = light.half_mm > 0 ? beyond_mm / light.half_mm : 0;

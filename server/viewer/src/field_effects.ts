@@ -3,6 +3,7 @@
 // has an effect.
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { choiceText, groupOf, labelOf } from "./field_text";
+import type { Lamp } from "./lamps";
 import type { SettingsEditor } from "./settings_editor";
 import { fullTitle } from "./settings_layout";
 
@@ -15,11 +16,21 @@ const kSurfaceShown: Condition = ["mode", "is", "surface", "surface-and-volume",
 export const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
 const kDepthShown: Condition = ["mode", "is", ...kSurfaceModes];
 
+/** What needs a light that is on: its place and strength. The colour of the key light is also the ambient one's. */
+const kOfLamps = ["right_mm", "up_mm", "depth_mm", "strength"];
+const kOfLampsAdded = [...kOfLamps, "red", "green", "blue"];
+
+function whereOn(lamp: Lamp, names: readonly string[]): Record<string, readonly Condition[]> {
+  return Object.fromEntries(names.map((name) => [`${lamp}.${name}`, [[`${lamp}.on`, "is", "on"]]]));
+}
+
 /** A group or a field has an effect if any of its conditions holds. A field also needs those of its group. */
 const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   detector: [kDepthShown],
   filter: [kDepthShown],
   light: [kSurfaceShown],
+  fill_light: [kSurfaceShown],
+  back_light: [kSurfaceShown],
   material: [kSurfaceShown],
   shadow: [kSurfaceShown],
   rays: [["mode", "is not", "slice"]],
@@ -52,6 +63,9 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
     ["filter.steady", "is above", 0],
     ["light.normals", "is", "central"],
   ],
+  ...whereOn("light", kOfLamps),
+  ...whereOn("fill_light", kOfLampsAdded),
+  ...whereOn("back_light", kOfLampsAdded),
   "light.occlusion_mm": [["light.occlusion", "is above", 0]],
   "material.glow": [["material.scatter_mm", "is above", 0]],
   "detector.rise": [["detector.place", "is", "level"]],

@@ -18,7 +18,7 @@ import { Controls } from "./controls";
 import { CineBar } from "./cine_bar";
 import { find } from "./element";
 import { FieldEffects, unknownNames } from "./field_effects";
-import { LightHandle } from "./light_handle";
+import { LightHandles } from "./light_handles";
 import { LoginForm } from "./login_form";
 import { LivenessWatch } from "./liveness";
 import { MeasuredValues } from "./measured_values";
@@ -112,7 +112,7 @@ const probePanel = new ProbePanel(connection, { refused: showRefusal, accepted: 
 const effects = new FieldEffects(editor);
 const measured = new MeasuredValues(editor);
 const isLit = () => effects.missing("light") === undefined;
-const light = new LightHandle(editor, page.canvas, page.light, isLit);
+const light = new LightHandles(editor, page.canvas, page.lampMarkers, isLit);
 const movesRays = () => !ownView.wanted;
 const orbit = new Orbit(editor, page.canvas, movesRays);
 const pictures: PictureStream = new PictureStream(editor, connection, {
@@ -168,7 +168,7 @@ const tools = new Tools(page.tools, page.canvas, (tool) => overlay.choose(tool))
 const sliceClick = new SliceClick(editor, page.canvas, movesRays);
 const clicked = (pointer: PagePoint) => void (overlay.clicked(pointer) || sliceClick.clicked(pointer));
 new PictureInput(page.canvas, page.frame, () => tools.chosen(), light, orbit, clicked, doubleClicked, overlay.scalpel);
-const quickPanel: QuickPanel = new QuickPanel(editor, effects, {
+const quickPanel: QuickPanel = new QuickPanel(editor, effects, light, {
   fields: () => hello?.fields ?? [],
   ask: (wish, withCuts) => connection.send({ case: "preset", value: { requestId: 0n, wish, withCuts } }),
   failed: showRefusal,
@@ -342,7 +342,7 @@ function pictureShown(picture: Picture): void {
   for (const each of [probe, liveness]) each.show(Number(picture.captureTimeNs) / 1e6);
   statistics.picture(picture);
   if (measured.take(picture.levels, picture.surfaceShare)) controls?.refresh();
-  light.placeMarker(); // the size of the picture may have changed
+  light.placeMarkers(); // the size of the picture may have changed
   quickPanel.take(picture);
   overlay.show(picture);
   cineBar.pictureShown();
@@ -358,7 +358,7 @@ function showScene(): void {
   quickPanel.refresh();
   overlay.refresh();
   tools.offerLight(isLit());
-  light.placeMarker();
+  light.placeMarkers();
   showBusy();
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The private view of this display: its own light and camera, while the other displays keep the main view.
 import type { SceneState, ViewState } from "../generated/fanlight_pb.js";
+import { kLamps } from "./lamps";
 import type { Values } from "./scene";
 
-/** Groups of fields that a private view may change; the other groups follow the main view. */
-export const kOwnGroups: readonly string[] = ["camera", "filter", "light", "material", "shadow", "finish"];
+/** Groups of fields that a display which lights surfaces may keep to itself: the server need not know them. */
+export const kLitHere: readonly string[] = [...kLamps, "material", "shadow", "finish"];
 
-/** Of these, the ones that a display which lights surfaces keeps to itself: the server need not know them. */
-export const kLitHere: readonly string[] = ["light", "material", "shadow", "finish"];
+/** Groups that a private view may change; the other groups follow the main view. */
+export const kOwnGroups: readonly string[] = ["camera", "filter", ...kLitHere];
 
 export class OwnView {
   private readonly box: HTMLInputElement;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The elements of the page that several parts share.
 import { find } from "./element";
+import { kLamps } from "./lamps";
 
 export const page = {
   canvas: find("#picture", HTMLCanvasElement),
   frame: find("#frame", HTMLElement),
-  light: find("#light", SVGSVGElement),
+  lampMarkers: new Map(kLamps.map((lamp) => [lamp, find(`[data-lamp="${lamp}"]`, SVGSVGElement)])),
   tools: find("#tools", HTMLFieldSetElement),
   layout: find("#layout", HTMLFieldSetElement),
   resetView: find("#reset-view", HTMLButtonElement),
@@ -19,6 +20,7 @@ export const page = {
   quick: find("#quick", HTMLFormElement),
   views: find("#views", HTMLFieldSetElement),
   lights: find("#lights", HTMLFieldSetElement),
+  lamps: find("#lamps", HTMLDetailsElement),
   panel: find("#panel", HTMLElement),
   showPanel: find("#show-panel", HTMLButtonElement),
   advanced: find("#advanced", HTMLDetailsElement),

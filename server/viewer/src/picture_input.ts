@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps mouse, pen, touch and keys over the picture to movements of the light and the camera.
 import { KeyCursor } from "./key_cursor";
-import type { LightHandle } from "./light_handle";
+import type { LightHandles } from "./light_handles";
 import type { Orbit } from "./orbit";
 import type { Tool } from "./tools";
 import type { PagePoint } from "./view_geometry";
@@ -32,7 +32,7 @@ export class PictureInput {
     private readonly canvas: HTMLCanvasElement,
     frame: HTMLElement,
     private readonly tool: () => Tool,
-    private readonly light: LightHandle,
+    private readonly light: LightHandles,
     private readonly orbit: Orbit,
     private readonly clicked: (pointer: PagePoint) => void,
     private readonly doubleClicked: (pointer: PagePoint) => void,
@@ -58,6 +58,7 @@ export class PictureInput {
     if (this.pointers.size > 1) this.cut?.cancel();
     this.dragged =
       this.pointers.size > 1 ? undefined : { tool: this.toolOf(event), from: pointOf(event), begun: false };
+    if (this.dragged?.tool === "light") this.light.chooseAt(this.dragged.from);
     window.clearTimeout(this.longPress);
     if (event.pointerType === "touch" && this.dragged)
       this.longPress = window.setTimeout(() => this.grab(), kLongPressMs);
@@ -73,6 +74,7 @@ export class PictureInput {
   private grab(): void {
     if (!this.dragged || this.dragged.begun) return;
     this.dragged = { ...this.dragged, tool: "light", begun: true };
+    this.light.chooseAt(this.dragged.from);
     this.light.moveTo(this.dragged.from);
     navigator.vibrate?.(20);
   }

@@ -5,10 +5,6 @@ import { element } from "./element";
 import { lookOf } from "./look_menu";
 import { valuesOf } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
-import { tidy } from "./view_geometry";
-
-const kRimBehind = 0.5;
-const kUsualRim = 0.08; // of the look "skin"
 
 export class PresetBar {
   private builtIn: readonly Look[] = [];
@@ -67,28 +63,6 @@ export class LayoutBar {
 
   refresh(): void {
     for (const input of this.inputs) input.checked = input.value === this.editor.choice("mode");
-  }
-}
-
-/**
- * Buttons whose data-light is "RIGHT UP DEPTH": where the light is from the target, in heights of what the picture
- * shows. From behind it needs bright edges, or the picture would be nearly black.
- */
-export function connectLights(root: HTMLElement, editor: Pick<SettingsEditor, "set" | "number">): void {
-  let rimBefore = kUsualRim; // of a light that was not behind
-  for (const button of root.querySelectorAll("button")) {
-    button.onclick = () => {
-      const [right = 0, up = 0, depth = 0] = (button.dataset.light ?? "").split(" ").map(Number);
-      const fieldMm = editor.number("camera.field_mm");
-      const rim = editor.number("light.rim");
-      if (rim !== kRimBehind) rimBefore = rim;
-      editor.set([
-        ["light.right_mm", tidy(right * fieldMm)],
-        ["light.up_mm", tidy(up * fieldMm)],
-        ["light.depth_mm", tidy(editor.number("camera.distance_mm") + depth * fieldMm)],
-        ["light.rim", depth > 0 ? kRimBehind : rimBefore],
-      ]);
-    };
   }
 }
 

@@ -7,8 +7,10 @@ import type { FieldEffects } from "./field_effects";
 import { UncertainMark } from "./uncertain_mark";
 import { NearTissueButton } from "./near_tissue";
 import { OwnPresets, type OwnPresetEvents } from "./own_presets";
+import { LampPanel } from "./lamp_panel";
+import type { LightHandles } from "./light_handles";
 import { page } from "./page";
-import { connectLights, connectViews, LayoutBar, PresetBar } from "./preset_bar";
+import { connectViews, LayoutBar, PresetBar } from "./preset_bar";
 import { QuickSettings } from "./quick_settings";
 import type { Values } from "./scene";
 import { connectSearch } from "./setting_search";
@@ -26,12 +28,14 @@ export class QuickPanel {
   private readonly uncertain = new UncertainMark(find("#uncertain-mark", HTMLElement));
   private readonly nearTissue: NearTissueButton;
   private readonly slab: SlabControl;
+  private readonly lamps: LampPanel;
   private allowed = false;
   private readonly failed: (sentence: string) => void;
 
   constructor(
     private readonly editor: SettingsEditor,
     effects: FieldEffects,
+    light: LightHandles,
     presetEvents: OwnPresetEvents,
   ) {
     this.failed = presetEvents.failed;
@@ -42,7 +46,7 @@ export class QuickPanel {
     this.nearTissue = new NearTissueButton(page.nearTissue, find("#near-tissue-mark", HTMLElement), editor);
     this.slab = new SlabControl(editor);
     connectViews(page.views, editor);
-    connectLights(page.lights, editor);
+    this.lamps = new LampPanel(editor, light, page.lights);
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
     page.undo.onclick = () => this.undo();
     page.redo.onclick = () => this.redo();
@@ -81,6 +85,7 @@ export class QuickPanel {
     this.layout.refresh();
     this.nearTissue.refresh();
     this.slab.refresh();
+    this.lamps.refresh();
     page.undo.disabled = !this.allowed || !this.history.canUndo;
     page.redo.disabled = !this.allowed || !this.history.canRedo;
   }
@@ -101,7 +106,7 @@ export class QuickPanel {
   allow(may: boolean, ownView: boolean): void {
     const changed = this.allowed !== may;
     this.allowed = may;
-    for (const part of [page.quick, page.views, page.lights]) part.inert = !may;
+    for (const part of [page.quick, page.views, page.lights, page.lamps]) part.inert = !may;
     for (const part of [page.presets, page.layout]) part.inert = !may || ownView;
     page.nearTissue.disabled = !may || ownView;
     this.slab.allow(may && !ownView);

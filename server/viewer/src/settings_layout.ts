@@ -34,6 +34,8 @@ const kGroups = new Map([
   ["speckle", "Speckle reduction"],
   ["filter", "Depth filter"],
   ["light", "Light"],
+  ["fill_light", "Fill light"],
+  ["back_light", "Back light"],
   ["material", "Surface colour"],
   ["shadow", "Shadow"],
   ["finish", "Finish"],

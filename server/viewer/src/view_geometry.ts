@@ -70,6 +70,15 @@ export function picturePixel(pointer: PagePoint, canvas: HTMLCanvasElement): Pag
   };
 }
 
+/** The inverse of picturePixel(). */
+export function pagePoint(pixel: PagePoint, canvas: HTMLCanvasElement): PagePoint {
+  const shown = canvas.getBoundingClientRect();
+  return {
+    x: shown.left + (pixel.x * shown.width) / canvas.width,
+    y: shown.top + (pixel.y * shown.height) / canvas.height,
+  };
+}
+
 /** `part` shows the surface; `fieldMm` is the height that it covers at the depth in question. */
 export function viewPoint(pixel: PagePoint, part: Rectangle, fieldMm: number): ViewPoint {
   const mmPerPixel = fieldMm / (part.fieldPixels ?? part.height);

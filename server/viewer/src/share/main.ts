@@ -3,7 +3,7 @@
 import { fromBinary } from "@bufbuild/protobuf";
 import { SharedSurfacesSchema, type SharedSurfaces } from "../../generated/fanlight_pb.js";
 import { find } from "../element";
-import { LightHandle } from "../light_handle";
+import { LightHandles } from "../light_handles";
 import { Orbit } from "../orbit";
 import { PictureInput } from "../picture_input";
 import { valuesOf } from "../scene";
@@ -40,7 +40,7 @@ function show(surfaces: SharedSurfaces): void {
   editor.start(surfaces.fields, 1n, defaults);
   const orbit = new Orbit(editor, canvas, () => true);
   orbit.start(surfaces.fields, defaults);
-  const light = new LightHandle(editor, canvas, find("#light", SVGSVGElement), () => true);
+  const light = new LightHandles(editor, canvas, new Map(), () => true);
   const ruler = new Ruler(canvas, find("#measurement", SVGSVGElement), view, say);
   const tool = () => (document.querySelector<HTMLInputElement>("#tools input:checked")?.value ?? "orbit") as Tool;
   find("#tools", HTMLElement).onchange = () => ruler.choose(tool() === "measure");

@@ -8,19 +8,25 @@ export interface Size {
   height: number;
 }
 
-export interface Target {
-  texture: WebGLTexture;
+export interface Frame {
   frame: WebGLFramebuffer;
   size: Size;
+}
+
+export interface Target extends Frame {
+  texture: WebGLTexture;
 }
 
 export class LightLevel {
   /** What is prepared of a depth map, of pixels and of 2 x 2 pixels. */
   readonly normals: Target;
   readonly places: Target;
-  /** Two pictures, and two maps of soft light. */
   readonly lit: readonly [Target, Target];
-  readonly soft: readonly [Target, Target];
+  /** Maps of soft light: direct and sky; scattered and depth, and the same half spread; a frame of the first two. */
+  readonly direct: Target;
+  readonly scattered: Target;
+  readonly spread: Target;
+  readonly soft: Frame;
   /** The map, where it is one that was received, and the settings that the prepared maps were made of. */
   preparedOf: DepthMap | undefined;
   preparedFor = "";
@@ -35,7 +41,10 @@ export class LightLevel {
     this.normals = this.newTarget(size);
     this.places = this.newTarget(half);
     this.lit = [this.newTarget(size), this.newTarget(size)];
-    this.soft = [this.newTarget(half), this.newTarget(half)];
+    this.direct = this.newTarget(half);
+    this.scattered = this.newTarget(half);
+    this.spread = this.newTarget(half);
+    this.soft = this.frameOf(this.direct, this.scattered);
   }
 
   /** A depth map in full floats, with a depth buffer. */
@@ -52,11 +61,24 @@ export class LightLevel {
 
   free(): void {
     this.gl.deleteRenderbuffer(this.depthBuffer);
-    for (const target of [this.normals, this.places, ...this.lit, ...this.soft, this.turnedMap]) {
+    this.gl.deleteFramebuffer(this.soft.frame);
+    const soft = [this.direct, this.scattered, this.spread];
+    for (const target of [this.normals, this.places, ...this.lit, ...soft, this.turnedMap]) {
       if (!target) continue;
       this.gl.deleteTexture(target.texture);
       this.gl.deleteFramebuffer(target.frame);
     }
+  }
+
+  private frameOf(...targets: readonly Target[]): Frame {
+    const { gl } = this;
+    const frame = gl.createFramebuffer()!;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    const places = targets.map((_, index) => gl.COLOR_ATTACHMENT0 + index);
+    for (const [index, { texture }] of targets.entries())
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, places[index]!, gl.TEXTURE_2D, texture, 0);
+    gl.drawBuffers(places);
+    return { frame, size: targets[0]!.size };
   }
 
   private newTarget(

@@ -2,6 +2,7 @@
 // A scene as the uniforms of passes 2 and 3 (shaders/light_parameters.h), as light_parameters() in renderer/parameters
 // for the part of the picture that the surface covers.
 import type { View } from "../../generated/fanlight_pb.js";
+import { kLamps } from "../lamps";
 import type { Rectangle } from "../view_geometry";
 
 /** The values of a scene by the names of its fields. */
@@ -95,17 +96,36 @@ function viewParameters(scene: SceneValues, view: View, part: Rectangle): LightP
   };
 }
 
+/** The lights that are on, first the key light. */
+function lampParameters(scene: SceneValues): LightParameters {
+  const isOn = (group: string) => scene.choice(`${group}.on`) === "on" && scene.number(`${group}.strength`) > 0;
+  const lamps = kLamps.filter(isOn).map((group) => {
+    const place = (name: string) => scene.number(`${group}.${name}_mm`);
+    const fromTarget = [place("right"), place("up"), scene.number("camera.distance_mm") - place("depth")];
+    const distanceMm = Math.hypot(...fromTarget);
+    return {
+      place: [place("right"), place("up"), -place("depth")],
+      direction: distanceMm > 0 ? fromTarget.map((each) => each / distanceMm) : [0, 0, 1],
+      distance: Math.max(distanceMm, 1e-3),
+      colour: linear(scene, group).map((part) => scene.number(`${group}.strength`) * part),
+    };
+  });
+  const distances = lamps.map(({ distance }) => distance);
+  return {
+    lamps: lamps.length,
+    lamp_places: lamps.flatMap(({ place }) => place),
+    lamp_directions: lamps.flatMap(({ direction }) => direction),
+    lamp_colours: lamps.flatMap(({ colour }) => colour),
+    lamp_distances: [0, 1, 2].map((index) => distances[index] ?? 1),
+  };
+}
+
 function lightParameters(scene: SceneValues): LightParameters {
-  const light = ["right", "up", "depth"].map((name) => scene.number(`light.${name}_mm`));
-  const fromTarget = [light[0]!, light[1]!, scene.number("camera.distance_mm") - light[2]!];
-  const distanceMm = Math.hypot(...fromTarget);
   const halfMm = scene.number("light.half_mm");
   const material = linear(scene, "material");
   return {
-    light: [light[0]!, light[1]!, -light[2]!],
-    light_direction: distanceMm > 0 ? fromTarget.map((each) => each / distanceMm) : [0, 0, 1],
+    ...lampParameters(scene),
     directional: scene.choice("light.kind") === "directional" ? 1 : 0,
-    lamp_distance: Math.max(distanceMm, 1e-3),
     light_colour: linear(scene, "light"),
     material,
     ambient: scene.number("light.ambient"),

@@ -13,7 +13,7 @@ import softLightShader from "soft_light.frag";
 import turnFragmentShader from "turn.frag";
 import turnVertexShader from "turn.vert";
 import type { View } from "../../generated/fanlight_pb.js";
-import { LightLevel, type Size, type Target } from "./light_level";
+import { LightLevel, type Frame, type Size } from "./light_level";
 import type { LightPlan } from "./light_parameters";
 import { MapStore } from "./map_textures";
 import { Program, type Constants, type Uniforms } from "./program";
@@ -157,20 +157,21 @@ export class SurfaceLighter {
     const textures = { ...surface, normals: level.normals.texture };
     if (plan.softLight) {
       const places = { ...textures, places: level.places.texture };
-      this.run(this.program("soft_light", softLightShader, all), values, places, level.soft[0]);
+      this.run(this.program("soft_light", softLightShader, all), values, places, level.soft);
       if (plan.scatters) this.scatter(level, plan, values);
     }
     const light = this.program("light", lightShader, { ...all, kSoftLight: plan.softLight });
-    this.run(light, values, { ...textures, soft_lights: level.soft[0].texture }, level.lit[0]);
+    const soft = { soft_direct: level.direct.texture, soft_scattered: level.scattered.texture };
+    this.run(light, values, { ...textures, ...soft }, level.lit[0]);
     this.finish(level, plan, values);
   }
 
-  private scatter({ soft: [soft, spread] }: LightLevel, plan: LightPlan, values: Uniforms): void {
+  private scatter({ scattered, spread }: LightLevel, plan: LightPlan, values: Uniforms): void {
     const { kPerspective } = constantsOf(plan);
     const rows = this.program("scatter", scatterShader, { kColumns: false, kPerspective });
     const columns = this.program("scatter", scatterShader, { kColumns: true, kPerspective });
-    this.run(rows, values, { soft_lights: soft.texture }, spread);
-    this.run(columns, values, { soft_lights: spread.texture }, soft);
+    this.run(rows, values, { soft_scattered: scattered.texture }, spread);
+    this.run(columns, values, { soft_scattered: spread.texture }, scattered);
   }
 
   private finish(level: LightLevel, plan: LightPlan, values: Uniforms): void {
@@ -185,7 +186,7 @@ export class SurfaceLighter {
   }
 
   /** Draws to the target, or to the canvas of that size. */
-  private run(program: Program, values: Uniforms, textures: Record<string, WebGLTexture>, to: Target | Size): void {
+  private run(program: Program, values: Uniforms, textures: Record<string, WebGLTexture>, to: Frame | Size): void {
     const { gl } = this;
     const [frame, size] = "frame" in to ? [to.frame, to.size] : [null, to];
     gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
