@@ -74,7 +74,7 @@
 // Tiles.
 // vec2 a tile of pixels: its smallest and largest depth, mm.
 #define FANLIGHT_BINDING_TILE_DEPTH_RANGES 28
-// uint a tile of pixels: 1 where islands or holes may be.
+// uint a tile of pixels: 1 where islands, holes or outlines may be.
 #define FANLIGHT_BINDING_CLEANUP_TILES 29
 // uint a tile of rays: one past the last sample that any of its rays read.
 #define FANLIGHT_BINDING_SAMPLE_ENDS 30

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass 2: finds the tiles in which a pixel may belong to an island or a hole. Where all pixels within reach
-// of a window lie on one surface, or none has a surface, islands.comp and holes.comp have nothing to do. One
-// invocation a tile.
+// of a window lie on one surface, or none has a surface, islands.comp, holes.comp and outline.comp have
+// nothing to do. One invocation a tile.
 //
 // Reads: tile_depth_ranges, vec2 a tile of 8 x 8 pixels, mm.
-// Writes: cleanup_tiles, uint a tile: 1 where islands or holes may be, else 0.
+// Writes: cleanup_tiles, uint a tile: 1 where islands, holes or outlines may be, else 0.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -27,6 +27,8 @@ void main() {
   if (tile >= uint(tiles.x * tiles.y)) return;
   ivec2 here = ivec2(int(tile) % tiles.x, int(tile) / tiles.x);
   int reach = (max(lighting.islands_radius, lighting.holes_radius) + int(kTile) - 1) / int(kTile);
+  // The windows of outline.comp reach the next tiles.
+  reach = max(reach, 1);
   ivec2 first = max(here - reach, ivec2(0));
   ivec2 last = min(here + reach, tiles - 1);
   float smallest = FANLIGHT_MAX_DEPTH;

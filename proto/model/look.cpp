@@ -26,7 +26,7 @@ constexpr Look::Value kSkin[] = {{"material.red", "0.93"},     {"material.green"
                                  {"light.strength", "1"},      {"fill_light.on", "off"},
                                  {"back_light.on", "off"},     {"finish.smoothing", "mean"},
                                  {"finish.colours", "none"},   {"finish.exposure", "1.8"},
-                                 {"finish.tone", "film"}};
+                                 {"finish.outline", "3"},      {"finish.tone", "film"}};
 
 constexpr Look::Value kClinical[] = {
     {"material.red", "0.92"},     {"material.green", "0.89"},    {"material.blue", "0.84"},
@@ -38,7 +38,7 @@ constexpr Look::Value kClinical[] = {
     {"light.normals", "central"}, {"shadow.coefficient", "0.6"}, {"shadow.softness_mm", "20"},
     {"light.on", "on"},           {"light.strength", "1"},       {"fill_light.on", "off"},
     {"back_light.on", "off"},     {"finish.smoothing", "mean"},  {"finish.colours", "none"},
-    {"finish.exposure", "0.9"},   {"finish.tone", "linear"}};
+    {"finish.exposure", "0.9"},   {"finish.outline", "3"},       {"finish.tone", "linear"}};
 
 constexpr Look::Value kPaper[] = {
     {"material.red", "0.95"},     {"material.green", "0.78"},    {"material.blue", "0.68"},
@@ -50,7 +50,7 @@ constexpr Look::Value kPaper[] = {
     {"light.normals", "central"}, {"shadow.coefficient", "0.3"}, {"shadow.softness_mm", "15"},
     {"light.on", "on"},           {"light.strength", "1"},       {"fill_light.on", "off"},
     {"back_light.on", "off"},     {"finish.smoothing", "mean"},  {"finish.colours", "none"},
-    {"finish.exposure", "1"},     {"finish.tone", "linear"}};
+    {"finish.exposure", "1"},     {"finish.outline", "0"},       {"finish.tone", "linear"}};
 
 constexpr Look kLooks[] = {
     {"skin", "warm light that goes under the skin, for viewing", kSkin},

@@ -247,6 +247,7 @@ struct Scene {
     double conductance = 12;  ///< of the diffusion, grey levels: much larger steps are preserved
     ColourMap colours = ColourMap::kNone;
     double exposure = 1;  ///< factor of all light
+    int outline = 0;      ///< pixels to either side by which outlines get smooth; 0: stairs
     Tone tone = Tone::kLinear;
   } finish;
 

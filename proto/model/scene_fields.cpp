@@ -404,6 +404,8 @@ const SceneField kFields[] = {
     choice<MEMBER(finish.tone)>("finish.tone",
                                 "how bright light is shown: as it is, or compressed as on film",
                                 FirstPass::kLight, kTones),
+    row<MEMBER(finish.outline)>("finish.outline", "pixels", "how smooth outlines are; 0 leaves stairs", 0, 8,
+                                1, FirstPass::kLight),
     // These fields change no pass. Each change is still answered by a picture, and running the light pass is
     // the cheapest way.
     choice<MEMBER(refresh)>("refresh",

@@ -129,6 +129,23 @@ void set_soft_light(shaders::LightParameters& to, const Scene& scene) {
   to.glow_reach = static_cast<float>(kGlowReach * scatter_mm);
 }
 
+/// The scale is that of an outline between two columns: with it, the pixels next to it are half a pixel away,
+/// and an outline along the pixels stays as it is.
+void set_outline(shaders::LightParameters& to, int radius) {
+  const double fall = 1.0 / ((radius + 1) * (radius + 1));
+  double middle = 0;   // weights of the middle column
+  double offsets = 0;  // weighted offsets of the columns to its right
+  for (int row = -radius; row <= radius; ++row) {
+    for (int column = 0; column <= radius; ++column) {
+      const double weight = std::max(1 - fall * (row * row + column * column), 0.0);
+      (column == 0 ? middle : offsets) += column == 0 ? weight : weight * column;
+    }
+  }
+  to.outline_radius = radius;
+  to.outline_fall = static_cast<float>(fall);
+  to.outline_scale = static_cast<float>(offsets / middle);
+}
+
 PipelineKey smooth_key(bool along_columns, bool keeps_edges) {
   return {.shader = Shader::kSmooth, .constants = {along_columns ? 1 : 0, keeps_edges ? 1 : 0}};
 }
@@ -158,6 +175,7 @@ shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, 
   to.colours_from_left = scene.mode == Mode::kSurfaceAndVolume ? static_cast<int>(size.width / 2) : 0;
   to.depth_white = static_cast<float>(scene.rays.start_mm);
   to.depth_scale = static_cast<float>(1 / (scene.rays.end_mm - scene.rays.start_mm));
+  if (to.show == FANLIGHT_SHOW_SURFACE && scene.finish.outline > 0) set_outline(to, scene.finish.outline);
   to.mean = scene.finish.smoothing == Smoothing::kMean ? 1 : 0;
   to.diffusion_scale = static_cast<float>(kGreyLevels / scene.finish.conductance);
   to.map_colours = scene.finish.colours == ColourMap::kNone ? 0 : 1;

@@ -24,7 +24,7 @@ constexpr float kFarthestMm = FANLIGHT_MAX_DEPTH;
 // Other work waits for one piece: of a view that pauses the main view, else a changed light.
 constexpr double kPieceMs = 4;
 
-/// The descriptor set after that many diffusion steps: each step reads the picture that the step before
+/// The descriptor set after that many steps of pass 3: each step reads the picture that the step before
 /// wrote.
 DescriptorSets::Order order_after(int steps) {
   using Order = DescriptorSets::Order;
@@ -219,16 +219,16 @@ Result<void> LightPass::add_light_steps(const LightKeys& keys, const Scene& scen
   const std::size_t light_steps = steps_.count_of(Stage::kLight);
   if (light_steps != measured_light_steps_) step_ms_[static_cast<std::size_t>(Stage::kLight)] = 0;
   measured_light_steps_ = light_steps;
-  LightStep step = on_tiles(pipelines.fixed(Shader::kDiffuse), regions_.finished);
-  step.stage = Stage::kFinish;
-  const int steps = diffusion_steps(scene);
-  for (int done = 0; done < steps; ++done) {
-    step.order = order_after(done);
+  int done = 0;
+  const auto add = [&](Shader shader, const PixelRect& part) {
+    LightStep step = on_tiles(pipelines.fixed(shader), part);
+    step.stage = Stage::kFinish;
+    step.order = order_after(done++);
     steps_.add(step);
-  }
-  step.pipeline = pipelines.fixed(Shader::kFinish);
-  step.order = order_after(steps);
-  steps_.add(step);
+  };
+  if (maps_due_.parameters.outline_radius > 0) add(Shader::kOutline, regions_.outlined);
+  for (int step = 0; step < diffusion_steps(scene); ++step) add(Shader::kDiffuse, regions_.finished);
+  add(Shader::kFinish, regions_.finished);
   return {};
 }
 
@@ -275,7 +275,7 @@ Result<void> LightPass::change(const Scene& scene) {
   changed.confidence_counts = parameters.confidence_counts;
   maps_due_ = {.parameters = changed, .diffusion_steps = diffusion_steps(scene)};
   // Another light changes pixels that keep their depth.
-  regions_.lit = regions_.finished = LightRegions::whole(size_).lit;
+  regions_.lit = regions_.outlined = regions_.finished = LightRegions::whole(size_).lit;
   set_smooth_part(changed, regions_.smooth);
   parameters = changed;
   steps_.drop_from(Stage::kLight);

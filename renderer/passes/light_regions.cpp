@@ -7,7 +7,7 @@ namespace fanlight {
 
 LightRegions LightRegions::whole(PictureSize size) {
   const PixelRect all = PixelRect::whole(size).grown(0, 0, size);
-  return {all, all, all, all, all, all, all, all};
+  return {all, all, all, all, all, all, all, all, all};
 }
 
 LightRegions LightRegions::of(const PixelRect& changed, const shaders::LightParameters& parameters,
@@ -18,7 +18,7 @@ LightRegions LightRegions::of(const PixelRect& changed, const shaders::LightPara
   const int islands = parameters.islands_radius;
   const int holes = parameters.holes_radius;
   const int filter = parameters.filter_radius;
-  const int cleanup_tiles = (std::max(islands, holes) + kTileSide - 1) / kTileSide;
+  const int cleanup_tiles = std::max((std::max(islands, holes) + kTileSide - 1) / kTileSide, 1);
   LightRegions regions = whole(size);
   const PixelRect all = regions.changed;
   regions.changed = grown(changed, 0, 0);
@@ -34,7 +34,8 @@ LightRegions LightRegions::of(const PixelRect& changed, const shaders::LightPara
   const bool soft = parameters.occlusion > 0 || parameters.scatter_radius > 0 || parameters.fade_reach > 0;
   const bool far = soft || parameters.shadow < 1 || parameters.colours_from_left > 0 || diffuses;
   regions.lit = far ? all : regions.rows.united(grown(regions.smooth, 1, 1));
-  regions.finished = far ? all : grown(regions.lit, 1, 1);
+  regions.outlined = far ? all : grown(regions.lit, parameters.outline_radius, parameters.outline_radius);
+  regions.finished = far ? all : grown(regions.outlined, 1, 1);
   return regions;
 }
 

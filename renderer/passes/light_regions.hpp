@@ -17,7 +17,8 @@ struct LightRegions {
   PixelRect rows;      ///< the depth filter along rows
   PixelRect smooth;    ///< the depth filter along columns
   PixelRect lit;       ///< the light
-  PixelRect finished;  ///< pass 3
+  PixelRect outlined;  ///< pass 3, outlines
+  PixelRect finished;  ///< pass 3, all else
 
   /// For a picture that is computed from the start.
   static LightRegions whole(PictureSize size);

@@ -54,8 +54,8 @@ class LightSteps {
  private:
   std::size_t index_of(Stage stage) const;
 
-  // Filter, light, diffusion, finish.
-  std::array<LightStep, kMostFilterSteps + kMostLightSteps + kMostDiffusionSteps + 1> steps_{};
+  // Filter, light, outline, diffusion, finish.
+  std::array<LightStep, kMostFilterSteps + kMostLightSteps + kMostDiffusionSteps + 2> steps_{};
   std::size_t count_ = 0;
   std::size_t next_ = 0;
 };

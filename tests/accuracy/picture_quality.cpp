@@ -161,7 +161,8 @@ struct Options {
 std::vector<Rgb> lit(const std::vector<double>& depths_mm, const Scene& scene) {
   const std::vector<Rgb> nothing_behind(depths_mm.size(), Rgb(0));
   const std::vector<double> certainty(depths_mm.size(), 1.0);
-  return twin_finish(twin_light(depths_mm, certainty, nothing_behind, kSize, scene), kSize, scene.finish);
+  const auto lit = twin_light(depths_mm, certainty, nothing_behind, kSize, scene);
+  return twin_finish(twin_outline(lit, depths_mm, kSize, scene), kSize, scene.finish);
 }
 
 /// What the rays of a scene meet in truth, and its picture.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cost of what a scene adds to the picture, beside the same picture without it, in one run: the lights in
-// the stage "light", cuts in the stage "cast".
+// the stage "light", smooth outlines in the stage "finish", cuts in the stage "cast".
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -49,6 +49,8 @@ std::vector<Variant> variants(const Scene& scene) {
   add("key light", Stage::kLight, lights(1));
   add("key and fill light", Stage::kLight, lights(2));
   add("three lights", Stage::kLight, lights(3));
+  add("stairs", Stage::kFinish, [](Scene& to) { to.finish.outline = 0; });
+  add("outlines", Stage::kFinish, [](Scene& to) { to.finish.outline = 3; });
   add("no cut", Stage::kCast, [](Scene&) {});
   add("one lasso", Stage::kCast, cuts(lasso(0, 0, 20, 80)));
   std::string eight;
@@ -91,7 +93,7 @@ void run(const PhantomSource::Config& config, int rounds) {
 int main(int count, char** arguments) {
   int rounds = 15;
   bool womb = false;
-  CLI::App program("What lights and cuts cost");
+  CLI::App program("What lights, smooth outlines and cuts cost");
   program.add_option("--rounds", rounds, "How often each is timed")->check(CLI::Range(1, 1000));
   program.add_flag("--womb", womb, "A fetus in fluid instead of the usual relief");
   CLI11_PARSE(program, count, arguments);

@@ -222,6 +222,9 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
                             OFFSET(LightParameters, colours_from_left),
                             OFFSET(LightParameters, depth_white),
                             OFFSET(LightParameters, depth_scale),
+                            OFFSET(LightParameters, outline_radius),
+                            OFFSET(LightParameters, outline_fall),
+                            OFFSET(LightParameters, outline_scale),
                             OFFSET(LightParameters, mean),
                             OFFSET(LightParameters, diffusion_scale),
                             OFFSET(LightParameters, map_colours),
@@ -230,7 +233,7 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
        {shaders::temporal_spirv, shaders::tile_depth_range_spirv, shaders::cleanup_tiles_spirv,
         shaders::islands_spirv, shaders::holes_spirv, shaders::mean_rows_spirv, shaders::mean_columns_spirv,
         shaders::smooth_spirv, shaders::soft_light_spirv, shaders::scatter_spirv, shaders::light_spirv,
-        shaders::diffuse_spirv, shaders::finish_spirv}) {
+        shaders::outline_spirv, shaders::diffuse_spirv, shaders::finish_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "LightParameters"), expected);
   }
 }

@@ -372,6 +372,7 @@ SeededCase seeded_case(std::uint32_t seed) {
   if (far.one_in(3)) scene.light.haze = far.between(0.005, 0.1);
   Dice lamps(seed + 7'000'000);
   if (lamps.one_in(2)) set_lamps(lamps, scene);
+  if (lamps.one_in(2)) scene.finish.outline = lamps.whole(1, 5);
   // Half of the bodies' contrast and less: what is shown is uncertain, or certain.
   scene.detector.least_contrast = dice.between(1, 25);
   return made;

@@ -110,6 +110,7 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     Scene raw = given.scene;
     raw.finish.smoothing = Smoothing::kNone;
     raw.finish.colours = ColourMap::kNone;
+    raw.finish.outline = 0;
     RenderCounters counters;
     // Both ways of sampling are compared, also where the processor renders, and both ways of reading buffers.
     const Casting casting{.sampling = samples_texture(given.seed) ? Sampling::kTexture : Sampling::kGathering,
@@ -149,8 +150,10 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     const auto lit =
         twin_light(as_double(gpu.depths.smooth_mm), cast.certainty, cast.colour, given.size, given.scene);
     agreements[kLit] = compared_colours(gpu.raw, lit);
+    const auto outlined =
+        twin_outline(as_rgb(gpu.raw), as_double(gpu.depths.smooth_mm), given.size, given.scene);
     agreements[kFinished] =
-        compared_colours(gpu.finished, twin_finish(as_rgb(gpu.raw), given.size, given.scene.finish));
+        compared_colours(gpu.finished, twin_finish(outlined, given.size, given.scene.finish));
 
     compare_shares(gpu, cast, given.scene.mode);
     const auto shown = std::ranges::count_if(lit, [](const Rgb& colour) { return colour != Rgb(0); });

@@ -63,6 +63,10 @@ std::vector<double> twin_depth_filter(const Scene& scene, PictureSize size,
 std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vector<double>& certainty,
                             const std::vector<Rgb>& colour, PictureSize size, const Scene& scene);
 
+/// Pass 3: the outlines of the surfaces of the filtered depths, by coverage.
+std::vector<Rgb> twin_outline(const std::vector<Rgb>& lit, const std::vector<double>& smooth_mm,
+                              PictureSize size, const Scene& scene);
+
 /// Pass 3: smoothing and colour map.
 std::vector<Rgb> twin_finish(const std::vector<Rgb>& lit, PictureSize size, const Scene::Finish& finish);
 

@@ -21,6 +21,7 @@ export interface LightPlan {
   softShadows: boolean;
   softLight: boolean;
   scatters: boolean;
+  outlines: boolean;
   diffusionSteps: number;
 }
 
@@ -64,6 +65,7 @@ export function lightPlan(scene: SceneValues, view: View, part: Rectangle, asDep
     softShadows: scene.number("shadow.softness_mm") > 0,
     softLight,
     scatters: softLight && scatterMm > 0,
+    outlines: !asDepth && scene.number("finish.outline") > 0,
     diffusionSteps: scene.choice("finish.smoothing") === "diffusion" ? scene.number("finish.iterations") : 0,
   };
 }
@@ -159,8 +161,23 @@ function softParameters(scene: SceneValues, scatterMm: number, pixel: number): L
   };
 }
 
+/** As set_outline() in renderer/parameters/light_parameters.cpp. */
+function outlineParameters(radius: number): LightParameters {
+  const fall = 1 / (radius + 1) ** 2;
+  let [middle, offsets] = [0, 0];
+  for (let row = -radius; row <= radius; ++row) {
+    for (let column = 0; column <= radius; ++column) {
+      const weight = Math.max(1 - fall * (row * row + column * column), 0);
+      if (column === 0) middle += weight;
+      offsets += weight * column;
+    }
+  }
+  return { outline_radius: radius, outline_fall: fall, outline_scale: offsets / middle };
+}
+
 function finishParameters(scene: SceneValues, asDepth: boolean): LightParameters {
   const colours = scene.choice("finish.colours");
+  const outline = asDepth ? 0 : scene.number("finish.outline");
   const startMm = scene.number("rays.start_mm");
   return {
     exposure: scene.number("finish.exposure"),
@@ -168,6 +185,7 @@ function finishParameters(scene: SceneValues, asDepth: boolean): LightParameters
     show: asDepth ? kShowDepth : kShowSurface,
     depth_white: startMm,
     depth_scale: 1 / (scene.number("rays.end_mm") - startMm),
+    ...outlineParameters(outline),
     mean: scene.choice("finish.smoothing") === "mean" ? 1 : 0,
     diffusion_scale: kGreyLevels / scene.number("finish.conductance"),
     map_colours: colours === "none" ? 0 : 1,

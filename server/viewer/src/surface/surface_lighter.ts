@@ -5,6 +5,7 @@
 import diffuseShader from "diffuse.frag";
 import finishShader from "finish.frag";
 import lightShader from "light.frag";
+import outlineShader from "outline.frag";
 import pictureShader from "picture.vert";
 import prepareShader from "prepare.frag";
 import prepareSoftShader from "prepare_soft.frag";
@@ -163,7 +164,7 @@ export class SurfaceLighter {
     const light = this.program("light", lightShader, { ...all, kSoftLight: plan.softLight });
     const soft = { soft_direct: level.direct.texture, soft_scattered: level.scattered.texture };
     this.run(light, values, { ...textures, ...soft }, level.lit[0]);
-    this.finish(level, plan, values);
+    this.finish(level, plan, values, surface, constants);
   }
 
   private scatter({ scattered, spread }: LightLevel, plan: LightPlan, values: Uniforms): void {
@@ -174,8 +175,19 @@ export class SurfaceLighter {
     this.run(columns, values, { soft_scattered: spread.texture }, scattered);
   }
 
-  private finish(level: LightLevel, plan: LightPlan, values: Uniforms): void {
+  private finish(
+    level: LightLevel,
+    plan: LightPlan,
+    values: Uniforms,
+    surface: Record<string, WebGLTexture>,
+    constants: Constants,
+  ): void {
     let [from, to] = level.lit;
+    if (plan.outlines) {
+      const textures = { ...surface, lit_picture: from.texture };
+      this.run(this.program("outline", outlineShader, constants), values, textures, to);
+      [from, to] = [to, from];
+    }
     for (let step = 0; step < plan.diffusionSteps; ++step) {
       this.run(this.program("diffuse", diffuseShader), values, { lit_picture: from.texture }, to);
       [from, to] = [to, from];
