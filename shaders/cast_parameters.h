@@ -4,7 +4,7 @@
 #define FANLIGHT_SHADERS_CAST_PARAMETERS_H
 #include "vector_types.h"
 
-#define FANLIGHT_MAX_SLICES 3
+#define FANLIGHT_MAX_SLICES 9
 
 // A plane through the volume, shown in a part of the picture.
 FANLIGHT_SHADER_STRUCT(Slice) {

@@ -87,10 +87,14 @@ vec3 with_cuts(vec3 colour, vec3 at, float pixel_mm) {
 void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= rays.width || pixel.y >= rays.height) return;
+  int shown_slice = -1;
   for (uint slice = 0u; slice < rays.slices; ++slice) {
     uvec2 in_part = pixel - uvec2(rays.slice_planes[slice].left, rays.slice_planes[slice].top);
     // A pixel before the part wraps to a number beyond its size.
-    if (in_part.x >= rays.slice_planes[slice].width || in_part.y >= rays.slice_planes[slice].height) continue;
+    bool inside = in_part.x < rays.slice_planes[slice].width && in_part.y < rays.slice_planes[slice].height;
+    shown_slice = inside ? int(slice) : shown_slice;
+  }
+  for (int slice = shown_slice; slice >= 0; slice = -1) {
     vec3 at = rays.slice_planes[slice].origin + float(pixel.x) * rays.slice_planes[slice].right_step +
               float(pixel.y) * rays.slice_planes[slice].down_step;
     vec3 normal = normalize(cross(rays.slice_planes[slice].right_step, rays.slice_planes[slice].down_step));

@@ -29,9 +29,9 @@ constexpr Look::Value kCommon[] = {{"mode", "surface"},
                                    {"back_light.strength", "0.5"}};
 
 // A small window keeps folds and creases; less light goes under the skin, and shadows are open.
-constexpr Look::Value kSkinPreset[] = {{"filter.size_mm", "3"},
+constexpr Look::Value kSkinPreset[] = {{"filter.size_mm", "4"},
                                        {"material.scatter_mm", "0.6"},
-                                       {"light.specular", "0.3"},
+                                       {"light.specular", "0.2"},
                                        {"shadow.coefficient", "0.35"},
                                        {"finish.exposure", "1.6"}};
 
@@ -50,6 +50,9 @@ constexpr Look::Value kBonePreset[] = {{"detector.window_mm", "10"},
                                        {"detector.place", "ridge"},
                                        {"near.before_bone", "removed"}};
 
+// Where the echo falls: the near border of what is dark, such as a bladder, a cyst or a vessel.
+constexpr Look::Value kFluidPreset[] = {{"detector.sign", "bright-to-dark"}, {"finish.colours", "ice"}};
+
 constexpr Look::Value kDepthPreset[] = {{"mode", "depth"}, {"finish.colours", "gold"}};
 
 constexpr Preset kPresets[] = {
@@ -58,6 +61,8 @@ constexpr Preset kPresets[] = {
     {"bone", "the near side of a skull, or the first border from bright to dark", "clinical", kBonePreset},
     {"depth", "how far the surface is: near is bright", "clinical", kDepthPreset},
     {"baby", "the surface in warm light before a far field that is darker and cooler", "skin", kBabyPreset},
+    {"fluid", "the near border of fluid, such as a bladder or a cyst; crop or cut away what hides it",
+     "clinical", kFluidPreset},
 };
 
 /// The values in the order in which they are set.

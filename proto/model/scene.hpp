@@ -52,14 +52,22 @@ enum class Mode : std::uint8_t {
   kMinimum,
   kMean,
   kDepth,
-  kSlice,   ///< the plane parallel to the picture at Slice::depth_mm
-  kSlices,  ///< three planes through the target, and the surface
+  kSlice,       ///< the plane parallel to the picture at Slice::depth_mm
+  kSlices,      ///< three planes through the target, and the surface
+  kTomography,  ///< nine parallel planes, three in a row
 };
 /// What a plane with a thickness shows of the echoes in it, across the plane.
 enum class Slab : std::uint8_t {
   kMean,
   kMaximum,
   kXRay,  ///< what a ray through it loses: the more, the thicker and brighter
+};
+/// The planes of Mode::kTomography, by the letters of Mode::kSlices.
+enum class SlicePlane : std::uint8_t {
+  kA,     ///< in the plane of a frame in the middle of the sweep
+  kB,     ///< across the frames
+  kC,     ///< at constant depth
+  kView,  ///< parallel to the picture
 };
 /// Filter of the depth map in pass 2.
 enum class DepthFilter : std::uint8_t { kMean, kGaussian, kEdgePreserving };
@@ -174,6 +182,8 @@ struct Scene {
     double depth_mm = 80;  ///< of the plane in Mode::kSlice
     double slab_mm = 0;    ///< thickness of what a plane shows; 0: thin
     Slab slab = Slab::kMean;
+    SlicePlane plane = SlicePlane::kA;  ///< in Mode::kTomography: the fifth one goes through the target
+    double step_mm = 5;                 ///< between them
   } slice;
 
   struct Filter {

@@ -21,7 +21,9 @@ constexpr std::string_view kFrameSteps[] = {"kept", "removed"};
 constexpr std::string_view kNearTissue[] = {"shown", "removed"};
 constexpr std::string_view kRefreshes[] = {"volume", "frame"};
 constexpr std::string_view kModes[] = {
-    "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth", "slice", "slices"};
+    "surface", "volume", "surface-and-volume", "maximum", "minimum", "mean", "depth",
+    "slice",   "slices", "tomography"};
+constexpr std::string_view kSlicePlanes[] = {"a", "b", "c", "view"};
 constexpr std::string_view kSlabs[] = {"mean", "maximum", "x-ray"};
 constexpr std::string_view kDepthFilters[] = {"mean", "gaussian", "edge-preserving"};
 constexpr std::string_view kWeights[] = {"even", "confidence"};
@@ -266,6 +268,12 @@ const SceneField kFields[] = {
         "slice.slab",
         "what a slab shows of its echoes: the mean, the maximum, or what a ray through it loses",
         FirstPass::kCast, kSlabs),
+    choice<MEMBER(slice.plane)>("slice.plane",
+                                "planes of the mode tomography: of a frame, across the frames, at constant "
+                                "depth, parallel to the picture",
+                                FirstPass::kCast, kSlicePlanes),
+    row<MEMBER(slice.step_mm)>("slice.step_mm", "mm", "between the planes of the mode tomography", 0.2, 30, 0,
+                               FirstPass::kCast),
     choice<MEMBER(filter.kind)>(
         "filter.kind", "average of depths: moving mean, Gaussian, or one that does not bridge a step",
         FirstPass::kFilter, kDepthFilters),

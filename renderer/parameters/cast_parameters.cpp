@@ -147,6 +147,33 @@ shaders::Slice slice(const Viewport& part, const glm::dvec3& centre, const glm::
           .height = part.height};
 }
 
+/// Nine parallel planes, the fifth one through the target.
+void set_tomography(shaders::CastParameters& to, const Scene& scene, PictureSize size) {
+  constexpr std::uint32_t kAcross = 3;
+  constexpr int kMiddle = 4;
+  const glm::dvec3 x(1, 0, 0);
+  const glm::dvec3 y(0, 1, 0);
+  const glm::dvec3 z(0, 0, 1);
+  const ViewFrame view = view_frame(scene.camera);
+  struct Plane {
+    glm::dvec3 right, down, normal;
+  };
+  const Plane planes[] = {{x, y, z}, {z, y, x}, {x, -z, y}, {view.right, -view.up, view.forward}};
+  const Plane& plane = planes[static_cast<std::size_t>(scene.slice.plane)];
+  for (std::uint32_t number = 0; number < kAcross * kAcross; ++number) {
+    const std::uint32_t column = number % kAcross;
+    const std::uint32_t row = number / kAcross;
+    Viewport part{.left = column * size.width / kAcross, .top = row * size.height / kAcross};
+    part.width = (column + 1) * size.width / kAcross - part.left;
+    part.height = (row + 1) * size.height / kAcross - part.top;
+    part.pixel_mm = scene.camera.field_mm / part.height;
+    const double offset_mm = (static_cast<int>(number) - kMiddle) * scene.slice.step_mm;
+    to.slice_planes[number] =
+        slice(part, to_vector(scene.camera.target) + offset_mm * plane.normal, plane.right, plane.down);
+  }
+  to.slices = kAcross * kAcross;
+}
+
 void set_slices(shaders::CastParameters& to, const Scene& scene, PictureSize size) {
   const double field_mm = scene.camera.field_mm;
   const glm::dvec3 target = to_vector(scene.camera.target);
@@ -164,6 +191,7 @@ void set_slices(shaders::CastParameters& to, const Scene& scene, PictureSize siz
                                scale * view.right, -scale * view.up);
     to.slices = scale > 0 ? 1 : 0;  // a plane behind the eye is invisible
   }
+  if (scene.mode == Mode::kTomography) set_tomography(to, scene, size);
   if (scene.mode == Mode::kSlices) {
     const std::uint32_t left = size.width / 2;
     const std::uint32_t top = size.height / 2;
@@ -313,7 +341,7 @@ CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping ski
   const bool shows_depths = shown_by(scene.mode) != FANLIGHT_SHOW_COLOUR;
   if (scene.detector.frame_steps == FrameSteps::kRemoved && shows_depths)
     keys.frame_steps = PipelineKey{.shader = Shader::kFrameSteps};
-  if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices) {
+  if (scene.mode == Mode::kSlice || scene.mode == Mode::kSlices || scene.mode == Mode::kTomography) {
     keys.slice = PipelineKey{.shader = Shader::kSlice, .constants = {0, 0, frames}};
   }
   if (replaces_frames && skips) {

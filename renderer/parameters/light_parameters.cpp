@@ -175,7 +175,7 @@ shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, 
   to.colours_from_left = scene.mode == Mode::kSurfaceAndVolume ? static_cast<int>(size.width / 2) : 0;
   to.depth_white = static_cast<float>(scene.rays.start_mm);
   to.depth_scale = static_cast<float>(1 / (scene.rays.end_mm - scene.rays.start_mm));
-  if (to.show == FANLIGHT_SHOW_SURFACE && scene.finish.outline > 0) set_outline(to, scene.finish.outline);
+  if (to.show != FANLIGHT_SHOW_COLOUR && scene.finish.outline > 0) set_outline(to, scene.finish.outline);
   to.mean = scene.finish.smoothing == Smoothing::kMean ? 1 : 0;
   to.diffusion_scale = static_cast<float>(kGreyLevels / scene.finish.conductance);
   to.map_colours = scene.finish.colours == ColourMap::kNone ? 0 : 1;

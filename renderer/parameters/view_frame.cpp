@@ -61,7 +61,8 @@ ViewFrame view_frame(const Scene::Camera& camera) {
 
 Viewport viewport(const Scene& scene, PictureSize size) {
   Viewport port{.width = size.width, .height = size.height};
-  if (scene.mode == Mode::kSlice) port.width = 0;
+  if (scene.mode == Mode::kSlice || scene.mode == Mode::kTomography) port.width = 0;
+  if (scene.mode == Mode::kTomography) port.height /= 3;
   if (scene.mode == Mode::kSurfaceAndVolume) port.width = size.width / 2;
   if (scene.mode == Mode::kSlices) {
     port.left = size.width / 2;

@@ -51,7 +51,7 @@ test("the controls in reach are few, and statistics come at a key", async () => 
     await viewer.firstPicture();
     await closeAdvanced(viewer);
     const visible = await viewer.page.locator("input:visible, select:visible, button:not(.banner *):visible").count();
-    assert.ok(visible <= 41, `${visible} controls at rest`);
+    assert.ok(visible <= 43, `${visible} controls at rest`);
     assert.equal(await viewer.page.locator("#statistics").isVisible(), false);
     await press(viewer, "i");
     assert.equal(await viewer.page.locator("#statistics").isVisible(), true);
@@ -124,6 +124,13 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     assert.ok((await viewer.field("light.haze")) > 0);
     await click(viewer, '[data-preset="face"]');
     assert.equal(await viewer.field("light.haze"), 0);
+    const legend = viewer.page.locator("#depth-legend");
+    assert.ok(await legend.isHidden());
+    await click(viewer, '[data-preset="depth"]');
+    await legend.waitFor({ state: "visible" });
+    const end_mm = await viewer.field("rays.end_mm");
+    assert.equal(await legend.locator("span:nth-child(5)").textContent(), String(Math.round(end_mm)));
+    await press(viewer, "z");
     const target = await viewer.field("camera.distance_mm");
     for (const [place, isBehind] of [
       ["front", false],

@@ -295,6 +295,29 @@ test("the transfer function is edited by mouse, keys and text, and an invalid te
   });
 });
 
+test("nine planes have their distances, a step and a direction, and a click moves the middle one", async () => {
+  await withPage("tomography", kStillSource, async (viewer) => {
+    await viewer.firstPicture();
+    await viewer.page.keyboard.press("9");
+    await viewer.settled();
+    const names = () => viewer.page.locator("#tomography-names span").allTextContents();
+    assert.deepEqual([(await names())[0], (await names())[4]], ["A \u221220 mm", "A 0 mm"]);
+    await viewer.page.locator("#tomography-plane").selectOption("2");
+    await viewer.page.locator("#tomography-step").selectOption("10");
+    await viewer.settled();
+    assert.equal((await names())[8], "C +40 mm");
+    const depth_mm = await viewer.field("camera.target_y_mm");
+    const box = await viewer.page.locator("#picture").boundingBox();
+    await viewer.page.mouse.click(box.x + box.width / 6, box.y + box.height / 2);
+    await viewer.settled();
+    assert.equal(await viewer.field("camera.target_y_mm"), depth_mm - 10);
+    await viewer.page.keyboard.press("1");
+    await viewer.settled();
+    assert.ok(await viewer.page.locator("#tomography").isHidden());
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
 test("the light can be moved in modes with a surface, and its marker follows the pointer", async () => {
   await withPage("slices", kStillSource, async (viewer) => {
     await viewer.firstPicture();

@@ -134,6 +134,13 @@ const Golden kGoldens[] = {
        scene.finish.colours = ColourMap::kGold;
      },
      1.0, 0.01},
+    {"tomography", kSpeckled,
+     [](Scene& scene) {
+       scene.mode = Mode::kTomography;
+       scene.camera.target.y_mm = 100;
+       scene.slice.plane = SlicePlane::kC;
+     },
+     1.0, 0.01},
     {"slices", kSpeckled,
      [](Scene& scene) {
        scene.mode = Mode::kSlices;

@@ -373,6 +373,9 @@ SeededCase seeded_case(std::uint32_t seed) {
   Dice lamps(seed + 7'000'000);
   if (lamps.one_in(2)) set_lamps(lamps, scene);
   if (lamps.one_in(2)) scene.finish.outline = lamps.whole(1, 5);
+  if (lamps.one_in(8)) scene.mode = Mode::kTomography;
+  scene.slice.plane = lamps.any_to(SlicePlane::kView);
+  scene.slice.step_mm = lamps.between(0.5, 8);
   // Half of the bodies' contrast and less: what is shown is uncertain, or certain.
   scene.detector.least_contrast = dice.between(1, 25);
   return made;

@@ -381,6 +381,40 @@ void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, T
   }
 }
 
+/// Mode::kTomography: planes at equal distances, three in a row, each with the target's foot in its middle.
+void cast_tomography(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
+  const TwinCuts cuts(scene, prepared);
+  const auto view = view_frame(scene.camera);
+  const Point& target = scene.camera.target;
+  for (std::uint32_t row = 0; row < size.height; ++row) {
+    for (std::uint32_t column = 0; column < size.width; ++column) {
+      std::uint32_t across = 0;
+      std::uint32_t below = 0;
+      while (column >= (across + 1) * size.width / 3) ++across;
+      while (row >= (below + 1) * size.height / 3) ++below;
+      const double left = across * size.width / 3;  // whole numbers
+      const double top = below * size.height / 3;
+      const double width = (across + 1) * size.width / 3 - left;
+      const double height = (below + 1) * size.height / 3 - top;
+      const double pixel_mm = scene.camera.field_mm / height;
+      dvec3 right(1, 0, 0);
+      dvec3 down(0, 1, 0);
+      if (scene.slice.plane == SlicePlane::kB) right = {0, 0, 1};
+      if (scene.slice.plane == SlicePlane::kC) down = {0, 0, -1};
+      if (scene.slice.plane == SlicePlane::kView) right = view.right;
+      if (scene.slice.plane == SlicePlane::kView) down = -view.up;
+      // To higher coordinates, or away from the viewer.
+      const dvec3 away = scene.slice.plane == SlicePlane::kB ? dvec3(1, 0, 0) : glm::cross(right, down);
+      const double offset_mm = (3.0 * below + across - 4) * scene.slice.step_mm;
+      const dvec3 at = dvec3(target.x_mm, target.y_mm, target.z_mm) + offset_mm * away +
+                       (column - left - (width - 1) / 2) * pixel_mm * right +
+                       (row - top - (height - 1) / 2) * pixel_mm * down;
+      cast.colour[std::size_t{row} * size.width + column] =
+          slice_colour(scene, prepared, cuts, at, pixel_mm, away);
+    }
+  }
+}
+
 /// Pass 1: the share of its certainty that a surface keeps where the ray runs against the beam
 /// (`seen_by_beam` in shaders/cast.comp).
 double seen_by_beam(const FanGeometry& geometry, const dvec3& at, const dvec3& direction) {
@@ -456,7 +490,8 @@ TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& prepared)
                 .colour = std::vector(pixels, Rgb(0))};
   if (scene.mode == Mode::kSlice) cast_slice(scene, size, prepared, cast);
   if (scene.mode == Mode::kSlices) cast_slices(scene, size, prepared, cast);
-  if (scene.mode == Mode::kSlice) return cast;
+  if (scene.mode == Mode::kTomography) cast_tomography(scene, size, prepared, cast);
+  if (scene.mode == Mode::kSlice || scene.mode == Mode::kTomography) return cast;
   cast_rays(scene, size, prepared, cast);
   finish_surfaces(scene, size, prepared, cast);
   return cast;

@@ -66,8 +66,8 @@ double scale_of(int radius) {
 std::vector<Rgb> twin_outline(const std::vector<Rgb>& lit, const std::vector<double>& smooth_mm,
                               PictureSize size, const Scene& scene) {
   const int radius = scene.finish.outline;
-  const bool shows =
-      scene.mode == Mode::kSurface || scene.mode == Mode::kSurfaceAndVolume || scene.mode == Mode::kSlices;
+  const bool shows = scene.mode == Mode::kSurface || scene.mode == Mode::kSurfaceAndVolume ||
+                     scene.mode == Mode::kSlices || scene.mode == Mode::kDepth;
   if (radius == 0 || !shows) return lit;
   const TwinMap map(smooth_mm, size, viewport(scene, size));
   const double scale = scale_of(radius);

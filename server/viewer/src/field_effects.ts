@@ -33,11 +33,13 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   back_light: [kSurfaceShown],
   material: [kSurfaceShown],
   shadow: [kSurfaceShown],
-  rays: [["mode", "is not", "slice"]],
+  rays: [["mode", "is not", "slice", "tomography"]],
   transfer: [["mode", "is", "volume", "surface-and-volume"]],
-  slice: [["mode", "is", "slice", "slices"]],
+  slice: [["mode", "is", "slice", "slices", "tomography"]],
 
   "slice.depth_mm": [["mode", "is", "slice"]],
+  "slice.plane": [["mode", "is", "tomography"]],
+  "slice.step_mm": [["mode", "is", "tomography"]],
   "slice.slab": [["slice.slab_mm", "is above", 0]],
   "near.shift_mm": [
     ["near.tissue", "is", "removed"],

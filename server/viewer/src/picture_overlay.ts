@@ -3,6 +3,7 @@
 import type { DepthReply, Hello, Picture, View } from "../generated/fanlight_pb.js";
 import { ClipButton } from "./clip_button";
 import type { CodecChoice } from "./codec_choice";
+import { DepthLegend } from "./depth_legend";
 import { find } from "./element";
 import { Measurement, type Mm } from "./measurement";
 import { page } from "./page";
@@ -18,8 +19,11 @@ import type { PagePoint, Size } from "./view_geometry";
 
 const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
 
+/** Of the panes that are shown, along the rows; none where there is one. */
 function paneNames(): string[] {
-  return [...document.querySelectorAll("#pane-names span")].map((name) => name.textContent ?? "");
+  return [...document.querySelectorAll(":is(#pane-names, #tomography-names):not([hidden]) > span")].map(
+    (name) => name.textContent ?? "",
+  );
 }
 
 const kPreview = "This is a preview that the display has turned: wait for the picture of the server.";
@@ -31,6 +35,7 @@ export class PictureOverlay {
   readonly clip: ClipButton;
   private readonly notes: PictureNotes;
   private readonly planes: PlaneOverlay;
+  private readonly depths: DepthLegend;
   private tool: Tool = "light";
   private allowed = false;
   private readonly lines = find("#measurement", SVGSVGElement);
@@ -95,6 +100,7 @@ export class PictureOverlay {
       ({ x, y }) => from.surfaceAt({ x: x * this.fullSize().width, y: y * this.fullSize().height }),
       from.failed,
     );
+    this.depths = new DepthLegend(find("#depth-legend", HTMLElement), editor);
     this.planes = new PlaneOverlay(find("#planes", SVGSVGElement), page.canvas, editor, () => from.isCurrent());
     this.clip = new ClipButton(page.clip, {
       canFilm: () => codec.canFilm,
@@ -164,6 +170,7 @@ export class PictureOverlay {
   /** The scene has changed. */
   refresh(): void {
     this.planes.draw();
+    this.depths.refresh();
     this.scalpel.refresh();
     this.scalpel.viewMayHaveChanged();
   }
@@ -178,12 +185,12 @@ export class PictureOverlay {
       state: find("#connection", HTMLElement).innerText.trim(),
       volumeId: shown?.volumeId ?? 0n,
       captured: shown && this.from.dateOf(Number(shown.captureTimeNs) / 1e6),
-      measurement: [this.measurement.text(), this.scalpel.text()].filter(Boolean).join(" "),
+      measurement: [this.measurement.text(), this.depths.text(), this.scalpel.text()].filter(Boolean).join(" "),
       bar: this.bar(),
       fullWidth: this.fullSize().width,
       notes: this.notes.all(),
       scales: find("#planes", SVGSVGElement),
-      names: this.editor.choice("mode") === "slices" ? paneNames() : [],
+      names: paneNames(),
       withFoot: page.stillFacts.checked,
     };
     saveStill(page.canvas, this.lines, facts).catch((error: Error) => this.from.failed(error.message));

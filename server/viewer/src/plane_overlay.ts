@@ -213,7 +213,7 @@ export class PlaneOverlay {
 
   /** The edges of the box in the 3D picture, and a handle in the middle of each side that can be dragged there. */
   private boxInSpace(): SVGElement[] {
-    if (this.shown.mode === "slice" || this.shown.mode === "") return [];
+    if (["slice", "tomography", ""].includes(this.shown.mode)) return [];
     const box = boxNear(this.target(), this.fieldMm(), (name) => this.editor.number(name));
     const edges = kAxes.flatMap((axis) => {
       const [first, second] = kAxes.filter((other) => other !== axis) as [Axis, Axis];

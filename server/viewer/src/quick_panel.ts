@@ -16,6 +16,7 @@ import type { Values } from "./scene";
 import { connectSearch } from "./setting_search";
 import type { SettingsEditor } from "./settings_editor";
 import { SlabControl } from "./slab_control";
+import { Tomography } from "./tomography";
 import { UndoHistory } from "./undo_history";
 import { picturePixel, surfacePart, type PagePoint } from "./view_geometry";
 
@@ -28,6 +29,7 @@ export class QuickPanel {
   private readonly uncertain = new UncertainMark(find("#uncertain-mark", HTMLElement));
   private readonly nearTissue: NearTissueButton;
   private readonly slab: SlabControl;
+  private readonly tomography: Tomography;
   private readonly lamps: LampPanel;
   private allowed = false;
   private readonly failed: (sentence: string) => void;
@@ -45,6 +47,7 @@ export class QuickPanel {
     this.layout = new LayoutBar(page.layout, editor);
     this.nearTissue = new NearTissueButton(page.nearTissue, find("#near-tissue-mark", HTMLElement), editor);
     this.slab = new SlabControl(editor);
+    this.tomography = new Tomography(editor);
     connectViews(page.views, editor);
     this.lamps = new LampPanel(editor, light, page.lights);
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
@@ -85,6 +88,7 @@ export class QuickPanel {
     this.layout.refresh();
     this.nearTissue.refresh();
     this.slab.refresh();
+    this.tomography.refresh();
     this.lamps.refresh();
     page.undo.disabled = !this.allowed || !this.history.canUndo;
     page.redo.disabled = !this.allowed || !this.history.canRedo;
@@ -110,6 +114,7 @@ export class QuickPanel {
     for (const part of [page.presets, page.layout]) part.inert = !may || ownView;
     page.nearTissue.disabled = !may || ownView;
     this.slab.allow(may && !ownView);
+    this.tomography.allow(may && !ownView);
     if (changed) this.refresh();
   }
 

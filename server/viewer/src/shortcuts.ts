@@ -40,6 +40,7 @@ export function connectShortcuts({ cineBar, quickPanel, tools, overlay, shell }:
     [["1"], "One pane: the surface", () => quickPanel.choosePanes("surface")],
     [["2"], "Two panes: surface and volume", () => quickPanel.choosePanes("surface-and-volume")],
     [["4"], "Four panes: planes and surface", () => quickPanel.choosePanes("slices")],
+    [["9"], "Nine parallel planes", () => quickPanel.choosePanes("tomography")],
     [["l"], "Light", () => tools.choose("light")],
     [["t"], "Turn", () => tools.choose("orbit")],
     [["p"], "Pan", () => tools.choose("pan")],

@@ -4,7 +4,7 @@ import { find } from "./element";
 import type { SettingsEditor } from "./settings_editor";
 
 const [kThickness, kKind] = ["slice.slab_mm", "slice.slab"];
-const kPlaneModes = ["slice", "slices"];
+const kPlaneModes = ["slice", "slices", "tomography"];
 const kKinds = ["Mean", "Maximum", "X-ray"];
 
 /** "Planes: mean of 10 mm"; empty: thin planes. */

@@ -3,6 +3,7 @@
 // at which rays begin and end stay where they are in the body, so that the surface is not lost; it moves sideways with
 // the target. A single oblique plane begins the search for the surface just before the point.
 import type { SettingsEditor } from "./settings_editor";
+import { kAcross, kTomography, offsetMm } from "./tomography";
 import {
   bodyWay,
   picturePixel,
@@ -25,6 +26,9 @@ export interface BodyPoint {
 export interface SliceCamera extends Lens, Turn {
   target: BodyPoint;
   sliceDepthMm: number;
+  /** Mode tomography: index of the direction of the planes, and their distance. */
+  plane: number;
+  stepMm: number;
 }
 
 /** Where the rays begin before a clicked point: room for the detector's window and for a slanted surface. */
@@ -33,6 +37,7 @@ export const kBeforeClickMm = 10;
 /** The point of the body that a slice shows at a pixel of the picture; undefined where no slice is. */
 export function slicePoint(pixel: PagePoint, mode: string, size: Size, camera: SliceCamera): BodyPoint | undefined {
   if (mode === "slice") return isBehindEye(camera) ? undefined : obliquePoint(pixel, size, camera);
+  if (mode === kTomography) return tomographyPoint(pixel, size, camera);
   if (mode !== "slices") return undefined;
   // The panes as set_slices() in renderer/parameters/cast_parameters.cpp lays them out.
   const left = Math.floor(size.width / 2);
@@ -51,6 +56,25 @@ export function slicePoint(pixel: PagePoint, mode: string, size: Size, camera: S
   if (isRight) return { x, y: tidy(y - upMm), z: tidy(z + rightMm) };
   if (isLow) return { x: tidy(x + rightMm), y, z: tidy(z + upMm) };
   return { x: tidy(x + rightMm), y: tidy(y - upMm), z };
+}
+
+/** A point of one of nine planes, as set_tomography() in renderer/parameters/cast_parameters.cpp lays them out. */
+function tomographyPoint(pixel: PagePoint, size: Size, camera: SliceCamera): BodyPoint {
+  const edge = (length: number, number: number) => Math.floor((number * length) / kAcross);
+  const within = (length: number, at: number) => [2, 1].find((number) => at >= edge(length, number)) ?? 0;
+  const [column, row] = [within(size.width, pixel.x), within(size.height, pixel.y)];
+  const [left, top] = [edge(size.width, column), edge(size.height, row)];
+  const pane = { left, top, width: edge(size.width, column + 1) - left, height: edge(size.height, row + 1) - top };
+  const { rightMm, upMm } = viewPoint(pixel, pane, camera.fieldMm);
+  const awayMm = offsetMm(kAcross * row + column, camera.stepMm);
+  const ways = [
+    { x: rightMm, y: -upMm, z: awayMm },
+    { x: awayMm, y: -upMm, z: rightMm },
+    { x: rightMm, y: awayMm, z: upMm },
+  ];
+  const way = ways[camera.plane] ?? bodyWay(camera, rightMm, upMm, awayMm);
+  const { x, y, z } = camera.target;
+  return { x: tidy(x + way.x), y: tidy(y + way.y), z: tidy(z + way.z) };
 }
 
 /** Such a plane is not shown. */
@@ -95,6 +119,8 @@ export class SliceClick {
       pitchDeg: number("camera.pitch_deg"),
       rollDeg: number("camera.roll_deg"),
       sliceDepthMm: number("slice.depth_mm"),
+      plane: number("slice.plane"),
+      stepMm: number("slice.step_mm"),
     };
     const point = slicePoint(picturePixel(pointer, this.canvas), mode, this.canvas, camera);
     if (!point) return;

@@ -81,11 +81,12 @@ function drawPanes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
   };
   for (const text of scales.querySelectorAll("text.depth"))
     write(text.textContent ?? "", Number(text.getAttribute("x")), Number(text.getAttribute("y")), "right");
+  const across = Math.ceil(Math.sqrt(names.length));
   for (const [index, name] of names.entries())
     write(
       name,
-      (index % 2) * (canvas.width / 2) + 8 * unit,
-      Math.floor(index / 2) * (canvas.height / 2) + 16 * unit,
+      (index % across) * (canvas.width / across) + 8 * unit,
+      Math.floor(index / across) * (canvas.height / across) + 16 * unit,
       "left",
     );
   context.strokeStyle = "#fff";

@@ -32,12 +32,13 @@ export interface Lens {
 const kOrbitDegPerHeight = 180;
 const kLeastScale = 0.1;
 
-/** The part of a picture that shows the surface (as viewport() in renderer/parameters); undefined in slice mode. */
+/** The part of a picture that shows the surface (as viewport() in renderer/parameters); undefined in modes of planes alone. */
 export function surfacePart(mode: string, { width, height }: Size): Rectangle | undefined {
   const halfWidth = Math.floor(width / 2);
   const halfHeight = Math.floor(height / 2);
   switch (mode) {
     case "slice":
+    case "tomography":
       return undefined;
     case "slices":
       return { left: halfWidth, top: halfHeight, width: width - halfWidth, height: height - halfHeight };

@@ -19,6 +19,8 @@ test("a place of a pane's axis is where a click on the slice finds it", () => {
     pitchDeg: 0,
     rollDeg: 0,
     sliceDepthMm: 80,
+    plane: 0,
+    stepMm: 5,
   };
   for (const pane of panesOf("slices", size)) {
     const { left, top } = pane.part;

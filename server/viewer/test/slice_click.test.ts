@@ -14,6 +14,8 @@ const camera: SliceCamera = {
   pitchDeg: 0,
   rollDeg: 0,
   sliceDepthMm: 50,
+  plane: 0,
+  stepMm: 5,
 };
 
 function near(actual: BodyPoint | undefined, expected: BodyPoint): void {
@@ -37,6 +39,18 @@ test("the panes show x and depth, z and depth, and x and z; a pixel is a millime
   near(slicePoint({ x: 220, y: 130 }, "slices", size, camera), { x: 21, y: 110, z: -5 });
   near(slicePoint({ x: 620, y: 130 }, "slices", size, camera), { x: 1, y: 110, z: 15 });
   near(slicePoint({ x: 220, y: 330 }, "slices", size, camera), { x: 21, y: 80, z: -35 });
+});
+
+test("a click on one of nine planes gives a point of that plane", () => {
+  const nine = { width: 600, height: 300 };
+  const planes = { ...camera, fieldMm: 100, stepMm: 5 }; // a pixel is a millimetre
+  // The fifth plane goes through the target; the ninth lies 20 mm farther.
+  near(slicePoint({ x: 300, y: 150 }, "tomography", nine, planes), camera.target);
+  near(slicePoint({ x: 310, y: 170 }, "tomography", nine, planes), { x: 11, y: 100, z: -5 });
+  near(slicePoint({ x: 500, y: 250 }, "tomography", nine, planes), { x: 1, y: 80, z: 15 });
+  near(slicePoint({ x: 510, y: 250 }, "tomography", nine, { ...planes, plane: 1 }), { x: 21, y: 80, z: 5 });
+  near(slicePoint({ x: 500, y: 240 }, "tomography", nine, { ...planes, plane: 2 }), { x: 1, y: 100, z: 5 });
+  near(slicePoint({ x: 500, y: 240 }, "tomography", nine, { ...planes, plane: 3 }), { x: 1, y: 100, z: 5 });
 });
 
 test("an oblique slice lies at its depth, at a right angle to the view", () => {

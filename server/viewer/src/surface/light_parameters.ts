@@ -4,6 +4,7 @@
 import type { View } from "../../generated/fanlight_pb.js";
 import { kLamps } from "../lamps";
 import type { Rectangle } from "../view_geometry";
+import { colourMapPoints } from "./colour_maps";
 
 /** The values of a scene by the names of its fields. */
 export interface SceneValues {
@@ -33,14 +34,6 @@ const kScatterReach = 2.3;
 const kMostPlaces = 48;
 const kGreyLevels = 255;
 
-const kColourMaps: Readonly<Record<string, readonly number[]>> = {
-  sepia: [0, 0, 0, 0.29, 0.2, 0.13, 0.69, 0.56, 0.4, 1, 0.95, 0.84],
-  gold: [0, 0, 0, 0.45, 0.2, 0.02, 0.85, 0.55, 0.12, 1, 0.95, 0.7],
-  ice: [0, 0, 0, 0.05, 0.22, 0.45, 0.35, 0.62, 0.85, 0.92, 0.98, 1],
-  heat: [0, 0, 0, 0.55, 0, 0, 1, 0.55, 0, 1, 1, 0.85],
-};
-const kGrey = [0, 0, 0, 1 / 3, 1 / 3, 1 / 3, 2 / 3, 2 / 3, 2 / 3, 1, 1, 1];
-
 /** Linear components of a displayed colour (sRGB). */
 function linear(scene: SceneValues, group: string): number[] {
   return ["red", "green", "blue"].map((name) => {
@@ -65,7 +58,7 @@ export function lightPlan(scene: SceneValues, view: View, part: Rectangle, asDep
     softShadows: scene.number("shadow.softness_mm") > 0,
     softLight,
     scatters: softLight && scatterMm > 0,
-    outlines: !asDepth && scene.number("finish.outline") > 0,
+    outlines: scene.number("finish.outline") > 0,
     diffusionSteps: scene.choice("finish.smoothing") === "diffusion" ? scene.number("finish.iterations") : 0,
   };
 }
@@ -177,7 +170,7 @@ function outlineParameters(radius: number): LightParameters {
 
 function finishParameters(scene: SceneValues, asDepth: boolean): LightParameters {
   const colours = scene.choice("finish.colours");
-  const outline = asDepth ? 0 : scene.number("finish.outline");
+  const outline = scene.number("finish.outline");
   const startMm = scene.number("rays.start_mm");
   return {
     exposure: scene.number("finish.exposure"),
@@ -189,6 +182,6 @@ function finishParameters(scene: SceneValues, asDepth: boolean): LightParameters
     mean: scene.choice("finish.smoothing") === "mean" ? 1 : 0,
     diffusion_scale: kGreyLevels / scene.number("finish.conductance"),
     map_colours: colours === "none" ? 0 : 1,
-    map_points: kColourMaps[colours] ?? kGrey,
+    map_points: colourMapPoints(colours),
   };
 }
