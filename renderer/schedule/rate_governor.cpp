@@ -152,6 +152,7 @@ Scene degraded(const Scene& requested, const DeadlineMeasures& measures, double 
     scene.filter.kind = DepthFilter::kMean;
     scene.filter.islands = 1;
     scene.filter.holes = 1;
+    scene.finish.outline = 0;
   }
   return scene;
 }

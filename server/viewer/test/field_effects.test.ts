@@ -24,7 +24,7 @@ test("a group has an effect in the modes that show it", () => {
   assert.equal(missing("light", [["mode", 0]]), undefined);
   assert.equal(missing("light", [["mode", 1]]), "No effect unless mode is surface, surface and volume or slices.");
   assert.equal(missing("rays", [["mode", 1]]), undefined);
-  assert.equal(missing("rays", [["mode", 2]]), "No effect while mode is slice.");
+  assert.equal(missing("rays", [["mode", 2]]), "No effect while mode is slice or tomography.");
 });
 
 test("a field by itself has an effect where what it serves is chosen", () => {
